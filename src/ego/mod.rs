@@ -1,0 +1,107 @@
+//! The participant's car. In: [`Controls`] once a tick, the ground under the wheels, the other cars as kinematic
+//! bodies. Out: [`EgoState`] and [`Contact`]s. Only this room knows rapier.
+
+use glam::{DVec2, DVec3, Quat, Vec3};
+
+/// What pedals, wheel and selector ask of the car in one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Controls {
+    /// Accelerator, 0 released to 1 floored.
+    pub throttle: f32,
+    /// Brake pedal, 0 released to 1 full force.
+    pub brake: f32,
+    /// Angle of the steering wheel, radians, positive to the left (lock at +-450 degrees).
+    pub steering_wheel_rad: f32,
+    /// Position of the selector.
+    pub selector: Selector,
+}
+
+/// Position of the automatic gearbox's selector.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Selector {
+    /// Forwards.
+    #[default]
+    Drive,
+    /// Nothing engaged.
+    Neutral,
+    /// Backwards.
+    Reverse,
+}
+
+/// Steering wheel angle per road wheel angle (a mid-size saloon).
+pub const STEERING_RATIO: f32 = 15.0;
+/// The steering wheel's lock on either side, radians (a G29 turns 900 degrees in all).
+pub const STEERING_LOCK_RAD: f32 = 450.0 * std::f32::consts::PI / 180.0;
+
+/// What lies under a wheel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Surface {
+    /// Dry asphalt.
+    #[default]
+    Asphalt,
+    /// Meadow: slow and slippery.
+    Grass,
+}
+
+/// One wheel, in the order front left, front right, rear left, rear right.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wheel {
+    /// Hub in the body's frame (x forward, y left, z up from the body's origin), metres, suspension included.
+    pub hub: Vec3,
+    /// Road wheel angle, radians, positive to the left.
+    pub steer_rad: f32,
+    /// Rolled angle, radians, growing forwards.
+    pub spin_rad: f32,
+    /// Suspension compression from its rest length, metres.
+    pub compression_m: f32,
+    /// Ground under it.
+    pub surface: Surface,
+}
+
+/// The ego after a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EgoState {
+    /// Centre of the car on the ground (z 0 at rest on flat ground), world axes, metres.
+    pub position: DVec3,
+    /// Rotation of the body: body x forward, y left, z up to world.
+    pub rotation: Quat,
+    /// Velocity, world axes, m/s.
+    pub velocity: Vec3,
+    /// Speed along the car, m/s, negative in reverse.
+    pub speed_mps: f64,
+    /// Acceleration along the car, m/s2.
+    pub accel_mps2: f64,
+    /// Acceleration to the left, m/s2.
+    pub lateral_accel_mps2: f64,
+    /// Yaw rate, rad/s, positive to the left.
+    pub yaw_rate: f64,
+    /// Gear: -1 reverse, 0 neutral, 1.. forwards.
+    pub gear: i8,
+    /// Engine speed, revolutions a minute.
+    pub engine_rpm: f32,
+    /// Self-aligning torque at the steering wheel, N m, positive turns it to the left.
+    pub steering_torque_nm: f32,
+    /// True while the brake lamps are lit.
+    pub braking: bool,
+    /// Front left, front right, rear left, rear right.
+    pub wheels: [Wheel; 4],
+}
+
+/// The ego touched another car in this tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Index of the other car in the slice of obstacles.
+    pub car: usize,
+    /// Ego's speed just before, m/s.
+    pub ego_speed_mps: f64,
+    /// Other car's speed just before, m/s.
+    pub car_speed_mps: f64,
+    /// Normal speed of approach just before, m/s.
+    pub closing_mps: f64,
+}
+
+/// The ground as the tyres feel it. The world is flat; only its surface differs.
+pub trait Ground {
+    /// Surface at a point of the world plane.
+    fn surface(&self, point: DVec2) -> Surface;
+}

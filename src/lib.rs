@@ -1,0 +1,51 @@
+//! **codrive**: a driving simulator for studies of people in traffic, in one program with one clock.
+//!
+//! wheel → ego physics ([`ego`], rapier) → traffic ([`traffic`], SUMO in process) → policy ([`policy`]) → advice on the
+//! speedometer ([`hud`]) → picture ([`render`], wgpu).
+//!
+//! # Words
+//! * **tick**: 10 ms of simulation, the step of the ego's physics ([`time::Tick`]). **step**: 0.1 s (ten ticks; a
+//!   scenario may change it), the step of traffic and policy. **hold**: how long one advice stands, a whole number of
+//!   steps. **frame**: one picture. **space**: a frame of reference ([`space`]).
+//! * **ego**: the participant's car. **traffic**: all other cars. **leader/follower**: the car ahead/behind in the lane.
+//! * **gap**: own front bumper to the leader's rear bumper. **headway**: front bumper to front bumper (SAE J2944).
+//! * **action**: what a policy puts out, an acceleration or a speed. **advice**: the target shown to the driver with
+//!   its acceptable **range**, its issue time and its hold ([`policy::Advice`]).
+//! * **scenario**: everything that makes one drive: map, traffic, policy, driver, display, seed, duration
+//!   ([`sim::Scenario`]).
+//!
+//! # Layers, bottom first
+//! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
+//! ```text
+//! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
+//!                              / the car-following model
+//! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
+//! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers
+//! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
+//! sim                          World::tick(&Controls) -> Events, Snapshot, Scenario
+//! scene  hud                   what is to be seen, on the CPU / the dial
+//! render                       wgpu passes
+//! panel                        egui: the experimenter's panel
+//! app                          the one loop: window, off-line
+//! cli  main
+//! ```
+//! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs; nothing but `traffic::sumo`
+//! knows SUMO; nothing but `ego` knows rapier.
+//!
+//! # Conventions
+//! World axes are SUMO's: x east, y north, z up, metres; angles in radians, counter-clockwise, yaw 0 = east. `f64` in
+//! map and traffic, `f32` in physics and picture. Seconds, metres, m/s inside; mph and km/h only at the edge
+//! ([`units`]). Same seed, same inputs, same bits: named random streams ([`rng`]), no wall clock below [`app`].
+
+pub mod ego;
+pub mod hud;
+pub mod idm;
+pub mod map;
+pub mod policy;
+pub mod rng;
+pub mod scene;
+pub mod sim;
+pub mod space;
+pub mod time;
+pub mod traffic;
+pub mod units;

@@ -1,0 +1,179 @@
+//! What is to be seen, on the CPU. In: a map once ([`Stage`]), a [`Snapshot`](crate::sim::Snapshot) each frame
+//! ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
+
+use glam::{Quat, Vec2, Vec3};
+
+/// A corner of a triangle.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Vertex {
+    /// Metres, in the mesh's own frame.
+    pub position: [f32; 3],
+    /// Unit normal.
+    pub normal: [f32; 3],
+    /// Linear albedo; multiplied by the instance's colour where the material is paint.
+    pub colour: [f32; 3],
+    /// Texture coordinates, metres on the road: along (`s_m`) and across (`offset_m`); 0..1 on leaf cards.
+    pub uv: [f32; 2],
+    /// A [`Material`] as a number.
+    pub material: u32,
+}
+
+/// How a surface answers light; the number is what the shader switches on.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Material {
+    /// Rough, in the vertex's colour.
+    Matt = 0,
+    /// Car paint in the instance's colour.
+    Paint = 1,
+    /// Dark, reflecting glass.
+    Glass = 2,
+    /// Brake lamp: glows by the instance's brake value.
+    BrakeLamp = 3,
+    /// Polished or painted metal in the vertex's colour.
+    Metal = 4,
+    /// Rubber.
+    Tyre = 5,
+    /// The road's asphalt; grain from `uv`.
+    Asphalt = 6,
+    /// Road marking.
+    Marking = 7,
+    /// Meadow.
+    Grass = 8,
+    /// Tree bark.
+    Bark = 9,
+    /// Leaves, lit through.
+    Leaves = 10,
+    /// Head lamp glass.
+    Lamp = 11,
+}
+
+/// Triangles with shared corners.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners.
+    pub vertices: Vec<Vertex>,
+    /// Three indices a triangle, counter-clockwise seen from outside.
+    pub indices: Vec<u32>,
+}
+
+/// A tree's place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreePlace {
+    /// Foot of the trunk.
+    pub position: Vec3,
+    /// Turn around the trunk, radians.
+    pub yaw_rad: f32,
+    /// Size, 1 as modelled.
+    pub scale: f32,
+    /// Tint, multiplied with the leaves' colour.
+    pub tint: [f32; 3],
+    /// Index into [`Stage::trees`].
+    pub kind: usize,
+}
+
+/// Everything that stands still during a drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// Road: asphalt, lines, shoulder; world axes.
+    pub road: Mesh,
+    /// Meadow and far ground; world axes.
+    pub land: Mesh,
+    /// Tree models, foot at the origin.
+    pub trees: Vec<Mesh>,
+    /// Where trees stand.
+    pub tree_places: Vec<TreePlace>,
+    /// Car body without wheels: x forward, y left, z up, origin on the ground under the centre.
+    pub car_body: Mesh,
+    /// One wheel: axle along y through the origin, outer side towards +y.
+    pub wheel: Mesh,
+    /// Hubs of the four wheels in the body's frame at rest: front left, front right, rear left, rear right.
+    pub hubs: [Vec3; 4],
+    /// Middle of the road network and the radius that holds all of it, for the bird's-eye view.
+    pub centre: Vec2,
+    /// See `centre`.
+    pub radius_m: f32,
+}
+
+/// One car in a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CarInstance {
+    /// Body's origin (on the ground under the centre), world axes.
+    pub position: Vec3,
+    /// Body to world.
+    pub rotation: Quat,
+    /// Linear paint colour.
+    pub colour: [f32; 3],
+    /// Brake lamps, 0 dark to 1 lit.
+    pub brake: f32,
+    /// Per wheel: hub in the body's frame.
+    pub hubs: [Vec3; 4],
+    /// Angle of the front wheels, radians, positive to the left.
+    pub steer_rad: f32,
+    /// Rolled angle of the wheels, radians.
+    pub spin_rad: f32,
+    /// True for the participant's own car: not drawn in the driver's view or the mirror, where the eye sits inside it.
+    pub is_ego: bool,
+}
+
+/// Where a picture is taken from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Eye, world axes, metres.
+    pub eye: Vec3,
+    /// Unit direction of the optical axis.
+    pub forward: Vec3,
+    /// Unit direction that is up in the picture.
+    pub up: Vec3,
+    /// What the lens does.
+    pub lens: Lens,
+}
+
+/// Projection of a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens {
+    /// Perspective; **horizontal** angle of view, radians (it follows from the screen's width and the eye's distance).
+    Perspective {
+        /// Full horizontal angle, radians.
+        fov_x_rad: f32,
+    },
+    /// Parallel; the smaller side of the picture shows twice this many metres.
+    Parallel {
+        /// Half of the smaller side, metres.
+        half_extent_m: f32,
+    },
+}
+
+/// The four views of a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ViewKind {
+    /// From the driver's eye, mirror inset at the top, speedometer at the bottom.
+    Driver,
+    /// The rear-view mirror alone, a mirror image.
+    Mirror,
+    /// From above, north up: ego red, others green.
+    Birdseye,
+    /// From behind and above the ego.
+    Chase,
+}
+
+/// One picture, complete.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Which view.
+    pub kind: ViewKind,
+    /// The camera of the main picture.
+    pub camera: Camera,
+    /// The camera behind the mirror inset, if the view has one. It looks backwards; the renderer flips its picture left to right.
+    pub mirror: Option<Camera>,
+    /// All cars, the ego among them.
+    pub cars: Vec<CarInstance>,
+    /// Unit direction **towards** the sun.
+    pub to_sun: Vec3,
+    /// Seconds since the start of the drive, for wind.
+    pub time_s: f32,
+    /// The speedometer, if the view has one.
+    pub dial: Option<crate::hud::Dial>,
+}

@@ -1,0 +1,137 @@
+//! Frames of reference. World axes are SUMO's: x east, y north, z up, metres; yaw counter-clockwise from east, radians.
+//!
+//! A car's place is the [`Pose`] of its **centre** everywhere in codrive. SUMO speaks of the centre of the *front
+//! bumper* and of a compass heading in degrees (0 north, clockwise): [`Pose::from_sumo`] and [`Pose::to_sumo`] are the
+//! only places where the two meet.
+
+use glam::{DVec2, dvec2};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Length of every car on screen, in rapier and in SUMO, metres (HC22): the gap that a driver sees is the gap that the
+/// models use.
+pub const CAR_LENGTH_M: f64 = 5.0;
+/// Width of every car, metres (SUMO's default passenger car).
+pub const CAR_WIDTH_M: f64 = 1.8;
+
+/// Place and heading of a car's centre on the ground plane, world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Centre of the car, metres.
+    pub position: DVec2,
+    /// Heading, radians, counter-clockwise from east, in (-pi, pi].
+    pub yaw_rad: f64,
+}
+
+/// A vehicle's place as SUMO gives and takes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SumoPose {
+    /// Centre of the front bumper, metres.
+    pub front: DVec2,
+    /// Compass heading, degrees: 0 north, clockwise.
+    pub angle_deg: f64,
+}
+
+impl Pose {
+    /// A pose from its parts; the yaw is wrapped into (-pi, pi].
+    pub fn new(position: DVec2, yaw_rad: f64) -> Self {
+        Self { position, yaw_rad: wrap_angle(yaw_rad) }
+    }
+
+    /// Unit vector of the heading.
+    pub fn forward(&self) -> DVec2 {
+        DVec2::from_angle(self.yaw_rad)
+    }
+
+    /// Unit vector to the car's left.
+    pub fn left(&self) -> DVec2 {
+        self.forward().perp()
+    }
+
+    /// Centre of the front bumper of a car of `length_m`.
+    pub fn front(&self, length_m: f64) -> DVec2 {
+        self.position + self.forward() * (length_m / 2.0)
+    }
+
+    /// Centre of the rear bumper of a car of `length_m`.
+    pub fn rear(&self, length_m: f64) -> DVec2 {
+        self.position - self.forward() * (length_m / 2.0)
+    }
+
+    /// The pose whose front and rear bumper centres are the two points given.
+    pub fn from_bumpers(front: DVec2, rear: DVec2) -> Self {
+        let along = front - rear;
+        Self::new((front + rear) / 2.0, along.y.atan2(along.x))
+    }
+
+    /// From SUMO's front bumper and compass heading, for a vehicle of `length_m`.
+    pub fn from_sumo(sumo: SumoPose, length_m: f64) -> Self {
+        let yaw_rad = wrap_angle(FRAC_PI_2 - sumo.angle_deg.to_radians());
+        let position = sumo.front - DVec2::from_angle(yaw_rad) * (length_m / 2.0);
+        Self { position, yaw_rad }
+    }
+
+    /// To SUMO's front bumper and compass heading (0..360), for a vehicle of `length_m`.
+    pub fn to_sumo(&self, length_m: f64) -> SumoPose {
+        let angle_deg = (FRAC_PI_2 - self.yaw_rad).to_degrees().rem_euclid(360.0);
+        SumoPose { front: self.front(length_m), angle_deg }
+    }
+
+    /// The pose `fraction` (0..1) of the way to `other`, turning the short way round.
+    pub fn lerp(&self, other: &Self, fraction: f64) -> Self {
+        let turn = wrap_angle(other.yaw_rad - self.yaw_rad);
+        Self::new(self.position.lerp(other.position, fraction), self.yaw_rad + turn * fraction)
+    }
+
+    /// True if every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.yaw_rad.is_finite()
+    }
+}
+
+/// `angle_rad` wrapped into (-pi, pi].
+pub fn wrap_angle(angle_rad: f64) -> f64 {
+    let wrapped = angle_rad.rem_euclid(TAU);
+    if wrapped > PI { wrapped - TAU } else { wrapped }
+}
+
+/// A vector from compass degrees, for reading SUMO's angles in tests and messages.
+pub fn direction_of_compass(angle_deg: f64) -> DVec2 {
+    let rad = angle_deg.to_radians();
+    dvec2(rad.sin(), rad.cos())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sumo_angles_are_compass_headings_of_the_front_bumper() {
+        let north = Pose::from_sumo(SumoPose { front: dvec2(10.0, 20.0), angle_deg: 0.0 }, 5.0);
+        assert!((north.position - dvec2(10.0, 17.5)).length() < 1e-12);
+        assert!((north.yaw_rad - FRAC_PI_2).abs() < 1e-12);
+        let east = Pose::from_sumo(SumoPose { front: dvec2(0.0, 0.0), angle_deg: 90.0 }, 5.0);
+        assert!((east.position - dvec2(-2.5, 0.0)).length() < 1e-12);
+        assert!(east.yaw_rad.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pose_survives_the_way_to_sumo_and_back() {
+        for degrees in (-180..=180).step_by(7) {
+            let pose = Pose::new(dvec2(3.0, -4.0), f64::from(degrees).to_radians());
+            let back = Pose::from_sumo(pose.to_sumo(CAR_LENGTH_M), CAR_LENGTH_M);
+            assert!((pose.position - back.position).length() < 1e-12, "{degrees}");
+            assert!(wrap_angle(pose.yaw_rad - back.yaw_rad).abs() < 1e-12, "{degrees}");
+            let along = direction_of_compass(pose.to_sumo(CAR_LENGTH_M).angle_deg);
+            assert!((along - pose.forward()).length() < 1e-12, "{degrees}");
+        }
+    }
+
+    #[test]
+    fn interpolation_turns_the_short_way_round() {
+        let a = Pose::new(DVec2::ZERO, 3.1);
+        let b = Pose::new(dvec2(2.0, 0.0), -3.1);
+        let half = a.lerp(&b, 0.5);
+        assert!((half.yaw_rad.abs() - PI).abs() < 1e-9, "{}", half.yaw_rad);
+        assert_eq!(half.position, dvec2(1.0, 0.0));
+    }
+}

@@ -1,0 +1,113 @@
+//! All other cars. In: a [`TrafficSetup`], then once a step what the ego does. Out: the state of every car at the end
+//! of that step. Two engines behind one trait: SUMO (in process or elsewhere) and the native IDM ring. Only
+//! `traffic::sumo` knows SUMO.
+
+use crate::{idm::IdmParams, map::RoadMap, space::Pose};
+use std::sync::Arc;
+
+/// Number of a car: the ego is 0, car 1 starts ahead of it (its leader), and so on in driving direction, so that the last is
+/// the ego's follower.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+pub struct CarId(pub u32);
+
+/// The participant's car, in every engine.
+pub const EGO: CarId = CarId(0);
+
+/// One car at the end of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CarState {
+    /// Which car.
+    pub id: CarId,
+    /// Front bumper along the route, metres, in `0..length_m`.
+    pub s_m: f64,
+    /// Pose of its centre.
+    pub pose: Pose,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+    /// Acceleration over the step, m/s2.
+    pub accel_mps2: f64,
+    /// True while the brake lamps are lit.
+    pub braking: bool,
+}
+
+/// Where a car starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StartCar {
+    /// Front bumper along the route, metres.
+    pub s_m: f64,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+}
+
+/// Everything an engine needs to begin.
+#[derive(Clone, Debug)]
+pub struct TrafficSetup {
+    /// The road.
+    pub map: Arc<RoadMap>,
+    /// All cars; car `i` has [`CarId`] `i`, car 0 is the ego.
+    pub cars: Vec<StartCar>,
+    /// Model of every car, noise included.
+    pub idm: IdmParams,
+    /// Length of a step, seconds.
+    pub step_s: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+/// The ego's part in one step: as it is now and as it will be at the end of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EgoReport {
+    /// Present pose of its centre.
+    pub pose: Pose,
+    /// Present speed, m/s, not negative.
+    pub speed_mps: f64,
+    /// Pose predicted for the end of the step with constant acceleration (DESIGN 4).
+    pub next_pose: Pose,
+    /// Speed predicted for the end of the step, m/s.
+    pub next_speed_mps: f64,
+}
+
+/// A traffic engine. One call is one step; all cars move at once from one state.
+pub trait Traffic {
+    /// Advances by one step. With a report the ego is where the report says; without, its own model drives it (warm-up,
+    /// baselines).
+    ///
+    /// # Errors
+    /// If the engine failed or a number is not finite; the drive cannot go on.
+    fn step(&mut self, ego: Option<&EgoReport>) -> Result<(), TrafficError>;
+
+    /// All cars at the end of the last step, by ascending id, the ego first.
+    fn cars(&self) -> &[CarState];
+
+    /// Name and version, for recordings and messages.
+    fn describe(&self) -> String;
+}
+
+/// Why traffic cannot start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum TrafficError {
+    /// SUMO is not on this machine.
+    #[error(
+        "SUMO is not here: {0}\n  remedy: run scripts/setup, which puts SUMO into .sumo/, or drive with --traffic native"
+    )]
+    Absent(String),
+    /// Another simulation of this process uses SUMO.
+    #[error("SUMO is in use: one program runs one SUMO simulation at a time")]
+    Busy,
+    /// SUMO or the connection to it reported an error.
+    #[error("SUMO: {0}")]
+    Sumo(String),
+    /// The setup cannot be simulated.
+    #[error("{0}")]
+    Setup(String),
+    /// A number is NaN or infinite.
+    #[error("{what} of car {car} is not a finite number: {value}")]
+    NotFinite {
+        /// Which quantity.
+        what: &'static str,
+        /// Which car.
+        car: u32,
+        /// Its value.
+        value: f64,
+    },
+}
