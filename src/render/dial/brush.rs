@@ -93,6 +93,10 @@ impl Brush<'_> {
         let pen = lettering::PEN * size;
         for stroke in lettering::set(text).strokes {
             let points: Vec<Pos2> = stroke.iter().map(|&[x, y]| middle + vec2(x, y) * size).collect();
+            if points[0].distance(points[points.len() - 1]) < 1e-3 * size {
+                self.painter.add(Shape::closed_line(points[1..].to_vec(), Stroke::new(pen, colour)));
+                continue;
+            }
             // Drawn from corner to corner with a round pen: no mitre to break off.
             let mut start = 0;
             for end in 1..points.len() {
