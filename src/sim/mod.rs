@@ -2,9 +2,11 @@
 //! [`Snapshot`] of all there is to see, record or hash.
 
 mod fields;
+mod load;
 mod scenario;
 mod snapshot;
 
 pub use fields::{Field, Kind, fields};
+pub use load::ScenarioError;
 pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
 pub use snapshot::{CarView, Leader, Snapshot};
