@@ -120,7 +120,13 @@ fn collect(schema: &Value, default: &Value, prefix: &str, list: &mut Vec<Field>)
             continue;
         }
         let text = |name: &str| property[name].as_str().unwrap_or_default().to_owned();
-        list.push(Field { doc: text("description"), unit: text("unit"), kind: kind(property), default: default.clone(), path });
+        list.push(Field {
+            doc: text("description"),
+            unit: text("unit"),
+            kind: kind(property),
+            default: default.clone(),
+            path,
+        });
     }
 }
 

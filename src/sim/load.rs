@@ -66,7 +66,10 @@ impl Scenario {
             return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.step_s)));
         }
         if !multiple(self.hold_s, self.step_s) || self.hold_s < self.step_s {
-            let text = format!("hold_s is {}; allowed: a whole number of steps of {} s, at least one", self.hold_s, self.step_s);
+            let text = format!(
+                "hold_s is {}; allowed: a whole number of steps of {} s, at least one",
+                self.hold_s, self.step_s
+            );
             return Err(("hold_s", text));
         }
         Ok(())
@@ -135,11 +138,19 @@ mod tests {
 
     #[test]
     fn a_value_out_of_range_is_named_with_its_limits() {
-        assert!(fault("hold_s = 0").starts_with("trial.toml:1:10: hold_s is 0.0; allowed: a number from 0.01 to 600 s"));
-        assert!(fault("\n[idm]\na = -1").starts_with("trial.toml:3:5: idm.a is -1.0; allowed: a number from 0.1 to 5 m/s2"));
+        assert!(
+            fault("hold_s = 0").starts_with("trial.toml:1:10: hold_s is 0.0; allowed: a number from 0.01 to 600 s")
+        );
+        assert!(
+            fault("\n[idm]\na = -1").starts_with("trial.toml:3:5: idm.a is -1.0; allowed: a number from 0.1 to 5 m/s2")
+        );
         assert!(fault("range_mph = nan").starts_with("trial.toml:1:13: range_mph is not a finite number"));
-        assert!(fault("hold_s = 0.25").starts_with("trial.toml:1:10: hold_s is 0.25; allowed: a whole number of steps"));
-        assert!(fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000"));
+        assert!(
+            fault("hold_s = 0.25").starts_with("trial.toml:1:10: hold_s is 0.25; allowed: a whole number of steps")
+        );
+        assert!(
+            fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000")
+        );
     }
 
     #[test]
@@ -151,7 +162,8 @@ mod tests {
     fn flags_replace_what_the_file_says() {
         let list = fields();
         let field = |path: &str| list.iter().find(|f| f.path == path).unwrap().clone();
-        let changed = Scenario::default().with(&[(field("idm.T"), 1.5.into()), (field("vehicles"), 20.into())]).unwrap();
+        let changed =
+            Scenario::default().with(&[(field("idm.T"), 1.5.into()), (field("vehicles"), 20.into())]).unwrap();
         assert_eq!((changed.idm.t, changed.vehicles), (1.5, 20));
         let error = Scenario::default().with(&[(field("vehicles"), 5000.into())]).unwrap_err();
         assert_eq!(error.0, "vehicles is 5000; allowed: a whole number from 2 to 1000");
