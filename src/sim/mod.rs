@@ -1,11 +1,13 @@
 //! The simulation. In: a [`Scenario`] and [`Controls`](crate::ego::Controls) once a tick. Out: events, and a
 //! [`Snapshot`] of all there is to see, record or hash.
 
+mod event;
 mod fields;
 mod load;
 mod scenario;
 mod snapshot;
 
+pub use event::{EndReason, Event, EventKind};
 pub use fields::{Field, Kind, fields};
 pub use load::ScenarioError;
 pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
