@@ -6,9 +6,11 @@ mod fields;
 mod load;
 mod scenario;
 mod snapshot;
+mod summary;
 
 pub use event::{EndReason, Event, EventKind};
 pub use fields::{Field, Kind, fields};
 pub use load::ScenarioError;
 pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
 pub use snapshot::{CarView, Leader, Snapshot};
+pub use summary::{ContactRecord, Summary, Tally};
