@@ -43,6 +43,7 @@ pub mod idm;
 pub mod input;
 pub mod map;
 pub mod policy;
+pub mod render;
 pub mod rng;
 pub mod scene;
 pub mod sim;
