@@ -40,6 +40,7 @@
 pub mod ego;
 pub mod hud;
 pub mod idm;
+pub mod input;
 pub mod map;
 pub mod policy;
 pub mod render;
