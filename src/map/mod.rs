@@ -1,10 +1,11 @@
 //! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: one closed [`Route`] of lanes
 //! with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
-//! `net_xml` reads a network, `cycle` finds the closed route in it, `catalog` knows the folder `maps/`; [`ring`] makes
+//! `net_xml` reads a network, `cycle` finds the closed route in it, `catalog` knows the folder `maps/`; [`ring`] and [`circuit`] make
 //! new networks and `write` writes them as SUMO reads them.
 
 mod catalog;
+pub mod circuit;
 mod cycle;
 mod error;
 mod net_xml;
