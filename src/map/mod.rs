@@ -26,6 +26,9 @@ pub use route::{Lane, Route, RoutePoint};
 use glam::DVec2;
 use std::path::PathBuf;
 
+/// Asphalt beyond the lane's edge on either side, metres: what is drawn and what the tyres feel.
+pub const SHOULDER_M: f64 = 0.4;
+
 /// A road network with one closed route to drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadMap {

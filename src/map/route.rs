@@ -166,9 +166,12 @@ impl Route {
         wrap_angle(self.yaw_at(s_m + half) - self.yaw_at(s_m - half)) / window_m
     }
 
-    /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line: both bumpers on the line.
+    /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line and whose rear points to where the
+    /// line was `length_m` before, as SUMO places cars.
     pub fn pose_of_front(&self, s_m: f64, length_m: f64) -> Pose {
-        Pose::from_bumpers(self.point_at(s_m), self.point_at(s_m - length_m))
+        let front = self.point_at(s_m);
+        let yaw_rad = Pose::from_bumpers(front, self.point_at(s_m - length_m)).yaw_rad;
+        Pose::new(front - DVec2::from_angle(yaw_rad) * (length_m / 2.0), yaw_rad)
     }
 
     /// The route point nearest to `point`. With `near_s_m`, only the stretch within 40 m of it is searched: faster, and

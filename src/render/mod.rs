@@ -1,0 +1,4 @@
+//! The picture. In: a view of the scene. Out: pixels.
+
+pub mod dial;
+pub mod ui_pass;
