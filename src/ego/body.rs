@@ -97,7 +97,17 @@ impl Body {
             .collect();
         let anti_roll_npm = p.suspension.anti_roll_npm.map(|k| k as f32);
         let vehicle = vehicle(chassis, p);
-        Self { world, vehicle, chassis, shell: shell_handle, cars, origin, mass_kg: b.mass_kg as f32, anti_roll_npm, dt }
+        Self {
+            world,
+            vehicle,
+            chassis,
+            shell: shell_handle,
+            cars,
+            origin,
+            mass_kg: b.mass_kg as f32,
+            anti_roll_npm,
+            dt,
+        }
     }
 
     pub fn chassis(&self) -> &RigidBody {
