@@ -42,6 +42,7 @@ pub mod hud;
 pub mod idm;
 pub mod map;
 pub mod policy;
+pub mod render;
 pub mod rng;
 pub mod scene;
 pub mod sim;
