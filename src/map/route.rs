@@ -114,9 +114,12 @@ impl Route {
         (index, (s_m - self.lanes[index].start_s_m).min(self.lanes[index].length_m))
     }
 
-    /// Route distance of a position on a lane, if the lane belongs to the route.
+    /// Route distance of a position on a lane, if the lane, or another lane of its edge, belongs to the route.
     pub fn s_of(&self, lane_id: &str, position_m: f64) -> Option<f64> {
-        let lane = self.lanes.iter().find(|lane| lane.id == lane_id)?;
+        // SUMO's lane ids are `<edge>_<index>`, the index having no underscore.
+        let edge = lane_id.rsplit_once('_')?.0;
+        let same_lane = self.lanes.iter().find(|lane| lane.id == lane_id);
+        let lane = same_lane.or_else(|| self.lanes.iter().find(|lane| lane.edge == edge))?;
         Some(self.wrap(lane.start_s_m + position_m))
     }
 
@@ -163,9 +166,12 @@ impl Route {
         wrap_angle(self.yaw_at(s_m + half) - self.yaw_at(s_m - half)) / window_m
     }
 
-    /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line: both bumpers on the line.
+    /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line and whose rear points to where the
+    /// line was `length_m` before, as SUMO places cars.
     pub fn pose_of_front(&self, s_m: f64, length_m: f64) -> Pose {
-        Pose::from_bumpers(self.point_at(s_m), self.point_at(s_m - length_m))
+        let front = self.point_at(s_m);
+        let yaw_rad = Pose::from_bumpers(front, self.point_at(s_m - length_m)).yaw_rad;
+        Pose::new(front - DVec2::from_angle(yaw_rad) * (length_m / 2.0), yaw_rad)
     }
 
     /// The route point nearest to `point`. With `near_s_m`, only the stretch within 40 m of it is searched: faster, and
