@@ -79,7 +79,10 @@ fn a_hold_of_nothing_or_of_half_a_step_is_refused() {
 
 #[test]
 fn misspelt_words_are_answered_with_those_that_exist() {
-    assert_run_refused(&["--policy", "trpo"], &["`trpo` is unknown", "none, constant, two-phase, follower-stopper, pi"]);
+    assert_run_refused(
+        &["--policy", "trpo"],
+        &["`trpo` is unknown", "none, constant, two-phase, follower-stopper, pi"],
+    );
     assert_run_refused(&["--driver", "me"], &["me", "follow", "perfect", "idm"]);
     assert_run_refused(&["--units", "knots"], &["knots", "mph, kmh"]);
     assert_input_error(&["run", "--traffic", "sumoo", "--duration", "1"], &["sumoo", "sumo, native", "HOST:PORT"]);
@@ -93,7 +96,10 @@ fn a_mistake_in_a_scenario_file_is_shown_at_its_place() {
     let file = folder.path().join("trial.toml");
     let path = file.to_str().unwrap();
     fs::write(&file, "vehicles = 22\nvehicels = 20\n").unwrap();
-    assert_run_refused(&["--scenario", path], &["trial.toml:2:1: unknown key `vehicels`", "2 | vehicels = 20", "^^^^^^^^"]);
+    assert_run_refused(
+        &["--scenario", path],
+        &["trial.toml:2:1: unknown key `vehicels`", "2 | vehicels = 20", "^^^^^^^^"],
+    );
     fs::write(&file, "\nvehicles = \"many\"\n").unwrap();
     assert_run_refused(&["--scenario", path], &["trial.toml:2:12: ", "string \"many\""]);
     fs::write(&file, "[idm]\nT = 99.0\n").unwrap();
@@ -119,7 +125,10 @@ fn without_sumo_the_remedy_is_named_and_native_traffic_drives() {
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("scripts/setup") && text.contains("--traffic native"), "{text}");
     let arguments = run(&[]);
-    codrive(&arguments.iter().map(String::as_str).collect::<Vec<_>>()).env("SUMO_HOME", nowhere.path()).assert().success();
+    codrive(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+        .env("SUMO_HOME", nowhere.path())
+        .assert()
+        .success();
 }
 
 #[test]

@@ -97,7 +97,17 @@ impl Body {
             .collect();
         let anti_roll_npm = p.suspension.anti_roll_npm.map(|k| k as f32);
         let vehicle = vehicle(chassis, p);
-        Self { world, vehicle, chassis, shell: shell_handle, cars, origin, mass_kg: b.mass_kg as f32, anti_roll_npm, dt }
+        Self {
+            world,
+            vehicle,
+            chassis,
+            shell: shell_handle,
+            cars,
+            origin,
+            mass_kg: b.mass_kg as f32,
+            anti_roll_npm,
+            dt,
+        }
     }
 
     pub fn chassis(&self) -> &RigidBody {
@@ -138,8 +148,6 @@ impl Body {
     /// Weight and springs of one sub-step. Returns what each wheel stands on.
     pub fn springs(&mut self) -> [Ray; 4] {
         let world = &mut self.world;
-        let weight = vec3(0.0, 0.0, -GRAVITY * self.mass_kg * self.dt);
-        world.bodies[self.chassis].apply_impulse(weight, true);
         let queries = world.broad_phase.as_query_pipeline_mut(
             world.narrow_phase.query_dispatcher(),
             &mut world.bodies,
@@ -147,6 +155,9 @@ impl Body {
             QueryFilter::only_fixed(),
         );
         self.vehicle.update_vehicle(self.dt, queries);
+        // After the springs: before them, their dampers would take the weight's impulse for a movement.
+        let weight = vec3(0.0, 0.0, -GRAVITY * self.mass_kg * self.dt);
+        self.world.bodies[self.chassis].apply_impulse(weight, true);
         let wheels = self.vehicle.wheels();
         let mut rays: [Ray; 4] = std::array::from_fn(|i| {
             let (ray, load_n) = (wheels[i].raycast_info(), wheels[i].wheel_suspension_force);

@@ -154,13 +154,13 @@ impl Ego {
         let drag = 0.5 * (p.body.air_density_kgm3 * p.body.drag_area_m2) as f32;
         let air = velocity * (-drag * velocity.length());
         let drive_n = self.powertrain.step(p, controls, f64::from(ground_speed), f64::from(SUBSTEP_S)) as f32;
-        self.body.push(air, centre);
-
+        // All tyres see the same moment: a push of one would pass for a slip of the next, and the standing car would walk.
+        let patches: [_; 4] = std::array::from_fn(|i| self.patch(i, &rays[i], &axes, drive_n));
         let mut grips = [Grip::default(); 4];
-        for (i, ray) in rays.iter().enumerate() {
-            let (patch, forward, left) = self.patch(i, ray, &axes, drive_n);
-            grips[i] = self.tyres[i].step(&self.tread, &patch, SUBSTEP_S);
-            let point = ray.point + Vec3::Z * self.params.suspension.link_height_m as f32;
+        self.body.push(air, centre);
+        for (i, (patch, forward, left)) in patches.iter().enumerate() {
+            grips[i] = self.tyres[i].step(&self.tread, patch, SUBSTEP_S);
+            let point = rays[i].point + Vec3::Z * self.params.suspension.link_height_m as f32;
             self.body.push(forward * grips[i].x_n + left * grips[i].y_n, point);
             let wheel = &mut self.wheels[i];
             wheel.spin_rad += patch.vx_mps * SUBSTEP_S / self.params.body.wheel_radius_m as f32;
@@ -198,7 +198,9 @@ impl Ego {
             vx_mps,
             vy_mps: velocity.dot(left),
             drive_n: if front { drive_n / 2.0 } else { 0.0 },
-            brake_n: self.brake * weight_n * p.brakes.full_share as f32
+            brake_n: self.brake
+                * weight_n
+                * p.brakes.full_share as f32
                 * pick(p.brakes.front_share, 1.0 - p.brakes.front_share)
                 / 2.0,
             rolling_n: rolling as f32 * ray.load_n,

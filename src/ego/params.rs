@@ -107,8 +107,8 @@ pub struct SuspensionParams {
     pub rebound_ratio: f64,
     /// Largest way of a wheel to either side of its unloaded place, m
     pub travel_m: f64,
-    /// Anti-roll bars, front and rear, N per metre of difference between left and right: with the springs 4.5 degrees
-    /// of roll at 1 g
+    /// Anti-roll bars, front and rear, N per metre of difference between left and right: with the springs 4 degrees of
+    /// roll at 1 g
     pub anti_roll_npm: [f64; 2],
     /// Height above the road at which the links hand tyre forces to the body, m: 0 is all dive and roll, the height of
     /// the centre of gravity none
@@ -123,7 +123,7 @@ impl Default for SuspensionParams {
             rebound_ratio: 0.55,
             travel_m: 0.30,
             anti_roll_npm: [12_000.0, 6_000.0],
-            link_height_m: 0.15,
+            link_height_m: 0.06,
         }
     }
 }
@@ -144,7 +144,7 @@ pub struct TyreParams {
     /// Way a tyre rolls until its side force has followed the slip, m
     pub relaxation_m: f64,
     /// Stiffness of a standing tyre along the road as a share of its load, 1/m: a car that stops at 1 m/s2 is stretched
-    /// by 2 mm and comes back by as much
+    /// by 0.9 mm and comes back by as much; one that holds against its creep stands 0.6 mm ahead
     pub tread_per_m: f64,
     /// Damping ratio of the standing tyre
     pub tread_damping: f64,
@@ -169,12 +169,12 @@ impl Default for TyreParams {
             front_cornering: 14.5,
             rear_cornering: 18.0,
             relaxation_m: 0.45,
-            tread_per_m: 50.0,
+            tread_per_m: 120.0,
             tread_damping: 0.9,
             slip_control: 0.95,
             asphalt_rolling: 0.012,
             grass_rolling: 0.08,
-            grass_rolling_per_mps: 0.0115,
+            grass_rolling_per_mps: 0.0125,
             grass_rolling_max: 0.25,
         }
     }
@@ -249,13 +249,13 @@ impl Default for EngineParams {
     fn default() -> Self {
         Self {
             torque_curve: vec![
-                (0.0, 120.0),
-                (1000.0, 175.0),
-                (1500.0, 220.0),
-                (2000.0, 240.0),
-                (4500.0, 240.0),
-                (5500.0, 205.0),
-                (6500.0, 155.0),
+                (0.0, 110.0),
+                (1000.0, 160.0),
+                (1500.0, 200.0),
+                (2000.0, 215.0),
+                (4500.0, 215.0),
+                (5500.0, 185.0),
+                (6500.0, 140.0),
             ],
             idle_rpm: 650.0,
             limit_rpm: 6400.0,
@@ -264,7 +264,7 @@ impl Default for EngineParams {
             drag_nms: 0.03,
             pedal_linear: 0.5,
             pedal_neutral: 0.1,
-            pedal_power_w: 120_000.0,
+            pedal_power_w: 110_000.0,
         }
     }
 }
@@ -353,7 +353,7 @@ impl CarParams {
             ("tyres.front_cornering", tyre.front_cornering, 2.0, 60.0),
             ("tyres.rear_cornering", tyre.rear_cornering, 2.0, 60.0),
             ("tyres.relaxation_m", tyre.relaxation_m, 0.1, 2.0),
-            ("tyres.tread_per_m", tyre.tread_per_m, 5.0, 100.0),
+            ("tyres.tread_per_m", tyre.tread_per_m, 5.0, 200.0),
             ("tyres.tread_damping", tyre.tread_damping, 0.0, 1.5),
             ("tyres.slip_control", tyre.slip_control, 0.3, 1.0),
             ("tyres.asphalt_rolling", tyre.asphalt_rolling, 0.0, 0.1),

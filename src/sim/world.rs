@@ -5,19 +5,18 @@
 //! is simulated tick by tick in between.
 
 use super::{
-    Event, EventKind, OnContact, Scenario, Snapshot,
+    Event, EventKind, OnContact, Scenario, Snapshot, StartLayout,
     event::EndReason,
     ground::RoadGround,
     snapshot::{CarView, Leader},
 };
 use crate::{
-    driver::Perception,
-    ego::{CarParams, Controls, Ego, Obstacle},
+    ego::{CarParams, Controls, Ego, EgoError, Obstacle},
     map::{MapError, RoadMap, Route},
     policy::{self, Advisor, Observation, PolicySettings, UnknownPolicy},
     space::CAR_LENGTH_M,
     time::{TICK_S, TICKS_PER_S, Tick},
-    traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup},
+    traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup, UnknownEngine},
 };
 use std::sync::Arc;
 
@@ -39,8 +38,11 @@ pub enum WorldError {
     #[error(transparent)]
     Policy(#[from] UnknownPolicy),
     /// The traffic engine's name cannot be read.
-    #[error("{0}")]
-    Engine(String),
+    #[error(transparent)]
+    Engine(#[from] UnknownEngine),
+    /// The ego cannot be built.
+    #[error(transparent)]
+    Ego(#[from] EgoError),
 }
 
 /// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
@@ -80,7 +82,7 @@ impl World {
     /// See [`WorldError`]; the messages name the remedy.
     pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
         let map = Arc::new(RoadMap::load(&scenario.map)?);
-        let engine: EngineChoice = scenario.traffic.parse().map_err(|e| WorldError::Engine(format!("{e}")))?;
+        let engine: EngineChoice = scenario.traffic.parse()?;
         let settings = policy_settings(scenario, &map.route);
         let policy = policy::build(&scenario.policy, &settings)?;
         let expected = ExpectedSpeeds {
@@ -101,8 +103,8 @@ impl World {
         }
         let to = traffic.cars().to_vec();
         let start = map.route.pose_of_front(to[0].s_m, CAR_LENGTH_M);
-        let params = CarParams { creep: scenario.creep, ..CarParams::default() };
-        let ego = Ego::new(&params, start, to[0].speed_mps, to.len() - 1);
+        let params = car_params(scenario);
+        let ego = Ego::new(&params, start, to[0].speed_mps, to.len() - 1)?;
         let advisor = Advisor::new(policy, scenario.step_s, scenario.hold_steps(), scenario.range_mps());
         let snapshot = Snapshot {
             tick: Tick(0),
@@ -239,11 +241,7 @@ impl World {
             .iter()
             .map(|car| (route.ahead(place.s_m, car.s_m), car))
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(headway_m, car)| Leader {
-                id: car.id,
-                gap_m: headway_m - CAR_LENGTH_M,
-                speed_mps: car.speed_mps,
-            });
+            .map(|(headway_m, car)| Leader { id: car.id, gap_m: headway_m - CAR_LENGTH_M, speed_mps: car.speed_mps });
         let sum: f64 = snapshot.cars.iter().map(|car| car.speed_mps).sum();
         snapshot.mean_speed_mps = (sum + snapshot.ego.speed_mps) / (snapshot.cars.len() + 1) as f64;
 
@@ -265,7 +263,8 @@ impl World {
     }
 
     fn observe(&self) -> Observation {
-        let (gap_m, leader_speed_mps) = self.snapshot.leader.map_or((self.map.route.length_m(), 0.0), |l| (l.gap_m, l.speed_mps));
+        let (gap_m, leader_speed_mps) =
+            self.snapshot.leader.map_or((self.map.route.length_m(), 0.0), |l| (l.gap_m, l.speed_mps));
         Observation {
             speed_mps: self.snapshot.ego.speed_mps,
             leader_speed_mps,
@@ -274,9 +273,9 @@ impl World {
         }
     }
 
-    /// What a simulated driver sees now.
-    pub fn perception(&self) -> Perception {
-        perception(&self.snapshot, &self.map.route)
+    /// Lets go of the traffic engine, so that another drive can have it (SUMO runs once a process). This drive is over.
+    pub fn stop_traffic(&mut self) {
+        self.traffic = Box::new(Stopped(self.to.clone()));
     }
 
     /// What happened in the last tick.
@@ -334,4 +333,37 @@ fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
 fn limited_idm(scenario: &Scenario, route: &Route) -> crate::idm::IdmParams {
     let limit_mps = route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(f64::INFINITY, f64::min);
     crate::idm::IdmParams { v0: scenario.idm.v0.min(limit_mps), ..scenario.idm }
+}
+
+/// Where all cars stand at the start.
+fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<StartCar>, TrafficError> {
+    let layout = match scenario.start {
+        StartLayout::Even => traffic::start::even,
+        StartLayout::Bunched => traffic::start::bunched,
+    };
+    layout(scenario.vehicles as usize, route.length_m(), scenario.idm.s0, 0.0)
+}
+
+/// The ego with the scenario's settings.
+fn car_params(scenario: &Scenario) -> CarParams {
+    let mut params = CarParams::default();
+    params.gearbox.creep = scenario.creep;
+    params
+}
+
+/// What is left of an engine that was let go.
+struct Stopped(Vec<CarState>);
+
+impl Traffic for Stopped {
+    fn step(&mut self, _ego: Option<&EgoReport>) -> Result<(), TrafficError> {
+        Err(TrafficError::Setup("this drive was stopped".into()))
+    }
+
+    fn cars(&self) -> &[CarState] {
+        &self.0
+    }
+
+    fn describe(&self) -> String {
+        "stopped".into()
+    }
 }
