@@ -1,31 +1,19 @@
 //! The speedometer by its pixels: what a participant reads is what the simulation says.
 
-use std::sync::OnceLock;
-
 use codrive::{
     hud::{Dial, Palette, Rgb},
     render::{
+        Gpu, OFFSCREEN,
         dial::{DialPass, DialPlace, layout},
         ui_pass::{Overlay, UiPass},
     },
     units::SpeedUnit,
 };
 
-struct Gpu {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-}
-
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+const FORMAT: wgpu::TextureFormat = OFFSCREEN;
 
 fn headless() -> &'static Gpu {
-    static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-        let adapter = pollster::block_on(instance.request_adapter(&Default::default())).expect("an adapter");
-        let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).expect("a device");
-        Gpu { device, queue }
-    })
+    Gpu::shared().expect("an adapter")
 }
 
 /// A square picture of the dial alone, filling it, on a uniform background.
@@ -37,7 +25,7 @@ struct Picture {
 const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
 fn draw(dial: &Dial, palette: Palette, side: u32) -> Picture {
-    let Gpu { device, queue } = headless();
+    let Gpu { device, queue, .. } = headless();
     let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: None,
@@ -311,7 +299,7 @@ fn two_drawings_are_the_same_bits() {
 
 #[test]
 fn a_texture_that_egui_drops_lives_until_its_last_frame_is_submitted() {
-    let Gpu { device, queue } = headless();
+    let Gpu { device, queue, .. } = headless();
     let ctx = egui::Context::default();
     let mut pass = UiPass::new(device, FORMAT);
     let target = device.create_texture(&wgpu::TextureDescriptor {
