@@ -19,6 +19,8 @@ pub(super) const GRAVITY: f32 = 9.81;
 const ROOF_M: f32 = 1.4;
 /// Ground clearance of the boxes, metres: the springs' travel never brings the ego's to the road.
 const CLEARANCE_M: f32 = 0.25;
+/// Half height of the other cars' boxes, metres: as walls they push an overlapping ego sideways, never into the road.
+const WALL_M: f32 = 4.0;
 /// Cars farther away (centre to centre) take no part in the physics, metres: two lengths and what two cars at 60 m/s
 /// close within a tick leave room to spare.
 const NEAR_M: f64 = 15.0;
@@ -68,8 +70,8 @@ impl Body {
         world.gravity = Vector::ZERO;
         world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(0.6));
         let half = vec3(CAR_LENGTH_M as f32 / 2.0, CAR_WIDTH_M as f32 / 2.0, (ROOF_M - CLEARANCE_M) / 2.0);
-        let shell = || {
-            ColliderBuilder::cuboid(half.x, half.y, half.z)
+        let shell = |half_height_m: f32| {
+            ColliderBuilder::cuboid(half.x, half.y, half_height_m)
                 .translation(vec3(0.0, 0.0, CLEARANCE_M + half.z))
                 .density(0.0)
                 .friction(0.3)
@@ -86,18 +88,28 @@ impl Body {
                 .linvel((forward * start_speed_mps).as_vec2().extend(0.0))
                 .additional_mass_properties(MassProperties::new(cg, b.mass_kg as f32, vec3(roll, pitch, yaw)))
                 .can_sleep(false),
-            shell(),
+            shell(half.z),
         );
         let cars = (0..cars)
             .map(|i| {
                 let body = RigidBodyBuilder::kinematic_position_based().enabled(false).can_sleep(false);
-                let (body, _) = world.insert(body, shell().user_data(i as u128 + 1));
+                let (body, _) = world.insert(body, shell(WALL_M).user_data(i as u128 + 1));
                 Car { body, pose: None, speed_mps: 0.0, touched: None }
             })
             .collect();
         let anti_roll_npm = p.suspension.anti_roll_npm.map(|k| k as f32);
         let vehicle = vehicle(chassis, p);
-        Self { world, vehicle, chassis, shell: shell_handle, cars, origin, mass_kg: b.mass_kg as f32, anti_roll_npm, dt }
+        Self {
+            world,
+            vehicle,
+            chassis,
+            shell: shell_handle,
+            cars,
+            origin,
+            mass_kg: b.mass_kg as f32,
+            anti_roll_npm,
+            dt,
+        }
     }
 
     pub fn chassis(&self) -> &RigidBody {

@@ -198,7 +198,9 @@ impl Ego {
             vx_mps,
             vy_mps: velocity.dot(left),
             drive_n: if front { drive_n / 2.0 } else { 0.0 },
-            brake_n: self.brake * weight_n * p.brakes.full_share as f32
+            brake_n: self.brake
+                * weight_n
+                * p.brakes.full_share as f32
                 * pick(p.brakes.front_share, 1.0 - p.brakes.front_share)
                 / 2.0,
             rolling_n: rolling as f32 * ray.load_n,
