@@ -1,1 +1,75 @@
-fn main() {}
+//! Builds two small shared libraries from `cpp/shim.cpp`: one over libsumo (in process), one over libtraci (socket). The
+//! program opens them at run time (`traffic::sumo`), so that it builds and starts without SUMO, and SUMO's hundred
+//! bundled libraries stay out of the way of the graphics drivers. Without SUMO, or without a C++ compiler, the build
+//! goes on with a warning.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+/// Name of the shim, the SUMO library behind it, and the macro that chooses it.
+const SHIMS: [(&str, &str, Option<&str>); 2] =
+    [("codrive_sumo", "sumocpp", None), ("codrive_traci", "tracicpp", Some("LIBTRACI"))];
+
+fn main() {
+    println!("cargo:rerun-if-changed=cpp/shim.cpp");
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-env-changed=SUMO_HOME");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    println!("cargo:rustc-env=CODRIVE_SHIM_DIR={}", out.display());
+    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
+    let home = find_home(&root);
+    // A path that is not there makes cargo look again at every build: wanted for as long as SUMO is missing.
+    let header = home.clone().unwrap_or_else(|| root.join(".sumo/sumo")).join("include/libsumo/libsumo.h");
+    println!("cargo:rerun-if-changed={}", header.display());
+    let built =
+        home.as_ref().ok_or("SUMO is not here; run scripts/setup or set SUMO_HOME".to_string()).and_then(|home| {
+            SHIMS.iter().try_for_each(|(name, library, define)| build_shim(&out, home, name, library, *define))
+        });
+    if let Err(reason) = &built {
+        println!("cargo:warning=built without SUMO: {reason}");
+    }
+    let home = home.filter(|_| built.is_ok()).unwrap_or_default();
+    println!("cargo:rustc-env=CODRIVE_SUMO_HOME_AT_BUILD={}", home.display());
+}
+
+/// SUMO's home with headers and libraries: `SUMO_HOME`, else `.sumo/sumo` here or in the two folders above.
+fn find_home(root: &Path) -> Option<PathBuf> {
+    let mut candidates: Vec<PathBuf> = env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
+    candidates.extend(root.ancestors().take(3).map(|folder| folder.join(".sumo/sumo")));
+    candidates
+        .into_iter()
+        .find(|home| home.join("include/libsumo/libsumo.h").exists() && library_folder(home).is_some())
+}
+
+fn library_folder(home: &Path) -> Option<PathBuf> {
+    let names = ["libsumocpp.so", "libsumocpp.dylib"];
+    ["lib64", "lib"].iter().map(|d| home.join(d)).find(|d| names.iter().any(|n| d.join(n).exists()))
+}
+
+fn build_shim(out: &Path, home: &Path, name: &str, library: &str, define: Option<&str>) -> Result<(), String> {
+    let folder = library_folder(home).ok_or("SUMO's libraries are not here")?;
+    let mut build = cc::Build::new();
+    // Optimised in every profile: it stands in the loop of each step.
+    build.cpp(true).std("c++17").pic(true).opt_level(2).include(home.join("include")).cargo_metadata(false);
+    if let Some(define) = define {
+        build.define(define, None);
+    }
+    let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
+    let mut command: Command = compiler.to_command();
+    let file = out.join(format!("{}{name}{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX));
+    command.args(["-shared", "-fvisibility=hidden", "cpp/shim.cpp", "-o"]).arg(file);
+    command.arg(format!("-L{}", folder.display())).arg(format!("-l{library}"));
+    command.arg(format!("-Wl,-rpath,{}", folder.display()));
+    if cfg!(target_os = "linux") {
+        // DT_RPATH wins over LD_LIBRARY_PATH; SUMO's bundled libraries are found at run time through its own paths.
+        command.args(["-Wl,--disable-new-dtags", "-Wl,--allow-shlib-undefined"]);
+    }
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("the C++ compiler failed ({status}) on cpp/shim.cpp")),
+        Err(error) => Err(format!("no C++ compiler: {error}")),
+    }
+}

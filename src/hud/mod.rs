@@ -2,6 +2,15 @@
 //! HC22: round gauge with ticks and needle, the number in the centre, the target a red line, the acceptable range a
 //! green band, the number green inside the range and white outside.
 
+pub mod lettering;
+mod number;
+mod palette;
+mod scale;
+
+pub use number::NumberFilter;
+pub use palette::{Palette, Rgb};
+pub use scale::{Scale, expected_top_mps};
+
 use crate::units::SpeedUnit;
 
 /// Everything on the speedometer in one frame. Speeds in the dial's own unit.
@@ -17,8 +26,12 @@ pub struct Dial {
     pub minor_per_major: u32,
     /// Present speed, not negative.
     pub speed: f64,
+    /// The number in the centre. [`Dial::new`] rounds; a [`NumberFilter`] keeps it from flickering.
+    pub number: u32,
     /// Advice: target, lower and upper edge of the range.
     pub advice: Option<DialAdvice>,
+    /// True if the true speed lies in the range, its edges included: the number is green.
+    pub inside: bool,
     /// True if the gear is reverse.
     pub reverse: bool,
 }
@@ -32,4 +45,148 @@ pub struct DialAdvice {
     pub low: f64,
     /// Upper edge of the green band.
     pub high: f64,
+}
+
+/// A tick on the scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Speed, in the dial's unit.
+    pub value: f64,
+    /// Where, see [`Dial::angle_rad`].
+    pub angle_rad: f32,
+    /// True for the long ticks that carry their value.
+    pub numbered: bool,
+    /// True for a tick half-way between two numbered ones.
+    pub half: bool,
+}
+
+impl Dial {
+    /// Angle of zero, degrees clockwise from 12 o'clock: lower left.
+    pub const START_DEG: f64 = -135.0;
+    /// Angle from zero to full scale, degrees, clockwise.
+    pub const SWEEP_DEG: f64 = 270.0;
+
+    /// The dial for a car that moves at `speed_mps` (negative when it rolls backwards) under the advice (target, lowest
+    /// and highest acceptable speed), all in m/s. Whether the speed is acceptable is decided here, in m/s and before any
+    /// rounding, by the rule of [`Advice::accepts`](crate::policy::Advice::accepts).
+    pub fn new(speed_mps: f64, advice: Option<(f64, f64, f64)>, unit: SpeedUnit, scale: Scale, reverse: bool) -> Self {
+        let speed = unit.from_mps(speed_mps.abs());
+        Self {
+            unit,
+            full_scale: scale.full,
+            major_step: scale.major_step,
+            minor_per_major: scale.minor_per_major,
+            speed,
+            number: speed.round() as u32,
+            advice: advice.map(|(target, low, high)| DialAdvice {
+                target: unit.from_mps(target),
+                low: unit.from_mps(low),
+                high: unit.from_mps(high),
+            }),
+            inside: advice.is_some_and(|(_, low, high)| (low..=high).contains(&speed_mps)),
+            reverse,
+        }
+    }
+
+    /// The same dial with its number steadied by `filter`, which is to see every frame.
+    pub fn steadied(mut self, filter: &mut NumberFilter) -> Self {
+        self.number = filter.show(self.speed);
+        self
+    }
+
+    /// The scale for a scenario in which speeds up to `max_expected_mps` are to be expected, chosen once for all of it
+    /// (see [`Scale::fitting`], [`expected_top_mps`]).
+    pub fn scale_for(max_expected_mps: f64, unit: SpeedUnit) -> Scale {
+        Scale::fitting(max_expected_mps, unit)
+    }
+
+    /// Where a speed stands on the dial: radians clockwise from 12 o'clock, linear in speed, held at both ends of the
+    /// scale.
+    pub fn angle_rad(&self, speed: f64) -> f32 {
+        let share = (speed / self.full_scale).clamp(0.0, 1.0);
+        (Self::START_DEG + share * Self::SWEEP_DEG).to_radians() as f32
+    }
+
+    /// Angle of the needle.
+    pub fn needle_rad(&self) -> f32 {
+        self.angle_rad(self.speed)
+    }
+
+    /// Angle of the red line.
+    pub fn target_rad(&self) -> Option<f32> {
+        self.advice.map(|advice| self.angle_rad(advice.target))
+    }
+
+    /// Angles of the green band's two ends, the lower first.
+    pub fn band_rad(&self) -> Option<(f32, f32)> {
+        self.advice.map(|advice| (self.angle_rad(advice.low), self.angle_rad(advice.high)))
+    }
+
+    /// All ticks, from zero to full scale.
+    pub fn marks(&self) -> impl Iterator<Item = Mark> + '_ {
+        let majors = (self.full_scale / self.major_step).round() as u32;
+        let parts = self.minor_per_major;
+        (0..=majors * parts).map(move |i| {
+            let value = self.major_step * f64::from(i) / f64::from(parts);
+            let numbered = i.is_multiple_of(parts);
+            Mark { value, angle_rad: self.angle_rad(value), numbered, half: 2 * (i % parts) == parts }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        policy::{Action, Advice},
+        time::Tick,
+    };
+
+    fn dial(speed_mps: f64, advice: Option<(f64, f64, f64)>) -> Dial {
+        Dial::new(speed_mps, advice, SpeedUnit::Mph, Dial::scale_for(9.6, SpeedUnit::Mph), false)
+    }
+
+    #[test]
+    fn angles_are_linear_and_held_at_the_ends() {
+        let dial = dial(0.0, None);
+        assert_eq!(dial.full_scale, 25.0);
+        assert!((dial.angle_rad(0.0).to_degrees() + 135.0).abs() < 1e-4);
+        assert!(dial.angle_rad(12.5).abs() < 1e-6);
+        assert!((dial.angle_rad(5.0).to_degrees() + 81.0).abs() < 1e-4);
+        assert_eq!(dial.angle_rad(25.0), dial.angle_rad(90.0));
+        assert_eq!(dial.angle_rad(0.0), dial.angle_rad(-3.0));
+    }
+
+    #[test]
+    fn every_fifth_tick_of_the_ring_dial_is_numbered() {
+        let dial = dial(0.0, None);
+        let marks: Vec<Mark> = dial.marks().collect();
+        assert_eq!(marks.len(), 26);
+        let numbered: Vec<f64> = marks.iter().filter(|mark| mark.numbered).map(|mark| mark.value).collect();
+        assert_eq!(numbered, [0.0, 5.0, 10.0, 15.0, 20.0, 25.0]);
+    }
+
+    #[test]
+    fn the_number_is_green_exactly_where_the_advice_accepts() {
+        let advice = Advice {
+            issued: Tick(0),
+            hold_steps: 10,
+            action: Action::Speed(4.362),
+            target_mps: 4.362,
+            range_mps: 0.447_04,
+        };
+        let (low, high) = advice.band_mps();
+        for speed in [low.next_down(), low, low.next_up(), 4.4, high.next_down(), high, high.next_up(), -low, 0.0, 9.0]
+        {
+            let dial = dial(speed, Some((advice.target_mps, low, high)));
+            assert_eq!(dial.inside, advice.accepts(speed), "{speed}");
+        }
+    }
+
+    #[test]
+    fn speed_is_shown_without_its_sign() {
+        let dial = dial(-2.235_2, None);
+        assert!((dial.speed - 5.0).abs() < 1e-12);
+        assert_eq!(dial.number, 5);
+    }
 }

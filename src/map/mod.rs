@@ -1,19 +1,64 @@
 //! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: one closed [`Route`] of lanes
 //! with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
+//!
+//! `net_xml` reads a network, `cycle` finds the closed route in it, `catalog` knows the folder `maps/`, [`import()`] fills
+//! it from other formats; [`ring`] and [`circuit`] make new networks and `write` writes them as SUMO reads them.
 
+mod catalog;
+pub mod circuit;
+mod cycle;
+mod error;
+mod import;
+#[cfg(test)]
+mod net_tests;
+mod net_xml;
+pub mod ring;
 mod route;
+#[cfg(test)]
+mod tests;
+mod write;
 
+pub use catalog::{MapInfo, list, project_root};
+pub use error::MapError;
+pub use import::import;
 pub use route::{Lane, Route, RoutePoint};
 
+use glam::DVec2;
 use std::path::PathBuf;
+
+/// Asphalt beyond the lane's edge on either side, metres: what is drawn and what the tyres feel.
+pub const SHOULDER_M: f64 = 0.4;
 
 /// A road network with one closed route to drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadMap {
     /// Name of its folder in `maps/`, or the file's stem.
     pub name: String,
+    /// One line for people; the name if the map has none.
+    pub title: String,
     /// The network as SUMO reads it.
     pub net_file: PathBuf,
     /// The closed route.
     pub route: Route,
+}
+
+impl RoadMap {
+    /// Middle of the route's bounding box and the radius around it that holds all centre lines, metres.
+    pub fn bounds(&self) -> (DVec2, f64) {
+        let points = || self.route.lanes().iter().flat_map(|lane| &lane.shape);
+        let low = points().fold(DVec2::INFINITY, |low, point| low.min(*point));
+        let high = points().fold(DVec2::NEG_INFINITY, |high, point| high.max(*point));
+        let centre = (low + high) / 2.0;
+        (centre, points().map(|point| point.distance(centre)).fold(0.0, f64::max))
+    }
+}
+
+/// Names for a message: the first twenty, and how many more.
+fn listed(names: &[&str]) -> String {
+    const SHOWN: usize = 20;
+    match names.len() {
+        0 => "none".into(),
+        n if n > SHOWN => format!("{} and {} more", names[..SHOWN].join(", "), n - SHOWN),
+        _ => names.join(", "),
+    }
 }

@@ -114,9 +114,12 @@ impl Route {
         (index, (s_m - self.lanes[index].start_s_m).min(self.lanes[index].length_m))
     }
 
-    /// Route distance of a position on a lane, if the lane belongs to the route.
+    /// Route distance of a position on a lane, if the lane, or another lane of its edge, belongs to the route.
     pub fn s_of(&self, lane_id: &str, position_m: f64) -> Option<f64> {
-        let lane = self.lanes.iter().find(|lane| lane.id == lane_id)?;
+        // SUMO's lane ids are `<edge>_<index>`, the index having no underscore.
+        let edge = lane_id.rsplit_once('_')?.0;
+        let same_lane = self.lanes.iter().find(|lane| lane.id == lane_id);
+        let lane = same_lane.or_else(|| self.lanes.iter().find(|lane| lane.edge == edge))?;
         Some(self.wrap(lane.start_s_m + position_m))
     }
 
@@ -138,21 +141,23 @@ impl Route {
         segment.start.lerp(segment.end, fraction.clamp(0.0, 1.0))
     }
 
-    /// Direction of the centre line at `s_m`, radians from east, smooth across the joints of the shape (each segment's
-    /// direction holds at its middle, and turns evenly from one middle to the next).
+    /// Direction of the centre line at `s_m`, radians from east, smooth across the joints of the shape: around each joint
+    /// it turns evenly from one segment's direction to the next, over half of either segment but no further than the
+    /// other one is long, so that a bend of short chords does not reach far into a straight.
     pub fn yaw_at(&self, s_m: f64) -> f64 {
         let s_m = self.wrap(s_m);
         let n = self.segments.len();
         let here = self.segment_at(s_m);
-        let middle = |i: usize| (self.segments[i].start_s_m + self.segments[i].end_s_m) / 2.0;
-        let from = if s_m < middle(here) { (here + n - 1) % n } else { here };
-        let to = (from + 1) % n;
-        let span = self.ahead(middle(from), middle(to));
+        let length_m = |i: usize| self.segments[i].end_s_m - self.segments[i].start_s_m;
+        let after_start_m = s_m - self.segments[here].start_s_m;
+        let (from, to) =
+            if after_start_m < length_m(here) / 2.0 { ((here + n - 1) % n, here) } else { (here, (here + 1) % n) };
+        let before_joint_m = (length_m(from) / 2.0).min(length_m(to));
+        let after_joint_m = (length_m(to) / 2.0).min(length_m(from));
+        let past_joint_m = if to == here { after_start_m } else { after_start_m - length_m(here) };
+        let fraction = ((past_joint_m + before_joint_m) / (before_joint_m + after_joint_m)).clamp(0.0, 1.0);
         let turn = wrap_angle(self.segments[to].yaw() - self.segments[from].yaw());
-        if span <= 0.0 {
-            return self.segments[here].yaw();
-        }
-        wrap_angle(self.segments[from].yaw() + turn * self.ahead(middle(from), s_m) / span)
+        wrap_angle(self.segments[from].yaw() + turn * fraction)
     }
 
     /// Curvature at `s_m`, 1/m, positive to the left, as the turn over `window_m` around it.
@@ -161,9 +166,12 @@ impl Route {
         wrap_angle(self.yaw_at(s_m + half) - self.yaw_at(s_m - half)) / window_m
     }
 
-    /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line: both bumpers on the line.
+    /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line and whose rear points to where the
+    /// line was `length_m` before, as SUMO places cars.
     pub fn pose_of_front(&self, s_m: f64, length_m: f64) -> Pose {
-        Pose::from_bumpers(self.point_at(s_m), self.point_at(s_m - length_m))
+        let front = self.point_at(s_m);
+        let yaw_rad = Pose::from_bumpers(front, self.point_at(s_m - length_m)).yaw_rad;
+        Pose::new(front - DVec2::from_angle(yaw_rad) * (length_m / 2.0), yaw_rad)
     }
 
     /// The route point nearest to `point`. With `near_s_m`, only the stretch within 40 m of it is searched: faster, and

@@ -7,6 +7,7 @@
 
 pub mod crowd;
 pub mod develop;
+pub mod dial;
 pub mod gpu;
 pub mod grain;
 pub mod layout;
@@ -20,6 +21,7 @@ pub mod scenery;
 pub mod shader;
 pub mod shadow;
 pub mod timing;
+pub mod ui_pass;
 
 pub use gpu::{Gpu, GpuError};
 pub use offscreen::{OFFSCREEN, render_to_image};

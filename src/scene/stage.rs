@@ -65,7 +65,7 @@ pub(super) mod tests {
             width_m,
             shape,
         };
-        RoadMap { name: name.into(), net_file: "none".into(), route: Route::new(vec![lane]) }
+        RoadMap { name: name.into(), title: name.into(), net_file: "none".into(), route: Route::new(vec![lane]) }
     }
 
     /// A ring of this circumference, driven counter-clockwise, 3.2 m wide.

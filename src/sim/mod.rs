@@ -1,6 +1,19 @@
-//! The simulation. In: a scenario and [`Controls`](crate::ego::Controls) once a tick. Out: events, and a [`Snapshot`]
-//! of all there is to see, record or hash.
+//! The simulation. In: a [`Scenario`] and [`Controls`](crate::ego::Controls) once a tick. Out: events, and a
+//! [`Snapshot`] of all there is to see, record or hash.
 
+mod event;
+mod fields;
+mod ground;
+mod load;
+mod scenario;
 mod snapshot;
+mod summary;
+mod world;
 
+pub use event::{EndReason, Event, EventKind};
+pub use fields::{Field, Kind, fields};
+pub use load::ScenarioError;
+pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
 pub use snapshot::{CarView, Leader, Snapshot};
+pub use summary::{ContactRecord, Summary, Tally};
+pub use world::{ExpectedSpeeds, World, WorldError};

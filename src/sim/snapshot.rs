@@ -56,3 +56,79 @@ pub struct Leader {
     /// Its speed, m/s.
     pub speed_mps: f64,
 }
+
+/// Where a chain of [`Snapshot::hash`] begins (FNV-1a's offset).
+pub const HASH_START: u64 = 0xcbf2_9ce4_8422_2325;
+
+impl Snapshot {
+    /// Fingerprint of this snapshot, chained to that of the ones before: equal if and only if (but for chance) every
+    /// bit of every number that matters to a drive is equal.
+    pub fn hash(&self, before: u64) -> u64 {
+        let mut hash = before;
+        self.visit(&mut |_, _, value| hash = mix(hash, value.to_bits()));
+        hash
+    }
+
+    /// The first number in which two snapshots differ: its name, the car, both values. `None` if all bits are equal.
+    pub fn first_difference(&self, other: &Self) -> Option<(String, f64, f64)> {
+        let list = |snapshot: &Self| {
+            let mut list = Vec::new();
+            snapshot.visit(&mut |name, car, value| list.push((name, car, value)));
+            list
+        };
+        let (mine, theirs) = (list(self), list(other));
+        if mine.len() != theirs.len() {
+            return Some(("count of numbers".into(), mine.len() as f64, theirs.len() as f64));
+        }
+        let pair = mine.iter().zip(&theirs).find(|(a, b)| a.2.to_bits() != b.2.to_bits())?;
+        Some((format!("{} of car {}", pair.0.0, pair.0.1), pair.0.2, pair.1.2))
+    }
+
+    /// Every number that a drive depends on: its name, the car it belongs to, its value.
+    fn visit(&self, put: &mut dyn FnMut(&'static str, u32, f64)) {
+        let ego = &self.ego;
+        put("tick", 0, self.tick.seconds());
+        for (name, value) in [("x", ego.position.x), ("y", ego.position.y), ("z", ego.position.z)] {
+            put(name, 0, value);
+        }
+        ego.rotation.to_array().iter().for_each(|value| put("rotation", 0, (*value).into()));
+        put("speed", 0, ego.speed_mps);
+        put("acceleration", 0, ego.accel_mps2);
+        put("yaw rate", 0, ego.yaw_rate);
+        put("gear", 0, ego.gear.into());
+        put("engine speed", 0, ego.engine_rpm.into());
+        put("steering torque", 0, ego.steering_torque_nm.into());
+        put("lane offset", 0, self.lane_offset_m);
+        for car in &self.cars {
+            put("place", car.id.0, car.s_m);
+            put("speed", car.id.0, car.speed_mps);
+            put("acceleration", car.id.0, car.accel_mps2);
+            put("brake lamps", car.id.0, f64::from(u8::from(car.braking)));
+        }
+        if let Some(advice) = self.advice {
+            put("target", 0, advice.target_mps);
+            put("issue time", 0, advice.issued.seconds());
+        }
+    }
+}
+
+/// One round of FNV-1a over eight bytes.
+fn mix(hash: u64, bits: u64) -> u64 {
+    bits.to_le_bytes().iter().fold(hash, |h, byte| (h ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+impl CarView {
+    /// A car as its engine placed it.
+    pub(super) fn at_start(car: &crate::traffic::CarState) -> Self {
+        Self {
+            id: car.id,
+            pose: car.pose,
+            pose_before: car.pose,
+            s_m: car.s_m,
+            speed_mps: car.speed_mps,
+            accel_mps2: car.accel_mps2,
+            odometer_m: 0.0,
+            braking: car.braking,
+        }
+    }
+}

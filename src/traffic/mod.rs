@@ -2,8 +2,23 @@
 //! of that step. Two engines behind one trait: SUMO (in process or elsewhere) and the native IDM ring. Only
 //! `traffic::sumo` knows SUMO.
 
+mod choice;
+mod ego;
+mod motion;
+mod native;
+mod noise;
+pub mod start;
+pub mod sumo;
+
+pub use choice::{EngineChoice, UnknownEngine};
+pub use native::NativeTraffic;
+
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
 use std::sync::Arc;
+
+/// The hardest that any car of the traffic brakes, m/s2 (SUMO's default for passenger cars). The model is never clipped at
+/// `b` (FACTS 2); it reaches this bound only behind an ego that cuts in or stops dead.
+pub const EMERGENCY_BRAKING_MPS2: f64 = 9.0;
 
 /// Number of a car: the ego is 0, car 1 starts ahead of it (its leader), and so on in driving direction, so that the last is
 /// the ego's follower.
@@ -70,10 +85,11 @@ pub struct EgoReport {
 /// A traffic engine. One call is one step; all cars move at once from one state.
 pub trait Traffic {
     /// Advances by one step. With a report the ego is where the report says; without, its own model drives it (warm-up,
-    /// baselines).
+    /// baselines), from where the last report left it. An ego whose body has left the lane is not seen by the others.
     ///
     /// # Errors
-    /// If the engine failed or a number is not finite; the drive cannot go on.
+    /// If the engine failed or a number is not finite; the drive cannot go on. Without a report also if the last one
+    /// left the ego beside the road.
     fn step(&mut self, ego: Option<&EgoReport>) -> Result<(), TrafficError>;
 
     /// All cars at the end of the last step, by ascending id, the ego first.
@@ -81,6 +97,18 @@ pub trait Traffic {
 
     /// Name and version, for recordings and messages.
     fn describe(&self) -> String;
+}
+
+/// Starts the engine chosen, all cars at their places.
+///
+/// # Errors
+/// If the setup cannot be simulated, SUMO is not here or in use, or nobody listens at the address.
+pub fn start(engine: &EngineChoice, setup: TrafficSetup) -> Result<Box<dyn Traffic>, TrafficError> {
+    Ok(match engine {
+        EngineChoice::Native => Box::new(NativeTraffic::start(setup)?),
+        EngineChoice::Sumo => Box::new(sumo::SumoTraffic::start(setup)?),
+        EngineChoice::Remote { host, port } => Box::new(sumo::SumoTraffic::connect(host, *port, setup)?),
+    })
 }
 
 /// Why traffic cannot start or go on.

@@ -1,0 +1,229 @@
+// C interface over libsumo or (with -DLIBTRACI) libtraci, which differ only in their namespace. Vehicles and lanes are
+// numbers here: their names are given once. Every function returns 0, or 1 with a message in cs_error(); no exception
+// leaves this file. Metres, m/s, compass degrees. Used by one thread at a time (src/traffic/sumo/shim.rs).
+#include <libsumo/libsumo.h>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <string>
+#include <vector>
+
+namespace sim = LIBSUMO_NAMESPACE;
+#define API extern "C" __attribute__((visibility("default")))
+
+namespace {
+
+// Same layout as `Command` and `Record` in shim.rs.
+struct Command {
+    uint32_t car, kind;
+    double a, b, c;
+};
+struct Record {
+    double x, y, angle_deg, speed, lane_pos;
+    int32_t lane;      // index in the table of lanes, -1: none of them
+    uint32_t present;  // 0: the vehicle is no longer in the simulation
+};
+enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3 };
+struct Car {
+    std::string id;
+    int32_t lane;  // where it was last: the first guess at the next step
+};
+
+thread_local std::string error_text, answer;
+std::vector<Car> cars;
+std::vector<std::string> lanes;
+
+template <class F>
+int guard(F body) noexcept {
+    try {
+        body();
+        return 0;
+    } catch (const std::exception& e) {
+        error_text = e.what();
+    } catch (...) {
+        error_text = "unknown C++ exception";
+    }
+    return 1;
+}
+
+int32_t lane_number(const std::string& id, int32_t guess) {
+    const auto n = static_cast<int32_t>(lanes.size());
+    for (int32_t k = 0; k < n; k++) {
+        const int32_t i = (guess < 0 ? k : guess + k) % n;
+        if (lanes[i] == id) return i;
+    }
+    return -1;
+}
+
+void obey(const Command& c) {
+    const std::string& id = cars.at(c.car).id;
+    switch (c.kind) {
+        case MOVE_TO_XY: sim::Vehicle::moveToXY(id, "", -1, c.a, c.b, c.c, 2, 20.); break;
+        case PREVIOUS_SPEED: sim::Vehicle::setPreviousSpeed(id, c.a); break;
+        case SPEED: sim::Vehicle::setSpeed(id, c.a); break;
+        case SPEED_MODE: sim::Vehicle::setSpeedMode(id, static_cast<int>(c.a)); break;
+        default: throw std::invalid_argument("unknown command");
+    }
+}
+
+#ifdef LIBTRACI
+// Over a socket each getter is a round trip, so the states come as one subscription.
+const std::vector<int> VARIABLES = {libsumo::VAR_POSITION, libsumo::VAR_ANGLE, libsumo::VAR_SPEED,
+                                    libsumo::VAR_LANEPOSITION, libsumo::VAR_LANE_ID};
+
+void read(Record* out) {
+    const auto all = sim::Vehicle::getAllSubscriptionResults();
+    for (size_t i = 0; i < cars.size(); i++) {
+        const auto found = all.find(cars[i].id);
+        out[i].present = found != all.end();
+        if (!out[i].present) continue;
+        // The number of a variable fixes the type of its value.
+        const auto& values = found->second;
+        const auto number = [&](int v) { return static_cast<const libsumo::TraCIDouble&>(*values.at(v)).value; };
+        const auto& p = static_cast<const libsumo::TraCIPosition&>(*values.at(libsumo::VAR_POSITION));
+        const auto& lane = static_cast<const libsumo::TraCIString&>(*values.at(libsumo::VAR_LANE_ID)).value;
+        cars[i].lane = lane_number(lane, cars[i].lane);
+        out[i] = Record{p.x, p.y, number(libsumo::VAR_ANGLE), number(libsumo::VAR_SPEED),
+                        number(libsumo::VAR_LANEPOSITION), cars[i].lane, 1};
+    }
+}
+#else
+// In process a getter costs 24 ns and a subscription copies maps.
+void read(Record* out) {
+    for (size_t i = 0; i < cars.size(); i++) {
+        const std::string& id = cars[i].id;
+        const auto p = sim::Vehicle::getPosition(id);
+        cars[i].lane = lane_number(sim::Vehicle::getLaneID(id), cars[i].lane);
+        out[i] = Record{p.x, p.y, sim::Vehicle::getAngle(id), sim::Vehicle::getSpeed(id),
+                        sim::Vehicle::getLanePosition(id), cars[i].lane, 1};
+    }
+}
+#endif
+
+std::vector<std::string> strings(const char* const* items, size_t n) { return {items, items + n}; }
+
+}  // namespace
+
+API const char* cs_error() { return error_text.c_str(); }
+
+// libsumo only: begins a simulation with the options of the command line; argv[0] is ignored.
+API int cs_start(const char* const* argv, size_t n) {
+    return guard([&] {
+        cars.clear();
+        sim::Simulation::start(strings(argv, n));
+    });
+}
+
+// libtraci only: connects to a SUMO that listens. No second try: it would sleep a second before.
+API int cs_connect(const char* host, int port) {
+    return guard([&] {
+        cars.clear();
+#ifdef LIBTRACI
+        sim::Simulation::init(port, 0, host);
+#else
+        (void)host, (void)port;
+        throw std::logic_error("libsumo has no connection");
+#endif
+    });
+}
+
+// Begins anew in the SUMO at hand.
+API int cs_load(const char* const* argv, size_t n) {
+    return guard([&] {
+        cars.clear();
+        sim::Simulation::load(strings(argv, n));
+    });
+}
+
+API int cs_close() {
+    return guard([] {
+        cars.clear();
+        lanes.clear();
+        sim::Simulation::close();
+    });
+}
+
+API int cs_option(const char* name, const char** value) {
+    return guard([&] {
+        answer = sim::Simulation::getOption(name);
+        *value = answer.c_str();
+    });
+}
+
+API int cs_version(const char** value) {
+    return guard([&] {
+        answer = sim::Simulation::getVersion().second;
+        *value = answer.c_str();
+    });
+}
+
+API int cs_lanes(const char* const* ids, size_t n) {
+    return guard([&] { lanes = strings(ids, n); });
+}
+
+API int cs_lane(size_t lane, double* length, double* speed) {
+    return guard([&] {
+        *length = sim::Lane::getLength(lanes.at(lane));
+        *speed = sim::Lane::getMaxSpeed(lanes.at(lane));
+    });
+}
+
+// v: length, width, accel, decel, emergency decel, tau, minGap, maxSpeed.
+API int cs_type(const char* base, const char* name, const double* v) {
+    return guard([&] {
+        using Type = sim::VehicleType;
+        // SUMO's IDM computes sqrt(accel decel) when it is made, and the setters leave that number as it was: a copy of
+        // the finished draft is made from the new values. (Test: cars_of_other_parameters_move_alike_in_both_engines.)
+        const std::string draft = std::string(name) + ".draft";
+        Type::copy(base, draft);
+        Type::setLength(draft, v[0]);
+        Type::setWidth(draft, v[1]);
+        Type::setAccel(draft, v[2]);
+        Type::setDecel(draft, v[3]);
+        Type::setEmergencyDecel(draft, v[4]);
+        Type::setApparentDecel(draft, v[3]);
+        Type::setTau(draft, v[5]);
+        Type::setMinGap(draft, v[6]);
+        Type::setMaxSpeed(draft, v[7]);
+        Type::setSpeedFactor(draft, 1.);
+        Type::setSpeedDeviation(draft, 0.);
+        Type::copy(draft, name);
+    });
+}
+
+API int cs_route(const char* id, const char* const* edges, size_t n) {
+    return guard([&] { sim::Route::add(id, strings(edges, n)); });
+}
+
+// Puts a vehicle on the road at once, whatever SUMO's checks on insertion say.
+API int cs_add(const char* id, const char* route, const char* type, size_t lane, double pos, double speed) {
+    return guard([&] {
+        sim::Vehicle::add(id, route, type, "now", "0", "0", "0");
+        sim::Vehicle::moveTo(id, lanes.at(lane), pos);
+        sim::Vehicle::setPreviousSpeed(id, speed, 0.);
+        sim::Vehicle::setLaneChangeMode(id, 0);
+        cars.push_back(Car{id, static_cast<int32_t>(lane)});
+#ifdef LIBTRACI
+        sim::Vehicle::subscribe(id, VARIABLES);
+#endif
+    });
+}
+
+// The commands, one step, and all vehicles in the order in which they were added.
+API int cs_frame(const Command* commands, size_t n, Record* out) {
+    return guard([&] {
+        for (size_t i = 0; i < n; i++) obey(commands[i]);
+        sim::Simulation::step();
+        read(out);
+    });
+}
+
+// A step and nothing else, to measure against.
+API int cs_bare_step() {
+    return guard([] { sim::Simulation::step(); });
+}
+
+// All vehicles, without a step.
+API int cs_read(Record* out) {
+    return guard([&] { read(out); });
+}

@@ -1,0 +1,143 @@
+//! Lettering of the instrument: digits and the letters of its units as strokes of one width, drawn for legibility at a
+//! distance (open forms, tabular digits), so that no font and no glyph atlas stands between the speed and the picture.
+//! In: text, height. Out: polylines, to be drawn with a round pen of [`PEN`] times the height.
+
+/// Width of the pen as a share of the height of a digit.
+pub const PEN: f32 = 0.16;
+/// Space between the boxes of two signs (from the middle of one pen to the next), as a share of the height.
+const GAP: f32 = 0.30;
+/// Largest turn from one piece of an arc to the next, degrees.
+const ARC_STEP_DEG: f32 = 9.0;
+
+/// A line of text, `1.0` high from the baseline to the top of a digit: x to the right from the middle of the line, y
+/// down from half the height. The pen's half width lies outside.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Line {
+    /// Strokes, each at least two points.
+    pub strokes: Vec<Vec<[f32; 2]>>,
+    /// Distance from the middle of the first pen stroke to the middle of the last.
+    pub width: f32,
+}
+
+/// Sets `text`; signs that the instrument does not need are left out.
+pub fn set(text: &str) -> Line {
+    let mut line = Line::default();
+    let mut x = 0.0;
+    for sign in text.chars() {
+        let Some((width, parts)) = sign_strokes(sign) else { continue };
+        if x > 0.0 {
+            x += GAP;
+        }
+        line.strokes.extend(parts.iter().map(|part| part.iter().map(|p| [x + p[0], 0.5 - p[1]]).collect()));
+        x += width;
+    }
+    line.width = x;
+    for point in line.strokes.iter_mut().flatten() {
+        point[0] -= x / 2.0;
+    }
+    line
+}
+
+/// One stroke, y up from the baseline.
+type Stroke = Vec<[f32; 2]>;
+
+/// An arc of an ellipse from `from` to `to` degrees, counter-clockwise from +x if `to` is larger.
+fn arc(centre: [f32; 2], radius: [f32; 2], from: f32, to: f32) -> Stroke {
+    let pieces = ((to - from).abs() / ARC_STEP_DEG).ceil().max(1.0);
+    (0..=pieces as u32)
+        .map(|i| {
+            let (sin, cos) = (from + (to - from) * i as f32 / pieces).to_radians().sin_cos();
+            [centre[0] + radius[0] * cos, centre[1] + radius[1] * sin]
+        })
+        .collect()
+}
+
+/// Strokes joined end to end.
+fn join(parts: &[&[[f32; 2]]]) -> Stroke {
+    parts.concat()
+}
+
+/// Width of a digit: all have the same, so that a number keeps its place.
+const DIGIT: f32 = 0.52;
+
+fn sign_strokes(sign: char) -> Option<(f32, Vec<Stroke>)> {
+    // All digits are 0.52 wide and 1 high; small letters are 0.66 high.
+    let bowl = |y: f32| arc([0.26, y], [0.26, 0.27], 0.0, 360.0);
+    Some(match sign {
+        '0' => {
+            let upper = arc([0.26, 0.72], [0.26, 0.28], 0.0, 180.0);
+            let lower = arc([0.26, 0.28], [0.26, 0.28], 180.0, 360.0);
+            (DIGIT, vec![join(&[&upper, &lower, &[[0.52, 0.72]]])])
+        }
+        '1' => (DIGIT, vec![vec![[0.10, 0.80], [0.32, 1.0], [0.32, 0.0]]]),
+        '2' => {
+            let head = arc([0.26, 0.74], [0.25, 0.26], 165.0, -37.0);
+            (DIGIT, vec![join(&[&head, &[[0.02, 0.0], [0.52, 0.0]]])])
+        }
+        '3' => {
+            let upper = arc([0.25, 0.77], [0.23, 0.23], 155.0, -90.0);
+            let lower = arc([0.25, 0.27], [0.27, 0.27], 90.0, -155.0);
+            (DIGIT, vec![upper, lower])
+        }
+        '4' => (DIGIT, vec![vec![[0.30, 1.0], [0.0, 0.25], [0.54, 0.25]], vec![[0.40, 0.54], [0.40, 0.0]]]),
+        '5' => {
+            let belly = arc([0.25, 0.31], [0.27, 0.31], 132.0, -150.0);
+            (DIGIT, vec![join(&[&[[0.47, 1.0], [0.09, 1.0]], &belly])])
+        }
+        '6' => (DIGIT, vec![bowl(0.27), vec![[0.035, 0.405], [0.37, 1.0]]]),
+        '7' => (DIGIT, vec![vec![[0.0, 1.0], [0.52, 1.0], [0.17, 0.0]]]),
+        '8' => (DIGIT, vec![arc([0.26, 0.77], [0.22, 0.23], 0.0, 360.0), bowl(0.27)]),
+        '9' => (DIGIT, vec![bowl(0.73), vec![[0.485, 0.595], [0.15, 0.0]]]),
+        'm' => {
+            let first = join(&[&arc([0.17, 0.49], [0.17, 0.17], 180.0, 0.0), &[[0.34, 0.0]]]);
+            let second = join(&[&arc([0.51, 0.49], [0.17, 0.17], 180.0, 0.0), &[[0.68, 0.0]]]);
+            (0.68, vec![vec![[0.0, 0.66], [0.0, 0.0]], first, second])
+        }
+        'p' => (0.46, vec![vec![[0.0, 0.66], [0.0, -0.30]], arc([0.23, 0.33], [0.23, 0.33], 0.0, 360.0)]),
+        'h' => {
+            let arch = join(&[&arc([0.21, 0.45], [0.21, 0.21], 180.0, 0.0), &[[0.42, 0.0]]]);
+            (0.42, vec![vec![[0.0, 1.0], [0.0, 0.0]], arch])
+        }
+        'k' => (
+            0.40,
+            vec![vec![[0.0, 1.0], [0.0, 0.0]], vec![[0.36, 0.66], [0.0, 0.26]], vec![[0.13, 0.405], [0.40, 0.0]]],
+        ),
+        '/' => (0.34, vec![vec![[0.0, -0.12], [0.34, 1.06]]]),
+        'R' => {
+            let bow = join(&[&[[0.0, 0.0], [0.0, 1.0]], &arc([0.25, 0.74], [0.26, 0.26], 90.0, -90.0)]);
+            (0.52, vec![join(&[&bow, &[[0.0, 0.48]]]), vec![[0.26, 0.48], [0.53, 0.0]]])
+        }
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_that_the_instrument_writes_can_be_set() {
+        for text in ["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "R"] {
+            assert!(!set(text).strokes.is_empty(), "{text}");
+        }
+        assert_eq!(set("mph").strokes.len(), 3 + 2 + 2);
+        assert_eq!(set("km/h").strokes.len(), 3 + 3 + 1 + 2);
+    }
+
+    #[test]
+    fn all_digits_have_one_width() {
+        for digit in '0'..='9' {
+            assert_eq!(set(&digit.to_string()).width, DIGIT);
+            assert_eq!(set(&format!("1{digit}")).width, 2.0 * DIGIT + GAP);
+        }
+    }
+
+    #[test]
+    fn digits_stay_in_their_box() {
+        for digit in '0'..='9' {
+            for [x, y] in set(&digit.to_string()).strokes.into_iter().flatten() {
+                assert!(x.abs() <= DIGIT / 2.0 + 0.021 && y.abs() <= 0.5001, "{digit}: {x} {y}");
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The colours of the speedometer, all in one place. sRGB, 0 to 255, as they stand in the final picture.
+
+/// Red, green, blue; sRGB.
+pub type Rgb = [u8; 3];
+
+/// Colours with a meaning, and those of the instrument itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Palette {
+    /// The line at the target.
+    pub target: Rgb,
+    /// The band of the acceptable range.
+    pub band: Rgb,
+    /// The number while the speed is acceptable.
+    pub number_inside: Rgb,
+    /// The number while it is not, or while there is no advice.
+    pub number_outside: Rgb,
+    /// The needle.
+    pub needle: Rgb,
+    /// Ticks and their numerals.
+    pub scale: Rgb,
+    /// Unit.
+    pub label: Rgb,
+    /// The R of the reverse gear.
+    pub reverse: Rgb,
+    /// The face, drawn with `plate_alpha`.
+    pub plate: Rgb,
+    /// How opaque the face is, 0 to 255.
+    pub plate_alpha: u8,
+}
+
+impl Palette {
+    /// HC22's: red line, green band, number green inside the range and white outside.
+    pub const HC22: Self = Self {
+        target: [255, 48, 48],
+        band: [36, 196, 94],
+        number_inside: [64, 240, 128],
+        number_outside: [255, 255, 255],
+        needle: [255, 255, 255],
+        scale: [206, 212, 220],
+        label: [160, 168, 178],
+        reverse: [255, 190, 64],
+        plate: [13, 15, 19],
+        plate_alpha: 222,
+    };
+
+    /// For people who confuse red and green: an orange line on a blue band, the number blue inside (hues of Okabe and
+    /// Ito's set, which stay apart under protanopia, deuteranopia and tritanopia).
+    pub const COLOUR_BLIND_SAFE: Self = Self {
+        target: [255, 159, 10],
+        band: [0, 114, 208],
+        number_inside: [100, 190, 255],
+        reverse: [240, 228, 66],
+        ..Self::HC22
+    };
+}
+
+impl Default for Palette {
+    fn default() -> Self {
+        Self::HC22
+    }
+}

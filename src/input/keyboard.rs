@@ -1,0 +1,181 @@
+//! Driving with keys. In: which keys are down, the speed, the lane. Out: smooth [`Controls`] a tick. A key is a switch and
+//! a pedal is not, so pedals and wheel move at the speed of a foot and a hand, and the wheel turns less the faster the
+//! car goes.
+
+use crate::{
+    ego::{Controls, STEERING_LOCK_RAD, STEERING_RATIO, Selector},
+    time::TICK_S,
+};
+
+/// Keys that drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveKey {
+    /// Accelerate.
+    Throttle,
+    /// Brake.
+    Brake,
+    /// Steer left.
+    Left,
+    /// Steer right.
+    Right,
+}
+
+/// The lane as lane help sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LaneHint {
+    /// Curvature of the lane a little ahead, 1/m, positive to the left.
+    pub curvature: f64,
+    /// Car's offset from the centre line, metres, positive to the left.
+    pub offset_m: f64,
+    /// Car's heading against the lane's, radians, positive to the left.
+    pub heading_error_rad: f64,
+}
+
+/// A pedal goes down in 0.5 s and comes up in 0.2 s: slow enough to dose, quick enough to stop.
+const PEDAL_DOWN_S: f64 = 0.5;
+const PEDAL_UP_S: f64 = 0.2;
+/// Keys brake with at most this share of full force: 0.6 is a firm stop of about 6 m/s2.
+const KEY_BRAKE: f64 = 0.6;
+/// Lateral acceleration at which the keys' steering ends, m/s2: firm, not yet sliding.
+const KEY_LATERAL_MPS2: f64 = 4.0;
+/// Time from straight to the end of the keys' steering, and back, seconds.
+const STEER_IN_S: f64 = 0.6;
+const STEER_OUT_S: f64 = 0.35;
+/// Largest road wheel angle, radians.
+const LOCK_RAD: f64 = (STEERING_LOCK_RAD / STEERING_RATIO) as f64;
+/// Distance between axles that the limits assume, metres.
+const WHEELBASE_M: f64 = 2.8;
+/// Lane help: road wheel angle per radian of heading error, and per metre of offset.
+const HELP_PER_HEADING: f64 = 0.9;
+const HELP_PER_METRE: f64 = 0.06;
+
+/// State of the keys and of the pedals and wheel that they move.
+#[derive(Clone, Debug, Default)]
+pub struct Keyboard {
+    down: [bool; 4],
+    throttle: f64,
+    brake: f64,
+    /// Keys' share of the steering, -1 right to 1 left.
+    steer: f64,
+    selector: Selector,
+}
+
+impl Keyboard {
+    /// A key went down or came up.
+    pub fn set(&mut self, key: DriveKey, down: bool) {
+        self.down[key as usize] = down;
+    }
+
+    /// All keys count as released: the window lost the focus or the drive is paused.
+    pub fn release_all(&mut self) {
+        self.down = [false; 4];
+    }
+
+    /// Drive to reverse and back; the gearbox refuses it while the car rolls.
+    pub fn toggle_reverse(&mut self) {
+        self.selector = if self.selector == Selector::Reverse { Selector::Drive } else { Selector::Reverse };
+    }
+
+    /// True if a driving key is down.
+    pub fn any_down(&self) -> bool {
+        self.down.contains(&true)
+    }
+
+    /// Moves pedals and wheel by one tick.
+    pub fn tick(&mut self, speed_mps: f64, hint: Option<LaneHint>) -> Controls {
+        let down = |key: DriveKey| self.down[key as usize];
+        let braking = down(DriveKey::Brake);
+        let throttle_goal = if down(DriveKey::Throttle) && !braking { 1.0 } else { 0.0 };
+        let brake_goal = if braking { KEY_BRAKE } else { 0.0 };
+        let steer_goal = f64::from(down(DriveKey::Left)) - f64::from(down(DriveKey::Right));
+        self.throttle = approach(self.throttle, throttle_goal, PEDAL_DOWN_S, PEDAL_UP_S);
+        self.brake = approach(self.brake, brake_goal, PEDAL_DOWN_S, PEDAL_UP_S);
+        let time_s = if steer_goal == 0.0 || steer_goal * self.steer < 0.0 { STEER_OUT_S } else { STEER_IN_S };
+        self.steer = approach(self.steer, steer_goal, time_s, time_s);
+        let helped_rad = hint.map_or(0.0, |hint| lane_help_rad(&hint, self.steer));
+        let road_rad = (helped_rad + self.steer * key_limit_rad(speed_mps)).clamp(-LOCK_RAD, LOCK_RAD);
+        Controls {
+            throttle: self.throttle as f32,
+            brake: self.brake as f32,
+            steering_wheel_rad: road_rad as f32 * STEERING_RATIO,
+            selector: self.selector,
+        }
+    }
+}
+
+/// Road wheel angle at which the keys' steering ends, radians: the lock at a walk, what 4 m/s2 needs when faster.
+fn key_limit_rad(speed_mps: f64) -> f64 {
+    (KEY_LATERAL_MPS2 * WHEELBASE_M / speed_mps.powi(2).max(1.0)).atan().min(LOCK_RAD)
+}
+
+/// What keeps the car in its lane, radians at the road wheels. The driver's own steering (-1..1) switches the pull to
+/// the centre line off, so that help never works against a hand.
+fn lane_help_rad(hint: &LaneHint, steer: f64) -> f64 {
+    let along = (WHEELBASE_M * hint.curvature).atan() - HELP_PER_HEADING * hint.heading_error_rad;
+    along - (1.0 - steer.abs()) * HELP_PER_METRE * hint.offset_m
+}
+
+/// `value` moved one tick towards `goal`, at a full stroke in `rise_s` upwards and `fall_s` downwards.
+fn approach(value: f64, goal: f64, rise_s: f64, fall_s: f64) -> f64 {
+    let time_s = if goal > value { rise_s } else { fall_s };
+    let step = TICK_S / time_s;
+    value + (goal - value).clamp(-step, step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(keyboard: &mut Keyboard, seconds: f64, speed_mps: f64) -> Vec<Controls> {
+        (0..(seconds / TICK_S) as usize).map(|_| keyboard.tick(speed_mps, None)).collect()
+    }
+
+    #[test]
+    fn without_a_key_nothing_acts() {
+        assert_eq!(Keyboard::default().tick(5.0, None), Controls::default());
+    }
+
+    #[test]
+    fn pedals_move_like_feet_and_reach_their_end() {
+        let mut keyboard = Keyboard::default();
+        keyboard.set(DriveKey::Throttle, true);
+        let pressed = run(&mut keyboard, 1.0, 5.0);
+        assert!(pressed.windows(2).all(|w| (w[1].throttle - w[0].throttle).abs() <= 0.0201));
+        assert_eq!(pressed[99].throttle, 1.0);
+        keyboard.set(DriveKey::Brake, true);
+        let last = run(&mut keyboard, 1.0, 5.0)[99];
+        assert_eq!((last.throttle, last.brake), (0.0, 0.6), "the brake wins");
+    }
+
+    #[test]
+    fn steering_is_gentler_the_faster_the_car() {
+        let end = |speed| {
+            let mut keyboard = Keyboard::default();
+            keyboard.set(DriveKey::Left, true);
+            run(&mut keyboard, 1.0, speed)[99].steering_wheel_rad
+        };
+        assert!((end(0.0) - STEERING_LOCK_RAD).abs() < 1e-4);
+        assert!(end(5.0) > end(10.0) && end(10.0) > end(30.0) && end(30.0) > 0.0);
+        let road_rad = f64::from(end(20.0) / STEERING_RATIO);
+        assert!((20.0_f64.powi(2) * road_rad.tan() / WHEELBASE_M - KEY_LATERAL_MPS2).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_released_wheel_returns_to_straight() {
+        let mut keyboard = Keyboard::default();
+        keyboard.set(DriveKey::Right, true);
+        assert!(run(&mut keyboard, 1.0, 8.0)[99].steering_wheel_rad < 0.0);
+        keyboard.release_all();
+        assert_eq!(run(&mut keyboard, 1.0, 8.0)[99].steering_wheel_rad, 0.0);
+    }
+
+    #[test]
+    fn lane_help_follows_the_bend_and_steers_back_to_the_middle() {
+        let mut keyboard = Keyboard::default();
+        let bend = LaneHint { curvature: 1.0 / 39.8, ..LaneHint::default() };
+        let road_rad = f64::from(keyboard.tick(5.0, Some(bend)).steering_wheel_rad / STEERING_RATIO);
+        assert!((road_rad - (WHEELBASE_M / 39.8).atan()).abs() < 1e-6);
+        let left_of_it = LaneHint { offset_m: 1.0, ..LaneHint::default() };
+        assert!(keyboard.tick(5.0, Some(left_of_it)).steering_wheel_rad < 0.0);
+    }
+}

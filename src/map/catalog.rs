@@ -1,0 +1,123 @@
+//! The maps that are here. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a folder
+//! `maps/<name>/` with `net.xml` and `map.toml`.
+
+use super::{MapError, RoadMap, cycle::route_of, net_xml::Net};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// A map of the folder `maps/`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapInfo {
+    /// Name of its folder.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// What it is good for.
+    pub description: String,
+    /// Its folder.
+    pub folder: PathBuf,
+}
+
+/// `map.toml`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapFile {
+    title: String,
+    #[serde(default)]
+    description: String,
+    /// Edges of the closed route in order; found by the program if absent.
+    route: Option<Vec<String>>,
+}
+
+/// The folder that holds `maps/` and `assets/`: the environment's `CODRIVE_ROOT`; else the nearest above the program,
+/// then above the current folder, that has `maps/ring-250`; else where the program was built.
+pub fn project_root() -> PathBuf {
+    if let Some(root) = std::env::var_os("CODRIVE_ROOT").filter(|root| !root.is_empty()) {
+        return root.into();
+    }
+    let starts = [std::env::current_exe().ok(), std::env::current_dir().ok()];
+    let above = |start: &PathBuf| {
+        start.ancestors().find(|folder| folder.join("maps/ring-250/net.xml").is_file()).map(Path::to_path_buf)
+    };
+    starts.iter().flatten().find_map(above).unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into())
+}
+
+/// All maps of `maps/`, by name. One whose `map.toml` is broken has the error as its description.
+pub fn list() -> Vec<MapInfo> {
+    let entries = std::fs::read_dir(project_root().join("maps")).into_iter().flatten().flatten();
+    let mut maps: Vec<MapInfo> = entries
+        .filter(|entry| entry.path().join("net.xml").is_file())
+        .map(|entry| {
+            let (folder, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+            let (title, description) = match read_map_file(&folder) {
+                Ok(Some(file)) => (file.title, file.description),
+                Ok(None) => (name.clone(), String::new()),
+                Err(error) => (name.clone(), error.to_string()),
+            };
+            MapInfo { name, title, description, folder }
+        })
+        .collect();
+    maps.sort_by(|a, b| a.name.cmp(&b.name));
+    maps
+}
+
+impl RoadMap {
+    /// Loads a map by the name of its folder in `maps/`, or by the path of a `net.xml` or of a folder with one.
+    ///
+    /// # Errors
+    /// If there is no such map, or its files cannot be used; the message names file, line, value and remedy.
+    pub fn load(name_or_path: &str) -> Result<Self, MapError> {
+        let path = Path::new(name_or_path);
+        let is_path = name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml");
+        let folder = if is_path { path.to_path_buf() } else { project_root().join("maps").join(name_or_path) };
+        if !is_path && !folder.join("net.xml").exists() {
+            let maps = list();
+            let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
+            return Err(MapError::UnknownMap { name: name_or_path.into(), known: super::listed(&known) });
+        }
+        if folder.is_dir() { Self::load_folder(&folder) } else { Self::load_file(&folder, None) }
+    }
+
+    fn load_folder(folder: &Path) -> Result<Self, MapError> {
+        let name = folder
+            .canonicalize()
+            .ok()
+            .and_then(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
+            .unwrap_or_else(|| folder.display().to_string());
+        let file = read_map_file(folder)?;
+        let route = file.as_ref().and_then(|file| file.route.as_deref());
+        let map = Self::load_file(&folder.join("net.xml"), route)?;
+        let title = file.map_or_else(|| name.clone(), |file| file.title);
+        Ok(Self { name, title, ..map })
+    }
+
+    /// Loads a `net.xml` with the edges of its route, or with the longest loop that it has.
+    fn load_file(net_file: &Path, route: Option<&[String]>) -> Result<Self, MapError> {
+        let text = read(net_file)?;
+        let net = Net::parse(net_file, &text)?;
+        let route = route_of(net_file, &net, route)?;
+        let file_name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = file_name.trim_end_matches(".xml").trim_end_matches(".net").to_owned();
+        Ok(Self { title: name.clone(), name, net_file: net_file.into(), route })
+    }
+}
+
+/// The text of a file.
+pub(super) fn read(file: &Path) -> Result<String, MapError> {
+    std::fs::read_to_string(file).map_err(|source| match source.kind() {
+        std::io::ErrorKind::NotFound => MapError::Missing { file: file.into() },
+        std::io::ErrorKind::InvalidData => {
+            MapError::NotXml { file: file.into(), line: 1, column: 1, message: "it is not UTF-8 text".into() }
+        }
+        _ => MapError::Io { file: file.into(), source },
+    })
+}
+
+fn read_map_file(folder: &Path) -> Result<Option<MapFile>, MapError> {
+    let file = folder.join("map.toml");
+    if !file.exists() {
+        return Ok(None);
+    }
+    let parsed = toml::from_str(&read(&file)?);
+    parsed.map(Some).map_err(|error| MapError::Toml { file, message: error.to_string() })
+}

@@ -1,0 +1,269 @@
+//! Closed circuits from a list of pieces. In: a `circuit.toml` of straights and bends. Out: a map's folder. The curvature
+//! of a bend rises evenly (a clothoid), stays and falls again, so that a steering wheel is turned, never jerked; two
+//! straights get the length that closes the circuit. Metres, m/s; angles in degrees in the file, radians inside.
+
+use super::{
+    MapError, catalog,
+    write::{RoadEdge, net_xml, write_folder},
+};
+use glam::{DMat2, DVec2};
+use serde::Deserialize;
+use std::path::Path;
+
+/// Free ground that has to lie between two parts of the lane that are not neighbours, metres.
+const CLEARANCE_M: f64 = 15.0;
+/// Parts closer than this along the lane are neighbours, metres.
+const NEIGHBOURS_M: f64 = 60.0;
+/// The shortest piece, metres: two cars.
+const SHORTEST_M: f64 = 10.0;
+
+/// A circuit as its file describes it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Circuit {
+    title: String,
+    description: String,
+    width_m: f64,
+    speed_limit_mps: f64,
+    #[serde(rename = "piece")]
+    pieces: Vec<toml::Spanned<Piece>>,
+}
+
+/// One piece: `straight_m`, or `solved`, or the three numbers of a bend.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Piece {
+    straight_m: Option<f64>,
+    #[serde(default)]
+    solved: bool,
+    radius_m: Option<f64>,
+    turn_deg: Option<f64>,
+    easing_m: Option<f64>,
+    speed_limit_mps: Option<f64>,
+}
+
+/// A piece as geometry. A straight has an infinite radius and no turn.
+#[derive(Clone, Copy, Debug)]
+struct Curve {
+    length_m: f64,
+    easing_m: f64,
+    /// Positive to the left.
+    curvature: f64,
+    turn_deg: f64,
+    solved: bool,
+    speed_limit_mps: f64,
+}
+
+/// What a circuit's file makes.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// One line for people.
+    pub title: String,
+    /// What it is good for.
+    pub description: String,
+    /// Text of the `net.xml`.
+    pub net_xml: String,
+}
+
+/// Makes the network of a `circuit.toml`.
+///
+/// # Errors
+/// If the file is absent, has unknown keys or wrong values, its bends do not add up to one turn, the straights to solve
+/// are not two that can close it, or two parts of the lane come too close.
+pub fn make(file: &Path) -> Result<Made, MapError> {
+    let text = catalog::read(file)?;
+    let circuit: Circuit =
+        toml::from_str(&text).map_err(|error| MapError::Toml { file: file.into(), message: error.to_string() })?;
+    let problem = |problem: String| MapError::Circuit { file: file.into(), problem };
+    let mut curves = Vec::new();
+    for piece in &circuit.pieces {
+        let line = text[..piece.span().start].matches('\n').count() + 1;
+        let curve = Curve::new(piece.get_ref(), circuit.speed_limit_mps);
+        curves.push(curve.map_err(|why| problem(format!("piece {} (line {line}): {why}", curves.len() + 1)))?);
+    }
+    if !(2.5..=10.0).contains(&circuit.width_m) {
+        return Err(problem(format!("width_m is {}; allowed: 2.5 to 10", circuit.width_m)));
+    }
+    let curves = close(curves).map_err(problem)?;
+    let road = centred(lay(&curves, circuit.width_m));
+    check_clearance(&road).map_err(problem)?;
+    let comment = "A circuit made by codrive from circuit.toml.";
+    Ok(Made { title: circuit.title, description: circuit.description, net_xml: net_xml(comment, &road) })
+}
+
+/// Writes the circuit of `file` as a new map's `folder`, with a copy of the file.
+///
+/// # Errors
+/// As [`make`], or if the folder exists or cannot be written.
+pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
+    let made = make(file)?;
+    write_folder(folder, &made.net_xml, &made.title, &made.description)?;
+    let copied = std::fs::copy(file, folder.join("circuit.toml"));
+    copied.map(|_| ()).map_err(|source| MapError::Io { file: folder.into(), source })
+}
+
+impl Curve {
+    fn new(piece: &Piece, default_mps: f64) -> Result<Self, String> {
+        let within = |name: &str, value: f64, low: f64, high: f64| {
+            (low..=high).contains(&value).then_some(value).ok_or(format!("{name} is {value}; allowed: {low} to {high}"))
+        };
+        let limit = within("speed_limit_mps", piece.speed_limit_mps.unwrap_or(default_mps), 1.0, 100.0)?;
+        let straight = |length_m, solved| Self {
+            length_m,
+            easing_m: 0.0,
+            curvature: 0.0,
+            turn_deg: 0.0,
+            solved,
+            speed_limit_mps: limit,
+        };
+        match (piece.straight_m, piece.solved, piece.radius_m, piece.turn_deg, piece.easing_m) {
+            (Some(length_m), false, None, None, None) => {
+                Ok(straight(within("straight_m", length_m, SHORTEST_M, 5000.0)?, false))
+            }
+            (None, true, None, None, None) => Ok(straight(0.0, true)),
+            (None, false, Some(radius_m), Some(turn_deg), Some(easing_m)) => {
+                let radius_m = within("radius_m", radius_m, 10.0, 5000.0)?;
+                within("turn_deg", turn_deg.abs(), 1.0, 270.0)?;
+                let turned_m = radius_m * turn_deg.abs().to_radians();
+                let easing_m = within("easing_m", easing_m, 1.0, turned_m)?;
+                // Each easing turns by easing / (2 radius), the arc between by the rest.
+                let (length_m, curvature) = (turned_m + easing_m, turn_deg.signum() / radius_m);
+                Ok(Self { length_m, easing_m, curvature, turn_deg, ..straight(0.0, false) })
+            }
+            _ => Err("a piece has either straight_m, or solved = true, or radius_m, turn_deg and easing_m".into()),
+        }
+    }
+
+    /// How far the lane has turned `t_m` into the piece, radians: the integral of the curvature's trapezoid.
+    fn turned(&self, t_m: f64) -> f64 {
+        let (length_m, easing_m) = (self.length_m, self.easing_m);
+        let at_full_m = if easing_m == 0.0 {
+            t_m
+        } else if t_m < easing_m {
+            t_m * t_m / (2.0 * easing_m)
+        } else if t_m < length_m - easing_m {
+            t_m - easing_m / 2.0
+        } else {
+            length_m - easing_m - (length_m - t_m).powi(2) / (2.0 * easing_m)
+        };
+        self.curvature * at_full_m
+    }
+
+    /// Points 1 m apart or closer (straights: 10 m) as steps from the piece's start, which heads `yaw_rad`.
+    fn points(&self, yaw_rad: f64) -> Vec<DVec2> {
+        // The chord of 1 m sags 5 mm at a radius of 25 m; there the points are 0.84 m apart, and 3.5 mm.
+        let chord_m = if self.curvature == 0.0 { 10.0 } else { (0.028 / self.curvature.abs()).sqrt().min(1.0) };
+        let n = (self.length_m / chord_m).ceil().max(1.0);
+        let step_m = self.length_m / n;
+        let mut point = DVec2::ZERO;
+        let mut points = vec![point];
+        for k in 0..n as usize {
+            // Gauss-Legendre with three nodes: exact to the seventh order, 1e-15 m over a metre of these bends.
+            let middle_m = (k as f64 + 0.5) * step_m;
+            let heading = |node: f64| DVec2::from_angle(yaw_rad + self.turned(middle_m + node * step_m / 2.0));
+            let node = 0.6f64.sqrt();
+            point += (heading(-node) * 5.0 + heading(0.0) * 8.0 + heading(node) * 5.0) / 18.0 * step_m;
+            points.push(point);
+        }
+        points
+    }
+}
+
+/// Heading at the start of each piece, radians; the first heads east.
+fn headings(curves: &[Curve]) -> Vec<f64> {
+    // Summed in degrees, where the numbers of the file are exact.
+    let mut turned_deg = 0.0;
+    let heading = |curve: &Curve| {
+        let here = f64::to_radians(turned_deg);
+        turned_deg += curve.turn_deg;
+        here
+    };
+    curves.iter().map(heading).collect()
+}
+
+/// Gives the two solved straights the lengths with which the end meets the start.
+fn close(mut curves: Vec<Curve>) -> Result<Vec<Curve>, String> {
+    let turn_deg: f64 = curves.iter().map(|curve| curve.turn_deg).sum();
+    if (turn_deg.abs() - 360.0).abs() > 1e-9 {
+        return Err(format!("the bends turn by {turn_deg} degrees in all; a circuit turns by 360 or -360"));
+    }
+    let headings = headings(&curves);
+    let solved: Vec<usize> = (0..curves.len()).filter(|&k| curves[k].solved).collect();
+    let &[first, second] = solved.as_slice() else {
+        return Err(format!("{} pieces have solved = true; it has to be two", solved.len()));
+    };
+    let directions = DMat2::from_cols(DVec2::from_angle(headings[first]), DVec2::from_angle(headings[second]));
+    if directions.determinant().abs() < 0.1 {
+        return Err(format!("the solved straights, pieces {} and {}, are nearly parallel", first + 1, second + 1));
+    }
+    let step = |k: usize| curves[k].points(headings[k]).last().copied().unwrap_or_default();
+    let open: DVec2 = (0..curves.len()).filter(|&k| !curves[k].solved).map(step).sum();
+    let lengths = directions.inverse() * -open;
+    for (k, length_m) in [(first, lengths.x), (second, lengths.y)] {
+        if length_m < SHORTEST_M {
+            let piece = k + 1;
+            return Err(format!(
+                "piece {piece} would have to be {length_m:.1} m long to close the circuit, at least {SHORTEST_M} m are \
+                 needed: lengthen pieces that lead the other way"
+            ));
+        }
+        curves[k].length_m = length_m;
+    }
+    Ok(curves)
+}
+
+/// One edge a piece, the first starting at the origin.
+fn lay(curves: &[Curve], width_m: f64) -> Vec<RoadEdge> {
+    let headings = headings(curves);
+    let mut start = DVec2::ZERO;
+    let mut road = Vec::new();
+    for (k, curve) in curves.iter().enumerate() {
+        let mut shape: Vec<DVec2> = curve.points(headings[k]).into_iter().map(|step| start + step).collect();
+        start = shape[shape.len() - 1];
+        if k + 1 == curves.len() {
+            // They differ by rounding only, 1e-12 m.
+            shape.pop();
+            shape.push(DVec2::ZERO);
+        }
+        road.push(RoadEdge { length_m: curve.length_m, speed_limit_mps: curve.speed_limit_mps, width_m, shape });
+    }
+    road
+}
+
+/// Moves the middle of the bounding box to the origin.
+fn centred(mut road: Vec<RoadEdge>) -> Vec<RoadEdge> {
+    let points = || road.iter().flat_map(|edge| &edge.shape);
+    let low = points().fold(DVec2::INFINITY, |low, point| low.min(*point));
+    let high = points().fold(DVec2::NEG_INFINITY, |high, point| high.max(*point));
+    for point in road.iter_mut().flat_map(|edge| &mut edge.shape) {
+        *point -= (low + high) / 2.0;
+    }
+    road
+}
+
+/// Refuses a lane that comes too close to another part of itself, or crosses it.
+fn check_clearance(road: &[RoadEdge]) -> Result<(), String> {
+    let mut points = Vec::new();
+    let mut start_m = 0.0;
+    for (piece, edge) in road.iter().enumerate() {
+        for (k, point) in edge.shape.iter().enumerate() {
+            let s_m = start_m + edge.length_m * k as f64 / (edge.shape.len() - 1) as f64;
+            points.push((piece + 1, s_m, *point));
+        }
+        start_m += edge.length_m;
+    }
+    let wanted_m = CLEARANCE_M + road[0].width_m;
+    for (k, (piece, s_m, point)) in points.iter().enumerate() {
+        for (other_piece, other_s_m, other) in &points[k + 1..] {
+            let along_m = (other_s_m - s_m).min(start_m - (other_s_m - s_m));
+            let apart_m = point.distance(*other);
+            if along_m > NEIGHBOURS_M && apart_m < wanted_m {
+                return Err(format!(
+                    "pieces {piece} and {other_piece} come within {apart_m:.1} m of each other; the centre lines have to \
+                     stay {wanted_m:.1} m apart"
+                ));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,307 @@
+//! Finding a closed route in a network. In: a [`Net`] and, if a person chose, its edges in order. Out: the lanes to
+//! drive, insides of junctions included, ready for [`Route`]. Deterministic: ties go to what the file names first.
+
+use super::{
+    Lane, MapError, Route,
+    net_xml::{Link, Net},
+};
+use glam::DVec2;
+use std::{collections::BTreeMap, path::Path};
+
+/// How many lanes the search for the longest loop may visit in all; 2 million take about 0.1 s.
+const SEARCH_STEPS: usize = 2_000_000;
+/// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
+const GAP_M: f64 = 0.05;
+
+/// The closed route of `net`: along `edges` if given, else the longest loop that visits no junction twice.
+pub(super) fn route_of(file: &Path, net: &Net, edges: Option<&[String]>) -> Result<Route, MapError> {
+    let chain = match edges {
+        Some(edges) => along(file, net, edges)?,
+        None => longest_loop(file, net)?,
+    };
+    let mut lanes = Vec::new();
+    for (k, &entered) in chain.iter().enumerate() {
+        let next = chain[(k + 1) % chain.len()];
+        let left = lane_towards(net, entered, next);
+        lanes.push(change_lanes(&net.lanes[entered].lane, &net.lanes[left].lane));
+        lanes.extend(inside(net, left, next).into_iter().map(|lane| net.lanes[lane].lane.clone()));
+    }
+    extend_points(&mut lanes);
+    bridge_gaps(&mut lanes);
+    Ok(Route::new(lanes))
+}
+
+/// Which links a search may use.
+#[derive(Clone, Copy)]
+struct Allowed {
+    /// Changing lanes within an edge.
+    changes: bool,
+    /// Turning on the spot.
+    turnarounds: bool,
+}
+
+/// All lanes of the edge that `lane` belongs to, for cars.
+fn beside(net: &Net, lane: usize) -> impl Iterator<Item = usize> {
+    net.edges[net.lanes[lane].edge].lanes.clone().filter(|&lane| net.lanes[lane].passenger)
+}
+
+/// Lanes that can be entered next, by the lane that was entered; the right-most goal first.
+fn links_by_lane(net: &Net, allowed: Allowed) -> Vec<Vec<usize>> {
+    let mut next = vec![Vec::new(); net.lanes.len()];
+    let outside = |lane: usize| net.lanes[lane].passenger && !net.edges[net.lanes[lane].edge].internal;
+    for link in &net.links {
+        if outside(link.from) && outside(link.to) && (allowed.turnarounds || !link.turnaround) {
+            let entered = beside(net, link.from).filter(|&lane| allowed.changes || lane == link.from);
+            entered.for_each(|lane| next[lane].push(link.to));
+        }
+    }
+    for goals in &mut next {
+        goals.sort_by_key(|&lane| (lane - net.edges[net.lanes[lane].edge].lanes.start, lane));
+        goals.dedup();
+    }
+    next
+}
+
+/// The lane by which an edge is left for `next`: the one that was entered if it leads there, else the right-most that does.
+fn lane_towards(net: &Net, entered: usize, next: usize) -> usize {
+    let leads = |lane: &usize| net.links.iter().any(|link| link.from == *lane && link.to == next);
+    std::iter::once(entered).chain(beside(net, entered)).find(leads).unwrap_or(entered)
+}
+
+fn longest_loop(file: &Path, net: &Net) -> Result<Vec<usize>, MapError> {
+    // Best first: keeping the lane, then changing lanes; crossing oneself and turning on the spot only where it must be.
+    let links = |changes, turnarounds| links_by_lane(net, Allowed { changes, turnarounds });
+    let found = longest_without_crossing(net, &links(false, false))
+        .or_else(|| longest_without_crossing(net, &links(true, false)))
+        .or_else(|| any_loop(&links(true, false)))
+        .or_else(|| any_loop(&links(true, true)));
+    let mut found = found.ok_or_else(|| {
+        let lanes = net.lanes.iter().filter(|lane| lane.passenger && !net.edges[lane.edge].internal).count();
+        let detail = format!("{lanes} lanes are open to passenger cars, and no chain of them returns to its start");
+        MapError::NoRoute { file: file.into(), detail }
+    })?;
+    // Begin with what the file names first, so that a map's origin does not depend on the search.
+    let first = (0..found.len()).min_by_key(|&k| found[k]).unwrap_or(0);
+    found.rotate_left(first);
+    Ok(found)
+}
+
+/// Depth first from every lane, each with an equal share of the steps; the longest loop that visits no junction twice.
+fn longest_without_crossing(net: &Net, next: &[Vec<usize>]) -> Option<Vec<usize>> {
+    let next = peel(next);
+    let starts: Vec<usize> = (0..next.len()).filter(|&lane| !next[lane].is_empty()).collect();
+    let share = (SEARCH_STEPS / starts.len().max(1)).clamp(1_000, 200_000);
+    let junction = |lane: usize| net.edges[net.lanes[lane].edge].to_junction;
+    // An edge counts as long as its right-most lane, so that an outer lane does not win over the right-most.
+    let weight_m = |lane: usize| net.lanes[net.edges[net.lanes[lane].edge].lanes.start].lane.length_m;
+    let mut best: (f64, Option<Vec<usize>>) = (0.0, None);
+    let mut visited = vec![false; net.edges.len()];
+    for start in starts {
+        let mut path = vec![(start, 0)];
+        let mut length_m = weight_m(start);
+        visited[junction(start)] = true;
+        let mut steps = 0;
+        while let Some((lane, tried)) = path.last_mut() {
+            let goal = next[*lane].get(*tried).copied().filter(|_| steps < share);
+            *tried += 1;
+            steps += 1;
+            match goal {
+                Some(goal) if goal == start => {
+                    if length_m > best.0 + 1e-6 {
+                        best = (length_m, Some(path.iter().map(|(lane, _)| *lane).collect()));
+                    }
+                }
+                Some(goal) if !visited[junction(goal)] => {
+                    visited[junction(goal)] = true;
+                    length_m += weight_m(goal);
+                    path.push((goal, 0));
+                }
+                Some(_) => {}
+                None => {
+                    visited[junction(*lane)] = false;
+                    length_m -= weight_m(*lane);
+                    path.pop();
+                }
+            }
+        }
+    }
+    best.1
+}
+
+/// Takes away, again and again, lanes that lead nowhere or that nothing leads to.
+fn peel(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let mut next = next.to_vec();
+    loop {
+        let mut reached = vec![false; next.len()];
+        next.iter().flatten().for_each(|&goal| reached[goal] = true);
+        let alive: Vec<bool> = (0..next.len()).map(|lane| reached[lane] && !next[lane].is_empty()).collect();
+        let before: usize = next.iter().map(Vec::len).sum();
+        for (lane, goals) in next.iter_mut().enumerate() {
+            goals.retain(|&goal| alive[lane] && alive[goal]);
+        }
+        if next.iter().map(Vec::len).sum::<usize>() == before {
+            return next;
+        }
+    }
+}
+
+/// The shortest loop through the first lane that has one, counted in lanes.
+fn any_loop(next: &[Vec<usize>]) -> Option<Vec<usize>> {
+    let next = peel(next);
+    (0..next.len()).filter(|&lane| !next[lane].is_empty()).find_map(|start| {
+        let mut came_from = BTreeMap::new();
+        let mut queue = std::collections::VecDeque::from([start]);
+        while let Some(lane) = queue.pop_front() {
+            if next[lane].contains(&start) {
+                let mut chain = vec![lane];
+                while chain[0] != start {
+                    chain.insert(0, came_from[&chain[0]]);
+                }
+                return Some(chain);
+            }
+            for &goal in &next[lane] {
+                if goal != start && !came_from.contains_key(&goal) {
+                    came_from.insert(goal, lane);
+                    queue.push_back(goal);
+                }
+            }
+        }
+        None
+    })
+}
+
+/// The lanes along the edges that a person named, the right-most that lead all the way round.
+fn along(file: &Path, net: &Net, edges: &[String]) -> Result<Vec<usize>, MapError> {
+    let mut indices = Vec::new();
+    for (k, id) in edges.iter().enumerate() {
+        let bad = |problem| {
+            let known: Vec<&str> = net.edges.iter().filter(|e| !e.internal).map(|e| e.id.as_str()).collect();
+            MapError::RouteEdge { file: file.into(), edge: id.clone(), problem, known: super::listed(&known) }
+        };
+        if edges[..k].contains(id) {
+            return Err(bad("is named twice"));
+        }
+        indices.push(net.edge(id).ok_or_else(|| bad("does not exist"))?);
+    }
+    let mut furthest = 0;
+    for changes in [false, true] {
+        let next = links_by_lane(net, Allowed { changes, turnarounds: true });
+        let lanes_of = |k: usize| {
+            let edge = &net.edges[indices[k % indices.len()]];
+            edge.lanes.clone().filter(|&lane| net.lanes[lane].passenger)
+        };
+        for start in (0..edges.len().min(1)).flat_map(lanes_of) {
+            // All chains at once: which lanes of edge k can be reached, and from where.
+            let mut reached: Vec<BTreeMap<usize, usize>> = vec![BTreeMap::from([(start, start)])];
+            for k in 1..=edges.len() {
+                let mut here = BTreeMap::new();
+                for &from in reached[k - 1].keys() {
+                    for goal in lanes_of(k).filter(|goal| next[from].contains(goal)) {
+                        here.entry(goal).or_insert(from);
+                    }
+                }
+                if here.is_empty() {
+                    break;
+                }
+                furthest = furthest.max(k);
+                reached.push(here);
+            }
+            if reached.len() > edges.len() && reached[edges.len()].contains_key(&start) {
+                let mut chain = vec![start];
+                for k in (1..=edges.len()).rev() {
+                    chain.insert(0, reached[k][&chain[0]]);
+                }
+                chain.pop();
+                return Ok(chain);
+            }
+        }
+    }
+    let n = edges.len().max(1);
+    let detail = match (edges.get(furthest % n), edges.get((furthest + 1) % n)) {
+        (Some(from), Some(to)) => format!("the route of map.toml cannot go on from edge \"{from}\" to \"{to}\""),
+        _ => "the route of map.toml names no edge".to_owned(),
+    };
+    Err(MapError::NoRoute { file: file.into(), detail })
+}
+
+/// The lanes inside the junction between two lanes that are linked, in driving order.
+fn inside(net: &Net, from: usize, to: usize) -> Vec<usize> {
+    let link_from = |lane: usize| net.links.iter().find(|link| link.from == lane && link.to == to);
+    let mut lanes = Vec::new();
+    let mut via = link_from(from).and_then(|link: &Link| link.via);
+    while let Some(lane) = via.filter(|lane| !lanes.contains(lane)) {
+        lanes.push(lane);
+        via = link_from(lane).and_then(|link| link.via);
+    }
+    lanes
+}
+
+/// The lane driven on an edge that is entered by one lane and left by another: it goes over evenly in between. It has the
+/// id of the lane that is left.
+fn change_lanes(entered: &Lane, left: &Lane) -> Lane {
+    if entered.id == left.id {
+        return entered.clone();
+    }
+    let n = (entered.length_m / 2.0).ceil().max(8.0);
+    let point = |i: usize| {
+        let fraction = i as f64 / n;
+        let over = fraction * fraction * (3.0 - 2.0 * fraction);
+        along_shape(&entered.shape, fraction).lerp(along_shape(&left.shape, fraction), over)
+    };
+    Lane { shape: (0..=n as usize).map(point).collect(), ..left.clone() }
+}
+
+/// The point at `fraction` (0..1) of a shape's length.
+fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
+    let mut rest_m = fraction * shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f64>();
+    for pair in shape.windows(2) {
+        let length_m = pair[0].distance(pair[1]);
+        if rest_m < length_m {
+            return pair[0].lerp(pair[1], rest_m / length_m);
+        }
+        rest_m -= length_m;
+    }
+    shape[shape.len() - 1]
+}
+
+/// Gives a lane that is one point an extent of 0.1 mm: its declared length (0.1 m) still counts.
+fn extend_points(lanes: &mut [Lane]) {
+    const EXTENT_M: f64 = 1e-4;
+    for k in 0..lanes.len() {
+        let point = lanes[k].shape[0];
+        if lanes[k].shape.iter().all(|other| *other == point) {
+            let before = end_direction(&lanes[(k + lanes.len() - 1) % lanes.len()].shape);
+            lanes[k].shape = vec![point - before * EXTENT_M, point];
+        }
+    }
+}
+
+/// Without insides of junctions, lanes may end short of each other: half of a curve across goes to either lane, so that
+/// the road has no hole. SUMO's declared lengths stay as they are.
+fn bridge_gaps(lanes: &mut [Lane]) {
+    for k in 0..lanes.len() {
+        let next = (k + 1) % lanes.len();
+        let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);
+        let gap_m = from.distance(to);
+        if gap_m < GAP_M {
+            continue;
+        }
+        let reversed: Vec<DVec2> = lanes[next].shape.iter().rev().copied().collect();
+        let (out, back) = (end_direction(&lanes[k].shape), end_direction(&reversed));
+        let (a, b) = (from + out * gap_m * 0.4, to + back * gap_m * 0.4);
+        let halves = gap_m.ceil() as usize;
+        let point = |i: usize| {
+            let t = i as f64 / (2 * halves) as f64;
+            let u = 1.0 - t;
+            from * (u * u * u) + a * (3.0 * u * u * t) + b * (3.0 * u * t * t) + to * (t * t * t)
+        };
+        lanes[k].shape.extend((1..=halves).map(point));
+        lanes[next].shape.splice(0..0, (halves..2 * halves).map(point));
+    }
+}
+
+/// Unit direction at the end of a shape.
+fn end_direction(shape: &[DVec2]) -> DVec2 {
+    let end = shape[shape.len() - 1];
+    shape.iter().rev().find(|point| **point != end).map_or(DVec2::X, |point| (end - *point).normalize())
+}

@@ -1,0 +1,136 @@
+//! What can be wrong with a map, each with file, line, value and remedy.
+
+use std::path::PathBuf;
+
+/// Why a map cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum MapError {
+    /// The file or folder is not there.
+    #[error("{}: there is no such file\n  remedy: name a map of `codrive map list`, or the path of a SUMO net.xml", file.display())]
+    Missing {
+        /// What was looked for.
+        file: PathBuf,
+    },
+    /// Reading or writing failed.
+    #[error("{}: {source}", file.display())]
+    Io {
+        /// Which file or folder.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not XML at all.
+    #[error("{}:{line}:{column}: this is not XML: {message}\n  remedy: export the network again with netconvert", file.display())]
+    NotXml {
+        /// Which file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u32,
+        /// Column, from 1.
+        column: u32,
+        /// What the parser said.
+        message: String,
+    },
+    /// XML, but not a SUMO network.
+    #[error("{}:{line}: the root element is <{found}>, a SUMO network begins with <net>\n  remedy: convert it with `codrive map import`", file.display())]
+    NotANet {
+        /// Which file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u32,
+        /// Name of the root element.
+        found: String,
+    },
+    /// An attribute is absent or cannot be used.
+    #[error("{}:{line}: {element}: {attribute} is {value}; allowed: {allowed}", file.display())]
+    Value {
+        /// Which file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u32,
+        /// Which element, for example `lane "e0_0"`.
+        element: String,
+        /// Which attribute.
+        attribute: String,
+        /// Its value in quotes, or `absent`.
+        value: String,
+        /// What it may be.
+        allowed: &'static str,
+    },
+    /// The network has no closed chain of lanes for passenger cars.
+    #[error("{}: no closed route: {detail}\n  remedy: join the last edge to the first by a connection, or name the edges as `route = [..]` in map.toml", file.display())]
+    NoRoute {
+        /// Which file.
+        file: PathBuf,
+        /// Where the search ended.
+        detail: String,
+    },
+    /// The route of `map.toml` names an edge that the network does not have, or names one twice.
+    #[error("{}: route: edge \"{edge}\" {problem}; edges of this network: {known}", file.display())]
+    RouteEdge {
+        /// The network's file.
+        file: PathBuf,
+        /// Which edge.
+        edge: String,
+        /// What is wrong with it.
+        problem: &'static str,
+        /// The edges that exist.
+        known: String,
+    },
+    /// No map of this name.
+    #[error(
+        "there is no map \"{name}\"; maps here: {known}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
+    )]
+    UnknownMap {
+        /// What was asked for.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// A TOML file that does not fit; the message has line and column.
+    #[error("{}: {message}", file.display())]
+    Toml {
+        /// Which file.
+        file: PathBuf,
+        /// The parser's words, with line, column and source.
+        message: String,
+    },
+    /// A number for a new map is out of range.
+    #[error("{what} is {value}; allowed: {allowed}")]
+    Parameter {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        allowed: String,
+    },
+    /// A circuit's pieces do not make a road.
+    #[error("{}: {problem}", file.display())]
+    Circuit {
+        /// The circuit's file.
+        file: PathBuf,
+        /// What is wrong, and what would help.
+        problem: String,
+    },
+    /// A map of this name is there already.
+    #[error("{}: this map exists already\n  remedy: choose another name or remove the folder first", folder.display())]
+    Exists {
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// SUMO's converter is not on this machine.
+    #[error("netconvert is not at {}\n  remedy: run scripts/setup, which puts SUMO into .sumo/", program.display())]
+    NetconvertAbsent {
+        /// Where it was expected.
+        program: PathBuf,
+    },
+    /// SUMO's converter did not accept the file.
+    #[error("{}: netconvert failed: {message}", file.display())]
+    Netconvert {
+        /// What was to be converted.
+        file: PathBuf,
+        /// Its own words.
+        message: String,
+    },
+}

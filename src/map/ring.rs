@@ -1,0 +1,86 @@
+//! Rings of any length. In: circumference, speed limit, lane width. Out: a map's folder. One lane, counter-clockwise,
+//! centred on the origin, starting in the east; the centre line lies on the circle of that circumference. Metres, m/s.
+
+use super::{
+    MapError,
+    write::{RoadEdge, net_xml, write_folder},
+};
+use glam::DVec2;
+use std::{f64::consts::TAU, path::Path};
+
+/// Circumferences that can be made, metres: below, cars of 5 m see little but the bend; above, numbers lose no sense but a
+/// drive does.
+pub const CIRCUMFERENCE_M: std::ops::RangeInclusive<f64> = 150.0..=5000.0;
+/// Above this, eight edges instead of four, metres.
+const LONG_M: f64 = 2000.0;
+/// The most that a chord of the centre line may leave the circle, metres.
+const SAG_M: f64 = 0.0035;
+
+/// What a ring is like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ring {
+    /// Length of one lap, metres, in [`CIRCUMFERENCE_M`].
+    pub circumference_m: f64,
+    /// Speed limit, m/s, above 0 to 100.
+    pub speed_limit_mps: f64,
+    /// Lane width, metres, 2.5 to 10.
+    pub width_m: f64,
+}
+
+impl Ring {
+    fn check(&self) -> Result<(), MapError> {
+        let rows = [
+            ("circumference", self.circumference_m, *CIRCUMFERENCE_M.start(), *CIRCUMFERENCE_M.end(), "m"),
+            ("speed limit", self.speed_limit_mps, 1.0, 100.0, "m/s"),
+            ("lane width", self.width_m, 2.5, 10.0, "m"),
+        ];
+        for (what, value, low, high, unit) in rows {
+            if !(low..=high).contains(&value) {
+                let allowed = format!("{low} to {high} {unit}");
+                return Err(MapError::Parameter { what, value: value.to_string(), allowed });
+            }
+        }
+        Ok(())
+    }
+
+    /// The text of its `net.xml`: lane lengths add up to the circumference within 8 um, points lie at most 1 m apart.
+    ///
+    /// # Errors
+    /// If a number is out of range or not finite.
+    pub fn net_xml(&self) -> Result<String, MapError> {
+        self.check()?;
+        let length_m = self.circumference_m;
+        let radius_m = length_m / TAU;
+        let edges = if length_m > LONG_M { 8 } else { 4 };
+        // A chord c sags c^2 / (8 r) from its circle: 3.1 mm for 1 m on the ring of 250 m.
+        let chord_m = (8.0 * radius_m * SAG_M).sqrt().min(1.0);
+        let chords = (length_m / f64::from(edges) / chord_m).ceil() as u32;
+        let point = |edge: u32, chord: u32| {
+            let fraction = f64::from(edge * chords + chord) / f64::from(edges * chords);
+            // The last point is the first one to the last bit.
+            DVec2::from_angle(TAU * fraction.fract()) * radius_m
+        };
+        let road: Vec<RoadEdge> = (0..edges)
+            .map(|edge| RoadEdge {
+                length_m: length_m / f64::from(edges),
+                speed_limit_mps: self.speed_limit_mps,
+                width_m: self.width_m,
+                shape: (0..=chords).map(|chord| point(edge, chord)).collect(),
+            })
+            .collect();
+        let comment = format!(
+            "A ring made by codrive: circumference {length_m} m, speed limit {} m/s, lane width {} m.",
+            self.speed_limit_mps, self.width_m
+        );
+        Ok(net_xml(&comment, &road))
+    }
+}
+
+/// Writes a ring as a new map's `folder`.
+///
+/// # Errors
+/// If a number is out of range, the folder exists or cannot be written.
+pub fn write(folder: &Path, ring: &Ring, title: &str, description: &str) -> Result<(), MapError> {
+    let net = ring.net_xml()?;
+    write_folder(folder, &net, title, description)
+}

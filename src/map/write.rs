@@ -1,0 +1,102 @@
+//! Writes a closed single-lane road as a SUMO `net.xml`, without netconvert. In: the edges in driving order. Out: the text.
+//! Each edge ends where the next begins, in a junction of no size; there are no lanes inside junctions, so the declared
+//! lengths add up to the lap. The edge repeats its lane's shape: SUMO drives on lanes, its tools read edges. Metres and m/s with six decimals: 1 um, so that headings of 1 m chords are good to 1 urad.
+
+use super::MapError;
+use glam::DVec2;
+use std::{fmt::Write, path::Path};
+
+/// One edge of a closed road.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RoadEdge {
+    /// Declared length, metres.
+    pub length_m: f64,
+    /// Speed limit, m/s.
+    pub speed_limit_mps: f64,
+    /// Lane width, metres.
+    pub width_m: f64,
+    /// Centre line, its last point being the first of the next edge.
+    pub shape: Vec<DVec2>,
+}
+
+/// The text of a network in which edge `e0` leads from junction `n0` to `n1`, and the last back to `n0`.
+pub(super) fn net_xml(comment: &str, edges: &[RoadEdge]) -> String {
+    let mut low = DVec2::INFINITY;
+    let mut high = DVec2::NEG_INFINITY;
+    for point in edges.iter().flat_map(|edge| &edge.shape) {
+        (low, high) = (low.min(*point), high.max(*point));
+    }
+    let bounds = format!("{},{}", point_text(low), point_text(high));
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {comment} -->\n<net version=\"1.20\" \
+         junctionCornerDetail=\"5\" limitTurnSpeed=\"5.50\" avoidOverlap=\"0\">\n    <location \
+         netOffset=\"0.00,0.00\" convBoundary=\"{bounds}\" origBoundary=\"{bounds}\" projParameter=\"!\"/>\n"
+    );
+    let n = edges.len();
+    for (k, edge) in edges.iter().enumerate() {
+        let shape = edge.shape.iter().map(|point| point_text(*point)).collect::<Vec<_>>().join(" ");
+        let (length, speed, width) = (number(edge.length_m), number(edge.speed_limit_mps), number(edge.width_m));
+        let next = (k + 1) % n;
+        push(
+            &mut text,
+            format_args!(
+                "    <edge id=\"e{k}\" from=\"n{k}\" to=\"n{next}\" priority=\"-1\" spreadType=\"center\" length=\"{length}\" \
+                 shape=\"{shape}\">\n        <lane id=\"e{k}_0\" index=\"0\" speed=\"{speed}\" length=\"{length}\" \
+                 width=\"{width}\" shape=\"{shape}\"/>\n    </edge>\n"
+            ),
+        );
+    }
+    for (k, edge) in edges.iter().enumerate() {
+        let before = (k + n - 1) % n;
+        let (at, ahead) = (edge.shape[0], edge.shape[1]);
+        // The junction is a line across the lane.
+        let half_across = (ahead - at).normalize().perp() * (edge.width_m / 2.0);
+        let (x, y) = (number(at.x), number(at.y));
+        let shape = format!("{} {}", point_text(at - half_across), point_text(at + half_across));
+        push(
+            &mut text,
+            format_args!(
+                "    <junction id=\"n{k}\" type=\"priority\" x=\"{x}\" y=\"{y}\" incLanes=\"e{before}_0\" intLanes=\"\" \
+                 shape=\"{shape}\">\n        <request index=\"0\" response=\"0\" foes=\"0\" cont=\"0\"/>\n    \
+                 </junction>\n"
+            ),
+        );
+    }
+    for k in 0..n {
+        let next = (k + 1) % n;
+        push(
+            &mut text,
+            format_args!(
+                "    <connection from=\"e{k}\" to=\"e{next}\" fromLane=\"0\" toLane=\"0\" dir=\"s\" state=\"M\"/>\n"
+            ),
+        );
+    }
+    text + "</net>\n"
+}
+
+/// Makes the folder with `net.xml` and `map.toml`.
+pub(super) fn write_folder(folder: &Path, net: &str, title: &str, description: &str) -> Result<(), MapError> {
+    if folder.exists() {
+        return Err(MapError::Exists { folder: folder.into() });
+    }
+    let failed = |source| MapError::Io { file: folder.into(), source };
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    std::fs::write(folder.join("net.xml"), net).map_err(failed)?;
+    let quoted = |text: &str| toml::Value::String(text.into()).to_string();
+    let map_file = format!("title = {}\ndescription = {}\n", quoted(title), quoted(description));
+    std::fs::write(folder.join("map.toml"), map_file).map_err(failed)
+}
+
+fn push(text: &mut String, arguments: std::fmt::Arguments) {
+    text.write_fmt(arguments).expect("a String takes all text");
+}
+
+fn point_text(point: DVec2) -> String {
+    format!("{},{}", number(point.x), number(point.y))
+}
+
+/// Six decimals; never `-0.000000`, whose sign would hang on the last bit of a sine.
+fn number(x: f64) -> String {
+    let text = format!("{x:.6}");
+    if text.trim_start_matches(['-', '0', '.']).is_empty() { "0.000000".into() } else { text }
+}

@@ -1,0 +1,109 @@
+//! The hold: an action stands for a whole number of steps. In: an observation each step. Out: the advice that stands,
+//! and whether it is new.
+
+use super::{Action, Advice, Observation, Policy};
+use crate::time::Tick;
+
+/// Asks a policy once a hold and turns its action into advice.
+pub struct Advisor {
+    policy: Option<Box<dyn Policy>>,
+    step_s: f64,
+    hold_steps: u32,
+    range_mps: f64,
+    steps: u64,
+    standing: Option<Advice>,
+}
+
+impl Advisor {
+    /// An advisor that asks `policy` (`None` never advises) every `hold_steps` steps of `step_s` seconds and allows
+    /// `range_mps` on either side of the target.
+    pub fn new(policy: Option<Box<dyn Policy>>, step_s: f64, hold_steps: u32, range_mps: f64) -> Self {
+        Self { policy, step_s, hold_steps: hold_steps.max(1), range_mps, steps: 0, standing: None }
+    }
+
+    /// One step has begun at `now`. Returns the advice if it was issued in this step.
+    pub fn step(&mut self, now: Tick, observation: &Observation, speed_limit_mps: f64) -> Option<Advice> {
+        let policy = self.policy.as_mut()?;
+        policy.watch(observation);
+        let due = self.steps.is_multiple_of(u64::from(self.hold_steps));
+        let time_s = self.steps as f64 * self.step_s;
+        self.steps += 1;
+        if !due {
+            return None;
+        }
+        let action = policy.act(time_s, observation);
+        let hold_s = f64::from(self.hold_steps) * self.step_s;
+        let speed_mps = match action {
+            // DESIGN 1: an acceleration is shown as the speed that it leads to.
+            Action::Acceleration(a) => observation.speed_mps + a * hold_s,
+            Action::Speed(v) => v,
+        };
+        let target_mps = speed_mps.clamp(0.0, speed_limit_mps.max(0.0));
+        let advice = Advice { issued: now, hold_steps: self.hold_steps, action, target_mps, range_mps: self.range_mps };
+        self.standing = Some(advice);
+        self.standing
+    }
+
+    /// The advice that stands now.
+    pub fn standing(&self) -> Option<Advice> {
+        self.standing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::policy::{Constant, PolicySettings, build};
+
+    struct Brake;
+    impl Policy for Brake {
+        fn act(&mut self, _: f64, _: &Observation) -> Action {
+            Action::Acceleration(-0.5)
+        }
+    }
+
+    fn at(speed_mps: f64) -> Observation {
+        Observation { speed_mps, ..Observation::default() }
+    }
+
+    #[test]
+    fn an_advice_stands_for_its_hold_and_no_longer() {
+        let mut advisor = Advisor::new(Some(Box::new(Constant { speed_mps: 4.0 })), 0.1, 7, 0.5);
+        let issued: Vec<u64> = (0..22)
+            .filter_map(|k| advisor.step(Tick(k * 10), &at(0.0), 30.0).map(|advice| advice.issued.0 / 10))
+            .collect();
+        assert_eq!(issued, [0, 7, 14, 21]);
+    }
+
+    #[test]
+    fn an_acceleration_is_shown_as_the_speed_it_leads_to() {
+        let mut advisor = Advisor::new(Some(Box::new(Brake)), 0.1, 50, 0.5);
+        let advice = advisor.step(Tick(0), &at(4.0), 30.0).unwrap();
+        assert_eq!((advice.action, advice.target_mps), (Action::Acceleration(-0.5), 1.5));
+        let mut advisor = Advisor::new(Some(Box::new(Brake)), 0.1, 100, 0.5);
+        assert_eq!(advisor.step(Tick(0), &at(4.0), 30.0).unwrap().target_mps, 0.0, "never backwards");
+    }
+
+    #[test]
+    fn a_target_never_exceeds_the_speed_limit() {
+        let mut advisor = Advisor::new(Some(Box::new(Constant { speed_mps: 99.0 })), 0.1, 1, 0.5);
+        assert_eq!(advisor.step(Tick(0), &at(0.0), 17.88).unwrap().target_mps, 17.88);
+    }
+
+    #[test]
+    fn the_edges_of_the_range_belong_to_it() {
+        let mut advisor = Advisor::new(Some(Box::new(Constant { speed_mps: 4.0 })), 0.1, 1, 0.5);
+        let advice = advisor.step(Tick(0), &at(0.0), 30.0).unwrap();
+        assert!(advice.accepts(3.5) && advice.accepts(4.5) && !advice.accepts(3.499) && !advice.accepts(4.501));
+    }
+
+    #[test]
+    fn a_misspelt_policy_is_answered_with_the_names_that_exist() {
+        let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
+        let error = build("folower-stopper", &settings).err().unwrap().to_string();
+        assert_eq!(
+            error,
+            "policy `folower-stopper` is unknown; known are none, constant, two-phase, follower-stopper, pi"
+        );
+    }
+}

@@ -1,0 +1,54 @@
+//! Policies that look at nothing but the time: one speed, or a slow phase first. In: seconds since the start. Out: a speed.
+
+use super::{Action, Observation, Policy};
+
+/// The same speed for ever.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant {
+    /// Advised speed, m/s.
+    pub speed_mps: f64,
+}
+
+impl Policy for Constant {
+    fn act(&mut self, _time_s: f64, _observation: &Observation) -> Action {
+        Action::Speed(self.speed_mps)
+    }
+}
+
+/// The hand-designed advice of FACTS 3: slow for a minute, so that a hole opens and swallows the wave, then a speed just
+/// below equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoPhase {
+    /// Speed of the first phase, m/s.
+    pub slow_mps: f64,
+    /// Length of the first phase, seconds.
+    pub slow_s: f64,
+    /// Speed from then on, m/s.
+    pub then_mps: f64,
+}
+
+impl TwoPhase {
+    /// 2.5 m/s for 60 s on the 250 m ring, whose equilibrium is 4.362 m/s; in proportion elsewhere.
+    pub fn for_ring(equilibrium_mps: f64, then_mps: f64) -> Self {
+        Self { slow_mps: equilibrium_mps / 4.362 * 2.5, slow_s: 60.0, then_mps }
+    }
+}
+
+impl Policy for TwoPhase {
+    fn act(&mut self, time_s: f64, _observation: &Observation) -> Action {
+        Action::Speed(if time_s < self.slow_s { self.slow_mps } else { self.then_mps })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_phases_change_once_at_a_minute() {
+        let mut policy = TwoPhase::for_ring(4.362, 4.3);
+        let observation = Observation::default();
+        assert_eq!(policy.act(59.9, &observation), Action::Speed(2.5));
+        assert_eq!(policy.act(60.0, &observation), Action::Speed(4.3));
+    }
+}

@@ -1,0 +1,83 @@
+//! What egui drew, put on top of a picture. In: a pass of an egui [`Context`] (its [`FullOutput`]) and a view of the
+//! picture. Out: commands. Colours are sRGB values, written as they are: the target's format has to be a plain `Unorm`.
+
+use egui::{Context, FullOutput, TextureId};
+
+/// Where a pass over a finished picture draws.
+pub struct Overlay<'a> {
+    /// The device.
+    pub device: &'a wgpu::Device,
+    /// Its queue.
+    pub queue: &'a wgpu::Queue,
+    /// Commands of this frame.
+    pub encoder: &'a mut wgpu::CommandEncoder,
+    /// The picture; what is there stays.
+    pub view: &'a wgpu::TextureView,
+    /// Its width and height, pixels.
+    pub size: [u32; 2],
+}
+
+/// Draws one egui [`Context`]. Each context needs a pass of its own, for as long as it lives: egui sends its font atlas
+/// once, and only changes after that.
+pub struct UiPass {
+    renderer: egui_wgpu::Renderer,
+    /// Textures egui has done with. Freeing destroys at once, but the frame that last shows them has yet to be
+    /// submitted when egui names them: they go at the next frame.
+    done_with: Vec<TextureId>,
+}
+
+impl std::fmt::Debug for UiPass {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("UiPass").field("done_with", &self.done_with).finish_non_exhaustive()
+    }
+}
+
+impl UiPass {
+    /// A pass onto targets of `format`, which must not be an sRGB format.
+    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+        debug_assert!(!format.is_srgb(), "egui writes sRGB values itself; {format:?} would encode them twice");
+        // No dithering: a colour of the dial is the same number in every pixel.
+        let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
+        Self { renderer: egui_wgpu::Renderer::new(device, format, options), done_with: Vec::new() }
+    }
+
+    /// The renderer, to register textures of our own.
+    pub fn renderer(&mut self) -> &mut egui_wgpu::Renderer {
+        &mut self.renderer
+    }
+
+    /// Appends what `ctx` put out to the picture. Once a submission: the vertices of a second call before
+    /// `queue.submit` would replace those of the first.
+    pub fn draw(&mut self, target: Overlay<'_>, ctx: &Context, mut output: FullOutput) {
+        let Overlay { device, queue, encoder, view, size } = target;
+        for id in self.done_with.drain(..) {
+            self.renderer.free_texture(&id);
+        }
+        for (id, deltas) in output.textures_delta.set.drain() {
+            for delta in &deltas {
+                self.renderer.update_texture(device, queue, id, delta);
+            }
+        }
+        self.done_with.extend(output.textures_delta.free.drain());
+
+        let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: size, pixels_per_point: output.pixels_per_point };
+        let meshes = ctx.tessellate(output.shapes, output.pixels_per_point);
+        let uploads = self.renderer.update_buffers(device, queue, encoder, &meshes, &screen);
+        if !uploads.is_empty() {
+            queue.submit(uploads);
+        }
+        let mut pass = encoder
+            .begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("ui"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                })],
+                ..Default::default()
+            })
+            .forget_lifetime();
+        self.renderer.render(&mut pass, &meshes, &screen);
+    }
+}

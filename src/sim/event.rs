@@ -1,0 +1,51 @@
+//! What happened at a tick, for recordings, the panel and the end of a drive.
+
+use crate::{policy::Advice, time::Tick, traffic::CarId};
+
+/// Something that happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// When.
+    pub tick: Tick,
+    /// What.
+    pub kind: EventKind,
+}
+
+/// Kinds of events.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EventKind {
+    /// A new advice stands on the speedometer.
+    Advice(Advice),
+    /// The ego began to touch another car.
+    Contact {
+        /// Which car.
+        car: CarId,
+        /// Ego's speed just before, m/s.
+        ego_speed_mps: f64,
+        /// The other's speed just before, m/s.
+        car_speed_mps: f64,
+        /// Speed at which they closed in, m/s.
+        closing_mps: f64,
+    },
+    /// The middle of the ego left its lane.
+    LeftRoad {
+        /// Where along the route, metres.
+        s_m: f64,
+        /// Lateral offset, metres, positive to the left.
+        offset_m: f64,
+    },
+    /// The middle of the ego is back in the lane.
+    BackOnRoad,
+    /// The drive is over.
+    Ended(EndReason),
+}
+
+/// Why a drive is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndReason {
+    /// Its duration has passed.
+    Duration,
+    /// A contact, and the scenario ends with it.
+    Contact,
+}

@@ -1,0 +1,193 @@
+//! The scenario's settings as a list, read from the JSON Schema of [`Scenario`]: doc, unit, limits, kind and default of
+//! each. The command line, the checks of files and the panel are all made from this list.
+
+use super::Scenario;
+use serde_json::Value;
+
+/// One setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Key in the file; `idm.T` for a key in a table.
+    pub path: String,
+    /// What it is, one sentence.
+    pub doc: String,
+    /// Unit, empty if it has none.
+    pub unit: String,
+    /// What it can hold.
+    pub kind: Kind,
+    /// Value of [`Scenario::default`].
+    pub default: Value,
+}
+
+/// What a setting can hold.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    /// Yes or no.
+    Switch,
+    /// A whole number within limits, both included.
+    Whole {
+        /// Smallest.
+        min: u64,
+        /// Largest.
+        max: u64,
+    },
+    /// A number within limits, both included.
+    Number {
+        /// Smallest.
+        min: f64,
+        /// Largest.
+        max: f64,
+    },
+    /// One of a few words.
+    Choice(Vec<String>),
+    /// A name, checked where it is used.
+    Text,
+}
+
+impl Field {
+    /// The flag on the command line, without dashes: the key without its unit, `-` for `_`.
+    pub fn flag(&self) -> String {
+        let bare = ["_mph", "_mps", "_s", "_m"].iter().find_map(|unit| self.path.strip_suffix(unit));
+        bare.unwrap_or(&self.path).replace('_', "-")
+    }
+
+    /// The table that the key is in, if any.
+    pub fn table(&self) -> Option<&str> {
+        self.path.split_once('.').map(|(table, _)| table)
+    }
+
+    /// What is allowed, as words.
+    pub fn allowed(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        match &self.kind {
+            Kind::Switch => "true or false".into(),
+            Kind::Whole { min, max } => format!("a whole number from {min} to {max}{unit}"),
+            Kind::Number { min, max } => format!("a number from {min} to {max}{unit}"),
+            Kind::Choice(words) => format!("one of {}", words.join(", ")),
+            Kind::Text => "a text".into(),
+        }
+    }
+
+    /// The setting's value in a scenario written as JSON.
+    pub fn get<'a>(&self, scenario: &'a Value) -> Option<&'a Value> {
+        self.path.split('.').try_fold(scenario, |value, key| value.get(key))
+    }
+
+    /// Puts a value into a scenario written as JSON; tables that are missing are made.
+    pub fn set(&self, scenario: &mut Value, value: Value) {
+        let mut place = scenario;
+        for key in self.path.split('.') {
+            place = &mut place[key];
+        }
+        *place = value;
+    }
+
+    /// `None` if `value` is allowed, otherwise what is wrong with it.
+    pub fn fault(&self, value: &Value) -> Option<String> {
+        let fits = match &self.kind {
+            Kind::Switch => value.is_boolean(),
+            Kind::Whole { min, max } => value.as_u64().is_some_and(|v| (*min..=*max).contains(&v)),
+            // A NaN or an infinity becomes null in JSON and fails here too.
+            Kind::Number { min, max } => value.as_f64().is_some_and(|v| (*min..=*max).contains(&v)),
+            Kind::Choice(words) => value.as_str().is_some_and(|v| words.iter().any(|w| w == v)),
+            Kind::Text => value.is_string(),
+        };
+        let shown = if value.is_null() { "not a finite number".into() } else { value.to_string() };
+        (!fits).then(|| format!("{} is {shown}; allowed: {}", self.path, self.allowed()))
+    }
+}
+
+/// All settings, in the order of the struct.
+pub fn fields() -> Vec<Field> {
+    let schema = schemars::generate::SchemaSettings::draft2020_12()
+        .with(|s| s.inline_subschemas = true)
+        .into_generator()
+        .into_root_schema_for::<Scenario>();
+    let default = serde_json::to_value(Scenario::default()).unwrap_or_default();
+    let mut list = Vec::new();
+    collect(schema.as_value(), &default, "", &mut list);
+    list
+}
+
+fn collect(schema: &Value, default: &Value, prefix: &str, list: &mut Vec<Field>) {
+    // The struct's own order is the order of the default's keys (serde_json keeps it).
+    let Some(keys) = default.as_object() else { return };
+    for (key, default) in keys {
+        let property = &schema["properties"][key];
+        let path = format!("{prefix}{key}");
+        if property["type"] == "object" {
+            collect(property, default, &format!("{path}."), list);
+            continue;
+        }
+        let text = |name: &str| property[name].as_str().unwrap_or_default().to_owned();
+        list.push(Field {
+            doc: text("description"),
+            unit: text("unit"),
+            kind: kind(property),
+            default: default.clone(),
+            path,
+        });
+    }
+}
+
+fn kind(property: &Value) -> Kind {
+    let words = |list: &Value, key: Option<&str>| -> Vec<String> {
+        let items = list.as_array().map(Vec::as_slice).unwrap_or_default();
+        items.iter().filter_map(|item| key.map_or(item, |k| &item[k]).as_str().map(str::to_owned)).collect()
+    };
+    let limit = |name: &str, otherwise: f64| property[name].as_f64().unwrap_or(otherwise);
+    match property["type"].as_str() {
+        Some("boolean") => Kind::Switch,
+        Some("integer") => Kind::Whole {
+            min: limit("minimum", 0.0) as u64,
+            max: property["maximum"].as_u64().unwrap_or(limit("maximum", f64::MAX) as u64),
+        },
+        Some("number") => Kind::Number { min: limit("minimum", f64::MIN), max: limit("maximum", f64::MAX) },
+        _ if property["oneOf"].is_array() => Kind::Choice(words(&property["oneOf"], Some("const"))),
+        _ if property["enum"].is_array() => Kind::Choice(words(&property["enum"], None)),
+        _ => Kind::Text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_has_a_doc_a_valid_default_and_limits() {
+        for field in fields() {
+            assert!(!field.doc.is_empty(), "{} has no doc comment", field.path);
+            assert_eq!(field.fault(&field.default), None);
+            if let Kind::Number { min, max } = field.kind {
+                assert!(min > f64::MIN && max < f64::MAX, "{} has no limits", field.path);
+            }
+            if let Kind::Choice(words) = &field.kind {
+                assert!(words.len() >= 2, "{}: {words:?}", field.path);
+            }
+        }
+    }
+
+    #[test]
+    fn flags_of_the_contract_exist() {
+        let flags: Vec<String> = fields().iter().map(Field::flag).collect();
+        for flag in ["map", "vehicles", "policy", "hold", "range", "units", "traffic", "seed", "duration", "idm.T"] {
+            assert!(flags.iter().any(|f| f == flag), "no --{flag} among {flags:?}");
+        }
+    }
+
+    #[test]
+    fn the_order_is_that_of_the_struct() {
+        let paths: Vec<String> = fields().into_iter().map(|f| f.path).collect();
+        assert_eq!(paths[..3], ["map", "vehicles", "traffic"]);
+    }
+
+    #[test]
+    fn nan_and_out_of_range_are_faults() {
+        let list = fields();
+        let hold = list.iter().find(|f| f.path == "hold_s").unwrap();
+        for bad in [Value::from(0.0), Value::from(-1.0), Value::from(f64::NAN), Value::from("1"), Value::Null] {
+            assert!(hold.fault(&bad).is_some(), "{bad}");
+        }
+        assert_eq!(hold.fault(&Value::from(2)), None, "a whole number is a number");
+    }
+}

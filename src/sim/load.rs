@@ -1,0 +1,171 @@
+//! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked
+//! [`Scenario`], or a message that names file, line, column, value and what is allowed.
+
+use super::{Field, Scenario, fields};
+use serde_json::Value;
+use std::{fmt::Write, path::Path};
+
+/// A mistake in what a person wrote; the message is complete.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct ScenarioError(pub String);
+
+impl Scenario {
+    /// Reads a scenario file; settings that it does not name keep their default.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
+    pub fn from_file(path: &Path) -> Result<Self, ScenarioError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| ScenarioError(format!("{}: cannot be read: {e}", path.display())))?;
+        Self::from_toml(&text, &path.display().to_string())
+    }
+
+    /// The same for text; `name` is what messages call it.
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, ScenarioError> {
+        let scenario: Self = toml::from_str(text).map_err(|e| {
+            let message = e.message().replace("unknown field", "unknown key");
+            ScenarioError(located(text, name, e.span().unwrap_or(0..0), &message))
+        })?;
+        let json = serde_json::to_value(&scenario).unwrap_or_default();
+        for field in fields() {
+            if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
+                return Err(ScenarioError(located(text, name, span_of(text, &field.path), &fault)));
+            }
+        }
+        scenario.check().map_err(|(path, fault)| ScenarioError(located(text, name, span_of(text, path), &fault)))?;
+        Ok(scenario)
+    }
+
+    /// This scenario with some settings replaced, checked as a whole.
+    ///
+    /// # Errors
+    /// A value has the wrong type or is out of range, or the settings do not go together.
+    pub fn with(&self, changes: &[(Field, Value)]) -> Result<Self, ScenarioError> {
+        let mut json = serde_json::to_value(self).unwrap_or_default();
+        for (field, value) in changes {
+            if let Some(fault) = field.fault(value) {
+                return Err(ScenarioError(fault));
+            }
+            field.set(&mut json, value.clone());
+        }
+        let scenario: Self = serde_json::from_value(json).map_err(|e| ScenarioError(e.to_string()))?;
+        scenario.check().map_err(|(_, fault)| ScenarioError(fault))?;
+        Ok(scenario)
+    }
+
+    /// This scenario as a file that [`Scenario::from_file`] reads back.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).unwrap_or_default()
+    }
+
+    /// What must hold between settings; each alone is within its limits already.
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        let multiple = |value: f64, of: f64| ((value / of).round() * of - value).abs() < 1e-9;
+        if !multiple(self.step_s, crate::time::TICK_S) {
+            return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.step_s)));
+        }
+        if !multiple(self.hold_s, self.step_s) || self.hold_s < self.step_s {
+            let text = format!(
+                "hold_s is {}; allowed: a whole number of steps of {} s, at least one",
+                self.hold_s, self.step_s
+            );
+            return Err(("hold_s", text));
+        }
+        Ok(())
+    }
+}
+
+/// Where the value of a key stands in the file; the start of the file if the key is not in it.
+fn span_of(text: &str, path: &str) -> std::ops::Range<usize> {
+    let Ok(document) = toml::de::DeTable::parse(text) else { return 0..0 };
+    let mut table = document.get_ref();
+    let mut span = 0..0;
+    for key in path.split('.') {
+        let Some(value) = table.get(key) else { return span };
+        span = value.span();
+        match value.get_ref() {
+            toml::de::DeValue::Table(inner) => table = inner,
+            _ => return span,
+        }
+    }
+    span
+}
+
+/// `name:line:column: message` with the line and a mark under the value.
+fn located(text: &str, name: &str, span: std::ops::Range<usize>, message: &str) -> String {
+    let start = span.start.min(text.len());
+    let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
+    let line_number = text[..start].matches('\n').count() + 1;
+    let line = text[line_start..].lines().next().unwrap_or_default();
+    let column = text[line_start..start].chars().count() + 1;
+    let width = text.get(start..span.end.min(line_start + line.len())).map_or(1, |s| s.chars().count().max(1));
+    let mut out = format!("{name}:{line_number}:{column}: {message}");
+    let margin = line_number.to_string();
+    let _ = write!(out, "\n  {margin} | {line}\n  {:1$} | ", "", margin.len());
+    let _ = write!(out, "{:1$}{2}", "", column - 1, "^".repeat(width));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fault(text: &str) -> String {
+        Scenario::from_toml(text, "trial.toml").unwrap_err().0
+    }
+
+    #[test]
+    fn a_scenario_survives_the_way_through_its_file() {
+        let scenario = Scenario { vehicles: 18, hold_s: 5.0, ..Scenario::default() };
+        assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").unwrap(), scenario);
+        assert_eq!(Scenario::from_toml("", "x").unwrap(), Scenario::default());
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_line_and_column() {
+        let text = fault("vehicles = 22\n  vehicels = 3\n");
+        assert!(text.starts_with("trial.toml:2:3: unknown key `vehicels`"), "{text}");
+        assert!(text.ends_with("  2 |   vehicels = 3\n    |   ^^^^^^^^"), "{text}");
+        assert!(fault("[idm]\nT = 1\ntau = 2\n").starts_with("trial.toml:3:1: unknown key `tau`"));
+    }
+
+    #[test]
+    fn a_wrong_type_is_named_with_line_and_column() {
+        assert!(fault("seed = 1\nvehicles = \"many\"").starts_with("trial.toml:2:12: invalid type: string \"many\""));
+        assert!(fault("units = \"knots\"").starts_with("trial.toml:1:9: unknown variant `knots`"));
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_its_limits() {
+        assert!(
+            fault("hold_s = 0").starts_with("trial.toml:1:10: hold_s is 0.0; allowed: a number from 0.01 to 600 s")
+        );
+        assert!(
+            fault("\n[idm]\na = -1").starts_with("trial.toml:3:5: idm.a is -1.0; allowed: a number from 0.1 to 5 m/s2")
+        );
+        assert!(fault("range_mph = nan").starts_with("trial.toml:1:13: range_mph is not a finite number"));
+        assert!(
+            fault("hold_s = 0.25").starts_with("trial.toml:1:10: hold_s is 0.25; allowed: a whole number of steps")
+        );
+        assert!(
+            fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000")
+        );
+    }
+
+    #[test]
+    fn what_is_not_toml_is_shown_where_it_breaks() {
+        assert!(fault("map = \n").starts_with("trial.toml:1:7: "), "{}", fault("map = \n"));
+    }
+
+    #[test]
+    fn flags_replace_what_the_file_says() {
+        let list = fields();
+        let field = |path: &str| list.iter().find(|f| f.path == path).unwrap().clone();
+        let changed =
+            Scenario::default().with(&[(field("idm.T"), 1.5.into()), (field("vehicles"), 20.into())]).unwrap();
+        assert_eq!((changed.idm.t, changed.vehicles), (1.5, 20));
+        let error = Scenario::default().with(&[(field("vehicles"), 5000.into())]).unwrap_err();
+        assert_eq!(error.0, "vehicles is 5000; allowed: a whole number from 2 to 1000");
+    }
+}

@@ -1,0 +1,155 @@
+//! Everything that makes one drive. This struct **is** the command line, the scenario file and the panel: the doc
+//! comments below are the help and the tooltips, the ranges are the limits, written once ([`super::fields`] reads them).
+//! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
+
+use crate::{idm::IdmParams, units::SpeedUnit};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One drive, complete.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scenario {
+    /// Road: a folder of maps/, or a SUMO net.xml with a closed route
+    pub map: String,
+    /// Cars on the route, the ego included
+    #[schemars(range(min = 2, max = 1000))]
+    pub vehicles: u32,
+    /// Who moves the other cars: sumo (in this program), native (our own IDM ring), or HOST:PORT of a SUMO elsewhere
+    pub traffic: String,
+    /// Car-following model of the other cars: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
+    pub idm: IdmParams,
+    /// How the cars stand at the start
+    pub start: StartLayout,
+    /// Traffic runs this long before the drive, the ego driven by the same model
+    #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
+    pub warm_up_s: f64,
+    /// Length of a step of traffic and policy, a multiple of 0.01 s
+    #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
+    pub step_s: f64,
+    /// Length of the drive; 0 drives until the window is closed
+    #[schemars(range(min = 0.0, max = 36000.0), extend("unit" = "s"))]
+    pub duration_s: f64,
+    /// Seed of everything random: noise, simulated driver, trees
+    #[schemars(range(min = 0, max = 9007199254740991_u64))]
+    pub seed: u64,
+
+    /// Who advises: none, constant, two-phase, follower-stopper or pi
+    pub policy: String,
+    /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
+    #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
+    pub policy_speed_mps: f64,
+    /// How long one advice stands, a whole number of steps
+    #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
+    pub hold_s: f64,
+    /// Half width of the acceptable range around the target
+    #[schemars(range(min = 0.1, max = 50.0), extend("unit" = "mph"))]
+    pub range_mph: f64,
+
+    /// Unit on the speedometer
+    pub units: SpeedUnit,
+    /// Width of the visible picture on the screen
+    #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m"))]
+    pub screen_width_m: f64,
+    /// Distance from the driver's eyes to the screen
+    #[schemars(range(min = 0.2, max = 10.0), extend("unit" = "m"))]
+    pub eye_distance_m: f64,
+    /// Other cars in ordinary paints in the driver's view (green otherwise; always green in the bird's-eye view)
+    pub ordinary_paints: bool,
+    /// Effort put into the picture; sizes, positions and lamps are the same in all
+    pub quality: QualityLevel,
+
+    /// Car creeps forward in gear when no pedal is pressed
+    pub creep: bool,
+    /// Keyboard steering is helped to stay in the lane
+    pub lane_help: bool,
+    /// What a contact with another car does
+    pub contact: OnContact,
+    /// Simulated driver of `codrive run`: follow, perfect, sloppy or idm
+    pub driver: String,
+}
+
+/// How cars stand on the route at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum StartLayout {
+    /// Evenly spaced, at a standstill
+    #[default]
+    Even,
+    /// Close together with one long hole ahead of the ego's leader: a wave within about 75 s
+    Bunched,
+}
+
+/// What a contact with another car does to the drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OnContact {
+    /// It is recorded and the drive goes on
+    #[default]
+    Continue,
+    /// It is recorded and the drive ends
+    End,
+}
+
+/// Effort put into the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum QualityLevel {
+    /// For software rendering and old laptops
+    Low,
+    /// For ordinary computers
+    #[default]
+    Medium,
+    /// For the rig
+    High,
+}
+
+impl Default for Scenario {
+    /// HC22's ring: 250 m, 22 cars, advice on the speedometer.
+    fn default() -> Self {
+        Self {
+            map: "ring-250".into(),
+            vehicles: 22,
+            traffic: "sumo".into(),
+            idm: IdmParams::default(),
+            start: StartLayout::Even,
+            warm_up_s: 0.0,
+            step_s: 0.1,
+            duration_s: 300.0,
+            seed: 1,
+            policy: "two-phase".into(),
+            policy_speed_mps: 0.0,
+            // HC22 holds for one step of 0.1 s; a person cannot follow ten new targets a second.
+            hold_s: 1.0,
+            // FACTS 3: a useful band on the 250 m ring is about +-1 mph.
+            range_mph: 1.0,
+            units: SpeedUnit::Mph,
+            // A 55-inch TV at 1.0 m: 63 degrees (FACTS 8).
+            screen_width_m: 1.218,
+            eye_distance_m: 1.0,
+            ordinary_paints: true,
+            quality: QualityLevel::Medium,
+            creep: true,
+            lane_help: true,
+            contact: OnContact::Continue,
+            driver: "follow".into(),
+        }
+    }
+}
+
+impl Scenario {
+    /// Ticks in a step.
+    pub fn step_ticks(&self) -> u64 {
+        (self.step_s / crate::time::TICK_S).round() as u64
+    }
+
+    /// Steps in a hold, at least 1.
+    pub fn hold_steps(&self) -> u32 {
+        (self.hold_s / self.step_s).round().max(1.0) as u32
+    }
+
+    /// Half width of the acceptable range, m/s.
+    pub fn range_mps(&self) -> f64 {
+        self.range_mph * crate::units::MPS_PER_MPH
+    }
+}

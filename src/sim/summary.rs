@@ -1,0 +1,151 @@
+//! One drive in numbers. In: the snapshot at each tick and the events. Out: a [`Summary`], HC22's measure first. The
+//! averaging window is always stated (FACTS 1).
+
+use super::{Event, EventKind, Snapshot, event::EndReason};
+use serde::Serialize;
+
+/// A contact, as the summary lists it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactRecord {
+    /// Seconds since the start of the drive.
+    pub time_s: f64,
+    /// Number of the other car.
+    pub car: u32,
+    /// Ego's speed just before, m/s.
+    pub ego_speed_mps: f64,
+    /// The other's speed just before, m/s.
+    pub car_speed_mps: f64,
+    /// Speed at which they closed in, m/s.
+    pub closing_mps: f64,
+}
+
+/// One drive in numbers. Means and deviations are over all ticks in the window; `None` where the window has none.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// First and last second of the window.
+    pub window_s: [f64; 2],
+    /// Mean speed of all vehicles, the ego included, m/s.
+    pub mean_speed_mps: Option<f64>,
+    /// Standard deviation of speed over vehicles and time, m/s (N, not N-1).
+    pub speed_sd_mps: Option<f64>,
+    /// Mean speed of the ego, m/s.
+    pub ego_mean_speed_mps: Option<f64>,
+    /// Share of the time with advice that the ego's speed was in the acceptable range, 0..1.
+    pub time_in_range: Option<f64>,
+    /// Smallest gap of the ego to its leader in the whole drive, metres.
+    pub min_gap_m: Option<f64>,
+    /// All contacts of the drive.
+    pub contacts: Vec<ContactRecord>,
+    /// How often the ego left the road.
+    pub left_road: u32,
+    /// How many advices were issued.
+    pub advices: u32,
+    /// Length of the drive, seconds.
+    pub duration_s: f64,
+    /// Why it ended; `None` if it was stopped.
+    pub ended: Option<EndReason>,
+    /// Fingerprint of every snapshot of the drive: equal for equal bits.
+    pub hash: String,
+}
+
+/// Collects what [`Summary`] tells.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    window_s: [f64; 2],
+    ticks: u64,
+    vehicle_ticks: u64,
+    sum_mps: f64,
+    sum_square: f64,
+    ego_sum_mps: f64,
+    advised_ticks: u64,
+    in_range_ticks: u64,
+    min_gap_m: f64,
+    contacts: Vec<ContactRecord>,
+    left_road: u32,
+    advices: u32,
+    duration_s: f64,
+    ended: Option<EndReason>,
+    hash: u64,
+}
+
+impl Tally {
+    /// An empty tally; means are taken over `window_s`, from the first second to the last.
+    pub fn new(window_s: [f64; 2]) -> Self {
+        Self {
+            window_s,
+            ticks: 0,
+            vehicle_ticks: 0,
+            sum_mps: 0.0,
+            sum_square: 0.0,
+            ego_sum_mps: 0.0,
+            advised_ticks: 0,
+            in_range_ticks: 0,
+            min_gap_m: f64::INFINITY,
+            contacts: Vec::new(),
+            left_road: 0,
+            advices: 0,
+            duration_s: 0.0,
+            ended: None,
+            hash: super::snapshot::HASH_START,
+        }
+    }
+
+    /// One tick has passed.
+    pub fn add(&mut self, snapshot: &Snapshot, events: &[Event]) {
+        self.hash = snapshot.hash(self.hash);
+        self.duration_s = snapshot.tick.seconds();
+        if let Some(leader) = snapshot.leader {
+            self.min_gap_m = self.min_gap_m.min(leader.gap_m);
+        }
+        events.iter().for_each(|event| self.note(event));
+        if self.duration_s < self.window_s[0] || self.duration_s > self.window_s[1] {
+            return;
+        }
+        let ego_mps = snapshot.ego.speed_mps;
+        self.ticks += 1;
+        self.ego_sum_mps += ego_mps;
+        for speed_mps in snapshot.cars.iter().map(|car| car.speed_mps).chain([ego_mps]) {
+            self.vehicle_ticks += 1;
+            self.sum_mps += speed_mps;
+            self.sum_square += speed_mps * speed_mps;
+        }
+        if let Some(advice) = snapshot.advice {
+            self.advised_ticks += 1;
+            self.in_range_ticks += u64::from(advice.accepts(ego_mps));
+        }
+    }
+
+    fn note(&mut self, event: &Event) {
+        match event.kind {
+            EventKind::Advice(_) => self.advices += 1,
+            EventKind::LeftRoad { .. } => self.left_road += 1,
+            EventKind::BackOnRoad => {}
+            EventKind::Ended(reason) => self.ended = Some(reason),
+            EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
+                let time_s = event.tick.seconds();
+                self.contacts.push(ContactRecord { time_s, car: car.0, ego_speed_mps, car_speed_mps, closing_mps });
+            }
+        }
+    }
+
+    /// What it comes to.
+    pub fn summary(&self) -> Summary {
+        let share = |sum: f64, n: u64| (n > 0).then(|| sum / n as f64);
+        let mean = share(self.sum_mps, self.vehicle_ticks);
+        let square = share(self.sum_square, self.vehicle_ticks);
+        Summary {
+            window_s: [self.window_s[0], self.window_s[1].min(self.duration_s)],
+            mean_speed_mps: mean,
+            speed_sd_mps: mean.zip(square).map(|(m, s)| (s - m * m).max(0.0).sqrt()),
+            ego_mean_speed_mps: share(self.ego_sum_mps, self.ticks),
+            time_in_range: share(self.in_range_ticks as f64, self.advised_ticks),
+            min_gap_m: self.min_gap_m.is_finite().then_some(self.min_gap_m),
+            contacts: self.contacts.clone(),
+            left_road: self.left_road,
+            advices: self.advices,
+            duration_s: self.duration_s,
+            ended: self.ended,
+            hash: format!("{:016x}", self.hash),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Starting layouts on a closed route, and what a setup must fulfil before an engine takes it. In: number of cars, length
+//! of the route, gap at a standstill, speed. Out: [`StartCar`]s, or what is wrong and what is allowed. Metres, m/s.
+
+use super::{StartCar, TrafficError, TrafficSetup};
+use crate::space::CAR_LENGTH_M;
+
+/// The share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (FACTS 1).
+const HOLE_SHARE: f64 = 0.2;
+
+/// `n` cars evenly spaced over `length_m`, the ego at 0, all at `speed_mps`; `s0_m` is the model's gap at a standstill.
+///
+/// # Errors
+/// [`TrafficError::Setup`] if there are fewer than 2 cars or more than fit.
+pub fn even(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<StartCar>, TrafficError> {
+    check_count(n, length_m, s0_m)?;
+    let spacing_m = length_m / n as f64;
+    Ok((0..n).map(|i| StartCar { s_m: i as f64 * spacing_m, speed_mps }).collect())
+}
+
+/// `n` cars close together and one hole of a fifth of the route, half-way round from the ego: a wave is there within 75 s
+/// (FACTS 1). Where cars are many the hole is smaller, so that none is closer than `s0_m`.
+///
+/// # Errors
+/// As [`even`].
+pub fn bunched(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<StartCar>, TrafficError> {
+    check_count(n, length_m, s0_m)?;
+    let spacing_m = (length_m * (1.0 - HOLE_SHARE) / n as f64).max(CAR_LENGTH_M + s0_m);
+    let hole_m = length_m - spacing_m * n as f64;
+    let place = |i: usize| i as f64 * spacing_m + if i > n / 2 { hole_m } else { 0.0 };
+    Ok((0..n).map(|i| StartCar { s_m: place(i), speed_mps }).collect())
+}
+
+fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
+    let most = (length_m / (CAR_LENGTH_M + s0_m)).floor();
+    if n < 2 {
+        let cars = if n == 1 { "1 vehicle is" } else { "0 vehicles are" };
+        return Err(TrafficError::Setup(format!(
+            "{cars} too few: a drive needs the ego and at least one other (2 to {most})"
+        )));
+    }
+    if n as f64 > most {
+        return Err(TrafficError::Setup(format!("{n} vehicles do not fit on {length_m:.0} m: at most {most}")));
+    }
+    Ok(())
+}
+
+impl TrafficSetup {
+    /// Fails if no engine can simulate this.
+    ///
+    /// # Errors
+    /// [`TrafficError::NotFinite`] or [`TrafficError::Setup`], naming the value and what is allowed.
+    pub fn check(&self) -> Result<(), TrafficError> {
+        let length_m = self.map.route.length_m();
+        check_count(self.cars.len(), length_m, 0.0)?;
+        let idm = &self.idm;
+        let positive = [("v0", idm.v0), ("T", idm.t), ("a", idm.a), ("b", idm.b), ("delta", idm.delta), ("s0", idm.s0)];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(TrafficError::Setup(format!("IDM parameter {name} = {value}: it must be above 0")));
+            }
+        }
+        if !(idm.noise.is_finite() && idm.noise >= 0.0) {
+            return Err(TrafficError::Setup(format!("IDM parameter noise = {}: it must be 0 or more", idm.noise)));
+        }
+        let milliseconds = self.step_s * 1000.0;
+        // SUMO counts time in whole milliseconds.
+        if !(0.5..=1000.5).contains(&milliseconds) || (milliseconds - milliseconds.round()).abs() > 1e-6 {
+            return Err(TrafficError::Setup(format!(
+                "a step of {} s: it must be a whole number of milliseconds, up to 1 s",
+                self.step_s
+            )));
+        }
+        for (car, start) in (0..).zip(&self.cars) {
+            for (what, value) in [("starting position", start.s_m), ("starting speed", start.speed_mps)] {
+                if !value.is_finite() {
+                    return Err(TrafficError::NotFinite { what, car, value });
+                }
+            }
+            if start.speed_mps < 0.0 {
+                return Err(TrafficError::Setup(format!("car {car} starts at {} m/s: backwards", start.speed_mps)));
+            }
+            let next = (car as usize + 1) % self.cars.len();
+            let headway_m = self.map.route.ahead(start.s_m, self.cars[next].s_m);
+            if headway_m < CAR_LENGTH_M {
+                return Err(TrafficError::Setup(format!(
+                    "car {car} at {:.2} m and car {next} ahead of it at {:.2} m overlap: cars are {CAR_LENGTH_M} m long",
+                    start.s_m, self.cars[next].s_m
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bunch_on_the_paper_ring_is_that_of_the_field() {
+        let cars = bunched(22, 250.0, 2.0, 0.0).unwrap();
+        let steps: Vec<f64> = cars.windows(2).map(|pair| pair[1].s_m - pair[0].s_m).collect();
+        assert_eq!(steps.iter().filter(|step| (**step - 9.0909).abs() < 1e-4).count(), 20);
+        assert_eq!(steps.iter().filter(|step| (**step - 59.0909).abs() < 1e-4).count(), 1);
+        assert!(250.0 - cars[21].s_m > 9.09);
+    }
+
+    #[test]
+    fn a_full_bunch_shrinks_the_hole_and_not_the_gaps() {
+        for cars in [bunched(35, 250.0, 2.0, 0.0).unwrap(), even(35, 250.0, 2.0, 0.0).unwrap()] {
+            let close = cars.windows(2).map(|pair| pair[1].s_m - pair[0].s_m).fold(f64::INFINITY, f64::min);
+            assert!(close > 7.0 - 1e-9, "{close}");
+            assert!(cars[34].s_m <= 243.0 + 1e-9);
+        }
+    }
+
+    #[test]
+    fn impossible_numbers_of_cars_are_refused_with_what_is_allowed() {
+        let message = |n| even(n, 250.0, 2.0, 0.0).unwrap_err().to_string();
+        assert_eq!(message(1000), "1000 vehicles do not fit on 250 m: at most 35");
+        assert_eq!(message(36), "36 vehicles do not fit on 250 m: at most 35");
+        assert!(message(0).contains("2 to 35"), "{}", message(0));
+        assert!(message(1).starts_with("1 vehicle is too few"), "{}", message(1));
+    }
+}

@@ -1,0 +1,275 @@
+//! SUMO as a traffic engine, in this process (libsumo) or behind a socket (libtraci). In: a [`TrafficSetup`], then
+//! reports. Out: [`CarState`]s. Metres, m/s, world axes; SUMO's front bumpers and compass headings stay in here.
+//!
+//! One call a step takes the commands, steps, and reads all cars. Before a step the ego is put where it is predicted to
+//! be at its end, with the speed that it has now: a follower then differs by a millimetre a second from one behind a car
+//! of SUMO's own (DESIGN 4). Noise is given as a change of the speed that the model starts from.
+//!
+//! A remote SUMO is started by somebody else: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is
+//! compared with the map's lane by lane, and begins anew with our options. It ends when the drive ends.
+
+mod locate;
+mod options;
+mod shim;
+
+pub use locate::{home, program};
+
+use super::{CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, ego, motion::SpeedStep, noise::Noise};
+use crate::{
+    map::{RoadMap, RoutePoint},
+    space::{CAR_LENGTH_M, Pose, SumoPose},
+};
+use glam::{DVec2, dvec2};
+use options::{DEFAULT_DELTA, TYPE_IN_FILE, TypeFile};
+use shim::{Backend, Command, Kind, Record, Shim};
+use std::{path::Path, sync::Arc};
+
+/// Name of the cars' type and route in SUMO.
+const NAME: &str = "codrive";
+/// SUMO sees a car whose front is up to 2.0 m off the centre of a lane of 3.2 m, on one side further. Whether others see
+/// the ego is decided in [`ego`]; SUMO is told no more than this.
+const MAX_OFFSET_M: f64 = 1.5;
+/// Lane lengths of a network and a map may differ by rounding, metres.
+const LENGTH_TOLERANCE_M: f64 = 0.01;
+
+/// SUMO.
+pub struct SumoTraffic {
+    shim: Shim,
+    map: Arc<RoadMap>,
+    step_s: f64,
+    noise: Noise,
+    commands: Vec<Command>,
+    records: Vec<Record>,
+    /// The speed that each car's model starts from in the next step, m/s: SUMO's own plus noise.
+    start_mps: Vec<f64>,
+    cars: Vec<CarState>,
+    ego_is_seen: bool,
+    /// Where the ego is put while others do not see it.
+    nowhere: DVec2,
+    description: String,
+}
+
+impl SumoTraffic {
+    /// SUMO in this process, found by [`home`].
+    ///
+    /// # Errors
+    /// If SUMO is not here or in use, or the setup cannot be simulated.
+    pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
+        Self::start_from(&home()?, setup)
+    }
+
+    /// SUMO in this process, from the SUMO in the folder `home`.
+    ///
+    /// # Errors
+    /// As [`SumoTraffic::start`].
+    pub fn start_from(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
+        setup.check()?;
+        let mut shim = Shim::open(home, Backend::InProcess)?;
+        let types = if setup.idm.delta == DEFAULT_DELTA { None } else { Some(TypeFile::write(setup.idm.delta)?) };
+        let net = setup.map.net_file.display().to_string();
+        shim.start(&options::options(&net, setup.step_s, types.as_ref().map(|file| file.0.as_path())))?;
+        let description = format!("{} in process", shim.version()?);
+        Self::populate(shim, setup, description)
+    }
+
+    /// A SUMO that listens at `host:port`. It needs no file of ours.
+    ///
+    /// # Errors
+    /// If nobody listens, its network is not the map's, or the setup cannot be simulated.
+    pub fn connect(host: &str, port: u16, setup: TrafficSetup) -> Result<Self, TrafficError> {
+        setup.check()?;
+        if setup.idm.delta != DEFAULT_DELTA {
+            return Err(TrafficError::Setup(format!(
+                "IDM parameter delta = {}: a SUMO that runs elsewhere knows only {DEFAULT_DELTA}; use --traffic sumo",
+                setup.idm.delta
+            )));
+        }
+        let mut shim = Shim::open(&home()?, Backend::Socket)?;
+        shim.connect(host, port).map_err(|error| {
+            TrafficError::Sumo(format!(
+                "nobody listens at {host}:{port} ({error})\n  remedy: start `sumo --net-file {} --remote-port {port}` there",
+                setup.map.net_file.display()
+            ))
+        })?;
+        let version = shim.version()?;
+        let its_net = shim.option("net-file")?;
+        let net = if its_net.is_empty() { setup.map.net_file.display().to_string() } else { its_net };
+        shim.load(&options::options(&net, setup.step_s, None))?;
+        Self::populate(shim, setup, format!("{version} at {host}:{port}"))
+    }
+
+    /// Type, route and cars in a SUMO that has just begun.
+    fn populate(mut shim: Shim, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
+        let route = &setup.map.route;
+        check_network(&mut shim, &setup.map)?;
+        let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
+        shim.add_type(base, NAME, &options::type_values(&setup.idm))?;
+        shim.add_route(NAME, &options::endless_edges(route))?;
+        for (i, car) in setup.cars.iter().enumerate() {
+            let (lane, position_m) = route.lane_at(car.s_m);
+            shim.add_car((&format!("car{i}"), NAME, NAME), lane, position_m, car.speed_mps)?;
+        }
+        let n = setup.cars.len();
+        let corner = route.lanes().iter().flat_map(|lane| &lane.shape).fold(DVec2::MAX, |low, point| low.min(*point));
+        let mut traffic = Self {
+            noise: Noise::new(&setup),
+            commands: Vec::with_capacity(2 * n + 2),
+            records: vec![Record::default(); n],
+            start_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
+            cars: (0..n as u32).map(|id| CarState { id: CarId(id), ..CarState::default() }).collect(),
+            ego_is_seen: true,
+            nowhere: corner - dvec2(1000.0, 1000.0),
+            step_s: setup.step_s,
+            map: setup.map,
+            shim,
+            description,
+        };
+        traffic.shim.read(&mut traffic.records)?;
+        for (i, start) in setup.cars.iter().enumerate() {
+            let speed = start.speed_mps;
+            traffic.publish(i, SpeedStep { before_mps: speed, chosen_mps: traffic.records[i].speed_mps, after_mps: speed })?;
+            let found = &traffic.cars[i];
+            let miss_m = traffic.map.route.difference(start.s_m, found.s_m).abs();
+            if miss_m > 1e-6 || traffic.records[i].speed_mps != start.speed_mps {
+                return Err(TrafficError::Setup(format!(
+                    "SUMO put car {i} at {:.6} m with {} m/s instead of {:.6} m with {} m/s",
+                    found.s_m, traffic.records[i].speed_mps, start.s_m, start.speed_mps
+                )));
+            }
+        }
+        Ok(traffic)
+    }
+
+    /// From the next step on SUMO drives `car` at this speed without regard to others; `None` gives it back to its model.
+    /// The ego's reports do not pass through here: this is the car that they are measured against.
+    ///
+    /// # Errors
+    /// [`TrafficError::NotFinite`].
+    pub fn impose_speed(&mut self, car: CarId, speed_mps: Option<f64>) -> Result<(), TrafficError> {
+        // Speed mode 0 drops every check; 31 is SUMO's default. A negative speed ends the order.
+        let (mode, speed_mps) = speed_mps.map_or((31.0, -1.0), |speed_mps| (0.0, speed_mps));
+        if !speed_mps.is_finite() {
+            return Err(TrafficError::NotFinite { what: "imposed speed", car: car.0, value: speed_mps });
+        }
+        self.commands.push(Command { car: car.0, kind: Kind::SpeedMode, a: mode, b: 0.0, c: 0.0 });
+        self.commands.push(Command { car: car.0, kind: Kind::Speed, a: speed_mps, b: 0.0, c: 0.0 });
+        Ok(())
+    }
+
+    /// SUMO's step alone: no command, nothing read. For measuring what the rest of [`Traffic::step`] costs; the states
+    /// are old until the next full step.
+    ///
+    /// # Errors
+    /// If SUMO failed.
+    pub fn bare_step(&mut self) -> Result<(), TrafficError> {
+        self.shim.bare_step()
+    }
+
+    /// Tells SUMO where the ego will be and how fast it is.
+    fn command_ego(&mut self, report: &EgoReport) -> RoutePoint {
+        let route = &self.map.route;
+        let near = self.ego_is_seen.then_some(self.cars[0].s_m);
+        let point = ego::place(route, &report.next_pose, near);
+        self.ego_is_seen = ego::is_on_lane(route, point);
+        let SumoPose { mut front, angle_deg } = report.next_pose.to_sumo(CAR_LENGTH_M);
+        if !self.ego_is_seen {
+            front = self.nowhere;
+        } else if point.offset_m.abs() > MAX_OFFSET_M {
+            let left = DVec2::from_angle(route.yaw_at(point.s_m)).perp();
+            front = route.point_at(point.s_m) + left * MAX_OFFSET_M.copysign(point.offset_m);
+        }
+        self.commands.push(Command { car: EGO.0, kind: Kind::MoveToXy, a: front.x, b: front.y, c: angle_deg });
+        self.command_speed(0, report.speed_mps.max(0.0));
+        point
+    }
+
+    fn command_speed(&mut self, car: usize, speed_mps: f64) {
+        self.commands.push(Command { car: car as u32, kind: Kind::PreviousSpeed, a: speed_mps, b: 0.0, c: 0.0 });
+    }
+
+    /// The state of car `i` from its record.
+    fn publish(&mut self, i: usize, speed: SpeedStep) -> Result<(), TrafficError> {
+        let record = &self.records[i];
+        if record.present == 0 {
+            return Err(TrafficError::Sumo(format!("car {i} is no longer in the simulation")));
+        }
+        let route = &self.map.route;
+        let front = dvec2(record.x, record.y);
+        let car = &mut self.cars[i];
+        car.s_m = match usize::try_from(record.lane) {
+            Ok(lane) => route.wrap(route.lanes()[lane].start_s_m + record.lane_pos_m),
+            Err(_) => route.project(front, None).s_m,
+        };
+        car.pose = Pose::from_sumo(SumoPose { front, angle_deg: record.angle_deg }, CAR_LENGTH_M);
+        car.set_motion(speed, self.step_s);
+        self.start_mps[i] = speed.after_mps;
+        Ok(())
+    }
+}
+
+/// Numbers the lanes and compares them with the map's.
+fn check_network(shim: &mut Shim, map: &RoadMap) -> Result<(), TrafficError> {
+    let lanes = map.route.lanes();
+    let ids: Vec<String> = lanes.iter().map(|lane| lane.id.clone()).collect();
+    shim.set_lanes(&ids)?;
+    for (i, lane) in lanes.iter().enumerate() {
+        let differs = |what: String| {
+            TrafficError::Setup(format!(
+                "SUMO's network is not that of map {}: lane {} {what}\n  remedy: start SUMO with --net-file {}",
+                map.name,
+                lane.id,
+                map.net_file.display()
+            ))
+        };
+        let (length_m, limit_mps) = shim.lane(i).map_err(|error| differs(format!("is missing ({error})")))?;
+        if (length_m - lane.length_m).abs() > LENGTH_TOLERANCE_M {
+            return Err(differs(format!("is {length_m} m long instead of {} m", lane.length_m)));
+        }
+        if (limit_mps - lane.speed_limit_mps).abs() > 1e-3 {
+            return Err(differs(format!("has a limit of {limit_mps} m/s instead of {} m/s", lane.speed_limit_mps)));
+        }
+    }
+    Ok(())
+}
+
+impl Traffic for SumoTraffic {
+    fn step(&mut self, report: Option<&EgoReport>) -> Result<(), TrafficError> {
+        let mut ego_point = None;
+        match report {
+            Some(report) => {
+                report.check()?;
+                ego_point = Some(self.command_ego(report));
+            }
+            None if !self.ego_is_seen => return Err(ego::off_the_road()),
+            None => {}
+        }
+        for i in usize::from(report.is_some())..self.cars.len() {
+            if self.start_mps[i] != self.records[i].speed_mps {
+                self.command_speed(i, self.start_mps[i]);
+            }
+        }
+        let result = self.shim.frame(&self.commands, &mut self.records);
+        self.commands.clear();
+        result?;
+        for i in 0..self.cars.len() {
+            let chosen_mps = self.records[i].speed_mps;
+            let after_mps = self.noise.push(chosen_mps);
+            match report.zip(ego_point) {
+                Some((report, point)) if i == EGO.0 as usize => {
+                    self.cars[0] = ego::state(report, point.s_m, self.step_s);
+                    self.start_mps[0] = self.cars[0].speed_mps;
+                }
+                _ => self.publish(i, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps })?,
+            }
+        }
+        Ok(())
+    }
+
+    fn cars(&self) -> &[CarState] {
+        &self.cars
+    }
+
+    fn describe(&self) -> String {
+        self.description.clone()
+    }
+}

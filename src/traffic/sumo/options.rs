@@ -1,0 +1,91 @@
+//! How SUMO is set up for a drive: options, the cars' type, the endless route. In: a [`TrafficSetup`]. Out: what the shim
+//! passes on.
+
+use crate::{
+    idm::IdmParams,
+    map::Route,
+    space::{CAR_LENGTH_M, CAR_WIDTH_M},
+    traffic::{EMERGENCY_BRAKING_MPS2, TrafficError},
+};
+use std::{
+    fs::{self, OpenOptions},
+    io::Write,
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicU32, Ordering},
+};
+
+/// The exponent of SUMO's IDM unless a file says otherwise.
+pub(super) const DEFAULT_DELTA: f64 = 4.0;
+/// How far a car can go before its route ends, metres: at 30 m/s, 9 hours.
+const ENDLESS_M: f64 = 1.0e6;
+
+/// Options of SUMO's command line.
+pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>) -> Vec<String> {
+    let step = format!("{step_s:.3}");
+    let mut options: Vec<String> = [
+        ("--net-file", net),
+        ("--step-length", step.as_str()),
+        ("--default.carfollowmodel", "IDM"),
+        // Numbers go through text when the type is made: all digits.
+        ("--precision", "16"),
+        // A jam must stand, and starting places are ours to choose.
+        ("--time-to-teleport", "-1"),
+        ("--insertion-checks", "none"),
+        // The default would teleport a car that the ego touches. Contacts are found by the ego's physics.
+        ("--collision.action", "none"),
+        ("--xml-validation", "never"),
+        ("--no-step-log", "true"),
+        ("--duration-log.disable", "true"),
+        // Behind an ego that stops dead SUMO would print a line for each emergency braking.
+        ("--no-warnings", "true"),
+    ]
+    .iter()
+    .flat_map(|(name, value)| [(*name).to_string(), (*value).to_string()])
+    .collect();
+    if let Some(types) = types {
+        options.extend(["--additional-files".to_string(), types.display().to_string()]);
+    }
+    options
+}
+
+/// The type's values in the order of `cs_type` in shim.cpp.
+pub(super) fn type_values(idm: &IdmParams) -> [f64; 8] {
+    [CAR_LENGTH_M, CAR_WIDTH_M, idm.a, idm.b, EMERGENCY_BRAKING_MPS2.max(idm.b), idm.t, idm.s0, idm.v0]
+}
+
+/// Laps without end: the normal edges of the route (SUMO adds the insides of junctions), so often that no drive gets
+/// through.
+pub(super) fn endless_edges(route: &Route) -> Vec<String> {
+    let lap: Vec<String> =
+        route.lanes().iter().filter(|lane| !lane.edge.starts_with(':')).map(|lane| lane.edge.clone()).collect();
+    let laps = (ENDLESS_M / route.length_m()).ceil() as usize;
+    lap.iter().cycle().take(lap.len() * laps).cloned().collect()
+}
+
+/// A file that declares an IDM type with an exponent of its own, which no call of SUMO can change; removed when dropped.
+pub(super) struct TypeFile(pub PathBuf);
+
+/// Name of the type in a [`TypeFile`].
+pub(super) const TYPE_IN_FILE: &str = "codrive.delta";
+
+impl TypeFile {
+    pub fn write(delta: f64) -> Result<Self, TrafficError> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("codrive-{}-{number}.add.xml", std::process::id()));
+        let text = format!(
+            "<additional>\n  <vType id=\"{TYPE_IN_FILE}\" carFollowModel=\"IDM\" delta=\"{delta}\"/>\n</additional>\n"
+        );
+        let written = OpenOptions::new().write(true).create_new(true).open(&path);
+        let written = written.and_then(|mut file| file.write_all(text.as_bytes()));
+        written.map_err(|error| TrafficError::Setup(format!("{}: {error}", path.display())))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for TypeFile {
+    fn drop(&mut self) {
+        // It is a small file in the folder for temporary files: not worth ending a drive for.
+        let _ = fs::remove_file(&self.0);
+    }
+}

@@ -1,0 +1,293 @@
+//! The C interface of `cpp/shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
+//! A [`Shim`] is the right to use SUMO in this process: there is one at a time for each of the two libraries.
+
+use super::locate;
+use crate::traffic::TrafficError;
+use std::{
+    ffi::{CStr, CString, c_char, c_int},
+    path::Path,
+    sync::{
+        OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+/// Which library is behind the shim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Backend {
+    /// libsumo: SUMO in this process.
+    InProcess,
+    /// libtraci: a SUMO behind a socket.
+    Socket,
+}
+
+/// What shall be done to a car before the step; numbered as in shim.cpp.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Kind {
+    /// `a`, `b`: front bumper; `c`: compass degrees.
+    MoveToXy = 0,
+    /// `a`: the speed that model and followers take for the present one, m/s.
+    PreviousSpeed = 1,
+    /// `a`: speed imposed until further notice, m/s; below 0 ends it.
+    Speed = 2,
+    /// `a`: SUMO's speed mode.
+    SpeedMode = 3,
+}
+
+/// One command.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Command {
+    pub car: u32,
+    pub kind: Kind,
+    pub a: f64,
+    pub b: f64,
+    pub c: f64,
+}
+
+/// One car after a step.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Record {
+    pub x: f64,
+    pub y: f64,
+    pub angle_deg: f64,
+    pub speed_mps: f64,
+    pub lane_pos_m: f64,
+    /// Index in the table of lanes, -1 if it is on none of them.
+    pub lane: i32,
+    /// 0 if the car is no longer in the simulation.
+    pub present: u32,
+}
+
+type Text = *const c_char;
+type Texts = *const *const c_char;
+
+/// The functions of one shim; `_library` keeps them loaded. Never unloaded: SUMO's libraries have static state.
+struct Api {
+    error: unsafe extern "C" fn() -> Text,
+    start: unsafe extern "C" fn(Texts, usize) -> c_int,
+    connect: unsafe extern "C" fn(Text, c_int) -> c_int,
+    load: unsafe extern "C" fn(Texts, usize) -> c_int,
+    close: unsafe extern "C" fn() -> c_int,
+    option: unsafe extern "C" fn(Text, *mut Text) -> c_int,
+    version: unsafe extern "C" fn(*mut Text) -> c_int,
+    lanes: unsafe extern "C" fn(Texts, usize) -> c_int,
+    lane: unsafe extern "C" fn(usize, *mut f64, *mut f64) -> c_int,
+    vehicle_type: unsafe extern "C" fn(Text, Text, *const f64) -> c_int,
+    route: unsafe extern "C" fn(Text, Texts, usize) -> c_int,
+    add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64) -> c_int,
+    frame: unsafe extern "C" fn(*const Command, usize, *mut Record) -> c_int,
+    bare_step: unsafe extern "C" fn() -> c_int,
+    read: unsafe extern "C" fn(*mut Record) -> c_int,
+    _library: libloading::Library,
+    /// libsumocpp or libtracicpp themselves, loaded first from where SUMO is now.
+    _sumo: libloading::Library,
+}
+
+static LOADED: [OnceLock<Api>; 2] = [OnceLock::new(), OnceLock::new()];
+static BUSY: [AtomicBool; 2] = [AtomicBool::new(false), AtomicBool::new(false)];
+
+/// The right to use one of the two libraries; given back when dropped.
+pub(super) struct Shim {
+    api: &'static Api,
+    backend: Backend,
+    cars: usize,
+}
+
+/// Opens a library without putting its hundred relatives in the global scope, where Mesa would bind to them.
+fn open(path: &Path) -> Result<libloading::Library, TrafficError> {
+    // SAFETY: SUMO's libraries and our shim run no code at load time that asks anything of the caller.
+    #[cfg(unix)]
+    let library = unsafe {
+        use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+        Library::open(Some(path), RTLD_NOW | RTLD_LOCAL).map(libloading::Library::from)
+    };
+    #[cfg(not(unix))]
+    let library = unsafe { libloading::Library::new(path) };
+    library.map_err(|error| TrafficError::Absent(format!("{}: {error}", path.display())))
+}
+
+impl Api {
+    fn load(home: &Path, backend: Backend) -> Result<Self, TrafficError> {
+        let sumo = open(&locate::library(home, backend)?)?;
+        let path = locate::shim(backend)?;
+        let library = open(&path)?;
+        macro_rules! symbol {
+            ($name:literal) => {
+                // SAFETY: the types above are those of shim.cpp, which build.rs compiled with this program.
+                *unsafe { library.get($name) }
+                    .map_err(|error| TrafficError::Absent(format!("{}: {error}", path.display())))?
+            };
+        }
+        Ok(Self {
+            error: symbol!(b"cs_error\0"),
+            start: symbol!(b"cs_start\0"),
+            connect: symbol!(b"cs_connect\0"),
+            load: symbol!(b"cs_load\0"),
+            close: symbol!(b"cs_close\0"),
+            option: symbol!(b"cs_option\0"),
+            version: symbol!(b"cs_version\0"),
+            lanes: symbol!(b"cs_lanes\0"),
+            lane: symbol!(b"cs_lane\0"),
+            vehicle_type: symbol!(b"cs_type\0"),
+            route: symbol!(b"cs_route\0"),
+            add: symbol!(b"cs_add\0"),
+            frame: symbol!(b"cs_frame\0"),
+            bare_step: symbol!(b"cs_bare_step\0"),
+            read: symbol!(b"cs_read\0"),
+            _library: library,
+            _sumo: sumo,
+        })
+    }
+}
+
+/// Text without a zero byte; one inside is dropped, which no name of a file or lane has.
+fn c_text(text: &str) -> CString {
+    CString::new(text.replace('\0', "")).expect("no zero byte is left")
+}
+
+fn with_texts<T>(texts: &[String], call: impl FnOnce(Texts, usize) -> T) -> T {
+    let owned: Vec<CString> = texts.iter().map(|text| c_text(text)).collect();
+    let pointers: Vec<Text> = owned.iter().map(|text| text.as_ptr()).collect();
+    call(pointers.as_ptr(), pointers.len())
+}
+
+// SAFETY of all calls below: pointers are valid for the call, `Shim` is not shared between threads (it is used through
+// `&mut`, and only one exists for a library), and no exception leaves shim.cpp.
+impl Shim {
+    /// Takes the library from the SUMO at `home`.
+    pub fn open(home: &Path, backend: Backend) -> Result<Self, TrafficError> {
+        locate::library(home, backend)?;
+        let busy = &BUSY[backend as usize];
+        if busy.swap(true, Ordering::Acquire) {
+            return Err(TrafficError::Busy);
+        }
+        let loaded = &LOADED[backend as usize];
+        if loaded.get().is_none() {
+            match Api::load(home, backend) {
+                Ok(api) => drop(loaded.set(api)),
+                Err(error) => {
+                    busy.store(false, Ordering::Release);
+                    return Err(error);
+                }
+            }
+        }
+        Ok(Self { api: loaded.get().expect("set above"), backend, cars: 0 })
+    }
+
+    fn check(&self, code: c_int) -> Result<(), TrafficError> {
+        if code == 0 {
+            return Ok(());
+        }
+        // SAFETY: see above; the text stays until the next failing call.
+        let message = unsafe { CStr::from_ptr((self.api.error)()) }.to_string_lossy();
+        Err(TrafficError::Sumo(message.trim().to_string()))
+    }
+
+    fn text(&self, get: impl FnOnce(*mut Text) -> c_int) -> Result<String, TrafficError> {
+        let mut text: Text = std::ptr::null();
+        let code = get(&mut text);
+        self.check(code)?;
+        // SAFETY: see above; set by a call that succeeded.
+        Ok(unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned())
+    }
+
+    /// Begins a simulation in this process; options as on SUMO's command line.
+    pub fn start(&mut self, options: &[String]) -> Result<(), TrafficError> {
+        let mut all = vec!["sumo".to_string()];
+        all.extend_from_slice(options);
+        self.cars = 0;
+        self.check(with_texts(&all, |texts, n| unsafe { (self.api.start)(texts, n) }))
+    }
+
+    /// Connects to a SUMO that listens; fails at once if nobody does.
+    pub fn connect(&mut self, host: &str, port: u16) -> Result<(), TrafficError> {
+        self.check(unsafe { (self.api.connect)(c_text(host).as_ptr(), c_int::from(port)) })
+    }
+
+    /// Begins anew in the SUMO at hand.
+    pub fn load(&mut self, options: &[String]) -> Result<(), TrafficError> {
+        self.cars = 0;
+        self.check(with_texts(options, |texts, n| unsafe { (self.api.load)(texts, n) }))
+    }
+
+    /// The value of an option of the SUMO at hand.
+    pub fn option(&self, name: &str) -> Result<String, TrafficError> {
+        let name = c_text(name);
+        self.text(|out| unsafe { (self.api.option)(name.as_ptr(), out) })
+    }
+
+    /// SUMO's version, as it names itself.
+    pub fn version(&self) -> Result<String, TrafficError> {
+        self.text(|out| unsafe { (self.api.version)(out) })
+    }
+
+    /// Numbers the lanes.
+    pub fn set_lanes(&mut self, ids: &[String]) -> Result<(), TrafficError> {
+        self.check(with_texts(ids, |texts, n| unsafe { (self.api.lanes)(texts, n) }))
+    }
+
+    /// Length, metres, and speed limit, m/s, of a lane by its number.
+    pub fn lane(&self, lane: usize) -> Result<(f64, f64), TrafficError> {
+        let (mut length_m, mut speed_mps) = (0.0, 0.0);
+        self.check(unsafe { (self.api.lane)(lane, &mut length_m, &mut speed_mps) })?;
+        Ok((length_m, speed_mps))
+    }
+
+    /// Makes a vehicle type; values in the order of shim.cpp.
+    pub fn add_type(&mut self, base: &str, name: &str, values: &[f64; 8]) -> Result<(), TrafficError> {
+        let (base, name) = (c_text(base), c_text(name));
+        self.check(unsafe { (self.api.vehicle_type)(base.as_ptr(), name.as_ptr(), values.as_ptr()) })
+    }
+
+    /// Makes a route of edges.
+    pub fn add_route(&mut self, id: &str, edges: &[String]) -> Result<(), TrafficError> {
+        let id = c_text(id);
+        self.check(with_texts(edges, |texts, n| unsafe { (self.api.route)(id.as_ptr(), texts, n) }))
+    }
+
+    /// Puts the next car on the road: lane by number, position in metres, speed in m/s.
+    pub fn add_car(
+        &mut self,
+        (id, route, kind): (&str, &str, &str),
+        lane: usize,
+        position_m: f64,
+        speed_mps: f64,
+    ) -> Result<(), TrafficError> {
+        let (id, route, kind) = (c_text(id), c_text(route), c_text(kind));
+        let code = unsafe { (self.api.add)(id.as_ptr(), route.as_ptr(), kind.as_ptr(), lane, position_m, speed_mps) };
+        self.check(code)?;
+        self.cars += 1;
+        Ok(())
+    }
+
+    /// The commands, one step, and all cars in the order in which they were added.
+    ///
+    /// # Panics
+    /// If `records` is not as long as there are cars.
+    pub fn frame(&mut self, commands: &[Command], records: &mut [Record]) -> Result<(), TrafficError> {
+        assert_eq!(records.len(), self.cars);
+        self.check(unsafe { (self.api.frame)(commands.as_ptr(), commands.len(), records.as_mut_ptr()) })
+    }
+
+    /// All cars, without a step. Panics as [`Shim::frame`].
+    pub fn read(&mut self, records: &mut [Record]) -> Result<(), TrafficError> {
+        assert_eq!(records.len(), self.cars);
+        self.check(unsafe { (self.api.read)(records.as_mut_ptr()) })
+    }
+
+    /// A step and nothing else.
+    pub fn bare_step(&mut self) -> Result<(), TrafficError> {
+        self.check(unsafe { (self.api.bare_step)() })
+    }
+}
+
+impl Drop for Shim {
+    fn drop(&mut self) {
+        // A connection that broke cannot be closed once more; there is nobody left to tell.
+        unsafe { (self.api.close)() };
+        BUSY[self.backend as usize].store(false, Ordering::Release);
+    }
+}
