@@ -68,7 +68,7 @@ impl Desk {
     /// Sees the world after a tick.
     pub fn watch(&mut self, world: &World) {
         let snapshot = world.snapshot();
-        if snapshot.tick.0 % world.scenario().step_ticks() == 0 {
+        if snapshot.tick.0.is_multiple_of(world.scenario().step_ticks()) {
             let target = snapshot.advice.map(|advice| advice.target_mps);
             self.history.push(snapshot.tick.seconds(), snapshot.mean_speed_mps, snapshot.ego.speed_mps, target);
         }

@@ -37,13 +37,12 @@ impl Run {
         })
     }
 
-    /// Drives one step (0.1 s unless the scenario says otherwise). False once the drive has ended.
+    /// Drives one step (0.1 s unless the scenario says otherwise), or what is left of it before the drive ends.
     ///
     /// # Errors
     /// The traffic engine failed.
-    pub fn step(&mut self) -> Result<bool, AppError> {
-        self.ticks(self.drive.world.scenario().step_ticks())?;
-        Ok(self.drive.world.ended().is_none())
+    pub fn step(&mut self) -> Result<(), AppError> {
+        self.ticks(self.drive.world.scenario().step_ticks())
     }
 
     /// Drives until `time_s` or the end of the drive.

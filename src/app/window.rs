@@ -95,10 +95,10 @@ impl ApplicationHandler for App {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => frame.surface.resize(&frame.gpu, [size.width, size.height]),
             WindowEvent::Focused(false) => frame.show.devices.keyboard.release_all(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !taken => {
-                if frame.key(&event) == Some(Command::Quit) {
-                    event_loop.exit();
-                }
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
+                if !taken && frame.key(&event) == Some(Command::Quit) =>
+            {
+                event_loop.exit();
             }
             WindowEvent::RedrawRequested => {
                 if let Err(error) = frame.draw() {

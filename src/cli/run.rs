@@ -47,7 +47,8 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let stop = stop_on_ctrl_c();
     let bar = progress(&scenario);
     let mut run = offline::Run::new(&scenario, [from_s, scenario.duration_s])?;
-    while !stop.load(Ordering::Relaxed) && run.step()? {
+    while !stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
+        run.step()?;
         if let Some(out) = &mut out {
             out.step(&run)?;
         }
