@@ -23,7 +23,7 @@ struct Record {
     int32_t lane;      // index in the table of lanes, -1: none of them
     uint32_t present;  // 0: the vehicle is no longer in the simulation
 };
-enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3, MOVE_TO_LANE = 4 };
+enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3 };
 struct Car {
     std::string id;
     int32_t lane;  // where it was last: the first guess at the next step
@@ -62,7 +62,6 @@ void obey(const Command& c) {
         case PREVIOUS_SPEED: sim::Vehicle::setPreviousSpeed(id, c.a); break;
         case SPEED: sim::Vehicle::setSpeed(id, c.a); break;
         case SPEED_MODE: sim::Vehicle::setSpeedMode(id, static_cast<int>(c.a)); break;
-        case MOVE_TO_LANE: sim::Vehicle::moveTo(id, lanes.at(static_cast<size_t>(c.b)), c.a); break;
         default: throw std::invalid_argument("unknown command");
     }
 }

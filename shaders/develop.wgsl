@@ -3,7 +3,7 @@
 struct Print {
     // left, top, width, height in pixels
     rect: vec4f,
-    target: vec2f,
+    canvas: vec2f,
     flip: f32,
     border: f32,
     corner: f32,
@@ -27,7 +27,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Point {
     // The frame lies outside of the rectangle.
     let at = corners[index] * (print.rect.zw + 2.0 * print.border) - print.border;
     let pixel = print.rect.xy + at;
-    return Point(vec4f(pixel / print.target * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at);
+    return Point(vec4f(pixel / print.canvas * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at);
 }
 
 // Filmic curve: a straight middle, a soft shoulder (rational fit of Narkowicz 2015 to the ACES reference). Strong

@@ -35,15 +35,16 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let track = exp(-off * off / 0.075);
     let drip = exp(-in.uv.y * in.uv.y / 0.09);
     let grit = (fine.r - 0.5) + 0.55 * (coarse.r - 0.5);
+    // The mesh's own colour already has the tracks and the pale edge.
     var tone = 1.0 + 0.62 * grit + 0.30 * (coarse.g - 0.5) + 0.26 * (broad.g - 0.5);
     tone *= 1.0 - 0.15 * track - 0.09 * drip * (0.6 + 0.8 * coarse.g);
     tone *= 1.0 - 0.45 * (1.0 - cracks) * smoothstep(0.45, 0.75, broad.g);
     tone = mix(tone, tone * 0.74, repair.x) * (1.0 - 0.55 * repair.y);
-    let asphalt = vec3f(0.108, 0.106, 0.103) * max(tone, 0.15);
+    let asphalt = in.colour * max(tone, 0.15);
 
     // Paint rubbed off on the tops of the grit.
     let worn = smoothstep(0.22, 0.5, 0.62 * coarse.g + 0.38 * fine.r + 0.06);
-    let marking = mix(asphalt * 1.15, in.colour * (0.93 + 0.14 * (coarse.g - 0.5)), 0.25 + 0.75 * worn);
+    let marking = mix(vec3f(0.11) * tone, in.colour * (0.93 + 0.14 * (coarse.g - 0.5)), 0.25 + 0.75 * worn);
 
     var albedo = in.colour * (1.0 + 0.5 * (fine.r - 0.5) + 0.4 * (coarse.g - 0.5));
     albedo = select(albedo, asphalt, in.material == ASPHALT);

@@ -19,6 +19,8 @@ pub(super) const GRAVITY: f32 = 9.81;
 const ROOF_M: f32 = 1.4;
 /// Ground clearance of the boxes, metres: the springs' travel never brings the ego's to the road.
 const CLEARANCE_M: f32 = 0.25;
+/// Half height of the other cars' boxes, metres: as walls they push an overlapping ego sideways, never into the road.
+const WALL_M: f32 = 4.0;
 /// Cars farther away (centre to centre) take no part in the physics, metres: two lengths and what two cars at 60 m/s
 /// close within a tick leave room to spare.
 const NEAR_M: f64 = 15.0;
@@ -68,8 +70,8 @@ impl Body {
         world.gravity = Vector::ZERO;
         world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(0.6));
         let half = vec3(CAR_LENGTH_M as f32 / 2.0, CAR_WIDTH_M as f32 / 2.0, (ROOF_M - CLEARANCE_M) / 2.0);
-        let shell = || {
-            ColliderBuilder::cuboid(half.x, half.y, half.z)
+        let shell = |half_height_m: f32| {
+            ColliderBuilder::cuboid(half.x, half.y, half_height_m)
                 .translation(vec3(0.0, 0.0, CLEARANCE_M + half.z))
                 .density(0.0)
                 .friction(0.3)
@@ -86,12 +88,12 @@ impl Body {
                 .linvel((forward * start_speed_mps).as_vec2().extend(0.0))
                 .additional_mass_properties(MassProperties::new(cg, b.mass_kg as f32, vec3(roll, pitch, yaw)))
                 .can_sleep(false),
-            shell(),
+            shell(half.z),
         );
         let cars = (0..cars)
             .map(|i| {
                 let body = RigidBodyBuilder::kinematic_position_based().enabled(false).can_sleep(false);
-                let (body, _) = world.insert(body, shell().user_data(i as u128 + 1));
+                let (body, _) = world.insert(body, shell(WALL_M).user_data(i as u128 + 1));
                 Car { body, pose: None, speed_mps: 0.0, touched: None }
             })
             .collect();
@@ -161,6 +163,7 @@ impl Body {
         let wheels = self.vehicle.wheels();
         let mut rays: [Ray; 4] = std::array::from_fn(|i| {
             let (ray, load_n) = (wheels[i].raycast_info(), wheels[i].wheel_suspension_force);
+            let load_n = load_n.min(wheels[i].max_suspension_force);
             Ray { point: ray.contact_point_ws, load_n, length_m: ray.suspension_length }
         });
         let body = &mut self.world.bodies[self.chassis];
@@ -189,7 +192,12 @@ impl Body {
         for (car, obstacle) in self.cars.iter().zip(obstacles) {
             let body = &mut self.world.bodies[car.body];
             if let Some(from) = car.pose.filter(|_| body.is_enabled()) {
-                body.set_next_kinematic_position(frame_pose(from.lerp(&obstacle.pose, fraction), self.origin));
+                let mut next = frame_pose(from.lerp(&obstacle.pose, fraction), self.origin);
+                // Past west the quaternion changes sign; rapier would take that for a whole turn within a sub-step.
+                if next.rotation.dot(*body.rotation()) < 0.0 {
+                    next.rotation = -next.rotation;
+                }
+                body.set_next_kinematic_position(next);
             }
         }
         let before = *self.chassis().vels();
@@ -252,7 +260,8 @@ fn vehicle(chassis: RigidBodyHandle, p: &CarParams) -> DynamicRayCastVehicleCont
     let axles = [(b.front_axle_m, b.front_share), (b.front_axle_m - b.wheelbase_m, 1.0 - b.front_share)];
     for ((x, share), ride_hz) in axles.into_iter().zip(s.ride_hz) {
         let omega = std::f64::consts::TAU * ride_hz;
-        // rapier multiplies stiffness and damping by the whole mass; a wheel carries share / 2 of it.
+        // rapier multiplies stiffness and damping by the whole mass; a wheel carries share / 2 of it. No spring gives
+        // more than the whole weight: a car that was turned over must not be catapulted.
         let tuning = WheelTuning {
             suspension_stiffness: (share / 2.0 * omega * omega) as f32,
             suspension_compression: (share / 2.0 * 2.0 * s.bump_ratio * omega) as f32,
@@ -260,7 +269,7 @@ fn vehicle(chassis: RigidBodyHandle, p: &CarParams) -> DynamicRayCastVehicleCont
             max_suspension_travel: s.travel_m as f32,
             side_friction_stiffness: 0.0,
             friction_slip: 1.0,
-            max_suspension_force: f32::MAX,
+            max_suspension_force: b.mass_kg as f32 * GRAVITY,
         };
         let compression_m = f64::from(GRAVITY) / (omega * omega);
         let rest_m = compression_m + s.travel_m;

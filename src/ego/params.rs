@@ -312,7 +312,7 @@ impl Default for GearboxParams {
             stall_ratio: 1.8,
             up_rpm: [1400.0, 6000.0],
             down_rpm: [700.0, 2400.0],
-            shift_s: 0.4,
+            shift_s: 0.5,
             dwell_s: 1.2,
             selector_speed_mps: 1.0,
         }

@@ -29,6 +29,8 @@ const OVERRUN: f64 = 0.5;
 const SHAFT_S: f64 = 0.07;
 /// Time in which a clutch engages after the selector was moved, and closes or opens without creep, s.
 const ENGAGE_S: f64 = 0.4;
+/// Without creep the converter is open below this speed until the pedal is touched, m/s.
+const OPEN_BELOW_MPS: f64 = 2.5;
 
 /// State of engine and gearbox.
 #[derive(Clone, Debug)]
@@ -60,7 +62,7 @@ impl Powertrain {
             shift_from: 0.0,
             since_shift_s: 1e3,
             lock: 0.0,
-            coupling: 1.0,
+            coupling: if p.gearbox.creep || speed_mps > OPEN_BELOW_MPS { 1.0 } else { 0.0 },
             axle_nm: 0.0,
             pedal: 0.0,
         };
@@ -180,7 +182,7 @@ impl Powertrain {
     fn couple(&mut self, gears: &GearboxParams, direction: f64, speed_mps: f64, turbine: f64, dt: f64) {
         let open = if direction == 0.0 {
             0.0
-        } else if gears.creep || speed_mps.abs() > 2.5 {
+        } else if gears.creep || speed_mps.abs() > OPEN_BELOW_MPS {
             1.0
         } else {
             (self.pedal / 0.04).min(1.0)

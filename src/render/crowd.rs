@@ -14,8 +14,27 @@ pub struct Batches {
     pub bodies: Range<u32>,
     /// Wheels.
     pub wheels: Range<u32>,
-    /// Trees by kind.
-    pub trees: Vec<Range<u32>>,
+    /// Trees by kind and [`Detail`].
+    pub trees: Vec<[Range<u32>; 2]>,
+}
+
+/// How finely a tree is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// With every clump of leaves.
+    Near,
+    /// With a quarter of the triangles.
+    Far,
+}
+
+/// Radius in the picture from which a tree is drawn finely, pixels.
+const NEAR_PX: f32 = 45.0;
+
+impl Detail {
+    /// The detail for a tree that is this large in the picture.
+    pub fn of(radius_px: f32) -> Self {
+        if radius_px > NEAR_PX { Self::Near } else { Self::Far }
+    }
 }
 
 /// A tree made ready once: its ball and its instance.
@@ -37,7 +56,7 @@ impl Forest {
     pub fn new(stage: &Stage, models: &Models) -> Self {
         let mut kinds = vec![Vec::new(); models.trees.len()];
         for place in &stage.tree_places {
-            let model = &models.trees[place.kind];
+            let model = &models.trees[place.kind][0];
             let turn = Quat::from_rotation_z(place.yaw_rad);
             let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
             kinds[place.kind].push(Tree {
@@ -68,27 +87,29 @@ impl Crowd {
         Self { buffer: instance_buffer(device, capacity), instances: Vec::with_capacity(capacity) }
     }
 
-    /// Collects the cars and trees for which `seen(centre, radius_m)` holds, and writes them to the device.
+    /// Collects the cars and trees for which `seen(centre, radius_m)` gives a detail, and writes them to the device.
     pub fn gather<'a>(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         models: &Models,
         cars: impl Iterator<Item = &'a CarInstance> + Clone,
         forest: Option<&Forest>,
-        seen: impl Fn(Vec3, f32) -> bool,
+        seen: impl Fn(Vec3, f32) -> Option<Detail>,
     ) -> Batches {
         self.instances.clear();
         self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
         let reach_m = models.body.radius_m + models.body.centre.length() + models.wheel.radius_m;
-        let visible = cars.filter(|car| seen(car.position, reach_m));
+        let visible = cars.filter(|car| seen(car.position, reach_m).is_some());
         let bodies = self.fill(|list| list.extend(visible.clone().map(body)));
         let wheels = self.fill(|list| list.extend(visible.flat_map(wheels)));
         let kinds = forest.map_or(&[][..], |f| &f.kinds);
         let trees = kinds
             .iter()
             .map(|kind| {
-                let seen = kind.iter().filter(|tree| seen(tree.centre, tree.radius_m)).map(|tree| tree.instance);
-                self.fill(|list| list.extend(seen))
+                [Detail::Near, Detail::Far].map(|detail| {
+                    let wanted = |tree: &&Tree| seen(tree.centre, tree.radius_m) == Some(detail);
+                    self.fill(|list| list.extend(kind.iter().filter(wanted).map(|tree| tree.instance)))
+                })
             })
             .collect();
         if (self.instances.len() * size_of::<Instance>()) as u64 > self.buffer.size() {

@@ -152,7 +152,7 @@ impl DevelopPass {
         let [width, height] = size.map(|side| side as f32);
         let whole = Print {
             rect: [0.0, 0.0, width, height],
-            target: [width, height],
+            canvas: [width, height],
             flip: f32::from(u8::from(flip)),
             exposure: EXPOSURE,
             ..Default::default()

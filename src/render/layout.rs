@@ -42,7 +42,7 @@ pub struct Print {
     /// Left, top, width, height in the target's pixels.
     pub rect: [f32; 4],
     /// Width and height of the target, pixels.
-    pub target: [f32; 2],
+    pub canvas: [f32; 2],
     /// 1 to flip left and right, else 0.
     pub flip: f32,
     /// Width of the frame around the picture, pixels; 0 for none.
@@ -142,7 +142,7 @@ mod tests {
             [clip_from_world, light_from_world, eye, forward, right, up, to_sun_time, shadow]
         );
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
-        same_layout!(Print, "develop", "Print", [rect, target, flip, border, corner, exposure, pad]);
+        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, pad]);
     }
 
     #[test]

@@ -1,69 +1,62 @@
-//! From a camera to numbers: what it maps where and what it can see. In: a scene camera and the picture's size. Out:
-//! matrices with reversed depth (1 at the eye, 0 far away: 32-bit floats then resolve millimetres near and far) and the
-//! planes of the visible space.
+//! A camera with the shape of its picture. In: a scene camera, the picture's size. Out: what the passes ask it: where a
+//! corner falls, what can be seen, how many pixels a thing is large.
 
 use crate::scene::{Camera, Lens};
-use glam::{Mat4, Vec3, Vec4, camera::rh};
+use glam::{Mat4, Vec3};
 
-/// Nearest thing that a perspective lens shows, metres.
-const NEAR_M: f32 = 0.2;
-/// Depth of what a parallel lens shows, metres.
-const PARALLEL_DEPTH_M: f32 = 3000.0;
-
-/// A camera with the shape of its picture.
+/// Camera and size.
 #[derive(Clone, Copy, Debug)]
 pub struct Optics {
-    /// World to clip space.
-    pub clip_from_world: Mat4,
-    /// Eye, metres.
-    pub eye: Vec3,
-    /// Optical axis.
-    pub forward: Vec3,
-    /// To the picture's right edge at distance 1; zero for a parallel lens.
-    pub right: Vec3,
-    /// To its upper edge.
-    pub up: Vec3,
-    /// For a parallel lens, half the longer side of the picture in metres.
-    pub parallel_m: Option<f32>,
-    planes: [Vec4; 5],
+    /// The camera.
+    pub camera: Camera,
+    size: [u32; 2],
+    /// To the picture's right and upper edge, metres at a distance of 1 m (of any, if parallel).
+    edges: [Vec3; 2],
 }
 
 impl Optics {
     /// The optics of `camera` for a picture of `size` pixels.
     pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
-        let aspect = size[0].max(1) as f32 / size[1].max(1) as f32;
-        let view = rh::view::look_to_mat4(camera.eye, camera.forward, camera.up);
-        let side = camera.forward.cross(camera.up).normalize();
-        let over = side.cross(camera.forward);
-        let (projection, [half_x, half_y], parallel_m) = match camera.lens {
-            Lens::Perspective { fov_x_rad } => {
-                let half_x = (fov_x_rad / 2.0).tan();
-                let half_y = half_x / aspect;
-                let fov_y_rad = 2.0 * half_y.atan();
-                (rh::proj::directx::perspective_infinite_reverse(fov_y_rad, aspect, NEAR_M), [half_x, half_y], None)
-            }
-            Lens::Parallel { half_extent_m } => {
-                let [x, y] = [half_extent_m * aspect.max(1.0), half_extent_m / aspect.min(1.0)];
-                (rh::proj::directx::orthographic(-x, x, -y, y, PARALLEL_DEPTH_M, 0.0), [0.0, 0.0], Some(x.max(y)))
-            }
-        };
-        let clip_from_world = projection * view;
-        let row = |i| clip_from_world.row(i);
-        let planes = [row(3) + row(0), row(3) - row(0), row(3) + row(1), row(3) - row(1), row(3) - row(2)];
-        Self {
-            clip_from_world,
-            eye: camera.eye,
-            forward: camera.forward,
-            right: side * half_x,
-            up: over * half_y,
-            parallel_m,
-            planes: planes.map(|p| p / p.truncate().length()),
+        let size = size.map(|side| side.max(1));
+        let projection = camera.proj(size[0] as f32 / size[1] as f32);
+        let right = camera.forward.cross(camera.up).normalize();
+        let up = right.cross(camera.forward);
+        // The projection's scale is 1 over half the picture, whatever the lens.
+        let edges = [right / projection.x_axis.x, up / projection.y_axis.y];
+        Self { camera: *camera, size, edges }
+    }
+
+    fn aspect(&self) -> f32 {
+        self.size[0] as f32 / self.size[1] as f32
+    }
+
+    /// World to clip space, depth reversed.
+    pub fn clip_from_world(&self) -> Mat4 {
+        self.camera.view_proj(self.aspect())
+    }
+
+    /// To the picture's right and upper edge at a distance of 1 m; zero for a parallel lens, whose rays do not spread.
+    pub fn spread(&self) -> [Vec3; 2] {
+        if self.parallel_m().is_some() { [Vec3::ZERO; 2] } else { self.edges }
+    }
+
+    /// For a parallel lens, half the longer side of the picture in metres.
+    pub fn parallel_m(&self) -> Option<f32> {
+        match self.camera.lens {
+            Lens::Perspective { .. } => None,
+            Lens::Parallel { .. } => Some(self.edges[0].length().max(self.edges[1].length())),
         }
     }
 
     /// False if nothing of the ball can be in the picture.
     pub fn sees(&self, centre: Vec3, radius_m: f32) -> bool {
-        self.planes.iter().all(|p| p.dot(centre.extend(1.0)) > -radius_m)
+        self.camera.sees(centre, radius_m, self.aspect())
+    }
+
+    /// Radius of a ball in the picture, pixels.
+    pub fn pixels(&self, centre: Vec3, radius_m: f32) -> f32 {
+        let distance = if self.parallel_m().is_some() { 1.0 } else { self.camera.eye.distance(centre).max(0.1) };
+        radius_m / (distance * self.edges[0].length()) * self.size[0] as f32 / 2.0
     }
 }
 
@@ -71,41 +64,30 @@ impl Optics {
 mod tests {
     use super::*;
 
-    const SIZE: [u32; 2] = [320, 180];
-
-    fn camera(lens: Lens) -> Camera {
-        Camera { eye: Vec3::new(0.0, 0.0, 1.2), forward: Vec3::X, up: Vec3::Z, lens }
+    fn optics(lens: Lens) -> Optics {
+        let camera = Camera { eye: Vec3::new(3.0, 2.0, 1.2), forward: Vec3::X, up: Vec3::Z, lens };
+        Optics::new(&camera, [320, 180])
     }
 
     #[test]
-    fn the_horizontal_angle_of_view_is_the_one_asked_for() {
-        let optics = Optics::new(&camera(Lens::Perspective { fov_x_rad: 1.1 }), SIZE);
-        let edge = Vec3::new(10.0, -10.0 * (0.55_f32).tan(), 1.2);
-        let clip = optics.clip_from_world * edge.extend(1.0);
-        assert!((clip.x / clip.w - 1.0).abs() < 1e-5, "the right edge is at {}", clip.x / clip.w);
+    fn the_edges_are_where_the_camera_projects_them() {
+        let optics = optics(Lens::Perspective { fov_x_rad: 1.1 });
+        let [right, up] = optics.spread();
+        let corner = optics.camera.eye + 20.0 * (optics.camera.forward + right + up);
+        let at = optics.camera.project(corner, 320.0 / 180.0).expect("in front");
+        assert!((at.x - 1.0).abs() < 1e-4 && at.y.abs() < 1e-4, "{at}");
+        assert_eq!(optics.parallel_m(), None);
     }
 
     #[test]
-    fn depth_is_one_near_the_eye_and_falls_with_distance() {
-        for lens in [Lens::Perspective { fov_x_rad: 1.1 }, Lens::Parallel { half_extent_m: 30.0 }] {
-            let optics = Optics::new(&camera(lens), SIZE);
-            let depth = |x| {
-                let clip = optics.clip_from_world * Vec4::new(x, 0.0, 1.2, 1.0);
-                clip.z / clip.w
-            };
-            assert!(depth(0.3) <= 1.0 && depth(0.3) > depth(10.0) && depth(10.0) > depth(1000.0) && depth(1000.0) > 0.0);
-        }
-    }
-
-    #[test]
-    fn culling_keeps_what_is_in_the_picture_and_drops_what_is_not() {
-        let optics = Optics::new(&camera(Lens::Perspective { fov_x_rad: 1.1 }), SIZE);
-        assert!(optics.sees(Vec3::new(20.0, 0.0, 1.0), 1.0));
-        assert!(!optics.sees(Vec3::new(-20.0, 0.0, 1.0), 1.0), "behind");
-        assert!(!optics.sees(Vec3::new(5.0, 20.0, 1.0), 1.0), "far to the left");
-        assert!(optics.sees(Vec3::new(5.0, 20.0, 1.0), 30.0), "a ball that reaches in");
-        let plan = Optics::new(&camera(Lens::Parallel { half_extent_m: 30.0 }), SIZE);
-        assert!(plan.sees(Vec3::new(5.0, 50.0, 1.0), 0.1), "the longer side shows more");
-        assert!(!plan.sees(Vec3::new(5.0, 60.0, 1.0), 0.1));
+    fn a_ball_has_as_many_pixels_as_the_projection_gives_it() {
+        let perspective = optics(Lens::Perspective { fov_x_rad: 1.1 });
+        let centre = perspective.camera.eye + Vec3::X * 30.0;
+        let edge = perspective.camera.project(centre - Vec3::Y * 2.0, 320.0 / 180.0).expect("in front");
+        assert!((perspective.pixels(centre, 2.0) - (edge.x - 0.5) * 320.0).abs() < 0.05);
+        let plan = optics(Lens::Parallel { half_extent_m: 45.0 });
+        assert!((plan.pixels(centre, 2.0) - 4.0).abs() < 1e-3, "180 pixels show 90 m");
+        assert_eq!(plan.parallel_m(), Some(80.0));
+        assert_eq!(plan.spread(), [Vec3::ZERO; 2]);
     }
 }

@@ -29,8 +29,8 @@ pub struct Models {
     pub body: Model,
     /// One wheel.
     pub wheel: Model,
-    /// Trees by kind.
-    pub trees: Vec<Model>,
+    /// Trees by kind: near by, far away.
+    pub trees: Vec<[Model; 2]>,
 }
 
 impl Models {
@@ -43,14 +43,14 @@ impl Models {
             let first_vertex = vertices.len() as i32;
             vertices.extend_from_slice(&mesh.vertices);
             indices.extend_from_slice(&mesh.indices);
-            let (centre, radius_m) = ball(mesh);
+            let (centre, radius_m) = mesh.bounding_sphere();
             Model { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
         };
         let road = add(&stage.road);
         let land = add(&stage.land);
         let body = add(&stage.car_body);
         let wheel = add(&stage.wheel);
-        let trees = stage.trees.iter().map(add).collect();
+        let trees = stage.trees.iter().zip(&stage.trees_far).map(|(near, far)| [add(near), add(far)]).collect();
         let buffer = |label, bytes: &[u8], usage| {
             // One spare vertex, so that an empty stage is no special case (a buffer may not be empty).
             let size = bytes.len().next_multiple_of(4) as u64 + size_of::<Vertex>() as u64;
@@ -76,6 +76,13 @@ impl Models {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
+
+    /// Draws the trees of all kinds, both details.
+    pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 2]]) {
+        for (model, range) in self.trees.iter().flatten().zip(ranges.iter().flatten()) {
+            model.draw(pass, range.clone());
+        }
+    }
 }
 
 impl Model {
@@ -84,28 +91,5 @@ impl Model {
         if !range.is_empty() && !self.indices.is_empty() {
             pass.draw_indexed(self.indices.clone(), self.first_vertex, range);
         }
-    }
-}
-
-/// A ball around a mesh: centre of its box, farthest corner.
-fn ball(mesh: &Mesh) -> (Vec3, f32) {
-    let points = || mesh.vertices.iter().map(|v| Vec3::from(v.position));
-    let Some(first) = points().next() else { return (Vec3::ZERO, 0.0) };
-    let (low, high) = points().fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
-    let centre = (low + high) / 2.0;
-    (centre, points().map(|p| p.distance(centre)).fold(0.0, f32::max))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_ball_holds_every_corner() {
-        let at = |x, y, z| Vertex { position: [x, y, z], ..Default::default() };
-        let mesh = Mesh { vertices: vec![at(0.0, 0.0, 0.0), at(4.0, 0.0, 0.0), at(0.0, 0.0, 3.0)], indices: vec![0, 1, 2] };
-        let (centre, radius_m) = ball(&mesh);
-        assert!(mesh.vertices.iter().all(|v| Vec3::from(v.position).distance(centre) <= radius_m));
-        assert_eq!(ball(&Mesh::default()), (Vec3::ZERO, 0.0));
     }
 }

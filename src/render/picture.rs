@@ -2,7 +2,7 @@
 //! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
 
 use super::{
-    crowd::Crowd,
+    crowd::{Crowd, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, HDR, Recipe, Workshop},
@@ -234,8 +234,9 @@ impl PicturePass {
         let cars = view.cars.iter().filter(|car| with_ego || !car.is_ego);
         let gpu = (&scenery.device, &scenery.queue);
         let models = &scenery.models;
-        let batches =
-            self.crowd.gather(gpu, models, cars, Some(&scenery.forest), |centre, radius| optics.sees(centre, radius));
+        let batches = self.crowd.gather(gpu, models, cars, Some(&scenery.forest), |centre, radius_m| {
+            optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m)))
+        });
         let mut pass = self.targets.begin(encoder, self.label, stamps);
         pass.set_bind_group(0, &self.group, &[]);
         models.bind(&mut pass);
@@ -245,9 +246,7 @@ impl PicturePass {
         models.body.draw(&mut pass, batches.bodies.clone());
         models.wheel.draw(&mut pass, batches.wheels.clone());
         pass.set_pipeline(&materials.tree);
-        for (tree, range) in models.trees.iter().zip(&batches.trees) {
-            tree.draw(&mut pass, range.clone());
-        }
+        models.draw_trees(&mut pass, &batches.trees);
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, 0..1);
         pass.set_pipeline(&materials.land);
@@ -261,14 +260,15 @@ impl PicturePass {
 }
 
 fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
-    let perspective = if optics.parallel_m.is_some() { 0.0 } else { 1.0 };
+    let perspective = if optics.parallel_m().is_some() { 0.0 } else { 1.0 };
+    let [right, up] = optics.spread();
     Frame {
-        clip_from_world: optics.clip_from_world.to_cols_array_2d(),
+        clip_from_world: optics.clip_from_world().to_cols_array_2d(),
         light_from_world: lights.clip_from_world.map(|m| m.to_cols_array_2d()),
-        eye: optics.eye.extend(perspective).to_array(),
-        forward: optics.forward.extend(0.0).to_array(),
-        right: optics.right.extend(0.0).to_array(),
-        up: optics.up.extend(0.0).to_array(),
+        eye: optics.camera.eye.extend(perspective).to_array(),
+        forward: optics.camera.forward.extend(0.0).to_array(),
+        right: right.extend(0.0).to_array(),
+        up: up.extend(0.0).to_array(),
         to_sun_time: view.to_sun.extend(view.time_s).to_array(),
         shadow: [lights.texel_m[0], lights.texel_m[1], lights.size as f32, 0.0],
     }

@@ -5,7 +5,7 @@
 //! corners once every few seconds. Both are functions of the view alone: the same view gives the same shadows.
 
 use super::{
-    crowd::{Batches, Crowd},
+    crowd::{Batches, Crowd, Detail},
     layout::{Light, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, Recipe, Workshop},
@@ -199,7 +199,7 @@ impl Layer {
         let forest = trees.then_some(&scenery.forest);
         let cars = if trees { &[][..] } else { &view.cars };
         self.crowd.gather((&scenery.device, queue), &scenery.models, cars.iter(), forest, |centre, radius_m| {
-            cover.touches(centre, radius_m)
+            cover.touches(centre, radius_m).then_some(Detail::Near)
         })
     }
 
@@ -227,18 +227,16 @@ impl Layer {
         self.crowd.bind(&mut pass, 1);
         scenery.models.body.draw(&mut pass, batches.bodies.clone());
         scenery.models.wheel.draw(&mut pass, batches.wheels.clone());
-        for (tree, range) in scenery.models.trees.iter().zip(&batches.trees) {
-            tree.draw(&mut pass, range.clone());
-        }
+        scenery.models.draw_trees(&mut pass, &batches.trees);
     }
 }
 
 /// The ground that the two maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a
 /// parallel picture.
 fn covers(to_sun: Vec3, optics: &Optics) -> (Cover, Cover) {
-    let ahead = optics.forward.with_z(0.0).normalize_or_zero();
-    let ground = optics.eye.with_z(0.0);
-    match optics.parallel_m {
+    let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
+    let ground = optics.camera.eye.with_z(0.0);
+    match optics.parallel_m() {
         None => (
             Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M },
             Cover {

@@ -63,7 +63,7 @@ pub fn body() -> Mesh {
 /// Where the cross-sections are, from the rear to the front.
 fn stations() -> Vec<f32> {
     let mut xs = vec![-2.5, -2.49, -2.47, -2.43, -2.37, -2.28, -2.14, -2.0, CABIN_REAR_M - 0.05, CABIN_REAR_M];
-    xs.extend([-0.93, -0.82, -0.62, -0.40, -0.15, 0.12, 0.25, 0.38, 0.55, 0.75]);
+    xs.extend([-0.93, -0.82, -0.62, -0.40, -0.15, 0.12, 0.24, 0.45, 0.75]);
     xs.extend([CABIN_FRONT_M, CABIN_FRONT_M + 0.07, 1.9, 2.03, 2.15, 2.25, 2.33, 2.39, 2.435, 2.465, 2.485, 2.5]);
     // Around each wheel arch: its lip rises on a circle and falls by an upright edge on either side.
     for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
@@ -100,7 +100,7 @@ fn section(x: f32) -> [Vec3; POINTS] {
     half[FLOOR_EDGE] = Vec2::new(at.half_width - 0.14, at.floor_z);
     // The side: how far in from the widest, and how far up from sill to belt.
     let rise = at.belt_z - at.floor_z;
-    for (k, (inset, up)) in [(0.030, 0.03), (0.012, 0.20), (0.0, 0.46), (0.004, 0.72), (0.022, 0.91)].iter().enumerate()
+    for (k, (inset, up)) in [(0.030, 0.03), (0.012, 0.20), (0.0, 0.44), (0.003, 0.64), (0.022, 0.91)].iter().enumerate()
     {
         half[SILL + k] = Vec2::new(at.half_width - inset, at.floor_z + rise * up);
     }
@@ -125,7 +125,7 @@ fn side_finish(x0: f32, x1: f32, j: usize) -> Finish {
         SILL if !(-2.2..=2.2).contains(&x0) => TRIM,
         SILL..=6 if seam => DARK,
         5 | 6 if within([2.15, 2.47]) => LAMP,
-        4 | 5 if within([-2.5, -2.28]) => BRAKE,
+        5 if within([-2.5, -2.28]) => BRAKE,
         GLASS_LOW if within(PILLAR) => TRIM,
         GLASS_LOW if within(SIDE_GLASS) => GLASS,
         GLASS_HIGH if within(SIDE_GLASS) => TRIM,
@@ -147,7 +147,10 @@ fn cap(soup: &mut Soup, outline: &[Vec3; POINTS], front: bool) {
         soup.quad(if front { [d, c, b, a] } else { [a, b, c, d] }, finish);
     };
     for column in 0..columns.len() - 1 {
-        for row in FLOOR_EDGE..BELT {
+        // The floor has no corners between its middle and its edge, so the lowest row is a fan from there.
+        let edge = outline[FLOOR_EDGE];
+        face([edge, edge, place(SILL, column + 1), place(SILL, column)], TRIM);
+        for row in SILL..BELT {
             let finish = if front { front_finish(row, column) } else { rear_finish(row, column) };
             face(
                 [place(row, column), place(row, column + 1), place(row + 1, column + 1), place(row + 1, column)],
@@ -157,19 +160,21 @@ fn cap(soup: &mut Soup, outline: &[Vec3; POINTS], front: bool) {
         let (outer, inner) = (outline[BELT + column], outline[BELT + column + 1]);
         face([place(BELT, column), place(BELT, column + 1), inner, outer], PAINT);
     }
+    let middle = place(SILL, columns.len() - 1);
+    face([outline[FLOOR_EDGE], outline[0], middle, middle], TRIM);
 }
 
 fn rear_finish(row: usize, column: usize) -> Finish {
     match (row, column) {
-        (FLOOR_EDGE..=SILL, _) => TRIM,
-        (4 | 5, 0..=3) => BRAKE,
+        (SILL, _) => TRIM,
+        (5, 0..=3) => BRAKE,
         _ => PAINT,
     }
 }
 
 fn front_finish(row: usize, column: usize) -> Finish {
     match (row, column) {
-        (FLOOR_EDGE..=SILL, _) | (4, 3..) => TRIM,
+        (SILL, _) | (4, 3..) => TRIM,
         _ => PAINT,
     }
 }
@@ -197,9 +202,15 @@ fn middle_parts() -> Soup {
     };
     plate(&mut parts, -2.4995, 0.70);
     plate(&mut parts, 2.4995, 0.42);
-    parts.cuboid(Vec3::new(-2.4985, 0.0, 0.795), Vec3::new(0.005, 0.40, 0.012), CHROME);
-    let rear = shape::at(-0.97);
-    parts.cuboid(Vec3::new(-0.975, 0.0, rear.top_z - 0.004), Vec3::new(0.022, 0.16, 0.014), BRAKE);
+    parts.cuboid(Vec3::new(-2.4985, 0.0, 0.80), Vec3::new(0.005, 0.42, 0.010), CHROME);
+    let lamp_x = -0.985;
+    parts.cuboid(Vec3::new(lamp_x, 0.0, shape::at(lamp_x).top_z - 0.002), Vec3::new(0.020, 0.15, 0.011), BRAKE);
+    // Nobody sees through the wheel arches to the other side.
+    for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
+        parts.cuboid(Vec3::new(hub, 0.0, 0.45), Vec3::new(ARCH_RADIUS_M - 0.01, 0.55, 0.25), DARK);
+    }
+    // The bumper's upper edge.
+    parts.cuboid(Vec3::new(-2.4985, 0.0, 0.575), Vec3::new(0.003, 0.62, 0.004), DARK);
     parts
 }
 

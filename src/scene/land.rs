@@ -17,7 +17,7 @@ pub(super) const FLAT_M: f32 = 15.0;
 /// How far the land reaches beyond the road network, metres.
 const REACH_M: f32 = 1300.0;
 /// Woods on the horizon: crowns that stand for them.
-const FAR_CROWNS: usize = 1500;
+const FAR_CROWNS: usize = 1600;
 
 /// The shape of the ground.
 pub(super) struct Relief<'a> {
@@ -143,18 +143,18 @@ fn far_woods(mesh: &mut Mesh, relief: &Relief) {
         }
         planted += 1;
         // Further crowns stand for more trees.
-        let width = (3.5 + 3.0 * size) * (1.0 + beyond / 400.0);
+        let width = (2.6 + 2.2 * size) * (1.0 + beyond / 500.0);
         let height = (7.0 + 6.0 * slim + 3.0 * size) * (1.0 + beyond / 1500.0);
         let colour = mix([0.030, 0.060, 0.018], [0.055, 0.085, 0.022], tint);
         crown(mesh, point.extend(relief.height_m(point) - 0.5), width, height, colour, angle * 37.0);
     }
 }
 
-/// A blunt crown: three rings of five corners and a tip, open below.
+/// A blunt crown: two rings of five corners and a tip, open below.
 fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32; 3], turn: f32) {
     const SIDES: u32 = 5;
     let first = mesh.vertices.len() as u32;
-    for (ring, (radius, height)) in [(0.62, 0.0), (1.0, 0.42), (0.66, 0.80)].into_iter().enumerate() {
+    for (ring, (radius, height)) in [(0.86, 0.0), (0.88, 0.62)].into_iter().enumerate() {
         for k in 0..SIDES {
             let angle = turn + std::f32::consts::TAU * (k as f32 + 0.5 * ring as f32) / SIDES as f32;
             // Uneven, so that no two crowns have one outline.
@@ -168,16 +168,10 @@ fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32;
     }
     let top = foot + Vec3::Z * height_m;
     let tip = mesh.vertex(Vertex::new(top, Vec3::Z, shade(colour, 1.2), Vec2::new(0.5, 1.0), Material::Leaves));
-    for ring in 0..2 {
-        for k in 0..SIDES {
-            let [a, b] = [k, (k + 1) % SIDES].map(|k| first + ring * SIDES + k);
-            let [c, d] = [a + SIDES, b + SIDES];
-            mesh.indices.extend([a, b, c, b, d, c]);
-        }
-    }
     for k in 0..SIDES {
-        let [a, b] = [k, (k + 1) % SIDES].map(|k| first + 2 * SIDES + k);
-        mesh.indices.extend([a, b, tip]);
+        let [a, b] = [k, (k + 1) % SIDES].map(|k| first + k);
+        let [c, d] = [a + SIDES, b + SIDES];
+        mesh.indices.extend([a, b, c, b, d, c, c, d, tip]);
     }
 }
 

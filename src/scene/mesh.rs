@@ -114,9 +114,11 @@ impl Soup {
         for (index, (corners, _)) in self.triangles.iter().enumerate() {
             for k in 0..3 {
                 let to = |j: usize| (corners[(k + j) % 3] - corners[k]).normalize_or_zero();
-                // Weight by the corner's angle, so that the cut of a quad does not tilt the normal.
+                // Weighted by the corner's angle, so that the cut of a quad does not tilt the normal, and by area, so that
+                // a sliver between panels does not bend its neighbours.
                 let angle = to(1).dot(to(2)).clamp(-1.0, 1.0).acos();
-                around.entry(key(corners[k])).or_default().push((index, angle));
+                let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+                around.entry(key(corners[k])).or_default().push((index, angle * area));
             }
         }
         let mut mesh = Mesh::default();
@@ -124,11 +126,11 @@ impl Soup {
         for (index, (corners, finish)) in self.triangles.iter().enumerate() {
             for &corner in corners {
                 let mut normal = Vec3::ZERO;
-                for &(other, angle) in &around[&key(corner)] {
+                for &(other, weight) in &around[&key(corner)] {
                     let same = self.triangles[other].1.material == finish.material;
                     let limit = if same { crease_rad } else { crease_rad / 3.0 };
                     if faces[index].dot(faces[other]) >= limit.cos() {
-                        normal += faces[other] * angle;
+                        normal += faces[other] * weight;
                     }
                 }
                 let normal = normal.try_normalize().unwrap_or(faces[index]);

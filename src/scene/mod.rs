@@ -8,6 +8,7 @@ mod land;
 mod mesh;
 mod near;
 mod noise;
+mod options;
 mod road;
 mod shape;
 mod stage;
@@ -15,7 +16,8 @@ mod tree;
 mod view;
 pub mod wheel;
 
-pub use view::{MirrorOptions, ViewOptions, view};
+pub use options::{MirrorOptions, ViewOptions};
+pub use view::view;
 
 use glam::{Quat, Vec2, Vec3};
 

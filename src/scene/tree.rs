@@ -27,10 +27,9 @@ pub(super) const SPRUCE: usize = 3;
 
 /// All models in a fixed order.
 pub(super) fn models(seed: u64, detail: Detail) -> Vec<Mesh> {
-    let broad = |name, height_m, width_m, clumps| Broad { name, height_m, width_m, clumps, ..OAK };
     vec![
-        grow(&broad("oak", 10.5, 8.4, 20), seed, detail),
-        grow(&broad("maple", 9.0, 6.4, 18), seed, detail),
+        grow(&OAK, seed, detail),
+        grow(&MAPLE, seed, detail),
         grow(&BIRCH, seed, detail),
         spruce(seed, detail),
         grow(&HAZEL, seed, detail),
@@ -46,6 +45,8 @@ struct Broad {
     crown_from: f32,
     trunk_radius_m: f32,
     clumps: usize,
+    /// Tufts on all clumps together.
+    sprigs: usize,
     /// Radius of a clump, metres at a scale of the crown's width.
     clump_size: f32,
     bark: [f32; 3],
@@ -58,10 +59,23 @@ const OAK: Broad = Broad {
     width_m: 8.4,
     crown_from: 0.24,
     trunk_radius_m: 0.30,
-    clumps: 20,
-    clump_size: 0.20,
+    clumps: 11,
+    sprigs: 88,
+    clump_size: 0.22,
     bark: [0.075, 0.058, 0.042],
-    leaf: [0.070, 0.130, 0.026],
+    leaf: [0.064, 0.125, 0.027],
+};
+const MAPLE: Broad = Broad {
+    name: "maple",
+    height_m: 9.0,
+    width_m: 6.2,
+    crown_from: 0.22,
+    trunk_radius_m: 0.21,
+    clumps: 10,
+    sprigs: 90,
+    clump_size: 0.23,
+    bark: [0.090, 0.075, 0.060],
+    leaf: [0.078, 0.140, 0.030],
 };
 const BIRCH: Broad = Broad {
     name: "birch",
@@ -69,10 +83,11 @@ const BIRCH: Broad = Broad {
     width_m: 4.4,
     crown_from: 0.26,
     trunk_radius_m: 0.13,
-    clumps: 19,
-    clump_size: 0.22,
+    clumps: 10,
+    sprigs: 88,
+    clump_size: 0.24,
     bark: [0.52, 0.50, 0.46],
-    leaf: [0.105, 0.165, 0.040],
+    leaf: [0.094, 0.158, 0.042],
 };
 const HAZEL: Broad = Broad {
     name: "hazel",
@@ -80,10 +95,11 @@ const HAZEL: Broad = Broad {
     width_m: 3.2,
     crown_from: 0.05,
     trunk_radius_m: 0.05,
-    clumps: 10,
-    clump_size: 0.24,
+    clumps: 6,
+    sprigs: 54,
+    clump_size: 0.26,
     bark: [0.07, 0.055, 0.04],
-    leaf: [0.080, 0.140, 0.030],
+    leaf: [0.074, 0.136, 0.032],
 };
 
 /// Builds a broad-leaved tree.
@@ -106,14 +122,14 @@ fn grow(kind: &Broad, seed: u64, detail: Detail) -> Mesh {
             let z = 1.0 - 2.0 * (k as f32 + 0.5) / kind.clumps as f32;
             let turn = k as f32 * 2.399_963 + random.uniform(-0.5, 0.5) as f32;
             let ring = (1.0 - z * z).sqrt();
-            let shell = random.uniform(0.52, 0.86) as f32;
+            let shell = random.uniform(0.48, 0.74) as f32;
             let direction = Vec3::new(ring * turn.cos(), ring * turn.sin(), z * random.uniform(0.85, 1.0) as f32);
             let size = kind.clump_size * kind.width_m * random.uniform(0.75, 1.3) as f32;
             (middle + half * direction * shell, size, random.uniform(0.0, 1.0) as f32)
         })
         .collect();
-    let branches = if detail == Detail::Near { 5 } else { 0 };
-    for (to, ..) in clumps.iter().rev().take(branches * 2).step_by(2) {
+    let branches = if detail == Detail::Near { 4 } else { 0 };
+    for (to, ..) in clumps.iter().rev().take(branches) {
         let from = Vec3::Z * (crown_low * 0.8 + (to.z - crown_low).max(0.0) * 0.35) + lean * 0.8;
         tube(
             &mut mesh,
@@ -124,25 +140,37 @@ fn grow(kind: &Broad, seed: u64, detail: Detail) -> Mesh {
         );
     }
     let crown = Crown { middle, half };
-    match detail {
-        Detail::Near => {
-            for &(at, size, tint) in &clumps {
-                leaf_clump(&mut mesh, &mut random, at, size, tinted(kind.leaf, tint), &crown);
-            }
-        }
+    let clump_at = |&(at, size, tint): &(Vec3, f32, f32)| {
+        let half = Vec3::new(size, size, size * 0.85);
+        Clump { at, half, sprig: size, colour: tinted(kind.leaf, tint) }
+    };
+    let (clumps, sprigs): (Vec<Clump>, usize) = match detail {
+        Detail::Near => (clumps.iter().map(clump_at).collect(), kind.sprigs),
         Detail::Far => {
-            // Every fourth clump, grown to cover its neighbours.
-            for (at, size, tint) in clumps.iter().skip(1).step_by(4) {
-                let at = middle + (*at - middle) * 0.8;
-                leaf_clump(&mut mesh, &mut random, at, size * 1.9, tinted(kind.leaf, *tint), &crown);
-            }
+            let sprig = kind.clump_size * kind.width_m * 1.35;
+            (vec![Clump { at: middle, half: half * 0.92, sprig, colour: tinted(kind.leaf, 0.5) }], kind.sprigs / 3)
         }
+    };
+    for clump in &clumps {
+        leaf_clump(&mut mesh, &mut random, clump, &crown);
+    }
+    for k in 0..sprigs {
+        sprig(&mut mesh, &mut random, &clumps[k % clumps.len()], &crown);
     }
     mesh
 }
 
+/// A heap of leaves.
+struct Clump {
+    at: Vec3,
+    half: Vec3,
+    /// Size of the tufts on it, metres.
+    sprig: f32,
+    colour: [f32; 3],
+}
+
 fn tinted(leaf: [f32; 3], tint: f32) -> [f32; 3] {
-    mix(shade(leaf, 0.78), [leaf[0] * 1.35, leaf[1] * 1.15, leaf[2] * 1.05], tint)
+    mix(shade(leaf, 0.80), [leaf[0] * 1.30, leaf[1] * 1.12, leaf[2] * 1.05], tint)
 }
 
 /// Where a crown is, for the light on its clumps.
@@ -151,24 +179,63 @@ struct Crown {
     half: Vec3,
 }
 
+impl Crown {
+    /// A leaf's normal and how much light reaches it: the hull and the top more than the inside.
+    fn light(&self, position: Vec3, own: Vec3) -> (Vec3, f32) {
+        let from_middle = (position - self.middle) / self.half;
+        let outside = from_middle.length().min(1.2);
+        let away = from_middle.normalize_or(Vec3::Z);
+        let normal = (own * 0.5 + away * 0.65 + Vec3::Z * 0.12).normalize_or(own);
+        (normal, (0.44 + 0.48 * outside * outside) * (0.84 + 0.22 * away.z))
+    }
+}
+
 /// A dented icosahedron.
-fn leaf_clump(mesh: &mut Mesh, random: &mut Stream, at: Vec3, size: f32, colour: [f32; 3], crown: &Crown) {
-    let turn = Mat3::from_rotation_z(random.uniform(0.0, 6.28) as f32)
-        * Mat3::from_rotation_x(random.uniform(0.0, 6.28) as f32);
+fn leaf_clump(mesh: &mut Mesh, random: &mut Stream, clump: &Clump, crown: &Crown) {
+    let turn = Mat3::from_rotation_z(angle(random)) * Mat3::from_rotation_x(angle(random));
     let first = mesh.vertices.len() as u32;
     for corner in icosahedron() {
         let direction = turn * corner;
-        let position = at + direction * size * random.uniform(0.68, 1.28) as f32 * Vec3::new(1.0, 1.0, 0.85);
-        // 0 in the middle of the crown, 1 on its hull.
-        let outside = ((position - crown.middle) / crown.half).length().min(1.2);
-        let away = ((position - crown.middle) / crown.half).normalize_or(Vec3::Z);
-        let normal = (direction * 0.55 + away * 0.6 + Vec3::Z * 0.12).normalize_or(direction);
-        let sky = 0.5 + 0.5 * away.z;
-        let light = (0.42 + 0.45 * outside * outside) * (0.78 + 0.34 * sky);
+        let position = clump.at + direction * clump.half * random.uniform(0.62, 1.05) as f32;
+        let (normal, light) = crown.light(position, direction);
         let uv = Vec2::new(direction.y.atan2(direction.x) / TAU + 0.5, 0.5 + 0.5 * direction.z);
-        mesh.vertex(Vertex::new(position, normal, shade(colour, light), uv, Material::Leaves));
+        mesh.vertex(Vertex::new(position, normal, shade(clump.colour, light * 0.8), uv, Material::Leaves));
     }
     mesh.indices.extend(ICOSAHEDRON_FACES.iter().flatten().map(|i| first + i));
+}
+
+/// A tuft of leaves on a clump: a low pyramid with its tip outwards, dark at its foot. Tufts break up the outline and the
+/// face of a clump for three triangles each.
+fn sprig(mesh: &mut Mesh, random: &mut Stream, clump: &Clump, crown: &Crown) {
+    // Mostly on the side that faces out of the crown.
+    let z = random.uniform(-1.0, 1.0) as f32;
+    let ball = Vec2::from_angle(angle(random)) * (1.0 - z * z).sqrt();
+    let outwards = ((clump.at - crown.middle) / crown.half).normalize_or_zero();
+    let direction = (ball.extend(z) + outwards * 0.9).normalize_or(Vec3::Z);
+    let foot = clump.at + direction * clump.half * 0.70;
+    let width = clump.sprig * random.uniform(0.42, 0.62) as f32;
+    let sideways: [f32; 3] = std::array::from_fn(|_| random.uniform(-0.55, 0.45) as f32);
+    let tip =
+        foot + (direction + Vec3::from(sideways) * 0.9).normalize() * clump.sprig * random.uniform(0.42, 0.78) as f32;
+    let (x, y) = direction.any_orthonormal_pair();
+    let turn = angle(random);
+    let leafy = shade(clump.colour, random.uniform(0.82, 1.22) as f32);
+    let first = mesh.vertices.len() as u32;
+    for k in 0..3 {
+        let (sin, cos) = (turn + TAU * k as f32 / 3.0).sin_cos();
+        let corner = foot + (x * cos + y * sin) * width;
+        let (normal, light) = crown.light(corner, (direction + (x * cos + y * sin) * 0.6).normalize());
+        mesh.vertex(Vertex::new(corner, normal, shade(leafy, light * 0.85), Vec2::new(cos, sin), Material::Leaves));
+    }
+    let (normal, light) = crown.light(tip, direction);
+    mesh.vertex(Vertex::new(tip, normal, shade(leafy, light * 1.15), Vec2::ZERO, Material::Leaves));
+    for k in 0..3 {
+        mesh.indices.extend([first + k, first + (k + 1) % 3, first + 3]);
+    }
+}
+
+fn angle(random: &mut Stream) -> f32 {
+    random.uniform(0.0, std::f64::consts::TAU) as f32
 }
 
 /// Corners of the unit icosahedron.
@@ -237,7 +304,7 @@ fn spruce(seed: u64, detail: Detail) -> Mesh {
         let rim_z = HEIGHT_M * (0.07 + 0.80 * t);
         let tip_z = (rim_z + HEIGHT_M * (1.15 - 0.35 * t) / tiers as f32 * 1.35).min(HEIGHT_M);
         let radius = RADIUS_M * (1.0 - t).powf(0.85) * random.uniform(0.9, 1.1) as f32 + 0.22;
-        let turn = random.uniform(0.0, 6.28) as f32;
+        let turn = angle(&mut random);
         let colour = mix([0.026, 0.058, 0.024], [0.040, 0.082, 0.030], random.uniform(0.0, 1.0) as f32);
         let first = mesh.vertices.len() as u32;
         let rim = 2 * points;

@@ -2,130 +2,13 @@
 //! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
-use super::{Camera, CarInstance, Lens, Stage, View, ViewKind};
+use super::{Camera, CarInstance, Lens, Stage, View, ViewKind, ViewOptions};
 use crate::ego::EgoState;
 use crate::sim::{CarView, Snapshot};
 use crate::space::wrap_angle;
-use crate::traffic::{CarId, EGO};
-use crate::units::SpeedUnit;
+use crate::traffic::EGO;
 use glam::{EulerRot, Quat, Vec2, Vec3};
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-
-/// What a person may set about the picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ViewOptions {
-    /// Driver's eye in the body's frame (x forward, y left, z up from the ground under the centre), metres.
-    pub eye: Vec3,
-    /// Width of the screen, metres.
-    pub screen_width_m: f32,
-    /// Distance from the participant's eye to the screen, metres.
-    pub eye_distance_m: f32,
-    /// How much of the body's pitch and roll the driver's camera takes part in, 0..1: less is easier on the stomach.
-    pub body_motion: f32,
-    /// The rear-view mirror.
-    pub mirror: MirrorOptions,
-    /// Unit of the speedometer.
-    pub unit: SpeedUnit,
-    /// Full scale of the speedometer in its unit; `None` fits the scenario.
-    pub dial_full_scale: Option<f64>,
-    /// Direction of the sun: compass degrees, 0 north, clockwise.
-    pub sun_azimuth_deg: f32,
-    /// Height of the sun above the horizon, degrees.
-    pub sun_elevation_deg: f32,
-    /// The ego's paint, linear.
-    pub ego_paint: [f32; 3],
-    /// The others' paint from above, and everywhere if `ordinary_paints` is off.
-    pub traffic_paint: [f32; 3],
-    /// Seen from the road, the others wear a mix of ordinary paints, never red.
-    pub ordinary_paints: bool,
-    /// Paint of single cars in every view, before all other rules.
-    pub paint_overrides: BTreeMap<CarId, [f32; 3]>,
-    /// If set, the bird's-eye view follows the ego and shows this many metres to either side of it.
-    pub birdseye_follow_m: Option<f32>,
-}
-
-/// The rear-view mirror: a camera that looks back.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MirrorOptions {
-    /// Place in the body's frame, metres: the top of the windscreen.
-    pub position: Vec3,
-    /// Horizontal angle of view, degrees.
-    pub fov_x_deg: f32,
-    /// Tilt downwards, degrees: shows the bonnet of a follower 2 m away.
-    pub tilt_deg: f32,
-}
-
-impl Default for ViewOptions {
-    fn default() -> Self {
-        Self {
-            eye: Vec3::new(0.10, 0.36, 1.18),
-            // A 55-inch television, 16:9, at one metre: 63 degrees (FACTS 8).
-            screen_width_m: 1.2176,
-            eye_distance_m: 1.0,
-            body_motion: 0.3,
-            mirror: MirrorOptions { position: Vec3::new(0.30, 0.0, 1.26), fov_x_deg: 30.0, tilt_deg: 2.5 },
-            unit: SpeedUnit::default(),
-            dial_full_scale: None,
-            sun_azimuth_deg: 130.0,
-            sun_elevation_deg: 42.0,
-            ego_paint: [0.62, 0.020, 0.018],
-            traffic_paint: [0.030, 0.36, 0.060],
-            ordinary_paints: true,
-            paint_overrides: BTreeMap::new(),
-            birdseye_follow_m: None,
-        }
-    }
-}
-
-impl ViewOptions {
-    /// Horizontal angle of view of the driver's picture, radians: the one that the screen fills at the eye's distance, so
-    /// that the picture's scale is 1.
-    pub fn fov_x_rad(&self) -> f32 {
-        2.0 * (self.screen_width_m / 2.0 / self.eye_distance_m).atan()
-    }
-
-    /// Unit direction towards the sun.
-    pub fn to_sun(&self) -> Vec3 {
-        let (sin_a, cos_a) = self.sun_azimuth_deg.to_radians().sin_cos();
-        let (sin_e, cos_e) = self.sun_elevation_deg.to_radians().sin_cos();
-        Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e)
-    }
-
-    /// Paint of a car in a view.
-    pub fn paint(&self, id: CarId, kind: ViewKind) -> [f32; 3] {
-        if let Some(paint) = self.paint_overrides.get(&id) {
-            return *paint;
-        }
-        match kind {
-            _ if id == EGO => self.ego_paint,
-            ViewKind::Birdseye => self.traffic_paint,
-            _ if self.ordinary_paints => ordinary_paint(id),
-            _ => self.traffic_paint,
-        }
-    }
-}
-
-/// Paints as they are common on the road (white, greys and black lead), linear. No reds: red is the ego's.
-const PAINTS: [[f32; 3]; 10] = [
-    [0.72, 0.72, 0.70],
-    [0.38, 0.40, 0.42],
-    [0.115, 0.120, 0.130],
-    [0.012, 0.012, 0.014],
-    [0.025, 0.075, 0.230],
-    [0.72, 0.72, 0.70],
-    [0.020, 0.085, 0.048],
-    [0.205, 0.215, 0.225],
-    [0.400, 0.340, 0.245],
-    [0.055, 0.135, 0.260],
-];
-
-/// The same car always wears the same paint; neighbours differ.
-fn ordinary_paint(id: CarId) -> [f32; 3] {
-    // 7 and 10 share no factor, so ten cars in a row wear ten entries; the jump by rows varies the order.
-    let n = PAINTS.len() as u32;
-    PAINTS[((id.0 * 7 + (id.0 / n) * 3) % n) as usize]
-}
 
 /// The picture at `fraction` (0..1) of the way from the tick before the snapshot to the snapshot.
 pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOptions, stage: &Stage) -> View {
@@ -273,4 +156,185 @@ fn chase_camera(ego: &EgoAt, yaw_rate: f32) -> Camera {
     let forward = (target - eye).normalize();
     let right = forward.cross(Vec3::Z).normalize();
     Camera { eye, forward, up: right.cross(forward), lens: Lens::Perspective { fov_x_rad: 63f32.to_radians() } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::stage::tests::{circuit, ring};
+    use super::*;
+    use crate::map::RoadMap;
+    use crate::space::{CAR_LENGTH_M, Pose};
+    use crate::time::Tick;
+    use crate::traffic::CarId;
+
+    const ASPECT: f32 = 16.0 / 9.0;
+
+    /// The ego with its front bumper at `s_m`, and cars so far (front bumper to front bumper) ahead of it.
+    fn snapshot(map: &RoadMap, s_m: f64, ahead_m: &[f64]) -> Snapshot {
+        let ego = |s_m: f64| {
+            let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
+            let mut ego = crate::ego::EgoState::at(pose);
+            for (wheel, hub) in ego.wheels.iter_mut().zip(super::super::car::hubs()) {
+                wheel.hub = hub;
+                wheel.spin_rad = (s_m / f64::from(WHEEL_RADIUS_M)) as f32;
+            }
+            ego
+        };
+        let car = |(k, ahead_m): (usize, &f64)| CarView {
+            id: CarId(k as u32 + 1),
+            pose: map.route.pose_of_front(s_m + ahead_m, CAR_LENGTH_M),
+            pose_before: map.route.pose_of_front(s_m + ahead_m - 0.1, CAR_LENGTH_M),
+            s_m: s_m + ahead_m,
+            speed_mps: 10.0,
+            accel_mps2: 0.0,
+            odometer_m: 100.0,
+            braking: k == 0,
+        };
+        Snapshot {
+            tick: Tick(200),
+            ego: ego(s_m),
+            ego_before: ego(s_m - 0.1),
+            ego_s_m: s_m,
+            lane_offset_m: 0.0,
+            cars: ahead_m.iter().enumerate().map(car).collect(),
+            leader: None,
+            advice: None,
+            mean_speed_mps: 10.0,
+        }
+    }
+
+    fn see(map: &RoadMap, snapshot: &Snapshot, fraction: f32, kind: ViewKind) -> View {
+        view(snapshot, fraction, kind, &ViewOptions::default(), &Stage::with_trees(map, 1, 0))
+    }
+
+    #[test]
+    fn a_frame_stands_between_the_ticks_and_meets_them_at_its_ends() {
+        let map = ring(250.0);
+        let snapshot = snapshot(&map, 50.0, &[20.0]);
+        let at = |fraction| see(&map, &snapshot, fraction, ViewKind::Driver);
+        let (start, half, end) = (at(0.0), at(0.5), at(1.0));
+        assert!(start.cars[0].position.distance(snapshot.ego_before.position.as_vec3()) < 1e-6);
+        assert!(end.cars[0].position.distance(snapshot.ego.position.as_vec3()) < 1e-6);
+        assert!(end.cars[0].rotation.angle_between(snapshot.ego.rotation) < 1e-3);
+        assert!(end.cars[1].position.truncate().distance(snapshot.cars[0].pose.position.as_vec2()) < 1e-5);
+        assert!(start.cars[1].position.truncate().distance(snapshot.cars[0].pose_before.position.as_vec2()) < 1e-5);
+        for k in 0..2 {
+            let middle = (start.cars[k].position + end.cars[k].position) / 2.0;
+            assert!(half.cars[k].position.distance(middle) < 1e-4);
+        }
+        assert_eq!((start.time_s, end.time_s), (1.99, 2.0));
+    }
+
+    #[test]
+    fn wheels_roll_with_the_way_and_steer_with_the_bend() {
+        let map = ring(250.0);
+        let snapshot = snapshot(&map, 50.0, &[20.0]);
+        let at = |fraction| see(&map, &snapshot, fraction, ViewKind::Chase).cars;
+        let (start, end) = (at(0.0), at(1.0));
+        for k in 0..2 {
+            let rolled = wrap_angle(f64::from(end[k].spin_rad - start[k].spin_rad)) as f32;
+            assert!((rolled * WHEEL_RADIUS_M - 0.1).abs() < 1e-3, "{rolled}");
+        }
+        // r = 39.8 m to the left: 2.8 / 39.8 rad.
+        assert!((end[1].steer_rad - 0.0703).abs() < 0.001, "{}", end[1].steer_rad);
+        assert_eq!((end[1].brake, end[0].brake), (1.0, 0.0));
+    }
+
+    #[test]
+    fn the_leader_is_where_its_gap_says_and_grows_as_the_gap_shrinks() {
+        let map = circuit();
+        let mut width_before = 0.0;
+        for gap_m in [60.0, 30.0, 10.0, 5.0, 2.0] {
+            // On the first straight: it begins after the bend of 188.5 m.
+            let view = see(&map, &snapshot(&map, 250.0, &[gap_m + CAR_LENGTH_M]), 1.0, ViewKind::Driver);
+            let leader = view.cars[1];
+            let at = |y: f32, z: f32| {
+                let corner = leader.position + leader.rotation * Vec3::new(-2.5, y, z);
+                view.camera.project(corner, ASPECT).expect("in front")
+            };
+            // From the eye, 0.10 m before the middle and 0.36 m left of it, at 1.18 m.
+            let distance = gap_m as f32 + 2.5 - 0.10;
+            let screen = 2.0 * (ViewOptions::default().fov_x_rad() / 2.0).tan() * distance;
+            for y in [-0.9, 0.9] {
+                assert!((at(y, 1.0).x - (0.5 - (y - 0.36) / screen)).abs() < 2e-4, "{gap_m} m: {}", at(y, 1.0));
+            }
+            assert!((at(0.0, 0.5).y - (0.5 + (1.18 - 0.5) * ASPECT / screen)).abs() < 2e-4);
+            let width = at(-0.9, 1.0).x - at(0.9, 1.0).x;
+            assert!(width > width_before);
+            width_before = width;
+        }
+    }
+
+    #[test]
+    fn only_the_drivers_view_has_a_mirror_and_it_looks_back() {
+        let map = circuit();
+        let snapshot = snapshot(&map, 250.0, &[-15.0, 15.0]);
+        for kind in [ViewKind::Mirror, ViewKind::Birdseye, ViewKind::Chase] {
+            assert_eq!(see(&map, &snapshot, 1.0, kind).mirror, None);
+        }
+        let view = see(&map, &snapshot, 1.0, ViewKind::Driver);
+        let mirror = view.mirror.expect("a mirror");
+        assert_eq!(mirror, see(&map, &snapshot, 1.0, ViewKind::Mirror).camera);
+        let (behind, ahead) = (view.cars[1].position + Vec3::Z, view.cars[2].position + Vec3::Z);
+        assert!(mirror.project(ahead, 4.0).is_none() && view.camera.project(behind, ASPECT).is_none());
+        let found = mirror.project(behind, 4.0).expect("seen in the mirror");
+        assert!((found.x - 0.5).abs() < 1e-3 && (0.3..0.7).contains(&found.y), "{found}");
+        // Unflipped, what is behind on the ego's left is on the right: the renderer's flip puts it left.
+        let left = view.cars[0].rotation * Vec3::Y;
+        assert!(mirror.project(behind + left, 4.0).expect("seen").x > 0.55);
+    }
+
+    #[test]
+    fn the_drivers_camera_takes_part_in_little_of_the_bodys_pitch_and_roll() {
+        let map = circuit();
+        let mut snapshot = snapshot(&map, 250.0, &[]);
+        let level = see(&map, &snapshot, 1.0, ViewKind::Driver).camera;
+        let (pitch, roll) = (0.04, 0.03);
+        let tilt = Quat::from_rotation_y(pitch) * Quat::from_rotation_x(roll);
+        snapshot.ego.rotation *= tilt;
+        let tilted = see(&map, &snapshot, 1.0, ViewKind::Driver).camera;
+        let share = ViewOptions::default().body_motion;
+        assert!((level.forward.angle_between(tilted.forward) - share * pitch).abs() < 1e-3);
+        assert!((tilted.forward.z + share * pitch).abs() < 1e-3, "nose down is a look down");
+        let yaw = |camera: &Camera| camera.forward.y.atan2(camera.forward.x);
+        assert!((yaw(&level) - yaw(&tilted)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_birds_eye_view_shows_the_whole_route_with_north_up() {
+        for map in [ring(250.0), circuit()] {
+            let stage = Stage::with_trees(&map, 1, 0);
+            let snapshot = snapshot(&map, 50.0, &[20.0]);
+            let camera = see(&map, &snapshot, 1.0, ViewKind::Birdseye).camera;
+            for aspect in [0.6, 1.0, ASPECT] {
+                for k in 0..100 {
+                    let s_m = map.route.length_m() * f64::from(k) / 100.0;
+                    let p = camera.project(map.route.point_at(s_m).as_vec2().extend(0.0), aspect).expect("below");
+                    assert!(p.min_element() > 0.01 && p.max_element() < 0.99, "{p}");
+                }
+                let at = |d: Vec2| camera.project((stage.centre + d * 10.0).extend(0.0), aspect).expect("below");
+                assert!(at(Vec2::Y).y < at(Vec2::ZERO).y && at(Vec2::X).x > at(Vec2::ZERO).x);
+            }
+            let options = ViewOptions { birdseye_follow_m: Some(30.0), ..ViewOptions::default() };
+            let followed = view(&snapshot, 1.0, ViewKind::Birdseye, &options, &stage);
+            let middle = followed.camera.project(followed.cars[0].position, ASPECT).expect("below");
+            assert!(middle.distance(Vec2::splat(0.5)) < 1e-4);
+        }
+    }
+
+    #[test]
+    fn the_chase_view_shows_the_whole_ego_also_in_a_bend() {
+        let map = ring(250.0);
+        let mut snapshot = snapshot(&map, 50.0, &[]);
+        for yaw_rate in [0.0, 0.25, -0.8] {
+            snapshot.ego.yaw_rate = yaw_rate;
+            let view = see(&map, &snapshot, 1.0, ViewKind::Chase);
+            let ego = view.cars[0];
+            for (x, y, z) in [(2.5, 0.9, 0.0), (2.5, -0.9, 0.0), (-2.5, 0.9, 0.0), (-2.5, -0.9, 0.3), (0.0, 0.0, 1.45)] {
+                let corner = ego.position + ego.rotation * Vec3::new(x, y, z);
+                let p = view.camera.project(corner, ASPECT).expect("in front");
+                assert!(p.min_element() > 0.05 && p.max_element() < 0.99, "{p}");
+            }
+        }
+    }
 }

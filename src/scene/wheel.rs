@@ -42,7 +42,7 @@ pub fn wheel() -> Mesh {
         for k in 0..SIDES {
             let at =
                 |(y, radius, _): (f32, f32, Finish), k: usize| around(radius, (k % SIDES) as f32 / SIDES as f32, y);
-            soup.quad([at(pair[0], k), at(pair[1], k), at(pair[1], k + 1), at(pair[0], k + 1)], pair[0].2);
+            soup.quad([at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)], pair[0].2);
         }
     }
     for k in 0..SPOKES {

@@ -1,7 +1,7 @@
 //! The reported ego as traffic sees it: one rule for both engines. In: an [`EgoReport`] and the route. Out: where on the
 //! route the ego is and whether others see it there. Metres, m/s.
 
-use super::{CarState, EGO, EgoReport, TrafficError, lamps};
+use super::{CarState, EGO, EgoReport, TrafficError, motion::SpeedStep};
 use crate::{
     map::{Route, RoutePoint},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
@@ -43,15 +43,10 @@ pub(super) fn is_on_lane(route: &Route, point: RoutePoint) -> bool {
 
 /// The ego's state at the end of a step that `report` described, at `s_m`.
 pub(super) fn state(report: &EgoReport, s_m: f64, step_s: f64) -> CarState {
-    let accel_mps2 = (report.next_speed_mps - report.speed_mps) / step_s;
-    CarState {
-        id: EGO,
-        s_m,
-        pose: report.next_pose,
-        speed_mps: report.next_speed_mps,
-        accel_mps2,
-        braking: lamps::lit(report.speed_mps, accel_mps2, step_s),
-    }
+    let next_mps = report.next_speed_mps.max(0.0);
+    let mut car = CarState { id: EGO, s_m, pose: report.next_pose, ..CarState::default() };
+    car.set_motion(SpeedStep { before_mps: report.speed_mps.max(0.0), chosen_mps: next_mps, after_mps: next_mps }, step_s);
+    car
 }
 
 /// What to say if the ego's model shall drive it from beside the road.

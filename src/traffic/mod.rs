@@ -4,7 +4,7 @@
 
 mod choice;
 mod ego;
-mod lamps;
+mod motion;
 mod native;
 mod noise;
 pub mod start;

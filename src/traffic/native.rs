@@ -1,14 +1,18 @@
 //! The native engine: the IDM on a closed route of one lane, for training and for speed. In: a [`TrafficSetup`], then
 //! reports. Out: [`CarState`]s. Metres, m/s.
 //!
-//! All accelerations come from one state; then `v' = max(v + (a + noise) dt, 0)` and `x' = x + v' dt` (FACTS 2, Flow), which is
-//! also SUMO's update. A car wants the speed `min(v0, limit of its lane)`, as SUMO has it; unlike SUMO it does not look
-//! ahead to the next lane's limit.
+//! All accelerations come from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (FACTS 2), which is also SUMO's
+//! update; then noise. A car wants the speed `min(v0, limit of its lane)`, as SUMO has it; unlike SUMO it does not look ahead
+//! to the next lane's limit.
 
 use super::{CarId, CarState, EGO, EMERGENCY_BRAKING_MPS2, EgoReport, Traffic, TrafficError, TrafficSetup};
-use super::{ego, lamps, noise::Noise};
-use crate::{idm::IdmParams, map::RoadMap, space::CAR_LENGTH_M};
+use super::{ego, motion::SpeedStep, noise::Noise};
+use crate::{idm::IdmParams, map::RoadMap, space::{CAR_LENGTH_M, Pose}};
 use std::sync::Arc;
+
+/// A speed that an acceleration below this leads to is none, m/s2: SUMO rounds such creeping to a stop. Without it the two
+/// engines agree to 1e-5 m/s instead of 1e-11 once a queue moves up by hairs.
+const CREEP_MPS2: f64 = 1e-4;
 
 /// The native IDM ring. Nothing is allocated after the start.
 #[derive(Clone, Debug)]
@@ -36,31 +40,36 @@ impl NativeTraffic {
     pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
         let n = setup.cars.len();
-        let mut traffic = Self {
+        let route = &setup.map.route;
+        let cars = setup.cars.iter().zip(0..).map(|(start, id)| {
+            let mut car = CarState { id: CarId(id), s_m: route.wrap(start.s_m), ..CarState::default() };
+            car.pose = route.pose_of_front(car.s_m, CAR_LENGTH_M);
+            let speed = start.speed_mps;
+            car.set_motion(SpeedStep { before_mps: speed, chosen_mps: speed, after_mps: speed }, setup.step_s);
+            car
+        });
+        let cars: Vec<CarState> = cars.collect();
+        Ok(Self {
             noise: Noise::new(&setup),
-            s_m: setup.cars.iter().map(|car| setup.map.route.wrap(car.s_m)).collect(),
-            speed_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
+            s_m: cars.iter().map(|car| car.s_m).collect(),
+            speed_mps: cars.iter().map(|car| car.speed_mps).collect(),
             accel_mps2: vec![0.0; n],
             order: Vec::with_capacity(n),
             ego_is_seen: true,
-            cars: (0..n as u32).map(|id| CarState { id: CarId(id), ..CarState::default() }).collect(),
+            cars,
             map: setup.map,
             idm: setup.idm,
             step_s: setup.step_s,
-        };
-        for i in 0..n {
-            traffic.publish(i, traffic.speed_mps[i]);
-        }
-        Ok(traffic)
+        })
     }
 
-    /// Takes the ego to where the report says it is now.
-    fn place_ego(&mut self, report: &EgoReport) {
+    /// Takes the ego to a pose and a speed.
+    fn place_ego(&mut self, pose: &Pose, speed_mps: f64) {
         let near = self.ego_is_seen.then_some(self.s_m[0]);
-        let point = ego::place(&self.map.route, &report.pose, near);
+        let point = ego::place(&self.map.route, pose, near);
         self.ego_is_seen = ego::is_on_lane(&self.map.route, point);
         self.s_m[0] = point.s_m;
-        self.speed_mps[0] = report.speed_mps.max(0.0);
+        self.speed_mps[0] = speed_mps.max(0.0);
     }
 
     /// Sorts anew each step: cars do not overtake, but an ego that left the lane may come back anywhere.
@@ -86,14 +95,24 @@ impl NativeTraffic {
         }
     }
 
-    /// The state of car `i` for others to use; `before_mps` is its speed before the step.
-    fn publish(&mut self, i: usize, before_mps: f64) {
-        let car = &mut self.cars[i];
-        car.s_m = self.s_m[i];
-        car.pose = self.map.route.pose_of_front(car.s_m, CAR_LENGTH_M);
-        car.speed_mps = self.speed_mps[i];
-        car.accel_mps2 = (car.speed_mps - before_mps) / self.step_s;
-        car.braking = lamps::lit(before_mps, self.accel_mps2[i], self.step_s);
+    /// Moves all cars but a reported ego, and draws everybody's noise.
+    fn advance(&mut self, first: usize) {
+        let route = &self.map.route;
+        for i in 0..self.cars.len() {
+            let before_mps = self.speed_mps[i];
+            let wanted_mps = before_mps + self.accel_mps2[i] * self.step_s;
+            let chosen_mps = if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps };
+            let after_mps = self.noise.push(chosen_mps);
+            if i < first {
+                continue;
+            }
+            self.s_m[i] = route.wrap(self.s_m[i] + chosen_mps * self.step_s);
+            self.speed_mps[i] = after_mps;
+            let car = &mut self.cars[i];
+            car.s_m = self.s_m[i];
+            car.pose = route.pose_of_front(car.s_m, CAR_LENGTH_M);
+            car.set_motion(SpeedStep { before_mps, chosen_mps, after_mps }, self.step_s);
+        }
     }
 }
 
@@ -102,30 +121,17 @@ impl Traffic for NativeTraffic {
         match report {
             Some(report) => {
                 report.check()?;
-                self.place_ego(report);
+                self.place_ego(&report.pose, report.speed_mps);
             }
             None if !self.ego_is_seen => return Err(ego::off_the_road()),
             None => {}
         }
         self.sort();
         self.choose();
-        for i in 0..self.cars.len() {
-            let change_mps = self.noise.draw_mps();
-            if i == EGO.0 as usize && report.is_some() {
-                continue;
-            }
-            let before_mps = self.speed_mps[i];
-            self.speed_mps[i] = (before_mps + self.accel_mps2[i] * self.step_s + change_mps).max(0.0);
-            self.s_m[i] = self.map.route.wrap(self.s_m[i] + self.speed_mps[i] * self.step_s);
-            self.publish(i, before_mps);
-        }
+        self.advance(usize::from(report.is_some()));
         if let Some(report) = report {
-            let near = self.ego_is_seen.then_some(self.s_m[0]);
-            let point = ego::place(&self.map.route, &report.next_pose, near);
-            self.ego_is_seen = ego::is_on_lane(&self.map.route, point);
-            self.s_m[0] = point.s_m;
-            self.speed_mps[0] = report.next_speed_mps.max(0.0);
-            self.cars[0] = ego::state(report, point.s_m, self.step_s);
+            self.place_ego(&report.next_pose, report.next_speed_mps);
+            self.cars[0] = ego::state(report, self.s_m[0], self.step_s);
         }
         Ok(())
     }

@@ -1,5 +1,9 @@
-//! Noise on the acceleration, one definition and one order of draws for both engines (FACTS 2). In: a setup. Out: what to
-//! add to a car's speed in a step, m/s.
+//! Noise on the acceleration, one definition and one order of draws for both engines (FACTS 2; notes on Flow). In: a setup.
+//! Out: each car's speed with its noise, m/s.
+//!
+//! Flow adds `sqrt(dt) N(0, noise)` to the acceleration of each step. Here the model's step comes first, then the noise
+//! changes the speed that the next step starts from, because that is what can be told to SUMO. The car's speeds are Flow's;
+//! its place follows one step later, 0.6 mm (sd) a step at noise 0.2 and steps of 0.1 s. Both engines then agree to rounding.
 
 use super::TrafficSetup;
 use crate::rng::{self, Stream};
@@ -14,19 +18,18 @@ pub(super) struct Noise {
 
 impl Noise {
     pub(super) fn new(setup: &TrafficSetup) -> Self {
-        // Flow adds sqrt(dt) N(0, noise) to the acceleration, which acts for dt.
         let sd_mps = setup.idm.noise * setup.step_s.sqrt() * setup.step_s;
         Self { stream: rng::stream(setup.seed, "traffic"), sd_mps }
     }
 
-    /// True if every draw is 0.
-    pub(super) fn is_silent(&self) -> bool {
-        self.sd_mps == 0.0
-    }
-
-    /// Speed change of the next car, m/s. To be called once a step for every car in order of ids, the ego included
-    /// whoever drives it: a draw that is not used keeps all others where they are.
-    pub(super) fn draw_mps(&mut self) -> f64 {
-        if self.is_silent() { 0.0 } else { self.sd_mps * self.stream.normal() }
+    /// The speed of the next car with its noise, m/s. To be called once a step for every car in order of ids, the ego
+    /// included whoever drives it: a draw that is not used keeps all others where they are. A car that the model holds
+    /// stays where it is: noise does not creep through a queue.
+    pub(super) fn push(&mut self, speed_mps: f64) -> f64 {
+        if self.sd_mps == 0.0 {
+            return speed_mps;
+        }
+        let change_mps = self.sd_mps * self.stream.normal();
+        if speed_mps > 0.0 { (speed_mps + change_mps).max(0.0) } else { 0.0 }
     }
 }

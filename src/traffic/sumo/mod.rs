@@ -14,7 +14,7 @@ mod shim;
 
 pub use locate::{home, program};
 
-use super::{CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, ego, lamps, noise::Noise};
+use super::{CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, ego, motion::SpeedStep, noise::Noise};
 use crate::{
     map::{RoadMap, RoutePoint},
     space::{CAR_LENGTH_M, Pose, SumoPose},
@@ -44,7 +44,6 @@ pub struct SumoTraffic {
     start_mps: Vec<f64>,
     cars: Vec<CarState>,
     ego_is_seen: bool,
-    ego_was_reported: bool,
     /// Where the ego is put while others do not see it.
     nowhere: DVec2,
     description: String,
@@ -119,7 +118,6 @@ impl SumoTraffic {
             start_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
             cars: (0..n as u32).map(|id| CarState { id: CarId(id), ..CarState::default() }).collect(),
             ego_is_seen: true,
-            ego_was_reported: false,
             nowhere: corner - dvec2(1000.0, 1000.0),
             step_s: setup.step_s,
             map: setup.map,
@@ -128,13 +126,14 @@ impl SumoTraffic {
         };
         traffic.shim.read(&mut traffic.records)?;
         for (i, start) in setup.cars.iter().enumerate() {
-            traffic.publish(i, start.speed_mps, 0.0)?;
+            let speed = start.speed_mps;
+            traffic.publish(i, SpeedStep { before_mps: speed, chosen_mps: traffic.records[i].speed_mps, after_mps: speed })?;
             let found = &traffic.cars[i];
             let miss_m = traffic.map.route.difference(start.s_m, found.s_m).abs();
-            if miss_m > 1e-6 || found.speed_mps != start.speed_mps {
+            if miss_m > 1e-6 || traffic.records[i].speed_mps != start.speed_mps {
                 return Err(TrafficError::Setup(format!(
                     "SUMO put car {i} at {:.6} m with {} m/s instead of {:.6} m with {} m/s",
-                    found.s_m, found.speed_mps, start.s_m, start.speed_mps
+                    found.s_m, traffic.records[i].speed_mps, start.s_m, start.speed_mps
                 )));
             }
         }
@@ -188,9 +187,8 @@ impl SumoTraffic {
         self.commands.push(Command { car: car as u32, kind: Kind::PreviousSpeed, a: speed_mps, b: 0.0, c: 0.0 });
     }
 
-    /// The state of car `i` from its record. `before_mps` is the speed that its model started from, `noise_mps` what is
-    /// added to SUMO's speed for the next step.
-    fn publish(&mut self, i: usize, before_mps: f64, noise_mps: f64) -> Result<(), TrafficError> {
+    /// The state of car `i` from its record.
+    fn publish(&mut self, i: usize, speed: SpeedStep) -> Result<(), TrafficError> {
         let record = &self.records[i];
         if record.present == 0 {
             return Err(TrafficError::Sumo(format!("car {i} is no longer in the simulation")));
@@ -203,12 +201,8 @@ impl SumoTraffic {
             Err(_) => route.project(front, None).s_m,
         };
         car.pose = Pose::from_sumo(SumoPose { front, angle_deg: record.angle_deg }, CAR_LENGTH_M);
-        // Noise pushes cars that move: one that the model holds stays where it is.
-        let moving = record.speed_mps > 0.0;
-        car.speed_mps = if moving { (record.speed_mps + noise_mps).max(0.0) } else { 0.0 };
-        car.accel_mps2 = (car.speed_mps - before_mps) / self.step_s;
-        car.braking = lamps::lit(before_mps, (record.speed_mps - before_mps) / self.step_s, self.step_s);
-        self.start_mps[i] = car.speed_mps;
+        car.set_motion(speed, self.step_s);
+        self.start_mps[i] = speed.after_mps;
         Ok(())
     }
 }
@@ -258,16 +252,16 @@ impl Traffic for SumoTraffic {
         self.commands.clear();
         result?;
         for i in 0..self.cars.len() {
-            let noise_mps = self.noise.draw_mps();
-            match (report, ego_point) {
-                (Some(report), Some(point)) if i == EGO.0 as usize => {
+            let chosen_mps = self.records[i].speed_mps;
+            let after_mps = self.noise.push(chosen_mps);
+            match report.zip(ego_point) {
+                Some((report, point)) if i == EGO.0 as usize => {
                     self.cars[0] = ego::state(report, point.s_m, self.step_s);
-                    self.start_mps[0] = report.next_speed_mps.max(0.0);
+                    self.start_mps[0] = self.cars[0].speed_mps;
                 }
-                _ => self.publish(i, self.start_mps[i], noise_mps)?,
+                _ => self.publish(i, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps })?,
             }
         }
-        self.ego_was_reported = report.is_some();
         Ok(())
     }
 

@@ -33,8 +33,6 @@ pub(super) enum Kind {
     Speed = 2,
     /// `a`: SUMO's speed mode.
     SpeedMode = 3,
-    /// `a`: position on the lane, metres; `b`: index of the lane.
-    MoveToLane = 4,
 }
 
 /// One command.
