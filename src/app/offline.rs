@@ -1,7 +1,7 @@
 //! A drive without a window: a simulated driver at full speed. In: a scenario. Out: rows, a summary, or a world at a
 //! given second to take a picture of.
 
-use super::{AppError, Drive};
+use super::{AppError, Drive, words};
 use crate::{
     driver::{self, SimulatedDriver},
     sim::{Scenario, Summary, Tally, World},
@@ -30,7 +30,7 @@ impl Run {
         let params = driver::preset(&scenario.driver)?;
         let drive = Drive::new(scenario, Pace::Paused)?;
         Ok(Self {
-            driver: SimulatedDriver::new(params, scenario.idm, scenario.seed),
+            driver: SimulatedDriver::new(&params, drive.world.ego_params(), scenario.seed)?,
             drive,
             controls: Default::default(),
             tally: Tally::new(window_s),
@@ -61,7 +61,7 @@ impl Run {
         drive.frame(
             Duration::ZERO,
             |world| {
-                *controls = driver.controls(&world.perception());
+                *controls = driver.controls(&world.perceived_by(driver));
                 *controls
             },
             |world| tally.add(world.snapshot(), world.events()),
@@ -77,6 +77,13 @@ impl Run {
     /// The drive so far in numbers.
     pub fn summary(&self) -> Summary {
         self.tally.summary()
+    }
+
+    /// The drive so far in words.
+    pub fn words(&self) -> String {
+        let world = &self.drive.world;
+        let scenario = world.scenario();
+        words::summary(scenario, &world.traffic_engine(), &scenario.driver, &self.summary())
     }
 
     /// The present step as a CSV row under [`STEP_COLUMNS`]; what does not exist is empty.
@@ -106,4 +113,3 @@ impl Run {
         )
     }
 }
-
