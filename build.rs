@@ -24,9 +24,10 @@ fn main() {
     // A path that is not there makes cargo look again at every build: wanted for as long as SUMO is missing.
     let header = home.clone().unwrap_or_else(|| root.join(".sumo/sumo")).join("include/libsumo/libsumo.h");
     println!("cargo:rerun-if-changed={}", header.display());
-    let built = home.as_ref().ok_or("SUMO is not here; run scripts/setup or set SUMO_HOME".to_string()).and_then(|home| {
-        SHIMS.iter().try_for_each(|(name, library, define)| build_shim(&out, home, name, library, *define))
-    });
+    let built =
+        home.as_ref().ok_or("SUMO is not here; run scripts/setup or set SUMO_HOME".to_string()).and_then(|home| {
+            SHIMS.iter().try_for_each(|(name, library, define)| build_shim(&out, home, name, library, *define))
+        });
     if let Err(reason) = &built {
         println!("cargo:warning=built without SUMO: {reason}");
     }
@@ -38,7 +39,9 @@ fn main() {
 fn find_home(root: &Path) -> Option<PathBuf> {
     let mut candidates: Vec<PathBuf> = env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
     candidates.extend(root.ancestors().take(3).map(|folder| folder.join(".sumo/sumo")));
-    candidates.into_iter().find(|home| home.join("include/libsumo/libsumo.h").exists() && library_folder(home).is_some())
+    candidates
+        .into_iter()
+        .find(|home| home.join("include/libsumo/libsumo.h").exists() && library_folder(home).is_some())
 }
 
 fn library_folder(home: &Path) -> Option<PathBuf> {

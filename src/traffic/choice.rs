@@ -24,7 +24,9 @@ pub enum EngineChoice {
 
 /// The text names no engine.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown traffic engine \"{0}\": allowed are sumo, native, or HOST:PORT of a SUMO that listens (localhost:8813)")]
+#[error(
+    "unknown traffic engine \"{0}\": allowed are sumo, native, or HOST:PORT of a SUMO that listens (localhost:8813)"
+)]
 pub struct UnknownEngine(pub String);
 
 impl FromStr for EngineChoice {
@@ -91,7 +93,10 @@ mod tests {
     fn an_unknown_engine_is_refused_with_what_is_allowed() {
         for text in ["", "SUMO", "native ", "host:", ":8813", "host:0", "host:70000", "host:x"] {
             let message = text.parse::<EngineChoice>().unwrap_err().to_string();
-            assert!(message.contains(&format!("\"{text}\"")) && message.contains("sumo, native, or HOST:PORT"), "{message}");
+            assert!(
+                message.contains(&format!("\"{text}\"")) && message.contains("sumo, native, or HOST:PORT"),
+                "{message}"
+            );
         }
     }
 }

@@ -34,7 +34,9 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
     let most = (length_m / (CAR_LENGTH_M + s0_m)).floor();
     if n < 2 {
         let cars = if n == 1 { "1 vehicle is" } else { "0 vehicles are" };
-        return Err(TrafficError::Setup(format!("{cars} too few: a drive needs the ego and at least one other (2 to {most})")));
+        return Err(TrafficError::Setup(format!(
+            "{cars} too few: a drive needs the ego and at least one other (2 to {most})"
+        )));
     }
     if n as f64 > most {
         return Err(TrafficError::Setup(format!("{n} vehicles do not fit on {length_m:.0} m: at most {most}")));

@@ -257,8 +257,7 @@ impl Shim {
         speed_mps: f64,
     ) -> Result<(), TrafficError> {
         let (id, route, kind) = (c_text(id), c_text(route), c_text(kind));
-        let code =
-            unsafe { (self.api.add)(id.as_ptr(), route.as_ptr(), kind.as_ptr(), lane, position_m, speed_mps) };
+        let code = unsafe { (self.api.add)(id.as_ptr(), route.as_ptr(), kind.as_ptr(), lane, position_m, speed_mps) };
         self.check(code)?;
         self.cars += 1;
         Ok(())
