@@ -42,6 +42,7 @@ pub mod hud;
 pub mod idm;
 pub mod input;
 pub mod map;
+pub mod panel;
 pub mod policy;
 pub mod render;
 pub mod rng;

@@ -1,31 +1,19 @@
 //! The speedometer by its pixels: what a participant reads is what the simulation says.
 
-use std::sync::OnceLock;
-
 use codrive::{
     hud::{Dial, Palette, Rgb},
     render::{
+        Gpu, OFFSCREEN,
         dial::{DialPass, DialPlace, layout},
-        ui_pass::Overlay,
+        ui_pass::{Overlay, UiPass},
     },
     units::SpeedUnit,
 };
 
-struct Gpu {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-}
-
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+const FORMAT: wgpu::TextureFormat = OFFSCREEN;
 
 fn headless() -> &'static Gpu {
-    static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-        let adapter = pollster::block_on(instance.request_adapter(&Default::default())).expect("an adapter");
-        let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).expect("a device");
-        Gpu { device, queue }
-    })
+    Gpu::shared().expect("an adapter")
 }
 
 /// A square picture of the dial alone, filling it, on a uniform background.
@@ -37,7 +25,7 @@ struct Picture {
 const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
 fn draw(dial: &Dial, palette: Palette, side: u32) -> Picture {
-    let Gpu { device, queue } = headless();
+    let Gpu { device, queue, .. } = headless();
     let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: None,
@@ -307,6 +295,39 @@ fn the_instrument_stands_at_the_bottom_in_the_middle_and_leaves_the_picture_alon
 fn two_drawings_are_the_same_bits() {
     let dial = ring_dial(4.4, Some((4.362, 3.9, 4.8)));
     assert!(hc22(&dial).rgba == hc22(&dial).rgba);
+}
+
+#[test]
+fn a_texture_that_egui_drops_lives_until_its_last_frame_is_submitted() {
+    let Gpu { device, queue, .. } = headless();
+    let ctx = egui::Context::default();
+    let mut pass = UiPass::new(device, FORMAT);
+    let target = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 64, height: 64, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let view = target.create_view(&Default::default());
+    let image = egui::ColorImage::filled([8, 8], egui::Color32::WHITE);
+    let mut picture = Some(ctx.load_texture("white", image, Default::default()));
+    for _ in 0..4 {
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(64.0, 64.0));
+        let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+        // Shown in the very frame in which it is dropped. A command that reads a destroyed texture panics on submit.
+        let output = ctx.run_ui(input, |ui| {
+            if let Some(picture) = picture.take() {
+                ui.image(&picture);
+            }
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        pass.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size: [64, 64] }, &ctx, output);
+        queue.submit([encoder.finish()]);
+    }
 }
 
 #[test]

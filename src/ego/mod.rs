@@ -1,7 +1,23 @@
 //! The participant's car. In: [`Controls`] once a tick, the ground under the wheels, the other cars as kinematic
 //! bodies. Out: [`EgoState`] and [`Contact`]s. Only this room knows rapier.
+//!
+//! One [`Ego::tick`] is four sub-steps of 2.5 ms: springs (rapier's ray-cast vehicle), engine and gearbox
+//! (`powertrain`), brakes and tyres (`tyre`), then rapier moves and collides the body (`body`).
 
-use glam::{DVec2, DVec3, Quat, Vec3};
+mod body;
+mod car;
+mod params;
+mod powertrain;
+mod tyre;
+
+pub use car::Ego;
+pub use params::{
+    BodyParams, BrakeParams, CarParams, EgoError, EngineParams, GearboxParams, SteeringParams, SuspensionParams,
+    TyreParams,
+};
+
+use crate::space::Pose;
+use glam::{DVec2, DVec3, EulerRot, Quat, Vec3};
 
 /// What pedals, wheel and selector ask of the car in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -14,6 +30,19 @@ pub struct Controls {
     pub steering_wheel_rad: f32,
     /// Position of the selector.
     pub selector: Selector,
+}
+
+impl Controls {
+    /// The same with every number within its limits; what is not a number counts as released and straight ahead.
+    pub fn sane(&self) -> Self {
+        let within = |value: f32, low: f32, high: f32| if value.is_nan() { 0.0 } else { value.clamp(low, high) };
+        Self {
+            throttle: within(self.throttle, 0.0, 1.0),
+            brake: within(self.brake, 0.0, 1.0),
+            steering_wheel_rad: within(self.steering_wheel_rad, -STEERING_LOCK_RAD, STEERING_LOCK_RAD),
+            selector: self.selector,
+        }
+    }
 }
 
 /// Position of the automatic gearbox's selector.
@@ -59,7 +88,7 @@ pub struct Wheel {
 }
 
 /// The ego after a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EgoState {
     /// Centre of the car on the ground (z 0 at rest on flat ground), world axes, metres.
     pub position: DVec3,
@@ -87,6 +116,23 @@ pub struct EgoState {
     pub wheels: [Wheel; 4],
 }
 
+impl EgoState {
+    /// Place and heading of the car's centre on the ground plane.
+    pub fn pose(&self) -> Pose {
+        let (yaw, _, _) = self.rotation.to_euler(EulerRot::ZYX);
+        Pose::new(self.position.truncate(), f64::from(yaw))
+    }
+}
+
+/// Another car as the ego can touch it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Obstacle {
+    /// Pose of its centre at the end of this tick.
+    pub pose: Pose,
+    /// Its speed, m/s.
+    pub speed_mps: f64,
+}
+
 /// The ego touched another car in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
@@ -104,4 +150,14 @@ pub struct Contact {
 pub trait Ground {
     /// Surface at a point of the world plane.
     fn surface(&self, point: DVec2) -> Surface;
+}
+
+/// The same surface everywhere: test tracks, and maps that have no meadow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Everywhere(pub Surface);
+
+impl Ground for Everywhere {
+    fn surface(&self, _point: DVec2) -> Surface {
+        self.0
+    }
 }

@@ -40,9 +40,13 @@ impl Scale {
     /// The smallest scale with 15 % of room above `max_expected_mps`; 240 if none has. A driver who goes beyond full
     /// scale finds the needle at its stop, the number goes on.
     pub fn fitting(max_expected_mps: f64, unit: SpeedUnit) -> Self {
-        let wanted = unit.from_mps(max_expected_mps) * HEADROOM;
+        Self::up_to(unit.from_mps(max_expected_mps) * HEADROOM)
+    }
+
+    /// The smallest scale that holds `speed`, in the dial's unit; 240 if none does.
+    pub fn up_to(speed: f64) -> Self {
         let (full, major_step, minor_per_major) =
-            SCALES.into_iter().find(|scale| scale.0 >= wanted).unwrap_or(SCALES[SCALES.len() - 1]);
+            SCALES.into_iter().find(|scale| scale.0 >= speed).unwrap_or(SCALES[SCALES.len() - 1]);
         Self { full, major_step, minor_per_major }
     }
 }

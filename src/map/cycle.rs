@@ -20,23 +20,39 @@ pub(super) fn route_of(file: &Path, net: &Net, edges: Option<&[String]>) -> Resu
         None => longest_loop(file, net)?,
     };
     let mut lanes = Vec::new();
-    for (k, &lane) in chain.iter().enumerate() {
-        lanes.push(net.lanes[lane].lane.clone());
+    for (k, &entered) in chain.iter().enumerate() {
         let next = chain[(k + 1) % chain.len()];
-        lanes.extend(inside(net, lane, next).into_iter().map(|lane| net.lanes[lane].lane.clone()));
+        let left = lane_towards(net, entered, next);
+        lanes.push(change_lanes(&net.lanes[entered].lane, &net.lanes[left].lane));
+        lanes.extend(inside(net, left, next).into_iter().map(|lane| net.lanes[lane].lane.clone()));
     }
     extend_points(&mut lanes);
     bridge_gaps(&mut lanes);
     Ok(Route::new(lanes))
 }
 
-/// Links between lanes for cars, by the lane they leave; the right-most goal first.
-fn links_by_lane(net: &Net, with_turnarounds: bool) -> Vec<Vec<usize>> {
+/// Which links a search may use.
+#[derive(Clone, Copy)]
+struct Allowed {
+    /// Changing lanes within an edge.
+    changes: bool,
+    /// Turning on the spot.
+    turnarounds: bool,
+}
+
+/// All lanes of the edge that `lane` belongs to, for cars.
+fn beside(net: &Net, lane: usize) -> impl Iterator<Item = usize> {
+    net.edges[net.lanes[lane].edge].lanes.clone().filter(|&lane| net.lanes[lane].passenger)
+}
+
+/// Lanes that can be entered next, by the lane that was entered; the right-most goal first.
+fn links_by_lane(net: &Net, allowed: Allowed) -> Vec<Vec<usize>> {
     let mut next = vec![Vec::new(); net.lanes.len()];
     let outside = |lane: usize| net.lanes[lane].passenger && !net.edges[net.lanes[lane].edge].internal;
     for link in &net.links {
-        if outside(link.from) && outside(link.to) && (with_turnarounds || !link.turnaround) {
-            next[link.from].push(link.to);
+        if outside(link.from) && outside(link.to) && (allowed.turnarounds || !link.turnaround) {
+            let entered = beside(net, link.from).filter(|&lane| allowed.changes || lane == link.from);
+            entered.for_each(|lane| next[lane].push(link.to));
         }
     }
     for goals in &mut next {
@@ -46,11 +62,19 @@ fn links_by_lane(net: &Net, with_turnarounds: bool) -> Vec<Vec<usize>> {
     next
 }
 
+/// The lane by which an edge is left for `next`: the one that was entered if it leads there, else the right-most that does.
+fn lane_towards(net: &Net, entered: usize, next: usize) -> usize {
+    let leads = |lane: &usize| net.links.iter().any(|link| link.from == *lane && link.to == next);
+    std::iter::once(entered).chain(beside(net, entered)).find(leads).unwrap_or(entered)
+}
+
 fn longest_loop(file: &Path, net: &Net) -> Result<Vec<usize>, MapError> {
-    let tidy = links_by_lane(net, false);
-    let found = longest_without_crossing(net, &tidy)
-        .or_else(|| any_loop(&tidy))
-        .or_else(|| any_loop(&links_by_lane(net, true)));
+    // Best first: keeping the lane, then changing lanes; crossing oneself and turning on the spot only where it must be.
+    let links = |changes, turnarounds| links_by_lane(net, Allowed { changes, turnarounds });
+    let found = longest_without_crossing(net, &links(false, false))
+        .or_else(|| longest_without_crossing(net, &links(true, false)))
+        .or_else(|| any_loop(&links(true, false)))
+        .or_else(|| any_loop(&links(true, true)));
     let mut found = found.ok_or_else(|| {
         let lanes = net.lanes.iter().filter(|lane| lane.passenger && !net.edges[lane.edge].internal).count();
         let detail = format!("{lanes} lanes are open to passenger cars, and no chain of them returns to its start");
@@ -159,42 +183,42 @@ fn along(file: &Path, net: &Net, edges: &[String]) -> Result<Vec<usize>, MapErro
         }
         indices.push(net.edge(id).ok_or_else(|| bad("does not exist"))?);
     }
-    let next = links_by_lane(net, true);
-    let lanes_of = |k: usize| {
-        let edge = &net.edges[indices[k % indices.len()]];
-        edge.lanes.clone().filter(|&lane| net.lanes[lane].passenger)
-    };
     let mut furthest = 0;
-    for start in (0..edges.len().min(1)).flat_map(lanes_of) {
-        // All chains at once: which lanes of edge k can be reached, and from where.
-        let mut reached: Vec<BTreeMap<usize, usize>> = vec![BTreeMap::from([(start, start)])];
-        for k in 1..=edges.len() {
-            let mut here = BTreeMap::new();
-            for &from in reached[k - 1].keys() {
-                for goal in lanes_of(k).filter(|goal| next[from].contains(goal)) {
-                    here.entry(goal).or_insert(from);
+    for changes in [false, true] {
+        let next = links_by_lane(net, Allowed { changes, turnarounds: true });
+        let lanes_of = |k: usize| {
+            let edge = &net.edges[indices[k % indices.len()]];
+            edge.lanes.clone().filter(|&lane| net.lanes[lane].passenger)
+        };
+        for start in (0..edges.len().min(1)).flat_map(lanes_of) {
+            // All chains at once: which lanes of edge k can be reached, and from where.
+            let mut reached: Vec<BTreeMap<usize, usize>> = vec![BTreeMap::from([(start, start)])];
+            for k in 1..=edges.len() {
+                let mut here = BTreeMap::new();
+                for &from in reached[k - 1].keys() {
+                    for goal in lanes_of(k).filter(|goal| next[from].contains(goal)) {
+                        here.entry(goal).or_insert(from);
+                    }
                 }
+                if here.is_empty() {
+                    break;
+                }
+                furthest = furthest.max(k);
+                reached.push(here);
             }
-            if here.is_empty() {
-                break;
+            if reached.len() > edges.len() && reached[edges.len()].contains_key(&start) {
+                let mut chain = vec![start];
+                for k in (1..=edges.len()).rev() {
+                    chain.insert(0, reached[k][&chain[0]]);
+                }
+                chain.pop();
+                return Ok(chain);
             }
-            furthest = furthest.max(k);
-            reached.push(here);
-        }
-        if reached.len() > edges.len() && reached[edges.len()].contains_key(&start) {
-            let mut chain = vec![start];
-            for k in (1..=edges.len()).rev() {
-                chain.insert(0, reached[k][&chain[0]]);
-            }
-            chain.pop();
-            return Ok(chain);
         }
     }
-    let (from, to) = (edges.get(furthest % edges.len().max(1)), edges.get((furthest + 1) % edges.len().max(1)));
-    let detail = match (from, to) {
-        (Some(from), Some(to)) => {
-            format!("the route of map.toml cannot go on from edge \"{from}\" to \"{to}\" without changing lanes")
-        }
+    let n = edges.len().max(1);
+    let detail = match (edges.get(furthest % n), edges.get((furthest + 1) % n)) {
+        (Some(from), Some(to)) => format!("the route of map.toml cannot go on from edge \"{from}\" to \"{to}\""),
         _ => "the route of map.toml names no edge".to_owned(),
     };
     Err(MapError::NoRoute { file: file.into(), detail })
@@ -210,6 +234,34 @@ fn inside(net: &Net, from: usize, to: usize) -> Vec<usize> {
         via = link_from(lane).and_then(|link| link.via);
     }
     lanes
+}
+
+/// The lane driven on an edge that is entered by one lane and left by another: it goes over evenly in between. It has the
+/// id of the lane that is left.
+fn change_lanes(entered: &Lane, left: &Lane) -> Lane {
+    if entered.id == left.id {
+        return entered.clone();
+    }
+    let n = (entered.length_m / 2.0).ceil().max(8.0);
+    let point = |i: usize| {
+        let fraction = i as f64 / n;
+        let over = fraction * fraction * (3.0 - 2.0 * fraction);
+        along_shape(&entered.shape, fraction).lerp(along_shape(&left.shape, fraction), over)
+    };
+    Lane { shape: (0..=n as usize).map(point).collect(), ..left.clone() }
+}
+
+/// The point at `fraction` (0..1) of a shape's length.
+fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
+    let mut rest_m = fraction * shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f64>();
+    for pair in shape.windows(2) {
+        let length_m = pair[0].distance(pair[1]);
+        if rest_m < length_m {
+            return pair[0].lerp(pair[1], rest_m / length_m);
+        }
+        rest_m -= length_m;
+    }
+    shape[shape.len() - 1]
 }
 
 /// Gives a lane that is one point an extent of 0.1 mm: its declared length (0.1 m) still counts.

@@ -1,13 +1,16 @@
 //! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: one closed [`Route`] of lanes
 //! with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
-//! `net_xml` reads a network, `cycle` finds the closed route in it, `catalog` knows the folder `maps/`; [`ring`] and [`circuit`] make
-//! new networks and `write` writes them as SUMO reads them.
+//! `net_xml` reads a network, `cycle` finds the closed route in it, `catalog` knows the folder `maps/`, [`import()`] fills
+//! it from other formats; [`ring`] and [`circuit`] make new networks and `write` writes them as SUMO reads them.
 
 mod catalog;
 pub mod circuit;
 mod cycle;
 mod error;
+mod import;
+#[cfg(test)]
+mod net_tests;
 mod net_xml;
 pub mod ring;
 mod route;
@@ -17,6 +20,7 @@ mod write;
 
 pub use catalog::{MapInfo, list, project_root};
 pub use error::MapError;
+pub use import::import;
 pub use route::{Lane, Route, RoutePoint};
 
 use glam::DVec2;

@@ -114,9 +114,12 @@ impl Route {
         (index, (s_m - self.lanes[index].start_s_m).min(self.lanes[index].length_m))
     }
 
-    /// Route distance of a position on a lane, if the lane belongs to the route.
+    /// Route distance of a position on a lane, if the lane, or another lane of its edge, belongs to the route.
     pub fn s_of(&self, lane_id: &str, position_m: f64) -> Option<f64> {
-        let lane = self.lanes.iter().find(|lane| lane.id == lane_id)?;
+        // SUMO's lane ids are `<edge>_<index>`, the index having no underscore.
+        let edge = lane_id.rsplit_once('_')?.0;
+        let same_lane = self.lanes.iter().find(|lane| lane.id == lane_id);
+        let lane = same_lane.or_else(|| self.lanes.iter().find(|lane| lane.edge == edge))?;
         Some(self.wrap(lane.start_s_m + position_m))
     }
 

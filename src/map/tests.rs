@@ -145,3 +145,37 @@ fn every_shipped_map_loads_closes_and_round_trips() {
         }
     }
 }
+
+#[test]
+fn sumo_drives_exactly_one_lap_of_the_networks_written_here() {
+    let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");
+    assert!(sumo.join("bin/sumo").is_file(), "{}: run scripts/setup first", sumo.display());
+    let folder = tempfile::tempdir().unwrap();
+    let mut nets: Vec<PathBuf> = list().into_iter().map(|map| map.folder.join("net.xml")).collect();
+    for circumference_m in [150.0, 5000.0] {
+        let ring = Ring { circumference_m, speed_limit_mps: 30.0, width_m: 3.6 };
+        nets.push(folder.path().join(format!("{circumference_m}.net.xml")));
+        fs::write(&nets[nets.len() - 1], ring.net_xml().unwrap()).unwrap();
+    }
+    for net in nets {
+        let map = RoadMap::load(net.to_str().unwrap()).unwrap();
+        let edges: Vec<&str> = map.route.lanes().iter().map(|lane| lane.edge.as_str()).collect();
+        let (routes, trips) = (folder.path().join("lap.rou.xml"), folder.path().join("trips.xml"));
+        let lap = format!(
+            "<routes><vehicle id=\"v\" depart=\"0\" departPos=\"0\" arrivalPos=\"max\"><route edges=\"{}\"/></vehicle></routes>",
+            edges.join(" ")
+        );
+        fs::write(&routes, lap).unwrap();
+        let mut run = std::process::Command::new(sumo.join("bin/sumo"));
+        run.arg("-n").arg(&net).arg("-r").arg(&routes).arg("--tripinfo-output").arg(&trips).env("SUMO_HOME", &sumo);
+        run.args(["--no-step-log", "true", "--xml-validation", "never", "--precision", "6"]);
+        let done = run.output().unwrap();
+        let words = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.success() && words.is_empty(), "{}: {words}", net.display());
+        let trips = fs::read_to_string(&trips).unwrap();
+        let trips = roxmltree::Document::parse(&trips).unwrap();
+        let trip = trips.descendants().find(|node| node.has_tag_name("tripinfo")).unwrap();
+        let driven_m: f64 = trip.attribute("routeLength").unwrap().parse().unwrap();
+        assert!((driven_m - map.route.length_m()).abs() < 1e-5, "{}: {driven_m}", net.display());
+    }
+}

@@ -1,6 +1,6 @@
 //! Writes a closed single-lane road as a SUMO `net.xml`, without netconvert. In: the edges in driving order. Out: the text.
 //! Each edge ends where the next begins, in a junction of no size; there are no lanes inside junctions, so the declared
-//! lengths add up to the lap. Metres and m/s with six decimals: 1 um, so that headings of 1 m chords are good to 1 urad.
+//! lengths add up to the lap. The edge repeats its lane's shape: SUMO drives on lanes, its tools read edges. Metres and m/s with six decimals: 1 um, so that headings of 1 m chords are good to 1 urad.
 
 use super::MapError;
 use glam::DVec2;
@@ -40,9 +40,9 @@ pub(super) fn net_xml(comment: &str, edges: &[RoadEdge]) -> String {
         push(
             &mut text,
             format_args!(
-                "    <edge id=\"e{k}\" from=\"n{k}\" to=\"n{next}\" priority=\"-1\" spreadType=\"center\">\n        <lane \
-                 id=\"e{k}_0\" index=\"0\" speed=\"{speed}\" length=\"{length}\" width=\"{width}\" shape=\"{shape}\"/>\n    \
-                 </edge>\n"
+                "    <edge id=\"e{k}\" from=\"n{k}\" to=\"n{next}\" priority=\"-1\" spreadType=\"center\" length=\"{length}\" \
+                 shape=\"{shape}\">\n        <lane id=\"e{k}_0\" index=\"0\" speed=\"{speed}\" length=\"{length}\" \
+                 width=\"{width}\" shape=\"{shape}\"/>\n    </edge>\n"
             ),
         );
     }

@@ -85,6 +85,13 @@ pub struct PolicySettings {
     pub step_s: f64,
 }
 
+impl PolicySettings {
+    /// The aim, or the automatic one where none is set, m/s.
+    pub fn aim_or_automatic_mps(&self) -> f64 {
+        if self.aim_mps > 0.0 { self.aim_mps } else { AUTOMATIC_SHARE * self.equilibrium_mps }
+    }
+}
+
 /// The automatic aim as a share of the equilibrium speed. On the 250 m ring 4.30 of 4.362 m/s: from there on two-phase and
 /// FollowerStopper calm every seed, at 4.43 the latter only 11 of 20 (FACTS 3).
 pub const AUTOMATIC_SHARE: f64 = 0.985;

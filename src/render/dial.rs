@@ -62,6 +62,7 @@ impl DialPlace {
 }
 
 /// Draws the speedometer over a picture.
+#[derive(Debug)]
 pub struct DialPass {
     ctx: egui::Context,
     ui: UiPass,
@@ -118,7 +119,13 @@ fn face(brush: &Brush<'_>, palette: &Palette) {
     below.disc(&[(0.90, black(150)), (0.955, black(92)), (0.975, black(36)), (0.988, black(8))]);
 
     let fill = |light: f32| shade(palette.plate, light, palette.plate_alpha);
-    brush.disc(&[(0.0, fill(2.0)), (0.55, fill(1.7)), (0.80, fill(1.0)), (layout::FACE - 0.01, fill(0.7))]);
+    // From under the hub on, which is opaque.
+    brush.disc(&[
+        (layout::HUB - 0.03, fill(1.8)),
+        (0.55, fill(1.7)),
+        (0.80, fill(1.0)),
+        (layout::FACE - 0.01, fill(0.7)),
+    ]);
 
     // A turned rim, lit from above: bright at the top, dark at the bottom, with a thin line of light inside.
     brush.ring(layout::FACE - 0.022, layout::FACE, |angle| metal(0.37 + 0.21 * angle.cos()));

@@ -1,4 +1,172 @@
-//! The picture. In: a view of the scene. Out: pixels.
+//! The picture on the GPU. In: a [`Stage`] once, a [`View`] each frame. Out: pixels in a window's surface or in a
+//! texture, by the same code.
+//!
+//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirror), [`develop`], the dial, and the
+//! experimenter's panel. [`Renderer::draw`] is the whole recipe. Nothing is made while driving: buffers grow only when
+//! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
+pub mod crowd;
+pub mod develop;
 pub mod dial;
+pub mod gpu;
+pub mod grain;
+pub mod layout;
+pub mod lens;
+pub mod models;
+pub mod offscreen;
+pub mod picture;
+pub mod pipeline;
+pub mod quality;
+pub mod scenery;
+pub mod shader;
+pub mod shadow;
+pub mod timing;
 pub mod ui_pass;
+
+pub use gpu::{Gpu, GpuError};
+pub use offscreen::{OFFSCREEN, render_to_image};
+pub use quality::Quality;
+pub use timing::PassTimes;
+
+use crate::scene::{Stage, View, ViewKind};
+use develop::{DevelopPass, DevelopPipeline, mirror_rect};
+use lens::Optics;
+use picture::{Bindings, Materials, PicturePass};
+use pipeline::Workshop;
+use scenery::Scenery;
+use shader::Sources;
+use shadow::{ShadowPass, ShadowPipeline};
+use std::path::Path;
+use timing::{Pass, Timing};
+
+/// Directory of the shaders, from where the program is started, for [`Renderer::reload_shaders`].
+const SHADERS: &str = "shaders";
+
+/// Draws views of one stage.
+#[derive(Debug)]
+pub struct Renderer {
+    scenery: Scenery,
+    quality: Quality,
+    bindings: Bindings,
+    pipelines: Pipelines,
+    shadow: ShadowPass,
+    main: PicturePass,
+    mirror: PicturePass,
+    develop: DevelopPass,
+    timing: Option<Timing>,
+}
+
+/// All pipelines, replaced together or not at all.
+#[derive(Debug)]
+struct Pipelines {
+    shadow: ShadowPipeline,
+    materials: Materials,
+    develop: DevelopPipeline,
+}
+
+impl Renderer {
+    /// A renderer of `stage` onto targets of `format`: a `Unorm` format that is not sRGB (`Bgra8Unorm` of a surface,
+    /// [`OFFSCREEN`]), because the shader encodes.
+    pub fn new(gpu: &Gpu, stage: &Stage, format: wgpu::TextureFormat, quality: Quality) -> Self {
+        let device = &gpu.device;
+        let scenery = Scenery::new(gpu, stage);
+        let bindings = Bindings::new(device, &quality);
+        let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
+        let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &quality);
+        let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &quality);
+        let mut develop = DevelopPass::new(device, format);
+        develop.fit(device, main.light(), mirror.light());
+        let mut workshop = Workshop { device, sources: &Sources::built_in(), made: 0 };
+        let pipelines = Pipelines::new(&mut workshop, &bindings, &shadow, &develop, &quality)
+            .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
+        let timing = Timing::new(device, &gpu.queue);
+        Self { scenery, quality, bindings, pipelines, shadow, main, mirror, develop, timing }
+    }
+
+    /// Draws `view` onto `target`, which is `size` pixels large.
+    pub fn draw(&mut self, view: &View, ui: Option<()>, target: &wgpu::TextureView, size: [u32; 2]) {
+        let Self { scenery, shadow, main, mirror, develop, pipelines, timing, .. } = self;
+        let mirror_size = mirror_rect(size);
+        let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
+        let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
+        if main.fit(&scenery.device, size) | mirror.fit(&scenery.device, inset) {
+            develop.fit(&scenery.device, main.light(), mirror.light());
+        }
+
+        // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
+        let alone = view.kind == ViewKind::Mirror;
+        let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
+        let optics = Optics::new(camera, size);
+        let glass = view.mirror.as_ref().filter(|_| !alone).map(|camera| Optics::new(camera, inset));
+        let with_ego = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
+
+        let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
+        let mut encoder = scenery.device.create_command_encoder(&descriptor);
+        let e = &mut encoder;
+        let materials = &pipelines.materials;
+        let timed = timing.as_ref();
+        let stamps = |pass| timed.map(|timing| timing.stamps(pass));
+        let lights = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
+        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, with_ego);
+        if let Some(optics) = &glass {
+            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, false);
+        }
+        let stamp = stamps(Pass::Develop);
+        develop.draw(e, stamp, &pipelines.develop, &scenery.queue, target, size, alone, glass.is_some());
+        let _ = ui;
+        if let Some(timing) = timing {
+            timing.collect(e);
+        }
+        scenery.queue.submit([encoder.finish()]);
+    }
+
+    /// Time of each pass on the device, a few frames ago; none if the adapter has no timestamps or has not answered yet.
+    pub fn pass_times(&self) -> Option<PassTimes> {
+        self.timing.as_ref().and_then(Timing::latest)
+    }
+
+    /// Reads the shaders anew from the directory `shaders`; if one is broken, all stay as they were.
+    ///
+    /// # Errors
+    /// `shaders/FILE.wgsl:LINE: what is wrong`.
+    pub fn reload_shaders(&mut self) -> Result<(), String> {
+        self.reload_shaders_from(Path::new(SHADERS))
+    }
+
+    /// As [`Renderer::reload_shaders`], from another directory.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn reload_shaders_from(&mut self, directory: &Path) -> Result<(), String> {
+        let sources = Sources::from_directory(directory)?;
+        let device = &self.scenery.device;
+        // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let mut workshop = Workshop { device, sources: &sources, made: 0 };
+        let made = Pipelines::new(&mut workshop, &self.bindings, &self.shadow, &self.develop, &self.quality);
+        let refused = pollster::block_on(scope.pop());
+        let pipelines = made?;
+        if let Some(error) = refused {
+            return Err(format!("{}: {error}", directory.display()));
+        }
+        self.pipelines = pipelines;
+        self.shadow.forget();
+        Ok(())
+    }
+}
+
+impl Pipelines {
+    fn new(
+        workshop: &mut Workshop,
+        bindings: &Bindings,
+        shadow: &ShadowPass,
+        develop: &DevelopPass,
+        quality: &Quality,
+    ) -> Result<Self, String> {
+        Ok(Self {
+            shadow: shadow.pipeline(workshop)?,
+            materials: bindings.materials(workshop, quality)?,
+            develop: develop.pipeline(workshop)?,
+        })
+    }
+}

@@ -26,6 +26,12 @@ pub struct UiPass {
     done_with: Vec<TextureId>,
 }
 
+impl std::fmt::Debug for UiPass {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("UiPass").field("done_with", &self.done_with).finish_non_exhaustive()
+    }
+}
+
 impl UiPass {
     /// A pass onto targets of `format`, which must not be an sRGB format.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {

@@ -1,6 +1,24 @@
 //! What is to be seen, on the CPU. In: a map once ([`Stage`]), a [`Snapshot`](crate::sim::Snapshot) each frame
 //! ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
 
+pub mod camera;
+pub mod car;
+mod forest;
+mod land;
+mod mesh;
+mod near;
+mod noise;
+mod options;
+mod road;
+mod shape;
+mod stage;
+mod tree;
+mod view;
+pub mod wheel;
+
+pub use options::{MirrorOptions, ViewOptions};
+pub use view::view;
+
 use glam::{Quat, Vec2, Vec3};
 
 /// A corner of a triangle.
@@ -82,6 +100,8 @@ pub struct Stage {
     pub land: Mesh,
     /// Tree models, foot at the origin.
     pub trees: Vec<Mesh>,
+    /// The same models with about a quarter of the triangles, for trees far away.
+    pub trees_far: Vec<Mesh>,
     /// Where trees stand.
     pub tree_places: Vec<TreePlace>,
     /// Car body without wheels: x forward, y left, z up, origin on the ground under the centre.
@@ -94,6 +114,10 @@ pub struct Stage {
     pub centre: Vec2,
     /// See `centre`.
     pub radius_m: f32,
+    /// Curvature of the route at equal distances along it, 1/m, positive to the left: traffic's front wheels follow it.
+    pub bends: Vec<f32>,
+    /// Length of the route, metres.
+    pub length_m: f32,
 }
 
 /// One car in a picture.

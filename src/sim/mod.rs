@@ -3,10 +3,12 @@
 
 mod event;
 mod fields;
+mod ground;
 mod load;
 mod scenario;
 mod snapshot;
 mod summary;
+mod world;
 
 pub use event::{EndReason, Event, EventKind};
 pub use fields::{Field, Kind, fields};
@@ -14,3 +16,4 @@ pub use load::ScenarioError;
 pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
 pub use snapshot::{CarView, Leader, Snapshot};
 pub use summary::{ContactRecord, Summary, Tally};
+pub use world::{ExpectedSpeeds, World, WorldError};

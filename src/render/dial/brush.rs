@@ -5,8 +5,8 @@ use egui::{Color32, Mesh, Painter, Pos2, Shape, Stroke, vec2};
 
 use crate::hud::{Rgb, lettering};
 
-/// Corners of a turned part: at the largest dial a chord is 0.2 pixels off the circle.
-const SPOKES: u32 = 144;
+/// Corners of a turned part: on a dial of 720 pixels a chord is 0.2 pixels off the circle.
+const SPOKES: u32 = 96;
 
 /// Draws in the measure of one instrument.
 #[derive(Clone, Copy)]

@@ -1,0 +1,55 @@
+// What every program of the scene sees: the camera's uniform, the shadow maps, the grain.
+
+struct Frame {
+    clip_from_world: mat4x4f,
+    light_from_world: array<mat4x4f, 2>,
+    // xyz eye; w 1 for a perspective lens, 0 for a parallel one
+    eye: vec4f,
+    forward: vec4f,
+    right: vec4f,
+    up: vec4f,
+    // xyz unit direction to the sun; w seconds
+    to_sun_time: vec4f,
+    // width of a shadow texel in metres (moving, standing), texels a side
+    shadow: vec4f,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var shadow_maps: texture_depth_2d_array;
+@group(0) @binding(2) var shadow_sampler: sampler_comparison;
+@group(0) @binding(3) var grain: texture_2d<f32>;
+@group(0) @binding(4) var grain_sampler: sampler;
+
+// An instance: rows of the mesh-to-world map; paint, and brake lamps in w.
+struct Placed {
+    @location(5) x: vec4f,
+    @location(6) y: vec4f,
+    @location(7) z: vec4f,
+    @location(8) colour_brake: vec4f,
+}
+
+fn place(at: Placed, p: vec3f) -> vec3f {
+    let q = vec4f(p, 1.0);
+    return vec3f(dot(at.x, q), dot(at.y, q), dot(at.z, q));
+}
+
+fn turn(at: Placed, n: vec3f) -> vec3f {
+    return vec3f(dot(at.x.xyz, n), dot(at.y.xyz, n), dot(at.z.xyz, n));
+}
+
+// r grit, g clouds, b cracks, a streaks; fades to its mean with distance by the texture's reduced sizes.
+fn grain_at(uv: vec2f) -> vec4f {
+    return textureSample(grain, grain_sampler, uv);
+}
+
+// 0..1 from a whole number, for choices that must be the same in every picture.
+fn hash(n: i32) -> f32 {
+    var h = u32(n) * 747796405u + 2891336453u;
+    h = ((h >> ((h >> 28u) + 4u)) ^ h) * 277803737u;
+    return f32((h >> 22u) ^ h) / 4294967295.0;
+}
+
+// Unit direction from a point to the eye.
+fn to_eye(world: vec3f) -> vec3f {
+    return normalize(mix(-frame.forward.xyz, frame.eye.xyz - world, frame.eye.w));
+}

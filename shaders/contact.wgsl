@@ -1,0 +1,29 @@
+// Soft shade on the ground under a car, where neither sun nor sky arrives.
+
+struct Patch {
+    @builtin(position) clip: vec4f,
+    // Metres from the car's middle: ahead, to the left.
+    @location(0) at: vec2f,
+}
+
+// Half of the patch, metres.
+const REACH = vec2f(2.95, 1.4);
+// Half of the car's floor, metres.
+const FLOOR = vec2f(2.3, 0.72);
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32, at: Placed) -> Patch {
+    let corners = array(vec2f(-1.0, -1.0), vec2f(1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, 1.0));
+    let p = corners[index] * REACH;
+    let world = place(at, vec3f(p, 0.015));
+    return Patch(frame.clip_from_world * vec4f(world, 1.0), p);
+}
+
+@fragment
+fn fragment(in: Patch) -> @location(0) vec4f {
+    let off = max(abs(in.at) - FLOOR, vec2f(0.0));
+    let distance = length(off / (REACH - FLOOR));
+    let open = clamp(distance, 0.0, 1.0);
+    let shade = 0.82 * (1.0 - open) * (1.0 - open);
+    return vec4f(0.0, 0.0, 0.0, shade);
+}

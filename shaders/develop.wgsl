@@ -1,0 +1,67 @@
+// From light to sRGB values, into a rectangle of the target; the mirror gets a dark frame and round corners.
+
+struct Print {
+    // left, top, width, height in pixels
+    rect: vec4f,
+    canvas: vec2f,
+    flip: f32,
+    border: f32,
+    corner: f32,
+    exposure: f32,
+    pad: vec2f,
+}
+
+@group(0) @binding(0) var<uniform> print: Print;
+@group(0) @binding(1) var light: texture_2d<f32>;
+@group(0) @binding(2) var light_sampler: sampler;
+
+struct Point {
+    @builtin(position) clip: vec4f,
+    // Pixels from the rectangle's upper left corner.
+    @location(0) at: vec2f,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Point {
+    let corners = array(vec2f(0.0, 0.0), vec2f(1.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 1.0));
+    // The frame lies outside of the rectangle.
+    let at = corners[index] * (print.rect.zw + 2.0 * print.border) - print.border;
+    let pixel = print.rect.xy + at;
+    return Point(vec4f(pixel / print.canvas * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at);
+}
+
+// Filmic curve: a straight middle, a soft shoulder (rational fit of Narkowicz 2015 to the ACES reference). Strong
+// light first spills a little into the other colours, so that a lamp turns pale rather than flat red.
+fn tone(colour: vec3f) -> vec3f {
+    let spill = 0.035;
+    let mixed = colour * (1.0 - 2.0 * spill) + spill * (colour.gbr + colour.brg);
+    let x = mixed * 0.72;
+    return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
+}
+
+fn srgb(linear: vec3f) -> vec3f {
+    return select(1.055 * pow(linear, vec3f(1.0 / 2.4)) - 0.055, linear * 12.92, linear <= vec3f(0.0031308));
+}
+
+// Half a step of noise, against bands in the sky: the same in every picture.
+fn dither(pixel: vec2f) -> f32 {
+    let n = fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715))));
+    return (n - 0.5) / 255.0;
+}
+
+@fragment
+fn fragment(in: Point) -> @location(0) vec4f {
+    let size = print.rect.zw;
+    var uv = in.at / size;
+    uv.x = mix(uv.x, 1.0 - uv.x, print.flip);
+    let colour = textureSampleLevel(light, light_sampler, uv, 0.0).rgb * print.exposure;
+    let picture = srgb(tone(colour)) + dither(in.clip.xy);
+
+    // Distance to the rounded rectangle, negative inside.
+    let from_middle = abs(in.at - 0.5 * size) - 0.5 * size + print.corner;
+    let outside = length(max(from_middle, vec2f(0.0))) + min(max(from_middle.x, from_middle.y), 0.0) - print.corner;
+    let framed = print.border > 0.0;
+    let frame_share = select(0.0, clamp(outside + 0.5, 0.0, 1.0), framed);
+    let opacity = select(1.0, clamp(0.5 + print.border - outside, 0.0, 1.0), framed);
+    return vec4f(mix(picture, vec3f(0.035, 0.037, 0.04), frame_share), opacity);
+}

@@ -1,0 +1,36 @@
+//! From the world to the speedometer: the scale of the scenario, the steadied number. In: a snapshot a frame. Out: a
+//! [`Dial`].
+
+use crate::{
+    hud::{self, Dial, NumberFilter, Scale},
+    sim::{Snapshot, World},
+    units::SpeedUnit,
+};
+
+/// What the speedometer keeps from frame to frame.
+#[derive(Clone, Debug)]
+pub struct Instruments {
+    unit: SpeedUnit,
+    scale: Scale,
+    filter: NumberFilter,
+}
+
+impl Instruments {
+    /// The speedometer of this drive; its scale stays as it is to the end.
+    pub fn new(world: &World) -> Self {
+        let expected = world.expected_speeds();
+        let top_mps = hud::expected_top_mps(expected.equilibrium_mps, expected.advised_mps, expected.limit_mps);
+        let unit = world.scenario().units;
+        Self { unit, scale: Dial::scale_for(top_mps, unit), filter: NumberFilter::default() }
+    }
+
+    /// The dial at this frame.
+    pub fn read(&mut self, snapshot: &Snapshot) -> Dial {
+        let advice = snapshot.advice.map(|advice| {
+            let (low, high) = advice.band_mps();
+            (advice.target_mps, low, high)
+        });
+        let reverse = snapshot.ego.gear < 0;
+        Dial::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse).steadied(&mut self.filter)
+    }
+}

@@ -1,0 +1,88 @@
+//! Keys of the window, once: what they do and how F1 lists them. In: winit's physical keys, so that the layout of the
+//! keyboard does not matter. Out: a [`Command`] or a driving key.
+
+use crate::input::DriveKey;
+use winit::keyboard::KeyCode;
+
+/// What a key asks of the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// List the keys.
+    Help,
+    /// Show or hide the experimenter's panel.
+    Panel,
+    /// Show or hide frame times.
+    FrameTimes,
+    /// Go on or pause.
+    Pause,
+    /// One tick while paused.
+    Tick,
+    /// One step while paused.
+    Step,
+    /// Begin the drive again.
+    Restart,
+    /// Driver's view, chase, bird's-eye, mirror.
+    NextView,
+    /// Drive or reverse.
+    Reverse,
+    /// Lane help on or off.
+    LaneHelp,
+    /// Fill the screen or not.
+    FullScreen,
+    /// Read the shaders again from disk.
+    ReloadShaders,
+    /// End the program.
+    Quit,
+}
+
+/// All keys: the keys, their name, what they do.
+const COMMANDS: [(&[KeyCode], Command, &str, &str); 13] = [
+    (&[KeyCode::F1], Command::Help, "F1", "this list"),
+    (&[KeyCode::F2, KeyCode::Tab], Command::Panel, "F2, Tab", "experimenter's panel"),
+    (&[KeyCode::F3], Command::FrameTimes, "F3", "frame times"),
+    (&[KeyCode::Space], Command::Pause, "Space", "pause, go on"),
+    (&[KeyCode::KeyN], Command::Tick, "N", "one tick (10 ms) while paused"),
+    (&[KeyCode::KeyM], Command::Step, "M", "one step while paused"),
+    (&[KeyCode::Backspace], Command::Restart, "Backspace", "begin again"),
+    (&[KeyCode::KeyV], Command::NextView, "V", "next view: driver, chase, bird's-eye, mirror"),
+    (&[KeyCode::KeyR], Command::Reverse, "R", "drive, reverse (standing)"),
+    (&[KeyCode::KeyL], Command::LaneHelp, "L", "lane help on, off"),
+    (&[KeyCode::F11], Command::FullScreen, "F11", "full screen"),
+    (&[KeyCode::F5], Command::ReloadShaders, "F5", "read the shaders again"),
+    (&[KeyCode::Escape], Command::Quit, "Esc", "end"),
+];
+
+const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 4] = [
+    (&[KeyCode::ArrowUp, KeyCode::KeyW], DriveKey::Throttle, "Up, W", "accelerate"),
+    (&[KeyCode::ArrowDown, KeyCode::KeyS], DriveKey::Brake, "Down, S", "brake"),
+    (&[KeyCode::ArrowLeft, KeyCode::KeyA], DriveKey::Left, "Left, A", "steer left"),
+    (&[KeyCode::ArrowRight, KeyCode::KeyD], DriveKey::Right, "Right, D", "steer right"),
+];
+
+/// What a key asks of the window, if anything.
+pub fn command(key: KeyCode) -> Option<Command> {
+    COMMANDS.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
+}
+
+/// The driving key that this is, if it is one.
+pub fn driving(key: KeyCode) -> Option<DriveKey> {
+    DRIVING.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
+}
+
+/// The list for F1: key and meaning.
+pub fn list() -> Vec<(&'static str, &'static str)> {
+    DRIVING.iter().map(|row| (row.2, row.3)).chain(COMMANDS.iter().map(|row| (row.2, row.3))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_means_two_things() {
+        let all: Vec<KeyCode> = COMMANDS.iter().flat_map(|r| r.0).chain(DRIVING.iter().flat_map(|r| r.0)).copied().collect();
+        for (i, key) in all.iter().enumerate() {
+            assert!(!all[..i].contains(key), "{key:?}");
+        }
+    }
+}

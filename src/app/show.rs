@@ -1,0 +1,162 @@
+//! A drive with a person in it, without window or GPU: devices in, pictures' contents out. In: elapsed time, commands.
+//! Out: the [`View`] of the moment.
+
+use super::{AppError, Drive, Instruments};
+use crate::{
+    input::{Devices, LaneHint},
+    scene::{self, Stage, View, ViewKind, ViewOptions},
+    sim::{Scenario, Summary, Tally, World},
+    time::{Due, Pace},
+};
+use std::time::Duration;
+
+/// A drive as its window shows it.
+pub struct Show {
+    /// World and clock.
+    pub drive: Drive,
+    /// The participant's devices.
+    pub devices: Devices,
+    /// What stands still: road, land, trees, models.
+    pub stage: Stage,
+    /// Which view is on the screen.
+    pub kind: ViewKind,
+    options: ViewOptions,
+    instruments: Instruments,
+    tally: Tally,
+    lane_help: bool,
+}
+
+impl Show {
+    /// Starts a drive and builds what is to be seen of its map.
+    ///
+    /// # Errors
+    /// The world cannot start.
+    pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, AppError> {
+        let drive = Drive::new(scenario, pace)?;
+        let stage = Stage::build(drive.world.map(), scenario.seed);
+        Ok(Self::with(drive, stage, Devices::open(), ViewKind::Driver))
+    }
+
+    fn with(drive: Drive, stage: Stage, devices: Devices, kind: ViewKind) -> Self {
+        let scenario = drive.world.scenario();
+        Self {
+            options: view_options(scenario),
+            instruments: Instruments::new(&drive.world),
+            tally: Tally::new([0.0, f64::INFINITY]),
+            lane_help: scenario.lane_help,
+            drive,
+            devices,
+            stage,
+            kind,
+        }
+    }
+
+    /// Begins another drive at the same pace; devices, view and, if map and seed are the same, the stage are kept. True if
+    /// the stage is a new one.
+    ///
+    /// # Errors
+    /// The new world cannot start; SUMO allows one simulation a process, so the old drive is over either way and begins
+    /// again from its start.
+    pub fn restart(&mut self, scenario: &Scenario) -> Result<bool, AppError> {
+        let pace = self.drive.clock.pace();
+        let old = self.drive.world.scenario().clone();
+        self.drive.world.stop_traffic();
+        let drive = match Drive::new(scenario, pace) {
+            Ok(drive) => drive,
+            Err(error) => {
+                self.drive = Drive::new(&old, Pace::Paused)?;
+                self.tally = Tally::new([0.0, f64::INFINITY]);
+                return Err(error.into());
+            }
+        };
+        let moved = old.map != scenario.map || old.seed != scenario.seed;
+        if moved {
+            self.stage = Stage::build(drive.world.map(), scenario.seed);
+        }
+        self.options = view_options(scenario);
+        self.instruments = Instruments::new(&drive.world);
+        self.tally = Tally::new([0.0, f64::INFINITY]);
+        self.lane_help = scenario.lane_help;
+        self.drive = drive;
+        Ok(moved)
+    }
+
+    /// One frame of simulation. `watch` sees the world after each tick.
+    ///
+    /// # Errors
+    /// The traffic engine failed.
+    pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, AppError> {
+        self.devices.poll();
+        let Self { drive, devices, tally, lane_help, .. } = self;
+        let due = drive.frame(
+            elapsed,
+            |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| lane_hint(world))),
+            |world| {
+                tally.add(world.snapshot(), world.events());
+                watch(world);
+            },
+        )?;
+        Ok(due)
+    }
+
+    /// What is to be seen now.
+    pub fn view(&mut self) -> View {
+        let snapshot = self.drive.world.snapshot();
+        let mut view = scene::view(snapshot, self.drive.clock.fraction(), self.kind, &self.options, &self.stage);
+        if self.kind != ViewKind::Mirror {
+            view.dial = Some(self.instruments.read(snapshot));
+        }
+        view
+    }
+
+    /// The next view in the order driver, chase, bird's-eye, mirror.
+    pub fn next_view(&mut self) {
+        self.kind = match self.kind {
+            ViewKind::Driver => ViewKind::Chase,
+            ViewKind::Chase => ViewKind::Birdseye,
+            ViewKind::Birdseye => ViewKind::Mirror,
+            ViewKind::Mirror => ViewKind::Driver,
+        };
+    }
+
+    /// Pauses, or goes on in real time.
+    pub fn toggle_pause(&mut self) {
+        let paused = self.drive.clock.pace() == Pace::Paused;
+        self.drive.clock.set_pace(if paused { Pace::RealTime } else { Pace::Paused });
+    }
+
+    /// Lane help on or off.
+    pub fn toggle_lane_help(&mut self) {
+        self.lane_help = !self.lane_help;
+    }
+
+    /// True while lane help steers along.
+    pub fn lane_help(&self) -> bool {
+        self.lane_help
+    }
+
+    /// The drive so far in numbers.
+    pub fn summary(&self) -> Summary {
+        self.tally.summary()
+    }
+}
+
+/// What the scenario says of the picture.
+pub fn view_options(scenario: &Scenario) -> ViewOptions {
+    ViewOptions {
+        screen_width_m: scenario.screen_width_m as f32,
+        eye_distance_m: scenario.eye_distance_m as f32,
+        ordinary_paints: scenario.ordinary_paints,
+        ..ViewOptions::default()
+    }
+}
+
+/// The lane where the ego will be in half a second: what lane help steers by.
+fn lane_hint(world: &World) -> LaneHint {
+    let seen = world.perception();
+    LaneHint {
+        curvature: seen.curvature,
+        offset_m: seen.lane_offset_m,
+        heading_error_rad: seen.heading_error_rad,
+    }
+}

@@ -1,0 +1,24 @@
+//! `codrive drive`: the window.
+
+use super::{CliError, flags, stop_on_ctrl_c};
+use crate::app::{AppError, window};
+use clap::{Arg, ArgAction, ArgMatches, Command};
+
+pub(super) fn command() -> Command {
+    Command::new("drive")
+        .about("Drive in a window (F1 lists the keys)")
+        .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen"))
+        .arg(Arg::new("panel").long("panel").action(ArgAction::SetTrue).help("Show the experimenter's panel at once"))
+        .arg(Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space before the drive begins"))
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let options = window::WindowOptions {
+        scenario: flags::scenario(matches)?,
+        fullscreen: matches.get_flag("fullscreen"),
+        panel: matches.get_flag("panel"),
+        paused: matches.get_flag("paused"),
+        stop: stop_on_ctrl_c(),
+    };
+    window::run(options).map_err(|error: AppError| error.into())
+}

@@ -1,0 +1,134 @@
+//! Scenario flags, made from the scenario's own list of settings: help, unit, limits and defaults are written once.
+//! In: the command line. Out: a checked [`Scenario`].
+
+use super::CliError;
+use crate::sim::{Field, Kind, Scenario, fields};
+use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use serde_json::Value;
+use std::path::PathBuf;
+
+const HEADING: &str = "Scenario";
+
+/// Adds `--scenario FILE` and a flag for each setting.
+pub fn add(command: Command) -> Command {
+    let file = Arg::new("scenario")
+        .long("scenario")
+        .value_name("FILE")
+        .value_parser(value_parser!(PathBuf))
+        .help("Scenario file (TOML); flags beside it win over what it says")
+        .help_heading(HEADING);
+    fields().iter().fold(command.arg(file), |command, field| match field.table() {
+        None => command.arg(argument(field)),
+        Some(table) if command.get_arguments().any(|arg| arg.get_id() == table) => command,
+        Some(table) => command.arg(table_argument(table)),
+    })
+}
+
+fn argument(field: &Field) -> Arg {
+    let default = match &field.default {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
+    let limits = match &field.kind {
+        Kind::Whole { min, max } if *max < u64::from(u32::MAX) => format!("{min} to {max}{unit}; "),
+        Kind::Number { min, max } => format!("{min} to {max}{unit}; "),
+        _ => String::new(),
+    };
+    let arg = Arg::new(field.path.clone())
+        .long(field.flag())
+        .help(format!("{} [{limits}default {default}]", field.doc))
+        .help_heading(HEADING);
+    let checked = field.clone();
+    match &field.kind {
+        Kind::Switch => arg
+            .value_name("BOOL")
+            .num_args(0..=1)
+            .default_missing_value("true")
+            .value_parser(value_parser!(bool))
+            .hide_possible_values(true),
+        Kind::Whole { .. } => arg.value_name("N").value_parser(move |text: &str| {
+            let value: u64 = text.parse().map_err(|_| format!("allowed: {}", checked.allowed()))?;
+            checked.fault(&value.into()).map_or(Ok(value), Err)
+        }),
+        Kind::Number { .. } => arg.value_name(value_name(&field.unit)).allow_negative_numbers(true).value_parser(
+            move |text: &str| {
+                let value: f64 = text.parse().map_err(|_| format!("allowed: {}", checked.allowed()))?;
+                checked.fault(&value.into()).map_or(Ok(value), Err)
+            },
+        ),
+        Kind::Choice(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.clone())),
+        Kind::Text => arg.value_name("NAME").value_parser(value_parser!(String)),
+    }
+}
+
+fn value_name(unit: &str) -> &'static str {
+    match unit {
+        "s" => "SECS",
+        "mph" => "MPH",
+        "m" => "METRES",
+        "m/s" => "MPS",
+        _ => "X",
+    }
+}
+
+/// `--idm v0=30,T=1`: all settings of a table in one flag.
+fn table_argument(table: &str) -> Arg {
+    let name = table.to_owned();
+    let keys: Vec<Field> = fields().into_iter().filter(|field| field.table() == Some(table)).collect();
+    let help: Vec<String> = keys
+        .iter()
+        .map(|field| format!("  {} {}: {} [default {}]", key(field), field.doc, field.allowed(), field.default))
+        .collect();
+    Arg::new(name.clone())
+        .long(name)
+        .value_name("KEY=X,...")
+        .help(format!("Car-following model of the other cars, for example T=1.5,noise=0\n{}", help.join("\n")))
+        .help_heading(HEADING)
+        .value_parser(move |text: &str| parse_table(text, &keys))
+}
+
+fn key(field: &Field) -> &str {
+    field.path.split_once('.').map_or(field.path.as_str(), |(_, key)| key)
+}
+
+fn parse_table(text: &str, known: &[Field]) -> Result<Vec<(Field, Value)>, String> {
+    text.split(',')
+        .map(|pair| {
+            let (name, number) = pair.split_once('=').ok_or(format!("`{pair}` is not KEY=NUMBER"))?;
+            let field = known.iter().find(|field| key(field) == name.trim()).ok_or_else(|| {
+                let names: Vec<&str> = known.iter().map(key).collect();
+                format!("`{}` is unknown; known are {}", name.trim(), names.join(", "))
+            })?;
+            let value: f64 = number.trim().parse().map_err(|_| format!("`{}` is not a number", number.trim()))?;
+            field.fault(&value.into()).map_or(Ok((field.clone(), value.into())), Err)
+        })
+        .collect()
+}
+
+/// The scenario that the command line asks for.
+///
+/// # Errors
+/// The file or a combination of settings is wrong; the message is complete.
+pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
+    let base = match matches.get_one::<PathBuf>("scenario") {
+        Some(path) => Scenario::from_file(path)?,
+        None => Scenario::default(),
+    };
+    let mut changes: Vec<(Field, Value)> = Vec::new();
+    for field in fields() {
+        let id = field.path.as_str();
+        let value = match &field.kind {
+            _ if field.table().is_some() => continue,
+            Kind::Switch => matches.get_one::<bool>(id).map(|v| Value::from(*v)),
+            Kind::Whole { .. } => matches.get_one::<u64>(id).map(|v| Value::from(*v)),
+            Kind::Number { .. } => matches.get_one::<f64>(id).map(|v| Value::from(*v)),
+            Kind::Choice(_) | Kind::Text => matches.get_one::<String>(id).map(|v| Value::from(v.as_str())),
+        };
+        changes.extend(value.map(|value| (field, value)));
+    }
+    if let Some(table) = matches.get_one::<Vec<(Field, Value)>>("idm") {
+        changes.extend(table.iter().cloned());
+    }
+    Ok(base.with(&changes)?)
+}

@@ -1,0 +1,99 @@
+//! `codrive map`: make, import and list road networks.
+
+use super::CliError;
+use crate::map;
+use clap::{Arg, ArgMatches, Command, value_parser};
+use std::path::PathBuf;
+
+pub(super) fn command() -> Command {
+    let number = |id: &'static str, name: &'static str, help: &'static str| {
+        Arg::new(id).long(id).value_name(name).value_parser(value_parser!(f64)).help(help)
+    };
+    let out = Arg::new("out")
+        .long("out")
+        .value_name("DIR")
+        .value_parser(value_parser!(PathBuf))
+        .help("Folder of the new map [default: maps/NAME]");
+    Command::new("map")
+        .about("Make, import and list road networks")
+        .subcommand_required(true)
+        .subcommand(Command::new("list").about("List the maps that --map knows"))
+        .subcommand(
+            Command::new("ring")
+                .about("Make a ring road of any length")
+                .arg(number("circumference", "METRES", "Length of the lane, 150 to 5000").required(true))
+                .arg(number("speed-limit", "MPS", "Speed limit in m/s").default_value("30"))
+                .arg(number("width", "METRES", "Width of the lane").default_value("3.6"))
+                .arg(out.clone()),
+        )
+        .subcommand(
+            Command::new("circuit")
+                .about("Make a circuit from a list of straights and bends (see maps/practice/circuit.toml)")
+                .arg(Arg::new("file").required(true).value_name("FILE").value_parser(value_parser!(PathBuf)))
+                .arg(out),
+        )
+        .subcommand(
+            Command::new("import")
+                .about("Import a SUMO net.xml, OpenDRIVE (.xodr) or OpenStreetMap (.osm) file as a map")
+                .arg(Arg::new("file").required(true).value_name("FILE").value_parser(value_parser!(PathBuf)))
+                .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the map [default: the file's]")),
+        )
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    match matches.subcommand() {
+        Some(("ring", m)) => ring(m),
+        Some(("circuit", m)) => circuit(m),
+        Some(("import", m)) => import(m),
+        _ => list(),
+    }
+}
+
+/// The folder named by `--out`, or the one of this name in `maps/`.
+fn folder(matches: &ArgMatches, name: &str) -> PathBuf {
+    matches.get_one::<PathBuf>("out").cloned().unwrap_or_else(|| map::project_root().join("maps").join(name))
+}
+
+fn ring(matches: &ArgMatches) -> Result<(), CliError> {
+    let number = |id: &str| matches.get_one::<f64>(id).copied().unwrap_or_default();
+    let ring = map::ring::Ring {
+        circumference_m: number("circumference"),
+        speed_limit_mps: number("speed-limit"),
+        width_m: number("width"),
+    };
+    let length = format!("{}", ring.circumference_m);
+    let folder = folder(matches, &format!("ring-{length}"));
+    map::ring::write(&folder, &ring, &format!("Ring of {length} m"), "Made by codrive map ring.")?;
+    tell(&folder)
+}
+
+fn circuit(matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = folder(matches, &stem);
+    map::circuit::write(&folder, file)?;
+    tell(&folder)
+}
+
+fn import(matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
+    let name = matches.get_one::<String>("name").map(String::as_str);
+    let folder = map::import(file, name)?;
+    tell(&folder)
+}
+
+/// Says what was made, from the files themselves.
+fn tell(folder: &std::path::Path) -> Result<(), CliError> {
+    let made = map::RoadMap::load(&folder.to_string_lossy())?;
+    println!("{}: {:.3} m in {} lanes", folder.display(), made.route.length_m(), made.route.lanes().len());
+    println!("drive it with: codrive --map {}", folder.display());
+    Ok(())
+}
+
+fn list() -> Result<(), CliError> {
+    for info in map::list() {
+        let route = map::RoadMap::load(&info.name)?.route;
+        println!("{:<12} {:>8.1} m  {}", info.name, route.length_m(), info.title);
+    }
+    Ok(())
+}

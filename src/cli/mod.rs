@@ -1,0 +1,136 @@
+//! The command line. In: arguments. Out: an exit code: 0 done; 1 failed, with one clear message; 2 bad input, naming
+//! what is wrong and what is allowed.
+
+mod bench;
+mod drive;
+mod flags;
+mod map;
+mod render;
+mod run;
+
+use crate::{app, map::MapError, sim::{ScenarioError, WorldError}, traffic::TrafficError};
+use clap::Command;
+use std::ffi::OsString;
+
+/// Why a command did not do what was asked; the message is complete.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The person can mend it: exit 2.
+    #[error("{0}")]
+    Input(String),
+    /// The machine or the program failed: exit 1.
+    #[error("{0}")]
+    Failed(String),
+}
+
+/// Runs the program with these arguments, the program's name first. Returns the exit code.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let matches = match command().try_get_matches_from(with_default_command(arguments.into_iter().collect())) {
+        Ok(matches) => matches,
+        Err(error) => {
+            // clap knows: help and version go to stdout and are no failure; all else is bad input.
+            let _ = error.print();
+            return if error.use_stderr() { 2 } else { 0 };
+        }
+    };
+    let done = match matches.subcommand() {
+        Some(("drive", m)) => drive::main(m),
+        Some(("run", m)) => run::main(m),
+        Some(("render", m)) => render::main(m),
+        Some(("map", m)) => map::main(m),
+        Some(("bench", m)) => bench::main(m),
+        _ => unreachable!("clap requires a command and with_default_command adds one"),
+    };
+    match done {
+        Ok(()) => 0,
+        Err(error) => {
+            eprintln!("codrive: {error}");
+            match error {
+                CliError::Input(_) => 2,
+                CliError::Failed(_) => 1,
+            }
+        }
+    }
+}
+
+/// The whole command line, for `--help` and tests.
+pub fn command() -> Command {
+    Command::new("codrive")
+        .version(env!("CARGO_PKG_VERSION"))
+        .about("A driving simulator for studies of people in traffic.\nWithout a command: codrive drive.")
+        .subcommand_required(true)
+        .max_term_width(110)
+        .subcommand(flags::add(drive::command()))
+        .subcommand(flags::add(run::command()))
+        .subcommand(flags::add(render::command()))
+        .subcommand(map::command())
+        .subcommand(flags::add(bench::command()))
+}
+
+/// `codrive` and `codrive --map x` mean `codrive drive`.
+fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let first = arguments.get(1).map(|a| a.to_string_lossy().into_owned());
+    let asks_the_program = |a: &str| ["-h", "--help", "-V", "--version"].contains(&a);
+    if first.is_none_or(|a| a.starts_with('-') && !asks_the_program(&a)) {
+        arguments.insert(1.min(arguments.len()), "drive".into());
+    }
+    arguments
+}
+
+impl From<ScenarioError> for CliError {
+    fn from(error: ScenarioError) -> Self {
+        Self::Input(error.0)
+    }
+}
+
+impl From<WorldError> for CliError {
+    fn from(error: WorldError) -> Self {
+        let machine = matches!(error, WorldError::Traffic(TrafficError::Absent(_) | TrafficError::Busy | TrafficError::Sumo(_)));
+        if machine { Self::Failed(error.to_string()) } else { Self::Input(error.to_string()) }
+    }
+}
+
+impl From<MapError> for CliError {
+    fn from(error: MapError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<app::AppError> for CliError {
+    fn from(error: app::AppError) -> Self {
+        match error {
+            app::AppError::World(error) => error.into(),
+            other => Self::Failed(other.to_string()),
+        }
+    }
+}
+
+/// A flag that says how the program ends when someone presses Ctrl-C: at the next frame, with everything written.
+pub(crate) fn stop_on_ctrl_c() -> std::sync::Arc<std::sync::atomic::AtomicBool> {
+    let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+    let flag = std::sync::Arc::clone(&stop);
+    let set = ctrlc::set_handler(move || flag.store(true, std::sync::atomic::Ordering::Relaxed));
+    if let Err(error) = set {
+        log::warn!("Ctrl-C will end the program at once: {error}");
+    }
+    stop
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn no_command_means_drive() {
+        let full = |words: &[&str]| -> Vec<OsString> { with_default_command(words.iter().map(Into::into).collect()) };
+        assert_eq!(full(&["codrive"]), ["codrive", "drive"]);
+        assert_eq!(full(&["codrive", "--map", "practice"]), ["codrive", "drive", "--map", "practice"]);
+        assert_eq!(full(&["codrive", "--help"]), ["codrive", "--help"]);
+        assert_eq!(full(&["codrive", "run"]), ["codrive", "run"]);
+    }
+}

@@ -1,0 +1,274 @@
+//! The order of one tick. In: controls, ground, obstacles. Out: [`EgoState`], contacts, and a prediction for the traffic.
+
+use super::{
+    Contact, Controls, EgoError, EgoState, Ground, Obstacle, STEERING_RATIO, Surface, Wheel,
+    body::{Body, GRAVITY, Ray},
+    params::CarParams,
+    powertrain::Powertrain,
+    tyre::{Grip, Patch, Tread, Tyre},
+};
+use crate::{
+    space::{Pose, wrap_angle},
+    time::TICK_S,
+};
+use glam::{DVec2, DVec3, Vec3, vec3};
+
+/// Steps of the physics in a tick. Four of 2.5 ms: a standing tyre swings with 25 rad/s, a converter settles within 20 ms.
+const SUBSTEPS: u32 = 4;
+const SUBSTEP_S: f32 = (TICK_S / SUBSTEPS as f64) as f32;
+/// Speed below which the aligning torque fades, m/s: a standing tyre has none (its scrubbing is the rig's to add).
+const ALIGN_MPS: f32 = 1.0;
+
+/// The participant's car.
+pub struct Ego {
+    params: CarParams,
+    body: Body,
+    powertrain: Powertrain,
+    tread: Tread,
+    tyres: [Tyre; 4],
+    wheels: [Wheel; 4],
+    /// Brake force after the hydraulics' lag, share of a floored pedal.
+    brake: f32,
+    steering_torque_nm: f32,
+    state: EgoState,
+    contacts: Vec<Contact>,
+}
+
+/// Directions of the body on the ground.
+struct Axes {
+    forward: Vec3,
+    left: Vec3,
+}
+
+impl Ego {
+    /// A car at rest on its springs at `start`, or moving there with `start_speed_mps` forwards; `obstacles` is the
+    /// number of other cars, the same in every tick.
+    ///
+    /// # Errors
+    /// If a number of the car is outside of what can be simulated.
+    pub fn new(params: &CarParams, start: Pose, start_speed_mps: f64, obstacles: usize) -> Result<Self, EgoError> {
+        params.check()?;
+        let t = &params.tyres;
+        let tread = Tread {
+            relaxation_m: t.relaxation_m as f32,
+            per_m: t.tread_per_m as f32,
+            damping: t.tread_damping as f32,
+            slip_control: t.slip_control as f32,
+        };
+        let mut ego = Self {
+            body: Body::new(params, start, start_speed_mps, obstacles, SUBSTEP_S),
+            powertrain: Powertrain::new(params, start_speed_mps),
+            params: params.clone(),
+            tread,
+            tyres: [Tyre::default(); 4],
+            wheels: [Wheel::default(); 4],
+            brake: 0.0,
+            steering_torque_nm: 0.0,
+            state: EgoState::default(),
+            contacts: Vec::new(),
+        };
+        let hubs = ego.hubs([params.suspension.travel_m as f32; 4]);
+        let compressions_m = ego.rest_compressions_m();
+        for (i, wheel) in ego.wheels.iter_mut().enumerate() {
+            *wheel = Wheel { hub: hubs[i], compression_m: compressions_m[i / 2], ..Wheel::default() };
+        }
+        ego.state = ego.observe();
+        Ok(ego)
+    }
+
+    /// The car as it was built.
+    pub fn params(&self) -> &CarParams {
+        &self.params
+    }
+
+    /// The car after the last tick.
+    pub fn state(&self) -> &EgoState {
+        &self.state
+    }
+
+    /// Advances by one tick. `obstacles` are the other cars at the end of it. Returns the cars touched, each once.
+    ///
+    /// # Panics
+    /// If the number of obstacles is not that of [`Ego::new`].
+    pub fn tick(&mut self, controls: &Controls, ground: &dyn Ground, obstacles: &[Obstacle]) -> &[Contact] {
+        let controls = controls.sane();
+        let before = self.state;
+        self.body.begin_tick(obstacles);
+        for wheel in &mut self.wheels {
+            let hub = before.rotation * wheel.hub;
+            wheel.surface = ground.surface(before.position.truncate() + hub.truncate().as_dvec2());
+        }
+        self.steer(controls.steering_wheel_rad / STEERING_RATIO);
+        for substep in 1..=SUBSTEPS {
+            self.substep(&controls);
+            self.body.step(obstacles, f64::from(substep) / f64::from(SUBSTEPS));
+        }
+        self.body.end_tick(before.speed_mps, obstacles, &mut self.contacts);
+        self.state = self.observe();
+        let change = (self.state.velocity - before.velocity).as_dvec3() / TICK_S;
+        let forward = self.state.pose().forward();
+        self.state.accel_mps2 = change.truncate().dot(forward);
+        self.state.lateral_accel_mps2 = change.truncate().dot(forward.perp());
+        self.state.braking = f64::from(controls.brake) > self.params.brakes.lamp_pedal;
+        &self.contacts
+    }
+
+    /// Pose and speed `dt_s` ahead with constant acceleration and yaw rate: an arc. A car that brakes stops and stays.
+    pub fn predict(&self, dt_s: f64) -> (Pose, f64) {
+        let (v, a) = (self.state.speed_mps, self.state.accel_mps2);
+        let stopping = v * a < 0.0 && -v / a < dt_s;
+        let (way_m, speed_mps) =
+            if stopping { (-v * v / (2.0 * a), 0.0) } else { (v * dt_s + a * dt_s * dt_s / 2.0, v + a * dt_s) };
+        // A standing car that is pushed against its brake goes nowhere.
+        let pose = self.state.pose();
+        // Yaw grows with the way, not with time: a car that stops stops turning.
+        let turn = if v.abs() > 0.1 { self.state.yaw_rate / v * way_m } else { self.state.yaw_rate * dt_s };
+        let velocity = self.state.velocity.truncate().as_dvec2();
+        // Direction of motion, which differs from the heading by the slip angle.
+        let course = if v.abs() > 0.1 { velocity / v } else { pose.forward() };
+        let chord_m = if turn.abs() < 1e-6 { way_m } else { way_m * (turn / 2.0).sin() / (turn / 2.0) };
+        let along = DVec2::from_angle(turn / 2.0).rotate(course) * chord_m;
+        (Pose::new(pose.position + along, wrap_angle(pose.yaw_rad + turn)), speed_mps)
+    }
+
+    /// Ackermann: both front wheels roll about one point on the rear axle's line.
+    fn steer(&mut self, middle_rad: f32) {
+        let b = &self.params.body;
+        let (length, half_track) = (b.wheelbase_m as f32, b.track_m as f32 / 2.0);
+        let tan = middle_rad.tan();
+        for (wheel, side) in self.wheels.iter_mut().zip([half_track, -half_track]) {
+            wheel.steer_rad = (length * tan).atan2(length - side * tan);
+        }
+    }
+
+    /// Forces of one sub-step: springs, air, engine, brakes, tyres.
+    fn substep(&mut self, controls: &Controls) {
+        let p = &self.params;
+        let lag = if p.brakes.lag_s > 0.0 { (SUBSTEP_S / p.brakes.lag_s as f32).min(1.0) } else { 1.0 };
+        self.brake += (controls.brake.powf(p.brakes.pedal_exponent as f32) - self.brake) * lag;
+        let rays = self.body.springs();
+        let axes = self.axes();
+        let chassis = self.body.chassis();
+        let (velocity, centre) = (chassis.linvel(), chassis.center_of_mass());
+        let ground_speed = chassis.velocity_at_point(chassis.translation()).dot(axes.forward);
+        let drag = 0.5 * (p.body.air_density_kgm3 * p.body.drag_area_m2) as f32;
+        let air = velocity * (-drag * velocity.length());
+        let drive_n = self.powertrain.step(p, controls, f64::from(ground_speed), f64::from(SUBSTEP_S)) as f32;
+        // All tyres see the same moment: a push of one would pass for a slip of the next, and the standing car would walk.
+        let patches: [_; 4] = std::array::from_fn(|i| self.patch(i, &rays[i], &axes, drive_n));
+        let mut grips = [Grip::default(); 4];
+        self.body.push(air, centre);
+        for (i, (patch, forward, left)) in patches.iter().enumerate() {
+            grips[i] = self.tyres[i].step(&self.tread, patch, SUBSTEP_S);
+            let point = rays[i].point + Vec3::Z * self.params.suspension.link_height_m as f32;
+            self.body.push(forward * grips[i].x_n + left * grips[i].y_n, point);
+            let wheel = &mut self.wheels[i];
+            wheel.spin_rad += patch.vx_mps * SUBSTEP_S / self.params.body.wheel_radius_m as f32;
+        }
+        let hubs = self.hubs(rays.map(|ray| ray.length_m));
+        let rest = self.rest_lengths_m();
+        for (i, wheel) in self.wheels.iter_mut().enumerate() {
+            wheel.hub = hubs[i];
+            wheel.compression_m = rest[i / 2] - rays[i].length_m;
+        }
+        self.steering_torque_nm = self.aligning_torque_nm(&grips, ground_speed);
+    }
+
+    /// What acts on wheel `i`, and its directions.
+    fn patch(&self, i: usize, ray: &Ray, axes: &Axes, drive_n: f32) -> (Patch, Vec3, Vec3) {
+        let p = &self.params;
+        let front = i < 2;
+        let (sin, cos) = self.wheels[i].steer_rad.sin_cos();
+        let forward = axes.forward * cos + axes.left * sin;
+        let left = axes.left * cos - axes.forward * sin;
+        let velocity = self.body.chassis().velocity_at_point(ray.point);
+        let vx_mps = velocity.dot(forward);
+        let pick = |at_front: f64, at_rear: f64| (if front { at_front } else { at_rear }) as f32;
+        let weight_n = p.body.mass_kg as f32 * GRAVITY;
+        let (friction, rolling) = match self.wheels[i].surface {
+            Surface::Asphalt => (p.tyres.asphalt_friction, p.tyres.asphalt_rolling),
+            Surface::Grass => {
+                let growing = p.tyres.grass_rolling + p.tyres.grass_rolling_per_mps * f64::from(vx_mps.abs());
+                (p.tyres.grass_friction, growing.min(p.tyres.grass_rolling_max))
+            }
+        };
+        let patch = Patch {
+            load_n: ray.load_n,
+            rest_load_n: weight_n * pick(p.body.front_share, 1.0 - p.body.front_share) / 2.0,
+            vx_mps,
+            vy_mps: velocity.dot(left),
+            drive_n: if front { drive_n / 2.0 } else { 0.0 },
+            brake_n: self.brake
+                * weight_n
+                * p.brakes.full_share as f32
+                * pick(p.brakes.front_share, 1.0 - p.brakes.front_share)
+                / 2.0,
+            rolling_n: rolling as f32 * ray.load_n,
+            friction: friction as f32,
+            cornering: pick(p.tyres.front_cornering, p.tyres.rear_cornering),
+        };
+        (patch, forward, left)
+    }
+
+    /// Side force of the front tyres times its trail, through the steering gear to the wheel.
+    fn aligning_torque_nm(&self, grips: &[Grip; 4], speed_mps: f32) -> f32 {
+        let s = &self.params.steering;
+        let rolling = (speed_mps / ALIGN_MPS).clamp(-1.0, 1.0);
+        let torque_nm: f32 = grips[..2]
+            .iter()
+            .map(|grip| {
+                // The pneumatic trail goes to the rear of the rolling direction and vanishes when the tyre slides.
+                let pneumatic_m = s.pneumatic_trail_m as f32 * (1.0 - grip.saturation).powi(3) * rolling;
+                -grip.y_n * (pneumatic_m + s.caster_trail_m as f32 * rolling.abs())
+            })
+            .sum();
+        torque_nm / STEERING_RATIO * s.feel_share as f32
+    }
+
+    fn axes(&self) -> Axes {
+        let ahead = *self.body.chassis().rotation() * Vec3::X;
+        let forward = vec3(ahead.x, ahead.y, 0.0).normalize_or(Vec3::X);
+        Axes { forward, left: vec3(-forward.y, forward.x, 0.0) }
+    }
+
+    fn rest_compressions_m(&self) -> [f32; 2] {
+        self.params.suspension.ride_hz.map(|hz| GRAVITY / (std::f32::consts::TAU * hz as f32).powi(2))
+    }
+
+    fn rest_lengths_m(&self) -> [f32; 2] {
+        self.rest_compressions_m().map(|compression_m| compression_m + self.params.suspension.travel_m as f32)
+    }
+
+    /// Hubs in the body's frame at springs of these lengths.
+    fn hubs(&self, lengths_m: [f32; 4]) -> [Vec3; 4] {
+        let b = &self.params.body;
+        let top_m = (b.wheel_radius_m + self.params.suspension.travel_m) as f32;
+        std::array::from_fn(|i| {
+            let x = if i < 2 { b.front_axle_m } else { b.front_axle_m - b.wheelbase_m };
+            let y = if i % 2 == 0 { b.track_m / 2.0 } else { -b.track_m / 2.0 };
+            vec3(x as f32, y as f32, top_m - lengths_m[i])
+        })
+    }
+
+    /// The state but for its accelerations, which need the state before.
+    fn observe(&self) -> EgoState {
+        let chassis = self.body.chassis();
+        let place = chassis.translation();
+        let velocity = chassis.velocity_at_point(place);
+        let on_plane = self.body.world_from_frame(place);
+        EgoState {
+            position: DVec3::new(on_plane.x, on_plane.y, f64::from(place.z)),
+            rotation: *chassis.rotation(),
+            velocity,
+            speed_mps: f64::from(velocity.dot(self.axes().forward)),
+            accel_mps2: 0.0,
+            lateral_accel_mps2: 0.0,
+            yaw_rate: f64::from(chassis.angvel().z),
+            gear: self.powertrain.gear(),
+            engine_rpm: self.powertrain.rpm() as f32,
+            steering_torque_nm: self.steering_torque_nm,
+            braking: false,
+            wheels: self.wheels,
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! One tyre. In: load, sliding speed of the contact patch, drive and brake force. Out: the force of the road in the
+//! wheel's frame (x along the wheel, y to its left). N, m, m/s.
+//!
+//! A tyre is a bristle between rim and road. Sideways it is Pacejka's single-contact-point model (*Tire and Vehicle
+//! Dynamics*, ch. 7): the bristle is deflected by sliding and let go by rolling,
+//! `du/dt = -v_y - |v_x| u / relaxation`, and its force follows the brush model. Along the wheel it is the friction of
+//! the brake: force as needed to hold, up to the brake's force. At a standstill both are springs, so a parked car stays
+//! where it is; at speed the first is a slip angle and the second a constant.
+
+/// What acts on a tyre in one sub-step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Patch {
+    /// Load, N.
+    pub load_n: f32,
+    /// Load at rest, N: sets the stiffness of the standing tyre.
+    pub rest_load_n: f32,
+    /// Velocity of the contact patch over the road, wheel frame, m/s.
+    pub vx_mps: f32,
+    /// The same to the left.
+    pub vy_mps: f32,
+    /// Force of the engine at the rim, N.
+    pub drive_n: f32,
+    /// Largest force of the brake, N.
+    pub brake_n: f32,
+    /// Rolling resistance, N.
+    pub rolling_n: f32,
+    /// Friction coefficient.
+    pub friction: f32,
+    /// Cornering stiffness per load, 1/rad.
+    pub cornering: f32,
+}
+
+/// Parameters of a tyre that do not depend on wheel or ground; meanings as in [`super::TyreParams`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tread {
+    pub relaxation_m: f32,
+    pub per_m: f32,
+    pub damping: f32,
+    pub slip_control: f32,
+}
+
+/// The force of the road on a tyre.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Grip {
+    /// Along the wheel, N.
+    pub x_n: f32,
+    /// To its left, N.
+    pub y_n: f32,
+    /// 0 for a tyre that adheres, 1 for one that slides sideways.
+    pub saturation: f32,
+}
+
+/// The deflected bristle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tyre {
+    ux_m: f32,
+    uy_m: f32,
+}
+
+/// Speed above which rolling alone damps the tyre, m/s; below it the tread's own damping is mixed in.
+const LOW_SPEED_MPS: f32 = 2.5;
+const GRAVITY: f32 = 9.81;
+
+impl Tyre {
+    /// Advances the bristle by `dt` and returns the force.
+    pub fn step(&mut self, tread: &Tread, patch: &Patch, dt: f32) -> Grip {
+        let limit_n = patch.friction * patch.load_n;
+        if limit_n <= 0.0 {
+            *self = Self::default();
+            return Grip::default();
+        }
+        // A wheel carries rest_load / g; the damping ratio is that of this mass on the bristle.
+        let mass_kg = patch.rest_load_n / GRAVITY;
+        let held_n = limit_n * tread.slip_control;
+
+        let stiffness = tread.per_m * patch.rest_load_n;
+        let cap_n = patch.brake_n.min(held_n) + patch.rolling_n;
+        let damping = 2.0 * tread.damping * (stiffness * mass_kg).sqrt();
+        self.ux_m = (self.ux_m - patch.vx_mps * dt).clamp(-cap_n / stiffness, cap_n / stiffness);
+        let hold_n = (stiffness * self.ux_m - damping * patch.vx_mps).clamp(-cap_n, cap_n);
+        let room_n = held_n + patch.rolling_n;
+        let x_n = (patch.drive_n.clamp(-held_n, held_n) + hold_n).clamp(-room_n, room_n);
+
+        let cornering = patch.cornering * patch.load_n;
+        let stiffness = cornering / tread.relaxation_m;
+        // Full sliding at three times the linear limit (brush model).
+        let end_m = 3.0 * limit_n / stiffness;
+        let let_go = 1.0 + patch.vx_mps.abs() * dt / tread.relaxation_m;
+        self.uy_m = ((self.uy_m - patch.vy_mps * dt) / let_go).clamp(-end_m, end_m);
+        let slow = (1.0 - patch.vx_mps.abs() / LOW_SPEED_MPS).max(0.0);
+        let damping = 2.0 * tread.damping * (stiffness * mass_kg).sqrt() * slow * slow;
+        let s = self.uy_m.abs() / end_m;
+        let brush_n = limit_n * 3.0 * s * (1.0 - s + s * s / 3.0);
+        let y_n = (brush_n.copysign(self.uy_m) - damping * patch.vy_mps).clamp(-limit_n, limit_n);
+
+        // Friction circle; rolling resistance is the ground's own deformation and takes nothing of the grip.
+        let scale = (limit_n / x_n.abs().min(held_n).hypot(y_n).max(1.0)).min(1.0);
+        Grip { x_n: x_n * scale, y_n: y_n * scale, saturation: s }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TREAD: Tread = Tread { relaxation_m: 0.45, per_m: 50.0, damping: 0.9, slip_control: 0.95 };
+
+    fn patch() -> Patch {
+        Patch { load_n: 4000.0, rest_load_n: 4000.0, friction: 1.0, cornering: 15.0, ..Patch::default() }
+    }
+
+    fn settled(patch: &Patch) -> Grip {
+        let mut tyre = Tyre::default();
+        (0..4000).map(|_| tyre.step(&TREAD, patch, 0.0025)).last().unwrap()
+    }
+
+    #[test]
+    fn small_slip_angles_give_cornering_stiffness_times_angle() {
+        for angle in [-0.01f32, 0.002, 0.01] {
+            let grip = settled(&Patch { vx_mps: 10.0, vy_mps: -10.0 * angle, ..patch() });
+            let linear = 60_000.0 * angle;
+            assert!((grip.y_n / linear - 1.0).abs() < 0.06, "{angle} {grip:?}");
+        }
+    }
+
+    #[test]
+    fn no_force_leaves_the_friction_circle() {
+        for i in 0..200 {
+            let f = i as f32;
+            let patch = Patch {
+                vx_mps: (f * 0.7).sin() * 20.0,
+                vy_mps: (f * 1.3).sin() * 10.0,
+                drive_n: (f * 0.31).sin() * 9000.0,
+                brake_n: (f * 0.11).sin().max(0.0) * 9000.0,
+                ..patch()
+            };
+            let grip = settled(&patch);
+            assert!(grip.x_n.hypot(grip.y_n) <= 4000.1, "{patch:?} {grip:?}");
+        }
+    }
+
+    #[test]
+    fn a_braked_wheel_holds_as_much_as_it_must_and_slides_beyond() {
+        let mut tyre = Tyre::default();
+        let hold = Patch { brake_n: 1000.0, ..patch() };
+        // Pulled back by 1 mm: the spring answers with 200 N.
+        let grip = tyre.step(&TREAD, &Patch { vx_mps: -0.001 / 0.0025, ..hold }, 0.0025);
+        assert!(grip.x_n > 200.0);
+        assert!((tyre.step(&TREAD, &hold, 0.0025).x_n - 200.0).abs() < 1.0);
+        let grip = settled(&Patch { vx_mps: 10.0, ..hold });
+        assert!((grip.x_n + 1000.0).abs() < 1.0, "{grip:?}");
+    }
+}

@@ -1,0 +1,243 @@
+//! Tests of reading networks: made by netconvert, with and without insides of junctions, and corrupt ones.
+
+use super::*;
+use std::{fs, path::Path};
+
+/// Two of netconvert's networks of the same roads: with lanes inside junctions, and without.
+const FIXTURES: [&str; 2] = ["junctions-inside.net.xml", "junctions-none.net.xml"];
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+fn load(path: &Path) -> Result<RoadMap, MapError> {
+    RoadMap::load(path.to_str().unwrap())
+}
+
+/// The edges driven on outside junctions, in order.
+fn edges(map: &RoadMap) -> Vec<&str> {
+    map.route.lanes().iter().map(|lane| lane.edge.as_str()).filter(|edge| !edge.starts_with(':')).collect()
+}
+
+/// No jump, no kink: the road can be driven.
+fn assert_drivable(map: &RoadMap) {
+    let route = &map.route;
+    let n = (route.length_m() * 4.0) as usize;
+    for i in 0..n {
+        let (a, b) = (route.length_m() * i as f64 / n as f64, route.length_m() * (i + 1) as f64 / n as f64);
+        let step_m = route.point_at(a).distance(route.point_at(b));
+        // Declared lengths and shapes differ where a junction has no inside: 0.25 m become at most 0.35.
+        assert!(step_m < 0.35, "{}: {step_m} m in 0.25 m at {a}", map.name);
+        let turn = crate::space::wrap_angle(route.yaw_at(b) - route.yaw_at(a));
+        assert!(turn.abs() < 0.35, "{}: turns by {turn} at {a}", map.name);
+    }
+}
+
+#[test]
+fn the_longest_loop_of_netconverts_network_is_found_with_and_without_insides_of_junctions() {
+    for name in FIXTURES {
+        let map = load(&fixture(name)).unwrap();
+        assert_eq!(edges(&map), ["ab", "bc", "cd", "da"], "{name}");
+        assert_eq!(map.name, name.trim_end_matches(".net.xml"));
+        assert_drivable(&map);
+    }
+    let inside = load(&fixture(FIXTURES[0])).unwrap();
+    let ids: Vec<&str> = inside.route.lanes().iter().map(|lane| lane.id.as_str()).collect();
+    // `ab` is entered by its left lane and left by the right one; two lanes lie inside junction a.
+    assert_eq!(ids, ["ab_0", ":b_0_0", "bc_0", ":c_0_0", "cd_0", ":d_0_0", "da_0", ":a_1_0", ":a_7_0"]);
+    let declared_m = 69.17 + 11.44 + 46.50 + 14.58 + 69.17 + 11.93 + 51.30 + 5.87 + 10.08;
+    assert!((inside.route.length_m() - declared_m).abs() < 1e-9, "{}", inside.route.length_m());
+    assert_eq!(inside.route.s_of("ab_1", 7.0), Some(7.0), "a lane beside the route's");
+    assert_eq!(inside.route.s_of("ac_0", 7.0), None, "an edge that is not on the route");
+}
+
+#[test]
+fn a_route_that_a_person_chose_is_driven_and_mistakes_in_it_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(fixture(FIXTURES[0]), folder.path().join("net.xml")).unwrap();
+    let with = |route: &str| {
+        fs::write(folder.path().join("map.toml"), format!("title = \"T\"\n{route}\n")).unwrap();
+        load(folder.path())
+    };
+    let map = with("route = [\"da\", \"ac\", \"cd\"]").unwrap();
+    assert_eq!((edges(&map), map.title.as_str()), (vec!["da", "ac", "cd"], "T"));
+    assert_drivable(&map);
+    for (route, expected) in [
+        ("route = [\"da\", \"xy\"]", "edge \"xy\" does not exist; edges of this network: ab, ac, ae, bc"),
+        ("route = [\"da\", \"ac\", \"da\"]", "edge \"da\" is named twice"),
+        ("route = [\"da\", \"ab\", \"cd\"]", "cannot go on from edge \"ab\" to \"cd\""),
+        ("route = [\"ab\", \"bc\"]", "cannot go on from edge \"bc\" to \"ab\""),
+        ("route = []", "the route of map.toml names no edge"),
+        ("rout = []", "unknown field `rout`"),
+        ("title = 3", "duplicate key"),
+    ] {
+        let message = with(route).unwrap_err().to_string();
+        assert!(message.contains(expected), "{expected:?} is not in: {message}");
+    }
+    assert!(with("rout = []").unwrap_err().to_string().contains("line 2"));
+}
+
+#[test]
+fn the_inside_of_a_junction_of_no_size_is_a_point_that_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("p.net.xml");
+    let lane = |id: &str, length: f64, shape: &str| {
+        format!("<lane id=\"{id}\" index=\"0\" speed=\"9\" length=\"{length}\" shape=\"{shape}\"/></edge>")
+    };
+    let text = format!(
+        "<net><edge id=\":n\" function=\"internal\">{}<edge id=\"e\" from=\"n\" to=\"n\">{}<connection from=\"e\" \
+         to=\"e\" fromLane=\"0\" toLane=\"0\" via=\":n_0\"/><connection from=\":n\" to=\"e\" fromLane=\"0\" \
+         toLane=\"0\"/></net>",
+        lane(":n_0", 0.1, "0,0,5 0,0,5"),
+        lane("e_0", 40.0, "0,0,5 10,0,5 10,10,6 0,10,6 0,0,5"),
+    );
+    fs::write(&file, text).unwrap();
+    let map = load(&file).unwrap();
+    assert!((map.route.length_m() - 40.1).abs() < 1e-12);
+    assert!(map.route.point_at(40.05).length() < 1e-3);
+    assert_eq!(map.route.width_m(1.0), 3.2, "SUMO's width where none is given");
+}
+
+#[test]
+fn a_corrupt_network_is_refused_with_file_line_value_and_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bad.net.xml");
+    let good = fs::read_to_string(fixture(FIXTURES[0])).unwrap();
+    let message = |text: &str| {
+        fs::write(&file, text).unwrap();
+        load(&file).unwrap_err().to_string()
+    };
+    let line_of = |what: &str| good.lines().position(|line| line.contains(what)).unwrap() + 1;
+    let lane = line_of("id=\"bc_0\"");
+    let link = line_of("from=\"ab\" to=\"bc\"");
+    let cases = [
+        ("length=\"46.50\"", "length=\"0\"", lane, "lane \"bc_0\": length is \"0\"; allowed: a finite number above 0"),
+        ("length=\"46.50\"", "length=\"nan\"", lane, "length is \"nan\""),
+        ("length=\"46.50\"", "", lane, "length is absent"),
+        ("141.60,5.50 141.60,52.00", "", lane, "lane \"bc_0\": shape is \"\"; allowed: two or more different points"),
+        ("141.60,5.50 141.60,52.00", "141.60,5.50", lane, "shape is \"141.60,5.50\""),
+        ("141.60,5.50 141.60,52.00", "1,2 1,2", lane, "shape is \"1,2 1,2\""),
+        ("141.60,5.50 141.60,52.00", "1,2 inf,2", lane, "shape is \"1,2 inf,2\""),
+        ("141.60,5.50 141.60,52.00", "1,2 3;4", lane, "shape is \"1,2 3;4\""),
+        ("via=\":b_0_0\"", "via=\":z\"", link, "via is \":z\"; allowed: the id of a lane of this network"),
+        ("from=\"ab\" to=\"bc\" fromLane=\"0\"", "from=\"ab\" to=\"bc\" fromLane=\"7\"", link, "fromLane is \"7\""),
+        ("from=\"ab\" to=\"bc\" fromLane", "from=\"ab\" to=\"zz\" fromLane", link, "to is \"zz\""),
+    ];
+    for (from, to, line, expected) in cases {
+        assert!(good.contains(from), "{from}");
+        let message = message(&good.replacen(from, to, 1));
+        let place = format!("bad.net.xml:{line}: ");
+        assert!(message.contains(&place) && message.contains(expected), "{place:?}, {expected:?}: {message}");
+    }
+    let cut = message(&good[..good.len() / 2]);
+    assert!(cut.contains("bad.net.xml:") && cut.contains("this is not XML") && cut.contains("remedy"), "{cut}");
+    assert!(message("").contains("this is not XML"));
+    let other = message("<?xml version=\"1.0\"?>\n<routes/>");
+    assert!(other.contains("bad.net.xml:2: the root element is <routes>"), "{other}");
+    assert!(message("<net/>").contains("no closed route: 0 lanes are open"));
+    let open = message(&good.replace("to=\"ea\"", "to=\"walk\"").replace("to=\"da\"", "to=\"walk\""));
+    assert!(open.contains("no closed route") && open.contains("remedy"), "{open}");
+    fs::write(&file, [0xff, 0xfe, 0x00]).unwrap();
+    assert!(load(&file).unwrap_err().to_string().contains("not UTF-8"));
+}
+
+#[test]
+fn a_map_that_is_not_there_is_named_with_those_that_are() {
+    let message = RoadMap::load("ring-25").unwrap_err().to_string();
+    assert!(message.contains("there is no map \"ring-25\"; maps here: practice, ring-250, ring-641"), "{message}");
+    let message = RoadMap::load("some/where.net.xml").unwrap_err().to_string();
+    assert!(message.starts_with("some/where.net.xml: there is no such file"), "{message}");
+    assert!(RoadMap::load("maps/../nowhere").is_err());
+}
+
+#[test]
+fn a_large_grid_is_searched_in_bounded_time_and_always_with_the_same_result() {
+    // 12 x 12 crossings, streets both ways, all turns: 528 edges.
+    let mut text = String::from("<net>");
+    let mut edges = Vec::new();
+    for i in 0..12i32 {
+        for j in 0..12i32 {
+            for (di, dj) in [(1, 0), (0, 1), (-1, 0), (0, -1)] {
+                let (a, b) = (i + di, j + dj);
+                if (0..12).contains(&a) && (0..12).contains(&b) {
+                    let shape = format!("{},{} {},{}", i * 50, j * 50, a * 50, b * 50);
+                    text += &format!(
+                        "<edge id=\"{i}.{j}-{a}.{b}\" to=\"{a}.{b}\"><lane id=\"{i}.{j}-{a}.{b}_0\" speed=\"9\" \
+                         length=\"50\" shape=\"{shape}\"/></edge>"
+                    );
+                    edges.push(((i, j), (a, b)));
+                }
+            }
+        }
+    }
+    for (from, at) in &edges {
+        for (_, to) in edges.iter().filter(|(start, _)| start == at) {
+            let ((i, j), (a, b), (x, y)) = (from, at, to);
+            let dir = if from == to { "t" } else { "s" };
+            text += &format!(
+                "<connection from=\"{i}.{j}-{a}.{b}\" to=\"{a}.{b}-{x}.{y}\" fromLane=\"0\" toLane=\"0\" dir=\"{dir}\"/>"
+            );
+        }
+    }
+    text += "</net>";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("grid.net.xml");
+    fs::write(&file, text).unwrap();
+    let map = load(&file).unwrap();
+    assert!(map.route.length_m() >= 2000.0, "{}", map.route.length_m());
+    assert_eq!(map, load(&file).unwrap());
+}
+
+#[test]
+fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");
+    let netconvert = sumo.join("bin/netconvert");
+    assert!(netconvert.is_file(), "{}: run scripts/setup first", netconvert.display());
+    let maps = folder.path().join("maps");
+    let import = |file: &Path, name: &str| import::import_into(&maps, &netconvert, file, name);
+
+    let osm = folder.path().join("block.osm");
+    let block = |ways: &str| {
+        let corner = |id, lat, lon| format!("<node id=\"{id}\" lat=\"{lat}\" lon=\"{lon}\"/>");
+        let corners =
+            [corner(1, 52.0, 13.0), corner(2, 52.0, 13.003), corner(3, 52.002, 13.003), corner(4, 52.002, 13.0)];
+        let way = format!("<way id=\"10\">{ways}<tag k=\"highway\" v=\"residential\"/></way>");
+        fs::write(&osm, format!("<osm version=\"0.6\">{}{way}</osm>", corners.concat())).unwrap();
+    };
+    let nodes = |ids: &[u32]| ids.iter().map(|id| format!("<nd ref=\"{id}\"/>")).collect::<String>();
+    block(&nodes(&[1, 2, 3, 4, 1]));
+    let map = import(&osm, "block").unwrap();
+    // 0.002 degrees of latitude are 222.5 m, 0.003 of longitude at 52 degrees 206 m; the corners are cut.
+    assert!((780.0..870.0).contains(&map.route.length_m()), "{}", map.route.length_m());
+    assert_drivable(&map);
+    assert_eq!(map.title, "block");
+
+    let ring = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("maps/ring-250/net.xml")).unwrap();
+    let (net, xodr) = (folder.path().join("ring.net.xml"), folder.path().join("ring.xodr"));
+    fs::write(&net, ring).unwrap();
+    assert_eq!(import(&net, "copy").unwrap().route.length_m(), 250.0);
+    let mut export = std::process::Command::new(&netconvert);
+    export.arg("-s").arg(&net).arg("--opendrive-output").arg(&xodr).args(["--no-warnings", "true"]);
+    assert!(export.env("SUMO_HOME", &sumo).output().unwrap().status.success());
+    let map = import(&xodr, "drive").unwrap();
+    assert!((map.route.length_m() - 250.0).abs() < 1.0, "{}", map.route.length_m());
+    assert_drivable(&map);
+
+    let message = |made: Result<RoadMap, MapError>| made.map(|map| map.name).unwrap_err().to_string();
+    assert!(message(import(&net, "copy")).contains("this map exists already"));
+    assert!(message(import(&net, "../copy")).contains("the map's name is \"../copy\"; allowed: letters"));
+    assert!(message(import(&folder.path().join("no.osm"), "no")).contains("there is no such file"));
+    assert!(message(import(&folder.path().join("maps/copy/map.toml"), "no")).contains("allowed: a file .xodr"));
+    fs::write(&osm, "<osm version=\"0.6\"><node id=").unwrap();
+    assert!(message(import(&osm, "no")).contains("block.osm: netconvert failed: "));
+    let absent = import::import_into(&maps, Path::new("nowhere/netconvert"), &osm, "no");
+    assert!(message(absent).contains("netconvert is not at nowhere/netconvert\n  remedy: run scripts/setup"));
+    let text = fs::read_to_string(&net).unwrap();
+    let open: String = text.lines().filter(|line| !line.contains("<connection from=\"e3\"")).collect();
+    fs::write(&net, open).unwrap();
+    assert!(message(import(&net, "no")).contains("ring.net.xml: no closed route"));
+    let mut left: Vec<_> = fs::read_dir(&maps).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["block", "copy", "drive"]);
+}

@@ -1,0 +1,304 @@
+//! The scenario's settings as widgets. In: the list of settings ([`sim::fields`](crate::sim::fields)), whose docs are the
+//! tooltips and whose limits are those of the widgets, and the words to choose from. Out: an edited [`Scenario`].
+//! Nothing here knows any one setting but for the section it stands in.
+
+use std::collections::BTreeMap;
+
+use egui::{ComboBox, DragValue, Response, RichText, TextEdit, Ui};
+use serde_json::Value;
+
+use super::theme;
+use crate::sim::{Field, Kind, Scenario, ScenarioError, fields};
+
+/// Sections and the settings in them, in order; a path that ends in a dot is a whole table. What is in none comes last.
+const SECTIONS: [(&str, &[&str]); 5] = [
+    ("Road & traffic", &["map", "vehicles", "traffic", "start"]),
+    ("IDM", &["idm."]),
+    ("Advice", &["policy", "policy_speed_mps", "hold_s", "range_mph"]),
+    ("Display", &["units", "screen_width_m", "eye_distance_m", "ordinary_paints", "quality"]),
+    ("Run", &[]),
+];
+
+/// Words to choose from, for settings that are texts: which maps and policies there are is not the schema's to say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choices(BTreeMap<String, (Vec<String>, Option<String>)>);
+
+impl Choices {
+    /// Adds the words for one setting. `other` says what else may be typed ("path of a net.xml"); `None` if nothing.
+    pub fn with<W: ToString>(mut self, path: &str, words: impl IntoIterator<Item = W>, other: Option<&str>) -> Self {
+        let words = words.into_iter().map(|word| word.to_string()).collect();
+        self.0.insert(path.into(), (words, other.map(Into::into)));
+        self
+    }
+}
+
+/// A scenario being edited.
+pub struct Editor {
+    fields: Vec<Field>,
+    choices: Choices,
+    driving: Value,
+    edited: Value,
+}
+
+impl Editor {
+    /// An editor that starts from `scenario`.
+    pub fn new(scenario: &Scenario, choices: Choices) -> Self {
+        let driving = json(scenario);
+        Self { fields: fields(), choices, edited: driving.clone(), driving }
+    }
+
+    /// Tells which scenario drives now. A new one replaces all edits.
+    pub fn follow(&mut self, scenario: &Scenario) {
+        let driving = json(scenario);
+        if driving != self.driving {
+            self.edited = driving.clone();
+            self.driving = driving;
+        }
+    }
+
+    /// True if a restart would change something.
+    pub fn is_edited(&self) -> bool {
+        self.edited != self.driving
+    }
+
+    /// Takes all edits back.
+    pub fn discard(&mut self) {
+        self.edited = self.driving.clone();
+    }
+
+    /// The scenario as edited.
+    ///
+    /// # Errors
+    /// The settings do not go together; the message names setting, value and what is allowed.
+    pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
+        let all: Vec<(Field, Value)> = self
+            .fields
+            .iter()
+            .filter_map(|field| field.get(&self.edited).map(|value| (field.clone(), value.clone())))
+            .collect();
+        Scenario::default().with(&all)
+    }
+
+    /// All sections.
+    pub fn show(&mut self, ui: &mut Ui) {
+        for (section, (title, _)) in SECTIONS.iter().enumerate() {
+            let changed = self.in_section(section).any(|field| self.has_changed(field));
+            let title = RichText::new(*title).color(if changed { theme::AMBER } else { theme::TEXT }).strong();
+            egui::CollapsingHeader::new(title).id_salt(section).default_open(section != 3).show(ui, |ui| {
+                let here: Vec<Field> = self.in_section(section).cloned().collect();
+                for field in &here {
+                    self.row(ui, field);
+                }
+            });
+        }
+    }
+
+    fn in_section(&self, section: usize) -> impl Iterator<Item = &Field> {
+        self.fields.iter().filter(move |field| section_of(&field.path) == section)
+    }
+
+    fn has_changed(&self, field: &Field) -> bool {
+        field.get(&self.edited) != field.get(&self.driving)
+    }
+
+    /// Name on the left, widget on the right; both tell what the setting is when the pointer rests on them.
+    fn row(&mut self, ui: &mut Ui, field: &Field) {
+        let Some(mut value) = field.get(&self.edited).cloned() else { return };
+        let colour = if self.has_changed(field) { theme::AMBER } else { theme::TEXT };
+        let tip = tooltip(field);
+        ui.horizontal(|ui| {
+            let label = ui.label(RichText::new(name_of(field)).color(colour)).on_hover_text(&tip);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let widget = self.widget(ui, field, &mut value);
+                widget.labelled_by(label.id).on_hover_text(&tip);
+            });
+        });
+        if field.fault(&value).is_none() {
+            field.set(&mut self.edited, value);
+        }
+    }
+
+    fn widget(&self, ui: &mut Ui, field: &Field, value: &mut Value) -> Response {
+        match &field.kind {
+            Kind::Switch => {
+                let mut on = value.as_bool().unwrap_or_default();
+                let response = ui.checkbox(&mut on, "");
+                *value = on.into();
+                response
+            }
+            Kind::Whole { min, max } => {
+                let mut number = value.as_u64().unwrap_or(*min);
+                let drag = DragValue::new(&mut number).range(*min..=*max).speed(0.1);
+                let response = ui.add(with_unit(drag, field));
+                *value = number.into();
+                response
+            }
+            Kind::Number { min, max } => {
+                let mut number = value.as_f64().unwrap_or(*min);
+                // A hundred pixels of dragging double the number.
+                let speed = 0.01 * number.abs().max(0.02 * (max - min));
+                let drag = DragValue::new(&mut number).range(*min..=*max).speed(speed).max_decimals(3);
+                let response = ui.add(with_unit(drag, field));
+                *value = number.into();
+                response
+            }
+            Kind::Choice(words) => choose(ui, field, words, value),
+            Kind::Text => match self.choices.0.get(&field.path) {
+                Some((words, None)) => choose(ui, field, words, value),
+                Some((words, Some(other))) => choose_or_type(ui, field, words, other, value),
+                None => type_in(ui, field, "", value),
+            },
+        }
+    }
+}
+
+fn json(scenario: &Scenario) -> Value {
+    serde_json::to_value(scenario).unwrap_or_default()
+}
+
+fn section_of(path: &str) -> usize {
+    let holds = |pattern: &&str| *pattern == path || (pattern.ends_with('.') && path.starts_with(*pattern));
+    SECTIONS.iter().position(|(_, paths)| paths.iter().any(holds)).unwrap_or(SECTIONS.len() - 1)
+}
+
+/// What stands before the widget: `Policy speed`; in a table the symbol and what it means, `T  Desired time gap to the
+/// leader`.
+fn name_of(field: &Field) -> String {
+    if field.table().is_some() {
+        let symbol = field.path.rsplit('.').next().unwrap_or_default();
+        let meaning = field.doc.split([',', ';', ':']).next().unwrap_or_default();
+        return format!("{symbol}  {meaning}");
+    }
+    let flag = field.flag().replace('-', " ");
+    let mut letters = flag.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn tooltip(field: &Field) -> String {
+    let default = match &field.default {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    match field.kind {
+        Kind::Switch | Kind::Text => format!("{}.\nDefault {default}.", field.doc),
+        _ => format!("{}.\nAllowed: {}. Default {default}.", field.doc, field.allowed()),
+    }
+}
+
+fn with_unit<'a>(drag: DragValue<'a>, field: &Field) -> DragValue<'a> {
+    // Applied when typing is done: on the way to 22 the number is not 2.
+    let drag = drag.update_while_editing(false).min_size(egui::vec2(92.0, 0.0)).custom_parser(number_from);
+    if field.unit.is_empty() { drag } else { drag.suffix(format!(" {}", field.unit.replace("s2", "s²"))) }
+}
+
+/// A finite number as a person types it, with a point or a comma; otherwise the old one stays.
+fn number_from(text: &str) -> Option<f64> {
+    let text = text.trim().replace(',', ".").replace('−', "-");
+    text.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+const CHOICE_WIDTH: f32 = 150.0;
+
+fn choose(ui: &mut Ui, field: &Field, words: &[String], value: &mut Value) -> Response {
+    let now = value.as_str().unwrap_or_default().to_owned();
+    ComboBox::from_id_salt(&field.path)
+        .selected_text(&now)
+        .width(CHOICE_WIDTH)
+        .show_ui(ui, |ui| {
+            for word in words {
+                if ui.selectable_label(*word == now, word).clicked() {
+                    *value = word.as_str().into();
+                }
+            }
+        })
+        .response
+}
+
+fn type_in(ui: &mut Ui, field: &Field, hint: &str, value: &mut Value) -> Response {
+    let mut text = value.as_str().unwrap_or_default().to_owned();
+    let edit = TextEdit::singleline(&mut text).id_salt(&field.path).hint_text(hint).desired_width(CHOICE_WIDTH);
+    let response = ui.add(edit);
+    *value = text.into();
+    response
+}
+
+/// A list whose last entry opens a line to type in; the line stays for as long as the text is none of the words.
+fn choose_or_type(ui: &mut Ui, field: &Field, words: &[String], other: &str, value: &mut Value) -> Response {
+    let now = value.as_str().unwrap_or_default().to_owned();
+    if words.contains(&now) {
+        let response = ComboBox::from_id_salt(&field.path)
+            .selected_text(&now)
+            .width(CHOICE_WIDTH)
+            .show_ui(ui, |ui| {
+                for word in words {
+                    if ui.selectable_label(*word == now, word).clicked() {
+                        *value = word.as_str().into();
+                    }
+                }
+                if ui.selectable_label(false, format!("{other} …")).clicked() {
+                    *value = "".into();
+                }
+            })
+            .response;
+        return response;
+    }
+    if ui.small_button("list").on_hover_text("Choose from the list again").clicked() {
+        *value = words.first().cloned().unwrap_or_default().into();
+    }
+    let mut text = value.as_str().unwrap_or_default().to_owned();
+    let width = CHOICE_WIDTH - 30.0;
+    let edit = TextEdit::singleline(&mut text).id_salt((&field.path, "other")).hint_text(other).desired_width(width);
+    let response = ui.add(edit);
+    *value = text.into();
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_name_only_settings_that_exist() {
+        let all = fields();
+        for (title, paths) in SECTIONS {
+            for path in paths {
+                assert!(all.iter().any(|field| field.path.starts_with(path)), "{title}: {path}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_edit_is_noticed_taken_back_and_replaced_by_a_new_drive() {
+        let mut editor = Editor::new(&Scenario::default(), Choices::default());
+        assert!(!editor.is_edited());
+        assert_eq!(editor.scenario().unwrap(), Scenario::default());
+        let vehicles = editor.fields.iter().find(|field| field.path == "vehicles").unwrap().clone();
+        vehicles.set(&mut editor.edited, 18.into());
+        assert!(editor.is_edited());
+        editor.follow(&Scenario::default());
+        assert_eq!(editor.scenario().unwrap().vehicles, 18, "the same drive goes on: the edit stays");
+        editor.discard();
+        assert!(!editor.is_edited());
+        vehicles.set(&mut editor.edited, 18.into());
+        editor.follow(&Scenario { vehicles: 12, ..Scenario::default() });
+        assert_eq!(editor.scenario().unwrap().vehicles, 12);
+        assert!(!editor.is_edited());
+    }
+
+    #[test]
+    fn only_finite_numbers_are_numbers() {
+        assert_eq!(number_from(" 1,5 "), Some(1.5));
+        assert_eq!(number_from("−3"), Some(-3.0));
+        for text in ["nan", "inf", "-infinity", "1e999", "", "many"] {
+            assert_eq!(number_from(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn names_are_words_without_units() {
+        let names: Vec<String> = fields().iter().map(name_of).collect();
+        for name in ["Vehicles", "Policy speed", "Hold", "Range", "Screen width", "T  Desired time gap to the leader"] {
+            assert!(names.iter().any(|n| n == name), "no {name} among {names:?}");
+        }
+    }
+}

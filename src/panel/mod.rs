@@ -1,0 +1,201 @@
+//! The experimenter's panel. In: a [`PanelState`], what there is to show. Out: [`PanelCommand`]s. It owns no part of the
+//! simulation, and nothing that a participant sees depends on it.
+
+mod editor;
+mod help;
+mod history;
+mod readout;
+pub mod theme;
+
+pub use editor::Choices;
+pub use history::{History, Sample};
+pub use readout::Readings;
+
+use std::time::Duration;
+
+use egui::{Button, Color32, RichText, Ui};
+
+use crate::sim::Scenario;
+use editor::Editor;
+
+/// What the panel shows in one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct PanelState<'a> {
+    /// The scenario that drives, or that would if it could start.
+    pub scenario: &'a Scenario,
+    /// Whether time runs.
+    pub phase: Phase,
+    /// The present moment; `None` before there is a world.
+    pub readings: Option<Readings>,
+    /// Speeds since the start.
+    pub history: &'a History,
+    /// Name and version of the traffic engine.
+    pub engine: &'a str,
+    /// Time given up in stalls.
+    pub dropped: Duration,
+    /// How many frames gave up time.
+    pub stalls: u64,
+    /// Time from frame to frame, milliseconds.
+    pub frame_ms: f64,
+    /// Why the scenario cannot start or go on.
+    pub error: Option<&'a str>,
+}
+
+/// Whether time runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// Not yet started.
+    #[default]
+    Ready,
+    /// Time runs.
+    Running,
+    /// Time stands and can go on.
+    Paused,
+    /// The drive is over, by its duration, a contact or an error.
+    Ended,
+}
+
+/// What the experimenter asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PanelCommand {
+    /// Let time run, from the start or from where it was paused.
+    Start,
+    /// Hold time.
+    Pause,
+    /// Go on by so much and hold.
+    SingleStep(Advance),
+    /// Begin a new drive with this scenario, edited or not.
+    Restart(Box<Scenario>),
+}
+
+/// How far a single step goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Advance {
+    /// One tick of the ego's physics, 10 ms.
+    Tick,
+    /// One step of traffic and policy.
+    Step,
+}
+
+/// The panel's own state: edits, and what is open.
+pub struct Panel {
+    editor: Editor,
+    /// True while the panel is to be seen.
+    pub open: bool,
+    /// True while the list of keys is to be seen.
+    pub help_open: bool,
+}
+
+/// Width of the panel, points.
+pub const WIDTH: f32 = 360.0;
+
+impl Panel {
+    /// A panel for `scenario`, closed. `choices` are the words for settings that are texts.
+    pub fn new(scenario: &Scenario, choices: Choices) -> Self {
+        Self { editor: Editor::new(scenario, choices), open: false, help_open: false }
+    }
+
+    /// Shows what is open, in the root [`Ui`] of a pass, and tells what was asked for. `keys` are keys and what they do.
+    pub fn show(&mut self, ui: &mut Ui, state: &PanelState<'_>, keys: &[(&str, &str)]) -> Vec<PanelCommand> {
+        let mut commands = Vec::new();
+        self.editor.follow(state.scenario);
+        if self.open {
+            egui::Panel::right("experimenter").default_size(WIDTH).min_size(320.0).show(ui, |ui| {
+                ui.add_space(4.0);
+                self.controls(ui, state, &mut commands);
+                ui.separator();
+                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    readout::numbers(ui, state);
+                    ui.add_space(4.0);
+                    readout::plot(ui, state.history);
+                    ui.add_space(6.0);
+                    self.editor.show(ui);
+                    ui.add_space(12.0);
+                });
+            });
+        }
+        if self.help_open {
+            help::show(ui.ctx(), keys);
+        }
+        commands
+    }
+
+    /// What stays at the top: start, pause, single steps, restart, and what is wrong.
+    fn controls(&mut self, ui: &mut Ui, state: &PanelState<'_>, commands: &mut Vec<PanelCommand>) {
+        ui.horizontal(|ui| {
+            let (word, light) = match state.phase {
+                Phase::Ready => ("ready", theme::DIM),
+                Phase::Running => ("running", theme::GREEN),
+                Phase::Paused => ("paused", theme::AMBER),
+                Phase::Ended => ("ended", theme::RED),
+            };
+            ui.heading("codrive");
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.label(RichText::new(word).color(light).strong());
+            });
+        });
+        let edited = self.editor.scenario();
+        ui.horizontal(|ui| {
+            let held = matches!(state.phase, Phase::Ready | Phase::Paused);
+            if state.phase == Phase::Running {
+                if ui.button("Pause").on_hover_text("Hold time (Space)").clicked() {
+                    commands.push(PanelCommand::Pause);
+                }
+            } else if ui
+                .add_enabled(held, primary("Start", held))
+                .on_hover_text("Let time run (Space)")
+                .on_disabled_hover_text("The drive is over: restart")
+                .clicked()
+            {
+                commands.push(PanelCommand::Start);
+            }
+            for (text, advance, tip) in [
+                ("+1 tick", Advance::Tick, "Go on by one tick of the car's physics, 0.01 s"),
+                ("+1 step", Advance::Step, "Go on by one step of traffic and advice"),
+            ] {
+                let button = ui.add_enabled(held, Button::new(text)).on_hover_text(tip);
+                if button.on_disabled_hover_text("Pause first").clicked() {
+                    commands.push(PanelCommand::SingleStep(advance));
+                }
+            }
+            let pending = self.editor.is_edited();
+            let restart = ui
+                .add_enabled(edited.is_ok(), primary("Restart", pending && edited.is_ok()))
+                .on_hover_text("Begin a new drive with the settings below");
+            if restart.clicked()
+                && let Ok(scenario) = &edited
+            {
+                commands.push(PanelCommand::Restart(Box::new(scenario.clone())));
+            }
+            if pending && ui.button("Discard").on_hover_text("Take all edits back").clicked() {
+                self.editor.discard();
+            }
+        });
+        if let Err(fault) = &edited {
+            notice(ui, &fault.to_string(), theme::RED);
+        } else if self.editor.is_edited() {
+            notice(ui, "Edited: restart to apply.", theme::AMBER);
+        }
+        if let Some(error) = state.error {
+            notice(ui, error, theme::RED);
+        }
+    }
+}
+
+/// A button that is the next thing to press, if it `is` that.
+fn primary(text: &str, is: bool) -> Button<'_> {
+    if is {
+        Button::new(RichText::new(text).color(Color32::WHITE)).fill(Color32::from_rgb(36, 96, 150))
+    } else {
+        Button::new(text)
+    }
+}
+
+/// A line that stands out from the rest.
+fn notice(ui: &mut Ui, text: &str, colour: Color32) {
+    let frame = egui::Frame::new().fill(colour.gamma_multiply(0.12)).corner_radius(4).inner_margin(6);
+    frame.show(ui, |ui| {
+        ui.set_min_width(ui.available_width());
+        ui.label(RichText::new(text).color(colour));
+    });
+}

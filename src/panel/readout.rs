@@ -1,0 +1,189 @@
+//! Live numbers and the plot. In: [`Readings`] and a [`History`]. Speeds are read both as the driver reads them and in
+//! m/s, the unit of the literature.
+
+use egui::{Color32, RichText, Ui};
+use egui_plot::{GridMark, Line, Plot};
+
+use super::{History, PanelState, theme};
+use crate::{policy::Advice, sim::Snapshot, units::SpeedUnit};
+
+/// What the panel reads off a moment of the drive; SI.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Readings {
+    /// Time since the start of the drive, seconds.
+    pub time_s: f64,
+    /// Speed of the ego, m/s, negative in reverse.
+    pub speed_mps: f64,
+    /// Advice that stands.
+    pub advice: Option<Advice>,
+    /// Gap to the leader in metres (bumper to bumper) and the leader's speed in m/s.
+    pub leader: Option<(f64, f64)>,
+    /// Mean speed of all vehicles, m/s.
+    pub mean_speed_mps: f64,
+}
+
+impl From<&Snapshot> for Readings {
+    fn from(snapshot: &Snapshot) -> Self {
+        Self {
+            time_s: snapshot.tick.seconds(),
+            speed_mps: snapshot.ego.speed_mps,
+            advice: snapshot.advice,
+            leader: snapshot.leader.map(|leader| (leader.gap_m, leader.speed_mps)),
+            mean_speed_mps: snapshot.mean_speed_mps,
+        }
+    }
+}
+
+impl Readings {
+    /// Where the speed stands to the range, as a word, and its colour.
+    fn verdict(&self) -> (&'static str, Color32) {
+        match self.advice {
+            None => ("no advice", theme::DIM),
+            Some(advice) if advice.accepts(self.speed_mps) => ("in range", theme::GREEN),
+            Some(advice) if self.speed_mps < advice.target_mps => ("too slow", theme::TEXT),
+            Some(_) => ("too fast", theme::TEXT),
+        }
+    }
+}
+
+/// The numbers.
+pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
+    let unit = state.scenario.units;
+    egui::Grid::new("readings").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
+        let Some(now) = state.readings else {
+            row(ui, "Time", "not started", theme::DIM);
+            return;
+        };
+        let (verdict, colour) = now.verdict();
+        row(ui, "Time", &time(now.time_s), theme::TEXT);
+        row(ui, "Speed", &speed(now.speed_mps, unit), colour);
+        match now.advice {
+            Some(advice) => {
+                let (low, high) = advice.band_mps();
+                let band = format!("{:5.1} – {:.1} {}", unit.from_mps(low), unit.from_mps(high), unit.label());
+                row(ui, "Target", &speed(advice.target_mps, unit), theme::RED);
+                row(ui, "Range", &format!("{band}  {verdict}"), colour);
+            }
+            None => {
+                row(ui, "Target", "—", theme::DIM);
+                row(ui, "Range", verdict, theme::DIM);
+            }
+        }
+        match now.leader {
+            Some((gap_m, leader_mps)) => {
+                row(ui, "Gap", &format!("{gap_m:.1} m"), theme::TEXT);
+                row(ui, "Leader", &speed(leader_mps, unit), theme::TEXT);
+            }
+            None => {
+                row(ui, "Gap", "—", theme::DIM);
+                row(ui, "Leader", "—", theme::DIM);
+            }
+        }
+        row(ui, "Mean of all", &speed(now.mean_speed_mps, unit), theme::ACCENT);
+        row(ui, "Engine", state.engine, theme::DIM);
+        let dropped = state.dropped.as_secs_f64();
+        let colour = if state.stalls > 0 { theme::AMBER } else { theme::DIM };
+        row(ui, "Dropped time", &format!("{dropped:.2} s in {} stalls", state.stalls), colour);
+        row(ui, "Frame", &format!("{:.1} ms", state.frame_ms), theme::DIM);
+    });
+}
+
+fn row(ui: &mut Ui, name: &str, value: &str, colour: Color32) {
+    ui.label(RichText::new(name).color(theme::DIM));
+    ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+        ui.add(egui::Label::new(RichText::new(value).monospace().color(colour)).truncate());
+        ui.allocate_space(egui::vec2(ui.available_width(), 0.0));
+    });
+    ui.end_row();
+}
+
+/// `9.8 mph   4.36 m/s`.
+fn speed(speed_mps: f64, unit: SpeedUnit) -> String {
+    format!("{:5.1} {}  {speed_mps:6.2} m/s", unit.from_mps(speed_mps), unit.label())
+}
+
+/// Minutes, seconds and tenths.
+fn time(time_s: f64) -> String {
+    let tenths = (time_s * 10.0 + 1e-6).floor() as u64;
+    format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10)
+}
+
+/// Lines of the plot and their colours.
+const LINES: [(&str, Color32); 3] = [("mean of all", theme::ACCENT), ("ego", theme::AMBER), ("target", theme::RED)];
+
+/// Marks from 0 to `until`, as close as the first of `steps` that makes no more than eight.
+fn marks(until: f64, steps: [f64; 5]) -> Vec<GridMark> {
+    let step = steps.into_iter().find(|step| until / step <= 8.0).unwrap_or(steps[4]);
+    (0..=(until / step) as u32).map(|i| GridMark { value: f64::from(i) * step, step_size: step }).collect()
+}
+
+/// Mean speed of all vehicles over time, with the ego's speed and the target.
+pub fn plot(ui: &mut Ui, history: &History) {
+    let samples = history.samples();
+    let line = |of: fn(&super::Sample) -> f64| -> Vec<[f64; 2]> {
+        samples.iter().map(|sample| [sample.time_s, of(sample)]).collect()
+    };
+    ui.horizontal(|ui| {
+        for (name, colour) in LINES {
+            ui.label(RichText::new(name).color(colour).small());
+        }
+        ui.label(RichText::new("m/s").color(theme::DIM).small());
+    });
+    // The first minute is shown at once, so that the first seconds do not fill the width.
+    let until = samples.last().map_or(0.0, |sample| sample.time_s).max(60.0);
+    Plot::new("speeds")
+        .height(140.0)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .include_x(0.0)
+        .include_x(until)
+        .include_y(0.0)
+        .include_y(6.0)
+        .set_margin_fraction(egui::vec2(0.0, 0.04))
+        .x_grid_spacer(move |_| marks(until, [10.0, 60.0, 300.0, 1800.0, 7200.0]))
+        .y_grid_spacer(|input| marks(input.bounds.1, [2.0, 5.0, 10.0, 20.0, 50.0]))
+        .x_axis_formatter(|mark, _| time(mark.value).trim_end_matches(".0").to_owned())
+        .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
+        .y_axis_min_width(18.0)
+        .grid_color(Color32::from_rgb(58, 64, 73))
+        .grid_fade(0.0)
+        .show(ui, |plot| {
+            for (i, part) in targets(samples).into_iter().enumerate() {
+                plot.line(Line::new(LINES[2].0, part).id(("target", i)).color(LINES[2].1).width(1.0));
+            }
+            plot.line(Line::new(LINES[1].0, line(|sample| sample.ego_mps)).color(LINES[1].1).width(1.2));
+            plot.line(Line::new(LINES[0].0, line(|sample| sample.mean_mps)).color(LINES[0].1).width(2.2));
+        });
+}
+
+/// The target in one line for each while with advice.
+fn targets(samples: &[super::Sample]) -> Vec<Vec<[f64; 2]>> {
+    samples
+        .chunk_by(|one, next| one.target_mps.is_some() == next.target_mps.is_some())
+        .map(|part| part.iter().filter_map(|s| s.target_mps.map(|target| [s.time_s, target])).collect::<Vec<_>>())
+        .filter(|part| !part.is_empty())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_is_read_in_minutes() {
+        assert_eq!(time(0.0), "0:00.0");
+        assert_eq!(time(0.1 + 0.2), "0:00.3");
+        assert_eq!(time(125.99), "2:05.9");
+    }
+
+    #[test]
+    fn a_while_without_advice_is_a_hole_in_the_line() {
+        let mut history = History::default();
+        for (i, target) in [None, Some(4.0), Some(4.0), None, Some(3.0)].into_iter().enumerate() {
+            history.push(i as f64, 4.0, 4.0, target);
+        }
+        assert_eq!(targets(history.samples()), [vec![[1.0, 4.0], [2.0, 4.0]], vec![[4.0, 3.0]]]);
+    }
+}

@@ -1,0 +1,186 @@
+//! Who is in a picture: cars and trees, culled on the CPU, written into one instance buffer per pass. In: a view and a
+//! test of what can be seen. Out: [`Batches`], ranges of instances by mesh.
+
+use super::{layout::Instance, models::Models};
+use crate::scene::{CarInstance, Stage};
+use glam::{Affine3A, Quat, Vec3};
+use std::f32::consts::PI;
+use std::ops::Range;
+
+/// Ranges in the instance buffer. The first instance is the world itself, for road and land.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Batches {
+    /// Car bodies; also the patches of contact shade under them.
+    pub bodies: Range<u32>,
+    /// Wheels.
+    pub wheels: Range<u32>,
+    /// Trees by kind and [`Detail`].
+    pub trees: Vec<[Range<u32>; 2]>,
+}
+
+/// How finely a tree is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// With every clump of leaves.
+    Near,
+    /// With a quarter of the triangles.
+    Far,
+}
+
+/// Radius in the picture from which a tree is drawn finely, pixels.
+const NEAR_PX: f32 = 45.0;
+
+impl Detail {
+    /// The detail for a tree that is this large in the picture.
+    pub fn of(radius_px: f32) -> Self {
+        if radius_px > NEAR_PX { Self::Near } else { Self::Far }
+    }
+}
+
+/// A tree made ready once: its ball and its instance.
+#[derive(Clone, Copy, Debug)]
+struct Tree {
+    centre: Vec3,
+    radius_m: f32,
+    instance: Instance,
+}
+
+/// Trees by kind, placed once.
+#[derive(Clone, Debug)]
+pub struct Forest {
+    kinds: Vec<Vec<Tree>>,
+}
+
+impl Forest {
+    /// All trees of a stage.
+    pub fn new(stage: &Stage, models: &Models) -> Self {
+        let mut kinds = vec![Vec::new(); models.trees.len()];
+        for place in &stage.tree_places {
+            let model = &models.trees[place.kind][0];
+            let turn = Quat::from_rotation_z(place.yaw_rad);
+            let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
+            kinds[place.kind].push(Tree {
+                centre: world.transform_point3(model.centre),
+                radius_m: model.radius_m * place.scale,
+                instance: Instance::new(world, place.tint, 0.0),
+            });
+        }
+        Self { kinds }
+    }
+
+    fn count(&self) -> usize {
+        self.kinds.iter().map(Vec::len).sum()
+    }
+}
+
+/// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
+#[derive(Debug)]
+pub struct Crowd {
+    buffer: wgpu::Buffer,
+    instances: Vec<Instance>,
+}
+
+impl Crowd {
+    /// Room for all trees and for `cars` cars.
+    pub fn new(device: &wgpu::Device, forest: &Forest, cars: usize) -> Self {
+        let capacity = 1 + 5 * cars + forest.count();
+        Self { buffer: instance_buffer(device, capacity), instances: Vec::with_capacity(capacity) }
+    }
+
+    /// Collects the cars and trees for which `seen(centre, radius_m)` gives a detail, and writes them to the device.
+    pub fn gather<'a>(
+        &mut self,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        models: &Models,
+        cars: impl Iterator<Item = &'a CarInstance> + Clone,
+        forest: Option<&Forest>,
+        seen: impl Fn(Vec3, f32) -> Option<Detail>,
+    ) -> Batches {
+        self.instances.clear();
+        self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
+        let reach_m = models.body.radius_m + models.body.centre.length() + models.wheel.radius_m;
+        let visible = cars.filter(|car| seen(car.position, reach_m).is_some());
+        let bodies = self.fill(|list| list.extend(visible.clone().map(body)));
+        let wheels = self.fill(|list| list.extend(visible.flat_map(wheels)));
+        let kinds = forest.map_or(&[][..], |f| &f.kinds);
+        let trees = kinds
+            .iter()
+            .map(|kind| {
+                [Detail::Near, Detail::Far].map(|detail| {
+                    let wanted = |tree: &&Tree| seen(tree.centre, tree.radius_m) == Some(detail);
+                    self.fill(|list| list.extend(kind.iter().filter(wanted).map(|tree| tree.instance)))
+                })
+            })
+            .collect();
+        if (self.instances.len() * size_of::<Instance>()) as u64 > self.buffer.size() {
+            self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
+        }
+        queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
+        Batches { bodies, wheels, trees }
+    }
+
+    /// Makes the instances the source of the pass's draws, in `slot`.
+    pub fn bind(&self, pass: &mut wgpu::RenderPass, slot: u32) {
+        pass.set_vertex_buffer(slot, self.buffer.slice(..));
+    }
+
+    fn fill(&mut self, fill: impl FnOnce(&mut Vec<Instance>)) -> Range<u32> {
+        let start = self.instances.len() as u32;
+        fill(&mut self.instances);
+        start..self.instances.len() as u32
+    }
+}
+
+fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("instances"),
+        size: (capacity * size_of::<Instance>()) as u64,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn body(car: &CarInstance) -> Instance {
+    Instance::new(Affine3A::from_rotation_translation(car.rotation, car.position), car.colour, car.brake)
+}
+
+/// The four wheels: the front ones steered, the right ones turned about so that their outer side shows, all rolling
+/// forwards.
+fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
+    let world_from_body = Affine3A::from_rotation_translation(car.rotation, car.position);
+    car.hubs.iter().enumerate().map(move |(i, hub)| {
+        let steer = if i < 2 { car.steer_rad } else { 0.0 };
+        let (about, roll) = if i % 2 == 0 { (0.0, car.spin_rad) } else { (PI, -car.spin_rad) };
+        let turn = Quat::from_rotation_z(steer + about) * Quat::from_rotation_y(roll);
+        Instance::new(world_from_body * Affine3A::from_rotation_translation(turn, *hub), [1.0; 3], 0.0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wheels_roll_forwards_and_show_their_outer_side() {
+        let car = CarInstance {
+            position: Vec3::ZERO,
+            rotation: Quat::IDENTITY,
+            colour: [1.0; 3],
+            brake: 0.0,
+            hubs: [(1.4, 0.8), (1.4, -0.8), (-1.4, 0.8), (-1.4, -0.8)].map(|(x, y)| Vec3::new(x, y, 0.3)),
+            steer_rad: 0.0,
+            spin_rad: 0.3,
+            is_ego: false,
+        };
+        for (wheel, hub) in wheels(&car).zip(car.hubs) {
+            let column = |i: usize| Vec3::from(wheel.rows.map(|row| row[i]));
+            assert!((wheel.origin() - hub).length() < 1e-6);
+            assert!((column(1).y - hub.y.signum()).abs() < 1e-6, "the outer side is {}", column(1));
+            assert!(column(2).x > 0.2, "the top moves forwards: {}", column(2));
+        }
+        let steered: Vec<_> = wheels(&CarInstance { steer_rad: 0.4, spin_rad: 0.0, ..car }).collect();
+        let axle = Vec3::from(steered[0].rows.map(|row| row[1]));
+        assert!(axle.x < -0.3, "steering left turns the left wheel's outer side backwards: {axle}");
+        assert_eq!(steered[2].rows[0][1], 0.0, "the rear wheels stay");
+    }
+}

@@ -1,0 +1,202 @@
+//! From light to a picture: tone curve, sRGB encoding, and the mirror laid into the main picture. In: one or two
+//! textures of light. Out: the target, a plain `Unorm` texture that holds sRGB values, as egui wants it.
+
+use super::{
+    layout::Print,
+    pipeline::{Recipe, Workshop},
+};
+
+/// Width of the mirror inset as a share of the picture's width.
+pub const MIRROR_WIDTH: f32 = 0.30;
+/// Width of the mirror over its height.
+pub const MIRROR_ASPECT: f32 = 3.4;
+/// Gap above the mirror as a share of the picture's height.
+const MIRROR_TOP: f32 = 0.02;
+/// Factor on the light before the tone curve: puts a sunlit meadow on the middle of the scale.
+const EXPOSURE: f32 = 1.55;
+
+/// The pipeline; made anew when shaders are reloaded.
+#[derive(Debug)]
+pub struct DevelopPipeline(wgpu::RenderPipeline);
+
+/// The pass.
+#[derive(Debug)]
+pub struct DevelopPass {
+    format: wgpu::TextureFormat,
+    layout: wgpu::PipelineLayout,
+    group_layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
+    main: Sheet,
+    mirror: Sheet,
+}
+
+/// One picture on the target.
+#[derive(Debug)]
+struct Sheet {
+    uniform: wgpu::Buffer,
+    group: Option<wgpu::BindGroup>,
+}
+
+/// Left, top, width and height of the mirror inset in a picture of `size`, in pixels.
+pub fn mirror_rect(size: [u32; 2]) -> [u32; 4] {
+    let width = (size[0] as f32 * MIRROR_WIDTH).round().max(2.0);
+    let height = (width / MIRROR_ASPECT).round().max(1.0);
+    // An even number of columns on both sides, so that the inset is in the middle to the pixel.
+    let width = width as u32 + (size[0] + width as u32) % 2;
+    [(size[0].saturating_sub(width)) / 2, (size[1] as f32 * MIRROR_TOP).round() as u32, width, height as u32]
+}
+
+impl DevelopPass {
+    /// A pass onto targets of `format`.
+    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+        let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("develop"),
+            entries: &[
+                entry(
+                    0,
+                    wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                ),
+                entry(
+                    1,
+                    wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
+                    },
+                ),
+                entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            ],
+        });
+        let sheet = || Sheet {
+            uniform: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("print"),
+                size: size_of::<Print>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            group: None,
+        };
+        Self {
+            format,
+            layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("develop"),
+                bind_group_layouts: &[Some(&group_layout)],
+                immediate_size: 0,
+            }),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("light"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+            group_layout,
+            main: sheet(),
+            mirror: sheet(),
+        }
+    }
+
+    /// The pass's pipeline.
+    ///
+    /// # Errors
+    /// What is wrong with the shader.
+    pub fn pipeline(&self, workshop: &mut Workshop) -> Result<DevelopPipeline, String> {
+        let recipe = Recipe {
+            program: "develop",
+            layout: &self.layout,
+            buffers: &[],
+            // Blending rounds the mirror's corners.
+            colour: Some((self.format, Some(wgpu::BlendState::ALPHA_BLENDING))),
+            depth: None,
+            cull: None,
+            samples: 1,
+            constants: &[],
+        };
+        workshop.pipeline(&recipe).map(DevelopPipeline)
+    }
+
+    /// Tells the pass that the pictures' textures are new.
+    pub fn fit(&mut self, device: &wgpu::Device, main: &wgpu::TextureView, mirror: &wgpu::TextureView) {
+        for (sheet, light) in [(&mut self.main, main), (&mut self.mirror, mirror)] {
+            sheet.group = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("develop"),
+                layout: &self.group_layout,
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: sheet.uniform.as_entire_binding() },
+                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(light) },
+                    wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&self.sampler) },
+                ],
+            }));
+        }
+    }
+
+    /// Develops the main picture (flipped left to right if `flip`) onto all of the target, and the mirror's picture,
+    /// flipped, into its frame.
+    #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
+    pub fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        pipeline: &DevelopPipeline,
+        queue: &wgpu::Queue,
+        target: &wgpu::TextureView,
+        size: [u32; 2],
+        flip: bool,
+        inset: bool,
+    ) {
+        let [width, height] = size.map(|side| side as f32);
+        let whole = Print {
+            rect: [0.0, 0.0, width, height],
+            canvas: [width, height],
+            flip: f32::from(u8::from(flip)),
+            exposure: EXPOSURE,
+            ..Default::default()
+        };
+        let framed = Print {
+            rect: mirror_rect(size).map(|v| v as f32),
+            flip: 1.0,
+            border: (height / 160.0).max(1.0),
+            corner: height / 45.0,
+            ..whole
+        };
+        queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
+        queue.write_buffer(&self.mirror.uniform, 0, bytemuck::bytes_of(&framed));
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("develop"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+            })],
+            timestamp_writes: stamps,
+            ..Default::default()
+        });
+        pass.set_pipeline(&pipeline.0);
+        let sheets = [Some(&self.main), inset.then_some(&self.mirror)];
+        for sheet in sheets.into_iter().flatten() {
+            pass.set_bind_group(0, sheet.group.as_ref(), &[]);
+            pass.draw(0..6, 0..1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mirror_is_at_the_top_in_the_middle() {
+        for size in [[160, 90], [320, 180], [640, 360], [1280, 720], [1921, 1080]] {
+            let [left, top, width, height] = mirror_rect(size);
+            assert_eq!(2 * left + width, size[0], "{size:?}");
+            assert!(top + height < size[1] / 4, "{size:?}");
+            assert!((width as f32 / size[0] as f32 - MIRROR_WIDTH).abs() < 0.02, "{size:?}");
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The graphics device. In: nothing (off-screen) or a window's display and surface. Out: a [`Gpu`] that everything in
+//! `render` borrows. `WGPU_BACKEND` (`vulkan`, `gl`, ...) and `WGPU_ADAPTER_NAME` choose among several.
+
+use std::sync::{Arc, OnceLock};
+
+/// Why there is no device.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// No adapter at all, or none that can show the window.
+    #[error(
+        "no graphics adapter: {0}. Install a driver (Debian, Ubuntu: `apt install mesa-vulkan-drivers libvulkan1` also \
+         brings one that needs no GPU) or choose another with WGPU_BACKEND=vulkan|gl|dx12|metal"
+    )]
+    NoAdapter(String),
+    /// The adapter refuses a device with the default limits.
+    #[error("the graphics adapter {adapter} gives no device: {why}. Choose another with WGPU_BACKEND=vulkan|gl")]
+    NoDevice {
+        /// Name of the adapter.
+        adapter: String,
+        /// What the driver said.
+        why: String,
+    },
+    /// The window takes no picture.
+    #[error("the window cannot be drawn to: {0}. Is the display still there? WGPU_BACKEND=gl may help")]
+    NoSurface(String),
+    /// The device went away while drawing.
+    #[error("the graphics device is lost: {0}. Start again; WGPU_BACKEND=vulkan|gl chooses another")]
+    Lost(String),
+}
+
+/// Instance, adapter, device and queue.
+#[derive(Debug)]
+pub struct Gpu {
+    /// Entry to the graphics library.
+    pub instance: wgpu::Instance,
+    /// The graphics card, or the software that stands for one.
+    pub adapter: wgpu::Adapter,
+    /// Makes buffers, textures and pipelines.
+    pub device: wgpu::Device,
+    /// Takes the work.
+    pub queue: wgpu::Queue,
+    /// What the adapter says about itself.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl Gpu {
+    /// A device without a window.
+    ///
+    /// # Errors
+    /// If there is no adapter or it gives no device.
+    pub fn headless() -> Result<Self, GpuError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        Self::from_instance(instance, None)
+    }
+
+    /// A device that can show pictures in `window`, and the window's surface. `display` is the event loop's
+    /// (`event_loop.owned_display_handle()`).
+    ///
+    /// # Errors
+    /// If the window has no surface, or as [`Gpu::headless`].
+    pub fn for_window(
+        display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
+        window: impl Into<wgpu::SurfaceTarget<'static>>,
+    ) -> Result<(Self, wgpu::Surface<'static>), GpuError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(display));
+        let surface = instance.create_surface(window).map_err(|e| GpuError::NoSurface(e.to_string()))?;
+        Ok((Self::from_instance(instance, Some(&surface))?, surface))
+    }
+
+    /// One device for a whole process, made at the first call: for tests and for tools that draw several pictures.
+    ///
+    /// # Errors
+    /// As [`Gpu::headless`], the same at every call.
+    pub fn shared() -> Result<&'static Self, &'static GpuError> {
+        static SHARED: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
+        SHARED.get_or_init(Self::headless).as_ref()
+    }
+
+    /// Adapter, driver and backend in one line, for logs and reports.
+    pub fn description(&self) -> String {
+        let info = &self.info;
+        let driver = format!("{} {}", info.driver, info.driver_info);
+        format!("{} ({:?}, {:?}, {})", info.name, info.device_type, info.backend, driver.trim())
+    }
+
+    fn from_instance(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'static>>) -> Result<Self, GpuError> {
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: surface,
+            ..Default::default()
+        };
+        let adapter = match std::env::var_os("WGPU_ADAPTER_NAME") {
+            Some(_) => pollster::block_on(wgpu::util::initialize_adapter_from_env(&instance, surface)),
+            None => pollster::block_on(instance.request_adapter(&options)),
+        }
+        .map_err(|e| GpuError::NoAdapter(e.to_string()))?;
+        let info = adapter.get_info();
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("codrive"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits: wgpu::Limits::default(),
+            ..Default::default()
+        }))
+        .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), why: e.to_string() })?;
+        // Whatever arrives here is a mistake in our own calls: say so at once, with wgpu's explanation.
+        device.on_uncaptured_error(Arc::new(|e: wgpu::Error| panic!("wgpu: {e}")));
+        Ok(Self { instance, adapter, device, queue, info })
+    }
+}

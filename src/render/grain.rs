@@ -1,0 +1,122 @@
+//! The grain of asphalt, grass and bark, and the clouds: one small tiling picture, made once from a fixed seed. In:
+//! nothing. Out: a texture with all its reduced sizes, so that the hardware's filter fades the grain with distance
+//! instead of letting it flicker. Means are near 0.5, that of the cracks near 1.
+//!
+//! Channels: r fine grit (each texel for itself), g soft clouds (five octaves), b thin cracks (dark lines on 1),
+//! a streaks along the second axis (blades of grass, bark).
+
+use crate::rng;
+
+/// Side of the picture, texels; a power of two.
+const SIZE: usize = 256;
+
+/// The grain as a texture view.
+pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
+    let levels = SIZE.ilog2() + 1;
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("grain"),
+        size: wgpu::Extent3d { width: SIZE as u32, height: SIZE as u32, depth_or_array_layers: 1 },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let mut texels = paint();
+    let mut side = SIZE;
+    for level in 0..levels {
+        let bytes: Vec<u8> = texels.iter().flatten().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8).collect();
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo { mip_level: level, ..texture.as_image_copy() },
+            &bytes,
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side as u32 * 4), rows_per_image: None },
+            wgpu::Extent3d { width: side as u32, height: side as u32, depth_or_array_layers: 1 },
+        );
+        if side > 1 {
+            texels = halve(&texels, side);
+            side /= 2;
+        }
+    }
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// The picture in full size.
+fn paint() -> Vec<[f32; 4]> {
+    let mut random = rng::stream(0, "render.grain");
+    let mut white = |n: usize| -> Vec<f32> { (0..n).map(|_| random.uniform(0.0, 1.0) as f32).collect() };
+    let grit = white(SIZE * SIZE);
+    let octaves: Vec<(usize, Vec<f32>)> = [4, 8, 16, 32, 64].map(|cells| (cells, white(cells * cells))).into();
+    let ridges: Vec<(usize, Vec<f32>)> = [6, 13, 29].map(|cells| (cells, white(cells * cells))).into();
+    let streaks = [(96, 8), (128, 20)].map(|(x, y)| (x, y, white(x * y)));
+    let mut texels = Vec::with_capacity(SIZE * SIZE);
+    for y in 0..SIZE {
+        for x in 0..SIZE {
+            let (u, v) = (x as f32 / SIZE as f32, y as f32 / SIZE as f32);
+            let fbm = |layers: &[(usize, Vec<f32>)], gain: f32| {
+                let mut weight = 1.0;
+                let (mut sum, mut total) = (0.0, 0.0);
+                for (cells, lattice) in layers {
+                    sum += weight * smooth(lattice, *cells, *cells, u, v);
+                    total += weight;
+                    weight *= gain;
+                }
+                sum / total
+            };
+            let clouds = 0.5 + (fbm(&octaves, 0.55) - 0.5) * 1.7;
+            let ridge = (fbm(&ridges, 0.5) - 0.5).abs();
+            let crack = (ridge / 0.012).min(1.0);
+            let blades = 0.5 * smooth(&streaks[0].2, streaks[0].0, streaks[0].1, u, v)
+                + 0.5 * smooth(&streaks[1].2, streaks[1].0, streaks[1].1, u, v);
+            texels.push([grit[y * SIZE + x], clouds, crack, 0.5 + (blades - 0.5) * 1.5]);
+        }
+    }
+    texels
+}
+
+/// A random lattice of `nx` by `ny` points, smoothly interpolated; tiles over 0..1.
+fn smooth(lattice: &[f32], nx: usize, ny: usize, u: f32, v: f32) -> f32 {
+    let (x, y) = (u * nx as f32, v * ny as f32);
+    let (ix, iy) = (x as usize, y as usize);
+    let ease = |t: f32| t * t * (3.0 - 2.0 * t);
+    let (fx, fy) = (ease(x - ix as f32), ease(y - iy as f32));
+    let at = |i: usize, j: usize| lattice[(j % ny) * nx + i % nx];
+    let low = at(ix, iy) + (at(ix + 1, iy) - at(ix, iy)) * fx;
+    let high = at(ix, iy + 1) + (at(ix + 1, iy + 1) - at(ix, iy + 1)) * fx;
+    low + (high - low) * fy
+}
+
+/// The picture at half the side: means of four.
+fn halve(texels: &[[f32; 4]], side: usize) -> Vec<[f32; 4]> {
+    let half = side / 2;
+    let mut out = Vec::with_capacity(half * half);
+    for y in 0..half {
+        for x in 0..half {
+            let at = |dx: usize, dy: usize| texels[(2 * y + dy) * side + 2 * x + dx];
+            let (a, b, c, d) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1));
+            out.push(std::array::from_fn(|i| (a[i] + b[i] + c[i] + d[i]) / 4.0));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_grain_fades_to_the_middle_and_is_always_the_same() {
+        let texels = paint();
+        assert_eq!(texels, paint());
+        let mut level = texels;
+        let mut side = SIZE;
+        while side > 1 {
+            level = halve(&level, side);
+            side /= 2;
+        }
+        for (channel, mean) in level[0].iter().enumerate() {
+            let wanted = if channel == 2 { 0.97 } else { 0.5 };
+            assert!((mean - wanted).abs() < 0.05, "channel {channel} fades to {mean}");
+        }
+    }
+}

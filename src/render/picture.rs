@@ -1,0 +1,329 @@
+//! Second and third pass: the scene in high dynamic range, once for the main camera, once for the mirror. In: cars,
+//! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
+
+use super::{
+    crowd::{Crowd, Detail},
+    layout::{Frame, instance_buffer, mesh_buffers},
+    lens::Optics,
+    pipeline::{DEPTH, HDR, Recipe, Workshop},
+    quality::Quality,
+    scenery::Scenery,
+    shadow::Lights,
+};
+use crate::scene::View;
+
+/// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
+/// takes still costs its time.
+#[derive(Debug)]
+pub struct Materials {
+    car: wgpu::RenderPipeline,
+    road: wgpu::RenderPipeline,
+    land: wgpu::RenderPipeline,
+    contact: wgpu::RenderPipeline,
+    tree: wgpu::RenderPipeline,
+    sky: wgpu::RenderPipeline,
+}
+
+/// What the scene's pipelines may read.
+#[derive(Debug)]
+pub struct Bindings {
+    group: wgpu::BindGroupLayout,
+    pipeline: wgpu::PipelineLayout,
+    shadow_sampler: wgpu::Sampler,
+    grain_sampler: wgpu::Sampler,
+}
+
+/// One picture of the scene: camera, instances and targets of its own.
+#[derive(Debug)]
+pub struct PicturePass {
+    label: &'static str,
+    samples: u32,
+    frame: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    crowd: Crowd,
+    targets: Targets,
+}
+
+/// Textures that a picture is drawn into.
+#[derive(Debug)]
+struct Targets {
+    size: [u32; 2],
+    /// With several samples a pixel, if the quality asks for them.
+    samples: Option<wgpu::TextureView>,
+    /// One sample a pixel.
+    light: wgpu::TextureView,
+    depth: wgpu::TextureView,
+}
+
+impl Bindings {
+    /// The bindings of `common.wgsl`.
+    pub fn new(device: &wgpu::Device, quality: &Quality) -> Self {
+        use wgpu::{BindingType, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
+        let texture = |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
+        let entries = [
+            BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            texture(TextureSampleType::Depth, TextureViewDimension::D2Array),
+            BindingType::Sampler(SamplerBindingType::Comparison),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+        ];
+        let entries: Vec<_> = entries
+            .into_iter()
+            .enumerate()
+            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+                binding: binding as u32,
+                visibility: ShaderStages::VERTEX_FRAGMENT,
+                ty,
+                count: None,
+            })
+            .collect();
+        let group =
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries });
+        Self {
+            pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("scene"),
+                bind_group_layouts: &[Some(&group)],
+                immediate_size: 0,
+            }),
+            group,
+            shadow_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("shadow"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                compare: Some(wgpu::CompareFunction::LessEqual),
+                ..Default::default()
+            }),
+            grain_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("grain"),
+                address_mode_u: wgpu::AddressMode::Repeat,
+                address_mode_v: wgpu::AddressMode::Repeat,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                anisotropy_clamp: quality.anisotropy.max(1),
+                ..Default::default()
+            }),
+        }
+    }
+
+    /// All pipelines of the scene.
+    ///
+    /// # Errors
+    /// What is wrong with a shader.
+    pub fn materials(&self, workshop: &mut Workshop, quality: &Quality) -> Result<Materials, String> {
+        let depth = |write, bias| wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(write),
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: Default::default(),
+            bias,
+        };
+        let mesh = mesh_buffers();
+        let solid = Recipe {
+            program: "road",
+            layout: &self.pipeline,
+            buffers: &mesh,
+            colour: Some((HDR, None)),
+            depth: Some(depth(true, Default::default())),
+            cull: Some(wgpu::Face::Back),
+            samples: quality.msaa,
+            constants: &[],
+        };
+        let shade = wgpu::BlendState::ALPHA_BLENDING;
+        let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
+        let instances = [Some(instance_buffer())];
+        Ok(Materials {
+            car: workshop.pipeline(&Recipe { program: "car", ..solid.clone() })?,
+            road: workshop.pipeline(&solid)?,
+            land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
+            tree: workshop.pipeline(&Recipe { program: "tree", cull: None, ..solid.clone() })?,
+            contact: workshop.pipeline(&Recipe {
+                program: "contact",
+                buffers: &instances,
+                colour: Some((HDR, Some(shade))),
+                depth: Some(depth(false, above)),
+                cull: None,
+                ..solid.clone()
+            })?,
+            sky: workshop.pipeline(&Recipe {
+                program: "sky",
+                buffers: &[],
+                depth: Some(depth(false, Default::default())),
+                cull: None,
+                ..solid
+            })?,
+        })
+    }
+}
+
+impl PicturePass {
+    /// A picture that reads `shadows`.
+    pub fn new(
+        label: &'static str,
+        scenery: &Scenery,
+        bindings: &Bindings,
+        shadows: &wgpu::TextureView,
+        quality: &Quality,
+    ) -> Self {
+        let device = &scenery.device;
+        let frame = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: size_of::<Frame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let resources = [
+            frame.as_entire_binding(),
+            wgpu::BindingResource::TextureView(shadows),
+            wgpu::BindingResource::Sampler(&bindings.shadow_sampler),
+            wgpu::BindingResource::TextureView(&scenery.grain),
+            wgpu::BindingResource::Sampler(&bindings.grain_sampler),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(label),
+            layout: &bindings.group,
+            entries: &entries,
+        });
+        Self {
+            label,
+            samples: quality.msaa,
+            group,
+            frame,
+            crowd: Crowd::new(device, &scenery.forest, 64),
+            targets: Targets::new(device, label, [1, 1], quality.msaa),
+        }
+    }
+
+    /// Makes the targets `size` pixels large. True if they are new.
+    pub fn fit(&mut self, device: &wgpu::Device, size: [u32; 2]) -> bool {
+        let stale = self.targets.size != size;
+        if stale {
+            self.targets = Targets::new(device, self.label, size, self.samples);
+        }
+        stale
+    }
+
+    /// The picture, for the developing pass.
+    pub fn light(&self) -> &wgpu::TextureView {
+        &self.targets.light
+    }
+
+    /// Draws the scene.
+    #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        materials: &Materials,
+        scenery: &Scenery,
+        view: &View,
+        optics: &Optics,
+        lights: &Lights,
+        with_ego: bool,
+    ) {
+        let frame = frame(view, optics, lights);
+        scenery.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        let cars = view.cars.iter().filter(|car| with_ego || !car.is_ego);
+        let gpu = (&scenery.device, &scenery.queue);
+        let models = &scenery.models;
+        let batches = self.crowd.gather(gpu, models, cars, Some(&scenery.forest), |centre, radius_m| {
+            optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m)))
+        });
+        let mut pass = self.targets.begin(encoder, self.label, stamps);
+        pass.set_bind_group(0, &self.group, &[]);
+        models.bind(&mut pass);
+        self.crowd.bind(&mut pass, 1);
+        // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
+        pass.set_pipeline(&materials.car);
+        models.body.draw(&mut pass, batches.bodies.clone());
+        models.wheel.draw(&mut pass, batches.wheels.clone());
+        pass.set_pipeline(&materials.tree);
+        models.draw_trees(&mut pass, &batches.trees);
+        pass.set_pipeline(&materials.road);
+        models.road.draw(&mut pass, 0..1);
+        pass.set_pipeline(&materials.land);
+        models.land.draw(&mut pass, 0..1);
+        pass.set_pipeline(&materials.contact);
+        self.crowd.bind(&mut pass, 0);
+        pass.draw(0..6, batches.bodies);
+        pass.set_pipeline(&materials.sky);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
+    let perspective = if optics.parallel_m().is_some() { 0.0 } else { 1.0 };
+    let [right, up] = optics.spread();
+    Frame {
+        clip_from_world: optics.clip_from_world().to_cols_array_2d(),
+        light_from_world: lights.clip_from_world.map(|m| m.to_cols_array_2d()),
+        eye: optics.camera.eye.extend(perspective).to_array(),
+        forward: optics.camera.forward.extend(0.0).to_array(),
+        right: right.extend(0.0).to_array(),
+        up: up.extend(0.0).to_array(),
+        to_sun_time: view.to_sun.extend(view.time_s).to_array(),
+        shadow: [lights.texel_m[0], lights.texel_m[1], lights.size as f32, 0.0],
+    }
+}
+
+impl Targets {
+    fn new(device: &wgpu::Device, label: &str, size: [u32; 2], samples: u32) -> Self {
+        let texture = |format, sample_count, usage| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size[0].max(1), height: size[1].max(1), depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        let nothing = wgpu::TextureUsages::empty();
+        Self {
+            size,
+            samples: (samples > 1).then(|| texture(HDR, samples, nothing)),
+            light: texture(HDR, 1, wgpu::TextureUsages::TEXTURE_BINDING),
+            depth: texture(DEPTH, samples, nothing),
+        }
+    }
+
+    fn begin<'e>(
+        &self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        label: &str,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+    ) -> wgpu::RenderPass<'e> {
+        let clear = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
+        let (view, resolve_target, store) = match &self.samples {
+            Some(samples) => (samples, Some(&self.light), wgpu::StoreOp::Discard),
+            None => (&self.light, None, wgpu::StoreOp::Store),
+        };
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(label),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target,
+                ops: wgpu::Operations { load: clear, store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: stamps,
+            ..Default::default()
+        })
+    }
+}

@@ -1,0 +1,81 @@
+//! Where pipelines are made: only when a renderer is made and when its shaders are reloaded, never while it draws. In: a
+//! [`Recipe`]. Out: a pipeline. The count lets a test hold the renderer to that.
+
+use super::shader::Sources;
+
+/// Colour of the pictures before the tone curve.
+pub const HDR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Depth of pictures and shadow maps.
+pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Everything that a pass of ours varies in a pipeline.
+#[derive(Clone)]
+pub struct Recipe<'a> {
+    /// A program in [`PROGRAMS`](super::shader::PROGRAMS); also the label.
+    pub program: &'static str,
+    /// Bindings.
+    pub layout: &'a wgpu::PipelineLayout,
+    /// Vertex and instance buffers.
+    pub buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    /// Colour format and blending; none for depth alone.
+    pub colour: Option<(wgpu::TextureFormat, Option<wgpu::BlendState>)>,
+    /// Depth test.
+    pub depth: Option<wgpu::DepthStencilState>,
+    /// Which faces are left out.
+    pub cull: Option<wgpu::Face>,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Values of the shader's `override` constants.
+    pub constants: &'a [(&'static str, f64)],
+}
+
+/// Makes pipelines from shaders.
+pub struct Workshop<'a> {
+    /// The device.
+    pub device: &'a wgpu::Device,
+    /// The shaders' text.
+    pub sources: &'a Sources,
+    /// Pipelines made.
+    pub made: usize,
+}
+
+impl Workshop<'_> {
+    /// A pipeline; entry points are `vertex` and `fragment`.
+    ///
+    /// # Errors
+    /// What is wrong with the shader, with file and line.
+    pub fn pipeline(&mut self, recipe: &Recipe) -> Result<wgpu::RenderPipeline, String> {
+        let module = self.sources.module(self.device, recipe.program)?;
+        let options =
+            wgpu::PipelineCompilationOptions { constants: recipe.constants, zero_initialize_workgroup_memory: false };
+        let targets: Vec<_> = recipe
+            .colour
+            .iter()
+            .map(|&(format, blend)| {
+                Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })
+            })
+            .collect();
+        self.made += 1;
+        Ok(self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(recipe.program),
+            layout: Some(recipe.layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("vertex"),
+                compilation_options: options.clone(),
+                buffers: recipe.buffers,
+            },
+            primitive: wgpu::PrimitiveState { cull_mode: recipe.cull, ..Default::default() },
+            depth_stencil: recipe.depth.clone(),
+            multisample: wgpu::MultisampleState { count: recipe.samples, ..Default::default() },
+            fragment: recipe.colour.is_some().then_some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("fragment"),
+                compilation_options: options,
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        }))
+    }
+}

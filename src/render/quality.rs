@@ -1,0 +1,30 @@
+//! How much work a picture may be. In: a preset or single settings. Out: numbers that the passes read when they are
+//! made. Costs measured on two cores of software rendering are in the README's table.
+
+/// Settings of the renderer; changing one needs a new [`Renderer`](super::Renderer).
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Quality {
+    /// Samples a pixel: 1 or 4 (other numbers are not everywhere available).
+    pub msaa: u32,
+    /// Side of each of the two shadow maps, texels.
+    pub shadow_size: u32,
+    /// Resolution of the mirror's picture in pixels of the inset, 0.25 to 2.
+    pub mirror_scale: f32,
+    /// Anisotropy of the ground's grain, 1 to 16. Above 1 is for a GPU only: software pays ten times.
+    pub anisotropy: u16,
+}
+
+impl Quality {
+    /// For tests and software rendering.
+    pub const LOW: Self = Self { msaa: 1, shadow_size: 1024, mirror_scale: 0.75, anisotropy: 1 };
+    /// Smooth edges; the picture of `codrive render`.
+    pub const MEDIUM: Self = Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, anisotropy: 1 };
+    /// For a GPU.
+    pub const HIGH: Self = Self { msaa: 4, shadow_size: 4096, mirror_scale: 1.0, anisotropy: 8 };
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Self::MEDIUM
+    }
+}

@@ -1,0 +1,336 @@
+//! First pass: what the sun does not reach. In: cars and trees. Out: two depth maps seen from the sun.
+//!
+//! Layer 0 holds what moves (cars), drawn every frame around the camera. Layer 1 holds what stands (trees); it follows
+//! the camera in steps of [`STEP_M`] and is drawn anew only when it has moved, so that trees cost their thousands of
+//! corners once every few seconds. Both are functions of the view alone: the same view gives the same shadows.
+
+use super::{
+    crowd::{Batches, Crowd, Detail},
+    layout::{Light, mesh_buffers},
+    lens::Optics,
+    pipeline::{DEPTH, Recipe, Workshop},
+    scenery::Scenery,
+};
+use crate::scene::View;
+use glam::{Mat4, Vec3, camera::rh};
+
+/// Half the width of the map of moving things for a perspective picture, metres: 4.7 cm a texel at 2048.
+const MOVING_M: f32 = 48.0;
+/// Half the width of the map of standing things, metres: 11 cm a texel at 2048.
+const STANDING_M: f32 = 112.0;
+/// Grid on which the map of standing things follows the camera, metres.
+const STEP_M: f32 = 16.0;
+/// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
+const HEIGHT_M: f32 = 40.0;
+
+/// The pipeline; made anew when shaders are reloaded.
+#[derive(Debug)]
+pub struct ShadowPipeline(wgpu::RenderPipeline);
+
+/// The pass.
+#[derive(Debug)]
+pub struct ShadowPass {
+    layout: wgpu::PipelineLayout,
+    maps: wgpu::TextureView,
+    moving: Layer,
+    standing: Layer,
+    size: u32,
+    /// Where the standing map was last drawn.
+    drawn: Option<Cover>,
+}
+
+/// What the other passes need to look up shadows.
+#[derive(Clone, Copy, Debug)]
+pub struct Lights {
+    /// World to map: moving, standing.
+    pub clip_from_world: [Mat4; 2],
+    /// Width of a texel, metres: moving, standing.
+    pub texel_m: [f32; 2],
+    /// Texels on a side.
+    pub size: u32,
+}
+
+#[derive(Debug)]
+struct Layer {
+    view: wgpu::TextureView,
+    uniform: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    crowd: Crowd,
+}
+
+/// The square of ground that a map covers, seen from the sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cover {
+    to_sun: Vec3,
+    centre: Vec3,
+    half_m: f32,
+}
+
+impl ShadowPass {
+    /// Maps of `size` texels a side.
+    pub fn new(device: &wgpu::Device, scenery: &Scenery, size: u32) -> Self {
+        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("light"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shadow maps"),
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 2 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let layer = |index| {
+            let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("light"),
+                size: size_of::<Light>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("light"),
+                layout: &group_layout,
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+            });
+            let view = texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: index,
+                array_layer_count: Some(1),
+                ..Default::default()
+            });
+            Layer { view, uniform, group, crowd: Crowd::new(device, &scenery.forest, 64) }
+        };
+        Self {
+            layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("shadow"),
+                bind_group_layouts: &[Some(&group_layout)],
+                immediate_size: 0,
+            }),
+            maps: texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            }),
+            moving: layer(0),
+            standing: layer(1),
+            size,
+            drawn: None,
+        }
+    }
+
+    /// The pass's pipeline.
+    ///
+    /// # Errors
+    /// What is wrong with the shader.
+    pub fn pipeline(&self, workshop: &mut Workshop) -> Result<ShadowPipeline, String> {
+        let recipe = Recipe {
+            program: "shadow",
+            layout: &self.layout,
+            buffers: &mesh_buffers(),
+            colour: None,
+            depth: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::LessEqual),
+                stencil: Default::default(),
+                // Against acne; the rest is done by the receiver's offset along its normal (`light.wgsl`).
+                bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
+            }),
+            cull: None,
+            samples: 1,
+            constants: &[],
+        };
+        workshop.pipeline(&recipe).map(ShadowPipeline)
+    }
+
+    /// Both maps, for binding.
+    pub fn maps(&self) -> &wgpu::TextureView {
+        &self.maps
+    }
+
+    /// Forgets the standing map, so that the next picture draws it anew.
+    pub fn forget(&mut self) {
+        self.drawn = None;
+    }
+
+    /// Draws what throws shadows into the picture of `optics`.
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        pipeline: &ShadowPipeline,
+        scenery: &Scenery,
+        view: &View,
+        optics: &Optics,
+    ) -> Lights {
+        let (moving, standing) = covers(view.to_sun, optics);
+        let lights = [moving, standing].map(|cover| cover.clip_from_world(self.size));
+        let batches = self.moving.gather(scenery, view, moving, lights[0], false);
+        self.moving.draw(encoder, stamps, pipeline, scenery, &batches);
+        if self.drawn != Some(standing) {
+            let batches = self.standing.gather(scenery, view, standing, lights[1], true);
+            self.standing.draw(encoder, None, pipeline, scenery, &batches);
+            self.drawn = Some(standing);
+        }
+        let texel_m = [moving, standing].map(|cover| cover.texel_m(self.size));
+        Lights { clip_from_world: lights, texel_m, size: self.size }
+    }
+}
+
+impl Layer {
+    fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, light: Mat4, trees: bool) -> Batches {
+        let queue = &scenery.queue;
+        queue.write_buffer(
+            &self.uniform,
+            0,
+            bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }),
+        );
+        let forest = trees.then_some(&scenery.forest);
+        let cars = if trees { &[][..] } else { &view.cars };
+        self.crowd.gather((&scenery.device, queue), &scenery.models, cars.iter(), forest, |centre, radius_m| {
+            cover.touches(centre, radius_m).then_some(Detail::Near)
+        })
+    }
+
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        pipeline: &ShadowPipeline,
+        scenery: &Scenery,
+        batches: &Batches,
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow"),
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.view,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: stamps,
+            ..Default::default()
+        });
+        pass.set_pipeline(&pipeline.0);
+        pass.set_bind_group(0, &self.group, &[]);
+        scenery.models.bind(&mut pass);
+        self.crowd.bind(&mut pass, 1);
+        scenery.models.body.draw(&mut pass, batches.bodies.clone());
+        scenery.models.wheel.draw(&mut pass, batches.wheels.clone());
+        scenery.models.draw_trees(&mut pass, &batches.trees);
+    }
+}
+
+/// The ground that the two maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a
+/// parallel picture.
+fn covers(to_sun: Vec3, optics: &Optics) -> (Cover, Cover) {
+    let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
+    let ground = optics.camera.eye.with_z(0.0);
+    match optics.parallel_m() {
+        None => (
+            Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M },
+            Cover {
+                to_sun,
+                centre: ((ground + ahead * (0.5 * STANDING_M)) / STEP_M).round() * STEP_M,
+                half_m: STANDING_M,
+            },
+        ),
+        Some(half_m) => {
+            let whole = Cover { to_sun, centre: ground, half_m: half_m * 1.2 };
+            (whole, whole)
+        }
+    }
+}
+
+impl Cover {
+    fn view(&self) -> Mat4 {
+        let up = if self.to_sun.z.abs() > 0.99 { Vec3::Y } else { Vec3::Z };
+        rh::view::look_to_mat4(Vec3::ZERO, -self.to_sun, up)
+    }
+
+    fn texel_m(&self, size: u32) -> f32 {
+        2.0 * self.half_m / size as f32
+    }
+
+    /// World to map. The centre is moved to a whole texel, so that edges of shadows do not crawl while driving.
+    fn clip_from_world(&self, size: u32) -> Mat4 {
+        let view = self.view();
+        let centre = view.transform_point3(self.centre);
+        let texel = self.texel_m(size);
+        let [x, y] = [centre.x, centre.y].map(|c| (c / texel).round() * texel);
+        let h = self.half_m;
+        let (near, far) = (-centre.z - h - HEIGHT_M, -centre.z + h + HEIGHT_M);
+        rh::proj::directx::orthographic(x - h, x + h, y - h, y + h, near, far) * view
+    }
+
+    fn touches(&self, centre: Vec3, radius_m: f32) -> bool {
+        let view = self.view();
+        let off = (view.transform_point3(centre) - view.transform_point3(self.centre)).abs();
+        off.x.max(off.y) < self.half_m + radius_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, Lens};
+
+    const TO_SUN: Vec3 = Vec3::new(0.48, 0.36, 0.8);
+
+    fn optics(eye: Vec3, forward: Vec3, lens: Lens) -> Optics {
+        let up = if forward.z.abs() > 0.5 { Vec3::Y } else { Vec3::Z };
+        Optics::new(&Camera { eye, forward, up, lens }, [640, 360])
+    }
+
+    #[test]
+    fn the_map_moves_by_whole_texels() {
+        let lens = Lens::Perspective { fov_x_rad: 1.1 };
+        let light = |x: f32| {
+            let (moving, _) = covers(TO_SUN, &optics(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
+            moving.clip_from_world(1024)
+        };
+        let still = Vec3::new(20.0, 3.0, 0.0);
+        for step in 1..50 {
+            let moved = (light(step as f32 * 0.37).project_point3(still) - light(0.0).project_point3(still)) * 512.0;
+            for texels in [moved.x, moved.y] {
+                assert!((texels - texels.round()).abs() < 0.02, "moved by {texels} texels");
+            }
+        }
+    }
+
+    #[test]
+    fn a_picture_in_plan_is_covered_whole() {
+        let plan = optics(Vec3::new(10.0, 5.0, 400.0), Vec3::NEG_Z, Lens::Parallel { half_extent_m: 50.0 });
+        let (moving, standing) = covers(TO_SUN, &plan);
+        for cover in [moving, standing] {
+            for corner in [Vec3::new(95.0, 55.0, 0.0), Vec3::new(-75.0, -45.0, 0.0)] {
+                let clip = cover.clip_from_world(1024).project_point3(corner);
+                assert!(clip.x.abs() <= 1.0 && clip.y.abs() <= 1.0 && (0.0..=1.0).contains(&clip.z), "{clip}");
+                assert!(cover.touches(corner, 0.0));
+            }
+        }
+    }
+
+    #[test]
+    fn what_stands_is_drawn_anew_only_every_few_metres() {
+        let lens = Lens::Perspective { fov_x_rad: 1.1 };
+        let mut places: Vec<Cover> = Vec::new();
+        for decimetre in 0..1000 {
+            let (_, standing) = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
+            if places.last() != Some(&standing) {
+                places.push(standing);
+            }
+        }
+        assert!(places.len() <= 8, "{} maps in 100 m", places.len());
+    }
+}

@@ -1,0 +1,141 @@
+//! How long each pass takes on the device, by timestamps where the adapter has them. In: a pass's begin and end. Out:
+//! milliseconds, a few frames late; drawing never waits for them.
+
+use std::cell::Cell;
+use std::sync::{
+    Arc,
+    atomic::{AtomicU8, Ordering},
+};
+
+/// The passes that are timed, in the order in which they run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Both shadow maps.
+    Shadow,
+    /// The main picture.
+    Main,
+    /// The mirror's picture.
+    Mirror,
+    /// Tone curve and mirror inset.
+    Develop,
+}
+
+/// Milliseconds on the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PassTimes {
+    /// Both shadow maps.
+    pub shadow_ms: f32,
+    /// The main picture.
+    pub main_ms: f32,
+    /// The mirror's picture.
+    pub mirror_ms: f32,
+    /// Tone curve and mirror inset.
+    pub develop_ms: f32,
+}
+
+const PASSES: usize = 4;
+const STAMPS: u32 = 2 * PASSES as u32;
+const BYTES: u64 = PASSES as u64 * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
+/// Stamps from one pass's to the next one's.
+const STRIDE: usize = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT as usize / 8;
+
+const IDLE: u8 = 0;
+const WAITING: u8 = 1;
+const READY: u8 = 2;
+
+/// The stamps of one renderer.
+#[derive(Debug)]
+pub struct Timing {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readable: wgpu::Buffer,
+    state: Arc<AtomicU8>,
+    ms_per_tick: f64,
+    written: [Cell<bool>; PASSES],
+    timed: [bool; PASSES],
+    latest: Option<PassTimes>,
+}
+
+impl Timing {
+    /// None if the adapter has no timestamps.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
+        if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return None;
+        }
+        let buffer = |usage| {
+            let label = Some("timestamps");
+            device.create_buffer(&wgpu::BufferDescriptor { label, size: BYTES, usage, mapped_at_creation: false })
+        };
+        Some(Self {
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("timestamps"),
+                ty: wgpu::QueryType::Timestamp,
+                count: STAMPS,
+            }),
+            resolved: buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
+            readable: buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
+            state: Arc::new(AtomicU8::new(IDLE)),
+            ms_per_tick: f64::from(queue.get_timestamp_period()) * 1e-6,
+            written: Default::default(),
+            timed: [false; PASSES],
+            latest: None,
+        })
+    }
+
+    /// Where a pass leaves its stamps.
+    pub fn stamps(&self, pass: Pass) -> wgpu::RenderPassTimestampWrites<'_> {
+        self.written[pass as usize].set(true);
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(2 * pass as u32),
+            end_of_pass_write_index: Some(2 * pass as u32 + 1),
+        }
+    }
+
+    /// Takes the stamps of an earlier frame if they have arrived, and has this frame's copied if there is room.
+    pub fn collect(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        match self.state.load(Ordering::Acquire) {
+            READY => {
+                if let Ok(bytes) = self.readable.get_mapped_range(..) {
+                    let stamps: &[u64] = bytemuck::cast_slice(&bytes);
+                    let ms = |pass: Pass| {
+                        if !self.timed[pass as usize] {
+                            return 0.0;
+                        }
+                        let (begin, end) = (stamps[STRIDE * pass as usize], stamps[STRIDE * pass as usize + 1]);
+                        (end.saturating_sub(begin) as f64 * self.ms_per_tick) as f32
+                    };
+                    self.latest = Some(PassTimes {
+                        shadow_ms: ms(Pass::Shadow),
+                        main_ms: ms(Pass::Main),
+                        mirror_ms: ms(Pass::Mirror),
+                        develop_ms: ms(Pass::Develop),
+                    });
+                }
+                self.readable.unmap();
+                self.state.store(IDLE, Ordering::Release);
+            }
+            IDLE => {
+                // Stamps that no pass of this frame wrote may not be asked for. A resolve starts at a multiple of 256 bytes.
+                for pass in (0..PASSES as u32).filter(|&pass| self.written[pass as usize].get()) {
+                    let place = u64::from(pass) * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
+                    encoder.resolve_query_set(&self.queries, 2 * pass..2 * pass + 2, &self.resolved, place);
+                }
+                self.timed = self.written.each_ref().map(Cell::get);
+                encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, BYTES);
+                let state = self.state.clone();
+                encoder.map_buffer_on_submit(&self.readable, wgpu::MapMode::Read, .., move |result| {
+                    state.store(if result.is_ok() { READY } else { IDLE }, Ordering::Release);
+                });
+                self.state.store(WAITING, Ordering::Release);
+            }
+            _ => {}
+        }
+        self.written = Default::default();
+    }
+
+    /// The latest times that have arrived.
+    pub fn latest(&self) -> Option<PassTimes> {
+        self.latest
+    }
+}

@@ -1,0 +1,163 @@
+//! The one definition of where a point of the world falls in a picture, shared by the renderer, overlays and tests.
+//! In: a [`Camera`] and the picture's aspect (width / height). Out: matrices with depth 0..1, **reversed**: 1 at the
+//! near plane, 0 at infinity (or at the parallel lens's far plane), which keeps float depth exact to the horizon.
+
+use super::{Camera, Lens};
+use glam::camera::rh::{proj::directx, view::look_to_mat4};
+use glam::{Mat4, Vec2, Vec3};
+
+/// Near plane of perspective lenses, metres: nearer than any part of a car that a camera can come close to.
+pub const NEAR_M: f32 = 0.1;
+/// Depth that a parallel lens sees, metres from the eye.
+pub const PARALLEL_DEPTH_M: f32 = 2000.0;
+
+impl Camera {
+    /// World to camera: x right, y up, looking along -z.
+    pub fn view(&self) -> Mat4 {
+        look_to_mat4(self.eye, self.forward, self.up)
+    }
+
+    /// Camera to clip space, reversed depth, for a picture of `aspect` (width / height).
+    pub fn proj(&self, aspect: f32) -> Mat4 {
+        match self.lens {
+            Lens::Perspective { .. } => {
+                let half = self.half_size(aspect);
+                directx::perspective_infinite_reverse(2.0 * half.y.atan(), aspect, NEAR_M)
+            }
+            Lens::Parallel { .. } => {
+                let half = self.half_size(aspect);
+                // Near and far change places: that is what reverses the depth.
+                directx::orthographic(-half.x, half.x, -half.y, half.y, PARALLEL_DEPTH_M, 0.0)
+            }
+        }
+    }
+
+    /// World to clip space.
+    pub fn view_proj(&self, aspect: f32) -> Mat4 {
+        self.proj(aspect) * self.view()
+    }
+
+    /// Where `point` falls in the picture: 0..1 from left to right and from **top to bottom**, outside that range beside
+    /// the picture; `None` behind the near plane.
+    pub fn project(&self, point: Vec3, aspect: f32) -> Option<Vec2> {
+        let clip = self.view_proj(aspect) * point.extend(1.0);
+        if clip.w <= 0.0 || clip.z < 0.0 || clip.z > clip.w {
+            return None;
+        }
+        Some(Vec2::new(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w))
+    }
+
+    /// The ray through a point of the picture (0..1, y down): its start and unit direction.
+    pub fn ray(&self, picture: Vec2, aspect: f32) -> (Vec3, Vec3) {
+        let half = self.half_size(aspect);
+        let right = self.forward.cross(self.up).normalize();
+        let up = right.cross(self.forward).normalize();
+        let across = right * ((2.0 * picture.x - 1.0) * half.x) + up * ((1.0 - 2.0 * picture.y) * half.y);
+        match self.lens {
+            Lens::Perspective { .. } => (self.eye, (self.forward + across).normalize()),
+            Lens::Parallel { .. } => (self.eye + across, self.forward),
+        }
+    }
+
+    /// True if a sphere may be in the picture; for leaving out what cannot be seen.
+    pub fn sees(&self, centre: Vec3, radius_m: f32, aspect: f32) -> bool {
+        let p = self.view().transform_point3(centre);
+        let half = self.half_size(aspect);
+        match self.lens {
+            Lens::Perspective { .. } => {
+                // Distance outside of a side plane that goes through the eye with slope `half`.
+                let outside = |across: f32, slope: f32| (across.abs() + p.z * slope) / slope.hypot(1.0);
+                -p.z + radius_m > NEAR_M && outside(p.x, half.x) < radius_m && outside(p.y, half.y) < radius_m
+            }
+            Lens::Parallel { .. } => {
+                p.x.abs() < half.x + radius_m
+                    && p.y.abs() < half.y + radius_m
+                    && -p.z > -radius_m
+                    && -p.z < PARALLEL_DEPTH_M + radius_m
+            }
+        }
+    }
+
+    /// Half of the picture: tangents of the half angles, or metres for a parallel lens.
+    fn half_size(&self, aspect: f32) -> Vec2 {
+        match self.lens {
+            Lens::Perspective { fov_x_rad } => {
+                let x = (fov_x_rad / 2.0).tan();
+                Vec2::new(x, x / aspect)
+            }
+            Lens::Parallel { half_extent_m } if aspect >= 1.0 => Vec2::new(half_extent_m * aspect, half_extent_m),
+            Lens::Parallel { half_extent_m } => Vec2::new(half_extent_m, half_extent_m / aspect),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lens(perspective: bool) -> Camera {
+        let lens = if perspective {
+            Lens::Perspective { fov_x_rad: 63f32.to_radians() }
+        } else {
+            Lens::Parallel { half_extent_m: 20.0 }
+        };
+        let forward = Vec3::new(1.0, 2.0, -0.3).normalize();
+        Camera { eye: Vec3::new(3.0, -7.0, 1.2), forward, up: Vec3::Z, lens }
+    }
+
+    #[test]
+    fn a_point_on_the_ray_through_a_picture_point_projects_back_to_it() {
+        for camera in [lens(true), lens(false)] {
+            for aspect in [16.0 / 9.0, 0.7] {
+                for i in 0..50 {
+                    let picture = Vec2::new((i % 10) as f32 / 9.0, (i / 10) as f32 / 4.0);
+                    let (start, direction) = camera.ray(picture, aspect);
+                    let back = camera.project(start + direction * (3.0 + i as f32), aspect).expect("in front");
+                    assert!((back - picture).length() < 1e-4, "{picture} {back}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_horizontal_angle_is_the_lens_own_at_every_aspect() {
+        let camera = lens(true);
+        let right = camera.forward.cross(camera.up).normalize();
+        let at = |deg: f32| camera.eye + 50.0 * (camera.forward + right * deg.to_radians().tan());
+        for aspect in [2.4, 16.0 / 9.0, 1.0] {
+            let x = camera.project(at(31.5), aspect).expect("in front").x;
+            assert!((x - 1.0).abs() < 1e-5, "{x}");
+        }
+    }
+
+    #[test]
+    fn depth_is_reversed_and_within_0_and_1() {
+        for camera in [lens(true), lens(false)] {
+            let depth = |d: f32| {
+                let clip = camera.view_proj(1.5) * (camera.eye + camera.forward * d).extend(1.0);
+                clip.z / clip.w
+            };
+            let depths: Vec<f32> = [0.11, 1.0, 10.0, 100.0, 1900.0].map(depth).into();
+            assert!(depths.windows(2).all(|d| d[0] > d[1]) && depths[0] <= 1.0 && depths[4] >= 0.0, "{depths:?}");
+        }
+    }
+
+    #[test]
+    fn what_lies_behind_is_not_in_the_picture() {
+        let camera = lens(true);
+        assert_eq!(camera.project(camera.eye - camera.forward * 5.0, 1.0), None);
+        assert!(!camera.sees(camera.eye - camera.forward * 5.0, 1.0, 1.0));
+        assert!(camera.sees(camera.eye - camera.forward * 5.0, 6.0, 1.0));
+    }
+
+    #[test]
+    fn a_sphere_is_seen_while_any_of_it_is_in_the_picture() {
+        let camera = lens(true);
+        let (_, edge) = camera.ray(Vec2::new(1.0, 0.5), 1.5);
+        let right = camera.forward.cross(camera.up).normalize();
+        let outwards = (right - edge * right.dot(edge)).normalize();
+        let on_edge = camera.eye + edge * 30.0;
+        assert!(camera.sees(on_edge + outwards * 1.9, 2.0, 1.5));
+        assert!(!camera.sees(on_edge + outwards * 2.1, 2.0, 1.5));
+    }
+}

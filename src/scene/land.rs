@@ -1,0 +1,234 @@
+//! The land around the road: meadow, flat near the road and rolling further out, hills on the horizon and the woods on
+//! them. In: the road's place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
+
+use super::near::Near;
+use super::noise::{self, mix, shade, smoothstep};
+use super::{Material, Mesh, Vertex};
+use crate::rng;
+use glam::{IVec2, Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// Meadow, linear albedo.
+pub(super) const MEADOW: [f32; 3] = [0.105, 0.165, 0.040];
+/// Height of the meadow beside the road, metres: below the asphalt, above the foot of the verge.
+pub(super) const BESIDE_ROAD_M: f32 = -0.045;
+/// Up to this distance from the centre line the land is flat, metres.
+pub(super) const FLAT_M: f32 = 15.0;
+/// How far the land reaches beyond the road network, metres.
+const REACH_M: f32 = 1300.0;
+/// Woods on the horizon: crowns that stand for them.
+const FAR_CROWNS: usize = 1600;
+
+/// The shape of the ground.
+pub(super) struct Relief<'a> {
+    near: &'a Near,
+    seed: u64,
+}
+
+impl<'a> Relief<'a> {
+    /// Ground around a road.
+    pub fn new(near: &'a Near, seed: u64) -> Self {
+        Self { near, seed }
+    }
+
+    /// Height, metres.
+    pub fn height_m(&self, point: Vec2) -> f32 {
+        let distance = self.near.distance_m(point);
+        let rolling = smoothstep(FLAT_M, 75.0, distance);
+        let waves = 0.9 * noise::value(self.seed ^ 1, point / 48.0) + 0.35 * noise::value(self.seed ^ 2, point / 19.0);
+        // Hills begin beyond the network itself, so that a large one has none in its middle.
+        let beyond = (point.distance(self.near.centre()) - self.near.radius_m()).min(distance);
+        let hills = smoothstep(110.0, 620.0, beyond);
+        let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
+        BESIDE_ROAD_M + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
+    }
+
+    /// Unit normal, from the heights around.
+    fn normal(&self, point: Vec2, span_m: f32) -> Vec3 {
+        let rise = |d: Vec2| (self.height_m(point + d) - self.height_m(point - d)) / (2.0 * span_m);
+        Vec3::new(-rise(Vec2::X * span_m), -rise(Vec2::Y * span_m), 1.0).normalize()
+    }
+
+    /// Colour of the meadow: lush, dry and mown patches; hills are darker, with fields.
+    fn colour(&self, point: Vec2) -> [f32; 3] {
+        let broad = noise::fractal(self.seed ^ 4, point / 34.0);
+        let small = noise::fractal(self.seed ^ 5, point / 7.0);
+        let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
+        let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
+        let colour = mix(mix(MEADOW, [0.165, 0.170, 0.060], 0.7 * dry), [0.065, 0.135, 0.030], 0.7 * lush);
+        let far = smoothstep(150.0, 500.0, point.distance(self.near.centre()) - self.near.radius_m());
+        let field = noise::value(self.seed ^ 6, point / 120.0);
+        let hill = mix([0.075, 0.120, 0.035], [0.170, 0.165, 0.070], smoothstep(0.1, 0.5, field));
+        shade(mix(colour, hill, far), 1.0 + 0.12 * small)
+    }
+}
+
+/// The whole land.
+pub(super) fn land(relief: &Relief) -> Mesh {
+    let mut mesh = ground(relief);
+    far_woods(&mut mesh, relief);
+    mesh
+}
+
+/// Smallest cell, metres; cells are this times powers of two.
+const CELL_M: f32 = 4.0;
+
+/// A grid of squares, each split while it is large for its distance from the road; squares next to smaller ones take in the
+/// corners on their edges, so that there are no cracks.
+fn ground(relief: &Relief) -> Mesh {
+    let half = relief.near.radius_m() + REACH_M;
+    let levels = (2.0 * half / CELL_M).log2().ceil() as u32;
+    let size = 1i32 << levels;
+    let origin = relief.near.centre() - Vec2::splat(CELL_M * size as f32 / 2.0);
+    let place = |at: IVec2| origin + at.as_vec2() * CELL_M;
+    let mut squares = Vec::new();
+    let mut open = vec![(IVec2::ZERO, size)];
+    while let Some((low, side)) = open.pop() {
+        let side_m = side as f32 * CELL_M;
+        let distance = relief.near.distance_m(place(low) + Vec2::splat(side_m / 2.0)) - side_m * 0.7;
+        if side > 1 && side_m > (distance - 20.0).max(0.0) * 0.22 + CELL_M {
+            let h = side / 2;
+            open.extend([IVec2::ZERO, IVec2::X * h, IVec2::Y * h, IVec2::splat(h)].map(|d| (low + d, h)));
+        } else if place(low).distance(relief.near.centre()) < half * 1.1 {
+            squares.push((low, side));
+        }
+    }
+    let mut mesh = Mesh::default();
+    let mut numbers: BTreeMap<[i32; 2], u32> = BTreeMap::new();
+    let vertex = |mesh: &mut Mesh, point: Vec2, span_m: f32| {
+        let position = point.extend(relief.height_m(point));
+        mesh.vertex(Vertex::new(position, relief.normal(point, span_m), relief.colour(point), point, Material::Grass))
+    };
+    for &(low, side) in &squares {
+        for d in [IVec2::ZERO, IVec2::X, IVec2::ONE, IVec2::Y] {
+            let at = low + d * side;
+            numbers.entry(at.to_array()).or_insert_with(|| vertex(&mut mesh, place(at), side as f32 * CELL_M * 0.5));
+        }
+    }
+    for &(low, side) in &squares {
+        // Round the square, counter-clockwise, with every corner that lies on its edges.
+        let mut rim = Vec::new();
+        let turns = [(IVec2::ZERO, IVec2::X), (IVec2::X, IVec2::Y), (IVec2::ONE, -IVec2::X), (IVec2::Y, -IVec2::Y)];
+        for (corner, along) in turns {
+            let start = low + corner * side;
+            rim.extend((0..side).filter_map(|k| numbers.get(&(start + along * k).to_array())).copied());
+        }
+        if rim.len() == 4 {
+            mesh.indices.extend([rim[0], rim[1], rim[2], rim[0], rim[2], rim[3]]);
+            continue;
+        }
+        let side_m = side as f32 * CELL_M;
+        let middle = vertex(&mut mesh, place(low) + Vec2::splat(side_m / 2.0), side_m * 0.5);
+        for k in 0..rim.len() {
+            mesh.indices.extend([middle, rim[k], rim[(k + 1) % rim.len()]]);
+        }
+    }
+    mesh
+}
+
+/// Woods too far away to be trees: crowns in drifts on the hills, dark and blunt, so that the horizon is a treeline.
+fn far_woods(mesh: &mut Mesh, relief: &Relief) {
+    let mut random = rng::stream(relief.seed, "far woods");
+    let near = relief.near;
+    let mut planted = 0;
+    for _ in 0..FAR_CROWNS * 12 {
+        let beyond = 130.0 + 620.0 * random.uniform(0.0, 1.0).powf(1.3) as f32;
+        let angle = random.uniform(0.0, std::f64::consts::TAU) as f32;
+        let point = near.centre() + Vec2::from_angle(angle) * (near.radius_m() + beyond);
+        let wood = noise::fractal(relief.seed ^ 7, point / 130.0) + 0.25 * smoothstep(300.0, 600.0, beyond);
+        let luck = random.uniform(0.0, 1.0) as f32;
+        let [size, slim, tint] = [0.0, 0.0, 0.0].map(|_: f64| random.uniform(0.0, 1.0) as f32);
+        if luck > smoothstep(-0.05, 0.30, wood) || planted == FAR_CROWNS {
+            continue;
+        }
+        planted += 1;
+        // Further crowns stand for more trees.
+        let width = (2.6 + 2.2 * size) * (1.0 + beyond / 500.0);
+        let height = (7.0 + 6.0 * slim + 3.0 * size) * (1.0 + beyond / 1500.0);
+        let colour = mix([0.030, 0.060, 0.018], [0.055, 0.085, 0.022], tint);
+        crown(mesh, point.extend(relief.height_m(point) - 0.5), width, height, colour, angle * 37.0);
+    }
+}
+
+/// A blunt crown: two rings of five corners and a tip, open below.
+fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32; 3], turn: f32) {
+    const SIDES: u32 = 5;
+    let first = mesh.vertices.len() as u32;
+    for (ring, (radius, height)) in [(0.86, 0.0), (0.88, 0.62)].into_iter().enumerate() {
+        for k in 0..SIDES {
+            let angle = turn + std::f32::consts::TAU * (k as f32 + 0.5 * ring as f32) / SIDES as f32;
+            // Uneven, so that no two crowns have one outline.
+            let uneven = 1.0 + 0.22 * (turn * 3.1 + k as f32 * 2.4 + ring as f32 * 1.7).sin();
+            let out = Vec2::from_angle(angle);
+            let position = foot + (out * (width_m * radius * uneven)).extend(height_m * height * (0.9 + 0.1 * uneven));
+            let normal = out.extend(-0.15 + 0.9 * height).normalize();
+            let shaded = shade(colour, 0.55 + 0.6 * height);
+            mesh.vertex(Vertex::new(position, normal, shaded, Vec2::new(k as f32 / 5.0, height), Material::Leaves));
+        }
+    }
+    let top = foot + Vec3::Z * height_m;
+    let tip = mesh.vertex(Vertex::new(top, Vec3::Z, shade(colour, 1.2), Vec2::new(0.5, 1.0), Material::Leaves));
+    for k in 0..SIDES {
+        let [a, b] = [k, (k + 1) % SIDES].map(|k| first + k);
+        let [c, d] = [a + SIDES, b + SIDES];
+        mesh.indices.extend([a, b, c, b, d, c, c, d, tip]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mesh::tests::{check, faces};
+    use super::super::stage::tests::{circuit, ring};
+    use super::*;
+
+    #[test]
+    fn the_land_never_covers_the_road() {
+        for map in [ring(250.0), ring(1500.0), circuit()] {
+            let near = Near::new(&map.route);
+            let mesh = ground(&Relief::new(&near, 5));
+            check(&mesh, "land");
+            for (corners, face) in faces(&mesh) {
+                assert!(face.z > 0.0, "faces up");
+                let [a, b, c] = corners.map(|v| Vec3::from(v.position));
+                for weights in [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.34, 0.33, 0.33]] {
+                    let p = a * weights[0] + b * weights[1] + c * weights[2];
+                    let beside = near.distance_m(p.truncate()) < near.half_lane_m() + 2.5;
+                    assert!(!beside || (p.z - BESIDE_ROAD_M).abs() < 1e-4, "{p}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_ground_has_no_cracks_and_reaches_the_horizon() {
+        let map = ring(250.0);
+        let near = Near::new(&map.route);
+        let mesh = ground(&Relief::new(&near, 5));
+        assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
+        // Inside, every edge belongs to two triangles: open edges lie on the rim only.
+        let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();
+        for t in mesh.indices.chunks(3) {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+            }
+        }
+        for (edge, _) in edges.iter().filter(|(_, count)| **count != 0) {
+            let p = Vec3::from(mesh.vertices[edge[0] as usize].position);
+            assert!(p.truncate().distance(near.centre()) > 900.0, "crack at {p}");
+        }
+    }
+
+    #[test]
+    fn hills_stand_above_the_eye_all_around() {
+        let map = ring(250.0);
+        let near = Near::new(&map.route);
+        let relief = Relief::new(&near, 5);
+        for degrees in 0..360 {
+            let direction = Vec2::from_angle((degrees as f32).to_radians());
+            let heights = (30..95).map(|k| relief.height_m(near.centre() + direction * (k as f32 * 10.0)));
+            let highest = heights.fold(0.0, f32::max);
+            assert!((8.0..50.0).contains(&highest), "{degrees}: {highest}");
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! Making meshes. In: loose triangles with a finish ([`Soup`]). Out: a [`Mesh`] with shared corners and smooth normals,
+//! sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
+
+use super::{Material, Mesh, Vertex};
+use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// Colour and material of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Finish {
+    /// What it is made of.
+    pub material: Material,
+    /// Linear albedo.
+    pub colour: [f32; 3],
+}
+
+impl Finish {
+    /// A finish from its parts.
+    pub const fn new(material: Material, colour: [f32; 3]) -> Self {
+        Self { material, colour }
+    }
+
+    /// Neutral grey of the material.
+    pub const fn grey(material: Material, value: f32) -> Self {
+        Self { material, colour: [value; 3] }
+    }
+}
+
+/// Triangles that share nothing yet.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Soup {
+    triangles: Vec<([Vec3; 3], Finish)>,
+}
+
+/// Corners closer than this are one corner, metres.
+const WELD_M: f32 = 1e-4;
+
+impl Soup {
+    /// One triangle, counter-clockwise; slivers without area are left out.
+    pub fn triangle(&mut self, corners: [Vec3; 3], finish: Finish) {
+        let [a, b, c] = corners.map(key);
+        if a != b && b != c && c != a {
+            self.triangles.push((corners, finish));
+        }
+    }
+
+    /// Four corners, counter-clockwise, cut along the shorter diagonal.
+    pub fn quad(&mut self, [a, b, c, d]: [Vec3; 4], finish: Finish) {
+        if a.distance_squared(c) <= b.distance_squared(d) {
+            self.triangle([a, b, c], finish);
+            self.triangle([a, c, d], finish);
+        } else {
+            self.triangle([b, c, d], finish);
+            self.triangle([b, d, a], finish);
+        }
+    }
+
+    /// A box with its edges along the axes.
+    pub fn cuboid(&mut self, centre: Vec3, half: Vec3, finish: Finish) {
+        let corner = |x: f32, y: f32, z: f32| centre + half * Vec3::new(x, y, z);
+        for axis in 0..3 {
+            for side in [-1.0f32, 1.0] {
+                let place = |u: f32, v: f32| {
+                    let mut p = [0.0; 3];
+                    (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (side, u * side, v);
+                    corner(p[0], p[1], p[2])
+                };
+                self.quad([place(-1.0, -1.0), place(1.0, -1.0), place(1.0, 1.0), place(-1.0, 1.0)], finish);
+            }
+        }
+    }
+
+    /// An ellipsoid of `rings` by `sides` faces with its poles along y; `finish_of` sees the outward direction.
+    pub fn ellipsoid(
+        &mut self,
+        centre: Vec3,
+        half: Vec3,
+        [rings, sides]: [usize; 2],
+        finish_of: impl Fn(Vec3) -> Finish,
+    ) {
+        let point = |i: usize, k: usize| {
+            let (sin_i, cos_i) = (std::f32::consts::PI * i as f32 / rings as f32).sin_cos();
+            let (sin_k, cos_k) = (std::f32::consts::TAU * (k % sides) as f32 / sides as f32).sin_cos();
+            // The poles are exact, so that the fans around them close.
+            let across = if i == 0 || i == rings { 0.0 } else { sin_i };
+            Vec3::new(across * cos_k, cos_i, across * sin_k)
+        };
+        for i in 0..rings {
+            for k in 0..sides {
+                let corners = [point(i, k), point(i, k + 1), point(i + 1, k + 1), point(i + 1, k)];
+                let outwards = corners.iter().sum::<Vec3>().normalize();
+                self.quad(corners.map(|p| centre + half * p), finish_of(outwards));
+            }
+        }
+    }
+
+    /// Everything again on the other side of the plane y = 0.
+    pub fn mirrored(&self) -> Self {
+        let flip = |p: Vec3| Vec3::new(p.x, -p.y, p.z);
+        Self { triangles: self.triangles.iter().map(|&([a, b, c], f)| ([flip(a), flip(c), flip(b)], f)).collect() }
+    }
+
+    /// Takes in all triangles of another soup.
+    pub fn append(&mut self, other: Self) {
+        self.triangles.extend(other.triangles);
+    }
+
+    /// Shares corners and gives normals: smooth where faces of one material meet at less than `crease_rad`, and where
+    /// faces of different materials meet at less than a third of that (glass lies flush in its frame).
+    pub fn into_mesh(self, crease_rad: f32) -> Mesh {
+        let faces: Vec<Vec3> =
+            self.triangles.iter().map(|([a, b, c], _)| (*b - *a).cross(*c - *a).normalize_or_zero()).collect();
+        let mut around: BTreeMap<[i32; 3], Vec<(usize, f32)>> = BTreeMap::new();
+        for (index, (corners, _)) in self.triangles.iter().enumerate() {
+            for k in 0..3 {
+                let to = |j: usize| (corners[(k + j) % 3] - corners[k]).normalize_or_zero();
+                // Weighted by the corner's angle, so that the cut of a quad does not tilt the normal, and by area, so that
+                // a sliver between panels does not bend its neighbours.
+                let angle = to(1).dot(to(2)).clamp(-1.0, 1.0).acos();
+                let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+                around.entry(key(corners[k])).or_default().push((index, angle * area));
+            }
+        }
+        let mut mesh = Mesh::default();
+        let mut shared: BTreeMap<([i32; 3], [i32; 3], [u32; 4]), u32> = BTreeMap::new();
+        for (index, (corners, finish)) in self.triangles.iter().enumerate() {
+            for &corner in corners {
+                let mut normal = Vec3::ZERO;
+                for &(other, weight) in &around[&key(corner)] {
+                    let same = self.triangles[other].1.material == finish.material;
+                    let limit = if same { crease_rad } else { crease_rad / 3.0 };
+                    if faces[index].dot(faces[other]) >= limit.cos() {
+                        normal += faces[other] * weight;
+                    }
+                }
+                let normal = normal.try_normalize().unwrap_or(faces[index]);
+                let [r, g, b] = finish.colour.map(f32::to_bits);
+                let look = [r, g, b, finish.material as u32];
+                let number =
+                    *shared.entry((key(corner), (normal * 1000.0).round().as_ivec3().to_array(), look)).or_insert_with(
+                        || mesh.vertex(Vertex::new(corner, normal, finish.colour, Vec2::ZERO, finish.material)),
+                    );
+                mesh.indices.push(number);
+            }
+        }
+        mesh
+    }
+}
+
+/// A position on the welding lattice.
+fn key(p: Vec3) -> [i32; 3] {
+    (p / WELD_M).round().as_ivec3().to_array()
+}
+
+impl Vertex {
+    /// A corner from its parts.
+    pub fn new(position: Vec3, normal: Vec3, colour: [f32; 3], uv: Vec2, material: Material) -> Self {
+        Self { position: position.into(), normal: normal.into(), colour, uv: uv.into(), material: material as u32 }
+    }
+}
+
+impl Mesh {
+    /// Adds a corner and gives its number.
+    pub fn vertex(&mut self, vertex: Vertex) -> u32 {
+        self.vertices.push(vertex);
+        self.vertices.len() as u32 - 1
+    }
+
+    /// Takes in all triangles of another mesh.
+    pub fn append(&mut self, other: &Self) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(&other.vertices);
+        self.indices.extend(other.indices.iter().map(|i| i + first));
+    }
+
+    /// Number of triangles.
+    pub fn triangles(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    /// Lowest and highest coordinates; zeros for an empty mesh.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let mut all = self.vertices.iter().map(|v| Vec3::from(v.position));
+        let first = all.next().unwrap_or_default();
+        all.fold((first, first), |(low, high), p| (low.min(p), high.max(p)))
+    }
+
+    /// A sphere that holds the whole mesh: centre and radius, metres. Not the smallest one, but around the middle of
+    /// the bounding box.
+    pub fn bounding_sphere(&self) -> (Vec3, f32) {
+        let (low, high) = self.bounds();
+        let centre = (low + high) / 2.0;
+        let radius_m = self.vertices.iter().map(|v| centre.distance(v.position.into())).fold(0.0, f32::max);
+        (centre, radius_m)
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Indices in range, whole triangles, unit normals, finite numbers: what every mesh must be.
+    pub fn check(mesh: &Mesh, name: &str) {
+        assert!(!mesh.indices.is_empty() && mesh.indices.len().is_multiple_of(3), "{name}");
+        assert!(mesh.indices.iter().all(|&i| (i as usize) < mesh.vertices.len()), "{name}: index out of range");
+        for v in &mesh.vertices {
+            assert!((Vec3::from(v.normal).length() - 1.0).abs() < 1e-3, "{name}: normal of {v:?}");
+            assert!(v.position.iter().chain(&v.uv).all(|x| x.is_finite()), "{name}: {v:?}");
+            assert!(v.colour.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= 11, "{name}: {v:?}");
+        }
+    }
+
+    /// Corners and face normal (twice the area long) of each triangle.
+    pub fn faces(mesh: &Mesh) -> impl Iterator<Item = ([Vertex; 3], Vec3)> {
+        mesh.indices.chunks(3).map(|t| {
+            let corners = [0, 1, 2].map(|k| mesh.vertices[t[k] as usize]);
+            let [a, b, c] = corners.map(|v| Vec3::from(v.position));
+            (corners, (b - a).cross(c - a))
+        })
+    }
+
+    /// Smallest cosine between a face and its corners' normals.
+    pub fn worst_agreement(mesh: &Mesh) -> f32 {
+        faces(mesh)
+            .flat_map(|(corners, face)| corners.map(|v| face.normalize_or_zero().dot(v.normal.into())))
+            .fold(1.0, f32::min)
+    }
+
+    /// Volume inside a closed surface, positive if its triangles run counter-clockwise seen from outside.
+    pub fn volume_m3(mesh: &Mesh) -> f32 {
+        faces(mesh).map(|(corners, face)| Vec3::from(corners[0].position).dot(face) / 6.0).sum()
+    }
+
+    /// Edges that are not shared by exactly two triangles of opposite sense.
+    pub fn open_edges(mesh: &Mesh) -> usize {
+        let mut count: BTreeMap<[[i32; 3]; 2], i32> = BTreeMap::new();
+        for (corners, _) in faces(mesh) {
+            let keys = corners.map(|v| super::key(v.position.into()));
+            for k in 0..3 {
+                let (a, b) = (keys[k], keys[(k + 1) % 3]);
+                *count.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+            }
+        }
+        count.values().filter(|&&c| c != 0).count()
+    }
+
+    #[test]
+    fn a_box_is_closed_and_sharp_and_a_ball_is_closed_and_smooth() {
+        let finish = Finish::grey(Material::Matt, 0.5);
+        let mut soup = Soup::default();
+        soup.cuboid(Vec3::ONE, Vec3::new(1.0, 2.0, 3.0), finish);
+        let cuboid = soup.into_mesh(0.7);
+        check(&cuboid, "box");
+        assert_eq!((cuboid.vertices.len(), cuboid.triangles(), open_edges(&cuboid)), (24, 12, 0));
+        assert!((volume_m3(&cuboid) - 48.0).abs() < 1e-3);
+        assert!(worst_agreement(&cuboid) > 0.9999);
+
+        let mut soup = Soup::default();
+        soup.ellipsoid(Vec3::ZERO, Vec3::ONE, [16, 24], |_| finish);
+        let ball = soup.into_mesh(0.7);
+        check(&ball, "ball");
+        assert_eq!(open_edges(&ball), 0);
+        assert!((volume_m3(&ball) - 4.19).abs() < 0.15, "{}", volume_m3(&ball));
+        for v in &ball.vertices {
+            assert!(Vec3::from(v.normal).dot(v.position.into()) > 0.998, "{v:?}");
+        }
+        assert!((ball.bounding_sphere().1 - 1.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,174 @@
+//! What a person may set about the picture, and what follows from it: the angle of view, the sun, the paints. In:
+//! settings, metres and degrees. Out: [`ViewOptions`], which `view` reads.
+
+use super::ViewKind;
+use crate::traffic::{CarId, EGO};
+use crate::units::SpeedUnit;
+use glam::Vec3;
+use std::collections::BTreeMap;
+
+/// What a person may set about the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewOptions {
+    /// Driver's eye in the body's frame (x forward, y left, z up from the ground under the centre), metres.
+    pub eye: Vec3,
+    /// Width of the screen, metres.
+    pub screen_width_m: f32,
+    /// Distance from the participant's eye to the screen, metres.
+    pub eye_distance_m: f32,
+    /// How much of the body's pitch and roll the driver's camera takes part in, 0..1: less is easier on the stomach.
+    pub body_motion: f32,
+    /// The rear-view mirror.
+    pub mirror: MirrorOptions,
+    /// Unit of the speedometer.
+    pub unit: SpeedUnit,
+    /// Full scale of the speedometer in its unit; `None` fits the scenario.
+    pub dial_full_scale: Option<f64>,
+    /// Direction of the sun: compass degrees, 0 north, clockwise.
+    pub sun_azimuth_deg: f32,
+    /// Height of the sun above the horizon, degrees.
+    pub sun_elevation_deg: f32,
+    /// The ego's paint, linear.
+    pub ego_paint: [f32; 3],
+    /// The others' paint from above, and everywhere if `ordinary_paints` is off.
+    pub traffic_paint: [f32; 3],
+    /// Seen from the road, the others wear a mix of ordinary paints, never red.
+    pub ordinary_paints: bool,
+    /// Paint of single cars in every view, before all other rules.
+    pub paint_overrides: BTreeMap<CarId, [f32; 3]>,
+    /// If set, the bird's-eye view follows the ego and shows this many metres to either side of it.
+    pub birdseye_follow_m: Option<f32>,
+}
+
+/// The rear-view mirror: a camera that looks back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorOptions {
+    /// Place in the body's frame, metres: the top of the windscreen.
+    pub position: Vec3,
+    /// Horizontal angle of view, degrees.
+    pub fov_x_deg: f32,
+    /// Tilt downwards, degrees: shows the bonnet of a follower 2 m away.
+    pub tilt_deg: f32,
+}
+
+impl Default for ViewOptions {
+    fn default() -> Self {
+        Self {
+            eye: Vec3::new(0.10, 0.36, 1.18),
+            // A 55-inch television, 16:9, at one metre: 63 degrees (FACTS 8).
+            screen_width_m: 1.2176,
+            eye_distance_m: 1.0,
+            body_motion: 0.3,
+            mirror: MirrorOptions { position: Vec3::new(0.30, 0.0, 1.26), fov_x_deg: 30.0, tilt_deg: 2.5 },
+            unit: SpeedUnit::default(),
+            dial_full_scale: None,
+            sun_azimuth_deg: 130.0,
+            sun_elevation_deg: 42.0,
+            ego_paint: [0.62, 0.020, 0.018],
+            traffic_paint: [0.030, 0.36, 0.060],
+            ordinary_paints: true,
+            paint_overrides: BTreeMap::new(),
+            birdseye_follow_m: None,
+        }
+    }
+}
+
+impl ViewOptions {
+    /// Horizontal angle of view of the driver's picture, radians: the one that the screen fills at the eye's distance, so
+    /// that the picture's scale is 1.
+    pub fn fov_x_rad(&self) -> f32 {
+        2.0 * (self.screen_width_m / 2.0 / self.eye_distance_m).atan()
+    }
+
+    /// Unit direction towards the sun.
+    pub fn to_sun(&self) -> Vec3 {
+        let (sin_a, cos_a) = self.sun_azimuth_deg.to_radians().sin_cos();
+        let (sin_e, cos_e) = self.sun_elevation_deg.to_radians().sin_cos();
+        Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e)
+    }
+
+    /// Paint of a car in a view.
+    pub fn paint(&self, id: CarId, kind: ViewKind) -> [f32; 3] {
+        if let Some(paint) = self.paint_overrides.get(&id) {
+            return *paint;
+        }
+        match kind {
+            _ if id == EGO => self.ego_paint,
+            ViewKind::Birdseye => self.traffic_paint,
+            _ if self.ordinary_paints => ordinary_paint(id),
+            _ => self.traffic_paint,
+        }
+    }
+}
+
+/// Paints as they are common on the road (white, greys and black lead), linear. No reds: red is the ego's.
+const PAINTS: [[f32; 3]; 10] = [
+    [0.72, 0.72, 0.70],
+    [0.38, 0.40, 0.42],
+    [0.115, 0.120, 0.130],
+    [0.012, 0.012, 0.014],
+    [0.025, 0.075, 0.230],
+    [0.72, 0.72, 0.70],
+    [0.020, 0.085, 0.048],
+    [0.205, 0.215, 0.225],
+    [0.400, 0.340, 0.245],
+    [0.055, 0.135, 0.260],
+];
+
+/// The same car always wears the same paint; neighbours differ.
+fn ordinary_paint(id: CarId) -> [f32; 3] {
+    // 7 and 10 share no factor, so ten cars in a row wear ten entries; the jump by rows varies the order.
+    let n = PAINTS.len() as u32;
+    PAINTS[((id.0 * 7 + (id.0 / n) * 3) % n) as usize]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_angle_of_view_is_the_screens_at_the_eyes_distance() {
+        let tv = ViewOptions::default();
+        // FACTS 8: 55 inches at 1.0 m is 63 degrees.
+        assert!((tv.fov_x_rad().to_degrees() - 63.0).abs() < 0.5, "{}", tv.fov_x_rad().to_degrees());
+        let square = ViewOptions { screen_width_m: 2.0, eye_distance_m: 1.0, ..tv };
+        assert!((square.fov_x_rad().to_degrees() - 90.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_sun_stands_at_its_compass_bearing() {
+        let sun = ViewOptions { sun_azimuth_deg: 90.0, sun_elevation_deg: 0.0, ..ViewOptions::default() }.to_sun();
+        assert!(sun.distance(Vec3::X) < 1e-6, "east: {sun}");
+        let sun = ViewOptions::default().to_sun();
+        assert!(sun.x > 0.0 && sun.y < 0.0 && sun.z > 0.6 && (sun.length() - 1.0).abs() < 1e-6, "south-east: {sun}");
+    }
+
+    #[test]
+    fn from_above_the_ego_is_red_and_all_others_are_green() {
+        let options = ViewOptions::default();
+        assert_eq!(options.paint(EGO, ViewKind::Birdseye), options.ego_paint);
+        for id in 1..40 {
+            assert_eq!(options.paint(CarId(id), ViewKind::Birdseye), options.traffic_paint);
+        }
+        let [r, g, b] = options.traffic_paint;
+        assert!(g > 4.0 * r && g > 4.0 * b);
+        let [r, g, b] = options.ego_paint;
+        assert!(r > 10.0 * g && r > 10.0 * b);
+    }
+
+    #[test]
+    fn on_the_road_paints_are_mixed_and_never_red_unless_asked_for() {
+        let mut options = ViewOptions::default();
+        let paints: Vec<_> = (1..=21).map(|id| options.paint(CarId(id), ViewKind::Driver)).collect();
+        assert!(paints.iter().all(|[r, g, b]| *r < 1.5 * g.max(*b)), "no reds");
+        assert!(paints.windows(2).all(|p| p[0] != p[1]), "neighbours differ");
+        let mut kinds = paints.clone();
+        kinds.sort_by(|a, b| a.partial_cmp(b).expect("finite"));
+        kinds.dedup();
+        assert!(kinds.len() >= 8, "{}", kinds.len());
+        options.paint_overrides.insert(CarId(21), [0.6, 0.0, 0.0]);
+        assert_eq!(options.paint(CarId(21), ViewKind::Mirror), [0.6, 0.0, 0.0]);
+        options.ordinary_paints = false;
+        assert_eq!(options.paint(CarId(3), ViewKind::Driver), options.traffic_paint);
+    }
+}

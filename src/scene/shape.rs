@@ -1,0 +1,198 @@
+//! The lines of the saloon: how wide and how high each part of the body is along x. Metres in the body's frame. Our own
+//! drawing of a common mid-size car; smooth between the listed stations (monotone cubic, so nothing overshoots).
+
+use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
+use glam::Vec2;
+
+/// Radius of a wheel arch around the hub: 5 cm around the tyre.
+pub(super) const ARCH_RADIUS_M: f32 = 0.38;
+/// Foot of the windscreen.
+pub(super) const CABIN_FRONT_M: f32 = 1.12;
+/// Foot of the rear window.
+pub(super) const CABIN_REAR_M: f32 = -1.80;
+
+/// The measures of one cross-section.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measures {
+    /// Where the side is fullest.
+    pub half_width: f32,
+    /// Underside; the lip inside a wheel arch.
+    pub floor_z: f32,
+    /// Edge under the side windows, and along bonnet and boot.
+    pub belt_y: f32,
+    /// See `belt_y`.
+    pub belt_z: f32,
+    /// Edge of the roof, line of the pillars; on bonnet and boot a line on their crowned top.
+    pub roof_y: f32,
+    /// See `roof_y`.
+    pub roof_z: f32,
+    /// Top in the middle.
+    pub top_z: f32,
+    /// 1 in the cabin, 0 on bonnet and boot.
+    cabin: bool,
+}
+
+impl Measures {
+    /// A point between belt (0) and roof edge (1).
+    pub fn shoulder(&self, t: f32) -> Vec2 {
+        let (belt, roof) = (Vec2::new(self.belt_y, self.belt_z), Vec2::new(self.roof_y, self.roof_z));
+        let straight = belt.lerp(roof, t);
+        if self.cabin {
+            // Side glass is barrelled by 2 cm.
+            straight + Vec2::new(0.02 * 4.0 * t * (1.0 - t) * ((self.roof_z - self.belt_z) / 0.4).min(1.0), 0.0)
+        } else {
+            let y = straight.x;
+            Vec2::new(y, dome(y / self.belt_y, self.belt_z, self.top_z))
+        }
+    }
+}
+
+/// The cross-section at `x`.
+pub(super) fn at(x: f32) -> Measures {
+    let half_width = curve(WIDTH, x);
+    let hub = WHEELBASE_M / 2.0;
+    let from_hub = (x.abs() - hub).abs();
+    let arch = if from_hub <= ARCH_RADIUS_M + 1e-4 {
+        WHEEL_RADIUS_M + (ARCH_RADIUS_M * ARCH_RADIUS_M - from_hub * from_hub).max(0.0).sqrt()
+    } else {
+        0.0
+    };
+    let belt_y = half_width - curve(BELT_INSET, x);
+    let belt_z = curve(BELT, x);
+    let cabin = (CABIN_REAR_M..=CABIN_FRONT_M).contains(&x);
+    let (roof_y, roof_z, top_z) = if cabin {
+        (curve(ROOF_Y, x), curve(ROOF_Z, x), curve(TOP, x))
+    } else {
+        let top_z = curve(if x > 0.0 { BONNET } else { BOOT }, x);
+        let roof_y = belt_y * 0.86;
+        (roof_y, dome(0.86, belt_z, top_z), top_z)
+    };
+    Measures { half_width, floor_z: curve(FLOOR, x).max(arch), belt_y, belt_z, roof_y, roof_z, top_z, cabin }
+}
+
+/// Height of a crowned panel at the fraction `y` of its half width.
+fn dome(y: f32, edge_z: f32, middle_z: f32) -> f32 {
+    edge_z + (middle_z - edge_z) * (1.0 - y.abs().powf(2.5))
+}
+
+/// Smooth curve through `(x, value)` with x ascending: cubic Hermite with the harmonic mean of neighbouring slopes
+/// (Fritsch and Butland 1984), so that it is monotone where the points are.
+fn curve(points: &[(f32, f32)], x: f32) -> f32 {
+    let last = points.len() - 2;
+    let i = points.partition_point(|p| p.0 <= x).saturating_sub(1).min(last);
+    let slope = |k: usize| (points[k + 1].1 - points[k].1) / (points[k + 1].0 - points[k].0);
+    let tangent = |k: usize| match k {
+        0 => slope(0),
+        k if k > last => slope(last),
+        k if slope(k - 1) * slope(k) <= 0.0 => 0.0,
+        k => 2.0 * slope(k - 1) * slope(k) / (slope(k - 1) + slope(k)),
+    };
+    let width = points[i + 1].0 - points[i].0;
+    let t = ((x - points[i].0) / width).clamp(0.0, 1.0);
+    let (t2, t3) = (t * t, t * t * t);
+    points[i].1 * (2.0 * t3 - 3.0 * t2 + 1.0)
+        + points[i + 1].1 * (3.0 * t2 - 2.0 * t3)
+        + width * (tangent(i) * (t3 - 2.0 * t2 + t) + tangent(i + 1) * (t3 - t2))
+}
+
+const WIDTH: &[(f32, f32)] = &[
+    (-2.5, 0.735),
+    (-2.47, 0.785),
+    (-2.40, 0.825),
+    (-2.25, 0.857),
+    (-1.8, 0.888),
+    (-1.2, 0.90),
+    (1.2, 0.90),
+    (1.8, 0.888),
+    (2.1, 0.858),
+    (2.3, 0.800),
+    (2.42, 0.715),
+    (2.48, 0.62),
+    (2.5, 0.54),
+];
+const FLOOR: &[(f32, f32)] = &[
+    (-2.5, 0.36),
+    (-2.46, 0.30),
+    (-2.35, 0.255),
+    (-2.0, 0.225),
+    (-1.5, 0.20),
+    (1.5, 0.185),
+    (2.1, 0.19),
+    (2.35, 0.21),
+    (2.45, 0.25),
+    (2.5, 0.31),
+];
+const BELT_INSET: &[(f32, f32)] =
+    &[(-2.5, 0.06), (-2.2, 0.075), (-1.0, 0.055), (0.9, 0.052), (1.6, 0.075), (2.5, 0.06)];
+const BELT: &[(f32, f32)] = &[
+    (-2.5, 0.885),
+    (-2.47, 0.93),
+    (-2.38, 0.965),
+    (-2.2, 0.978),
+    (-1.8, 0.98),
+    (-1.0, 0.962),
+    (0.0, 0.935),
+    (1.0, 0.90),
+    (1.6, 0.850),
+    (2.0, 0.800),
+    (2.25, 0.752),
+    (2.4, 0.700),
+    (2.47, 0.652),
+    (2.5, 0.600),
+];
+const BONNET: &[(f32, f32)] =
+    &[(1.12, 0.955), (1.6, 0.922), (2.0, 0.868), (2.25, 0.812), (2.4, 0.750), (2.47, 0.692), (2.5, 0.625)];
+const BOOT: &[(f32, f32)] =
+    &[(-2.5, 0.915), (-2.47, 0.97), (-2.40, 1.012), (-2.28, 1.032), (-2.0, 1.040), (-1.8, 1.045)];
+const TOP: &[(f32, f32)] = &[
+    (-1.80, 1.045),
+    (-1.40, 1.225),
+    (-0.95, 1.385),
+    (-0.70, 1.428),
+    (-0.40, 1.450),
+    (-0.10, 1.443),
+    (0.25, 1.395),
+    (0.65, 1.210),
+    (1.12, 0.955),
+];
+const ROOF_Z: &[(f32, f32)] = &[
+    (-1.80, 1.010),
+    (-1.40, 1.170),
+    (-0.95, 1.325),
+    (-0.70, 1.368),
+    (-0.40, 1.388),
+    (-0.10, 1.380),
+    (0.25, 1.330),
+    (0.65, 1.160),
+    (1.12, 0.918),
+];
+const ROOF_Y: &[(f32, f32)] =
+    &[(-1.80, 0.695), (-1.40, 0.640), (-0.95, 0.605), (-0.40, 0.600), (0.25, 0.615), (0.65, 0.665), (1.12, 0.735)];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_go_through_their_points_and_stay_between_them() {
+        for table in [WIDTH, FLOOR, BELT, BONNET, BOOT, TOP, ROOF_Y, ROOF_Z] {
+            for pair in table.windows(2) {
+                assert!(pair[0].0 < pair[1].0, "stations ascend");
+                assert!((curve(table, pair[0].0) - pair[0].1).abs() < 1e-5);
+                let (low, high) = (pair[0].1.min(pair[1].1), pair[0].1.max(pair[1].1));
+                for i in 0..=20 {
+                    let x = pair[0].0 + (pair[1].0 - pair[0].0) * i as f32 / 20.0;
+                    assert!((low - 1e-5..=high + 1e-5).contains(&curve(table, x)), "{x}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn glass_and_sheet_meet_at_the_ends_of_the_cabin() {
+        for (inside, outside) in [(CABIN_FRONT_M, CABIN_FRONT_M + 1e-4), (CABIN_REAR_M, CABIN_REAR_M - 1e-4)] {
+            let (a, b) = (at(inside), at(outside));
+            assert!((a.top_z - b.top_z).abs() < 0.005 && (a.roof_z - b.roof_z).abs() < 0.02, "{a:?} {b:?}");
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! One picture from one snapshot: where every car stands between two ticks, where the camera is, what colours things
+//! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
+
+use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
+use super::{Camera, CarInstance, Lens, Stage, View, ViewKind, ViewOptions};
+use crate::ego::EgoState;
+use crate::sim::{CarView, Snapshot};
+use crate::space::wrap_angle;
+use crate::traffic::EGO;
+use glam::{EulerRot, Quat, Vec2, Vec3};
+use std::f64::consts::TAU;
+
+/// The picture at `fraction` (0..1) of the way from the tick before the snapshot to the snapshot.
+pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOptions, stage: &Stage) -> View {
+    let ego = EgoAt::new(snapshot, fraction);
+    let mut cars = vec![ego.instance(options.paint(EGO, kind))];
+    cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
+    let camera = match kind {
+        ViewKind::Driver => driver_camera(&ego, options),
+        ViewKind::Mirror => mirror_camera(&ego, options),
+        ViewKind::Birdseye => birdseye_camera(&ego, options, stage),
+        ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32),
+    };
+    let before_s = (1.0 - f64::from(fraction)) * crate::time::TICK_S;
+    View {
+        kind,
+        camera,
+        mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
+        cars,
+        to_sun: options.to_sun(),
+        time_s: (snapshot.tick.seconds() - before_s).max(0.0) as f32,
+        dial: None,
+    }
+}
+
+/// The ego between two ticks.
+struct EgoAt {
+    position: Vec3,
+    rotation: Quat,
+    yaw_rad: f32,
+    hubs: [Vec3; 4],
+    steer_rad: f32,
+    spin_rad: f32,
+    braking: bool,
+}
+
+impl EgoAt {
+    fn new(snapshot: &Snapshot, fraction: f32) -> Self {
+        let (a, b): (&EgoState, &EgoState) = (&snapshot.ego_before, &snapshot.ego);
+        let mix = |a: f32, b: f32| a + (b - a) * fraction;
+        // A rolled angle may be kept in one turn: the short way round is the way rolled in a tick.
+        let spin = |i: usize| {
+            let turn = wrap_angle(f64::from(b.wheels[i].spin_rad) - f64::from(a.wheels[i].spin_rad)) as f32;
+            a.wheels[i].spin_rad + turn * fraction
+        };
+        let rotation = a.rotation.slerp(b.rotation, fraction);
+        let forward = rotation * Vec3::X;
+        Self {
+            position: a.position.lerp(b.position, f64::from(fraction)).as_vec3(),
+            rotation,
+            yaw_rad: forward.y.atan2(forward.x),
+            hubs: std::array::from_fn(|i| a.wheels[i].hub.lerp(b.wheels[i].hub, fraction)),
+            steer_rad: mix(
+                (a.wheels[0].steer_rad + a.wheels[1].steer_rad) / 2.0,
+                (b.wheels[0].steer_rad + b.wheels[1].steer_rad) / 2.0,
+            ),
+            // A rear wheel: it follows the road whatever the brakes of the front axle do.
+            spin_rad: spin(2),
+            braking: b.braking,
+        }
+    }
+
+    fn instance(&self, colour: [f32; 3]) -> CarInstance {
+        CarInstance {
+            position: self.position,
+            rotation: self.rotation,
+            colour,
+            brake: f32::from(u8::from(self.braking)),
+            hubs: self.hubs,
+            steer_rad: self.steer_rad,
+            spin_rad: self.spin_rad,
+            is_ego: true,
+        }
+    }
+
+    /// The body's rotation with only `share` of its pitch and roll.
+    fn steadied(&self, share: f32) -> Quat {
+        let (yaw, pitch, roll) = self.rotation.to_euler(EulerRot::ZYX);
+        Quat::from_euler(EulerRot::ZYX, yaw, pitch * share, roll * share)
+    }
+}
+
+fn traffic_car(car: &CarView, fraction: f32, colour: [f32; 3], stage: &Stage) -> CarInstance {
+    let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
+    let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
+    let spin = ((car.odometer_m - rest_m) / f64::from(WHEEL_RADIUS_M)).rem_euclid(TAU);
+    // Ackermann: the angle that rolls the car round the bend under its centre.
+    let bend_per_m = stage.bend_per_m(car.s_m - crate::space::CAR_LENGTH_M / 2.0);
+    CarInstance {
+        position: pose.position.as_vec2().extend(0.0),
+        rotation: Quat::from_rotation_z(pose.yaw_rad as f32),
+        colour,
+        brake: f32::from(u8::from(car.braking)),
+        hubs: stage.hubs,
+        steer_rad: (WHEELBASE_M * bend_per_m).atan(),
+        spin_rad: spin as f32,
+        is_ego: false,
+    }
+}
+
+fn driver_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
+    let rotation = ego.steadied(options.body_motion);
+    Camera {
+        eye: ego.position + rotation * options.eye,
+        forward: rotation * Vec3::X,
+        up: rotation * Vec3::Z,
+        lens: Lens::Perspective { fov_x_rad: options.fov_x_rad() },
+    }
+}
+
+fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
+    let rotation = ego.steadied(options.body_motion);
+    let (sin, cos) = options.mirror.tilt_deg.to_radians().sin_cos();
+    Camera {
+        eye: ego.position + rotation * options.mirror.position,
+        forward: rotation * Vec3::new(-cos, 0.0, -sin),
+        up: rotation * Vec3::new(-sin, 0.0, cos),
+        lens: Lens::Perspective { fov_x_rad: options.mirror.fov_x_deg.to_radians() },
+    }
+}
+
+/// Height of the bird's-eye camera above the ground, metres: above every hill and tree.
+const BIRDSEYE_HEIGHT_M: f32 = 400.0;
+
+fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &Stage) -> Camera {
+    let (centre, half_extent_m) = match options.birdseye_follow_m {
+        Some(half_extent_m) => (ego.position.truncate(), half_extent_m),
+        None => (stage.centre, stage.radius_m * 1.06 + 4.0),
+    };
+    Camera {
+        eye: centre.extend(BIRDSEYE_HEIGHT_M),
+        forward: -Vec3::Z,
+        up: Vec3::Y,
+        lens: Lens::Parallel { half_extent_m },
+    }
+}
+
+/// The chase camera lags behind a turning car by this time, so that it does not stiffly swing with it, seconds.
+const CHASE_LAG_S: f32 = 0.25;
+
+fn chase_camera(ego: &EgoAt, yaw_rate: f32) -> Camera {
+    let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
+    let at = ego.position.truncate();
+    let eye = (at - back * 7.0).extend(2.6);
+    let target = (at + back * 4.0).extend(0.9);
+    let forward = (target - eye).normalize();
+    let right = forward.cross(Vec3::Z).normalize();
+    Camera { eye, forward, up: right.cross(forward), lens: Lens::Perspective { fov_x_rad: 63f32.to_radians() } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::stage::tests::{circuit, ring};
+    use super::*;
+    use crate::map::RoadMap;
+    use crate::space::{CAR_LENGTH_M, Pose};
+    use crate::time::Tick;
+    use crate::traffic::CarId;
+
+    const ASPECT: f32 = 16.0 / 9.0;
+
+    /// The ego with its front bumper at `s_m`, and cars so far (front bumper to front bumper) ahead of it.
+    fn snapshot(map: &RoadMap, s_m: f64, ahead_m: &[f64]) -> Snapshot {
+        let ego = |s_m: f64| {
+            let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
+            let mut ego = crate::ego::EgoState::at(pose);
+            for (wheel, hub) in ego.wheels.iter_mut().zip(super::super::car::hubs()) {
+                wheel.hub = hub;
+                wheel.spin_rad = (s_m / f64::from(WHEEL_RADIUS_M)) as f32;
+            }
+            ego
+        };
+        let car = |(k, ahead_m): (usize, &f64)| CarView {
+            id: CarId(k as u32 + 1),
+            pose: map.route.pose_of_front(s_m + ahead_m, CAR_LENGTH_M),
+            pose_before: map.route.pose_of_front(s_m + ahead_m - 0.1, CAR_LENGTH_M),
+            s_m: s_m + ahead_m,
+            speed_mps: 10.0,
+            accel_mps2: 0.0,
+            odometer_m: 100.0,
+            braking: k == 0,
+        };
+        Snapshot {
+            tick: Tick(200),
+            ego: ego(s_m),
+            ego_before: ego(s_m - 0.1),
+            ego_s_m: s_m,
+            lane_offset_m: 0.0,
+            cars: ahead_m.iter().enumerate().map(car).collect(),
+            leader: None,
+            advice: None,
+            mean_speed_mps: 10.0,
+        }
+    }
+
+    fn see(map: &RoadMap, snapshot: &Snapshot, fraction: f32, kind: ViewKind) -> View {
+        view(snapshot, fraction, kind, &ViewOptions::default(), &Stage::with_trees(map, 1, 0))
+    }
+
+    #[test]
+    fn a_frame_stands_between_the_ticks_and_meets_them_at_its_ends() {
+        let map = ring(250.0);
+        let snapshot = snapshot(&map, 50.0, &[20.0]);
+        let at = |fraction| see(&map, &snapshot, fraction, ViewKind::Driver);
+        let (start, half, end) = (at(0.0), at(0.5), at(1.0));
+        assert!(start.cars[0].position.distance(snapshot.ego_before.position.as_vec3()) < 1e-6);
+        assert!(end.cars[0].position.distance(snapshot.ego.position.as_vec3()) < 1e-6);
+        assert!(end.cars[0].rotation.angle_between(snapshot.ego.rotation) < 1e-3);
+        assert!(end.cars[1].position.truncate().distance(snapshot.cars[0].pose.position.as_vec2()) < 1e-5);
+        assert!(start.cars[1].position.truncate().distance(snapshot.cars[0].pose_before.position.as_vec2()) < 1e-5);
+        for k in 0..2 {
+            let middle = (start.cars[k].position + end.cars[k].position) / 2.0;
+            assert!(half.cars[k].position.distance(middle) < 1e-4);
+        }
+        assert_eq!((start.time_s, end.time_s), (1.99, 2.0));
+    }
+
+    #[test]
+    fn wheels_roll_with_the_way_and_steer_with_the_bend() {
+        let map = ring(250.0);
+        let snapshot = snapshot(&map, 50.0, &[20.0]);
+        let at = |fraction| see(&map, &snapshot, fraction, ViewKind::Chase).cars;
+        let (start, end) = (at(0.0), at(1.0));
+        for k in 0..2 {
+            let rolled = wrap_angle(f64::from(end[k].spin_rad - start[k].spin_rad)) as f32;
+            assert!((rolled * WHEEL_RADIUS_M - 0.1).abs() < 1e-3, "{rolled}");
+        }
+        // r = 39.8 m to the left: 2.8 / 39.8 rad.
+        assert!((end[1].steer_rad - 0.0703).abs() < 0.001, "{}", end[1].steer_rad);
+        assert_eq!((end[1].brake, end[0].brake), (1.0, 0.0));
+    }
+
+    #[test]
+    fn the_leader_is_where_its_gap_says_and_grows_as_the_gap_shrinks() {
+        let map = circuit();
+        let mut width_before = 0.0;
+        for gap_m in [60.0, 30.0, 10.0, 5.0, 2.0] {
+            // On the first straight: it begins after the bend of 188.5 m.
+            let view = see(&map, &snapshot(&map, 250.0, &[gap_m + CAR_LENGTH_M]), 1.0, ViewKind::Driver);
+            let leader = view.cars[1];
+            let at = |y: f32, z: f32| {
+                let corner = leader.position + leader.rotation * Vec3::new(-2.5, y, z);
+                view.camera.project(corner, ASPECT).expect("in front")
+            };
+            // From the eye, 0.10 m before the middle and 0.36 m left of it, at 1.18 m.
+            let distance = gap_m as f32 + 2.5 - 0.10;
+            let screen = 2.0 * (ViewOptions::default().fov_x_rad() / 2.0).tan() * distance;
+            for y in [-0.9, 0.9] {
+                assert!((at(y, 1.0).x - (0.5 - (y - 0.36) / screen)).abs() < 2e-4, "{gap_m} m: {}", at(y, 1.0));
+            }
+            assert!((at(0.0, 0.5).y - (0.5 + (1.18 - 0.5) * ASPECT / screen)).abs() < 2e-4);
+            let width = at(-0.9, 1.0).x - at(0.9, 1.0).x;
+            assert!(width > width_before);
+            width_before = width;
+        }
+    }
+
+    #[test]
+    fn only_the_drivers_view_has_a_mirror_and_it_looks_back() {
+        let map = circuit();
+        let snapshot = snapshot(&map, 250.0, &[-15.0, 15.0]);
+        for kind in [ViewKind::Mirror, ViewKind::Birdseye, ViewKind::Chase] {
+            assert_eq!(see(&map, &snapshot, 1.0, kind).mirror, None);
+        }
+        let view = see(&map, &snapshot, 1.0, ViewKind::Driver);
+        let mirror = view.mirror.expect("a mirror");
+        assert_eq!(mirror, see(&map, &snapshot, 1.0, ViewKind::Mirror).camera);
+        let (behind, ahead) = (view.cars[1].position + Vec3::Z, view.cars[2].position + Vec3::Z);
+        assert!(mirror.project(ahead, 4.0).is_none() && view.camera.project(behind, ASPECT).is_none());
+        let found = mirror.project(behind, 4.0).expect("seen in the mirror");
+        assert!((found.x - 0.5).abs() < 1e-3 && (0.3..0.7).contains(&found.y), "{found}");
+        // Unflipped, what is behind on the ego's left is on the right: the renderer's flip puts it left.
+        let left = view.cars[0].rotation * Vec3::Y;
+        assert!(mirror.project(behind + left, 4.0).expect("seen").x > 0.55);
+    }
+
+    #[test]
+    fn the_drivers_camera_takes_part_in_little_of_the_bodys_pitch_and_roll() {
+        let map = circuit();
+        let mut snapshot = snapshot(&map, 250.0, &[]);
+        let level = see(&map, &snapshot, 1.0, ViewKind::Driver).camera;
+        let (pitch, roll) = (0.04, 0.03);
+        let tilt = Quat::from_rotation_y(pitch) * Quat::from_rotation_x(roll);
+        snapshot.ego.rotation *= tilt;
+        let tilted = see(&map, &snapshot, 1.0, ViewKind::Driver).camera;
+        let share = ViewOptions::default().body_motion;
+        assert!((level.forward.angle_between(tilted.forward) - share * pitch).abs() < 1e-3);
+        assert!((tilted.forward.z + share * pitch).abs() < 1e-3, "nose down is a look down");
+        let yaw = |camera: &Camera| camera.forward.y.atan2(camera.forward.x);
+        assert!((yaw(&level) - yaw(&tilted)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_birds_eye_view_shows_the_whole_route_with_north_up() {
+        for map in [ring(250.0), circuit()] {
+            let stage = Stage::with_trees(&map, 1, 0);
+            let snapshot = snapshot(&map, 50.0, &[20.0]);
+            let camera = see(&map, &snapshot, 1.0, ViewKind::Birdseye).camera;
+            for aspect in [0.6, 1.0, ASPECT] {
+                for k in 0..100 {
+                    let s_m = map.route.length_m() * f64::from(k) / 100.0;
+                    let p = camera.project(map.route.point_at(s_m).as_vec2().extend(0.0), aspect).expect("below");
+                    assert!(p.min_element() > 0.01 && p.max_element() < 0.99, "{p}");
+                }
+                let at = |d: Vec2| camera.project((stage.centre + d * 10.0).extend(0.0), aspect).expect("below");
+                assert!(at(Vec2::Y).y < at(Vec2::ZERO).y && at(Vec2::X).x > at(Vec2::ZERO).x);
+            }
+            let options = ViewOptions { birdseye_follow_m: Some(30.0), ..ViewOptions::default() };
+            let followed = view(&snapshot, 1.0, ViewKind::Birdseye, &options, &stage);
+            let middle = followed.camera.project(followed.cars[0].position, ASPECT).expect("below");
+            assert!(middle.distance(Vec2::splat(0.5)) < 1e-4);
+        }
+    }
+
+    #[test]
+    fn the_chase_view_shows_the_whole_ego_also_in_a_bend() {
+        let map = ring(250.0);
+        let mut snapshot = snapshot(&map, 50.0, &[]);
+        for yaw_rate in [0.0, 0.25, -0.8] {
+            snapshot.ego.yaw_rate = yaw_rate;
+            let view = see(&map, &snapshot, 1.0, ViewKind::Chase);
+            let ego = view.cars[0];
+            for (x, y, z) in [(2.5, 0.9, 0.0), (2.5, -0.9, 0.0), (-2.5, 0.9, 0.0), (-2.5, -0.9, 0.3), (0.0, 0.0, 1.45)] {
+                let corner = ego.position + ego.rotation * Vec3::new(x, y, z);
+                let p = view.camera.project(corner, ASPECT).expect("in front");
+                assert!(p.min_element() > 0.05 && p.max_element() < 0.99, "{p}");
+            }
+        }
+    }
+}

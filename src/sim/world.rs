@@ -1,0 +1,369 @@
+//! The world of one drive. In: [`Controls`] once a tick. Out: [`Event`]s and the [`Snapshot`] of that tick.
+//!
+//! Traffic runs one step ahead (DESIGN 4): at the first tick of step k the engine is asked for k+1, told where the ego
+//! is and where it will be; until then the other cars move evenly from where they were to where they will be. The ego
+//! is simulated tick by tick in between.
+
+use super::{
+    Event, EventKind, OnContact, Scenario, Snapshot, StartLayout,
+    event::EndReason,
+    ground::RoadGround,
+    snapshot::{CarView, Leader},
+};
+use crate::{
+    ego::{CarParams, Controls, Ego, EgoError, Obstacle},
+    map::{MapError, RoadMap, Route},
+    policy::{self, Advisor, Observation, PolicySettings, UnknownPolicy},
+    space::CAR_LENGTH_M,
+    time::{TICK_S, TICKS_PER_S, Tick},
+    traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup, UnknownEngine},
+};
+use std::sync::Arc;
+
+/// A contact that begins again sooner than this after the last one with the same car is the same contact, ticks.
+const SAME_CONTACT_TICKS: u64 = TICKS_PER_S as u64 / 2;
+/// How far inside the lane's edge the ego is back on the road, metres: no flicker of events at the edge.
+const BACK_INSIDE_M: f64 = 0.2;
+
+/// Why a drive cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldError {
+    /// The map cannot be used.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The traffic cannot start or go on.
+    #[error(transparent)]
+    Traffic(#[from] TrafficError),
+    /// The policy is unknown.
+    #[error(transparent)]
+    Policy(#[from] UnknownPolicy),
+    /// The traffic engine's name cannot be read.
+    #[error(transparent)]
+    Engine(#[from] UnknownEngine),
+    /// The ego cannot be built.
+    #[error(transparent)]
+    Ego(#[from] EgoError),
+}
+
+/// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedSpeeds {
+    /// Speed at which an even ring of these cars flows.
+    pub equilibrium_mps: f64,
+    /// Upper edge of the range around the policy's aim.
+    pub advised_mps: f64,
+    /// Highest speed limit of the route.
+    pub limit_mps: f64,
+}
+
+/// One drive, running.
+pub struct World {
+    scenario: Scenario,
+    map: Arc<RoadMap>,
+    ego: Ego,
+    traffic: Box<dyn Traffic>,
+    advisor: Advisor,
+    /// All cars at the last step and at the next, the ego first.
+    from: Vec<CarState>,
+    to: Vec<CarState>,
+    obstacles: Vec<Obstacle>,
+    last_contact: Vec<Option<u64>>,
+    on_road: bool,
+    ended: Option<EndReason>,
+    expected: ExpectedSpeeds,
+    snapshot: Snapshot,
+    events: Vec<Event>,
+}
+
+impl World {
+    /// Loads the map, starts traffic, runs the warm-up and puts the ego on the road.
+    ///
+    /// # Errors
+    /// See [`WorldError`]; the messages name the remedy.
+    pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
+        let map = Arc::new(RoadMap::load(&scenario.map)?);
+        let engine: EngineChoice = scenario.traffic.parse()?;
+        let settings = policy_settings(scenario, &map.route);
+        let policy = policy::build(&scenario.policy, &settings)?;
+        let expected = ExpectedSpeeds {
+            equilibrium_mps: settings.equilibrium_mps,
+            advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
+            limit_mps: map.route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
+        };
+        let setup = TrafficSetup {
+            cars: start_cars(scenario, &map.route)?,
+            map: Arc::clone(&map),
+            idm: scenario.idm,
+            step_s: scenario.step_s,
+            seed: scenario.seed,
+        };
+        let mut traffic = traffic::start(&engine, setup)?;
+        for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
+            traffic.step(None)?;
+        }
+        let to = traffic.cars().to_vec();
+        let start = map.route.pose_of_front(to[0].s_m, CAR_LENGTH_M);
+        let params = car_params(scenario);
+        let ego = Ego::new(&params, start, to[0].speed_mps, to.len() - 1)?;
+        let advisor = Advisor::new(policy, scenario.step_s, scenario.hold_steps(), scenario.range_mps());
+        let snapshot = Snapshot {
+            tick: Tick(0),
+            ego: *ego.state(),
+            ego_before: *ego.state(),
+            ego_s_m: to[0].s_m,
+            lane_offset_m: 0.0,
+            cars: to[1..].iter().map(CarView::at_start).collect(),
+            leader: None,
+            advice: None,
+            mean_speed_mps: 0.0,
+        };
+        let others = to.len() - 1;
+        let mut world = Self {
+            scenario: scenario.clone(),
+            map,
+            ego,
+            traffic,
+            advisor,
+            from: to.clone(),
+            to,
+            obstacles: Vec::with_capacity(others),
+            last_contact: vec![None; others],
+            on_road: true,
+            ended: None,
+            expected,
+            snapshot,
+            events: Vec::new(),
+        };
+        world.look_around();
+        Ok(world)
+    }
+
+    /// One tick with these controls. After the end of the drive nothing moves any more.
+    ///
+    /// # Errors
+    /// The traffic engine failed; the drive cannot go on.
+    pub fn tick(&mut self, controls: &Controls) -> Result<(), WorldError> {
+        self.events.clear();
+        if self.ended.is_some() {
+            return Ok(());
+        }
+        let step_ticks = self.scenario.step_ticks();
+        let within = self.snapshot.tick.0 % step_ticks;
+        if within == 0 {
+            self.step()?;
+        }
+        self.move_traffic((within + 1) as f64 / step_ticks as f64);
+        self.move_ego(controls);
+        self.snapshot.tick.0 += 1;
+        self.look_around();
+        let duration_s = self.scenario.duration_s;
+        if duration_s > 0.0 && self.snapshot.tick >= Tick::at_seconds(duration_s) {
+            self.end(EndReason::Duration);
+        }
+        Ok(())
+    }
+
+    /// One step begins: advice for the driver, then the traffic one step ahead.
+    fn step(&mut self) -> Result<(), WorldError> {
+        let now = self.snapshot.tick;
+        let limit_mps = self.map.route.speed_limit_mps(self.snapshot.ego_s_m);
+        if let Some(advice) = self.advisor.step(now, &self.observe(), limit_mps) {
+            self.snapshot.advice = Some(advice);
+            self.events.push(Event { tick: now, kind: EventKind::Advice(advice) });
+        }
+        let (pose, speed_mps) = self.ego.predict(0.0);
+        let (next_pose, next_speed_mps) = self.ego.predict(self.scenario.step_s);
+        // Engines know no reverse gear: a car that rolls backwards stands for them.
+        let report =
+            EgoReport { pose, speed_mps: speed_mps.max(0.0), next_pose, next_speed_mps: next_speed_mps.max(0.0) };
+        self.traffic.step(Some(&report))?;
+        std::mem::swap(&mut self.from, &mut self.to);
+        self.to.clear();
+        self.to.extend_from_slice(self.traffic.cars());
+        Ok(())
+    }
+
+    /// All other cars go to the place that they have `fraction` of the way through the step.
+    fn move_traffic(&mut self, fraction: f64) {
+        let route = &self.map.route;
+        self.obstacles.clear();
+        for ((view, from), to) in self.snapshot.cars.iter_mut().zip(&self.from[1..]).zip(&self.to[1..]) {
+            let s_m = route.wrap(from.s_m + route.difference(from.s_m, to.s_m) * fraction);
+            view.odometer_m += route.difference(view.s_m, s_m);
+            view.s_m = s_m;
+            view.pose_before = view.pose;
+            view.pose = route.pose_of_front(s_m, CAR_LENGTH_M);
+            view.speed_mps = from.speed_mps + (to.speed_mps - from.speed_mps) * fraction;
+            view.accel_mps2 = to.accel_mps2;
+            view.braking = to.braking;
+            self.obstacles.push(Obstacle { pose: view.pose, speed_mps: view.speed_mps });
+        }
+    }
+
+    fn move_ego(&mut self, controls: &Controls) {
+        let ground = RoadGround { route: &self.map.route, near_s_m: self.snapshot.ego_s_m };
+        self.snapshot.ego_before = *self.ego.state();
+        let contacts = self.ego.tick(controls, &ground, &self.obstacles);
+        let tick = self.snapshot.tick.0 + 1;
+        let mut new = false;
+        for contact in contacts {
+            let before = self.last_contact[contact.car].replace(tick);
+            if before.is_some_and(|t| tick - t <= SAME_CONTACT_TICKS) {
+                continue;
+            }
+            new = true;
+            let kind = EventKind::Contact {
+                car: self.snapshot.cars[contact.car].id,
+                ego_speed_mps: contact.ego_speed_mps,
+                car_speed_mps: contact.car_speed_mps,
+                closing_mps: contact.closing_mps,
+            };
+            self.events.push(Event { tick: Tick(tick), kind });
+        }
+        self.snapshot.ego = *self.ego.state();
+        if new && self.scenario.contact == OnContact::End {
+            self.end(EndReason::Contact);
+        }
+    }
+
+    /// Where the ego is on the road, who leads, how fast all are.
+    fn look_around(&mut self) {
+        let route = &self.map.route;
+        let pose = self.ego.predict(0.0).0;
+        let place = route.project(pose.front(CAR_LENGTH_M), Some(self.snapshot.ego_s_m));
+        let middle = route.project(pose.position, Some(place.s_m));
+        let half_m = route.width_m(place.s_m) / 2.0;
+        let snapshot = &mut self.snapshot;
+        snapshot.ego_s_m = place.s_m;
+        snapshot.lane_offset_m = middle.offset_m;
+        snapshot.leader = snapshot
+            .cars
+            .iter()
+            .map(|car| (route.ahead(place.s_m, car.s_m), car))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(headway_m, car)| Leader { id: car.id, gap_m: headway_m - CAR_LENGTH_M, speed_mps: car.speed_mps });
+        let sum: f64 = snapshot.cars.iter().map(|car| car.speed_mps).sum();
+        snapshot.mean_speed_mps = (sum + snapshot.ego.speed_mps) / (snapshot.cars.len() + 1) as f64;
+
+        let off = middle.offset_m.abs();
+        let kind = if self.on_road && off > half_m {
+            EventKind::LeftRoad { s_m: place.s_m, offset_m: middle.offset_m }
+        } else if !self.on_road && off < half_m - BACK_INSIDE_M {
+            EventKind::BackOnRoad
+        } else {
+            return;
+        };
+        self.on_road = !self.on_road;
+        self.events.push(Event { tick: snapshot.tick, kind });
+    }
+
+    fn end(&mut self, reason: EndReason) {
+        self.ended = Some(reason);
+        self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::Ended(reason) });
+    }
+
+    fn observe(&self) -> Observation {
+        let (gap_m, leader_speed_mps) =
+            self.snapshot.leader.map_or((self.map.route.length_m(), 0.0), |l| (l.gap_m, l.speed_mps));
+        Observation {
+            speed_mps: self.snapshot.ego.speed_mps,
+            leader_speed_mps,
+            gap_m,
+            circumference_m: self.map.route.length_m(),
+        }
+    }
+
+    /// Lets go of the traffic engine, so that another drive can have it (SUMO runs once a process). This drive is over.
+    pub fn stop_traffic(&mut self) {
+        self.traffic = Box::new(Stopped(self.to.clone()));
+    }
+
+    /// What happened in the last tick.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Everything at the present tick.
+    pub fn snapshot(&self) -> &Snapshot {
+        &self.snapshot
+    }
+
+    /// The road.
+    pub fn map(&self) -> &Arc<RoadMap> {
+        &self.map
+    }
+
+    /// The scenario that is being driven.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// Speeds that this drive is about.
+    pub fn expected_speeds(&self) -> ExpectedSpeeds {
+        self.expected
+    }
+
+    /// Name and version of the traffic engine.
+    pub fn traffic_engine(&self) -> String {
+        self.traffic.describe()
+    }
+
+    /// Why the drive is over, once it is.
+    pub fn ended(&self) -> Option<EndReason> {
+        self.ended
+    }
+
+    /// Present seconds since the start of the drive.
+    pub fn time_s(&self) -> f64 {
+        self.snapshot.tick.0 as f64 * TICK_S
+    }
+}
+
+/// The speed at which an even ring of this scenario's cars flows, m/s, and what else a policy is built from.
+fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
+    let gap_m = route.length_m() / f64::from(scenario.vehicles) - CAR_LENGTH_M;
+    PolicySettings {
+        aim_mps: scenario.policy_speed_mps,
+        equilibrium_mps: limited_idm(scenario, route).equilibrium_speed_mps(gap_m),
+        step_s: scenario.step_s,
+    }
+}
+
+/// The scenario's IDM with the desired speed capped by the road's lowest speed limit, as the engines cap it lane by lane.
+fn limited_idm(scenario: &Scenario, route: &Route) -> crate::idm::IdmParams {
+    let limit_mps = route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(f64::INFINITY, f64::min);
+    crate::idm::IdmParams { v0: scenario.idm.v0.min(limit_mps), ..scenario.idm }
+}
+
+/// Where all cars stand at the start.
+fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<StartCar>, TrafficError> {
+    let layout = match scenario.start {
+        StartLayout::Even => traffic::start::even,
+        StartLayout::Bunched => traffic::start::bunched,
+    };
+    layout(scenario.vehicles as usize, route.length_m(), scenario.idm.s0, 0.0)
+}
+
+/// The ego with the scenario's settings.
+fn car_params(scenario: &Scenario) -> CarParams {
+    let mut params = CarParams::default();
+    params.gearbox.creep = scenario.creep;
+    params
+}
+
+/// What is left of an engine that was let go.
+struct Stopped(Vec<CarState>);
+
+impl Traffic for Stopped {
+    fn step(&mut self, _ego: Option<&EgoReport>) -> Result<(), TrafficError> {
+        Err(TrafficError::Setup("this drive was stopped".into()))
+    }
+
+    fn cars(&self) -> &[CarState] {
+        &self.0
+    }
+
+    fn describe(&self) -> String {
+        "stopped".into()
+    }
+}

@@ -1,0 +1,209 @@
+//! The command line as a person meets it: exit codes and messages of mistakes, and short runs of the commands.
+
+use assert_cmd::Command;
+use std::{fs, path::Path};
+
+/// The program, told nothing by the environment it is tested in.
+fn codrive(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    command
+}
+
+/// Exit code and what was said on stderr.
+fn failure(arguments: &[&str]) -> (i32, String) {
+    said(&mut codrive(arguments))
+}
+
+fn said(command: &mut Command) -> (i32, String) {
+    let output = command.output().unwrap();
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[track_caller]
+fn assert_input_error(arguments: &[&str], parts: &[&str]) {
+    let (code, text) = failure(arguments);
+    assert_eq!(code, 2, "{arguments:?}: {text}");
+    for part in parts {
+        assert!(text.contains(part), "{arguments:?} says:\n{text}\nwhich lacks: {part}");
+    }
+}
+
+fn run(more: &[&str]) -> Vec<String> {
+    let mut arguments = vec!["run", "--traffic", "native", "--duration", "1"];
+    arguments.extend(more);
+    arguments.iter().map(|a| (*a).to_owned()).collect()
+}
+
+#[track_caller]
+fn assert_run_refused(more: &[&str], parts: &[&str]) {
+    let arguments = run(more);
+    assert_input_error(&arguments.iter().map(String::as_str).collect::<Vec<_>>(), parts);
+}
+
+#[test]
+fn an_unknown_map_is_answered_with_those_that_exist() {
+    assert_run_refused(&["--map", "ring-251"], &["ring-251", "practice", "ring-250", "ring-641"]);
+}
+
+#[test]
+fn a_corrupt_network_is_named_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("broken.net.xml");
+    fs::write(&file, "<net>\n  <edge id=\"e0\"\n</net>\n").unwrap();
+    assert_run_refused(&["--map", file.to_str().unwrap()], &["broken.net.xml", "3:1"]);
+    fs::write(&file, "<routes/>").unwrap();
+    assert_run_refused(&["--map", file.to_str().unwrap()], &["broken.net.xml", "routes"]);
+}
+
+#[test]
+fn cars_that_do_not_fit_are_refused_with_the_number_that_does() {
+    assert_run_refused(&["--vehicles", "0"], &["vehicles is 0", "from 2 to 1000"]);
+    assert_run_refused(&["--vehicles", "1000"], &["1000 vehicles do not fit on 250 m", "35"]);
+}
+
+#[test]
+fn negative_and_nan_parameters_are_refused_with_their_limits() {
+    assert_run_refused(&["--idm", "T=-1"], &["idm.T is -1", "from 0.1 to 5 s"]);
+    assert_run_refused(&["--idm", "a=nan"], &["idm.a is not a finite number", "from 0.1 to 5 m/s2"]);
+    assert_run_refused(&["--idm", "tau=1"], &["`tau` is unknown", "v0, T, a, b, delta, s0, noise"]);
+    assert_run_refused(&["--range", "-2"], &["range_mph is -2", "from 0.1 to 50 mph"]);
+    assert_run_refused(&["--range", "inf"], &["range_mph is not a finite number"]);
+}
+
+#[test]
+fn a_hold_of_nothing_or_of_half_a_step_is_refused() {
+    assert_run_refused(&["--hold", "0"], &["hold_s is 0", "from 0.01 to 600 s"]);
+    assert_run_refused(&["--hold", "0.25"], &["hold_s is 0.25", "whole number of steps of 0.1 s"]);
+}
+
+#[test]
+fn misspelt_words_are_answered_with_those_that_exist() {
+    assert_run_refused(
+        &["--policy", "trpo"],
+        &["`trpo` is unknown", "none, constant, two-phase, follower-stopper, pi"],
+    );
+    assert_run_refused(&["--driver", "me"], &["me", "follow", "perfect", "idm"]);
+    assert_run_refused(&["--units", "knots"], &["knots", "mph, kmh"]);
+    assert_input_error(&["run", "--traffic", "sumoo", "--duration", "1"], &["sumoo", "sumo, native", "HOST:PORT"]);
+    assert_input_error(&["dirve"], &["dirve"]);
+    assert_run_refused(&["--vehicels", "22"], &["--vehicels", "--vehicles"]);
+}
+
+#[test]
+fn a_mistake_in_a_scenario_file_is_shown_at_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("trial.toml");
+    let path = file.to_str().unwrap();
+    fs::write(&file, "vehicles = 22\nvehicels = 20\n").unwrap();
+    assert_run_refused(
+        &["--scenario", path],
+        &["trial.toml:2:1: unknown key `vehicels`", "2 | vehicels = 20", "^^^^^^^^"],
+    );
+    fs::write(&file, "\nvehicles = \"many\"\n").unwrap();
+    assert_run_refused(&["--scenario", path], &["trial.toml:2:12: ", "string \"many\""]);
+    fs::write(&file, "[idm]\nT = 99.0\n").unwrap();
+    assert_run_refused(&["--scenario", path], &["trial.toml:2:5: idm.T is 99", "from 0.1 to 5 s"]);
+    assert_run_refused(&["--scenario", "nowhere.toml"], &["nowhere.toml: cannot be read"]);
+}
+
+#[test]
+fn flags_win_over_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("trial.toml");
+    fs::write(&file, "vehicles = 20\npolicy = \"none\"\n").unwrap();
+    let arguments = run(&["--scenario", file.to_str().unwrap(), "--vehicles", "18", "--json"]);
+    let output = codrive(&arguments.iter().map(String::as_str).collect::<Vec<_>>()).output().unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["scenario"]["vehicles"], &report["scenario"]["policy"]), (&18.into(), &"none".into()));
+}
+
+#[test]
+fn without_sumo_the_remedy_is_named_and_native_traffic_drives() {
+    let nowhere = tempfile::tempdir().unwrap();
+    let (code, text) = said(codrive(&["run", "--duration", "1"]).env("SUMO_HOME", nowhere.path()));
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("scripts/setup") && text.contains("--traffic native"), "{text}");
+    let arguments = run(&[]);
+    codrive(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+        .env("SUMO_HOME", nowhere.path())
+        .assert()
+        .success();
+}
+
+#[test]
+fn without_a_display_the_window_says_what_works() {
+    let (code, text) = failure(&["drive", "--traffic", "native"]);
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("display") && text.contains("codrive render"), "{text}");
+}
+
+#[test]
+fn without_an_adapter_the_picture_says_what_to_install() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.png");
+    let arguments = ["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", file.to_str().unwrap()];
+    // A backend that does not exist here: no adapter is found.
+    let (code, text) = said(codrive(&arguments).env("WGPU_BACKEND", "dx12"));
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("adapter") && text.contains("mesa-vulkan-drivers"), "{text}");
+    assert!(!file.exists());
+}
+
+#[test]
+fn a_run_writes_a_summary_and_steps_and_never_over_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("p1");
+    let path = out.to_str().unwrap();
+    let arguments = ["run", "--duration", "3", "--out", path, "--from", "1"];
+    codrive(&arguments).assert().success();
+    let summary: serde_json::Value = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["summary"]["window_s"], serde_json::json!([1.0, 3.0]));
+    assert!(summary["traffic"].as_str().unwrap().contains("SUMO"), "{}", summary["traffic"]);
+    assert_eq!(rows(&out.join("steps.csv")), 1 + 30);
+    let again = fs::read(out.join("summary.json")).unwrap();
+    assert_input_error(&arguments, &["holds a drive already"]);
+    assert_eq!(fs::read(out.join("summary.json")).unwrap(), again);
+}
+
+fn rows(file: &Path) -> usize {
+    fs::read_to_string(file).unwrap().lines().count()
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
+    let hash = |seed: &str| {
+        let arguments = ["run", "--duration", "20", "--json", "--seed", seed];
+        let output = codrive(&arguments).output().unwrap();
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        report["summary"]["hash"].as_str().unwrap().to_owned()
+    };
+    let first = hash("7");
+    assert_eq!(first, hash("7"));
+    assert_ne!(first, hash("8"));
+}
+
+#[test]
+fn help_names_unit_and_limits_of_every_setting() {
+    let output = codrive(&["run", "--help"]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    for part in ["--hold <SECS>", "0.01 to 600 s", "--range <MPH>", "--idm <KEY=X,...>", "default ring-250"] {
+        assert!(text.contains(part), "help lacks {part}:\n{text}");
+    }
+}
+
+#[test]
+fn a_ring_of_any_length_can_be_made_and_driven() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = folder.path().join("ring");
+    let path = ring.to_str().unwrap();
+    codrive(&["map", "ring", "--circumference", "321.5", "--out", path]).assert().success();
+    codrive(&["run", "--map", path, "--duration", "1"]).assert().success();
+    assert_input_error(&["map", "ring", "--circumference", "321.5", "--out", path], &[path, "exists"]);
+    let other = folder.path().join("other");
+    assert_input_error(
+        &["map", "ring", "--circumference", "100", "--out", other.to_str().unwrap()],
+        &["circumference", "150 to 5000"],
+    );
+}

@@ -1,0 +1,352 @@
+//! The experimenter's panel as a person uses it: by the names on it.
+
+use std::time::Duration;
+
+use codrive::{
+    panel::{Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, theme},
+    policy::{Action, Advice},
+    sim::{Scenario, fields},
+    time::Tick,
+    units::SpeedUnit,
+};
+use egui::accesskit::Role;
+use egui_kittest::{Harness, kittest::Queryable};
+
+const KEYS: [(&str, &str); 4] =
+    [("Space", "start, pause"), ("F1", "this list"), ("Up, W", "accelerate"), ("Down, S", "brake")];
+
+/// What stands around the panel in the program.
+struct Bench {
+    panel: Panel,
+    scenario: Scenario,
+    phase: Phase,
+    readings: Option<Readings>,
+    history: History,
+    error: Option<String>,
+    commands: Vec<PanelCommand>,
+}
+
+impl Bench {
+    fn new(scenario: Scenario, phase: Phase) -> Self {
+        let choices = Choices::default()
+            .with("map", ["practice", "ring-250", "ring-641"], Some("path of a net.xml"))
+            .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
+            .with("policy", codrive::policy::NAMES, None)
+            .with("driver", ["follow", "perfect", "sloppy", "idm"], None);
+        let mut panel = Panel::new(&scenario, choices);
+        panel.open = true;
+        let (readings, history, error, commands) = (None, History::default(), None, Vec::new());
+        Self { panel, scenario, phase, readings, history, error, commands }
+    }
+
+    /// A drive on the ring, 150 s old: a wave that the ego calms.
+    fn driving() -> Self {
+        let mut bench = Self::new(Scenario::default(), Phase::Running);
+        for step in 0..1500 {
+            let time_s = f64::from(step) * 0.1;
+            let wave = (-time_s / 60.0).exp();
+            let mean = 4.3 - 1.4 * wave;
+            let ego = 4.3 + 4.0 * wave * (time_s * 0.19).sin();
+            let target = (time_s > 20.0).then_some(if time_s < 80.0 { 2.5 } else { 4.3 });
+            bench.history.push(time_s, mean, ego, target);
+        }
+        bench.readings = Some(Readings {
+            time_s: 149.9,
+            speed_mps: 4.45,
+            advice: Some(Advice {
+                issued: Tick(14_900),
+                hold_steps: 10,
+                action: Action::Speed(4.3),
+                target_mps: 4.3,
+                range_mps: 0.447,
+            }),
+            leader: Some((6.31, 4.52)),
+            mean_speed_mps: 4.18,
+        });
+        bench
+    }
+
+    fn show(&mut self, ui: &mut egui::Ui) {
+        let state = PanelState {
+            scenario: &self.scenario,
+            phase: self.phase,
+            readings: self.readings,
+            history: &self.history,
+            engine: "SUMO 1.24.0 (libsumo)",
+            dropped: Duration::ZERO,
+            stalls: 0,
+            frame_ms: 16.7,
+            error: self.error.as_deref(),
+        };
+        let asked = self.panel.show(ui, &state, &KEYS);
+        self.commands.extend(asked);
+    }
+}
+
+fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> {
+    let mut harness = Harness::builder()
+        .with_size(egui::Vec2::from(size))
+        .with_pixels_per_point(scale)
+        .with_context_setup(theme::apply)
+        .wgpu()
+        .build_ui_state(|ui, bench: &mut Bench| bench.show(ui), bench);
+    harness.run();
+    harness
+}
+
+/// High enough for the whole panel, so that no test has to scroll.
+fn tall(bench: Bench) -> Harness<'static, Bench> {
+    harness(bench, [900.0, 1700.0], 1.0)
+}
+
+/// Opens a section that is closed at first.
+fn open(harness: &mut Harness<'static, Bench>, section: &str) {
+    harness.get_by_label(section).click();
+    harness.run();
+}
+
+/// Types a number into the input of that name, as a person does: click, select all, type, Enter.
+fn type_number(harness: &mut Harness<'static, Bench>, label: &str, text: &str) {
+    harness.get_by_role_and_label(Role::SpinButton, label).click();
+    harness.run();
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+    harness.event(egui::Event::Text(text.into()));
+    harness.run();
+    harness.key_press(egui::Key::Enter);
+    harness.run();
+}
+
+fn press(harness: &mut Harness<'static, Bench>, button: &str) -> Vec<PanelCommand> {
+    harness.get_by_role_and_label(Role::Button, button).click();
+    harness.run();
+    std::mem::take(&mut harness.state_mut().commands)
+}
+
+fn restarted(commands: &[PanelCommand]) -> &Scenario {
+    match commands {
+        [PanelCommand::Restart(scenario)] => scenario,
+        other => panic!("not one restart: {other:?}"),
+    }
+}
+
+#[test]
+fn an_edited_number_comes_with_the_restart() {
+    let mut harness = tall(Bench::driving());
+    type_number(&mut harness, "Vehicles", "18");
+    harness.get_by_label("Edited: restart to apply.");
+    assert_eq!(harness.state().commands, [], "editing alone asks for nothing");
+    let commands = press(&mut harness, "Restart");
+    assert_eq!(*restarted(&commands), Scenario { vehicles: 18, ..Scenario::default() });
+
+    // The program drives it: nothing is left to apply.
+    harness.state_mut().scenario.vehicles = 18;
+    harness.run();
+    assert!(harness.query_by_label("Edited: restart to apply.").is_none());
+}
+
+#[test]
+fn a_number_out_of_range_becomes_the_nearest_allowed() {
+    let mut harness = tall(Bench::driving());
+    type_number(&mut harness, "Vehicles", "5000");
+    type_number(&mut harness, "Hold", "-3");
+    type_number(&mut harness, "T  Desired time gap to the leader", "99");
+    type_number(&mut harness, "Range", "nan");
+    // A hold of one tick does not go with steps of 0.1 s, and the panel says so instead of restarting.
+    harness.get_by_label_contains("hold_s is 0.01; allowed: a whole number of steps");
+    assert_eq!(press(&mut harness, "Restart"), []);
+    type_number(&mut harness, "Hold", "2");
+    let commands = press(&mut harness, "Restart");
+    let scenario = restarted(&commands);
+    assert_eq!((scenario.vehicles, scenario.hold_s, scenario.idm.t, scenario.range_mph), (1000, 2.0, 5.0, 1.0));
+}
+
+#[test]
+fn words_are_chosen_from_lists() {
+    let mut harness = tall(Bench::driving());
+    harness.get_by_label("Policy").click();
+    harness.run();
+    harness.get_by_label("follower-stopper").click();
+    harness.run();
+    harness.get_by_label("Map").click();
+    harness.run();
+    harness.get_by_label("ring-641").click();
+    harness.run();
+    let commands = press(&mut harness, "Restart");
+    let scenario = restarted(&commands);
+    assert_eq!((scenario.policy.as_str(), scenario.map.as_str()), ("follower-stopper", "ring-641"));
+}
+
+#[test]
+fn what_is_not_in_the_list_can_be_typed() {
+    let mut harness = tall(Bench::driving());
+    harness.get_by_label("Traffic").click();
+    harness.run();
+    harness.get_by_label("HOST:PORT …").click();
+    harness.run();
+    harness.get_by_label("Traffic").click();
+    harness.run();
+    harness.get_by_label("Traffic").type_text("rig:8813");
+    harness.run();
+    let commands = press(&mut harness, "Restart");
+    assert_eq!(restarted(&commands).traffic, "rig:8813");
+    press(&mut harness, "list");
+    let commands = press(&mut harness, "Restart");
+    assert_eq!(restarted(&commands).traffic, "sumo");
+}
+
+#[test]
+fn edits_can_be_taken_back() {
+    let mut harness = tall(Bench::driving());
+    assert!(harness.query_by_label("Discard").is_none());
+    type_number(&mut harness, "Seed", "7");
+    press(&mut harness, "Discard");
+    let commands = press(&mut harness, "Restart");
+    assert_eq!(*restarted(&commands), Scenario::default());
+}
+
+#[test]
+fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
+    let mut harness = tall(Bench::driving());
+    assert_eq!(press(&mut harness, "+1 step"), [], "not while time runs");
+    assert_eq!(press(&mut harness, "Pause"), [PanelCommand::Pause]);
+    harness.state_mut().phase = Phase::Paused;
+    harness.run();
+    assert_eq!(press(&mut harness, "+1 tick"), [PanelCommand::SingleStep(Advance::Tick)]);
+    assert_eq!(press(&mut harness, "+1 step"), [PanelCommand::SingleStep(Advance::Step)]);
+    assert_eq!(press(&mut harness, "Start"), [PanelCommand::Start]);
+    harness.state_mut().phase = Phase::Ended;
+    harness.run();
+    assert_eq!(press(&mut harness, "Start"), [], "what is over only restarts");
+}
+
+#[test]
+fn every_setting_is_there_with_its_tooltip() {
+    let mut harness = tall(Bench::driving());
+    open(&mut harness, "Display");
+    for (name, path) in [("Range", "range_mph"), ("Screen width", "screen_width_m"), ("Creep", "creep")] {
+        let field = fields().into_iter().find(|field| field.path == path).expect("a setting");
+        assert!(harness.query_by_label_contains(&field.doc).is_none());
+        let input = if path == "creep" { Role::CheckBox } else { Role::SpinButton };
+        harness.get_by_role_and_label(input, name).hover();
+        harness.run_steps(60);
+        harness.get_by_label_contains(&field.doc);
+        harness.remove_cursor();
+        harness.run_steps(60);
+    }
+    for field in fields() {
+        let flag = field.flag().replace('-', " ");
+        let found = match field.table() {
+            Some(_) => {
+                harness.query_all_by_label_contains(field.doc.split([',', ':']).next().unwrap_or_default()).count()
+            }
+            None => harness.query_all_by_label(&(flag[..1].to_uppercase() + &flag[1..])).count(),
+        };
+        assert!(found >= 1, "{} is not on the panel", field.path);
+    }
+}
+
+#[test]
+fn the_readings_are_those_of_the_drive() {
+    let mut harness = tall(Bench::driving());
+    let shows = |harness: &Harness<'static, Bench>, text: &str| {
+        assert!(harness.query_by_label_contains(text).is_some(), "no {text}");
+    };
+    // 4.45 m/s is 9.95 mph, 4.3 is 9.62, the range is 1 mph to either side.
+    for text in ["2:29.9", "10.0 mph    4.45 m/s", "9.6 mph    4.30 m/s", "8.6 – 10.6 mph  in range", "6.3 m"] {
+        shows(&harness, text);
+    }
+    harness.state_mut().scenario.units = SpeedUnit::Kmh;
+    harness.state_mut().readings.as_mut().expect("readings").speed_mps = 5.0;
+    harness.run();
+    shows(&harness, "18.0 km/h    5.00 m/s");
+    shows(&harness, "too fast");
+}
+
+#[test]
+fn an_error_is_shown_in_full() {
+    let mut bench = Bench::new(Scenario::default(), Phase::Ended);
+    let message = "SUMO is not here: no libsumocpp.so\n  remedy: run scripts/setup, or drive with --traffic native";
+    bench.error = Some(message.into());
+    let harness = tall(bench);
+    harness.get_by_label(message);
+    harness.get_by_label("not started");
+}
+
+#[test]
+fn closed_it_leaves_not_one_pixel() {
+    let mut bench = Bench::driving();
+    bench.panel.open = false;
+    let mut harness = tall(bench);
+    assert!(harness.query_by_label("Restart").is_none());
+    let picture = harness.render().expect("a picture");
+    let first = *picture.get_pixel(0, 0);
+    assert!(picture.pixels().all(|pixel| *pixel == first));
+}
+
+/// Where the panel paints in a window of 1280 x 720 points over a picture.
+fn painted(mut bench: Bench) -> Vec<egui::Rect> {
+    let ctx = egui::Context::default();
+    theme::apply(&ctx);
+    let mut areas = Vec::new();
+    // The second pass has the sizes that the first one found.
+    for _ in 0..2 {
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1280.0, 720.0));
+        let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+        let mut output = ctx.run_ui(input, |ui| bench.show(ui));
+        let shapes = std::mem::take(&mut output.shapes);
+        output.drop_without_applying_deltas();
+        let rect =
+            |clipped: egui::epaint::ClippedShape| clipped.shape.visual_bounding_rect().intersect(clipped.clip_rect);
+        areas = shapes.into_iter().map(rect).filter(egui::Rect::is_positive).collect();
+    }
+    areas
+}
+
+#[test]
+fn it_paints_on_its_own_side_only_and_nothing_when_closed() {
+    let open = painted(Bench::driving());
+    assert!(!open.is_empty());
+    let left = open.iter().map(|area| area.left()).fold(f32::INFINITY, f32::min);
+    assert!((900.0..940.0).contains(&left), "{left}: the picture to the left of the panel stays");
+    let mut closed = Bench::driving();
+    closed.panel.open = false;
+    assert_eq!(painted(closed), []);
+}
+
+#[test]
+fn the_list_of_keys_shows_what_it_was_given() {
+    let mut bench = Bench::driving();
+    bench.panel.open = false;
+    bench.panel.help_open = true;
+    let harness = tall(bench);
+    for (key, what) in KEYS {
+        harness.get_by_label(key);
+        harness.get_by_label(what);
+    }
+}
+
+/// For looking at: written only where the environment names a folder.
+#[test]
+fn it_fits_a_laptop_at_every_scale() {
+    for (name, size, scale) in
+        [("1x", [1280.0, 900.0], 1.0), ("2x", [800.0, 900.0], 2.0), ("tall", [900.0, 1700.0], 1.0)]
+    {
+        let mut bench = Bench::driving();
+        bench.panel.help_open = name == "1x";
+        if name == "tall" {
+            bench.error = Some("22 cars of 5 m and the gaps between them need 154 m; ring-150 has 150 m".into());
+        }
+        let mut harness = harness(bench, size, scale);
+        type_number(&mut harness, "Vehicles", "18");
+        if name == "2x" {
+            harness.get_by_role_and_label(Role::SpinButton, "Vehicles").hover();
+            harness.run_steps(60);
+        }
+        let panel = harness.get_by_label("Restart").rect().union(harness.get_by_label("codrive").rect());
+        assert!(panel.right() <= size[0] && panel.left() > size[0] - 400.0, "{panel:?}");
+        let picture = harness.render().expect("a picture");
+        if let Ok(folder) = std::env::var("CODRIVE_PICTURES") {
+            picture.save(std::path::Path::new(&folder).join(format!("panel-{name}.png"))).expect("saved");
+        }
+    }
+}
