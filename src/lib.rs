@@ -37,6 +37,7 @@
 //! map and traffic, `f32` in physics and picture. Seconds, metres, m/s inside; mph and km/h only at the edge
 //! ([`units`]). Same seed, same inputs, same bits: named random streams ([`rng`]), no wall clock below [`app`].
 
+pub mod driver;
 pub mod ego;
 pub mod hud;
 pub mod idm;
