@@ -151,8 +151,8 @@ const CHASE_LAG_S: f32 = 0.25;
 fn chase_camera(ego: &EgoAt, yaw_rate: f32) -> Camera {
     let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
     let at = ego.position.truncate();
-    let eye = (at - back * 7.0).extend(2.6);
-    let target = (at + back * 4.0).extend(0.9);
+    let eye = (at - back * 7.5).extend(2.6);
+    let target = (at + back * 2.0).extend(0.8);
     let forward = (target - eye).normalize();
     let right = forward.cross(Vec3::Z).normalize();
     Camera { eye, forward, up: right.cross(forward), lens: Lens::Perspective { fov_x_rad: 63f32.to_radians() } }
@@ -163,7 +163,7 @@ mod tests {
     use super::super::stage::tests::{circuit, ring};
     use super::*;
     use crate::map::RoadMap;
-    use crate::space::{CAR_LENGTH_M, Pose};
+    use crate::space::CAR_LENGTH_M;
     use crate::time::Tick;
     use crate::traffic::CarId;
 
@@ -173,7 +173,8 @@ mod tests {
     fn snapshot(map: &RoadMap, s_m: f64, ahead_m: &[f64]) -> Snapshot {
         let ego = |s_m: f64| {
             let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
-            let mut ego = crate::ego::EgoState::at(pose);
+            let rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
+            let mut ego = EgoState { position: pose.position.extend(0.0), rotation, ..EgoState::default() };
             for (wheel, hub) in ego.wheels.iter_mut().zip(super::super::car::hubs()) {
                 wheel.hub = hub;
                 wheel.spin_rad = (s_m / f64::from(WHEEL_RADIUS_M)) as f32;
@@ -330,7 +331,8 @@ mod tests {
             snapshot.ego.yaw_rate = yaw_rate;
             let view = see(&map, &snapshot, 1.0, ViewKind::Chase);
             let ego = view.cars[0];
-            for (x, y, z) in [(2.5, 0.9, 0.0), (2.5, -0.9, 0.0), (-2.5, 0.9, 0.0), (-2.5, -0.9, 0.3), (0.0, 0.0, 1.45)] {
+            for (x, y, z) in [(2.5, 0.9, 0.0), (2.5, -0.9, 0.0), (-2.5, 0.9, 0.0), (-2.5, -0.9, 0.3), (0.0, 0.0, 1.45)]
+            {
                 let corner = ego.position + ego.rotation * Vec3::new(x, y, z);
                 let p = view.camera.project(corner, ASPECT).expect("in front");
                 assert!(p.min_element() > 0.05 && p.max_element() < 0.99, "{p}");

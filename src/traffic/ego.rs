@@ -45,7 +45,10 @@ pub(super) fn is_on_lane(route: &Route, point: RoutePoint) -> bool {
 pub(super) fn state(report: &EgoReport, s_m: f64, step_s: f64) -> CarState {
     let next_mps = report.next_speed_mps.max(0.0);
     let mut car = CarState { id: EGO, s_m, pose: report.next_pose, ..CarState::default() };
-    car.set_motion(SpeedStep { before_mps: report.speed_mps.max(0.0), chosen_mps: next_mps, after_mps: next_mps }, step_s);
+    car.set_motion(
+        SpeedStep { before_mps: report.speed_mps.max(0.0), chosen_mps: next_mps, after_mps: next_mps },
+        step_s,
+    );
     car
 }
 

@@ -2,12 +2,19 @@
 //! reports. Out: [`CarState`]s. Metres, m/s.
 //!
 //! All accelerations come from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (FACTS 2), which is also SUMO's
-//! update; then noise. A car wants the speed `min(v0, limit of its lane)`, as SUMO has it; unlike SUMO it does not look ahead
-//! to the next lane's limit.
+//! update; then noise. A car wants the speed `min(v0, limit of its lane)`, as SUMO has it.
+//!
+//! Measured against SUMO: the same to 1e-11 m over 600 s on both rings, noise included (`tests/traffic`). Two things differ
+//! elsewhere: SUMO brakes before a lane with a lower limit, and it sees a leader on the lane after the next only within
+//! its braking distance, where this engine always sees it.
 
-use super::{CarId, CarState, EGO, EMERGENCY_BRAKING_MPS2, EgoReport, Traffic, TrafficError, TrafficSetup};
+use super::{CarId, CarState, EMERGENCY_BRAKING_MPS2, EgoReport, Traffic, TrafficError, TrafficSetup};
 use super::{ego, motion::SpeedStep, noise::Noise};
-use crate::{idm::IdmParams, map::RoadMap, space::{CAR_LENGTH_M, Pose}};
+use crate::{
+    idm::IdmParams,
+    map::RoadMap,
+    space::{CAR_LENGTH_M, Pose},
+};
 use std::sync::Arc;
 
 /// A speed that an acceleration below this leads to is none, m/s2: SUMO rounds such creeping to a stop. Without it the two

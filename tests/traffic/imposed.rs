@@ -1,19 +1,28 @@
 //! An ego that somebody drives, in both engines: how others react to it.
 
 use super::*;
+use codrive::space::Pose;
 
-/// A drive of 90 s: swings of 1.5 m/s2, a braking of 3 m/s2 to a stop, a restart. Speed at the end of each step, m/s.
+/// A drive of 90 s slower than the others: swings of 1.5 m/s2, braking at 3 m/s2 to a stop and a restart, twice. Speed at the
+/// end of each step, m/s.
 fn trace(step: usize, speed_mps: f64) -> f64 {
     let t = step as f64 * STEP_S;
     let accel = match t {
-        t if t < 30.0 => 1.5 * (t * 1.1).sin(),
+        t if t < 30.0 => -1.5 * (t * 1.1).sin(),
         t if t < 40.0 => -3.0,
-        t if t < 48.0 => 1.5,
-        t if t < 70.0 => 1.5 * (t * 0.7).cos() - 0.1,
+        t if t < 42.0 => 1.5,
+        t if t < 70.0 => 1.5 * ((t - 42.0) * 0.7).cos(),
         t if t < 76.0 => -3.0,
         _ => 0.8,
     };
-    (speed_mps + accel * STEP_S).clamp(0.0, 9.0)
+    (speed_mps + accel * STEP_S).clamp(0.0, 3.5)
+}
+
+/// A car along the road with its front at `s_m`, `offset_m` to the left of the lane.
+fn beside(map: &RoadMap, s_m: f64, offset_m: f64) -> Pose {
+    let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
+    let left = Pose::new(pose.position, map.route.yaw_at(s_m)).left();
+    Pose::new(pose.position + left * offset_m, pose.yaw_rad)
 }
 
 #[test]
@@ -31,6 +40,8 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
         reference.push(sumo.cars().to_vec());
     }
     drop(sumo);
+    let (gap_m, _) = smallest_gap_and_way(&map, &reference);
+    assert!(gap_m > 1.0, "the trace keeps off its leader: {gap_m}");
     for engine in ENGINES {
         let mut traffic = traffic::start(&engine, setup.clone()).unwrap();
         let (mut most, mut sum): (f64, f64) = (0.0, 0.0);
@@ -83,8 +94,7 @@ fn an_ego_beside_the_road_is_passed_and_one_at_its_edge_is_not() {
             setup.cars = standing_at(&[100.0, 200.0, 60.0]);
             let map = setup.map.clone();
             let mut traffic = traffic::start(&engine, setup).unwrap();
-            let mut pose = map.route.pose_of_front(100.0, CAR_LENGTH_M);
-            pose.position += codrive::space::Pose::new(pose.position, map.route.yaw_at(100.0)).left() * offset_m;
+            let pose = beside(&map, 100.0, offset_m);
             let parked = EgoReport { pose, speed_mps: 0.0, next_pose: pose, next_speed_mps: 0.0 };
             let history = run(traffic.as_mut(), 300, |_, _| Some(parked));
             let way_m: f64 = (1..=300).map(|k| map.route.difference(history[k - 1][2].s_m, history[k][2].s_m)).sum();
@@ -98,35 +108,35 @@ fn an_ego_beside_the_road_is_passed_and_one_at_its_edge_is_not() {
 #[test]
 fn an_ego_comes_back_to_the_road_and_its_model_takes_over() {
     let _alone = alone();
-    let histories = ENGINES.map(|engine| {
-        let mut setup = even("ring-250", 5, model(0.0), 0.0);
-        setup.cars = standing_at(&[100.0, 150.0, 200.0, 30.0, 60.0]);
+    for engine in ENGINES {
+        let setup = even("ring-250", 10, IdmParams { v0: 6.0, ..model(0.0) }, 0.0);
         let map = setup.map.clone();
         let mut traffic = traffic::start(&engine, setup).unwrap();
-        run(traffic.as_mut(), 900, |step, cars| {
-            // Off the road to the left at 3 m/s, along it, back on it after 20 s; from 30 s on by its own model.
-            let s_m = 100.0 + 3.0 * step as f64 * STEP_S;
-            let offset_m = match step {
-                0..100 => step as f64 * 0.06,
-                100..200 => 12.0 - step as f64 * 0.06,
-                _ => 0.0,
+        // Off to the left by 12 m within 20 s, on at 3 m/s, back where there is room, 5 s later by its own model.
+        let mut back = None;
+        let history = run(traffic.as_mut(), 1500, |step, cars| {
+            let way_m = |step: usize| 3.0 * step as f64 * STEP_S;
+            let room = cars[1..].iter().all(|car| map.route.difference(way_m(step), car.s_m).abs() > 12.0);
+            if step > 300 && back.is_none() && room {
+                back = Some(step);
+            }
+            let at = |step: usize| {
+                let offset_m = if back.is_some_and(|back| step > back) { 0.0 } else { (step as f64 * 0.06).min(12.0) };
+                beside(&map, way_m(step), offset_m)
             };
-            let at = |s_m: f64| {
-                let mut pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
-                pose.position += codrive::space::Pose::new(pose.position, map.route.yaw_at(s_m)).left() * offset_m;
-                pose
-            };
-            let report = EgoReport { pose: at(s_m), speed_mps: 3.0, next_pose: at(s_m + 0.3), next_speed_mps: 3.0 };
-            let _ = cars;
-            (step < 300).then_some(report)
-        })
-    });
-    let map = RoadMap::load("ring-250").unwrap();
-    let (speed, place, position) = differences(&map, &histories[0], &histories[1]);
-    println!("{speed:e} {place:e} {position:e}");
-    let last = &histories[1][900];
-    assert!(last.iter().all(|car| car.speed_mps > 5.0), "all drive on: {last:?}");
-    assert!(map.route.project(last[0].pose.front(CAR_LENGTH_M), None).offset_m.abs() < 0.01, "{last:?}");
+            let report = EgoReport { pose: at(step), speed_mps: 3.0, next_pose: at(step + 1), next_speed_mps: 3.0 };
+            back.is_none_or(|back| step < back + 50).then_some(report)
+        });
+        let back = back.expect("there is room within 150 s");
+        for (step, cars) in history.iter().enumerate().skip(back + 1) {
+            let gap_m = |to: &CarState| map.route.difference(cars[0].s_m, to.s_m).abs() - CAR_LENGTH_M;
+            assert!(cars[1..].iter().all(|car| gap_m(car) > 0.5), "{engine}: step {step}: {cars:?}");
+        }
+        let last = &history[1500];
+        assert!(last.iter().all(|car| car.speed_mps > 4.0), "{engine}: all drive on: {last:?}");
+        let offset_m = map.route.project(last[0].pose.front(CAR_LENGTH_M), None).offset_m;
+        assert!(offset_m.abs() < 0.01, "{engine}: {offset_m}");
+    }
 }
 
 #[test]

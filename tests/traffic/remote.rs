@@ -1,7 +1,10 @@
 //! A SUMO that runs elsewhere: here, a child process that listens.
 
 use super::*;
-use codrive::traffic::{TrafficError, sumo::{self, SumoTraffic}};
+use codrive::traffic::{
+    TrafficError,
+    sumo::{self, SumoTraffic},
+};
 use std::{
     net::TcpListener,
     process::{Child, Command, Stdio},
@@ -57,7 +60,9 @@ fn a_remote_sumo_drives_bit_for_bit_as_the_one_in_process() {
     let setup = ring(0.2);
     let map = setup.map.clone();
     let drive = |traffic: &mut dyn Traffic| {
-        run(traffic, 400, |step, cars| (step >= 100).then(|| report(&map, &cars[0], if step < 250 { 1.0 } else { 4.0 })))
+        run(traffic, 400, |step, cars| {
+            (step >= 100).then(|| report(&map, &cars[0], if step < 250 { 1.0 } else { 4.0 }))
+        })
     };
     let here = drive(&mut SumoTraffic::start(setup.clone()).unwrap());
     let remote = listen("ring-250");

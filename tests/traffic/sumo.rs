@@ -57,13 +57,14 @@ fn a_broken_network_file_is_an_error_and_the_next_start_works() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("net.xml");
+    // SUMO 1.28 itself breaks down on this one.
     std::fs::write(&file, "<net><edge id=").unwrap();
     let mut setup = ring(0.0);
     let mut map = (*setup.map).clone();
     map.net_file = file;
     setup.map = Arc::new(map);
     let error = SumoTraffic::start(setup).err().expect("the file is broken");
-    assert!(matches!(error, TrafficError::Sumo(_)), "{error}");
+    assert!(error.to_string().contains("net.xml: "), "{error}");
     SumoTraffic::start(ring(0.0)).unwrap().step(None).unwrap();
 }
 

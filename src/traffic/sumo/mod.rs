@@ -14,7 +14,9 @@ mod shim;
 
 pub use locate::{home, program};
 
-use super::{CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, ego, motion::SpeedStep, noise::Noise};
+use super::{
+    CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, ego, motion::SpeedStep, noise::Noise,
+};
 use crate::{
     map::{RoadMap, RoutePoint},
     space::{CAR_LENGTH_M, Pose, SumoPose},
@@ -64,6 +66,7 @@ impl SumoTraffic {
     /// As [`SumoTraffic::start`].
     pub fn start_from(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
+        check_file(&setup.map.net_file)?;
         let mut shim = Shim::open(home, Backend::InProcess)?;
         let types = if setup.idm.delta == DEFAULT_DELTA { None } else { Some(TypeFile::write(setup.idm.delta)?) };
         let net = setup.map.net_file.display().to_string();
@@ -127,7 +130,10 @@ impl SumoTraffic {
         traffic.shim.read(&mut traffic.records)?;
         for (i, start) in setup.cars.iter().enumerate() {
             let speed = start.speed_mps;
-            traffic.publish(i, SpeedStep { before_mps: speed, chosen_mps: traffic.records[i].speed_mps, after_mps: speed })?;
+            traffic.publish(
+                i,
+                SpeedStep { before_mps: speed, chosen_mps: traffic.records[i].speed_mps, after_mps: speed },
+            )?;
             let found = &traffic.cars[i];
             let miss_m = traffic.map.route.difference(start.s_m, found.s_m).abs();
             if miss_m > 1e-6 || traffic.records[i].speed_mps != start.speed_mps {
@@ -205,6 +211,13 @@ impl SumoTraffic {
         self.start_mps[i] = speed.after_mps;
         Ok(())
     }
+}
+
+/// SUMO breaks down with the whole program on XML that ends too early.
+fn check_file(net_file: &Path) -> Result<(), TrafficError> {
+    let broken = |error: &dyn std::fmt::Display| TrafficError::Setup(format!("{}: {error}", net_file.display()));
+    let text = std::fs::read_to_string(net_file).map_err(|error| broken(&error))?;
+    roxmltree::Document::parse(&text).map(|_| ()).map_err(|error| broken(&error))
 }
 
 /// Numbers the lanes and compares them with the map's.
