@@ -14,8 +14,7 @@ fn across(world: vec3f, face: vec3f) -> vec2f {
 fn fragment(in: Surface, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     let view = to_eye(in.world);
     let leaves = in.material == LEAVES;
-    let face = normalize(cross(dpdx(in.world), dpdy(in.world)));
-    let uv = across(in.world, face);
+    let uv = across(in.world, cross(dpdx(in.world), dpdy(in.world)));
     // Grit of 9 and 3 cm: single leaves. Far away it fades to its mean and the crown closes.
     let leaf = grain_at(uv / 23.0);
     let small = grain_at(uv.yx / 7.3 + vec2f(0.3, 0.6));
@@ -33,15 +32,16 @@ fn fragment(in: Surface, @builtin(front_facing) front: bool) -> @location(0) vec
 
     var normal = normalize(in.normal);
     if leaves {
-        let lean = vec3f(leaf.r - 0.5, leaf.a - 0.5, small.r - 0.5);
-        normal = normalize(normal + 1.1 * lean);
+        let lean = vec3f(leaf.r - 0.5, small.r - 0.5, small.g - 0.5);
+        normal = normalize(normal + 1.5 * lean);
     }
     let sun_direction = frame.to_sun_time.xyz;
-    let sun = sunshine(in.world, normalize(in.normal));
+    // Leaves are no surface: their shade begins some way behind them.
+    let sun = sunshine(in.world + select(0.0, 0.8, leaves) * sun_direction, normalize(in.normal));
     let facing = dot(normal, sun_direction);
 
     var albedo = in.colour * select(vec3f(1.0), in.paint.rgb, leaves);
-    let speckle = 0.9 * (density - 0.5) + 0.6 * (leaf.g - 0.5);
+    let speckle = 1.5 * (density - 0.5) + 0.7 * (leaf.g - 0.5);
     albedo *= 1.0 + select(1.5 * (rough.a - 0.5) + 0.5 * (small.r - 0.5), speckle, leaves);
     // Inside a clump little light is left.
     albedo *= select(1.0, 0.5, leaves && !front);
