@@ -8,7 +8,7 @@ use super::{
     surface::Surface,
 };
 use crate::{
-    render::{Gpu, Renderer},
+    render::{Gpu, Panel, Renderer},
     sim::Scenario,
     time::Pace,
 };
@@ -141,7 +141,7 @@ impl Frame {
         let surface = Surface::new(&gpu, surface, [size.width, size.height])
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
         let renderer = Renderer::new(&gpu, &show.stage, surface.format(), quality(options.scenario.quality, &gpu));
-        let desk = Desk::new(&gpu, &window, surface.format(), &options.scenario, options.panel);
+        let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
         Ok(Self { window, gpu, surface, renderer, show, desk, last: now() })
     }
 
@@ -159,8 +159,10 @@ impl Frame {
         let target = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = self.surface.size();
         let view = self.show.view();
-        self.renderer.draw(&view, None, &target, size);
-        let asked = self.desk.draw(&self.gpu, &self.window, &self.show, &self.renderer, elapsed, &target, size);
+        let times = self.renderer.pass_times();
+        let (output, asked) = self.desk.shapes(&self.window, &self.show, times, elapsed);
+        let panel = Panel { ctx: self.desk.context(), output };
+        self.renderer.draw(&view, Some(panel), &target, size);
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
         for command in asked {
@@ -174,8 +176,10 @@ impl Frame {
     /// The map has changed: its models go to the GPU.
     fn new_stage(&mut self) {
         let scenario = self.show.drive.world.scenario();
-        self.renderer =
+        let renderer =
             Renderer::new(&self.gpu, &self.show.stage, self.surface.format(), quality(scenario.quality, &self.gpu));
+        let old = std::mem::replace(&mut self.renderer, renderer);
+        self.renderer.keep_panel_of(old);
         self.window.set_title(&format!("codrive: {}", scenario.map));
         self.last = now();
     }
