@@ -1,7 +1,10 @@
 //! A picture without a window: the same [`Renderer::draw`], into a texture that is read back. In: a view and a size.
 //! Out: an image. For this the renderer has to be made with [`OFFSCREEN`] as its format.
 
-use super::{Renderer, gpu::{Gpu, GpuError}};
+use super::{
+    Renderer,
+    gpu::{Gpu, GpuError},
+};
 use crate::scene::View;
 
 /// Format of pictures that are read back.

@@ -59,7 +59,8 @@ impl Bindings {
     /// The bindings of `common.wgsl`.
     pub fn new(device: &wgpu::Device, quality: &Quality) -> Self {
         use wgpu::{BindingType, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
-        let texture = |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
+        let texture =
+            |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
         let entries = [
             BindingType::Buffer {
                 ty: wgpu::BufferBindingType::Uniform,
@@ -81,8 +82,8 @@ impl Bindings {
                 count: None,
             })
             .collect();
-        let group =
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries });
+        let group = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries });
         Self {
             pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some("scene"),
@@ -183,10 +184,8 @@ impl PicturePass {
             wgpu::BindingResource::TextureView(&scenery.grain),
             wgpu::BindingResource::Sampler(&bindings.grain_sampler),
         ];
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
+        let entries: Vec<_> =
+            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(label),
             layout: &bindings.group,

@@ -51,9 +51,7 @@ impl Workshop<'_> {
         let targets: Vec<_> = recipe
             .colour
             .iter()
-            .map(|&(format, blend)| {
-                Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })
-            })
+            .map(|&(format, blend)| Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL }))
             .collect();
         self.made += 1;
         Ok(self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

@@ -26,9 +26,8 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 11] = built_in![
-    "common", "light", "mesh", "shadow", "sky", "road", "land", "car", "tree", "contact", "develop",
-];
+const FILES: [(&str, &str); 11] =
+    built_in!["common", "light", "mesh", "shadow", "sky", "road", "land", "car", "tree", "contact", "develop",];
 
 /// The text of all shader files.
 #[derive(Clone, Debug)]

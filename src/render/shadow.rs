@@ -191,11 +191,7 @@ impl ShadowPass {
 impl Layer {
     fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, light: Mat4, trees: bool) -> Batches {
         let queue = &scenery.queue;
-        queue.write_buffer(
-            &self.uniform,
-            0,
-            bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }),
-        );
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
         let forest = trees.then_some(&scenery.forest);
         let cars = if trees { &[][..] } else { &view.cars };
         self.crowd.gather((&scenery.device, queue), &scenery.models, cars.iter(), forest, |centre, radius_m| {

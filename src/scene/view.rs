@@ -330,7 +330,8 @@ mod tests {
             snapshot.ego.yaw_rate = yaw_rate;
             let view = see(&map, &snapshot, 1.0, ViewKind::Chase);
             let ego = view.cars[0];
-            for (x, y, z) in [(2.5, 0.9, 0.0), (2.5, -0.9, 0.0), (-2.5, 0.9, 0.0), (-2.5, -0.9, 0.3), (0.0, 0.0, 1.45)] {
+            for (x, y, z) in [(2.5, 0.9, 0.0), (2.5, -0.9, 0.0), (-2.5, 0.9, 0.0), (-2.5, -0.9, 0.3), (0.0, 0.0, 1.45)]
+            {
                 let corner = ego.position + ego.rotation * Vec3::new(x, y, z);
                 let p = view.camera.project(corner, ASPECT).expect("in front");
                 assert!(p.min_element() > 0.05 && p.max_element() < 0.99, "{p}");
