@@ -29,6 +29,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     } else if material == BRAKE_LAMP || material == LAMP {
         rough = 0.18;
         coat = 0.8;
+        // An unlit brake lamp swallows most of what falls on it, so that a lit one cannot be mistaken.
+        albedo *= select(1.0, 0.3, material == BRAKE_LAMP);
     } else if material == METAL {
         f0 = 0.0;
         rough = 0.35;
@@ -51,6 +53,6 @@ fn fragment(in: Surface) -> @location(0) vec4f {
 
     // Lamps: dark red plastic that turns into a light.
     let lit = select(0.0, in.paint.w, material == BRAKE_LAMP);
-    light += lit * vec3f(2.9, 0.10, 0.045);
+    light += lit * vec3f(2.6, 0.055, 0.03);
     return vec4f(through_air(light, in.world), 1.0);
 }

@@ -8,8 +8,8 @@ const ZENITH = vec3f(0.095, 0.205, 0.47);
 const MIDDLE = vec3f(0.21, 0.36, 0.62);
 const HORIZON = vec3f(0.53, 0.64, 0.76);
 // Irradiance (over pi) of the sky from above, of sky and land from the side, of the land from below.
-const FROM_ABOVE = vec3f(0.225, 0.30, 0.43);
-const FROM_BELOW = vec3f(0.085, 0.09, 0.055);
+const FROM_ABOVE = vec3f(0.245, 0.305, 0.40);
+const FROM_BELOW = vec3f(0.095, 0.10, 0.065);
 // Distance at which haze takes 63 % of a surface's contrast, metres.
 const HAZE_M = 1100.0;
 

@@ -24,29 +24,29 @@ fn patch_at(uv: vec2f) -> vec2f {
 fn fragment(in: Surface) -> @location(0) vec4f {
     let normal = normalize(in.normal);
     let view = to_eye(in.world);
-    // Grit of a few millimetres, stains of decimetres, weathering of metres.
-    let fine = grain_at(in.uv / 0.83);
-    let coarse = grain_at(in.uv.yx / 2.9 + vec2f(0.13, 0.71));
-    let broad = grain_at(in.uv / vec2f(37.0, 11.0));
+    // Grit of 6 mm, stones and stains of 4 cm to 1 m, weathering of metres.
+    let fine = grain_at(in.uv / 1.57);
+    let coarse = grain_at(in.uv.yx / 9.7 + vec2f(0.13, 0.71));
+    let broad = grain_at(in.uv / vec2f(61.0, 23.0));
     let cracks = grain_at(in.uv / vec2f(8.3, 6.1) + vec2f(0.4, 0.2)).b;
     let repair = patch_at(in.uv);
 
     let off = abs(abs(in.uv.y) - TRACK);
     let track = exp(-off * off / 0.075);
     let drip = exp(-in.uv.y * in.uv.y / 0.09);
-    let grit = (fine.r - 0.5) + 0.55 * (coarse.r - 0.5);
+    let grit = 0.55 * (fine.r - 0.5) + 0.42 * (coarse.r - 0.5);
     // The mesh's own colour already has the tracks and the pale edge.
-    var tone = 1.0 + 0.62 * grit + 0.30 * (coarse.g - 0.5) + 0.26 * (broad.g - 0.5);
+    var tone = 1.0 + grit + 0.50 * (coarse.g - 0.5) + 0.45 * (broad.g - 0.5);
     tone *= 1.0 - 0.15 * track - 0.09 * drip * (0.6 + 0.8 * coarse.g);
-    tone *= 1.0 - 0.45 * (1.0 - cracks) * smoothstep(0.45, 0.75, broad.g);
+    tone *= 1.0 - 0.45 * (1.0 - cracks) * smoothstep(0.42, 0.62, broad.g);
     tone = mix(tone, tone * 0.74, repair.x) * (1.0 - 0.55 * repair.y);
-    let asphalt = in.colour * max(tone, 0.15);
+    let asphalt = in.colour * vec3f(1.09, 1.03, 0.93) * max(tone, 0.15);
 
     // Paint rubbed off on the tops of the grit.
     let worn = smoothstep(0.22, 0.5, 0.62 * coarse.g + 0.38 * fine.r + 0.06);
     let marking = mix(vec3f(0.11) * tone, in.colour * (0.93 + 0.14 * (coarse.g - 0.5)), 0.25 + 0.75 * worn);
 
-    var albedo = in.colour * (1.0 + 0.5 * (fine.r - 0.5) + 0.4 * (coarse.g - 0.5));
+    var albedo = in.colour * (1.0 + 0.7 * (fine.r - 0.5) + 0.9 * (coarse.r - 0.5) + 0.5 * (coarse.g - 0.5));
     albedo = select(albedo, asphalt, in.material == ASPHALT);
     albedo = select(albedo, marking, in.material == MARKING);
 
@@ -55,7 +55,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     var light = albedo * (SUN * cosine * sun + ambient(normal));
     // Polished tracks shine more; all asphalt does at a flat angle.
     let gloss = select(0.0, 1.0, in.material == ASPHALT || in.material == MARKING);
-    let mirror = fresnel(normal, view, 0.02) * 0.32 * gloss;
+    let mirror = fresnel(normal, view, 0.02) * 0.17 * gloss;
     light += mirror * (0.75 + 0.5 * track) * sky_light(vec3f(-view.xy, abs(view.z)));
     light += sun_glint(normal, view, 0.62 - 0.1 * track, 0.035) * sun * gloss;
     return vec4f(through_air(light, in.world), 1.0);

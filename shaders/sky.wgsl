@@ -23,11 +23,11 @@ fn fragment(ray: Ray) -> @location(0) vec4f {
     let height = max(direction.z, 0.0);
     let plane = direction.xy / (height + 0.11);
     let drift = vec2f(0.0004, 0.00015) * frame.to_sun_time.w;
-    let broad = grain_at(plane * 0.055 + drift).g;
+    let broad = grain_at(plane * 0.042 + drift).g;
     let torn = grain_at(plane.yx * 0.21 + vec2f(0.31, 0.17) + drift * 2.0).g;
     let wisp = grain_at(plane * vec2f(0.93, 0.7)).g;
     let density = broad + 0.42 * (torn - 0.5) + 0.16 * (wisp - 0.5);
-    let cover = smoothstep(0.56, 0.86, density) * smoothstep(0.015, 0.16, height);
+    let cover = smoothstep(0.60, 0.84, density) * smoothstep(0.015, 0.16, height);
     let toward_sun = max(dot(direction, sun), 0.0);
     let shade = mix(0.62, 0.92, smoothstep(1.0, 0.6, density)) + 0.35 * pow(toward_sun, 12.0);
     light = mix(light, vec3f(1.0, 0.985, 0.96) * shade, 0.82 * cover);

@@ -23,7 +23,8 @@
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
 //! sim                          World::tick(&Controls) -> Events, Snapshot, Scenario
-//! scene  hud                   what is to be seen, on the CPU / the dial
+//! hud                          the dial as data
+//! scene                        what is to be seen, on the CPU
 //! render                       wgpu passes
 //! panel                        egui: the experimenter's panel
 //! app                          the one loop: window, off-line
@@ -37,6 +38,9 @@
 //! map and traffic, `f32` in physics and picture. Seconds, metres, m/s inside; mph and km/h only at the edge
 //! ([`units`]). Same seed, same inputs, same bits: named random streams ([`rng`]), no wall clock below [`app`].
 
+pub mod app;
+pub mod cli;
+pub mod driver;
 pub mod ego;
 pub mod hud;
 pub mod idm;

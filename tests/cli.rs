@@ -121,12 +121,12 @@ fn flags_win_over_the_file() {
 #[test]
 fn without_sumo_the_remedy_is_named_and_native_traffic_drives() {
     let nowhere = tempfile::tempdir().unwrap();
-    let (code, text) = said(codrive(&["run", "--duration", "1"]).env("SUMO_HOME", nowhere.path()));
+    let (code, text) = said(codrive(&["run", "--duration", "1"]).env("CODRIVE_SUMO_HOME", nowhere.path()));
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("scripts/setup") && text.contains("--traffic native"), "{text}");
     let arguments = run(&[]);
     codrive(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
-        .env("SUMO_HOME", nowhere.path())
+        .env("CODRIVE_SUMO_HOME", nowhere.path())
         .assert()
         .success();
 }

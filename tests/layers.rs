@@ -7,13 +7,14 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 9] = [
+const ROWS: [&[&str]; 10] = [
     &["space", "time", "units", "rng", "idm"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver"],
     &["sim"],
-    &["scene", "hud"],
+    &["hud"],
+    &["scene"],
     &["render"],
     &["panel"],
     &["app"],

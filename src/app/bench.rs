@@ -1,17 +1,14 @@
 //! Measurements of this program on this machine. In: a scenario. Out: a [`Report`] of medians and percentiles. Nothing
 //! here is ever asserted in a test: timings belong to whoever asks for them.
 
-use super::{AppError, offline::Run};
+use super::{AppError, Instruments, offline::Run, quality, view_options};
 use crate::{
     ego::{CarParams, Controls, Ego, Everywhere, Obstacle, Surface},
     map::RoadMap,
-    sim::{Scenario, WorldError},
-    traffic::{
-        Traffic, TrafficError, TrafficSetup,
-        native::NativeTraffic,
-        start,
-        sumo::SumoTraffic,
-    },
+    render::{Gpu, OFFSCREEN, Renderer, render_to_image},
+    scene::{self, Stage, ViewKind},
+    sim::{QualityLevel, Scenario, WorldError},
+    traffic::{NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},
 };
 use serde::Serialize;
 use std::{
@@ -166,6 +163,126 @@ fn world(scenario: &Scenario) -> Result<(Times, f64), AppError> {
     }
     let simulated_s = 600.0 * scenario.step_s;
     Ok((Times::of(times), simulated_s / begin.elapsed().as_secs_f64()))
+}
+
+/// Sizes of the pictures that are measured, smallest first.
+pub const SIZES: [[u32; 2]; 4] = [[640, 360], [1280, 720], [1920, 1080], [3840, 2160]];
+
+/// From nothing to the first picture, milliseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Startup {
+    /// Map, traffic, ego.
+    pub world_ms: f64,
+    /// Graphics device.
+    pub device_ms: f64,
+    /// Road, land, trees, models.
+    pub stage_ms: f64,
+    /// Pipelines, textures, upload.
+    pub renderer_ms: f64,
+    /// The first picture, read back.
+    pub frame_ms: f64,
+    /// All of it.
+    pub total_ms: f64,
+}
+
+/// Times of one view at one size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FrameTimes {
+    /// Name of the view.
+    pub view: &'static str,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Level of quality.
+    pub quality: QualityLevel,
+    /// Draw and wait until the device is done.
+    pub times: Times,
+    /// Last frame's shadow, main, mirror and develop pass on the device, milliseconds, where it has timestamps.
+    pub passes: Option<[f32; 4]>,
+}
+
+/// A drive ready to be drawn.
+pub struct Picture {
+    gpu: Gpu,
+    run: Run,
+    stage: Stage,
+    renderer: Renderer,
+    instruments: Instruments,
+}
+
+/// Starts as `codrive drive` does, up to the first picture.
+///
+/// # Errors
+/// The world cannot start or there is no graphics adapter.
+pub fn startup(scenario: &Scenario) -> Result<(Startup, Picture), AppError> {
+    let mut laps = vec![now()];
+    let run = Run::new(scenario, [0.0, f64::INFINITY])?;
+    laps.push(now());
+    let gpu = Gpu::headless()?;
+    laps.push(now());
+    let stage = Stage::build(run.world().map(), scenario.seed);
+    laps.push(now());
+    let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
+    laps.push(now());
+    let instruments = Instruments::new(run.world());
+    let mut picture = Picture { gpu, run, stage, renderer, instruments };
+    picture.draw(ViewKind::Driver, [1280, 720])?;
+    laps.push(now());
+    let ms = |from: usize, to: usize| (laps[to] - laps[from]).as_secs_f64() * 1e3;
+    let startup = Startup {
+        world_ms: ms(0, 1),
+        device_ms: ms(1, 2),
+        stage_ms: ms(2, 3),
+        renderer_ms: ms(3, 4),
+        frame_ms: ms(4, 5),
+        total_ms: ms(0, 5),
+    };
+    Ok((startup, picture))
+}
+
+impl Picture {
+    /// Draws every view at every size `n` times, a step of the drive before each; one more before, not counted, for
+    /// everything that is made at a first use.
+    ///
+    /// # Errors
+    /// The drive cannot go on or the device is lost.
+    pub fn frames(&mut self, sizes: &[[u32; 2]], n: u32) -> Result<Vec<FrameTimes>, AppError> {
+        let views = [
+            ("driver", ViewKind::Driver),
+            ("mirror", ViewKind::Mirror),
+            ("birdseye", ViewKind::Birdseye),
+            ("chase", ViewKind::Chase),
+        ];
+        let mut rows = Vec::new();
+        for &size in sizes {
+            for (view, kind) in views {
+                self.draw(kind, size)?;
+                let mut times = Vec::new();
+                for _ in 0..n {
+                    self.run.step()?;
+                    times.push(self.draw(kind, size)?);
+                }
+                let passes = self.renderer.pass_times().map(|p| [p.shadow_ms, p.main_ms, p.mirror_ms, p.develop_ms]);
+                let quality = self.run.world().scenario().quality;
+                rows.push(FrameTimes { view, size, quality, times: Times::of(times), passes });
+            }
+        }
+        Ok(rows)
+    }
+
+    /// The adapter, in words.
+    pub fn adapter(&self) -> String {
+        self.gpu.description()
+    }
+
+    /// Draws one picture and waits until it has been read back.
+    fn draw(&mut self, kind: ViewKind, size: [u32; 2]) -> Result<Duration, AppError> {
+        let world = self.run.world();
+        let begin = now();
+        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.stage);
+        view.dial = (kind != ViewKind::Mirror).then(|| self.instruments.read(world.snapshot()));
+        render_to_image(&self.gpu, &mut self.renderer, &view, size)?;
+        Ok(begin.elapsed())
+    }
 }
 
 /// Largest memory that this process has had, megabytes; `None` where the system does not tell.

@@ -80,7 +80,8 @@ mod tests {
 
     #[test]
     fn no_key_means_two_things() {
-        let all: Vec<KeyCode> = COMMANDS.iter().flat_map(|r| r.0).chain(DRIVING.iter().flat_map(|r| r.0)).copied().collect();
+        let all: Vec<KeyCode> =
+            COMMANDS.iter().flat_map(|r| r.0).chain(DRIVING.iter().flat_map(|r| r.0)).copied().collect();
         for (i, key) in all.iter().enumerate() {
             assert!(!all[..i].contains(key), "{key:?}");
         }

@@ -1,12 +1,37 @@
 //! The one loop, in a window or off-line. In: a scenario, devices or a simulated driver. Out: frames, pictures, summaries.
 //! [`Drive`] is the loop's body and the same for both; only here is the wall clock read.
 
+pub mod bench;
+mod desk;
 mod drive;
-pub mod offline;
 mod instruments;
+mod keys;
+pub mod offline;
+mod show;
+mod surface;
+pub mod window;
+mod words;
 
+pub use desk::Desk;
 pub use drive::Drive;
 pub use instruments::Instruments;
+pub use show::{Show, view_options};
+
+use crate::{
+    render::{Gpu, Quality},
+    sim::QualityLevel,
+};
+
+/// The renderer's settings of a level on this adapter.
+pub fn quality(level: QualityLevel, gpu: &Gpu) -> Quality {
+    match level {
+        QualityLevel::Low => Quality::LOW,
+        QualityLevel::Medium => Quality::MEDIUM,
+        QualityLevel::High => Quality::HIGH,
+        QualityLevel::Auto if gpu.is_software() => Quality::LOW,
+        QualityLevel::Auto => Quality::MEDIUM,
+    }
+}
 
 /// Why a drive could not be shown or run.
 #[derive(Debug, thiserror::Error)]
@@ -17,4 +42,15 @@ pub enum AppError {
     /// The simulated driver is unknown.
     #[error(transparent)]
     Driver(#[from] crate::driver::DriverError),
+    /// There is no display to open a window on.
+    #[error(
+        "no window can be opened: {0}\n  remedy: start it on a computer with a display (DISPLAY or WAYLAND_DISPLAY); without one, codrive render draws pictures and codrive run drives"
+    )]
+    NoDisplay(String),
+    /// The adapter cannot show pictures in the window.
+    #[error("the graphics adapter cannot draw into the window: {0}. WGPU_BACKEND=vulkan|gl chooses another")]
+    NoSurface(String),
+    /// No graphics device, or it was lost.
+    #[error(transparent)]
+    Gpu(#[from] crate::render::GpuError),
 }

@@ -1,7 +1,7 @@
 //! A drive without a window: a simulated driver at full speed. In: a scenario. Out: rows, a summary, or a world at a
 //! given second to take a picture of.
 
-use super::{AppError, Drive};
+use super::{AppError, Drive, words};
 use crate::{
     driver::{self, SimulatedDriver},
     sim::{Scenario, Summary, Tally, World},
@@ -30,20 +30,19 @@ impl Run {
         let params = driver::preset(&scenario.driver)?;
         let drive = Drive::new(scenario, Pace::Paused)?;
         Ok(Self {
-            driver: SimulatedDriver::new(params, scenario.idm, scenario.seed),
+            driver: SimulatedDriver::new(&params, drive.world.ego_params(), scenario.seed)?,
             drive,
             controls: Default::default(),
             tally: Tally::new(window_s),
         })
     }
 
-    /// Drives one step (0.1 s unless the scenario says otherwise). False once the drive has ended.
+    /// Drives one step (0.1 s unless the scenario says otherwise), or what is left of it before the drive ends.
     ///
     /// # Errors
     /// The traffic engine failed.
-    pub fn step(&mut self) -> Result<bool, AppError> {
-        self.ticks(self.drive.world.scenario().step_ticks())?;
-        Ok(self.drive.world.ended().is_none())
+    pub fn step(&mut self) -> Result<(), AppError> {
+        self.ticks(self.drive.world.scenario().step_ticks())
     }
 
     /// Drives until `time_s` or the end of the drive.
@@ -61,7 +60,7 @@ impl Run {
         drive.frame(
             Duration::ZERO,
             |world| {
-                *controls = driver.controls(&world.perception());
+                *controls = driver.controls(&world.perceived_by(driver));
                 *controls
             },
             |world| tally.add(world.snapshot(), world.events()),
@@ -77,6 +76,13 @@ impl Run {
     /// The drive so far in numbers.
     pub fn summary(&self) -> Summary {
         self.tally.summary()
+    }
+
+    /// The drive so far in words.
+    pub fn words(&self) -> String {
+        let world = &self.drive.world;
+        let scenario = world.scenario();
+        words::summary(scenario, &world.traffic_engine(), &scenario.driver, &self.summary())
     }
 
     /// The present step as a CSV row under [`STEP_COLUMNS`]; what does not exist is empty.
@@ -106,4 +112,3 @@ impl Run {
         )
     }
 }
-

@@ -1,11 +1,11 @@
 //! A drive with a person in it, without window or GPU: devices in, pictures' contents out. In: elapsed time, commands.
 //! Out: the [`View`] of the moment.
 
-use super::{AppError, Drive, Instruments};
+use super::{AppError, Drive, Instruments, words};
 use crate::{
-    input::{Devices, LaneHint},
+    input::Devices,
     scene::{self, Stage, View, ViewKind, ViewOptions},
-    sim::{Scenario, Summary, Tally, World},
+    sim::{Scenario, Tally, World},
     time::{Due, Pace},
 };
 use std::time::Duration;
@@ -90,7 +90,7 @@ impl Show {
         let Self { drive, devices, tally, lane_help, .. } = self;
         let due = drive.frame(
             elapsed,
-            |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| lane_hint(world))),
+            |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
             |world| {
                 tally.add(world.snapshot(), world.events());
                 watch(world);
@@ -135,9 +135,10 @@ impl Show {
         self.lane_help
     }
 
-    /// The drive so far in numbers.
-    pub fn summary(&self) -> Summary {
-        self.tally.summary()
+    /// The drive so far in words.
+    pub fn words(&self) -> String {
+        let world = &self.drive.world;
+        words::summary(world.scenario(), &world.traffic_engine(), &self.devices.describe(), &self.tally.summary())
     }
 }
 
@@ -148,15 +149,5 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
         eye_distance_m: scenario.eye_distance_m as f32,
         ordinary_paints: scenario.ordinary_paints,
         ..ViewOptions::default()
-    }
-}
-
-/// The lane where the ego will be in half a second: what lane help steers by.
-fn lane_hint(world: &World) -> LaneHint {
-    let seen = world.perception();
-    LaneHint {
-        curvature: seen.curvature,
-        offset_m: seen.lane_offset_m,
-        heading_error_rad: seen.heading_error_rad,
     }
 }

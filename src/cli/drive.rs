@@ -9,7 +9,9 @@ pub(super) fn command() -> Command {
         .about("Drive in a window (F1 lists the keys)")
         .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen"))
         .arg(Arg::new("panel").long("panel").action(ArgAction::SetTrue).help("Show the experimenter's panel at once"))
-        .arg(Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space before the drive begins"))
+        .arg(
+            Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space before the drive begins"),
+        )
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {

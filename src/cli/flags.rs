@@ -51,12 +51,12 @@ fn argument(field: &Field) -> Arg {
             let value: u64 = text.parse().map_err(|_| format!("allowed: {}", checked.allowed()))?;
             checked.fault(&value.into()).map_or(Ok(value), Err)
         }),
-        Kind::Number { .. } => arg.value_name(value_name(&field.unit)).allow_negative_numbers(true).value_parser(
-            move |text: &str| {
+        Kind::Number { .. } => {
+            arg.value_name(value_name(&field.unit)).allow_negative_numbers(true).value_parser(move |text: &str| {
                 let value: f64 = text.parse().map_err(|_| format!("allowed: {}", checked.allowed()))?;
                 checked.fault(&value.into()).map_or(Ok(value), Err)
-            },
-        ),
+            })
+        }
         Kind::Choice(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.clone())),
         Kind::Text => arg.value_name("NAME").value_parser(value_parser!(String)),
     }

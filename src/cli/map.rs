@@ -3,7 +3,7 @@
 use super::CliError;
 use crate::map;
 use clap::{Arg, ArgMatches, Command, value_parser};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
     let number = |id: &'static str, name: &'static str, help: &'static str| {
@@ -64,7 +64,7 @@ fn ring(matches: &ArgMatches) -> Result<(), CliError> {
     let length = format!("{}", ring.circumference_m);
     let folder = folder(matches, &format!("ring-{length}"));
     map::ring::write(&folder, &ring, &format!("Ring of {length} m"), "Made by codrive map ring.")?;
-    tell(&folder)
+    written(&folder)
 }
 
 fn circuit(matches: &ArgMatches) -> Result<(), CliError> {
@@ -72,22 +72,29 @@ fn circuit(matches: &ArgMatches) -> Result<(), CliError> {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = folder(matches, &stem);
     map::circuit::write(&folder, file)?;
-    tell(&folder)
+    written(&folder)
+}
+
+/// Loads what was just written and tells about it.
+fn written(folder: &Path) -> Result<(), CliError> {
+    let name = folder.to_string_lossy();
+    tell(&map::RoadMap::load(&name)?, &name);
+    Ok(())
 }
 
 fn import(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
-    let name = matches.get_one::<String>("name").map(String::as_str);
-    let folder = map::import(file, name)?;
-    tell(&folder)
+    // `a.net.xml` and `a.osm` both become `a`.
+    let stem = file.file_name().unwrap_or_default().to_string_lossy().split('.').next().unwrap_or_default().to_owned();
+    let name = matches.get_one::<String>("name").unwrap_or(&stem);
+    tell(&map::import(file, name)?, name);
+    Ok(())
 }
 
-/// Says what was made, from the files themselves.
-fn tell(folder: &std::path::Path) -> Result<(), CliError> {
-    let made = map::RoadMap::load(&folder.to_string_lossy())?;
-    println!("{}: {:.3} m in {} lanes", folder.display(), made.route.length_m(), made.route.lanes().len());
-    println!("drive it with: codrive --map {}", folder.display());
-    Ok(())
+/// Says what was made, from the files themselves; `drive` is what `--map` takes.
+fn tell(made: &map::RoadMap, drive: &str) {
+    println!("{}: {:.3} m in {} lanes", made.net_file.display(), made.route.length_m(), made.route.lanes().len());
+    println!("drive it with: codrive --map {drive}");
 }
 
 fn list() -> Result<(), CliError> {

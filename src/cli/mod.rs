@@ -8,7 +8,12 @@ mod map;
 mod render;
 mod run;
 
-use crate::{app, map::MapError, sim::{ScenarioError, WorldError}, traffic::TrafficError};
+use crate::{
+    app,
+    map::MapError,
+    sim::{ScenarioError, WorldError},
+    traffic::TrafficError,
+};
 use clap::Command;
 use std::ffi::OsString;
 
@@ -85,7 +90,8 @@ impl From<ScenarioError> for CliError {
 
 impl From<WorldError> for CliError {
     fn from(error: WorldError) -> Self {
-        let machine = matches!(error, WorldError::Traffic(TrafficError::Absent(_) | TrafficError::Busy | TrafficError::Sumo(_)));
+        let machine =
+            matches!(error, WorldError::Traffic(TrafficError::Absent(_) | TrafficError::Busy | TrafficError::Sumo(_)));
         if machine { Self::Failed(error.to_string()) } else { Self::Input(error.to_string()) }
     }
 }
@@ -100,6 +106,7 @@ impl From<app::AppError> for CliError {
     fn from(error: app::AppError) -> Self {
         match error {
             app::AppError::World(error) => error.into(),
+            app::AppError::Driver(error) => Self::Input(error.to_string()),
             other => Self::Failed(other.to_string()),
         }
     }

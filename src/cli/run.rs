@@ -1,11 +1,7 @@
 //! `codrive run`: a whole drive by a simulated driver, without a window, as fast as the machine can.
 
 use super::{CliError, flags, stop_on_ctrl_c};
-use crate::{
-    app::offline,
-    sim::{Scenario, Summary, WorldError},
-    units::SpeedUnit,
-};
+use crate::{app::offline, sim::Scenario};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -51,7 +47,8 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let stop = stop_on_ctrl_c();
     let bar = progress(&scenario);
     let mut run = offline::Run::new(&scenario, [from_s, scenario.duration_s])?;
-    while !stop.load(Ordering::Relaxed) && run.step()? {
+    while !stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
+        run.step()?;
         if let Some(out) = &mut out {
             out.step(&run)?;
         }
@@ -71,7 +68,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if matches.get_flag("json") {
         println!("{report:#}");
     } else {
-        print!("{}", words(&scenario, &run, &summary));
+        print!("{}", run.words());
     }
     Ok(())
 }
@@ -116,39 +113,10 @@ impl Output {
 
     fn finish(mut self, report: &serde_json::Value) -> Result<(), CliError> {
         let path = self.dir.join("summary.json");
-        let write = || -> std::io::Result<()> {
+        let mut write = || -> std::io::Result<()> {
             self.steps.flush()?;
             writeln!(File::create_new(&path)?, "{report:#}")
         };
         write().map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
     }
 }
-
-/// The summary for people.
-fn words(scenario: &Scenario, run: &offline::Run, summary: &Summary) -> String {
-    let unit = scenario.units;
-    let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
-    let mut lines = vec![
-        format!("{} cars on {}, {}, driver {}, policy {}", scenario.vehicles, scenario.map, run.world().traffic_engine(), scenario.driver, scenario.policy),
-        format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
-        format!("mean speed, all cars     {}", speed(summary.mean_speed_mps)),
-        format!("its standard deviation   {}", speed(summary.speed_sd_mps)),
-        format!("mean speed, ego          {}", speed(summary.ego_mean_speed_mps)),
-        format!("time in range            {}", summary.time_in_range.map_or("- (no advice)".into(), |t| format!("{:.1} %", 100.0 * t))),
-        format!("smallest gap             {}", summary.min_gap_m.map_or("-".into(), |g| format!("{g:.2} m"))),
-        format!("contacts, off the road   {}, {}", summary.contacts.len(), summary.left_road),
-    ];
-    if let Some(contact) = summary.contacts.first() {
-        let text = format!("first contact            at {:.2} s with car {}, closing at {:.2} m/s", contact.time_s, contact.car, contact.closing_mps);
-        lines.push(text);
-    }
-    if summary.ended.is_none() {
-        lines.push(format!("stopped early            at {:.1} s", summary.duration_s));
-    }
-    lines.join("\n") + "\n"
-}
-
-fn both(speed_mps: f64, unit: SpeedUnit) -> String {
-    format!("{speed_mps:.3} m/s ({:.2} {})", unit.from_mps(speed_mps), unit.label())
-}
-

@@ -75,7 +75,14 @@ impl RoadMap {
             let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
             return Err(MapError::UnknownMap { name: name_or_path.into(), known: super::listed(&known) });
         }
-        if folder.is_dir() { Self::load_folder(&folder) } else { Self::load_file(&folder, None) }
+        match folder.parent() {
+            _ if folder.is_dir() => Self::load_folder(&folder),
+            // The net.xml of a map's folder is that map, with its title and its route.
+            Some(parent) if folder.ends_with("net.xml") && parent.join("map.toml").exists() => {
+                Self::load_folder(parent)
+            }
+            _ => Self::load_file(&folder, None),
+        }
     }
 
     fn load_folder(folder: &Path) -> Result<Self, MapError> {

@@ -62,6 +62,7 @@ fn a_route_that_a_person_chose_is_driven_and_mistakes_in_it_are_named() {
     let map = with("route = [\"da\", \"ac\", \"cd\"]").unwrap();
     assert_eq!((edges(&map), map.title.as_str()), (vec!["da", "ac", "cd"], "T"));
     assert_drivable(&map);
+    assert_eq!(load(&folder.path().join("net.xml")).unwrap().route, map.route, "the file of a map is that map");
     for (route, expected) in [
         ("route = [\"da\", \"xy\"]", "edge \"xy\" does not exist; edges of this network: ab, ac, ae, bc"),
         ("route = [\"da\", \"ac\", \"da\"]", "edge \"da\" is named twice"),

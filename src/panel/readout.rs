@@ -111,9 +111,10 @@ fn time(time_s: f64) -> String {
 /// Lines of the plot and their colours.
 const LINES: [(&str, Color32); 3] = [("mean of all", theme::ACCENT), ("ego", theme::AMBER), ("target", theme::RED)];
 
-/// Marks from 0 to `until`, as close as the first of `steps` that makes no more than eight.
-fn marks(until: f64, steps: [f64; 5]) -> Vec<GridMark> {
-    let step = steps.into_iter().find(|step| until / step <= 8.0).unwrap_or(steps[4]);
+/// Marks from 0 to `until`, as close as the first of `steps` (the last if need be) that makes no more than `most`.
+fn marks(until: f64, most: f64, steps: &[f64]) -> Vec<GridMark> {
+    let fits = |step: &&f64| until / **step <= most;
+    let Some(&step) = steps.iter().find(fits).or(steps.last()) else { return Vec::new() };
     (0..=(until / step) as u32).map(|i| GridMark { value: f64::from(i) * step, step_size: step }).collect()
 }
 
@@ -138,12 +139,13 @@ pub fn plot(ui: &mut Ui, history: &History) {
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .include_x(0.0)
-        .include_x(until)
+        // Room for half of the last mark's text.
+        .include_x(1.05 * until)
         .include_y(0.0)
         .include_y(6.0)
         .set_margin_fraction(egui::vec2(0.0, 0.04))
-        .x_grid_spacer(move |_| marks(until, [10.0, 60.0, 300.0, 1800.0, 7200.0]))
-        .y_grid_spacer(|input| marks(input.bounds.1, [2.0, 5.0, 10.0, 20.0, 50.0]))
+        .x_grid_spacer(move |_| marks(until, 3.0, &[20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 3600.0, 7200.0]))
+        .y_grid_spacer(|input| marks(input.bounds.1, 6.0, &[2.0, 5.0, 10.0, 20.0]))
         .x_axis_formatter(|mark, _| time(mark.value).trim_end_matches(".0").to_owned())
         .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
         .y_axis_min_width(18.0)
@@ -176,6 +178,14 @@ mod tests {
         assert_eq!(time(0.0), "0:00.0");
         assert_eq!(time(0.1 + 0.2), "0:00.3");
         assert_eq!(time(125.99), "2:05.9");
+    }
+
+    #[test]
+    fn marks_are_few_at_any_length() {
+        let steps = [20.0, 60.0, 120.0];
+        assert_eq!(marks(60.0, 3.0, &steps).iter().map(|mark| mark.value).collect::<Vec<_>>(), [0.0, 20.0, 40.0, 60.0]);
+        assert_eq!(marks(61.0, 3.0, &steps).len(), 2);
+        assert_eq!(marks(300.0, 3.0, &steps).len(), 3);
     }
 
     #[test]

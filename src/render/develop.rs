@@ -115,6 +115,7 @@ impl DevelopPass {
             depth: None,
             cull: None,
             samples: 1,
+            cut_out: false,
             constants: &[],
         };
         workshop.pipeline(&recipe).map(DevelopPipeline)

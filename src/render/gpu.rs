@@ -83,6 +83,11 @@ impl Gpu {
         format!("{} ({:?}, {:?}, {})", info.name, info.device_type, info.backend, driver.trim())
     }
 
+    /// True if the processor draws: every pixel counts.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
     fn from_instance(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'static>>) -> Result<Self, GpuError> {
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,

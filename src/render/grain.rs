@@ -46,7 +46,7 @@ fn paint() -> Vec<[f32; 4]> {
     let mut random = rng::stream(0, "render.grain");
     let mut white = |n: usize| -> Vec<f32> { (0..n).map(|_| random.uniform(0.0, 1.0) as f32).collect() };
     let grit = white(SIZE * SIZE);
-    let octaves: Vec<(usize, Vec<f32>)> = [4, 8, 16, 32, 64].map(|cells| (cells, white(cells * cells))).into();
+    let octaves: Vec<(usize, Vec<f32>)> = [7, 13, 27, 53, 107].map(|cells| (cells, white(cells * cells))).into();
     let ridges: Vec<(usize, Vec<f32>)> = [6, 13, 29].map(|cells| (cells, white(cells * cells))).into();
     let streaks = [(96, 8), (128, 20)].map(|(x, y)| (x, y, white(x * y)));
     let mut texels = Vec::with_capacity(SIZE * SIZE);

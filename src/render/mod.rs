@@ -30,6 +30,7 @@ pub use timing::PassTimes;
 
 use crate::scene::{Stage, View, ViewKind};
 use develop::{DevelopPass, DevelopPipeline, mirror_rect};
+use dial::DialPass;
 use lens::Optics;
 use picture::{Bindings, Materials, PicturePass};
 use pipeline::Workshop;
@@ -38,6 +39,7 @@ use shader::Sources;
 use shadow::{ShadowPass, ShadowPipeline};
 use std::path::Path;
 use timing::{Pass, Timing};
+use ui_pass::{Overlay, UiPass};
 
 /// Directory of the shaders, from where the program is started, for [`Renderer::reload_shaders`].
 const SHADERS: &str = "shaders";
@@ -53,7 +55,17 @@ pub struct Renderer {
     main: PicturePass,
     mirror: PicturePass,
     develop: DevelopPass,
+    dial: DialPass,
+    panel: UiPass,
     timing: Option<Timing>,
+}
+
+/// What the experimenter's panel put out in this frame, to be drawn over the picture.
+pub struct Panel<'a> {
+    /// The panel's context, the same one for the life of the renderer.
+    pub ctx: &'a egui::Context,
+    /// Its output.
+    pub output: egui::FullOutput,
 }
 
 /// All pipelines, replaced together or not at all.
@@ -80,17 +92,20 @@ impl Renderer {
         let pipelines = Pipelines::new(&mut workshop, &bindings, &shadow, &develop, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
         let timing = Timing::new(device, &gpu.queue);
-        Self { scenery, quality, bindings, pipelines, shadow, main, mirror, develop, timing }
+        let dial = DialPass::new(device, format);
+        let panel = UiPass::new(device, format);
+        Self { scenery, quality, bindings, pipelines, shadow, main, mirror, develop, dial, panel, timing }
     }
 
-    /// Draws `view` onto `target`, which is `size` pixels large.
-    pub fn draw(&mut self, view: &View, ui: Option<()>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { scenery, shadow, main, mirror, develop, pipelines, timing, .. } = self;
+    /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
+    pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
+        let Self { scenery, shadow, main, mirror, develop, dial, pipelines, timing, .. } = self;
+        let (device, queue) = (&scenery.device, &scenery.queue);
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
-        if main.fit(&scenery.device, size) | mirror.fit(&scenery.device, inset) {
-            develop.fit(&scenery.device, main.light(), mirror.light());
+        if main.fit(device, size) | mirror.fit(device, inset) {
+            develop.fit(device, main.light(), mirror.light());
         }
 
         // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
@@ -101,7 +116,7 @@ impl Renderer {
         let with_ego = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
 
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
-        let mut encoder = scenery.device.create_command_encoder(&descriptor);
+        let mut encoder = device.create_command_encoder(&descriptor);
         let e = &mut encoder;
         let materials = &pipelines.materials;
         let timed = timing.as_ref();
@@ -112,12 +127,17 @@ impl Renderer {
             mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, false);
         }
         let stamp = stamps(Pass::Develop);
-        develop.draw(e, stamp, &pipelines.develop, &scenery.queue, target, size, alone, glass.is_some());
-        let _ = ui;
+        develop.draw(e, stamp, &pipelines.develop, queue, target, size, alone, glass.is_some());
+        if let Some(data) = &view.dial {
+            dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);
+        }
+        if let Some(Panel { ctx, output }) = panel {
+            self.panel.draw(Overlay { device, queue, encoder: e, view: target, size }, ctx, output);
+        }
         if let Some(timing) = timing {
             timing.collect(e);
         }
-        scenery.queue.submit([encoder.finish()]);
+        queue.submit([encoder.finish()]);
     }
 
     /// Time of each pass on the device, a few frames ago; none if the adapter has no timestamps or has not answered yet.

@@ -1,5 +1,6 @@
 //! The stage's meshes on the device: one vertex and one index buffer, filled once. In: a [`Stage`]. Out: [`Model`]s that
-//! a pass draws by instances, and the ball that holds each, for culling.
+//! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
+//! software rendering corners cost more than pixels.
 
 use crate::scene::{Mesh, Stage, Vertex};
 use glam::Vec3;
@@ -16,15 +17,22 @@ pub struct Model {
     pub radius_m: f32,
 }
 
+/// A mesh in world axes, cut into pieces of which only those in the picture are drawn.
+#[derive(Clone, Debug)]
+pub struct Ground(Vec<Model>);
+
+/// The most triangles in a piece of ground.
+const PIECE: usize = 600;
+
 /// All meshes.
 #[derive(Debug)]
 pub struct Models {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     /// Road with its markings.
-    pub road: Model,
+    pub road: Ground,
     /// Meadow and far ground.
-    pub land: Model,
+    pub land: Ground,
     /// A car without wheels.
     pub body: Model,
     /// One wheel.
@@ -46,8 +54,8 @@ impl Models {
             let (centre, radius_m) = mesh.bounding_sphere();
             Model { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
         };
-        let road = add(&stage.road);
-        let land = add(&stage.land);
+        let ground = |mesh| Ground(pieces(mesh).iter().map(&mut add).collect());
+        let [road, land] = [&stage.road, &stage.land].map(ground);
         let body = add(&stage.car_body);
         let wheel = add(&stage.wheel);
         let trees = stage.trees.iter().zip(&stage.trees_far).map(|(near, far)| [add(near), add(far)]).collect();
@@ -90,6 +98,88 @@ impl Model {
     pub fn draw(&self, pass: &mut wgpu::RenderPass, range: Range<u32>) {
         if !range.is_empty() && !self.indices.is_empty() {
             pass.draw_indexed(self.indices.clone(), self.first_vertex, range);
+        }
+    }
+}
+
+impl Ground {
+    /// Draws the pieces for which `seen(centre, radius_m)` holds; the first instance is the world itself.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass, seen: impl Fn(Vec3, f32) -> bool) {
+        for piece in self.0.iter().filter(|piece| seen(piece.centre, piece.radius_m)) {
+            piece.draw(pass, 0..1);
+        }
+    }
+}
+
+/// Cuts a mesh into compact pieces of at most [`PIECE`] triangles, by halving along the longer side again and again.
+fn pieces(mesh: &Mesh) -> Vec<Mesh> {
+    let corner = |index: u32| Vec3::from(mesh.vertices[index as usize].position);
+    let middle = |t: &[u32; 3]| (corner(t[0]) + corner(t[1]) + corner(t[2])) / 3.0;
+    let mut whole: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
+    let mut todo = vec![whole.as_mut_slice()];
+    let mut done = Vec::new();
+    while let Some(part) = todo.pop() {
+        if part.len() <= PIECE {
+            done.push(extract(mesh, part));
+            continue;
+        }
+        let start = middle(&part[0]);
+        let (low, high) = part.iter().map(middle).fold((start, start), |(l, h), p| (l.min(p), h.max(p)));
+        let along_x = high.x - low.x > high.y - low.y;
+        part.sort_by(|a, b| {
+            let (a, b) = (middle(a), middle(b));
+            if along_x { a.x.total_cmp(&b.x) } else { a.y.total_cmp(&b.y) }
+        });
+        let (left, right) = part.split_at_mut(part.len() / 2);
+        todo.extend([left, right]);
+    }
+    done
+}
+
+/// Some triangles of a mesh with the corners they need.
+fn extract(mesh: &Mesh, triangles: &[[u32; 3]]) -> Mesh {
+    let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    let new = |old: &u32| used.binary_search(old).expect("collected above") as u32;
+    Mesh {
+        vertices: used.iter().map(|&old| mesh.vertices[old as usize]).collect(),
+        indices: triangles.iter().flatten().map(new).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pieces_of_a_ground_are_the_whole_ground_and_each_is_compact() {
+        const SIDE: u32 = 60;
+        let mut mesh = Mesh::default();
+        for i in 0..=SIDE {
+            for j in 0..=SIDE {
+                mesh.vertices.push(Vertex { position: [i as f32, j as f32, 0.0], ..Default::default() });
+            }
+        }
+        for i in 0..SIDE {
+            for j in 0..SIDE {
+                let at = i * (SIDE + 1) + j;
+                mesh.indices.extend([at, at + SIDE + 1, at + SIDE + 2, at, at + SIDE + 2, at + 1]);
+            }
+        }
+        let pieces = pieces(&mesh);
+        let places = |mesh: &Mesh| {
+            let triangle = |t: &[u32]| [t[0], t[1], t[2]].map(|i| mesh.vertices[i as usize].position.map(f32::to_bits));
+            mesh.indices.chunks(3).map(triangle).collect::<Vec<_>>()
+        };
+        let mut together: Vec<_> = pieces.iter().flat_map(places).collect();
+        let mut whole = places(&mesh);
+        together.sort_unstable();
+        whole.sort_unstable();
+        assert!(together == whole);
+        for piece in &pieces {
+            assert!(piece.indices.len() <= 3 * PIECE);
+            assert!(piece.bounding_sphere().1 < 16.0, "{:?}", piece.bounding_sphere());
         }
     }
 }

@@ -132,6 +132,7 @@ impl Bindings {
             depth: Some(depth(true, Default::default())),
             cull: Some(wgpu::Face::Back),
             samples: quality.msaa,
+            cut_out: false,
             constants: &[],
         };
         let shade = wgpu::BlendState::ALPHA_BLENDING;
@@ -141,7 +142,13 @@ impl Bindings {
             car: workshop.pipeline(&Recipe { program: "car", ..solid.clone() })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
-            tree: workshop.pipeline(&Recipe { program: "tree", cull: None, ..solid.clone() })?,
+            tree: workshop.pipeline(&Recipe {
+                program: "tree",
+                cull: None,
+                cut_out: quality.msaa > 1,
+                constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
+                ..solid.clone()
+            })?,
             contact: workshop.pipeline(&Recipe {
                 program: "contact",
                 buffers: &instances,
@@ -247,9 +254,9 @@ impl PicturePass {
         pass.set_pipeline(&materials.tree);
         models.draw_trees(&mut pass, &batches.trees);
         pass.set_pipeline(&materials.road);
-        models.road.draw(&mut pass, 0..1);
+        models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);
-        models.land.draw(&mut pass, 0..1);
+        models.land.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.contact);
         self.crowd.bind(&mut pass, 0);
         pass.draw(0..6, batches.bodies);

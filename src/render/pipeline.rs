@@ -25,6 +25,8 @@ pub struct Recipe<'a> {
     pub cull: Option<wgpu::Face>,
     /// Samples a pixel.
     pub samples: u32,
+    /// True if the colour's alpha says how many of a pixel's samples are covered.
+    pub cut_out: bool,
     /// Values of the shader's `override` constants.
     pub constants: &'a [(&'static str, f64)],
 }
@@ -65,7 +67,11 @@ impl Workshop<'_> {
             },
             primitive: wgpu::PrimitiveState { cull_mode: recipe.cull, ..Default::default() },
             depth_stencil: recipe.depth.clone(),
-            multisample: wgpu::MultisampleState { count: recipe.samples, ..Default::default() },
+            multisample: wgpu::MultisampleState {
+                count: recipe.samples,
+                alpha_to_coverage_enabled: recipe.cut_out,
+                ..Default::default()
+            },
             fragment: recipe.colour.is_some().then_some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some("fragment"),

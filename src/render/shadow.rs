@@ -149,6 +149,7 @@ impl ShadowPass {
             }),
             cull: None,
             samples: 1,
+            cut_out: false,
             constants: &[],
         };
         workshop.pipeline(&recipe).map(ShadowPipeline)

@@ -57,7 +57,7 @@ pub fn body() -> Mesh {
     soup.append(left.mirrored());
     soup.append(left);
     soup.append(middle_parts());
-    soup.into_mesh(38f32.to_radians())
+    soup.into_mesh(48f32.to_radians())
 }
 
 /// Where the cross-sections are, from the rear to the front.
@@ -98,11 +98,13 @@ fn section(x: f32) -> [Vec3; POINTS] {
     let mut half = [Vec2::ZERO; POINTS];
     half[0] = Vec2::new(0.0, at.floor_z);
     half[FLOOR_EDGE] = Vec2::new(at.half_width - 0.14, at.floor_z);
-    // The side: how far in from the widest, and how far up from sill to belt.
-    let rise = at.belt_z - at.floor_z;
+    // The side: how far in from the widest, and how far up from sill to belt. Over a wheel the lower lines bunch at the
+    // lip of the arch and the upper ones keep their height, so that the panel above it stays smooth.
+    let rise = at.belt_z - at.sill_z;
     for (k, (inset, up)) in [(0.030, 0.03), (0.012, 0.20), (0.0, 0.44), (0.003, 0.64), (0.022, 0.91)].iter().enumerate()
     {
-        half[SILL + k] = Vec2::new(at.half_width - inset, at.floor_z + rise * up);
+        let lip_z = at.floor_z + 0.012 * (k as f32 + 1.0);
+        half[SILL + k] = Vec2::new(at.half_width - inset, (at.sill_z + rise * up).max(lip_z));
     }
     half[BELT] = Vec2::new(at.belt_y, at.belt_z);
     // From the belt over the glass (or the bonnet's shoulder) to the edge of the roof, and over it to the middle.
@@ -204,7 +206,7 @@ fn middle_parts() -> Soup {
     plate(&mut parts, 2.4995, 0.42);
     parts.cuboid(Vec3::new(-2.4985, 0.0, 0.80), Vec3::new(0.005, 0.42, 0.010), CHROME);
     let lamp_x = -0.985;
-    parts.cuboid(Vec3::new(lamp_x, 0.0, shape::at(lamp_x).top_z - 0.002), Vec3::new(0.020, 0.15, 0.011), BRAKE);
+    parts.cuboid(Vec3::new(lamp_x, 0.0, shape::at(lamp_x).top_z - 0.003), Vec3::new(0.018, 0.15, 0.009), BRAKE);
     // Nobody sees through the wheel arches to the other side.
     for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
         parts.cuboid(Vec3::new(hub, 0.0, 0.45), Vec3::new(ARCH_RADIUS_M - 0.01, 0.55, 0.25), DARK);

@@ -17,7 +17,7 @@ pub(super) const FLAT_M: f32 = 15.0;
 /// How far the land reaches beyond the road network, metres.
 const REACH_M: f32 = 1300.0;
 /// Woods on the horizon: crowns that stand for them.
-const FAR_CROWNS: usize = 1600;
+const FAR_CROWNS: usize = 1200;
 
 /// The shape of the ground.
 pub(super) struct Relief<'a> {
@@ -132,7 +132,7 @@ fn far_woods(mesh: &mut Mesh, relief: &Relief) {
     let near = relief.near;
     let mut planted = 0;
     for _ in 0..FAR_CROWNS * 12 {
-        let beyond = 130.0 + 620.0 * random.uniform(0.0, 1.0).powf(1.3) as f32;
+        let beyond = 150.0 + 600.0 * random.uniform(0.0, 1.0).powf(1.3) as f32;
         let angle = random.uniform(0.0, std::f64::consts::TAU) as f32;
         let point = near.centre() + Vec2::from_angle(angle) * (near.radius_m() + beyond);
         let wood = noise::fractal(relief.seed ^ 7, point / 130.0) + 0.25 * smoothstep(300.0, 600.0, beyond);
@@ -150,11 +150,11 @@ fn far_woods(mesh: &mut Mesh, relief: &Relief) {
     }
 }
 
-/// A blunt crown: two rings of five corners and a tip, open below.
+/// A blunt crown: three rings of five corners and a tip, open below.
 fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32; 3], turn: f32) {
     const SIDES: u32 = 5;
     let first = mesh.vertices.len() as u32;
-    for (ring, (radius, height)) in [(0.86, 0.0), (0.88, 0.62)].into_iter().enumerate() {
+    for (ring, (radius, height)) in [(0.70, 0.0), (1.0, 0.40), (0.68, 0.80)].into_iter().enumerate() {
         for k in 0..SIDES {
             let angle = turn + std::f32::consts::TAU * (k as f32 + 0.5 * ring as f32) / SIDES as f32;
             // Uneven, so that no two crowns have one outline.
@@ -162,7 +162,7 @@ fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32;
             let out = Vec2::from_angle(angle);
             let position = foot + (out * (width_m * radius * uneven)).extend(height_m * height * (0.9 + 0.1 * uneven));
             let normal = out.extend(-0.15 + 0.9 * height).normalize();
-            let shaded = shade(colour, 0.55 + 0.6 * height);
+            let shaded = shade(colour, 0.70 + 0.5 * height);
             mesh.vertex(Vertex::new(position, normal, shaded, Vec2::new(k as f32 / 5.0, height), Material::Leaves));
         }
     }
@@ -171,7 +171,8 @@ fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32;
     for k in 0..SIDES {
         let [a, b] = [k, (k + 1) % SIDES].map(|k| first + k);
         let [c, d] = [a + SIDES, b + SIDES];
-        mesh.indices.extend([a, b, c, b, d, c, c, d, tip]);
+        let [e, f] = [c + SIDES, d + SIDES];
+        mesh.indices.extend([a, b, c, b, d, c, c, d, e, d, f, e, e, f, tip]);
     }
 }
 

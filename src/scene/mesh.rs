@@ -32,6 +32,9 @@ pub(super) struct Soup {
     triangles: Vec<([Vec3; 3], Finish)>,
 }
 
+/// What makes two corners one: place, normal, colour and material.
+type Shared = ([i32; 3], [i32; 3], [u32; 4]);
+
 /// Corners closer than this are one corner, metres.
 const WELD_M: f32 = 1e-4;
 
@@ -122,7 +125,7 @@ impl Soup {
             }
         }
         let mut mesh = Mesh::default();
-        let mut shared: BTreeMap<([i32; 3], [i32; 3], [u32; 4]), u32> = BTreeMap::new();
+        let mut shared: BTreeMap<Shared, u32> = BTreeMap::new();
         for (index, (corners, finish)) in self.triangles.iter().enumerate() {
             for &corner in corners {
                 let mut normal = Vec3::ZERO;

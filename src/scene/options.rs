@@ -117,9 +117,9 @@ const PAINTS: [[f32; 3]; 10] = [
 
 /// The same car always wears the same paint; neighbours differ.
 fn ordinary_paint(id: CarId) -> [f32; 3] {
-    // 7 and 10 share no factor, so ten cars in a row wear ten entries; the jump by rows varies the order.
+    // 7 and 10 share no factor, so ten cars in a row wear ten entries; every row begins one further.
     let n = PAINTS.len() as u32;
-    PAINTS[((id.0 * 7 + (id.0 / n) * 3) % n) as usize]
+    PAINTS[((id.0 * 7 + id.0 / n) % n) as usize]
 }
 
 #[cfg(test)]

@@ -16,6 +16,8 @@ pub(super) const CABIN_REAR_M: f32 = -1.80;
 pub(super) struct Measures {
     /// Where the side is fullest.
     pub half_width: f32,
+    /// Underside, as if there were no wheel.
+    pub sill_z: f32,
     /// Underside; the lip inside a wheel arch.
     pub floor_z: f32,
     /// Edge under the side windows, and along bonnet and boot.
@@ -67,7 +69,8 @@ pub(super) fn at(x: f32) -> Measures {
         let roof_y = belt_y * 0.86;
         (roof_y, dome(0.86, belt_z, top_z), top_z)
     };
-    Measures { half_width, floor_z: curve(FLOOR, x).max(arch), belt_y, belt_z, roof_y, roof_z, top_z, cabin }
+    let sill_z = curve(FLOOR, x);
+    Measures { half_width, sill_z, floor_z: sill_z.max(arch), belt_y, belt_z, roof_y, roof_z, top_z, cabin }
 }
 
 /// Height of a crowned panel at the fraction `y` of its half width.

@@ -63,7 +63,7 @@ const OAK: Broad = Broad {
     sprigs: 88,
     clump_size: 0.22,
     bark: [0.075, 0.058, 0.042],
-    leaf: [0.064, 0.125, 0.027],
+    leaf: [0.082, 0.155, 0.034],
 };
 const MAPLE: Broad = Broad {
     name: "maple",
@@ -75,7 +75,7 @@ const MAPLE: Broad = Broad {
     sprigs: 90,
     clump_size: 0.23,
     bark: [0.090, 0.075, 0.060],
-    leaf: [0.078, 0.140, 0.030],
+    leaf: [0.100, 0.172, 0.038],
 };
 const BIRCH: Broad = Broad {
     name: "birch",
@@ -87,7 +87,7 @@ const BIRCH: Broad = Broad {
     sprigs: 88,
     clump_size: 0.24,
     bark: [0.52, 0.50, 0.46],
-    leaf: [0.094, 0.158, 0.042],
+    leaf: [0.118, 0.190, 0.052],
 };
 const HAZEL: Broad = Broad {
     name: "hazel",
@@ -99,7 +99,7 @@ const HAZEL: Broad = Broad {
     sprigs: 54,
     clump_size: 0.26,
     bark: [0.07, 0.055, 0.04],
-    leaf: [0.074, 0.136, 0.032],
+    leaf: [0.092, 0.165, 0.040],
 };
 
 /// Builds a broad-leaved tree.
@@ -186,7 +186,7 @@ impl Crown {
         let outside = from_middle.length().min(1.2);
         let away = from_middle.normalize_or(Vec3::Z);
         let normal = (own * 0.5 + away * 0.65 + Vec3::Z * 0.12).normalize_or(own);
-        (normal, (0.44 + 0.48 * outside * outside) * (0.84 + 0.22 * away.z))
+        (normal, (0.62 + 0.36 * outside * outside) * (0.90 + 0.14 * away.z))
     }
 }
 
@@ -199,7 +199,7 @@ fn leaf_clump(mesh: &mut Mesh, random: &mut Stream, clump: &Clump, crown: &Crown
         let position = clump.at + direction * clump.half * random.uniform(0.62, 1.05) as f32;
         let (normal, light) = crown.light(position, direction);
         let uv = Vec2::new(direction.y.atan2(direction.x) / TAU + 0.5, 0.5 + 0.5 * direction.z);
-        mesh.vertex(Vertex::new(position, normal, shade(clump.colour, light * 0.8), uv, Material::Leaves));
+        mesh.vertex(Vertex::new(position, normal, shade(clump.colour, light * 0.85), uv, Material::Leaves));
     }
     mesh.indices.extend(ICOSAHEDRON_FACES.iter().flatten().map(|i| first + i));
 }
@@ -225,7 +225,7 @@ fn sprig(mesh: &mut Mesh, random: &mut Stream, clump: &Clump, crown: &Crown) {
         let (sin, cos) = (turn + TAU * k as f32 / 3.0).sin_cos();
         let corner = foot + (x * cos + y * sin) * width;
         let (normal, light) = crown.light(corner, (direction + (x * cos + y * sin) * 0.6).normalize());
-        mesh.vertex(Vertex::new(corner, normal, shade(leafy, light * 0.85), Vec2::new(cos, sin), Material::Leaves));
+        mesh.vertex(Vertex::new(corner, normal, shade(leafy, light * 0.90), Vec2::new(cos, sin), Material::Leaves));
     }
     let (normal, light) = crown.light(tip, direction);
     mesh.vertex(Vertex::new(tip, normal, shade(leafy, light * 1.15), Vec2::ZERO, Material::Leaves));
@@ -305,7 +305,7 @@ fn spruce(seed: u64, detail: Detail) -> Mesh {
         let tip_z = (rim_z + HEIGHT_M * (1.15 - 0.35 * t) / tiers as f32 * 1.35).min(HEIGHT_M);
         let radius = RADIUS_M * (1.0 - t).powf(0.85) * random.uniform(0.9, 1.1) as f32 + 0.22;
         let turn = angle(&mut random);
-        let colour = mix([0.026, 0.058, 0.024], [0.040, 0.082, 0.030], random.uniform(0.0, 1.0) as f32);
+        let colour = mix([0.032, 0.070, 0.030], [0.050, 0.100, 0.038], random.uniform(0.0, 1.0) as f32);
         let first = mesh.vertices.len() as u32;
         let rim = 2 * points;
         for k in 0..rim {

@@ -151,8 +151,8 @@ const CHASE_LAG_S: f32 = 0.25;
 fn chase_camera(ego: &EgoAt, yaw_rate: f32) -> Camera {
     let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
     let at = ego.position.truncate();
-    let eye = (at - back * 7.0).extend(2.6);
-    let target = (at + back * 4.0).extend(0.9);
+    let eye = (at - back * 7.5).extend(2.6);
+    let target = (at + back * 2.0).extend(0.8);
     let forward = (target - eye).normalize();
     let right = forward.cross(Vec3::Z).normalize();
     Camera { eye, forward, up: right.cross(forward), lens: Lens::Perspective { fov_x_rad: 63f32.to_radians() } }
@@ -163,7 +163,7 @@ mod tests {
     use super::super::stage::tests::{circuit, ring};
     use super::*;
     use crate::map::RoadMap;
-    use crate::space::{CAR_LENGTH_M, Pose};
+    use crate::space::CAR_LENGTH_M;
     use crate::time::Tick;
     use crate::traffic::CarId;
 
@@ -173,7 +173,8 @@ mod tests {
     fn snapshot(map: &RoadMap, s_m: f64, ahead_m: &[f64]) -> Snapshot {
         let ego = |s_m: f64| {
             let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
-            let mut ego = crate::ego::EgoState::at(pose);
+            let rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
+            let mut ego = EgoState { position: pose.position.extend(0.0), rotation, ..EgoState::default() };
             for (wheel, hub) in ego.wheels.iter_mut().zip(super::super::car::hubs()) {
                 wheel.hub = hub;
                 wheel.spin_rad = (s_m / f64::from(WHEEL_RADIUS_M)) as f32;

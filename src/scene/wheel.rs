@@ -21,6 +21,8 @@ pub fn wheel() -> Mesh {
     let r = WHEEL_RADIUS_M;
     let tyre = Finish::grey(Material::Tyre, 0.022);
     let rim = Finish::grey(Material::Metal, 0.46);
+    // Painted, not polished: spokes have to be seen turning in any light.
+    let alloy = Finish::grey(Material::Matt, 0.36);
     let well = Finish::grey(Material::Matt, 0.02);
     let inside = Finish::grey(Material::Matt, 0.015);
     // From the middle of the inner side over the tread into the dish of the rim: (y, radius), finish up to the next.
@@ -46,10 +48,10 @@ pub fn wheel() -> Mesh {
         }
     }
     for k in 0..SPOKES {
-        spoke(&mut soup, k as f32 / SPOKES as f32, rim);
+        spoke(&mut soup, k as f32 / SPOKES as f32, alloy);
     }
     // The cap in the middle.
-    soup.ellipsoid(Vec3::new(0.0, half - 0.04, 0.0), Vec3::new(0.055, 0.022, 0.055), [4, 10], |_| rim);
+    soup.ellipsoid(Vec3::new(0.0, half - 0.04, 0.0), Vec3::new(0.055, 0.022, 0.055), [4, 10], |_| alloy);
     soup.into_mesh(40f32.to_radians())
 }
 

@@ -95,10 +95,12 @@ pub enum OnContact {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum QualityLevel {
+    /// Low where graphics run in software, medium elsewhere
+    #[default]
+    Auto,
     /// For software rendering and old laptops
     Low,
     /// For ordinary computers
-    #[default]
     Medium,
     /// For the rig
     High,
@@ -128,7 +130,7 @@ impl Default for Scenario {
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,
-            quality: QualityLevel::Medium,
+            quality: QualityLevel::Auto,
             creep: true,
             lane_help: true,
             contact: OnContact::Continue,
@@ -151,5 +153,16 @@ impl Scenario {
     /// Half width of the acceptable range, m/s.
     pub fn range_mps(&self) -> f64 {
         self.range_mph * crate::units::MPS_PER_MPH
+    }
+}
+
+impl std::fmt::Display for QualityLevel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Auto => "auto",
+            Self::Low => "low",
+            Self::Medium => "medium",
+            Self::High => "high",
+        })
     }
 }

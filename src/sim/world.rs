@@ -11,10 +11,12 @@ use super::{
     snapshot::{CarView, Leader},
 };
 use crate::{
+    driver::{Perception, SeenLeader, SimulatedDriver},
     ego::{CarParams, Controls, Ego, EgoError, Obstacle},
+    input::LaneHint,
     map::{MapError, RoadMap, Route},
     policy::{self, Advisor, Observation, PolicySettings, UnknownPolicy},
-    space::CAR_LENGTH_M,
+    space::{CAR_LENGTH_M, wrap_angle},
     time::{TICK_S, TICKS_PER_S, Tick},
     traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup, UnknownEngine},
 };
@@ -24,6 +26,9 @@ use std::sync::Arc;
 const SAME_CONTACT_TICKS: u64 = TICKS_PER_S as u64 / 2;
 /// How far inside the lane's edge the ego is back on the road, metres: no flicker of events at the edge.
 const BACK_INSIDE_M: f64 = 0.2;
+/// How far ahead lane help reads the bend, seconds: about what steering takes to act; and over which length, metres.
+const LANE_HINT_AHEAD_S: f64 = 0.2;
+const LANE_HINT_SPAN_M: f64 = 4.0;
 
 /// Why a drive cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -273,6 +278,30 @@ impl World {
         }
     }
 
+    /// What a simulated driver in the ego perceives now.
+    pub fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
+        let snapshot = &self.snapshot;
+        Perception {
+            speed_mps: snapshot.ego.speed_mps,
+            lane: driver.look(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m)),
+            leader: snapshot.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps }),
+            advice: snapshot.advice,
+            speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
+        }
+    }
+
+    /// The lane as lane help needs it: at the ego's middle, its curvature `LANE_HINT_AHEAD_S` ahead.
+    pub fn lane_hint(&self) -> LaneHint {
+        let (route, snapshot) = (&self.map.route, &self.snapshot);
+        let middle_s_m = snapshot.ego_s_m - CAR_LENGTH_M / 2.0;
+        let ahead_m = snapshot.ego.speed_mps.max(0.0) * LANE_HINT_AHEAD_S;
+        LaneHint {
+            curvature: route.curvature_at(middle_s_m + ahead_m, LANE_HINT_SPAN_M),
+            offset_m: snapshot.lane_offset_m,
+            heading_error_rad: wrap_angle(snapshot.ego.pose().yaw_rad - route.yaw_at(middle_s_m)),
+        }
+    }
+
     /// Lets go of the traffic engine, so that another drive can have it (SUMO runs once a process). This drive is over.
     pub fn stop_traffic(&mut self) {
         self.traffic = Box::new(Stopped(self.to.clone()));
@@ -301,6 +330,11 @@ impl World {
     /// Speeds that this drive is about.
     pub fn expected_speeds(&self) -> ExpectedSpeeds {
         self.expected
+    }
+
+    /// The ego's car.
+    pub fn ego_params(&self) -> &CarParams {
+        self.ego.params()
     }
 
     /// Name and version of the traffic engine.

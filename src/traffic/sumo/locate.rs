@@ -7,9 +7,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// SUMO's home: `SUMO_HOME`, the home that the program was built with, or `.sumo/sumo` in the working directory, in the
+/// SUMO's home: `CODRIVE_SUMO_HOME` and nothing else if it is set; else `SUMO_HOME`, the home that the program was built with, or `.sumo/sumo` in the working directory, in the
 /// program's folder or in any folder above them; the first that holds libsumo.
 pub fn home() -> Result<PathBuf, TrafficError> {
+    if let Some(home) = env::var_os("CODRIVE_SUMO_HOME").map(PathBuf::from) {
+        return library(&home, Backend::InProcess).map(|_| home);
+    }
     let mut candidates: Vec<PathBuf> = env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
     candidates.push(PathBuf::from(env!("CODRIVE_SUMO_HOME_AT_BUILD")));
     for folder in [env::current_dir(), env::current_exe()].into_iter().flatten() {

@@ -1,0 +1,221 @@
+//! The window. In: events of winit, Ctrl-C. Out: frames on the screen. [`Frame::draw`] is the loop's one turn (DESIGN 3); everything
+//! that needs no window lives in [`Show`] and [`Desk`].
+
+use super::{
+    AppError, Desk, Show,
+    keys::{self, Command},
+    quality,
+    surface::Surface,
+};
+use crate::{
+    render::{Gpu, Renderer},
+    sim::Scenario,
+    time::Pace,
+};
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+use winit::{
+    application::ApplicationHandler,
+    dpi::LogicalSize,
+    event::{ElementState, KeyEvent, WindowEvent},
+    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    keyboard::PhysicalKey,
+    window::{Fullscreen, Window, WindowId},
+};
+
+/// How `codrive drive` was asked to start.
+pub struct WindowOptions {
+    /// The drive.
+    pub scenario: Scenario,
+    /// Fill the screen at once.
+    pub fullscreen: bool,
+    /// Show the experimenter's panel at once.
+    pub panel: bool,
+    /// Wait for the space bar.
+    pub paused: bool,
+    /// Becomes true when the program is to end (Ctrl-C).
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Opens the window and drives until it is closed.
+///
+/// # Errors
+/// No display, no graphics adapter, or a world that cannot start or go on.
+pub fn run(options: WindowOptions) -> Result<(), AppError> {
+    let event_loop = EventLoop::new().map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    event_loop.set_control_flow(ControlFlow::Poll);
+    // The world first: what is wrong with a scenario is said before a window opens.
+    let pace = if options.paused { Pace::Paused } else { Pace::RealTime };
+    let show = Show::new(&options.scenario, pace)?;
+    let mut app = App { options, show: Some(show), frame: None, failure: None };
+    event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    if let Some(frame) = app.frame.take() {
+        print!("{}", frame.show.words());
+    }
+    app.failure.map_or(Ok(()), Err)
+}
+
+struct App {
+    options: WindowOptions,
+    /// The drive until there is a window for it.
+    show: Option<Show>,
+    frame: Option<Frame>,
+    failure: Option<AppError>,
+}
+
+/// A drive in its window.
+struct Frame {
+    window: Arc<Window>,
+    gpu: Gpu,
+    surface: Surface,
+    renderer: Renderer,
+    show: Show,
+    desk: Desk,
+    last: Instant,
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(show) = self.show.take() else { return };
+        match Frame::open(event_loop, &self.options, show) {
+            Ok(frame) => self.frame = Some(frame),
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _id: WindowId, event: WindowEvent) {
+        let Some(frame) = &mut self.frame else { return };
+        let taken = frame.desk.on_window_event(&frame.window, &event);
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => frame.surface.resize(&frame.gpu, [size.width, size.height]),
+            WindowEvent::Focused(false) => frame.show.devices.keyboard.release_all(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
+                if !taken && frame.key(&event) == Some(Command::Quit) =>
+            {
+                event_loop.exit();
+            }
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = frame.draw() {
+                    self.fail(event_loop, error);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if self.options.stop.load(Ordering::Relaxed) {
+            event_loop.exit();
+        }
+        if let Some(frame) = &self.frame {
+            frame.window.request_redraw();
+        }
+    }
+}
+
+impl App {
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
+        self.failure = Some(error);
+        event_loop.exit();
+    }
+}
+
+impl Frame {
+    fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, show: Show) -> Result<Self, AppError> {
+        let attributes = Window::default_attributes()
+            .with_title(format!("codrive: {}", options.scenario.map))
+            .with_inner_size(LogicalSize::new(1280, 720))
+            .with_fullscreen(options.fullscreen.then_some(Fullscreen::Borderless(None)));
+        let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+        let window = Arc::new(window);
+        let display = Box::new(event_loop.owned_display_handle());
+        let (gpu, surface) = Gpu::for_window(display, Arc::clone(&window))?;
+        log::info!("graphics: {}", gpu.description());
+        let size = window.inner_size();
+        let surface = Surface::new(&gpu, surface, [size.width, size.height])
+            .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
+        let renderer = Renderer::new(&gpu, &show.stage, surface.format(), quality(options.scenario.quality, &gpu));
+        let desk = Desk::new(&gpu, &window, surface.format(), &options.scenario, options.panel);
+        Ok(Self { window, gpu, surface, renderer, show, desk, last: now() })
+    }
+
+    /// One frame: simulate what is due, look, draw, present.
+    fn draw(&mut self) -> Result<(), AppError> {
+        let elapsed = self.lap();
+        let due = self.show.advance(elapsed, |world| self.desk.watch(world))?;
+        if !due.dropped.is_zero() && self.show.drive.clock.stalls() == 1 {
+            log::warn!(
+                "a frame came too late and {:.0} ms were dropped; F3 shows the sum (--quality low is faster)",
+                due.dropped.as_secs_f64() * 1e3
+            );
+        }
+        let Some(texture) = self.surface.next(&self.gpu) else { return Ok(()) };
+        let target = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let size = self.surface.size();
+        let view = self.show.view();
+        self.renderer.draw(&view, None, &target, size);
+        let asked = self.desk.draw(&self.gpu, &self.window, &self.show, &self.renderer, elapsed, &target, size);
+        self.window.pre_present_notify();
+        self.gpu.queue.present(texture);
+        for command in asked {
+            if self.desk.obey(command, &mut self.show) {
+                self.new_stage();
+            }
+        }
+        Ok(())
+    }
+
+    /// The map has changed: its models go to the GPU.
+    fn new_stage(&mut self) {
+        let scenario = self.show.drive.world.scenario();
+        self.renderer =
+            Renderer::new(&self.gpu, &self.show.stage, self.surface.format(), quality(scenario.quality, &self.gpu));
+        self.window.set_title(&format!("codrive: {}", scenario.map));
+        self.last = now();
+    }
+
+    /// Time since the last frame.
+    fn lap(&mut self) -> Duration {
+        let before = std::mem::replace(&mut self.last, now());
+        self.last - before
+    }
+
+    /// A key went down or up. Returns the command that it stands for.
+    fn key(&mut self, event: &KeyEvent) -> Option<Command> {
+        let PhysicalKey::Code(code) = event.physical_key else { return None };
+        let down = event.state == ElementState::Pressed;
+        if let Some(key) = keys::driving(code) {
+            self.show.devices.keyboard.set(key, down);
+        }
+        let command = keys::command(code).filter(|_| down && !event.repeat)?;
+        match command {
+            Command::FullScreen => {
+                let full = self.window.fullscreen().is_some();
+                self.window.set_fullscreen((!full).then_some(Fullscreen::Borderless(None)));
+            }
+            Command::ReloadShaders => match self.renderer.reload_shaders() {
+                Ok(()) => self.desk.say("shaders read again".into()),
+                Err(error) => self.desk.say(error),
+            },
+            Command::Restart => {
+                let scenario = self.show.drive.world.scenario().clone();
+                if self.desk.restart(&scenario, &mut self.show) {
+                    self.new_stage();
+                }
+            }
+            other => self.desk.key(other, &mut self.show),
+        }
+        Some(command)
+    }
+}
+
+#[allow(clippy::disallowed_methods, reason = "the loop is where wall time enters")]
+fn now() -> Instant {
+    Instant::now()
+}

@@ -1,0 +1,92 @@
+//! `codrive bench`: measurements of this program on this machine.
+
+use super::{CliError, flags};
+use crate::app::bench::{self, FrameTimes, Report, Startup, Times};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use serde_json::json;
+
+pub(super) fn command() -> Command {
+    Command::new("bench")
+        .about("Measure steps, ticks, frames, start-up and memory on this machine")
+        .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print as JSON"))
+        .arg(
+            Arg::new("frames")
+                .long("frames")
+                .value_name("N")
+                .default_value("20")
+                .value_parser(value_parser!(u32).range(1..=100_000))
+                .help("Frames for each view and size"),
+        )
+        .arg(Arg::new("small").long("small").action(ArgAction::SetTrue).help("Only the smallest size: a quick look"))
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let scenario = flags::scenario(matches)?;
+    let frames = matches.get_one::<u32>("frames").copied().unwrap_or(20);
+    let sizes: &[[u32; 2]] = if matches.get_flag("small") { &bench::SIZES[..1] } else { &bench::SIZES };
+    // Start-up first: later the shader cache and the map are warm.
+    let (startup, mut picture) = bench::startup(&scenario)?;
+    let frames = picture.frames(sizes, frames)?;
+    let adapter = picture.adapter();
+    drop(picture);
+    let simulation = bench::simulation(&scenario)?;
+    let memory_mb = bench::peak_memory_mb();
+    if matches.get_flag("json") {
+        let report = json!({
+            "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
+            "build": if cfg!(debug_assertions) { "dev" } else { "release" },
+            "adapter": adapter,
+            "scenario": scenario,
+            "startup": startup,
+            "frames": frames,
+            "simulation": simulation,
+            "peak_memory_mb": memory_mb,
+        });
+        println!("{report:#}");
+    } else {
+        print!("{}", words(&adapter, &startup, &frames, &simulation, memory_mb));
+    }
+    Ok(())
+}
+
+fn words(
+    adapter: &str,
+    startup: &Startup,
+    frames: &[FrameTimes],
+    simulation: &Report,
+    memory_mb: Option<f64>,
+) -> String {
+    let build = if cfg!(debug_assertions) { " (a dev build: use --release for figures)" } else { "" };
+    let mut lines = vec![format!("{adapter}{build}")];
+    lines.push(format!(
+        "start to first frame     {:.0} ms: world {:.0}, device {:.0}, stage {:.0}, renderer {:.0}, frame {:.0}",
+        startup.total_ms, startup.world_ms, startup.device_ms, startup.stage_ms, startup.renderer_ms, startup.frame_ms
+    ));
+    for row in frames {
+        let passes = row.passes.map_or(String::new(), |p| {
+            format!("  (shadow {:.2}, main {:.2}, mirror {:.2}, develop {:.2})", p[0], p[1], p[2], p[3])
+        });
+        lines.push(format!(
+            "{:<9} {:>4}x{:<4} {:<7} {:>8.2} ms a frame, 99 % below {:.2}{passes}",
+            row.view,
+            row.size[0],
+            row.size[1],
+            row.quality,
+            row.times.median_us / 1e3,
+            row.times.p99_us / 1e3
+        ));
+    }
+    if let Some(sumo) = &simulation.sumo_step {
+        lines.push(format!(
+            "step of {}   {:.1} us, bare {:.1} us: ratio {:.3}",
+            sumo.engine, sumo.full.median_us, sumo.bare.median_us, sumo.ratio
+        ));
+    }
+    let row = |name: &str, times: &Times| format!("{name}{:.1} us, 99 % below {:.1}", times.median_us, times.p99_us);
+    lines.push(row("step of native traffic   ", &simulation.native_step));
+    lines.push(row("tick of the ego          ", &simulation.ego_tick));
+    lines.push(row("tick of the whole world  ", &simulation.world_tick));
+    lines.push(format!("full speed               {:.0} times real time", simulation.times_real_time));
+    lines.push(format!("peak memory              {}", memory_mb.map_or("-".into(), |m| format!("{m:.0} MB"))));
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,98 @@
+//! `codrive render`: one picture of a drive, without a window.
+
+use super::{CliError, flags};
+use crate::{
+    app::{Instruments, offline::Run, quality, view_options},
+    render::{Gpu, OFFSCREEN, Renderer, render_to_image},
+    scene::{self, Stage, ViewKind},
+    sim::QualityLevel,
+};
+use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use std::path::PathBuf;
+
+/// Largest side of a picture, pixels: what every graphics card can draw.
+const MAX_SIDE: u32 = 8192;
+
+pub(super) fn command() -> Command {
+    Command::new("render")
+        .about("Draw one picture of a drive by the simulated driver, without a window")
+        .arg(
+            Arg::new("at")
+                .long("at")
+                .value_name("SECS")
+                .default_value("60")
+                .value_parser(value_parser!(f64))
+                .help("When, seconds from the start of the drive, 0 to 36000"),
+        )
+        .arg(
+            Arg::new("view")
+                .long("view")
+                .default_value("driver")
+                .value_parser(PossibleValuesParser::new(["driver", "mirror", "birdseye", "chase"]))
+                .help("From where"),
+        )
+        .arg(
+            Arg::new("size")
+                .long("size")
+                .value_name("WxH")
+                .default_value("1280x720")
+                .value_parser(size)
+                .help("Width and height, pixels, up to 8192 each"),
+        )
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("FILE.png")
+                .required(true)
+                .value_parser(value_parser!(PathBuf))
+                .help("The picture; a file of this name is replaced"),
+        )
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    sides
+        .filter(|sides: &[u32; 2]| sides.iter().all(|side| (1..=MAX_SIDE).contains(side)))
+        .ok_or(format!("allowed: WIDTHxHEIGHT in pixels, each from 1 to {MAX_SIDE}, for example 1280x720"))
+}
+
+/// The view of this name; names are checked by the command line.
+pub(super) fn view_kind(name: &str) -> ViewKind {
+    match name {
+        "mirror" => ViewKind::Mirror,
+        "birdseye" => ViewKind::Birdseye,
+        "chase" => ViewKind::Chase,
+        _ => ViewKind::Driver,
+    }
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let mut scenario = flags::scenario(matches)?;
+    let at_s = matches.get_one::<f64>("at").copied().unwrap_or_default();
+    if !(0.0..=36_000.0).contains(&at_s) {
+        return Err(CliError::Input(format!("--at is {at_s}; allowed: a number from 0 to 36000 s")));
+    }
+    let (Some(out), Some(&size)) = (matches.get_one::<PathBuf>("out"), matches.get_one::<[u32; 2]>("size")) else {
+        return Ok(());
+    };
+    let kind = view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
+    let gpu = Gpu::headless().map_err(crate::app::AppError::from)?;
+    // The picture is wanted even after the drive's own end, and nobody waits for its frames.
+    scenario.duration_s = 0.0;
+    if scenario.quality == QualityLevel::Auto {
+        scenario.quality = QualityLevel::Medium;
+    }
+    let mut run = Run::new(&scenario, [0.0, f64::INFINITY])?;
+    run.until(at_s)?;
+    let world = run.world();
+    let stage = Stage::build(world.map(), scenario.seed);
+    let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
+    let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(&scenario), &stage);
+    if kind != ViewKind::Mirror {
+        view.dial = Some(Instruments::new(world).read(world.snapshot()));
+    }
+    let picture = render_to_image(&gpu, &mut renderer, &view, size).map_err(crate::app::AppError::from)?;
+    picture.save(out).map_err(|error| CliError::Failed(format!("{}: {error}", out.display())))?;
+    println!("{}: {}x{}, {} at {:.2} s", out.display(), size[0], size[1], scenario.map, world.time_s());
+    Ok(())
+}

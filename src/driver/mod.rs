@@ -1,0 +1,171 @@
+//! Simulated drivers. In: what a person in the seat could perceive ([`Perception`]). Out: [`Controls`], through the same
+//! pedals and wheel as people, so that a whole study can be rehearsed without anyone. Seeded; SI units.
+//!
+//! Each tick: the senses deliver late what was advised and anticipate the leader (`senses`); the wanted acceleration is
+//! the smallest of "reach the advised speed", "keep behind the leader" (IDM) and "slow for the bend"; one foot turns it
+//! into pedals (`feet`), two hands the lane into an angle of the wheel (`hands`).
+
+mod feet;
+mod hands;
+mod params;
+mod senses;
+
+pub use params::{DriverError, DriverParams, PRESETS, preset};
+
+use crate::{
+    ego::{CarParams, Controls, EgoState, Selector},
+    map::Route,
+    policy::Advice,
+    rng,
+    space::wrap_angle,
+};
+use feet::Feet;
+use glam::{DVec2, dvec2};
+use hands::Hands;
+use senses::{Senses, Wander};
+
+/// Time constant of the wander in the lane, s.
+const LANE_TIME_S: f64 = 8.0;
+
+/// What a person in the seat perceives in one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Perception {
+    /// Own speed, m/s.
+    pub speed_mps: f64,
+    /// The lane, from [`SimulatedDriver::look`].
+    pub lane: LaneView,
+    /// The car ahead, if there is one.
+    pub leader: Option<SeenLeader>,
+    /// The advice on the speedometer, if there is one.
+    pub advice: Option<Advice>,
+    /// Speed limit, m/s.
+    pub speed_limit_mps: f64,
+}
+
+/// The car ahead.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SeenLeader {
+    /// Own front bumper to its rear bumper, metres.
+    pub gap_m: f64,
+    /// Its speed, m/s.
+    pub speed_mps: f64,
+}
+
+/// The lane as seen from the seat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneView {
+    /// Offset of the rear axle from the centre line, metres, positive to the left.
+    pub offset_m: f64,
+    /// Own heading less the lane's, radians.
+    pub heading_error_rad: f64,
+    /// A point of the centre line ahead, from the rear axle: x along the car, y to its left, metres.
+    pub aim: DVec2,
+    /// Highest speed from which every bend ahead is still comfortable, m/s.
+    pub bend_speed_mps: f64,
+}
+
+impl Default for LaneView {
+    /// A straight lane, followed exactly.
+    fn default() -> Self {
+        Self { offset_m: 0.0, heading_error_rad: 0.0, aim: dvec2(10.0, 0.0), bend_speed_mps: f64::INFINITY }
+    }
+}
+
+/// A simulated driver in the ego.
+#[derive(Clone, Debug)]
+pub struct SimulatedDriver {
+    params: DriverParams,
+    rear_axle_m: f64,
+    senses: Senses,
+    feet: Feet,
+    hands: Hands,
+    speed_wander: Wander,
+    lane_wander: Wander,
+}
+
+impl SimulatedDriver {
+    /// A driver who knows the car. The same seed drives the same way.
+    ///
+    /// # Errors
+    /// If a number of the driver is outside of what can be simulated.
+    pub fn new(params: &DriverParams, car: &CarParams, seed: u64) -> Result<Self, DriverError> {
+        params.check()?;
+        Ok(Self {
+            rear_axle_m: car.body.front_axle_m - car.body.wheelbase_m,
+            senses: Senses::new(params.reaction_s, params.leader_reaction_s),
+            feet: Feet::new(car),
+            hands: Hands::new(car),
+            speed_wander: Wander::new(params.error_mps, params.error_time_s, rng::stream(seed, "driver/speed")),
+            lane_wander: Wander::new(params.lane_error_m, LANE_TIME_S, rng::stream(seed, "driver/lane")),
+            params: params.clone(),
+        })
+    }
+
+    /// The driver's numbers.
+    pub fn params(&self) -> &DriverParams {
+        &self.params
+    }
+
+    /// The lane of `route` as seen from the car; `near_s_m` is where the car is thought to be on it.
+    pub fn look(&self, route: &Route, ego: &EgoState, near_s_m: Option<f64>) -> LaneView {
+        let pose = ego.pose();
+        let rear = pose.position + pose.forward() * self.rear_axle_m;
+        let here = route.project(rear, near_s_m);
+        let ahead_m = hands::preview_m(&self.params, ego.speed_mps);
+        let to_aim = route.point_at(here.s_m + ahead_m) - rear;
+        LaneView {
+            offset_m: here.offset_m,
+            heading_error_rad: wrap_angle(pose.yaw_rad - route.yaw_at(here.s_m)),
+            aim: dvec2(to_aim.dot(pose.forward()), to_aim.dot(pose.left())),
+            bend_speed_mps: self.bend_speed_mps(route, here.s_m, ego.speed_mps),
+        }
+    }
+
+    /// The controls of this tick.
+    pub fn controls(&mut self, now: &Perception) -> Controls {
+        let wanted_mps2 = self.wanted_mps2(now);
+        let (throttle, brake) = self.feet.press(&self.params, now.speed_mps, wanted_mps2);
+        let wander_m = self.lane_wander.next();
+        let steering_wheel_rad = self.hands.turn(&self.params, now.speed_mps, &now.lane, wander_m);
+        Controls { throttle, brake, steering_wheel_rad, selector: Selector::Drive }
+    }
+
+    /// The acceleration that the driver wants, m/s2.
+    fn wanted_mps2(&mut self, now: &Perception) -> f64 {
+        let (target_mps, leader) = self.senses.see(now);
+        let wander_mps = self.speed_wander.next();
+        let p = &self.params;
+        let reach = |speed_mps: f64| ((speed_mps - now.speed_mps) / p.eagerness_s).clamp(-p.decel_mps2, p.accel_mps2);
+        let v0 = p.idm.v0.min(now.speed_limit_mps.max(1.0));
+        let follow = |gap_m: f64, speed_mps: f64| {
+            let idm = crate::idm::IdmParams { v0, ..p.idm };
+            idm.acceleration(now.speed_mps.max(0.0), speed_mps, gap_m)
+        };
+        let behind = match leader {
+            Some(leader) => follow(leader.gap_m, leader.speed_mps),
+            None => follow(1e6, now.speed_mps),
+        };
+        let bend = reach(now.lane.bend_speed_mps);
+        let advised = target_mps.filter(|_| p.follows_advice).map_or(f64::INFINITY, |target_mps| {
+            // Nobody wanders about a standstill: below 1 m/s trait and error fade.
+            let own = (p.trait_mps + wander_mps) * target_mps.clamp(0.0, 1.0);
+            reach((target_mps + own).min(now.speed_limit_mps).max(0.0))
+        });
+        behind.min(advised).min(bend)
+    }
+
+    /// Looks as far as the car needs to slow down at half the comfortable deceleration.
+    fn bend_speed_mps(&self, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
+        const LOOK_EVERY_M: f64 = 5.0;
+        let decel = self.params.decel_mps2 / 2.0;
+        let far_m = 10.0 + speed_mps * speed_mps / (2.0 * decel);
+        let looks = (far_m / LOOK_EVERY_M).ceil() as usize;
+        (0..=looks)
+            .map(|i| {
+                let ahead_m = i as f64 * LOOK_EVERY_M;
+                let bend = route.curvature_at(s_m + ahead_m, 2.0 * LOOK_EVERY_M).abs().max(1e-6);
+                (self.params.bend_mps2 / bend + 2.0 * decel * ahead_m).sqrt()
+            })
+            .fold(f64::INFINITY, f64::min)
+    }
+}

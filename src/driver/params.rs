@@ -1,0 +1,193 @@
+//! Who drives. In: a preset's name or a scenario file. Out: [`DriverParams`]. SI units.
+
+use crate::idm::IdmParams;
+use serde::{Deserialize, Serialize};
+
+/// Why there is no such driver.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum DriverError {
+    /// No preset has this name.
+    #[error("no driver is called {name:?}\n  remedy: use one of {}", PRESETS.join(", "))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// A number of the driver lies outside of what can be simulated.
+    #[error("driver: {name} = {value} is not allowed\n  remedy: give a number from {min} to {max}")]
+    OutOfRange {
+        /// Which number, as it is written in a scenario file.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+}
+
+/// Names of all presets.
+pub const PRESETS: [&str; 4] = ["follow", "perfect", "idm", "sloppy"];
+
+/// A simulated driver.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DriverParams {
+    /// Follows the advice on the speedometer; false: drives by the car-following model alone
+    pub follows_advice: bool,
+    /// Time from a change of the advice to the foot's first movement, s
+    pub reaction_s: f64,
+    /// Time from a change of the leader's speed to the foot's first movement, s; shorter than the other, because he is
+    /// what a driver looks at (Green 2000, "How long does it take to stop?": 0.7 to 0.75 s for an expected brake)
+    pub leader_reaction_s: f64,
+    /// Standard deviation of the speed around the advised one, m/s: a slow wander (Ornstein-Uhlenbeck)
+    pub error_mps: f64,
+    /// Time constant of this wander, s
+    pub error_time_s: f64,
+    /// Always this much faster (positive) or slower (negative) than advised, m/s
+    pub trait_mps: f64,
+    /// Time in which a difference of speed is to be closed, s
+    pub eagerness_s: f64,
+    /// Largest acceleration to reach an advised speed, m/s2
+    pub accel_mps2: f64,
+    /// Largest deceleration to reach an advised speed, m/s2; a leader may demand more
+    pub decel_mps2: f64,
+    /// Largest lateral acceleration in a bend, m/s2
+    pub bend_mps2: f64,
+    /// Behaviour towards the leader
+    pub idm: IdmParams,
+    /// Time of the foot from one pedal to the other, s
+    pub foot_s: f64,
+    /// Fastest movement of the accelerator, full pedals a second
+    pub throttle_per_s: f64,
+    /// Fastest movement of the brake pedal, full pedals a second
+    pub brake_per_s: f64,
+    /// How far ahead the eyes aim, s of driving
+    pub preview_s: f64,
+    /// Lag of the arms, s
+    pub arm_s: f64,
+    /// Fastest turning of the steering wheel, rad/s
+    pub wheel_rad_s: f64,
+    /// Standard deviation of the place in the lane, m
+    pub lane_error_m: f64,
+}
+
+impl Default for DriverParams {
+    /// `follow`: an attentive participant (reaction 1 s; tracking error 0.3 m/s).
+    fn default() -> Self {
+        Self {
+            follows_advice: true,
+            reaction_s: 1.0,
+            leader_reaction_s: 0.7,
+            error_mps: 0.3,
+            error_time_s: 5.0,
+            trait_mps: 0.0,
+            eagerness_s: 1.5,
+            accel_mps2: 1.5,
+            decel_mps2: 2.0,
+            bend_mps2: 3.0,
+            idm: IdmParams::default(),
+            foot_s: 0.25,
+            throttle_per_s: 1.0,
+            brake_per_s: 3.0,
+            preview_s: 1.0,
+            arm_s: 0.12,
+            wheel_rad_s: 6.0,
+            lane_error_m: 0.05,
+        }
+    }
+}
+
+/// The driver called `name`.
+///
+/// * `follow`: follows the advice, with a reaction time of 1 s and a tracking error of 0.3 m/s;
+/// * `perfect`: follows it without delay or error;
+/// * `idm`: ignores it and drives by the car-following model, the human baseline;
+/// * `sloppy`: follows it late (1.5 s), loosely (0.8 m/s) and a little too fast (0.3 m/s).
+///
+/// # Errors
+/// If there is no such driver; the message lists all.
+pub fn preset(name: &str) -> Result<DriverParams, DriverError> {
+    let follow = DriverParams::default();
+    let exact = DriverParams {
+        reaction_s: 0.0,
+        leader_reaction_s: 0.0,
+        error_mps: 0.0,
+        lane_error_m: 0.0,
+        foot_s: 0.1,
+        ..follow.clone()
+    };
+    match name {
+        "follow" => Ok(follow),
+        "perfect" => Ok(exact),
+        "idm" => Ok(DriverParams { follows_advice: false, ..exact }),
+        "sloppy" => Ok(DriverParams {
+            reaction_s: 1.5,
+            leader_reaction_s: 1.0,
+            error_mps: 0.8,
+            trait_mps: 0.3,
+            lane_error_m: 0.08,
+            ..follow
+        }),
+        _ => Err(DriverError::Unknown { name: name.to_owned() }),
+    }
+}
+
+impl DriverParams {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// Names the first number that is not finite or lies outside of what the model can simulate.
+    pub fn check(&self) -> Result<(), DriverError> {
+        let ranges = [
+            ("reaction_s", self.reaction_s, 0.0, 5.0),
+            ("leader_reaction_s", self.leader_reaction_s, 0.0, 5.0),
+            ("error_mps", self.error_mps, 0.0, 5.0),
+            ("error_time_s", self.error_time_s, 0.1, 100.0),
+            ("trait_mps", self.trait_mps, -10.0, 10.0),
+            ("eagerness_s", self.eagerness_s, 0.5, 10.0),
+            ("accel_mps2", self.accel_mps2, 0.1, 5.0),
+            ("decel_mps2", self.decel_mps2, 0.1, 9.0),
+            ("bend_mps2", self.bend_mps2, 0.5, 8.0),
+            ("idm.v0", self.idm.v0, 1.0, 60.0),
+            ("idm.T", self.idm.t, 0.1, 5.0),
+            ("idm.a", self.idm.a, 0.1, 5.0),
+            ("idm.b", self.idm.b, 0.1, 9.0),
+            ("idm.delta", self.idm.delta, 0.5, 10.0),
+            ("idm.s0", self.idm.s0, 0.1, 20.0),
+            ("foot_s", self.foot_s, 0.0, 1.0),
+            ("throttle_per_s", self.throttle_per_s, 0.1, 20.0),
+            ("brake_per_s", self.brake_per_s, 0.5, 20.0),
+            ("preview_s", self.preview_s, 0.3, 5.0),
+            ("arm_s", self.arm_s, 0.0, 0.5),
+            ("wheel_rad_s", self.wheel_rad_s, 0.5, 30.0),
+            ("lane_error_m", self.lane_error_m, 0.0, 0.5),
+        ];
+        for (name, value, min, max) in ranges {
+            if !(min..=max).contains(&value) {
+                return Err(DriverError::OutOfRange { name, value, min, max });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_preset_is_allowed_and_a_typo_lists_them() {
+        for name in PRESETS {
+            assert_eq!(preset(name).unwrap().check(), Ok(()), "{name}");
+        }
+        let message = preset("folow").unwrap_err().to_string();
+        assert!(message.contains("\"folow\"") && message.contains("follow, perfect, idm, sloppy"), "{message}");
+    }
+
+    #[test]
+    fn a_nonsense_driver_is_refused_by_name() {
+        let driver = DriverParams { reaction_s: f64::NAN, ..DriverParams::default() };
+        assert!(driver.check().unwrap_err().to_string().contains("reaction_s = NaN"));
+    }
+}

@@ -1,0 +1,148 @@
+//! Seeing late, and wandering. In: what there is to see now. Out: what the driver acts upon: the advice as it was a
+//! reaction time ago, and the leader as he must be by now, going by how he moved a reaction time ago (the anticipation
+//! of Treiber, Kesting, Helbing 2006, "Delays, inaccuracies and anticipation in microscopic traffic models").
+
+use super::{Perception, SeenLeader};
+use crate::{
+    rng::Stream,
+    time::{TICK_S, TICKS_PER_S},
+};
+use std::collections::VecDeque;
+
+/// Span over which the leader's acceleration is judged, ticks.
+const JUDGE_TICKS: usize = 20;
+
+/// A memory as long as the reaction time: what is taken out was put in so many ticks ago. At the start of a drive the
+/// first moment counts as known.
+#[derive(Clone, Debug)]
+struct Delay<T> {
+    ticks: usize,
+    /// Oldest first; some more than needed, to judge changes by.
+    moments: VecDeque<T>,
+}
+
+impl<T: Copy> Delay<T> {
+    fn new(delay_s: f64) -> Self {
+        let ticks = (delay_s * f64::from(TICKS_PER_S)).round() as usize;
+        Self { ticks, moments: VecDeque::with_capacity(ticks + JUDGE_TICKS + 2) }
+    }
+
+    /// Puts in this tick; returns the index of the moment to act upon.
+    fn push(&mut self, now: T) -> usize {
+        self.moments.push_back(now);
+        while self.moments.len() > self.ticks + JUDGE_TICKS + 1 {
+            self.moments.pop_front();
+        }
+        self.moments.len().saturating_sub(1 + self.ticks)
+    }
+}
+
+/// What the eyes deliver, late.
+#[derive(Clone, Debug)]
+pub(super) struct Senses {
+    advice: Delay<Option<f64>>,
+    /// The leader, and the own way driven until then in metres.
+    leader: Delay<(Option<SeenLeader>, f64)>,
+    way_m: f64,
+}
+
+impl Senses {
+    pub fn new(advice_s: f64, leader_s: f64) -> Self {
+        Self { advice: Delay::new(advice_s), leader: Delay::new(leader_s), way_m: 0.0 }
+    }
+
+    /// Takes in this tick. Returns the advised speed and the leader that the driver acts upon.
+    pub fn see(&mut self, now: &Perception) -> (Option<f64>, Option<SeenLeader>) {
+        self.way_m += now.speed_mps * TICK_S;
+        let advised = self.advice.push(now.advice.map(|advice| advice.target_mps));
+        let index = self.leader.push((now.leader, self.way_m));
+        let leader = self.leader.moments[index].0.map(|leader| self.anticipate(index, leader));
+        (self.advice.moments[advised], leader)
+    }
+
+    /// Where the leader of moment `index` is now, if he goes on as he did then; only his braking is extrapolated, not
+    /// his accelerating.
+    fn anticipate(&self, index: usize, leader: SeenLeader) -> SeenLeader {
+        let moments = &self.leader.moments;
+        let back = index.saturating_sub(JUDGE_TICKS);
+        let brake_mps2 = match moments[back].0 {
+            Some(earlier) if back < index => {
+                ((earlier.speed_mps - leader.speed_mps) / ((index - back) as f64 * TICK_S)).clamp(0.0, 9.0)
+            }
+            _ => 0.0,
+        };
+        let late_s = (moments.len() - 1 - index) as f64 * TICK_S;
+        // He brakes until now, or until he stands.
+        let braked_s = if brake_mps2 > 0.0 { late_s.min(leader.speed_mps / brake_mps2) } else { late_s };
+        let speed_mps = (leader.speed_mps - brake_mps2 * braked_s).max(0.0);
+        let his_way_m = (leader.speed_mps + speed_mps) / 2.0 * braked_s;
+        let own_way_m = self.way_m - moments[index].1;
+        SeenLeader { gap_m: leader.gap_m + his_way_m - own_way_m, speed_mps }
+    }
+}
+
+/// An Ornstein-Uhlenbeck process, smoothed over a fifth of its time: a wander with a standard deviation and a time
+/// constant. Unsmoothed it would ask for jumps of acceleration, and the foot would dance from pedal to pedal.
+#[derive(Clone, Debug)]
+pub(super) struct Wander {
+    raw: f64,
+    smooth: f64,
+    deviation: f64,
+    time_s: f64,
+    stream: Stream,
+}
+
+/// Smoothing as a share of the time constant; the deviation is raised to make up for it.
+const SMOOTH: f64 = 0.2;
+
+impl Wander {
+    pub fn new(deviation: f64, time_s: f64, mut stream: Stream) -> Self {
+        let raw = stream.normal();
+        Self { raw, smooth: raw / (1.0 + SMOOTH), deviation, time_s, stream }
+    }
+
+    /// The value after one more tick.
+    pub fn next(&mut self) -> f64 {
+        let keep = (-TICK_S / self.time_s).exp();
+        self.raw = self.raw * keep + (1.0 - keep * keep).sqrt() * self.stream.normal();
+        self.smooth += (self.raw - self.smooth) * (1.0 - (-TICK_S / (SMOOTH * self.time_s)).exp());
+        self.deviation * (1.0 + SMOOTH).sqrt() * self.smooth
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng;
+
+    #[test]
+    fn a_wander_has_its_deviation_and_its_time() {
+        let mut wander = Wander::new(0.3, 5.0, rng::stream(1, "wander"));
+        let values: Vec<f64> = (0..2_000_000).map(|_| wander.next()).collect();
+        let moment = |lag: usize| {
+            let pairs = values.iter().zip(&values[lag..]);
+            pairs.map(|(a, b)| a * b).sum::<f64>() / (values.len() - lag) as f64
+        };
+        // 20,000 s are 4000 time constants: 2 % of statistical error in the variance.
+        assert!((moment(0).sqrt() / 0.3 - 1.0).abs() < 0.04, "{}", moment(0).sqrt());
+        // Correlation after one time constant of a process smoothed over a fifth of it.
+        let expected = ((-1.0f64).exp() - SMOOTH * (-1.0 / SMOOTH).exp()) / (1.0 - SMOOTH);
+        assert!((moment(500) / moment(0) - expected).abs() < 0.06, "{} {expected}", moment(500) / moment(0));
+    }
+
+    #[test]
+    fn a_steadily_braking_leader_is_anticipated_exactly() {
+        let mut senses = Senses::new(1.0, 1.0);
+        let mut seen = None;
+        for i in 0..300 {
+            let t = f64::from(i) * TICK_S;
+            // Own speed 10 m/s; the leader brakes with 2 m/s2 from 10 m/s, 20 m ahead at the start.
+            let leader = SeenLeader { gap_m: 20.0 - t * t, speed_mps: 10.0 - 2.0 * t };
+            let now = Perception { speed_mps: 10.0, leader: Some(leader), ..Perception::default() };
+            seen = senses.see(&now).1.map(|s| (s, leader));
+        }
+        let (seen, true_now) = seen.unwrap();
+        assert!((seen.gap_m - true_now.gap_m).abs() < 1e-6, "{seen:?} {true_now:?}");
+        assert!((seen.speed_mps - true_now.speed_mps).abs() < 1e-6);
+    }
+}

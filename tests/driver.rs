@@ -1,0 +1,302 @@
+//! What must hold of simulated drivers in the ego: they keep their lane, reach and hold what is advised, react when a
+//! person would and not before, and keep behind their leader with calm feet. Figures in the comments are measured.
+
+use codrive::{
+    driver::{DriverParams, PRESETS, Perception, SeenLeader, SimulatedDriver, preset},
+    ego::{CarParams, Controls, Ego, EgoState, Everywhere, Obstacle, Surface},
+    map::{Lane, Route},
+    policy::{Action, Advice},
+    space::{CAR_LENGTH_M, Pose},
+    time::{TICK_S, Tick},
+};
+use glam::{DVec2, dvec2};
+use std::f64::consts::{PI, TAU};
+
+/// One lane as a closed route; its length is that of its shape.
+fn closed(shape: Vec<DVec2>) -> Route {
+    let length_m = shape.windows(2).map(|p| p[0].distance(p[1])).sum();
+    let (id, edge) = ("e0_0".to_owned(), "e0".to_owned());
+    Route::new(vec![Lane { id, edge, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
+}
+
+/// A ring of radius `r`, a point every 2.5 m as SUMO's nets have them.
+fn ring(r: f64) -> Route {
+    let n = (TAU * r / 2.5).ceil() as usize;
+    closed((0..=n).map(|i| DVec2::from_angle(TAU * i as f64 / n as f64) * r).collect())
+}
+
+/// Two straights of 500 m and two bends of 50 m radius.
+fn oval() -> Route {
+    let bend = |centre: DVec2, from: f64| {
+        (0..=63).map(move |i| centre + DVec2::from_angle(from + PI * f64::from(i) / 63.0) * 50.0)
+    };
+    let mut shape = vec![dvec2(0.0, -50.0)];
+    shape.extend(bend(dvec2(500.0, 0.0), -PI / 2.0));
+    shape.extend(bend(dvec2(0.0, 0.0), PI / 2.0));
+    closed(shape)
+}
+
+/// The car ahead: front bumper along the route and speed at a time in seconds.
+type LeaderAt<'a> = &'a dyn Fn(f64) -> (f64, f64);
+
+struct Run<'a> {
+    route: &'a Route,
+    params: DriverParams,
+    seed: u64,
+    start_speed_mps: f64,
+    /// Advised speed at a time in seconds.
+    advised: &'a dyn Fn(f64) -> Option<f64>,
+    leader: Option<LeaderAt<'a>>,
+    seconds: f64,
+}
+
+/// What was seen of one tick.
+struct Seen {
+    controls: Controls,
+    state: EgoState,
+    /// Offset of the car's centre from the lane's, metres.
+    offset_m: f64,
+    gap_m: f64,
+    contact: bool,
+}
+
+impl Run<'_> {
+    fn go(&self) -> Vec<Seen> {
+        let car = CarParams::default();
+        let start_s = 10.0;
+        let start = self.route.pose_of_front(start_s, CAR_LENGTH_M);
+        let cars = usize::from(self.leader.is_some());
+        let mut ego = Ego::new(&car, start, self.start_speed_mps, cars).unwrap();
+        let mut driver = SimulatedDriver::new(&self.params, &car, self.seed).unwrap();
+        let mut s_m = start_s;
+        let leader_at = |t: f64| self.leader.map(|leader| leader(t));
+        (0..(self.seconds / TICK_S) as u64)
+            .map(|i| {
+                let t = i as f64 * TICK_S;
+                let state = *ego.state();
+                s_m = self.route.project(state.pose().front(CAR_LENGTH_M), Some(s_m)).s_m;
+                let gap_m = |(s, _): (f64, f64)| self.route.difference(s_m, self.route.wrap(s - CAR_LENGTH_M));
+                let leader = leader_at(t);
+                let advice = (self.advised)(t).map(|target_mps| Advice {
+                    issued: Tick(i),
+                    hold_steps: 1,
+                    action: Action::Speed(target_mps),
+                    target_mps,
+                    range_mps: 0.5,
+                });
+                let controls = driver.controls(&Perception {
+                    speed_mps: state.speed_mps,
+                    lane: driver.look(self.route, &state, Some(s_m)),
+                    leader: leader.map(|l| SeenLeader { gap_m: gap_m(l), speed_mps: l.1 }),
+                    advice,
+                    speed_limit_mps: 30.0,
+                });
+                let obstacles: Vec<Obstacle> = leader_at(t + TICK_S)
+                    .map(|(s, speed_mps)| Obstacle { pose: self.route.pose_of_front(s, CAR_LENGTH_M), speed_mps })
+                    .into_iter()
+                    .collect();
+                let contact = !ego.tick(&controls, &Everywhere(Surface::Asphalt), &obstacles).is_empty();
+                let state = *ego.state();
+                let offset_m = self.route.project(state.position.truncate(), Some(s_m)).offset_m;
+                Seen { controls, state, offset_m, gap_m: leader.map_or(f64::INFINITY, gap_m), contact }
+            })
+            .collect()
+    }
+}
+
+fn calm<'a>(route: &'a Route, name: &str) -> Run<'a> {
+    Run {
+        route,
+        params: preset(name).unwrap(),
+        seed: 1,
+        start_speed_mps: 0.0,
+        advised: &|_| None,
+        leader: None,
+        seconds: 60.0,
+    }
+}
+
+fn deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    (mean, (values.map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt())
+}
+
+/// Largest offset from the lane's centre, metres.
+fn farthest(seen: &[Seen]) -> f64 {
+    seen.iter().map(|s| s.offset_m.abs()).fold(0.0, f64::max)
+}
+
+/// Smallest gap to the leader, metres.
+fn smallest_gap(seen: &[Seen]) -> f64 {
+    seen.iter().map(|s| s.gap_m).fold(f64::INFINITY, f64::min)
+}
+
+/// Times at which the foot came onto the brake or left it, s.
+fn brake_edges(seen: &[Seen]) -> Vec<f64> {
+    let on = |i: usize| seen[i].controls.brake > 0.0;
+    (1..seen.len()).filter(|&i| on(i) != on(i - 1)).map(|i| i as f64 * TICK_S).collect()
+}
+
+/// Drives `v` m/s for 10 s and then brakes with 3 m/s2 to a standstill, from an equilibrium gap.
+fn braking_leader(v: f64) -> impl Fn(f64) -> (f64, f64) {
+    move |t: f64| {
+        let braked_s = (t - 10.0).clamp(0.0, v / 3.0);
+        let start_m = 10.0 + CAR_LENGTH_M + 2.0 + 1.1 * v;
+        (start_m + v * t.min(10.0) + v * braked_s - 1.5 * braked_s * braked_s, v - 3.0 * braked_s)
+    }
+}
+
+/// Up to 9 m/s with 1 m/s2, down with 1.5 m/s2, 8 s of standing, again.
+fn sawtooth_leader(t: f64) -> (f64, f64) {
+    let (round, u) = ((t / 23.0).floor(), t % 23.0);
+    let (way_m, v) = if u < 9.0 {
+        (u * u / 2.0, u)
+    } else {
+        let w = (u - 9.0).min(6.0);
+        (40.5 + 9.0 * w - 0.75 * w * w, 9.0 - 1.5 * w)
+    };
+    (20.0 + 67.5 * round + way_m, v)
+}
+
+#[test]
+fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
+    // perfect: 0.08 m from 2 to 6 m/s, 0.19 m at 10 m/s (as it finds the line; 0.02 m later); follow: 0.26 m.
+    let route = ring(39.8);
+    for speed in [2.0, 4.0, 7.0, 10.0] {
+        for name in ["perfect", "follow", "idm"] {
+            let run = Run { advised: &|_| Some(speed), start_speed_mps: speed, ..calm(&route, name) };
+            let offset_m = farthest(&Run { params: DriverParams { bend_mps2: 2.6, ..run.params.clone() }, ..run }.go());
+            assert!(offset_m < 0.3, "{name} at {speed} m/s: {offset_m} m");
+        }
+    }
+}
+
+#[test]
+fn a_perfect_driver_holds_the_advised_speed() {
+    // 0.000 m/s after 40 s.
+    let route = ring(39.8);
+    for speed in [1.0, 2.0, 4.0, 4.43, 8.0] {
+        let seen = Run { advised: &|_| Some(speed), ..calm(&route, "perfect") }.go();
+        for s in &seen[3000..] {
+            assert!((s.state.speed_mps - speed).abs() < 0.1, "{} instead of {speed} m/s", s.state.speed_mps);
+        }
+    }
+}
+
+#[test]
+fn a_follower_wanders_about_the_advised_speed_by_his_error() {
+    // Error 0.3 m/s, followed with an eagerness of 1.5 s: measured 4.02 +- 0.25 m/s.
+    let route = ring(102.0);
+    let seen = Run { advised: &|_| Some(4.0), start_speed_mps: 4.0, seconds: 600.0, ..calm(&route, "follow") }.go();
+    let (mean, sd) = deviation(seen.iter().map(|s| s.state.speed_mps));
+    assert!((mean - 4.0).abs() < 0.12 && (0.2..0.36).contains(&sd), "{mean} +- {sd}");
+}
+
+#[test]
+fn a_changed_advice_moves_the_foot_after_the_reaction_time_and_not_before() {
+    let route = ring(2000.0);
+    let params = DriverParams { error_mps: 0.0, ..preset("follow").unwrap() };
+    let reaction = (params.reaction_s / TICK_S) as usize;
+    for (before, after) in [(4.0, 6.0), (6.0, 4.0)] {
+        let run = |change: bool| {
+            let advised = |t: f64| Some(if change && t >= 20.0 - 1e-9 { after } else { before });
+            let params = params.clone();
+            Run { params, advised: &advised, start_speed_mps: before, seconds: 40.0, ..calm(&route, "follow") }.go()
+        };
+        let (changed, same) = (run(true), run(false));
+        let differs = (0..changed.len()).find(|&i| changed[i].controls != same[i].controls).unwrap();
+        assert_eq!(differs, 2000 + reaction, "{before} to {after} m/s");
+        // Half of the step within 2 s of the reaction, all of it within 10 s, and no overshoot worth speaking of.
+        let reached = |i: usize| (changed[i].state.speed_mps - before) / (after - before);
+        assert!(
+            reached(differs + 200) > 0.5 && (reached(differs + 1000) - 1.0).abs() < 0.05,
+            "{}",
+            reached(differs + 200)
+        );
+        let most = (differs..changed.len()).map(reached).fold(0.0, f64::max);
+        assert!(most < 1.06, "overshoot {most}");
+    }
+}
+
+#[test]
+fn drivers_of_each_kind_stop_behind_a_braking_leader() {
+    // Measured: 1.62 m (sloppy at 4 m/s) to 1.80 m from the leader's bumper, where the model stops at 2 m.
+    let route = ring(2000.0);
+    for name in PRESETS {
+        for speed in [4.0, 10.0, 20.0] {
+            let leader = braking_leader(speed);
+            let seen = Run { leader: Some(&leader), start_speed_mps: speed, ..calm(&route, name) }.go();
+            assert!(!seen.iter().any(|s| s.contact), "{name} at {speed} m/s");
+            assert!(smallest_gap(&seen) > 1.0, "{name} at {speed} m/s: {} m", smallest_gap(&seen));
+            let end = seen.last().unwrap();
+            assert!(end.gap_m < 3.0 && end.state.speed_mps.abs() < 0.01 && end.state.braking, "{name}: {}", end.gap_m);
+        }
+    }
+}
+
+#[test]
+fn stop_and_go_is_driven_with_calm_feet_and_no_contact() {
+    let route = ring(2000.0);
+    for name in PRESETS {
+        let run = Run { advised: &|_| Some(6.0), seconds: 230.0, ..calm(&route, name) };
+        let seen = Run { leader: Some(&sawtooth_leader), ..run }.go();
+        assert!(!seen.iter().any(|s| s.contact) && smallest_gap(&seen) > 1.0, "{name}: {} m", smallest_gap(&seen));
+        assert!(!seen.iter().any(|s| s.controls.throttle > 0.0 && s.controls.brake > 0.0), "{name}: both pedals");
+        // Ten rounds, each with one way onto the brake and one off it. A wandering driver corrects himself now and then.
+        let edges = brake_edges(&seen);
+        let most = if name == "idm" || name == "perfect" { 20 } else { 40 };
+        assert!(edges.len() <= most, "{name}: {} changes to or from the brake", edges.len());
+        assert!(edges.windows(2).all(|w| w[1] - w[0] > 0.3), "{name}: the foot dances: {edges:?}");
+        // He stands while the leader stands.
+        let standing = seen.iter().filter(|s| s.state.speed_mps.abs() < 0.02).count() as f64 * TICK_S;
+        assert!(standing > 40.0, "{name}: stood for {standing} s");
+    }
+}
+
+#[test]
+fn without_advice_the_model_drives_and_slows_for_bends() {
+    let route = oval();
+    let seen = Run { seconds: 200.0, ..calm(&route, "idm") }.go();
+    let top = seen.iter().map(|s| s.state.speed_mps).fold(0.0, f64::max);
+    let sideways = seen.iter().map(|s| s.state.lateral_accel_mps2.abs()).fold(0.0, f64::max);
+    // 24.4 m/s on 500 m of straight from the bend's 12.2 m/s, at the model's 1 m/s2. Measured 3.9 m/s2 where the bend
+    // of this oval begins at once, 0.37 m inside its line.
+    assert!(top > 20.0, "{top}");
+    assert!(sideways < 4.5 && farthest(&seen) < 0.5, "{sideways} {}", farthest(&seen));
+}
+
+#[test]
+fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
+    let mut car = CarParams::default();
+    car.gearbox.creep = false;
+    let mut ego = Ego::new(&car, Pose::default(), 0.0, 0).unwrap();
+    let mut driver = SimulatedDriver::new(&preset("perfect").unwrap(), &car, 1).unwrap();
+    let advice = |target_mps| Advice {
+        issued: Tick(0),
+        hold_steps: 1,
+        action: Action::Speed(target_mps),
+        target_mps,
+        range_mps: 0.5,
+    };
+    for target in [2.0, 0.0, 4.0] {
+        for _ in 0..2000 {
+            let speed_mps = ego.state().speed_mps;
+            let now =
+                Perception { speed_mps, advice: Some(advice(target)), speed_limit_mps: 30.0, ..Perception::default() };
+            ego.tick(&driver.controls(&now), &Everywhere(Surface::Asphalt), &[]);
+        }
+        assert!((ego.state().speed_mps - target).abs() < 0.1, "{} instead of {target}", ego.state().speed_mps);
+    }
+}
+
+#[test]
+fn the_same_seed_drives_the_same_and_another_does_not() {
+    let route = ring(39.8);
+    let run = |seed| {
+        let seen = Run { seed, advised: &|_| Some(4.0), seconds: 20.0, ..calm(&route, "sloppy") }.go();
+        seen.iter().map(|s| format!("{:?}", s.controls)).collect::<Vec<_>>()
+    };
+    assert!(run(1) == run(1), "same seed, same pedals");
+    assert!(run(1) != run(2), "another seed, another drive");
+}
