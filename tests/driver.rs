@@ -161,12 +161,12 @@ fn sawtooth_leader(t: f64) -> (f64, f64) {
 
 #[test]
 fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
-    // perfect: 0.08 m from 2 to 6 m/s, 0.19 m at 10 m/s (as it finds the line; 0.02 m later); follow: 0.26 m.
+    // perfect: 0.08 m from 2 to 6 m/s, 0.18 m at 10 m/s (as it finds the line; 0.02 m later); follow: 0.24 m.
     let route = ring(39.8);
     for speed in [2.0, 4.0, 7.0, 10.0] {
         for name in ["perfect", "follow", "idm"] {
             let run = Run { advised: &|_| Some(speed), start_speed_mps: speed, ..calm(&route, name) };
-            let offset_m = farthest(&Run { params: DriverParams { bend_mps2: 2.6, ..run.params.clone() }, ..run }.go());
+            let offset_m = farthest(&run.go());
             assert!(offset_m < 0.3, "{name} at {speed} m/s: {offset_m} m");
         }
     }
@@ -186,7 +186,7 @@ fn a_perfect_driver_holds_the_advised_speed() {
 
 #[test]
 fn a_follower_wanders_about_the_advised_speed_by_his_error() {
-    // Error 0.3 m/s, followed with an eagerness of 1.5 s: measured 4.02 +- 0.25 m/s.
+    // Error 0.3 m/s: measured 4.01 +- 0.30 m/s.
     let route = ring(102.0);
     let seen = Run { advised: &|_| Some(4.0), start_speed_mps: 4.0, seconds: 600.0, ..calm(&route, "follow") }.go();
     let (mean, sd) = deviation(seen.iter().map(|s| s.state.speed_mps));
@@ -207,7 +207,7 @@ fn a_changed_advice_moves_the_foot_after_the_reaction_time_and_not_before() {
         let (changed, same) = (run(true), run(false));
         let differs = (0..changed.len()).find(|&i| changed[i].controls != same[i].controls).unwrap();
         assert_eq!(differs, 2000 + reaction, "{before} to {after} m/s");
-        // Half of the step within 2 s of the reaction, all of it within 10 s, and no overshoot worth speaking of.
+        // 80 % of the step 2 s after the reaction, all of it within 10 s, and an overshoot of 0.6 %.
         let reached = |i: usize| (changed[i].state.speed_mps - before) / (after - before);
         assert!(
             reached(differs + 200) > 0.5 && (reached(differs + 1000) - 1.0).abs() < 0.05,
@@ -243,10 +243,9 @@ fn stop_and_go_is_driven_with_calm_feet_and_no_contact() {
         let seen = Run { leader: Some(&sawtooth_leader), ..run }.go();
         assert!(!seen.iter().any(|s| s.contact) && smallest_gap(&seen) > 1.0, "{name}: {} m", smallest_gap(&seen));
         assert!(!seen.iter().any(|s| s.controls.throttle > 0.0 && s.controls.brake > 0.0), "{name}: both pedals");
-        // Ten rounds, each with one way onto the brake and one off it. A wandering driver corrects himself now and then.
+        // Ten rounds, each with one way onto the brake and one off it: 19 to 21 changes.
         let edges = brake_edges(&seen);
-        let most = if name == "idm" || name == "perfect" { 20 } else { 40 };
-        assert!(edges.len() <= most, "{name}: {} changes to or from the brake", edges.len());
+        assert!(edges.len() <= 24, "{name}: {} changes to or from the brake", edges.len());
         assert!(edges.windows(2).all(|w| w[1] - w[0] > 0.3), "{name}: the foot dances: {edges:?}");
         // He stands while the leader stands.
         let standing = seen.iter().filter(|s| s.state.speed_mps.abs() < 0.02).count() as f64 * TICK_S;
