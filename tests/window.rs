@@ -54,8 +54,7 @@ impl Server {
         let mut line = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let display = format!(":{}", line.trim());
-        let (connection, screen) =
-            wait_for("the X server", || RustConnection::connect(Some(&display)).ok());
+        let (connection, screen) = wait_for("the X server", || RustConnection::connect(Some(&display)).ok());
         let root = connection.setup().roots[screen].root;
         Self { process, display, connection, root }
     }
@@ -65,14 +64,7 @@ impl Server {
         let window = wait_for("the window", || {
             let children = self.connection.query_tree(self.root).ok()?.reply().ok()?.children;
             children.into_iter().find(|window| {
-                let name = self.connection.get_property(
-                    false,
-                    *window,
-                    AtomEnum::WM_NAME,
-                    AtomEnum::ANY,
-                    0,
-                    100,
-                );
+                let name = self.connection.get_property(false, *window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 100);
                 name.ok().and_then(|n| n.reply().ok()).is_some_and(|n| n.value.starts_with(title.as_bytes()))
             })
         });
@@ -101,9 +93,7 @@ impl Server {
 
     /// What a window manager does when someone clicks the cross.
     fn close(&self, window: Window) {
-        let atom = |name: &str| {
-            self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
-        };
+        let atom = |name: &str| self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
         let data = [atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
         let event = ClientMessageEvent::new(32, window, atom("WM_PROTOCOLS"), data);
         self.connection.send_event(false, window, EventMask::NO_EVENT, event).unwrap().check().unwrap();

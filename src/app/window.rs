@@ -28,6 +28,10 @@ use winit::{
     window::{Fullscreen, Window, WindowId},
 };
 
+/// Size of the window, and of one that the processor draws: 0.1 s a frame on two cores (codrive bench).
+const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 720);
+const SOFTWARE_SIZE: LogicalSize<u32> = LogicalSize::new(640, 360);
+
 /// How `codrive drive` was asked to start.
 pub struct WindowOptions {
     /// The drive.
@@ -130,13 +134,20 @@ impl Frame {
     fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, show: Show) -> Result<Self, AppError> {
         let attributes = Window::default_attributes()
             .with_title(format!("codrive: {}", options.scenario.map))
-            .with_inner_size(LogicalSize::new(1280, 720))
+            .with_inner_size(SIZE)
             .with_fullscreen(options.fullscreen.then_some(Fullscreen::Borderless(None)));
         let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let (gpu, surface) = Gpu::for_window(display, Arc::clone(&window))?;
         log::info!("graphics: {}", gpu.description());
+        if gpu.is_software() && !options.fullscreen {
+            log::warn!(
+                "no graphics card was found: the processor draws, so the window is small ({})",
+                gpu.description()
+            );
+            let _ = window.request_inner_size(SOFTWARE_SIZE);
+        }
         let size = window.inner_size();
         let surface = Surface::new(&gpu, surface, [size.width, size.height])
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;

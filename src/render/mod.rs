@@ -134,6 +134,7 @@ impl Renderer {
         let stamp = stamps(Pass::Develop);
         develop.draw(e, stamp, &pipelines.develop, queue, target, size, alone, glass.is_some());
         if let Some(data) = &view.dial {
+            dial.place = dial::DialPlace::of(view.kind);
             dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);
         }
         if let Some(Panel { ctx, output }) = panel {
