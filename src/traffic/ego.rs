@@ -41,15 +41,15 @@ pub(super) fn is_on_lane(route: &Route, point: RoutePoint) -> bool {
     point.offset_m.abs() <= (route.width_m(point.s_m) + CAR_WIDTH_M) / 2.0
 }
 
-/// The ego's state at the end of a step that `report` described, at `s_m`.
-pub(super) fn state(report: &EgoReport, s_m: f64, step_s: f64) -> CarState {
+/// Brings the ego's state to the end of a step that `report` described, at `s_m`.
+pub(super) fn follow(ego: &mut CarState, report: &EgoReport, s_m: f64, step_s: f64) {
     let next_mps = report.next_speed_mps.max(0.0);
-    let mut car = CarState { id: EGO, s_m, pose: report.next_pose, ..CarState::default() };
-    car.set_motion(
+    ego.s_m = s_m;
+    ego.pose = report.next_pose;
+    ego.set_motion(
         SpeedStep { before_mps: report.speed_mps.max(0.0), chosen_mps: next_mps, after_mps: next_mps },
         step_s,
     );
-    car
 }
 
 /// What to say if the ego's model shall drive it from beside the road.

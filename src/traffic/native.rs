@@ -138,7 +138,7 @@ impl Traffic for NativeTraffic {
         self.advance(usize::from(report.is_some()));
         if let Some(report) = report {
             self.place_ego(&report.next_pose, report.next_speed_mps);
-            self.cars[0] = ego::state(report, self.s_m[0], self.step_s);
+            ego::follow(&mut self.cars[0], report, self.s_m[0], self.step_s);
         }
         Ok(())
     }

@@ -51,13 +51,10 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
             // What is known at this moment: the next speed is a guess by constant acceleration.
             let next = (2.0 * now.speed_mps - before.speed_mps).max(0.0);
             traffic.step(Some(&report(&map, &now, next))).unwrap();
-            for i in 1..22 {
-                let difference = (traffic.cars()[i].speed_mps - reference[step + 1][i].speed_mps).abs();
-                most = most.max(difference);
-                if i == 21 {
-                    sum += difference;
-                }
-            }
+            let pairs = traffic.cars().iter().zip(&reference[step + 1]).skip(1);
+            let differences: Vec<f64> = pairs.map(|(car, own)| (car.speed_mps - own.speed_mps).abs()).collect();
+            most = differences.iter().fold(most, |most, difference| most.max(*difference));
+            sum += differences[20];
         }
         println!("{engine}: largest {most:.6} m/s, mean of the follower {:.6} m/s", sum / 900.0);
         assert!(most < 0.005, "{engine}: {most}");

@@ -277,7 +277,7 @@ impl Traffic for SumoTraffic {
             let after_mps = self.noise.push(chosen_mps);
             match report.zip(ego_point) {
                 Some((report, point)) if i == EGO.0 as usize => {
-                    self.cars[0] = ego::state(report, point.s_m, self.step_s);
+                    ego::follow(&mut self.cars[0], report, point.s_m, self.step_s);
                     self.start_mps[0] = self.cars[0].speed_mps;
                 }
                 _ => self.publish(i, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps })?,
