@@ -2,7 +2,7 @@
 //! reports. Out: [`CarState`]s. Metres, m/s, world axes; SUMO's front bumpers and compass headings stay in here.
 //!
 //! One call a step takes the commands, steps, and reads all cars. Before a step the ego is put where it is predicted to
-//! be at its end, with the speed that it has now: a follower then differs by a millimetre a second from one behind a car
+//! be at its end, with the speed that it has now: a follower then differs by at most 4.3 mm/s from one behind a car
 //! of SUMO's own (DESIGN 4). Noise is given as a change of the speed that the model starts from.
 //!
 //! A remote SUMO is started by somebody else: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is

@@ -1,4 +1,4 @@
-//! How SUMO is set up for a drive: options, the cars' type, the endless route. In: a [`TrafficSetup`]. Out: what the shim
+//! How SUMO is set up for a drive: options, the cars' type, the endless route. In: a [`TrafficSetup`](crate::traffic::TrafficSetup). Out: what the shim
 //! passes on.
 
 use crate::{
