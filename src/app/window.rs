@@ -1,5 +1,5 @@
-//! The window. In: events of winit, Ctrl-C. Out: frames on the screen. [`Frame::draw`] is the loop's one turn (DESIGN 3); everything
-//! that needs no window lives in [`Show`] and [`Desk`].
+//! The window. In: events of winit, Ctrl-C. Out: frames on the screen. `Frame::draw` is one turn of the loop (DESIGN 3);
+//! everything that needs no window lives in [`Show`] and [`Desk`].
 
 use super::{
     AppError, Desk, Show,
