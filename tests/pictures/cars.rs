@@ -6,7 +6,7 @@ use codrive::{
     scene::{Camera, ViewKind},
     space::Pose,
 };
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 const SIZE: [u32; 2] = [320, 180];
 const ASPECT: f32 = 320.0 / 180.0;
@@ -83,12 +83,22 @@ fn the_ego_is_seen_from_outside_only() {
 #[test]
 fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
     const PLAN: [u32; 2] = [480, 300];
-    let snapshot = full_ring();
+    let mut snapshot = full_ring();
+    // A lit brake lamp is as red as the ego.
+    snapshot.cars.iter_mut().for_each(|car| car.braking = false);
     let view = view(&snapshot, ViewKind::Birdseye, &Default::default());
     let image = draw(&view, true, PLAN);
+    // On the road: some trees are as green as the cars.
+    let on_road = |[x, y]: &[u32; 2]| {
+        let place = Vec2::new((*x as f32 + 0.5) / PLAN[0] as f32, (*y as f32 + 0.5) / PLAN[1] as f32);
+        let (start, _) = view.camera.ray(place, PLAN[0] as f32 / PLAN[1] as f32);
+        let middle = map().route.project(start.truncate().as_dvec2(), None);
+        middle.offset_m.abs() < 2.0
+    };
+    let seen = |is: fn([f32; 3]) -> bool| pixels(&image, is).into_iter().filter(on_road).collect::<Vec<_>>();
     // Windows part a car's paint by up to 2 m, 6 pixels; cars are 6 m apart.
-    let red = blobs(&pixels(&image, is_red), 8.0);
-    let green = blobs(&pixels(&image, is_car_green), 8.0);
+    let red = blobs(&seen(is_red), 8.0);
+    let green = blobs(&seen(is_car_green), 8.0);
     assert_eq!((red.len(), green.len()), (1, 21));
     let place = |centre: Vec3| {
         let at = view.camera.project(centre, PLAN[0] as f32 / PLAN[1] as f32).expect("in the picture");

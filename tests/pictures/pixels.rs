@@ -19,9 +19,9 @@ pub fn is_magenta([r, g, b]: [f32; 3]) -> bool {
     r > 0.2 && b > 0.2 && r > 1.8 * g && b > 1.6 * g
 }
 
-/// The bird's-eye red of the ego.
+/// The red of the ego in the sun; an unlit brake lamp is darker.
 pub fn is_red([r, g, b]: [f32; 3]) -> bool {
-    r > 0.25 && r > 3.0 * g && r > 3.0 * b
+    r > 0.5 && r > 3.0 * g && r > 3.0 * b
 }
 
 /// The bird's-eye green of traffic, which no meadow has.
