@@ -90,6 +90,9 @@ impl Pose {
 
 /// `angle_rad` wrapped into (-pi, pi].
 pub fn wrap_angle(angle_rad: f64) -> f64 {
+    if -PI < angle_rad && angle_rad <= PI {
+        return angle_rad;
+    }
     let wrapped = angle_rad.rem_euclid(TAU);
     if wrapped > PI { wrapped - TAU } else { wrapped }
 }

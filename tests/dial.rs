@@ -49,7 +49,7 @@ fn draw(dial: &Dial, palette: Palette, side: u32) -> Picture {
         ..Default::default()
     });
     let mut pass = DialPass::new(device, FORMAT);
-    pass.place = DialPlace { diameter_share: 1.0, margin_share: 0.0 };
+    pass.place = DialPlace { across: 0.5, diameter_share: 1.0, margin_share: 0.0 };
     pass.palette = palette;
     pass.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size: [side, side] }, dial);
 

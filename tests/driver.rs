@@ -122,62 +122,180 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (mean, (values.map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt())
 }
 
+/// Largest offset from the lane's centre, metres.
+fn farthest(seen: &[Seen]) -> f64 {
+    seen.iter().map(|s| s.offset_m.abs()).fold(0.0, f64::max)
+}
+
+/// Smallest gap to the leader, metres.
+fn smallest_gap(seen: &[Seen]) -> f64 {
+    seen.iter().map(|s| s.gap_m).fold(f64::INFINITY, f64::min)
+}
+
+/// Times at which the foot came onto the brake or left it, s.
+fn brake_edges(seen: &[Seen]) -> Vec<f64> {
+    let on = |i: usize| seen[i].controls.brake > 0.0;
+    (1..seen.len()).filter(|&i| on(i) != on(i - 1)).map(|i| i as f64 * TICK_S).collect()
+}
+
+/// Drives `v` m/s for 10 s and then brakes with 3 m/s2 to a standstill, from an equilibrium gap.
+fn braking_leader(v: f64) -> impl Fn(f64) -> (f64, f64) {
+    move |t: f64| {
+        let braked_s = (t - 10.0).clamp(0.0, v / 3.0);
+        let start_m = 10.0 + CAR_LENGTH_M + 2.0 + 1.1 * v;
+        (start_m + v * t.min(10.0) + v * braked_s - 1.5 * braked_s * braked_s, v - 3.0 * braked_s)
+    }
+}
+
+/// Up to 9 m/s with 1 m/s2, down with 1.5 m/s2, 8 s of standing, again.
+fn sawtooth_leader(t: f64) -> (f64, f64) {
+    let (round, u) = ((t / 23.0).floor(), t % 23.0);
+    let (way_m, v) = if u < 9.0 {
+        (u * u / 2.0, u)
+    } else {
+        let w = (u - 9.0).min(6.0);
+        (40.5 + 9.0 * w - 0.75 * w * w, 9.0 - 1.5 * w)
+    };
+    (20.0 + 67.5 * round + way_m, v)
+}
+
 #[test]
-fn probe() {
-    for r in [39.8, 102.0] {
-        let route = ring(r);
-        for v in [2.0, 3.0, 4.0, 6.0, 10.0, 15.0] {
-            for name in ["perfect", "sloppy"] {
-                let seen = Run { advised: &|_| Some(v), start_speed_mps: v, seconds: 80.0, ..calm(&route, name) }.go();
-                let worst = seen.iter().map(|s| s.offset_m.abs()).fold(0.0, f64::max);
-                let late = &seen[4000..];
-                let (m, sd) = deviation(late.iter().map(|s| s.state.speed_mps));
-                let om = deviation(late.iter().map(|s| s.offset_m));
-                println!("{name} r {r} v {v}: worst {worst:.3} offset {om:?} speed {m:.3} sd {sd:.3} max dev {:.3}", late.iter().map(|s| (s.state.speed_mps - v).abs()).fold(0.0, f64::max));
-            }
+fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
+    // perfect: 0.08 m from 2 to 6 m/s, 0.18 m at 10 m/s (as it finds the line; 0.02 m later); follow: 0.24 m.
+    let route = ring(39.8);
+    for speed in [2.0, 4.0, 7.0, 10.0] {
+        for name in ["perfect", "follow", "idm"] {
+            let run = Run { advised: &|_| Some(speed), start_speed_mps: speed, ..calm(&route, name) };
+            let offset_m = farthest(&run.go());
+            assert!(offset_m < 0.3, "{name} at {speed} m/s: {offset_m} m");
         }
     }
-    let route = oval();
-    let seen = Run { seconds: 300.0, ..calm(&route, "idm") }.go();
-    println!("oval worst {:?} top {:?}", seen.iter().map(|s| s.offset_m.abs()).fold(0.0, f64::max), seen.iter().map(|s| s.state.speed_mps).fold(0.0, f64::max));
-    println!("lat {:?}", seen.iter().map(|s| s.state.lateral_accel_mps2.abs()).fold(0.0, f64::max));
-    // Step.
-    let big = ring(2000.0);
-    let seen = Run { advised: &|t| Some(if t < 20.0 { 4.0 } else { 6.0 }), params: DriverParams { error_mps: 0.0, ..preset("follow").unwrap() }, start_speed_mps: 4.0, seconds: 60.0, ..calm(&big, "follow") }.go();
-    for i in (1900..3500).step_by(25) {
-        let s = &seen[i];
-        println!("step {:.2} v {:.3} a {:.2} th {:.3} br {:.3} gear {}", i as f64 * TICK_S, s.state.speed_mps, s.state.accel_mps2, s.controls.throttle, s.controls.brake, s.state.gear);
-    }
-    let seen = Run { advised: &|t| Some(if t < 20.0 { 6.0 } else if t < 40.0 { 3.0 } else if t < 60.0 { 1.0 } else { 0.0 }), start_speed_mps: 4.0, seconds: 80.0, ..calm(&big, "perfect") }.go();
-    for i in (1900..8000).step_by(50) {
-        let s = &seen[i];
-        println!("down {:.2} v {:.3} a {:.2} th {:.3} br {:.3} gear {}", i as f64 * TICK_S, s.state.speed_mps, s.state.accel_mps2, s.controls.throttle, s.controls.brake, s.state.gear);
-    }
-    // Leader.
-    for name in ["idm", "follow", "sloppy"] {
-        for v in [4.0, 10.0, 20.0] {
-            let leader = |t: f64| {
-                let s0 = 10.0 + 5.0 + 2.0 + v * 1.1;
-                let tb = (t - 10.0).clamp(0.0, v / 3.0);
-                (s0 + v * t.min(10.0) + v * tb - 1.5 * tb * tb, v - 3.0 * tb)
-            };
-            let seen = Run { leader: Some(&leader), start_speed_mps: v, seconds: 60.0, ..calm(&big, name) }.go();
-            println!("leader brakes {name} {v}: min gap {:.3} contact {} end gap {:.3} end v {:.4} max brake {:.2} min a {:.2}", seen.iter().map(|s| s.gap_m).fold(1e9, f64::min), seen.iter().any(|s| s.contact), seen.last().unwrap().gap_m, seen.last().unwrap().state.speed_mps, seen.iter().map(|s| s.controls.brake).fold(0.0, f32::max), seen.iter().map(|s| s.state.accel_mps2).fold(0.0, f64::min));
+}
+
+#[test]
+fn a_perfect_driver_holds_the_advised_speed() {
+    // 0.000 m/s after 40 s.
+    let route = ring(39.8);
+    for speed in [1.0, 2.0, 4.0, 4.43, 8.0] {
+        let seen = Run { advised: &|_| Some(speed), ..calm(&route, "perfect") }.go();
+        for s in &seen[3000..] {
+            assert!((s.state.speed_mps - speed).abs() < 0.1, "{} instead of {speed} m/s", s.state.speed_mps);
         }
     }
-    for name in PRESETS {
-        // Sawtooth 0..9 m/s, up 1 m/s2, down 1.5.
-        let leader = |t: f64| {
-            let period = 9.0 + 6.0 + 8.0;
-            let (k, u) = ((t / period).floor(), t % period);
-            let full = 9.0 * 9.0 / 2.0 + 9.0 * 6.0 / 2.0;
-            let (x, v) = if u < 9.0 { (u * u / 2.0, u) } else if u < 15.0 { let w = u - 9.0; (40.5 + 9.0 * w - 0.75 * w * w, 9.0 - 1.5 * w) } else { (full, 0.0) };
-            (20.0 + k * full + x, v)
+}
+
+#[test]
+fn a_follower_wanders_about_the_advised_speed_by_his_error() {
+    // Error 0.3 m/s: measured 4.01 +- 0.30 m/s.
+    let route = ring(102.0);
+    let seen = Run { advised: &|_| Some(4.0), start_speed_mps: 4.0, seconds: 600.0, ..calm(&route, "follow") }.go();
+    let (mean, sd) = deviation(seen.iter().map(|s| s.state.speed_mps));
+    assert!((mean - 4.0).abs() < 0.12 && (0.2..0.36).contains(&sd), "{mean} +- {sd}");
+}
+
+#[test]
+fn a_changed_advice_moves_the_foot_after_the_reaction_time_and_not_before() {
+    let route = ring(2000.0);
+    let params = DriverParams { error_mps: 0.0, ..preset("follow").unwrap() };
+    let reaction = (params.reaction_s / TICK_S) as usize;
+    for (before, after) in [(4.0, 6.0), (6.0, 4.0)] {
+        let run = |change: bool| {
+            let advised = |t: f64| Some(if change && t >= 20.0 - 1e-9 { after } else { before });
+            let params = params.clone();
+            Run { params, advised: &advised, start_speed_mps: before, seconds: 40.0, ..calm(&route, "follow") }.go()
         };
-        let seen = Run { leader: Some(&leader), advised: &|_| Some(6.0), seconds: 240.0, ..calm(&big, name) }.go();
-        let sw = seen.windows(2).filter(|w| (w[0].controls.brake > 0.0) != (w[1].controls.brake > 0.0)).count();
-        println!("saw {name} min gap {:.3} contact {} both {} brake edges {} min a {:.2} max gap {:.1}", seen.iter().map(|s| s.gap_m).fold(1e9, f64::min), seen.iter().any(|s| s.contact), seen.iter().any(|s| s.controls.brake > 0.0 && s.controls.throttle > 0.0), sw, seen.iter().map(|s| s.state.accel_mps2).fold(0.0, f64::min), seen.iter().map(|s| s.gap_m).fold(0.0, f64::max));
-        if name == "idm" { for i in (2300..4700).step_by(40) { let s = &seen[i]; println!("   {:.1} v {:.3} lead {:.2} gap {:.2} a {:.2} th {:.3} br {:.3} g {}", i as f64 * TICK_S, s.state.speed_mps, leader(i as f64 * TICK_S).1, s.gap_m, s.state.accel_mps2, s.controls.throttle, s.controls.brake, s.state.gear); } }
+        let (changed, same) = (run(true), run(false));
+        let differs = (0..changed.len()).find(|&i| changed[i].controls != same[i].controls).unwrap();
+        assert_eq!(differs, 2000 + reaction, "{before} to {after} m/s");
+        // 80 % of the step 2 s after the reaction, all of it within 10 s, and an overshoot of 0.6 %.
+        let reached = |i: usize| (changed[i].state.speed_mps - before) / (after - before);
+        assert!(
+            reached(differs + 200) > 0.5 && (reached(differs + 1000) - 1.0).abs() < 0.05,
+            "{}",
+            reached(differs + 200)
+        );
+        let most = (differs..changed.len()).map(reached).fold(0.0, f64::max);
+        assert!(most < 1.06, "overshoot {most}");
     }
-    let _ = Pose::default();
+}
+
+#[test]
+fn drivers_of_each_kind_stop_behind_a_braking_leader() {
+    // Measured: 1.62 m (sloppy at 4 m/s) to 1.80 m from the leader's bumper, where the model stops at 2 m.
+    let route = ring(2000.0);
+    for name in PRESETS {
+        for speed in [4.0, 10.0, 20.0] {
+            let leader = braking_leader(speed);
+            let seen = Run { leader: Some(&leader), start_speed_mps: speed, ..calm(&route, name) }.go();
+            assert!(!seen.iter().any(|s| s.contact), "{name} at {speed} m/s");
+            assert!(smallest_gap(&seen) > 1.0, "{name} at {speed} m/s: {} m", smallest_gap(&seen));
+            let end = seen.last().unwrap();
+            assert!(end.gap_m < 3.0 && end.state.speed_mps.abs() < 0.01 && end.state.braking, "{name}: {}", end.gap_m);
+        }
+    }
+}
+
+#[test]
+fn stop_and_go_is_driven_with_calm_feet_and_no_contact() {
+    let route = ring(2000.0);
+    for name in PRESETS {
+        let run = Run { advised: &|_| Some(6.0), seconds: 230.0, ..calm(&route, name) };
+        let seen = Run { leader: Some(&sawtooth_leader), ..run }.go();
+        assert!(!seen.iter().any(|s| s.contact) && smallest_gap(&seen) > 1.0, "{name}: {} m", smallest_gap(&seen));
+        assert!(!seen.iter().any(|s| s.controls.throttle > 0.0 && s.controls.brake > 0.0), "{name}: both pedals");
+        // Ten rounds, each with one way onto the brake and one off it: 19 to 21 changes.
+        let edges = brake_edges(&seen);
+        assert!(edges.len() <= 24, "{name}: {} changes to or from the brake", edges.len());
+        assert!(edges.windows(2).all(|w| w[1] - w[0] > 0.3), "{name}: the foot dances: {edges:?}");
+        // He stands while the leader stands.
+        let standing = seen.iter().filter(|s| s.state.speed_mps.abs() < 0.02).count() as f64 * TICK_S;
+        assert!(standing > 40.0, "{name}: stood for {standing} s");
+    }
+}
+
+#[test]
+fn without_advice_the_model_drives_and_slows_for_bends() {
+    let route = oval();
+    let seen = Run { seconds: 200.0, ..calm(&route, "idm") }.go();
+    let top = seen.iter().map(|s| s.state.speed_mps).fold(0.0, f64::max);
+    let sideways = seen.iter().map(|s| s.state.lateral_accel_mps2.abs()).fold(0.0, f64::max);
+    // 24.4 m/s on 500 m of straight from the bend's 12.2 m/s, at the model's 1 m/s2. Measured 3.9 m/s2 where the bend
+    // of this oval begins at once, 0.37 m inside its line.
+    assert!(top > 20.0, "{top}");
+    assert!(sideways < 4.5 && farthest(&seen) < 0.5, "{sideways} {}", farthest(&seen));
+}
+
+#[test]
+fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
+    let mut car = CarParams::default();
+    car.gearbox.creep = false;
+    let mut ego = Ego::new(&car, Pose::default(), 0.0, 0).unwrap();
+    let mut driver = SimulatedDriver::new(&preset("perfect").unwrap(), &car, 1).unwrap();
+    let advice = |target_mps| Advice {
+        issued: Tick(0),
+        hold_steps: 1,
+        action: Action::Speed(target_mps),
+        target_mps,
+        range_mps: 0.5,
+    };
+    for target in [2.0, 0.0, 4.0] {
+        for _ in 0..2000 {
+            let speed_mps = ego.state().speed_mps;
+            let now =
+                Perception { speed_mps, advice: Some(advice(target)), speed_limit_mps: 30.0, ..Perception::default() };
+            ego.tick(&driver.controls(&now), &Everywhere(Surface::Asphalt), &[]);
+        }
+        assert!((ego.state().speed_mps - target).abs() < 0.1, "{} instead of {target}", ego.state().speed_mps);
+    }
+}
+
+#[test]
+fn the_same_seed_drives_the_same_and_another_does_not() {
+    let route = ring(39.8);
+    let run = |seed| {
+        let seen = Run { seed, advised: &|_| Some(4.0), seconds: 20.0, ..calm(&route, "sloppy") }.go();
+        seen.iter().map(|s| format!("{:?}", s.controls)).collect::<Vec<_>>()
+    };
+    assert!(run(1) == run(1), "same seed, same pedals");
+    assert!(run(1) != run(2), "another seed, another drive");
 }

@@ -112,7 +112,7 @@ fn it_stands_still_after_a_drive_as_well() {
 
 #[test]
 fn it_reaches_100_kmh_in_8_to_12_s_and_a_plausible_top_speed() {
-    // 8.9 s and 208 km/h.
+    // 9.1 s and 214 km/h.
     let states = drive(&mut car(0.0), throttle(1.0), 90.0);
     let time_s = states.iter().position(|s| s.speed_mps > 100.0 / 3.6).unwrap() as f64 * TICK_S;
     assert!((8.0..12.0).contains(&time_s), "0-100 km/h in {time_s} s");
@@ -122,7 +122,7 @@ fn it_reaches_100_kmh_in_8_to_12_s_and_a_plausible_top_speed() {
 
 #[test]
 fn full_braking_from_50_kmh_takes_10_to_14_m_and_is_straight() {
-    // 10.8 m.
+    // 10.9 m, 0.00 m aside.
     let mut ego = car(50.0 / 3.6);
     let states = drive(&mut ego, brake(1.0), 4.0);
     let end = states.last().unwrap();
@@ -158,7 +158,7 @@ fn the_rings_circle_needs_the_bicycle_models_steering() {
         }
         let geometry = p.body.wheelbase_m / radius_m;
         let bicycle = geometry + gradient * speed_mps * speed_mps / radius_m / 9.81;
-        // Measured: 0.995 to 1.011 of the model with understeer; 1.06 of the geometry alone at 10 m/s on 39.8 m.
+        // Measured: 0.998 to 1.007 of the model with understeer; 1.056 of the geometry alone at 10 m/s on 39.8 m.
         assert!((low / bicycle - 1.0).abs() < 0.03, "r {radius_m} v {speed_mps}: {} of the model", low / bicycle);
         assert!((low / geometry - 1.0).abs() < 0.1, "r {radius_m} v {speed_mps}: {} of L/r", low / geometry);
     }
@@ -241,11 +241,11 @@ fn gear_changes_are_mild_and_never_taken_back() {
         let states = drive(&mut car(0.0), throttle(tenth as f32 / 10.0), 60.0);
         let gears: Vec<i8> = states.iter().map(|s| s.gear).collect();
         assert!(gears.windows(2).all(|w| w[1] == w[0] || w[1] == w[0] + 1), "throttle {tenth}: {gears:?}");
-        // After the first second, in which the foot itself is a step. Measured: 2.7 at 0.1, 3.7 at 0.3, 10.1 at 0.8.
-        let (jerk, limit) = (jerk(&states[100..]), if tenth <= 3 { 4.0 } else { 12.0 });
+        // After the first second, in which the foot itself is a step. Measured: 0.4 at 0.1, 1.5 at 0.3, 6.5 at 1.0.
+        let (jerk, limit) = (jerk(&states[100..]), if tenth <= 3 { 2.0 } else { 8.0 });
         assert!(jerk < limit, "throttle {tenth}: {jerk} m/s3");
     }
-    // Rolling out changes down one by one, just as mildly: 2.0 m/s3.
+    // Rolling out changes down one by one, just as mildly: 1.5 m/s3.
     let states = &drive(&mut car(25.0), throttle(0.0), 120.0)[200..];
     assert!(states.windows(2).all(|w| w[1].gear == w[0].gear || w[1].gear == w[0].gear - 1));
     assert!(states.last().unwrap().gear == 1 && jerk(states) < 3.0, "{}", jerk(states));
@@ -253,7 +253,7 @@ fn gear_changes_are_mild_and_never_taken_back() {
 
 #[test]
 fn coasting_slows_it_plausibly() {
-    // Drag, rolling resistance and the engine: 0.35 m/s2 at 25 m/s, 0.2 at 10 m/s.
+    // Drag, rolling resistance and the engine: 0.34 m/s2 at 25 m/s, 0.30 at 10 m/s.
     let decel = |speed: f64| -drive(&mut car(speed), throttle(0.0), 3.0).last().unwrap().accel_mps2;
     assert!((0.25..0.6).contains(&decel(25.0)), "{}", decel(25.0));
     assert!((0.1..0.5).contains(&decel(10.0)), "{}", decel(10.0));
@@ -275,7 +275,7 @@ fn a_simple_foot_holds_4_mps() {
 
 #[test]
 fn grass_is_slow_and_slippery() {
-    // 27.6 km/h at full throttle.
+    // 28.2 km/h at full throttle.
     let states = drive_on(&mut car(0.0), throttle(1.0), 60.0, &MEADOW);
     let top_kmh = states.last().unwrap().speed_mps * 3.6;
     assert!((22.0..32.0).contains(&top_kmh), "{top_kmh}");
@@ -294,7 +294,7 @@ fn reverse_goes_in_only_near_a_standstill() {
     let braked = Controls { selector: Selector::Reverse, ..brake(0.4) };
     let states = drive(&mut ego, braked, 6.0);
     for w in states.windows(2) {
-        assert!(w[1].gear > 0 || w[0].gear < 0 || w[0].speed_mps < 1.0, "{} at {}", w[1].gear, w[0].speed_mps);
+        assert!(w[1].gear > 0 || w[0].gear < 0 || w[1].speed_mps < 1.0, "{} at {}", w[1].gear, w[1].speed_mps);
     }
     let back = Controls { selector: Selector::Reverse, ..throttle(0.2) };
     let states = drive(&mut ego, back, 4.0);

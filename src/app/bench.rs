@@ -279,7 +279,7 @@ impl Picture {
         let world = self.run.world();
         let begin = now();
         let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.stage);
-        view.dial = (kind != ViewKind::Mirror).then(|| self.instruments.read(world.snapshot()));
+        view.dial = kind.has_dial().then(|| self.instruments.read(world.snapshot()));
         render_to_image(&self.gpu, &mut self.renderer, &view, size)?;
         Ok(begin.elapsed())
     }

@@ -6,14 +6,11 @@ use crate::{
     driver, map,
     panel::{Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, theme},
     policy,
-    render::{
-        Gpu, PassTimes, Renderer,
-        ui_pass::{Overlay, UiPass},
-    },
+    render::{Gpu, PassTimes},
     sim::{Scenario, World},
     time::Pace,
 };
-use egui::{Align2, Color32, Context, FontId, ViewportId};
+use egui::{Align2, Color32, Context, FontId, FullOutput, ViewportId};
 use std::{collections::VecDeque, time::Duration};
 use winit::{event::WindowEvent, window::Window};
 
@@ -24,7 +21,6 @@ const FRAMES: usize = 60;
 pub struct Desk {
     ctx: Context,
     input: egui_winit::State,
-    pass: UiPass,
     panel: Panel,
     history: History,
     engine: String,
@@ -36,7 +32,7 @@ pub struct Desk {
 
 impl Desk {
     /// A desk for this window.
-    pub fn new(gpu: &Gpu, window: &Window, format: wgpu::TextureFormat, scenario: &Scenario, open: bool) -> Self {
+    pub fn new(gpu: &Gpu, window: &Window, scenario: &Scenario, open: bool) -> Self {
         let ctx = Context::default();
         theme::apply(&ctx);
         let most = gpu.device.limits().max_texture_dimension_2d as usize;
@@ -45,7 +41,6 @@ impl Desk {
         let mut panel = Panel::new(scenario, choices());
         panel.open = open;
         Self {
-            pass: UiPass::new(&gpu.device, format),
             ctx,
             input,
             panel,
@@ -74,18 +69,14 @@ impl Desk {
         }
     }
 
-    /// Draws what is open on top of `target` and returns what the panel asks for.
-    #[allow(clippy::too_many_arguments, reason = "one call a frame, all of it needed")]
-    pub fn draw(
+    /// One frame of what is open: its shapes, and what the panel asks for. `times` are those of the GPU's passes.
+    pub fn shapes(
         &mut self,
-        gpu: &Gpu,
         window: &Window,
         show: &Show,
-        renderer: &Renderer,
+        times: Option<PassTimes>,
         elapsed: Duration,
-        target: &wgpu::TextureView,
-        size: [u32; 2],
-    ) -> Vec<PanelCommand> {
+    ) -> (FullOutput, Vec<PanelCommand>) {
         self.frames.push_back(elapsed);
         if self.frames.len() > FRAMES {
             self.frames.pop_front();
@@ -108,18 +99,19 @@ impl Desk {
         };
         let keys = keys::list();
         let mut asked = Vec::new();
-        let notes = self.notes(show, renderer.pass_times(), frame_ms);
+        let notes = self.notes(show, times, frame_ms);
         let panel = &mut self.panel;
         let output = self.ctx.run_ui(self.input.take_egui_input(window), |ui| {
             asked = panel.show(ui, &state, &keys);
             write_notes(ui, &notes);
         });
         self.input.handle_platform_output(window, output.platform_output.clone());
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("desk") });
-        let overlay = Overlay { device: &gpu.device, queue: &gpu.queue, encoder: &mut encoder, view: target, size };
-        self.pass.draw(overlay, &self.ctx, output);
-        gpu.queue.submit([encoder.finish()]);
-        asked
+        (output, asked)
+    }
+
+    /// The context that the shapes are of.
+    pub fn context(&self) -> &Context {
+        &self.ctx
     }
 
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.

@@ -103,7 +103,7 @@ impl Show {
     pub fn view(&mut self) -> View {
         let snapshot = self.drive.world.snapshot();
         let mut view = scene::view(snapshot, self.drive.clock.fraction(), self.kind, &self.options, &self.stage);
-        if self.kind != ViewKind::Mirror {
+        if self.kind.has_dial() {
             view.dial = Some(self.instruments.read(snapshot));
         }
         view

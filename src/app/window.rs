@@ -8,7 +8,7 @@ use super::{
     surface::Surface,
 };
 use crate::{
-    render::{Gpu, Renderer},
+    render::{Gpu, Panel, Renderer},
     sim::Scenario,
     time::Pace,
 };
@@ -27,6 +27,10 @@ use winit::{
     keyboard::PhysicalKey,
     window::{Fullscreen, Window, WindowId},
 };
+
+/// Size of the window, and of one that the processor draws: 0.1 s a frame on two cores (codrive bench).
+const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 720);
+const SOFTWARE_SIZE: LogicalSize<u32> = LogicalSize::new(640, 360);
 
 /// How `codrive drive` was asked to start.
 pub struct WindowOptions {
@@ -130,18 +134,25 @@ impl Frame {
     fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, show: Show) -> Result<Self, AppError> {
         let attributes = Window::default_attributes()
             .with_title(format!("codrive: {}", options.scenario.map))
-            .with_inner_size(LogicalSize::new(1280, 720))
+            .with_inner_size(SIZE)
             .with_fullscreen(options.fullscreen.then_some(Fullscreen::Borderless(None)));
         let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let (gpu, surface) = Gpu::for_window(display, Arc::clone(&window))?;
         log::info!("graphics: {}", gpu.description());
+        if gpu.is_software() && !options.fullscreen {
+            log::warn!(
+                "no graphics card was found: the processor draws, so the window is small ({})",
+                gpu.description()
+            );
+            let _ = window.request_inner_size(SOFTWARE_SIZE);
+        }
         let size = window.inner_size();
         let surface = Surface::new(&gpu, surface, [size.width, size.height])
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
         let renderer = Renderer::new(&gpu, &show.stage, surface.format(), quality(options.scenario.quality, &gpu));
-        let desk = Desk::new(&gpu, &window, surface.format(), &options.scenario, options.panel);
+        let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
         Ok(Self { window, gpu, surface, renderer, show, desk, last: now() })
     }
 
@@ -159,8 +170,10 @@ impl Frame {
         let target = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = self.surface.size();
         let view = self.show.view();
-        self.renderer.draw(&view, None, &target, size);
-        let asked = self.desk.draw(&self.gpu, &self.window, &self.show, &self.renderer, elapsed, &target, size);
+        let times = self.renderer.pass_times();
+        let (output, asked) = self.desk.shapes(&self.window, &self.show, times, elapsed);
+        let panel = Panel { ctx: self.desk.context(), output };
+        self.renderer.draw(&view, Some(panel), &target, size);
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
         for command in asked {
@@ -174,8 +187,10 @@ impl Frame {
     /// The map has changed: its models go to the GPU.
     fn new_stage(&mut self) {
         let scenario = self.show.drive.world.scenario();
-        self.renderer =
+        let renderer =
             Renderer::new(&self.gpu, &self.show.stage, self.surface.format(), quality(scenario.quality, &self.gpu));
+        let old = std::mem::replace(&mut self.renderer, renderer);
+        self.renderer.keep_panel_of(old);
         self.window.set_title(&format!("codrive: {}", scenario.map));
         self.last = now();
     }

@@ -88,7 +88,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let stage = Stage::build(world.map(), scenario.seed);
     let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
     let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(&scenario), &stage);
-    if kind != ViewKind::Mirror {
+    if kind.has_dial() {
         view.dial = Some(Instruments::new(world).read(world.snapshot()));
     }
     let picture = render_to_image(&gpu, &mut renderer, &view, size).map_err(crate::app::AppError::from)?;

@@ -39,6 +39,8 @@ pub(super) struct Feet {
     integral: f64,
     mass_kg: f64,
     power_w: f64,
+    first_gear_n: f64,
+    pedal_linear: f64,
     brake_mps2: f64,
     brake_exponent: f64,
     creep: bool,
@@ -46,6 +48,8 @@ pub(super) struct Feet {
 
 impl Feet {
     pub fn new(car: &CarParams) -> Self {
+        let torque_nm = car.engine.torque_curve.iter().map(|point| point.1).fold(0.0, f64::max);
+        let first = car.gearbox.ratios[0] * car.gearbox.final_drive;
         Self {
             foot: Foot::Throttle,
             throttle: 0.0,
@@ -55,6 +59,8 @@ impl Feet {
             integral: 0.0,
             mass_kg: car.body.mass_kg,
             power_w: car.engine.pedal_power_w * car.gearbox.efficiency,
+            first_gear_n: torque_nm * first * car.gearbox.efficiency / car.body.wheel_radius_m,
+            pedal_linear: car.engine.pedal_linear,
             brake_mps2: car.brakes.full_share * 9.81,
             brake_exponent: car.brakes.pedal_exponent,
             creep: car.gearbox.creep,
@@ -113,9 +119,18 @@ impl Feet {
         creep.max(out)
     }
 
-    /// The accelerator for an acceleration: the car gives a pedal squared of its power, above 3 m/s.
+    /// The accelerator for an acceleration, as the car's driver knows it: pulling away the pedal gives a share of the
+    /// torque, later its square gives a share of the power.
     fn throttle_for(&self, command_mps2: f64, speed_mps: f64) -> f64 {
-        (command_mps2.max(0.0) * self.mass_kg * speed_mps.max(3.0) / self.power_w).sqrt().min(1.0)
+        /// Where first gear ends for a light pedal, m/s.
+        const FIRST_MPS: f64 = 5.0;
+        let force_n = command_mps2.max(0.0) * self.mass_kg;
+        let by_power = (force_n * speed_mps.max(0.0) / self.power_w).sqrt();
+        let share = force_n / self.first_gear_n * (speed_mps / FIRST_MPS).max(1.0);
+        // The pedal map solved for the pedal: share = l p + (1 - l) p^2.
+        let (l, q) = (self.pedal_linear, 1.0 - self.pedal_linear);
+        let by_torque = if q > 1e-3 { ((l * l + 4.0 * q * share).sqrt() - l) / (2.0 * q) } else { share / l };
+        by_power.max(by_torque).min(1.0)
     }
 
     fn move_foot(&mut self, params: &DriverParams, command: f64) {

@@ -21,7 +21,8 @@ pub(super) struct Hands {
     wheelbase_m: f64,
     /// Understeer, rad per m/s2 of lateral acceleration: a driver knows his car.
     understeer: f64,
-    wheel_rad: f64,
+    /// `None` before the first tick: the hands find the wheel where it has to be.
+    wheel_rad: Option<f64>,
     trim: f64,
 }
 
@@ -33,7 +34,7 @@ pub(super) fn preview_m(params: &DriverParams, speed_mps: f64) -> f64 {
 impl Hands {
     pub fn new(car: &CarParams) -> Self {
         let understeer = (1.0 / car.tyres.front_cornering - 1.0 / car.tyres.rear_cornering) / 9.81;
-        Self { wheelbase_m: car.body.wheelbase_m, understeer, wheel_rad: 0.0, trim: 0.0 }
+        Self { wheelbase_m: car.body.wheelbase_m, understeer, wheel_rad: None, trim: 0.0 }
     }
 
     /// The steering wheel's angle in this tick, radians, positive to the left. `wander_m` shifts the line to drive.
@@ -51,8 +52,8 @@ impl Hands {
         let lag = if params.arm_s > 0.0 { (TICK_S / params.arm_s).min(1.0) } else { 1.0 };
         // Nobody turns the wheel of a standing car to and fro.
         let rate_rad_s = params.wheel_rad_s * (speed_mps.abs() / 0.5).min(1.0);
-        let step = ((wanted_rad - self.wheel_rad) * lag).clamp(-rate_rad_s * TICK_S, rate_rad_s * TICK_S);
-        self.wheel_rad += step;
-        self.wheel_rad as f32
+        let held_rad = self.wheel_rad.unwrap_or(wanted_rad);
+        let step = ((wanted_rad - held_rad) * lag).clamp(-rate_rad_s * TICK_S, rate_rad_s * TICK_S);
+        *self.wheel_rad.insert(held_rad + step) as f32
     }
 }

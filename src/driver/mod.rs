@@ -92,7 +92,7 @@ impl SimulatedDriver {
         params.check()?;
         Ok(Self {
             rear_axle_m: car.body.front_axle_m - car.body.wheelbase_m,
-            senses: Senses::new(params.reaction_s),
+            senses: Senses::new(params.reaction_s, params.leader_reaction_s),
             feet: Feet::new(car),
             hands: Hands::new(car),
             speed_wander: Wander::new(params.error_mps, params.error_time_s, rng::stream(seed, "driver/speed")),

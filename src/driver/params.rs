@@ -35,8 +35,11 @@ pub const PRESETS: [&str; 4] = ["follow", "perfect", "idm", "sloppy"];
 pub struct DriverParams {
     /// Follows the advice on the speedometer; false: drives by the car-following model alone
     pub follows_advice: bool,
-    /// Time from a change of the advice or of the leader to the foot's first movement, s
+    /// Time from a change of the advice to the foot's first movement, s
     pub reaction_s: f64,
+    /// Time from a change of the leader's speed to the foot's first movement, s; shorter than the other, because he is
+    /// what a driver looks at (Green 2000, "How long does it take to stop?": 0.7 to 0.75 s for an expected brake)
+    pub leader_reaction_s: f64,
     /// Standard deviation of the speed around the advised one, m/s: a slow wander (Ornstein-Uhlenbeck)
     pub error_mps: f64,
     /// Time constant of this wander, s
@@ -75,6 +78,7 @@ impl Default for DriverParams {
         Self {
             follows_advice: true,
             reaction_s: 1.0,
+            leader_reaction_s: 0.7,
             error_mps: 0.3,
             error_time_s: 5.0,
             trait_mps: 0.0,
@@ -105,14 +109,26 @@ impl Default for DriverParams {
 /// If there is no such driver; the message lists all.
 pub fn preset(name: &str) -> Result<DriverParams, DriverError> {
     let follow = DriverParams::default();
-    let exact = DriverParams { reaction_s: 0.0, error_mps: 0.0, lane_error_m: 0.0, foot_s: 0.1, ..follow.clone() };
+    let exact = DriverParams {
+        reaction_s: 0.0,
+        leader_reaction_s: 0.0,
+        error_mps: 0.0,
+        lane_error_m: 0.0,
+        foot_s: 0.1,
+        ..follow.clone()
+    };
     match name {
         "follow" => Ok(follow),
         "perfect" => Ok(exact),
         "idm" => Ok(DriverParams { follows_advice: false, ..exact }),
-        "sloppy" => {
-            Ok(DriverParams { reaction_s: 1.5, error_mps: 0.8, trait_mps: 0.3, lane_error_m: 0.12, ..follow })
-        }
+        "sloppy" => Ok(DriverParams {
+            reaction_s: 1.5,
+            leader_reaction_s: 1.0,
+            error_mps: 0.8,
+            trait_mps: 0.3,
+            lane_error_m: 0.08,
+            ..follow
+        }),
         _ => Err(DriverError::Unknown { name: name.to_owned() }),
     }
 }
@@ -125,6 +141,7 @@ impl DriverParams {
     pub fn check(&self) -> Result<(), DriverError> {
         let ranges = [
             ("reaction_s", self.reaction_s, 0.0, 5.0),
+            ("leader_reaction_s", self.leader_reaction_s, 0.0, 5.0),
             ("error_mps", self.error_mps, 0.0, 5.0),
             ("error_time_s", self.error_time_s, 0.1, 100.0),
             ("trait_mps", self.trait_mps, -10.0, 10.0),

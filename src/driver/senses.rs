@@ -12,81 +12,101 @@ use std::collections::VecDeque;
 /// Span over which the leader's acceleration is judged, ticks.
 const JUDGE_TICKS: usize = 20;
 
-/// One moment, kept until it is acted upon.
-#[derive(Clone, Copy, Debug)]
-struct Moment {
-    target_mps: Option<f64>,
-    leader: Option<SeenLeader>,
-    /// Own way driven until then, metres.
-    way_m: f64,
+/// A memory as long as the reaction time: what is taken out was put in so many ticks ago. At the start of a drive the
+/// first moment counts as known.
+#[derive(Clone, Debug)]
+struct Delay<T> {
+    ticks: usize,
+    /// Oldest first; some more than needed, to judge changes by.
+    moments: VecDeque<T>,
 }
 
-/// A memory as long as the reaction time.
+impl<T: Copy> Delay<T> {
+    fn new(delay_s: f64) -> Self {
+        let ticks = (delay_s * f64::from(TICKS_PER_S)).round() as usize;
+        Self { ticks, moments: VecDeque::with_capacity(ticks + JUDGE_TICKS + 2) }
+    }
+
+    /// Puts in this tick; returns the index of the moment to act upon.
+    fn push(&mut self, now: T) -> usize {
+        self.moments.push_back(now);
+        while self.moments.len() > self.ticks + JUDGE_TICKS + 1 {
+            self.moments.pop_front();
+        }
+        self.moments.len().saturating_sub(1 + self.ticks)
+    }
+}
+
+/// What the eyes deliver, late.
 #[derive(Clone, Debug)]
 pub(super) struct Senses {
-    delay_ticks: usize,
-    moments: VecDeque<Moment>,
+    advice: Delay<Option<f64>>,
+    /// The leader, and the own way driven until then in metres.
+    leader: Delay<(Option<SeenLeader>, f64)>,
     way_m: f64,
 }
 
 impl Senses {
-    pub fn new(reaction_s: f64) -> Self {
-        let delay_ticks = (reaction_s * f64::from(TICKS_PER_S)).round() as usize;
-        Self { delay_ticks, moments: VecDeque::with_capacity(delay_ticks + JUDGE_TICKS + 2), way_m: 0.0 }
+    pub fn new(advice_s: f64, leader_s: f64) -> Self {
+        Self { advice: Delay::new(advice_s), leader: Delay::new(leader_s), way_m: 0.0 }
     }
 
-    /// Takes in this tick. Returns the advised speed and the leader that the driver acts upon; at the start of a drive
-    /// the first moment counts as known.
+    /// Takes in this tick. Returns the advised speed and the leader that the driver acts upon.
     pub fn see(&mut self, now: &Perception) -> (Option<f64>, Option<SeenLeader>) {
         self.way_m += now.speed_mps * TICK_S;
-        let target_mps = now.advice.map(|advice| advice.target_mps);
-        self.moments.push_back(Moment { target_mps, leader: now.leader, way_m: self.way_m });
-        while self.moments.len() > self.delay_ticks + JUDGE_TICKS + 1 {
-            self.moments.pop_front();
-        }
-        let index = self.moments.len().saturating_sub(1 + self.delay_ticks);
-        let seen = self.moments[index];
-        (seen.target_mps, seen.leader.map(|leader| self.anticipate(index, leader)))
+        let advised = self.advice.push(now.advice.map(|advice| advice.target_mps));
+        let index = self.leader.push((now.leader, self.way_m));
+        let leader = self.leader.moments[index].0.map(|leader| self.anticipate(index, leader));
+        (self.advice.moments[advised], leader)
     }
 
     /// Where the leader of moment `index` is now, if he goes on as he did then; only his braking is extrapolated, not
     /// his accelerating.
     fn anticipate(&self, index: usize, leader: SeenLeader) -> SeenLeader {
+        let moments = &self.leader.moments;
         let back = index.saturating_sub(JUDGE_TICKS);
-        let accel_mps2 = match self.moments[back].leader {
+        let brake_mps2 = match moments[back].0 {
             Some(earlier) if back < index => {
-                ((leader.speed_mps - earlier.speed_mps) / ((index - back) as f64 * TICK_S)).clamp(-9.0, 0.0)
+                ((earlier.speed_mps - leader.speed_mps) / ((index - back) as f64 * TICK_S)).clamp(0.0, 9.0)
             }
             _ => 0.0,
         };
-        let late_s = (self.moments.len() - 1 - index) as f64 * TICK_S;
-        let speed_mps = (leader.speed_mps + accel_mps2 * late_s).max(0.0);
-        let his_way_m = (leader.speed_mps + speed_mps) / 2.0 * late_s;
-        let own_way_m = self.way_m - self.moments[index].way_m;
+        let late_s = (moments.len() - 1 - index) as f64 * TICK_S;
+        // He brakes until now, or until he stands.
+        let braked_s = if brake_mps2 > 0.0 { late_s.min(leader.speed_mps / brake_mps2) } else { late_s };
+        let speed_mps = (leader.speed_mps - brake_mps2 * braked_s).max(0.0);
+        let his_way_m = (leader.speed_mps + speed_mps) / 2.0 * braked_s;
+        let own_way_m = self.way_m - moments[index].1;
         SeenLeader { gap_m: leader.gap_m + his_way_m - own_way_m, speed_mps }
     }
 }
 
-/// An Ornstein-Uhlenbeck process: a wander with a standard deviation and a time constant.
+/// An Ornstein-Uhlenbeck process, smoothed over a fifth of its time: a wander with a standard deviation and a time
+/// constant. Unsmoothed it would ask for jumps of acceleration, and the foot would dance from pedal to pedal.
 #[derive(Clone, Debug)]
 pub(super) struct Wander {
-    value: f64,
+    raw: f64,
+    smooth: f64,
     deviation: f64,
     time_s: f64,
     stream: Stream,
 }
 
+/// Smoothing as a share of the time constant; the deviation is raised to make up for it.
+const SMOOTH: f64 = 0.2;
+
 impl Wander {
     pub fn new(deviation: f64, time_s: f64, mut stream: Stream) -> Self {
-        Self { value: deviation * stream.normal(), deviation, time_s, stream }
+        let raw = stream.normal();
+        Self { raw, smooth: raw / (1.0 + SMOOTH), deviation, time_s, stream }
     }
 
-    /// The value after one more tick (exact for any time constant).
+    /// The value after one more tick.
     pub fn next(&mut self) -> f64 {
         let keep = (-TICK_S / self.time_s).exp();
-        let kick = self.deviation * (1.0 - keep * keep).sqrt();
-        self.value = self.value * keep + kick * self.stream.normal();
-        self.value
+        self.raw = self.raw * keep + (1.0 - keep * keep).sqrt() * self.stream.normal();
+        self.smooth += (self.raw - self.smooth) * (1.0 - (-TICK_S / (SMOOTH * self.time_s)).exp());
+        self.deviation * (1.0 + SMOOTH).sqrt() * self.smooth
     }
 }
 
@@ -105,12 +125,14 @@ mod tests {
         };
         // 20,000 s are 4000 time constants: 2 % of statistical error in the variance.
         assert!((moment(0).sqrt() / 0.3 - 1.0).abs() < 0.04, "{}", moment(0).sqrt());
-        assert!((moment(500) / moment(0) - (-1.0f64).exp()).abs() < 0.06, "{}", moment(500) / moment(0));
+        // Correlation after one time constant of a process smoothed over a fifth of it.
+        let expected = ((-1.0f64).exp() - SMOOTH * (-1.0 / SMOOTH).exp()) / (1.0 - SMOOTH);
+        assert!((moment(500) / moment(0) - expected).abs() < 0.06, "{} {expected}", moment(500) / moment(0));
     }
 
     #[test]
     fn a_steadily_braking_leader_is_anticipated_exactly() {
-        let mut senses = Senses::new(1.0);
+        let mut senses = Senses::new(1.0, 1.0);
         let mut seen = None;
         for i in 0..300 {
             let t = f64::from(i) * TICK_S;

@@ -117,9 +117,13 @@ impl Ego {
     pub fn predict(&self, dt_s: f64) -> (Pose, f64) {
         let (v, a) = (self.state.speed_mps, self.state.accel_mps2);
         let stopping = v * a < 0.0 && -v / a < dt_s;
-        let (way_m, speed_mps) =
-            if stopping { (-v * v / (2.0 * a), 0.0) } else { (v * dt_s + a * dt_s * dt_s / 2.0, v + a * dt_s) };
-        // A standing car that is pushed against its brake goes nowhere.
+        // In a forward gear a standing car does not set off backwards, though it rocks a centimetre after a stop.
+        let rocking = v <= 0.0 && a < 0.0 && self.state.gear >= 0;
+        let (way_m, speed_mps) = match (stopping, rocking) {
+            (true, _) => (-v * v / (2.0 * a), 0.0),
+            (_, true) => (0.0, 0.0),
+            _ => (v * dt_s + a * dt_s * dt_s / 2.0, v + a * dt_s),
+        };
         let pose = self.state.pose();
         // Yaw grows with the way, not with time: a car that stops stops turning.
         let turn = if v.abs() > 0.1 { self.state.yaw_rate / v * way_m } else { self.state.yaw_rate * dt_s };

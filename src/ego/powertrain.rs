@@ -25,6 +25,8 @@ const LOCK_NMS: f64 = 6.0;
 const LOCK_FROM_TO: (f64, f64) = (100.0, 130.0);
 /// Share of the converter's capacity that it has when the car drives the engine.
 const OVERRUN: f64 = 0.5;
+/// The strongest torque that the engine adds or withholds during a change of gear, N m.
+const SHIFT_MAX_NM: f64 = 100.0;
 /// Time constant of shafts and mounts, s: takes the edge off every change of torque.
 const SHAFT_S: f64 = 0.07;
 /// Time in which a clutch engages after the selector was moved, and closes or opens without creep, s.
@@ -105,8 +107,10 @@ impl Powertrain {
         };
         // Turning speed of the turbine's side, positive when the car rolls the way of the gear.
         let wheel_rad_s = direction * speed_mps / p.body.wheel_radius_m;
+        let ratio_before = self.ratio;
         self.change_gear(gears, f64::from(controls.brake), wheel_rad_s, dt);
         let turbine = wheel_rad_s * self.ratio;
+        let shifted = turbine - wheel_rad_s * ratio_before;
         self.couple(gears, direction, speed_mps, turbine, dt);
 
         let (pump_nm, turbine_nm) = self.converter(gears, self.engine_rad_s, turbine);
@@ -114,7 +118,7 @@ impl Powertrain {
         let idle_load_nm = self.converter(gears, idle_rad_s, turbine).0.max(0.0);
         let slip = self.engine_rad_s - turbine;
         let lock_nm = (LOCK_NMS * slip * self.lock).clamp(-300.0, 300.0);
-        let engine_nm = self.engine_nm(&p.engine, idle_load_nm);
+        let engine_nm = self.engine_nm(&p.engine, idle_load_nm) + self.shift_nm(&p.engine, turbine, shifted, dt);
         self.engine_rad_s += (engine_nm - pump_nm - lock_nm) / p.engine.inertia_kgm2 * dt;
         self.engine_rad_s = self.engine_rad_s.clamp(0.0, 1.05 * p.engine.limit_rpm * RAD_S_PER_RPM);
 
@@ -212,6 +216,14 @@ impl Powertrain {
         let nu = engine / turbine;
         let pump_nm = -OVERRUN * self.coupling * gears.pump_nms2 * turbine * turbine * (1.0 - nu.powi(6));
         (pump_nm, pump_nm)
+    }
+
+    /// What the engine gives or withholds while gears change so that its own inertia does not push the car: the turbine's
+    /// speed changed by `shifted` in this step. An engine far from the turbine's speed has nothing to follow.
+    fn shift_nm(&self, engine: &EngineParams, turbine: f64, shifted: f64, dt: f64) -> f64 {
+        let (low, high) = (turbine.min(self.engine_rad_s), turbine.max(self.engine_rad_s).max(1.0));
+        let follows = (low.max(0.0) / high).powi(2);
+        (engine.inertia_kgm2 * shifted / dt * follows).clamp(-SHIFT_MAX_NM, SHIFT_MAX_NM)
     }
 
     /// Net torque of the engine; the converter takes `idle_load_nm` from it at idle.

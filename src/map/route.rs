@@ -92,6 +92,10 @@ impl Route {
 
     /// `s_m` brought into `0..length_m`.
     pub fn wrap(&self, s_m: f64) -> f64 {
+        // Nearly always; the remainder costs 10 ns.
+        if (0.0..self.length_m).contains(&s_m) {
+            return s_m;
+        }
         let wrapped = s_m.rem_euclid(self.length_m);
         if wrapped < self.length_m { wrapped } else { 0.0 }
     }
@@ -170,8 +174,8 @@ impl Route {
     /// line was `length_m` before, as SUMO places cars.
     pub fn pose_of_front(&self, s_m: f64, length_m: f64) -> Pose {
         let front = self.point_at(s_m);
-        let yaw_rad = Pose::from_bumpers(front, self.point_at(s_m - length_m)).yaw_rad;
-        Pose::new(front - DVec2::from_angle(yaw_rad) * (length_m / 2.0), yaw_rad)
+        let along = front - self.point_at(s_m - length_m);
+        Pose::new(front - along.normalize() * (length_m / 2.0), along.y.atan2(along.x))
     }
 
     /// The route point nearest to `point`. With `near_s_m`, only the stretch within 40 m of it is searched: faster, and
@@ -204,6 +208,11 @@ impl Route {
     }
 
     fn segment_at(&self, wrapped_s_m: f64) -> usize {
+        // Segments of about equal length are found at the first guess.
+        let guess = (wrapped_s_m / self.length_m * self.segments.len() as f64) as usize;
+        if self.segments.get(guess).is_some_and(|here| (here.start_s_m..here.end_s_m).contains(&wrapped_s_m)) {
+            return guess;
+        }
         (self.segments.partition_point(|segment| segment.start_s_m <= wrapped_s_m) - 1).min(self.segments.len() - 1)
     }
 }

@@ -7,6 +7,7 @@ use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 
 use super::ui_pass::{Overlay, UiPass};
 use crate::hud::{Dial, Palette, lettering};
+use crate::scene::ViewKind;
 use brush::{Brush, black, opaque, shade};
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
@@ -35,9 +36,11 @@ pub mod layout {
     pub const REVERSE: (f32, f32) = (0.13, 0.69);
 }
 
-/// Where the instrument stands: at the bottom, in the middle.
+/// Where the instrument stands, at the bottom of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DialPlace {
+    /// Across the picture: 0 at the left margin, 0.5 in the middle, 1 at the right margin.
+    pub across: f32,
     /// Diameter as a share of the picture's height.
     pub diameter_share: f32,
     /// Free space below as a share of the picture's height.
@@ -47,16 +50,24 @@ pub struct DialPlace {
 impl Default for DialPlace {
     /// A third of the picture: on a 55-inch television (0.69 m high) the number is 42 mm high, 1.2 degrees at 2 m.
     fn default() -> Self {
-        Self { diameter_share: 0.34, margin_share: 0.015 }
+        Self { across: 0.5, diameter_share: 0.34, margin_share: 0.015 }
     }
 }
 
 impl DialPlace {
+    /// In the middle, as HC22 has it; in the chase view at the right, where it hides neither ego nor leader.
+    pub fn of(kind: ViewKind) -> Self {
+        Self { across: if kind == ViewKind::Chase { 1.0 } else { 0.5 }, ..Self::default() }
+    }
+
     /// The instrument's square in a picture of `size` pixels.
     pub fn rect(&self, size: [u32; 2]) -> Rect {
         let [width, height] = size.map(|side| side as f32);
         let diameter = (self.diameter_share * height).min(width);
-        let centre = pos2(width / 2.0, height - self.margin_share * height - diameter / 2.0);
+        let margin = self.margin_share * height;
+        let free = (width - diameter - 2.0 * margin).max(0.0);
+        let left = if free > 0.0 { margin + self.across * free } else { (width - diameter) / 2.0 };
+        let centre = pos2(left + diameter / 2.0, height - margin - diameter / 2.0);
         Rect::from_center_size(centre, vec2(diameter, diameter))
     }
 }

@@ -97,6 +97,11 @@ impl Renderer {
         Self { scenery, quality, bindings, pipelines, shadow, main, mirror, develop, dial, panel, timing }
     }
 
+    /// Goes on drawing the panel that `old` drew: its context has sent its fonts there, and sends them once.
+    pub fn keep_panel_of(&mut self, old: Self) {
+        self.panel = old.panel;
+    }
+
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
         let Self { scenery, shadow, main, mirror, develop, dial, pipelines, timing, .. } = self;
@@ -129,6 +134,7 @@ impl Renderer {
         let stamp = stamps(Pass::Develop);
         develop.draw(e, stamp, &pipelines.develop, queue, target, size, alone, glass.is_some());
         if let Some(data) = &view.dial {
+            dial.place = dial::DialPlace::of(view.kind);
             dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);
         }
         if let Some(Panel { ctx, output }) = panel {

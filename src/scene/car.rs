@@ -1,6 +1,6 @@
 //! The saloon that every car is: 5.00 m long, 1.80 m wide, 1.45 m high. Out: the body without wheels (x forward, y left,
 //! z up, origin on the ground under the centre) and where the wheels sit. The body is lofted: at each of some fifty
-//! stations along x a half cross-section of fourteen points, whose heights and widths follow [`shape`](super::shape).
+//! stations along x a half cross-section of fourteen points, whose heights and widths follow `shape`.
 
 use super::mesh::{Finish, Soup};
 use super::shape::{self, ARCH_RADIUS_M, CABIN_FRONT_M, CABIN_REAR_M};

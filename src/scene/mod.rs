@@ -183,6 +183,13 @@ pub enum ViewKind {
     Chase,
 }
 
+impl ViewKind {
+    /// True for views of the road, which carry the speedometer; from above and in the mirror alone it would only hide cars.
+    pub fn has_dial(self) -> bool {
+        matches!(self, Self::Driver | Self::Chase)
+    }
+}
+
 /// One picture, complete.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {

@@ -18,7 +18,7 @@ const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
 const GRAVEL: [f32; 3] = [0.23, 0.205, 0.165];
 
 /// One strip between two columns: offset from the lane's edge (negative inside the lane as a fraction of the half width,
-/// see [`column`]), height and colour at both.
+/// see `Column`), height and colour at both.
 struct Strip {
     material: Material,
     from: Column,

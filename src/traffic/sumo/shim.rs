@@ -2,7 +2,8 @@
 //! A [`Shim`] is the right to use SUMO in this process: there is one at a time for each of the two libraries.
 
 use super::locate;
-use crate::traffic::TrafficError;
+use crate::{space::SumoPose, traffic::TrafficError};
+use glam::DVec2;
 use std::{
     ffi::{CStr, CString, c_char, c_int},
     path::Path,
@@ -50,9 +51,6 @@ pub(super) struct Command {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Record {
-    pub x: f64,
-    pub y: f64,
-    pub angle_deg: f64,
     pub speed_mps: f64,
     pub lane_pos_m: f64,
     /// Index in the table of lanes, -1 if it is on none of them.
@@ -78,9 +76,10 @@ struct Api {
     vehicle_type: unsafe extern "C" fn(Text, Text, *const f64) -> c_int,
     route: unsafe extern "C" fn(Text, Texts, usize) -> c_int,
     add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64) -> c_int,
-    frame: unsafe extern "C" fn(*const Command, usize, *mut Record) -> c_int,
+    frame: unsafe extern "C" fn(*const Command, usize, f64, *mut Record) -> c_int,
     bare_step: unsafe extern "C" fn() -> c_int,
     read: unsafe extern "C" fn(*mut Record) -> c_int,
+    pose: unsafe extern "C" fn(u32, *mut f64, *mut f64, *mut f64) -> c_int,
     _library: libloading::Library,
     /// libsumocpp or libtracicpp themselves, loaded first from where SUMO is now.
     _sumo: libloading::Library,
@@ -137,6 +136,7 @@ impl Api {
             frame: symbol!(b"cs_frame\0"),
             bare_step: symbol!(b"cs_bare_step\0"),
             read: symbol!(b"cs_read\0"),
+            pose: symbol!(b"cs_pose\0"),
             _library: library,
             _sumo: sumo,
         })
@@ -267,15 +267,23 @@ impl Shim {
     ///
     /// # Panics
     /// If `records` is not as long as there are cars.
-    pub fn frame(&mut self, commands: &[Command], records: &mut [Record]) -> Result<(), TrafficError> {
+    pub fn frame(&mut self, commands: &[Command], step_s: f64, records: &mut [Record]) -> Result<(), TrafficError> {
         assert_eq!(records.len(), self.cars);
-        self.check(unsafe { (self.api.frame)(commands.as_ptr(), commands.len(), records.as_mut_ptr()) })
+        self.check(unsafe { (self.api.frame)(commands.as_ptr(), commands.len(), step_s, records.as_mut_ptr()) })
     }
 
     /// All cars, without a step. Panics as [`Shim::frame`].
     pub fn read(&mut self, records: &mut [Record]) -> Result<(), TrafficError> {
         assert_eq!(records.len(), self.cars);
         self.check(unsafe { (self.api.read)(records.as_mut_ptr()) })
+    }
+
+    /// Where SUMO itself draws a car.
+    pub fn pose(&self, car: u32) -> Result<SumoPose, TrafficError> {
+        let mut pose = SumoPose { front: DVec2::ZERO, angle_deg: 0.0 };
+        let (x, y) = (&raw mut pose.front.x, &raw mut pose.front.y);
+        self.check(unsafe { (self.api.pose)(car, x, y, &mut pose.angle_deg) })?;
+        Ok(pose)
     }
 
     /// A step and nothing else.

@@ -1,0 +1,175 @@
+//! A real window on a real X server (Xvfb): a key pressed through X moves the car, the screen shows a picture, closing
+//! the window and Ctrl-C end the program with 0.
+
+use std::{
+    collections::BTreeSet,
+    io::{BufRead, BufReader, Read},
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::Duration,
+};
+use x11rb::{
+    connection::Connection,
+    protocol::{
+        xproto::{
+            AtomEnum, ClientMessageEvent, ConnectionExt as _, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT,
+            KEY_RELEASE_EVENT, Window,
+        },
+        xtest::ConnectionExt as _,
+    },
+    rust_connection::RustConnection,
+};
+
+/// X key codes of a PC keyboard: evdev's plus 8.
+const KEY_W: u8 = 25;
+const KEY_V: u8 = 55;
+
+/// Waits for `what` to become something, looking 20 times a second for up to 60 s: a slow machine is no failure.
+fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    for _ in 0..1200 {
+        if let Some(found) = look() {
+            return found;
+        }
+        sleep(Duration::from_millis(50));
+    }
+    panic!("{what} did not come within 60 s");
+}
+
+/// An X server of our own; ends with the test.
+struct Server {
+    process: Child,
+    display: String,
+    connection: RustConnection,
+    root: Window,
+}
+
+impl Server {
+    fn start() -> Self {
+        let mut process = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "640x400x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb is needed: scripts/setup --test installs it");
+        let mut line = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let display = format!(":{}", line.trim());
+        let (connection, screen) = wait_for("the X server", || RustConnection::connect(Some(&display)).ok());
+        let root = connection.setup().roots[screen].root;
+        Self { process, display, connection, root }
+    }
+
+    /// The window of this title once it is on the screen; it gets the keyboard.
+    fn window(&self, title: &str) -> Window {
+        let window = wait_for("the window", || {
+            let children = self.connection.query_tree(self.root).ok()?.reply().ok()?.children;
+            children.into_iter().find(|window| {
+                let name = self.connection.get_property(false, *window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 100);
+                name.ok().and_then(|n| n.reply().ok()).is_some_and(|n| n.value.starts_with(title.as_bytes()))
+            })
+        });
+        wait_for("the keyboard's focus", || {
+            self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).ok()?.check().ok()
+        });
+        window
+    }
+
+    /// Presses or releases a key, as a keyboard would.
+    fn key(&self, code: u8, down: bool) {
+        let kind = if down { KEY_PRESS_EVENT } else { KEY_RELEASE_EVENT };
+        self.connection.xtest_fake_input(kind, code, x11rb::CURRENT_TIME, self.root, 0, 0, 0).unwrap().check().unwrap();
+    }
+
+    /// Pixels of the screen, four bytes each.
+    fn screen(&self) -> Vec<u8> {
+        let image = self.connection.get_image(ImageFormat::Z_PIXMAP, self.root, 0, 0, 640, 400, !0).unwrap();
+        image.reply().unwrap().data
+    }
+
+    /// How many colours are on the screen.
+    fn colours(&self) -> usize {
+        self.screen().chunks(4).map(<[u8]>::to_vec).collect::<BTreeSet<_>>().len()
+    }
+
+    /// What a window manager does when someone clicks the cross.
+    fn close(&self, window: Window) {
+        let atom = |name: &str| self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
+        let data = [atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
+        let event = ClientMessageEvent::new(32, window, atom("WM_PROTOCOLS"), data);
+        self.connection.send_event(false, window, EventMask::NO_EVENT, event).unwrap().check().unwrap();
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// The program in a window on `server`.
+fn drive(server: &Server, more: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_codrive"))
+        .args(["drive", "--quality", "low", "--duration", "0", "--creep", "false", "--policy", "constant"])
+        .args(more)
+        .env("DISPLAY", &server.display)
+        .env_remove("WAYLAND_DISPLAY")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Exit code and what was printed.
+fn ended(mut program: Child) -> (i32, String) {
+    let status = wait_for("the end of the program", || program.try_wait().unwrap());
+    let mut text = String::new();
+    program.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    program.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    (status.code().unwrap_or(-1), text)
+}
+
+/// Mean speed of the ego that the program prints at its end, m/s.
+fn ego_speed_mps(text: &str) -> f64 {
+    let line = text.lines().find(|line| line.starts_with("mean speed, ego")).unwrap_or_else(|| panic!("{text}"));
+    line.split_whitespace().nth(3).and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("{line}"))
+}
+
+#[test]
+fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() {
+    let server = Server::start();
+    let program = drive(&server, &[]);
+    let window = server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    let standing = server.screen();
+    server.key(KEY_W, true);
+    sleep(Duration::from_secs(3));
+    server.key(KEY_W, false);
+    let moved = wait_for("a moved picture", || {
+        let now = server.screen();
+        let differ = now.chunks(4).zip(standing.chunks(4)).filter(|(a, b)| a != b).count();
+        (differ > 640 * 400 / 4).then_some(differ)
+    });
+    assert!(moved > 0);
+    server.key(KEY_V, true);
+    server.key(KEY_V, false);
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert!(text.contains("SUMO") && text.contains("driver keyboard"), "{text}");
+    assert!(ego_speed_mps(&text) > 0.05, "{text}");
+}
+
+#[test]
+fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
+    let server = Server::start();
+    let program = drive(&server, &["--traffic", "native"]);
+    server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    sleep(Duration::from_secs(1));
+    let sent = Command::new("kill").args(["-INT", &program.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(ego_speed_mps(&text), 0.0, "{text}");
+}
