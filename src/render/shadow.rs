@@ -1,7 +1,7 @@
 //! First pass: what the sun does not reach. In: cars and trees. Out: two depth maps seen from the sun.
 //!
 //! Layer 0 holds what moves (cars), drawn every frame around the camera. Layer 1 holds what stands (trees); it follows
-//! the camera in steps of [`STEP_M`] and is drawn anew only when it has moved, so that trees cost their thousands of
+//! the camera in steps of `STEP_M` and is drawn anew only when it has moved, so that trees cost their thousands of
 //! corners once every few seconds. Both are functions of the view alone: the same view gives the same shadows.
 
 use super::{
