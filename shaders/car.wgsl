@@ -53,6 +53,6 @@ fn fragment(in: Surface) -> @location(0) vec4f {
 
     // Lamps: dark red plastic that turns into a light.
     let lit = select(0.0, in.paint.w, material == BRAKE_LAMP);
-    light += lit * vec3f(2.6, 0.055, 0.03);
+    light += lit * vec3f(2.6, 0.012, 0.008);
     return vec4f(through_air(light, in.world), 1.0);
 }

@@ -33,7 +33,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Point {
 // Filmic curve: a straight middle, a soft shoulder (rational fit of Narkowicz 2015 to the ACES reference). Strong
 // light first spills a little into the other colours, so that a lamp turns pale rather than flat red.
 fn tone(colour: vec3f) -> vec3f {
-    let spill = 0.012;
+    let spill = 0.006;
     let mixed = colour * (1.0 - 2.0 * spill) + spill * (colour.gbr + colour.brg);
     let x = mixed * 0.72;
     return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));

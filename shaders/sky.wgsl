@@ -29,7 +29,7 @@ fn fragment(ray: Ray) -> @location(0) vec4f {
     let density = broad + 0.42 * (torn - 0.5) + 0.16 * (wisp - 0.5);
     let cover = smoothstep(0.60, 0.84, density) * smoothstep(0.015, 0.16, height);
     let toward_sun = max(dot(direction, sun), 0.0);
-    let shade = mix(0.62, 0.92, smoothstep(1.0, 0.6, density)) + 0.35 * pow(toward_sun, 12.0);
+    let shade = mix(0.74, 0.98, smoothstep(1.0, 0.6, density)) + 0.35 * pow(toward_sun, 12.0);
     light = mix(light, vec3f(1.0, 0.985, 0.96) * shade, 0.82 * cover);
 
     // The disc, 0.53 degrees wide; half a degree of glare around it.

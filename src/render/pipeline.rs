@@ -83,3 +83,23 @@ impl Workshop<'_> {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    #[test]
+    fn pipelines_are_made_here_and_asked_for_only_by_new_and_reload() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/render");
+        for file in std::fs::read_dir(folder).expect("the folder") {
+            let file = file.expect("a file").path();
+            let Ok(text) = std::fs::read_to_string(&file) else { continue };
+            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            // Spelt in two parts, so that this test does not find itself.
+            let made = text.matches(concat!("create_render_", "pipeline")).count();
+            assert_eq!(made, usize::from(name == "pipeline.rs"), "{name}");
+            let workshops = text.matches(concat!("Workshop ", "{ device")).count();
+            assert_eq!(workshops, if name == "mod.rs" { 2 } else { 0 }, "{name}: new and reload_shaders_from");
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! How much work a picture may be. In: a preset or single settings. Out: numbers that the passes read when they are
-//! made. Costs measured on two cores of software rendering are in the README's table.
+//! made. Measured on two cores of software rendering, 640x360, 22 cars and 857 trees, driver's view with mirror and
+//! shadows: low 45 ms a frame, medium 145 ms.
 
 /// Settings of the renderer; changing one needs a new [`Renderer`](super::Renderer).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -21,6 +22,18 @@ impl Quality {
     pub const MEDIUM: Self = Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, anisotropy: 1 };
     /// For a GPU.
     pub const HIGH: Self = Self { msaa: 4, shadow_size: 4096, mirror_scale: 1.0, anisotropy: 8 };
+}
+
+impl Quality {
+    /// What an adapter can be expected to draw smoothly: software gets [`Quality::LOW`], a graphics card of its own
+    /// [`Quality::HIGH`].
+    pub fn for_adapter(info: &wgpu::AdapterInfo) -> Self {
+        match info.device_type {
+            wgpu::DeviceType::Cpu => Self::LOW,
+            wgpu::DeviceType::DiscreteGpu => Self::HIGH,
+            _ => Self::MEDIUM,
+        }
+    }
 }
 
 impl Default for Quality {

@@ -1,0 +1,118 @@
+//! Cars are where the simulation says: ahead, in the mirror, seen from above.
+
+use crate::{pixels::*, place::*};
+use codrive::{
+    render::develop::mirror_rect,
+    scene::{Camera, ViewKind},
+    space::Pose,
+};
+use glam::{Vec2, Vec3};
+
+const SIZE: [u32; 2] = [320, 180];
+const ASPECT: f32 = 320.0 / 180.0;
+
+/// The box in the picture that holds the projected box of a car, widened by a pixel.
+fn expected(camera: &Camera, pose: &Pose) -> Region {
+    let mut found = [f32::MAX, f32::MAX, f32::MIN, f32::MIN];
+    for corner in corners(pose) {
+        let at = camera.project(corner, ASPECT).expect("in front of the camera");
+        let [x, y] = [at.x * SIZE[0] as f32, at.y * SIZE[1] as f32];
+        found = [found[0].min(x), found[1].min(y), found[2].max(x), found[3].max(y)];
+    }
+    [found[0] - 1.0, found[1] - 1.0, found[2] + 2.0, found[3] + 2.0].map(|v| v.max(0.0) as u32)
+}
+
+#[test]
+fn the_leader_is_where_its_gap_says_and_grows_as_the_gap_shrinks() {
+    let mut before = 0;
+    for gap_m in [20.0, 12.0, 6.0, 2.0] {
+        let leader = on_lane(gap_m + 5.0, 0.0);
+        let view = view(&snapshot(vec![car(1, leader)]), ViewKind::Driver, &marked());
+        let image = draw(&view, false, SIZE);
+        let seen = pixels(&image, is_magenta);
+        let region = expected(&view.camera, &leader);
+        let strays: Vec<_> = seen.iter().filter(|p| !inside(region, **p)).collect();
+        assert!(strays.is_empty(), "gap {gap_m} m: magenta at {strays:?}, expected only in {region:?}");
+        let area = (region[2] - region[0]) * (region[3] - region[1]);
+        assert!(seen.len() as u32 > area / 5, "gap {gap_m} m: {} pixels of a box of {area}", seen.len());
+        assert!(seen.len() > before, "gap {gap_m} m: {} pixels, {before} at a larger gap", seen.len());
+        before = seen.len();
+        let [x, y] = centroid(&image, &seen);
+        let middle = view.camera.project(leader.position.as_vec2().extend(0.75), ASPECT).expect("in front");
+        assert!((x - middle.x).abs() < 0.05 && (y - middle.y).abs() < 0.10, "gap {gap_m} m: {x} {y}, not {middle}");
+    }
+}
+
+#[test]
+fn a_car_behind_shows_in_the_mirror_on_its_own_side_and_only_there() {
+    let [left, top, width, height] = mirror_rect(SIZE);
+    let inset = [left, top, left + width, top + height];
+    for left_m in [1.3, -1.3] {
+        let ego = on_lane(0.0, 0.0);
+        let follower = Pose::new(ego.rear(5.0) - ego.forward() * 9.5 + ego.left() * left_m, ego.yaw_rad);
+        let snapshot = snapshot(vec![car(1, follower)]);
+        let driver = view(&snapshot, ViewKind::Driver, &marked());
+        let image = draw(&driver, false, SIZE);
+        let seen = pixels(&image, is_magenta);
+        assert!(seen.len() > 40, "{} pixels", seen.len());
+        assert!(seen.iter().all(|p| inside(inset, *p)), "magenta outside of the mirror");
+        // In a mirror, what is on the left stays on the left.
+        let x = (centroid(&image, &seen)[0] * SIZE[0] as f32 - left as f32) / width as f32;
+        assert!((x < 0.5) == (left_m > 0.0), "{left_m} m to the left appears at {x} of the mirror's width");
+
+        let alone = view(&snapshot, ViewKind::Mirror, &marked());
+        let image = draw(&alone, false, SIZE);
+        let seen = pixels(&image, is_magenta);
+        let [x, _] = centroid(&image, &seen);
+        let middle = alone.camera.project(follower.position.as_vec2().extend(0.75), ASPECT).expect("behind the car");
+        assert!((x - (1.0 - middle.x)).abs() < 0.05, "at {x}; the camera, unflipped, has it at {}", middle.x);
+    }
+}
+
+#[test]
+fn the_ego_is_seen_from_outside_only() {
+    let snapshot = full_ring();
+    for kind in [ViewKind::Driver, ViewKind::Mirror, ViewKind::Chase, ViewKind::Birdseye] {
+        let image = draw(&view(&snapshot, kind, &marked_ego()), true, SIZE);
+        let seen = pixels(&image, is_magenta).len();
+        let outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
+        assert!(if outside { seen > 10 } else { seen == 0 }, "{kind:?}: {seen} pixels");
+    }
+}
+
+#[test]
+fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
+    const PLAN: [u32; 2] = [480, 300];
+    let mut snapshot = full_ring();
+    // A lit brake lamp is as red as the ego.
+    snapshot.cars.iter_mut().for_each(|car| car.braking = false);
+    let view = view(&snapshot, ViewKind::Birdseye, &Default::default());
+    let image = draw(&view, true, PLAN);
+    // On the road: some trees are as green as the cars.
+    let on_road = |[x, y]: &[u32; 2]| {
+        let place = Vec2::new((*x as f32 + 0.5) / PLAN[0] as f32, (*y as f32 + 0.5) / PLAN[1] as f32);
+        let (start, _) = view.camera.ray(place, PLAN[0] as f32 / PLAN[1] as f32);
+        let middle = map().route.project(start.truncate().as_dvec2(), None);
+        middle.offset_m.abs() < 2.0
+    };
+    let seen = |is: fn([f32; 3]) -> bool| pixels(&image, is).into_iter().filter(on_road).collect::<Vec<_>>();
+    // Windows part a car's paint by up to 2 m, 6 pixels; cars are 6 m apart.
+    let red = blobs(&seen(is_red), 8.0);
+    let green = blobs(&seen(is_car_green), 8.0);
+    assert_eq!((red.len(), green.len()), (1, 21));
+    let place = |centre: Vec3| {
+        let at = view.camera.project(centre, PLAN[0] as f32 / PLAN[1] as f32).expect("in the picture");
+        [at.x * PLAN[0] as f32, at.y * PLAN[1] as f32]
+    };
+    let shown = |blobs: &[Vec<[u32; 2]>], at: [f32; 2]| {
+        let hits = blobs.iter().filter(|blob| {
+            let [x, y] = centroid(&image, blob);
+            (x * PLAN[0] as f32 - at[0]).hypot(y * PLAN[1] as f32 - at[1]) < 2.5
+        });
+        hits.count() == 1
+    };
+    assert!(shown(&red, place(snapshot.ego.position.as_vec3())), "the ego is not at its place");
+    for car in &snapshot.cars {
+        assert!(shown(&green, place(car.pose.position.as_vec2().extend(0.7))), "car {:?} is not at its place", car.id);
+    }
+}

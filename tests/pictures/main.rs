@@ -1,0 +1,7 @@
+//! Pictures by their pixels: what is seen is what the simulation says. Regions and properties rather than whole images,
+//! which differ between drivers. All tests share one device; without one they fail.
+
+mod cars;
+mod light;
+mod pixels;
+mod place;

@@ -1,0 +1,129 @@
+//! The place that the pictures show, made once: `ring-250`, with and without its trees, a renderer for each, and cars put
+//! where a test wants them.
+
+use codrive::{
+    ego::{EgoState, Wheel},
+    map::RoadMap,
+    render::{Gpu, OFFSCREEN, Quality, Renderer, render_to_image},
+    scene::{self, Stage, View, ViewKind, ViewOptions},
+    sim::{CarView, Snapshot},
+    space::{CAR_LENGTH_M, Pose},
+    time::Tick,
+    traffic::{CarId, EGO},
+};
+use glam::{Quat, Vec3};
+use image::RgbaImage;
+use std::sync::{Mutex, OnceLock};
+
+/// A paint that nothing in the world has, linear.
+pub const MAGENTA: [f32; 3] = [0.75, 0.0, 0.75];
+/// The ring's circumference, metres.
+pub const RING_M: f64 = 250.0;
+
+pub fn gpu() -> &'static Gpu {
+    Gpu::shared().unwrap_or_else(|e| panic!("{e}"))
+}
+
+pub fn map() -> &'static RoadMap {
+    static MAP: OnceLock<RoadMap> = OnceLock::new();
+    MAP.get_or_init(|| RoadMap::load("ring-250").expect("a map that is shipped"))
+}
+
+/// With trees, or the bare land, where nothing hides a car.
+pub fn stage(trees: bool) -> &'static Stage {
+    static STAGES: OnceLock<[Stage; 2]> = OnceLock::new();
+    &STAGES.get_or_init(|| [Stage::with_trees(map(), 1, 0), Stage::build(map(), 1)])[usize::from(trees)]
+}
+
+/// Draws with a renderer that all tests share.
+pub fn draw(view: &View, trees: bool, size: [u32; 2]) -> RgbaImage {
+    static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
+    let renderer = RENDERERS[usize::from(trees)].get_or_init(|| Mutex::new(renderer(trees, Quality::LOW)));
+    draw_with(&mut renderer.lock().unwrap_or_else(|e| e.into_inner()), view, size)
+}
+
+pub fn renderer(trees: bool, quality: Quality) -> Renderer {
+    Renderer::new(gpu(), stage(trees), OFFSCREEN, quality)
+}
+
+pub fn draw_with(renderer: &mut Renderer, view: &View, size: [u32; 2]) -> RgbaImage {
+    render_to_image(gpu(), renderer, view, size).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A car of the traffic whose centre is at `pose`.
+pub fn car(id: u32, pose: Pose) -> CarView {
+    let s_m = map().route.project(pose.position, None).s_m + CAR_LENGTH_M / 2.0;
+    CarView {
+        id: CarId(id),
+        pose,
+        pose_before: pose,
+        s_m,
+        speed_mps: 4.0,
+        accel_mps2: 0.0,
+        odometer_m: s_m,
+        braking: false,
+    }
+}
+
+/// Pose on the lane with the front bumper at `front_s_m`, moved to the left by `left_m`.
+pub fn on_lane(front_s_m: f64, left_m: f64) -> Pose {
+    let pose = map().route.pose_of_front(map().route.wrap(front_s_m), CAR_LENGTH_M);
+    Pose::new(pose.position + pose.left() * left_m, pose.yaw_rad)
+}
+
+/// The ego with its front bumper at 0, and the others.
+pub fn snapshot(cars: Vec<CarView>) -> Snapshot {
+    let pose = on_lane(0.0, 0.0);
+    let wheels = stage(false).hubs.map(|hub| Wheel { hub, ..Default::default() });
+    let ego = EgoState {
+        position: pose.position.extend(0.0),
+        rotation: Quat::from_rotation_z(pose.yaw_rad as f32),
+        wheels,
+        ..Default::default()
+    };
+    Snapshot {
+        tick: Tick(500),
+        ego,
+        ego_before: ego,
+        ego_s_m: 0.0,
+        lane_offset_m: 0.0,
+        cars,
+        leader: None,
+        advice: None,
+        mean_speed_mps: 4.0,
+    }
+}
+
+/// The full ring: 22 cars at equal distances, every third one braking.
+pub fn full_ring() -> Snapshot {
+    let mut cars: Vec<CarView> = (1..22).map(|i| car(i, on_lane(f64::from(i) * RING_M / 22.0, 0.0))).collect();
+    cars.iter_mut().step_by(3).for_each(|car| car.braking = true);
+    snapshot(cars)
+}
+
+/// Options in which car 1 wears magenta.
+pub fn marked() -> ViewOptions {
+    let mut options = ViewOptions::default();
+    options.paint_overrides.insert(CarId(1), MAGENTA);
+    options
+}
+
+/// Options in which the ego wears magenta.
+pub fn marked_ego() -> ViewOptions {
+    let mut options = ViewOptions::default();
+    options.paint_overrides.insert(EGO, MAGENTA);
+    options
+}
+
+pub fn view(snapshot: &Snapshot, kind: ViewKind, options: &ViewOptions) -> View {
+    scene::view(snapshot, 1.0, kind, options, stage(true))
+}
+
+/// Corners of the box around a car's body, world axes.
+pub fn corners(pose: &Pose) -> impl Iterator<Item = Vec3> {
+    let (at, along, left) = (pose.position.as_vec2(), pose.forward().as_vec2(), pose.left().as_vec2());
+    (0..8).map(move |i| {
+        let sign = |bit: u32| if i & bit == 0 { -1.0 } else { 1.0 };
+        (at + along * 2.5 * sign(1) + left * 0.9 * sign(2)).extend(if i & 4 == 0 { 0.1 } else { 1.45 })
+    })
+}
