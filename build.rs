@@ -1,4 +1,4 @@
-//! Builds two small shared libraries from `cpp/shim.cpp`: one over libsumo (in process), one over libtraci (socket). The
+//! Builds two small shared libraries from `src/traffic/sumo/shim.cpp`: one over libsumo (in process), one over libtraci (socket). The
 //! program opens them at run time (`traffic::sumo`), so that it builds and starts without SUMO, and SUMO's hundred
 //! bundled libraries stay out of the way of the graphics drivers. Without SUMO, or without a C++ compiler, the build
 //! goes on with a warning.
@@ -14,7 +14,7 @@ const SHIMS: [(&str, &str, Option<&str>); 2] =
     [("codrive_sumo", "sumocpp", None), ("codrive_traci", "tracicpp", Some("LIBTRACI"))];
 
 fn main() {
-    println!("cargo:rerun-if-changed=cpp/shim.cpp");
+    println!("cargo:rerun-if-changed=src/traffic/sumo/shim.cpp");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=SUMO_HOME");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
@@ -60,7 +60,7 @@ fn build_shim(out: &Path, home: &Path, name: &str, library: &str, define: Option
     let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
     let mut command: Command = compiler.to_command();
     let file = out.join(format!("{}{name}{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX));
-    command.args(["-shared", "-fvisibility=hidden", "cpp/shim.cpp", "-o"]).arg(file);
+    command.args(["-shared", "-fvisibility=hidden", "src/traffic/sumo/shim.cpp", "-o"]).arg(file);
     command.arg(format!("-L{}", folder.display())).arg(format!("-l{library}"));
     command.arg(format!("-Wl,-rpath,{}", folder.display()));
     if cfg!(target_os = "linux") {
@@ -69,7 +69,7 @@ fn build_shim(out: &Path, home: &Path, name: &str, library: &str, define: Option
     }
     match command.status() {
         Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("the C++ compiler failed ({status}) on cpp/shim.cpp")),
+        Ok(status) => Err(format!("the C++ compiler failed ({status}) on src/traffic/sumo/shim.cpp")),
         Err(error) => Err(format!("no C++ compiler: {error}")),
     }
 }

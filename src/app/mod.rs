@@ -28,8 +28,7 @@ pub fn quality(level: QualityLevel, gpu: &Gpu) -> Quality {
         QualityLevel::Low => Quality::LOW,
         QualityLevel::Medium => Quality::MEDIUM,
         QualityLevel::High => Quality::HIGH,
-        QualityLevel::Auto if gpu.is_software() => Quality::LOW,
-        QualityLevel::Auto => Quality::MEDIUM,
+        QualityLevel::Auto => Quality::for_adapter(&gpu.info),
     }
 }
 

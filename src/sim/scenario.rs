@@ -95,7 +95,7 @@ pub enum OnContact {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum QualityLevel {
-    /// Low where graphics run in software, medium elsewhere
+    /// Low where graphics run in software, high on a graphics card of its own, medium elsewhere
     #[default]
     Auto,
     /// For software rendering and old laptops

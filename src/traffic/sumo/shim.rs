@@ -1,4 +1,4 @@
-//! The C interface of `cpp/shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
+//! The C interface of `shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
 //! A [`Shim`] is the right to use SUMO in this process: there is one at a time for each of the two libraries.
 
 use super::locate;
