@@ -285,7 +285,8 @@ impl TrainConfig {
             return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
         }
         if self.vehicles_max < self.vehicles_min {
-            let text = format!("vehicles_max is {}; allowed: from vehicles_min, {}", self.vehicles_max, self.vehicles_min);
+            let text =
+                format!("vehicles_max is {}; allowed: from vehicles_min, {}", self.vehicles_max, self.vehicles_min);
             return Err(("vehicles_max", text));
         }
         if self.circumference_max_m < self.circumference_min_m {

@@ -101,19 +101,16 @@ impl Follower {
         self.rng.copy_lane(l, &from.rng, from_lane);
     }
 
-    /// New advice for every ring, to stand for `hold_s`.
-    pub fn advise(&mut self, actions: &[Option<Action>; LANES], ego_mps: &Lane, hold_s: f64) {
-        for (l, action) in actions.iter().enumerate() {
-            (self.mode[l], self.advised[l]) = match *action {
-                None => (Mode::Model, -1.0),
-                Some(Action::Speed(speed)) => (Mode::Speed, speed.max(0.0) as f32),
-                // What a driver sees is the speed that it leads to.
-                Some(Action::Acceleration(a)) if self.is_driver => {
-                    (Mode::Speed, (f64::from(ego_mps[l]) + a * hold_s).max(0.0) as f32)
-                }
-                Some(Action::Acceleration(a)) => (Mode::Acceleration, a as f32),
-            };
-        }
+    /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold_s`.
+    pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold_s: f64) {
+        (self.mode[l], self.advised[l]) = match action {
+            Action::Speed(speed) => (Mode::Speed, speed.max(0.0) as f32),
+            // What a driver sees is the speed that it leads to.
+            Action::Acceleration(a) if self.is_driver => {
+                (Mode::Speed, (f64::from(ego_mps) + a * hold_s).max(0.0) as f32)
+            }
+            Action::Acceleration(a) => (Mode::Acceleration, a as f32),
+        };
     }
 
     /// The egos' speeds at the end of this step, m/s.
@@ -123,11 +120,8 @@ impl Follower {
         let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
         let dt = self.step_s;
         lane(|l| {
-            let driven = if self.mode[l] == Mode::Model || (self.brakes && model[l] < wanted[l]) {
-                model[l]
-            } else {
-                wanted[l]
-            };
+            let driven =
+                if self.mode[l] == Mode::Model || (self.brakes && model[l] < wanted[l]) { model[l] } else { wanted[l] };
             (speed[l] + driven * dt).max(0.0)
         })
     }

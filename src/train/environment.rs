@@ -109,34 +109,37 @@ impl EnvBlock {
         &self.ring
     }
 
-    /// One hold of `steps` steps under these actions; `None` leaves an ego to its model. `each` sees the rings after
-    /// every step.
-    pub fn hold(
-        &mut self,
-        actions: &[Option<Action>; LANES],
-        steps: u32,
-        each: impl FnMut(&RingBlock),
-    ) -> [Outcome; LANES] {
-        let hold_s = f64::from(steps) * self.config.step_s;
-        self.follower.advise(actions, self.ring.ego_mps(), hold_s);
-        let totals = wide(self, |block| block.steps(steps, each));
+    /// New advice for the ego of ring `l`, to stand for `hold_s`. Before the first its model drives it.
+    pub fn advise(&mut self, l: usize, action: Action, hold_s: f64) {
+        self.follower.advise(l, action, self.ring.ego_mps()[l], hold_s);
+    }
+
+    /// One step under the advice that stands; no episode ends.
+    pub fn step(&mut self) {
+        wide(self, |block| {
+            let ego_mps = block.follower.step(&block.ring);
+            block.ring.step(Some(&ego_mps));
+        });
+    }
+
+    /// One hold under these actions; rings whose episode ended begin another.
+    pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
+        let steps = self.config.hold_steps();
+        (0..LANES).for_each(|l| self.advise(l, actions[l], self.config.hold_s));
+        let totals = wide(self, |block| {
+            let mut totals = Totals::default();
+            for _ in 0..steps {
+                let ego_mps = block.follower.step(&block.ring);
+                block.ring.step(Some(&ego_mps));
+                totals.add(&block.ring);
+            }
+            totals
+        });
         self.settle(actions, steps, &totals)
     }
 
-    #[inline(always)]
-    fn steps(&mut self, steps: u32, mut each: impl FnMut(&RingBlock)) -> Totals {
-        let mut totals = Totals::default();
-        for _ in 0..steps {
-            let ego_mps = self.follower.step(&self.ring);
-            self.ring.step(Some(&ego_mps));
-            totals.add(&self.ring);
-            each(&self.ring);
-        }
-        totals
-    }
-
     /// Rewards and endings of a hold; rings that ended are renewed.
-    fn settle(&mut self, actions: &[Option<Action>; LANES], steps: u32, totals: &Totals) -> [Outcome; LANES] {
+    fn settle(&mut self, actions: &[Action; LANES], steps: u32, totals: &Totals) -> [Outcome; LANES] {
         let share = 1.0 / steps as f32;
         std::array::from_fn(|l| {
             self.elapsed[l] += 1;
@@ -162,10 +165,10 @@ impl EnvBlock {
         })
     }
 
-    fn action_penalty(&self, action: Option<Action>) -> f32 {
+    fn action_penalty(&self, action: Action) -> f32 {
         let size = match action {
-            Some(Action::Acceleration(a)) => a.abs() / self.config.accel_limit_mps2,
-            _ => 0.0,
+            Action::Acceleration(a) => a.abs() / self.config.accel_limit_mps2,
+            Action::Speed(_) => 0.0,
         };
         (self.config.action_penalty * size) as f32
     }
@@ -249,9 +252,7 @@ fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> (RingStart, f64) {
         noise: vary(i.noise),
         delta: i.delta,
     };
-    let layout =
-        if stream.uniform(0.0, 1.0) < config.bunched_share { RingStart::bunched } else { RingStart::even };
+    let layout = if stream.uniform(0.0, 1.0) < config.bunched_share { RingStart::bunched } else { RingStart::even };
     let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
     (layout(cars, length_m, idm, seed), length_m)
 }
-

@@ -6,12 +6,25 @@
 //! loop around them; [`judge`] drives any policy over the horizon and says how fast all cars went.
 
 pub mod config;
+pub mod curve;
+pub mod distribution;
 pub mod driver;
 pub mod environment;
+pub mod judge;
 pub mod lanes;
+pub mod learner;
+pub mod net;
 pub mod ring;
+pub mod trpo;
+pub mod value;
 
 pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
+pub use judge::{Verdict, judge, mean_and_interval};
+pub use learner::{Learner, Row};
 
 #[cfg(test)]
+mod learner_tests;
+#[cfg(test)]
 mod ring_tests;
+#[cfg(test)]
+mod trpo_tests;
