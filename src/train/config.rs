@@ -74,7 +74,7 @@ pub struct TrainConfig {
     /// Most deceleration that it uses
     #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
     pub ego_decel_mps2: f64,
-    /// The ego brakes for its leader, whatever the advice
+    /// The ego brakes before it would hit its leader, whatever the advice (a simulated driver always keeps its distance)
     pub brakes_for_leader: bool,
     /// Simulated driver: time from a new advice to the first response
     #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "s"))]

@@ -13,6 +13,7 @@ pub mod environment;
 pub mod judge;
 pub mod lanes;
 pub mod learner;
+pub mod matrix;
 pub mod net;
 pub mod ring;
 pub mod trpo;
