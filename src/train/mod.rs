@@ -24,6 +24,8 @@ pub use judge::{Verdict, judge, mean_and_interval};
 pub use learner::{Learner, Row};
 
 #[cfg(test)]
+mod environment_tests;
+#[cfg(test)]
 mod learner_tests;
 #[cfg(test)]
 mod ring_tests;
