@@ -83,6 +83,11 @@ impl Keyboard {
         self.down = [false; 4];
     }
 
+    /// Pedals up, wheel straight, selector in Drive, for the start of a drive; keys that are down stay down.
+    pub fn rest(&mut self) {
+        *self = Self { down: self.down, ..Self::default() };
+    }
+
     /// Drive to reverse and back; the gearbox refuses it while the car rolls.
     pub fn toggle_reverse(&mut self) {
         self.selector = if self.selector == Selector::Reverse { Selector::Drive } else { Selector::Reverse };
