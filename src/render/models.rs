@@ -33,12 +33,16 @@ pub struct Models {
     pub road: Ground,
     /// Meadow and far ground.
     pub land: Ground,
+    /// Reflector posts.
+    pub posts: Ground,
+    /// A tuft of grass.
+    pub tuft: Model,
     /// A car without wheels.
     pub body: Model,
     /// One wheel.
     pub wheel: Model,
-    /// Trees by kind: near by, far away.
-    pub trees: Vec<[Model; 2]>,
+    /// Trees by kind and [`Detail`](super::crowd::Detail).
+    pub trees: Vec<[Model; 4]>,
 }
 
 impl Models {
@@ -55,10 +59,12 @@ impl Models {
             Model { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
         };
         let ground = |mesh| Ground(pieces(mesh).iter().map(&mut add).collect());
-        let [road, land] = [&stage.road, &stage.land].map(ground);
+        let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
+        let tuft = add(&stage.tuft);
         let body = add(&stage.car_body);
         let wheel = add(&stage.wheel);
-        let trees = stage.trees.iter().zip(&stage.trees_far).map(|(near, far)| [add(near), add(far)]).collect();
+        let levels = [&stage.trees, &stage.trees_mid, &stage.trees_far, &stage.trees_shade];
+        let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
         let buffer = |label, bytes: &[u8], usage| {
             // One spare vertex, so that an empty stage is no special case (a buffer may not be empty).
             let size = bytes.len().next_multiple_of(4) as u64 + size_of::<Vertex>() as u64;
@@ -73,6 +79,8 @@ impl Models {
             indices: buffer("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             road,
             land,
+            posts,
+            tuft,
             body,
             wheel,
             trees,
@@ -85,8 +93,8 @@ impl Models {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
-    /// Draws the trees of all kinds, both details.
-    pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 2]]) {
+    /// Draws the trees of all kinds and details.
+    pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
         for (model, range) in self.trees.iter().flatten().zip(ranges.iter().flatten()) {
             model.draw(pass, range.clone());
         }

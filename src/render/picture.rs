@@ -38,6 +38,7 @@ pub struct Bindings {
 pub struct PicturePass {
     label: &'static str,
     samples: u32,
+    grass_m: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
     crowd: Crowd,
@@ -201,6 +202,7 @@ impl PicturePass {
         Self {
             label,
             samples: quality.msaa,
+            grass_m: quality.grass_m,
             group,
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
@@ -240,9 +242,17 @@ impl PicturePass {
         let cars = view.cars.iter().filter(|car| with_ego || !car.is_ego);
         let gpu = (&scenery.device, &scenery.queue);
         let models = &scenery.models;
-        let batches = self.crowd.gather(gpu, models, cars, Some(&scenery.forest), |centre, radius_m| {
-            optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m)))
-        });
+        let batches = self.crowd.gather(
+            gpu,
+            models,
+            cars,
+            Some(&scenery.forest),
+            |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
+            |centre, radius_m| {
+                optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
+                    && optics.sees(centre, radius_m)
+            },
+        );
         let mut pass = self.targets.begin(encoder, self.label, stamps);
         pass.set_bind_group(0, &self.group, &[]);
         models.bind(&mut pass);
@@ -251,8 +261,10 @@ impl PicturePass {
         pass.set_pipeline(&materials.car);
         models.body.draw(&mut pass, batches.bodies.clone());
         models.wheel.draw(&mut pass, batches.wheels.clone());
+        models.posts.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.tree);
         models.draw_trees(&mut pass, &batches.trees);
+        models.tuft.draw(&mut pass, batches.tufts);
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);

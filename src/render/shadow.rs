@@ -195,9 +195,14 @@ impl Layer {
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
         let forest = trees.then_some(&scenery.forest);
         let cars = if trees { &[][..] } else { &view.cars };
-        self.crowd.gather((&scenery.device, queue), &scenery.models, cars.iter(), forest, |centre, radius_m| {
-            cover.touches(centre, radius_m).then_some(Detail::Near)
-        })
+        self.crowd.gather(
+            (&scenery.device, queue),
+            &scenery.models,
+            cars.iter(),
+            forest,
+            |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
+            |_, _| false,
+        )
     }
 
     fn draw(

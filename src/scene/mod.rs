@@ -3,6 +3,8 @@
 
 pub mod camera;
 pub mod car;
+mod conifer;
+mod foliage;
 mod forest;
 mod land;
 mod mesh;
@@ -13,6 +15,7 @@ mod road;
 mod shape;
 mod stage;
 mod tree;
+mod verge;
 mod view;
 pub mod wheel;
 
@@ -31,7 +34,8 @@ pub struct Vertex {
     pub normal: [f32; 3],
     /// Linear albedo; multiplied by the instance's colour where the material is paint.
     pub colour: [f32; 3],
-    /// Texture coordinates, metres on the road: along (`s_m`) and across (`offset_m`); 0..1 on leaf cards.
+    /// Texture coordinates, metres on the road: along (`s_m`) and across (`offset_m`); on leaf
+    /// cards the place, 0..1, plus twice the numbers of cut and variant (`foliage`).
     pub uv: [f32; 2],
     /// A [`Material`] as a number.
     pub material: u32,
@@ -100,10 +104,20 @@ pub struct Stage {
     pub land: Mesh,
     /// Tree models, foot at the origin.
     pub trees: Vec<Mesh>,
-    /// The same models with about a quarter of the triangles, for trees far away.
+    /// The same models with about a quarter of the triangles, for trees some way off.
+    pub trees_mid: Vec<Mesh>,
+    /// With at most 100 triangles, for trees far away.
     pub trees_far: Vec<Mesh>,
+    /// Solid, for their shadows.
+    pub trees_shade: Vec<Mesh>,
     /// Where trees stand.
     pub tree_places: Vec<TreePlace>,
+    /// A tuft of grass, foot at the origin.
+    pub tuft: Mesh,
+    /// Where tufts stand; their `kind` is 0.
+    pub tuft_places: Vec<TreePlace>,
+    /// Reflector posts along the road; world axes.
+    pub posts: Mesh,
     /// Car body without wheels: x forward, y left, z up, origin on the ground under the centre.
     pub car_body: Mesh,
     /// One wheel: axle along y through the origin, outer side towards +y.
