@@ -137,7 +137,7 @@ impl DevelopPass {
     }
 
     /// Develops the main picture (flipped left to right if `flip`) onto all of the target, and the mirror's picture,
-    /// flipped, into its frame.
+    /// flipped, into its frame. With `soften`, steps along edges are filtered.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &self,
@@ -149,6 +149,7 @@ impl DevelopPass {
         size: [u32; 2],
         flip: bool,
         inset: bool,
+        soften: bool,
     ) {
         let [width, height] = size.map(|side| side as f32);
         let whole = Print {
@@ -156,6 +157,7 @@ impl DevelopPass {
             canvas: [width, height],
             flip: f32::from(u8::from(flip)),
             exposure: EXPOSURE,
+            soften: f32::from(u8::from(soften)),
             ..Default::default()
         };
         let framed = Print {

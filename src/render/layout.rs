@@ -51,8 +51,10 @@ pub struct Print {
     pub corner: f32,
     /// Factor on the light before the tone curve.
     pub exposure: f32,
+    /// 1 to filter the steps along edges, else 0.
+    pub soften: f32,
     /// Padding to a multiple of 16 bytes.
-    pub pad: [f32; 2],
+    pub pad: f32,
 }
 
 /// One placed mesh: a car's body, a wheel, a tree, the road.
@@ -142,7 +144,7 @@ mod tests {
             [clip_from_world, light_from_world, eye, forward, right, up, to_sun_time, shadow]
         );
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
-        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, pad]);
+        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, pad]);
     }
 
     #[test]

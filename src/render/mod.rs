@@ -109,7 +109,8 @@ impl Renderer {
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
-        if main.fit(device, size) | mirror.fit(device, inset) {
+        let drawn = self.quality.drawn_size(size);
+        if main.fit(device, drawn) | mirror.fit(device, inset) {
             develop.fit(device, main.light(), mirror.light());
         }
 
@@ -132,7 +133,7 @@ impl Renderer {
             mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, false);
         }
         let stamp = stamps(Pass::Develop);
-        develop.draw(e, stamp, &pipelines.develop, queue, target, size, alone, glass.is_some());
+        develop.draw(e, stamp, &pipelines.develop, queue, target, size, alone, glass.is_some(), self.quality.msaa == 1);
         if let Some(data) = &view.dial {
             dial.place = dial::DialPlace::of(view.kind);
             dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);
