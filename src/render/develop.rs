@@ -12,8 +12,6 @@ pub const MIRROR_WIDTH: f32 = 0.30;
 pub const MIRROR_ASPECT: f32 = 3.4;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
-/// Factor on the light before the tone curve: puts a sunlit meadow on the middle of the scale.
-const EXPOSURE: f32 = 1.55;
 
 /// The pipeline; made anew when shaders are reloaded.
 #[derive(Debug)]
@@ -147,6 +145,7 @@ impl DevelopPass {
         queue: &wgpu::Queue,
         target: &wgpu::TextureView,
         size: [u32; 2],
+        exposure: f32,
         flip: bool,
         inset: bool,
         soften: bool,
@@ -156,7 +155,7 @@ impl DevelopPass {
             rect: [0.0, 0.0, width, height],
             canvas: [width, height],
             flip: f32::from(u8::from(flip)),
-            exposure: EXPOSURE,
+            exposure,
             soften: f32::from(u8::from(soften)),
             ..Default::default()
         };

@@ -27,6 +27,16 @@ pub struct Frame {
     pub shadow: [f32; 4],
 }
 
+/// The light of the hour (`Air` in `common.wgsl`), see [`Sky`](super::sky::Sky).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Air {
+    /// What the air takes from a view along the ground, 1/m.
+    pub extinction: [f32; 4],
+    /// Light on a white sheet by its normal, without the sun.
+    pub harmonics: [[f32; 4]; 9],
+}
+
 /// Camera of a shadow map (`Light` in `shadow.wgsl`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -143,6 +153,7 @@ mod tests {
             "Frame",
             [clip_from_world, light_from_world, eye, forward, right, up, to_sun_time, shadow]
         );
+        same_layout!(Air, "road", "Air", [extinction, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
         same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, pad]);
     }
