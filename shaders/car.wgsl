@@ -11,7 +11,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
 
     // The ground near a car lies in its own shade.
     let open = mix(0.35, 1.0, smoothstep(0.0, 0.75, in.height + 0.3 * normal.z));
-    let ground = mix(0.03, 0.1, open) * vec3f(1.0, 0.99, 0.96);
+    let ground = mix(0.03, 0.09, open) * (SUN * frame.to_sun_time.z + ambient(vec3f(0.0, 0.0, 1.0)));
 
     // Per material: colour, roughness, reflectance head on, and how sharp the coat mirrors.
     var albedo = in.colour;
@@ -41,12 +41,12 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     }
     let metal = select(0.0, 1.0, material == METAL);
     let bounced = reflect(-view, normal);
-    let mirrored = surroundings(bounced, ground) * mix(0.55, 1.0, open);
+    let around = mirrored(bounced, ground, select(0.0, rough * rough, coat == 0.0)) * mix(0.55, 1.0, open);
     let f = fresnel(normal, view, f0);
 
     var light = albedo * (1.0 - metal) * (SUN * cosine * sun + ambient(normal) * open);
     light *= 1.0 - coat * f;
-    light += coat * mirrored * mix(vec3f(f), albedo * (0.75 + 0.25 * f), metal);
+    light += coat * around * mix(vec3f(f), albedo * (0.75 + 0.25 * f), metal);
     // Paint has two layers: flakes that spread the sun, and the coat's small sharp image of it.
     let glint = sun_glint(normal, view, rough, f0 + metal * 0.5);
     light += sun * (glint * mix(vec3f(1.0), albedo, metal) + coat * 0.6 * sun_glint(normal, view, 0.09, 0.04));

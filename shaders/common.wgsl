@@ -14,11 +14,24 @@ struct Frame {
     shadow: vec4f,
 }
 
+// The light of the hour (`render/sky.rs`).
+struct Air {
+    // rgb: what the air takes from a view along the ground, 1/m
+    extinction: vec4f,
+    // Light on a white sheet by its normal, without the sun.
+    harmonics: array<vec4f, 9>,
+}
+
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var shadow_maps: texture_depth_2d_array;
 @group(0) @binding(2) var shadow_sampler: sampler_comparison;
 @group(0) @binding(3) var grain: texture_2d<f32>;
 @group(0) @binding(4) var grain_sampler: sampler;
+@group(0) @binding(5) var<uniform> air: Air;
+// Radiance of a white sheet that faces the sun.
+@group(0) @binding(6) var<uniform> SUN: vec3f;
+@group(0) @binding(7) var sky: texture_2d<f32>;
+@group(0) @binding(8) var sky_sampler: sampler;
 
 // An instance: rows of the mesh-to-world map; paint, and brake lamps in w.
 struct Placed {

@@ -1,43 +1,40 @@
-// Sun, sky and haze of a clear late morning. Radiance is in units of a white sheet lying in full daylight (1.0), which
+// Sun, sky and haze (`render/sky.rs`). Radiance is in units of about that of a white sheet in full daylight at 10 h, which
 // keeps the proportions of a photograph: sky overhead 0.1 to 0.4, horizon 0.6, asphalt 0.1, meadow 0.1.
 
 const PI = 3.14159265;
-// Radiance of a white sheet that faces the sun.
-const SUN = vec3f(1.26, 1.15, 0.96);
-const ZENITH = vec3f(0.095, 0.205, 0.47);
-const MIDDLE = vec3f(0.21, 0.36, 0.62);
-const HORIZON = vec3f(0.53, 0.64, 0.76);
-// Irradiance (over pi) of the sky from above, of sky and land from the side, of the land from below.
-const FROM_ABOVE = vec3f(0.245, 0.305, 0.40);
-const FROM_BELOW = vec3f(0.095, 0.10, 0.065);
-// Distance at which haze takes 63 % of a surface's contrast, metres.
-const HAZE_M = 1100.0;
+// Radius of the horizon in the sky's picture, see `RIM` in `sky.rs`.
+const RIM = 0.96;
 
-// Light from a direction of the cloudless sky; below the horizon, that of the horizon.
+// Light from a direction of the cloudless sky, blurred by reduced sizes of its picture; below the horizon, that of the
+// horizon.
+fn sky_light_blurred(direction: vec3f, level: f32) -> vec3f {
+    let up = clamp(direction.z, 0.0, 1.0);
+    let flat_way = direction.xy * inverseSqrt(max(dot(direction.xy, direction.xy), 1e-12));
+    let at = flat_way * sqrt((1.0 - up) / (1.0 + up));
+    return textureSampleLevel(sky, sky_sampler, 0.5 + 0.5 * RIM * at, level).rgb;
+}
+
 fn sky_light(direction: vec3f) -> vec3f {
-    let height = max(direction.z, 0.0);
-    let low = exp(-7.0 * height);
-    let clear = mix(mix(ZENITH, MIDDLE, exp(-2.2 * height)), HORIZON, low);
-    let toward_sun = max(dot(direction, frame.to_sun_time.xyz), 0.0);
-    let t2 = toward_sun * toward_sun;
-    let t8 = t2 * t2 * t2 * t2;
-    let t32 = t8 * t8 * t8 * t8;
-    let glow = 0.10 * t2 + 0.16 * t8 + 0.6 * t32 * t32 * t32;
-    return clear + glow * vec3f(1.0, 0.9, 0.74) * (0.45 + 0.55 * low);
+    return sky_light_blurred(direction, 0.0);
 }
 
-// Light from the surroundings without looking: sky, a dark belt of trees, ground. For reflections.
-fn surroundings(direction: vec3f, ground: vec3f) -> vec3f {
-    let belt = vec3f(0.045, 0.062, 0.035) + 0.12 * HORIZON;
-    let above = mix(belt, sky_light(direction), smoothstep(0.05, 0.16, direction.z));
-    return mix(ground, above, smoothstep(-0.06, 0.02, direction.z));
-}
-
-// Irradiance (over pi) from sky and ground on a surface in the open.
+// Light on a white sheet that faces `normal` from sky and land in the open.
 fn ambient(normal: vec3f) -> vec3f {
-    let side = 0.5 * (FROM_ABOVE + FROM_BELOW);
-    let up = normal.z;
-    return select(mix(side, FROM_BELOW, -up), mix(side, FROM_ABOVE, up), up > 0.0);
+    let n = normal;
+    var light = air.harmonics[0].rgb + n.y * air.harmonics[1].rgb + n.z * air.harmonics[2].rgb + n.x * air.harmonics[3].rgb;
+    light += n.x * n.y * air.harmonics[4].rgb + n.y * n.z * air.harmonics[5].rgb;
+    light += (3.0 * n.z * n.z - 1.0) * air.harmonics[6].rgb + n.x * n.z * air.harmonics[7].rgb;
+    light += (n.x * n.x - n.y * n.y) * air.harmonics[8].rgb;
+    return max(light, vec3f(0.0));
+}
+
+// What a surface of this roughness mirrors from a direction: sky, a dark belt of trees, ground.
+fn mirrored(direction: vec3f, ground: vec3f, rough: f32) -> vec3f {
+    let above = sky_light_blurred(direction, 5.0 * sqrt(rough));
+    let belt = vec3f(0.055, 0.075, 0.035) * ambient(vec3f(0.0, 0.0, 1.0)) * 2.0 + 0.12 * above;
+    let soft = 0.5 * rough;
+    let over_ground = mix(belt, above, smoothstep(0.06 - soft, 0.17 + soft, direction.z));
+    return mix(ground, over_ground, smoothstep(-0.05 - soft, 0.02 + soft, direction.z));
 }
 
 fn shadow_layer(layer: i32, world: vec3f, normal: vec3f) -> f32 {
@@ -88,9 +85,7 @@ fn fresnel(normal: vec3f, view: vec3f, f0: f32) -> f32 {
 fn through_air(colour: vec3f, world: vec3f) -> vec3f {
     let ray = world - frame.eye.xyz;
     let distance = length(ray);
-    let reach = distance / HAZE_M;
-    // Blue fades in first, as in air.
-    let veil = (1.0 - exp(-reach * sqrt(reach) * vec3f(0.9, 1.0, 1.15))) * frame.eye.w;
-    let air = sky_light(normalize(vec3f(ray.xy, max(ray.z, 0.0) + 0.004 * distance)));
-    return mix(colour, air, veil);
+    let left = exp(-air.extinction.rgb * (distance * frame.eye.w));
+    let veil = sky_light(vec3f(ray.xy, max(ray.z, 0.0) + 0.01 * distance) / max(distance, 0.01));
+    return mix(veil, colour, left);
 }
