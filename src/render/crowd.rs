@@ -13,10 +13,12 @@ use std::ops::Range;
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batches {
-    /// Car bodies; also the patches of contact shade under them.
-    pub bodies: Range<u32>,
-    /// Wheels.
-    pub wheels: Range<u32>,
+    /// All car bodies: the patches of contact shade under them.
+    pub cars: Range<u32>,
+    /// Car bodies by style and level: near, mid, far.
+    pub bodies: Vec<[Range<u32>; 3]>,
+    /// Wheels by level.
+    pub wheels: [Range<u32>; 3],
     /// Tufts of grass.
     pub tufts: Range<u32>,
     /// Trees by kind and [`Detail`].
@@ -40,8 +42,21 @@ pub enum Detail {
 const NEAR_PX: f32 = 75.0;
 /// Radius from which it is drawn with its boughs, pixels.
 const MID_PX: f32 = 26.0;
+/// Radius of a ball that holds a car with its wheels, metres.
+const REACH_M: f32 = 3.3;
+/// Radius that stands for a car where its detail is chosen, metres: near up to some 27 m in a picture of 1280 pixels.
+const DETAIL_M: f32 = 1.9;
 
 impl Detail {
+    /// The level of a car.
+    fn level(self) -> usize {
+        match self {
+            Self::Near => 0,
+            Self::Mid | Self::Shade => 1,
+            Self::Far => 2,
+        }
+    }
+
     /// The detail for a tree that is this large in the picture.
     pub fn of(radius_px: f32) -> Self {
         match radius_px {
@@ -122,10 +137,20 @@ impl Crowd {
     ) -> Batches {
         self.instances.clear();
         self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
-        let reach_m = models.body.radius_m + models.body.centre.length() + models.wheel.radius_m;
-        let visible = cars.filter(|car| seen(car.position, reach_m).is_some());
-        let bodies = self.fill(|list| list.extend(visible.clone().map(body)));
-        let wheels = self.fill(|list| list.extend(visible.flat_map(wheels)));
+        let level_of = |car: &CarInstance| {
+            seen(car.position, REACH_M)?;
+            Some(seen(car.position, DETAIL_M).unwrap_or(Detail::Far).level())
+        };
+        let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
+        let first = self.instances.len() as u32;
+        let bodies: Vec<_> = (0..models.bodies.len())
+            .map(|style| {
+                let of = |car: &&CarInstance| car.style == style;
+                [0, 1, 2].map(|level| self.fill(|list| list.extend(at(level).filter(of).map(body))))
+            })
+            .collect();
+        let all = first..self.instances.len() as u32;
+        let wheels = [0, 1, 2].map(|level| self.fill(|list| list.extend(at(level).flat_map(wheels))));
         let (kinds, tufts) = forest.map_or((&[][..], &[][..]), |f| (&f.kinds, &f.tufts));
         let wanted = |tuft: &&Tree| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.iter().filter(wanted).map(|tuft| tuft.instance)));
@@ -142,7 +167,7 @@ impl Crowd {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        Batches { bodies, wheels, tufts, trees }
+        Batches { cars: all, bodies, wheels, tufts, trees }
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.
@@ -196,6 +221,7 @@ mod tests {
             hubs: [(1.4, 0.8), (1.4, -0.8), (-1.4, 0.8), (-1.4, -0.8)].map(|(x, y)| Vec3::new(x, y, 0.3)),
             steer_rad: 0.0,
             spin_rad: 0.3,
+            style: 0,
             is_ego: false,
         };
         for (wheel, hub) in wheels(&car).zip(car.hubs) {

@@ -2,6 +2,7 @@
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
+use super::crowd::Batches;
 use crate::scene::{Mesh, Stage, Vertex};
 use glam::Vec3;
 use std::ops::Range;
@@ -37,10 +38,12 @@ pub struct Models {
     pub posts: Ground,
     /// A tuft of grass.
     pub tuft: Model,
-    /// A car without wheels.
-    pub body: Model,
-    /// One wheel.
-    pub wheel: Model,
+    /// Cars without wheels, by style and level: near, mid, far.
+    pub bodies: Vec<[Model; 3]>,
+    /// Windows of the near ones.
+    pub glass: Vec<Model>,
+    /// One wheel by level.
+    pub wheels: [Model; 3],
     /// Trees by kind and [`Detail`](super::crowd::Detail).
     pub trees: Vec<[Model; 4]>,
 }
@@ -61,8 +64,9 @@ impl Models {
         let ground = |mesh| Ground(pieces(mesh).iter().map(&mut add).collect());
         let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
         let tuft = add(&stage.tuft);
-        let body = add(&stage.car_body);
-        let wheel = add(&stage.wheel);
+        let bodies = stage.cars.iter().map(|car| [0, 1, 2].map(|level| add(&car.levels[level]))).collect();
+        let glass = stage.cars.iter().map(|car| add(&car.glass)).collect();
+        let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
         let levels = [&stage.trees, &stage.trees_mid, &stage.trees_far, &stage.trees_shade];
         let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
         let buffer = |label, bytes: &[u8], usage| {
@@ -81,8 +85,9 @@ impl Models {
             land,
             posts,
             tuft,
-            body,
-            wheel,
+            bodies,
+            glass,
+            wheels,
             trees,
         }
     }
@@ -91,6 +96,23 @@ impl Models {
     pub fn bind(&self, pass: &mut wgpu::RenderPass) {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+    }
+
+    /// Draws bodies and wheels of all styles and levels.
+    pub fn draw_cars(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+        for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
+            model.draw(pass, range.clone());
+        }
+        for (model, range) in self.wheels.iter().zip(&batches.wheels) {
+            model.draw(pass, range.clone());
+        }
+    }
+
+    /// Draws the windows of the near cars.
+    pub fn draw_glass(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+        for (model, [near, ..]) in self.glass.iter().zip(&batches.bodies) {
+            model.draw(pass, near.clone());
+        }
     }
 
     /// Draws the trees of all kinds and details.

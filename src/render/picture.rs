@@ -18,6 +18,7 @@ use crate::scene::View;
 #[derive(Debug)]
 pub struct Materials {
     car: wgpu::RenderPipeline,
+    glass: wgpu::RenderPipeline,
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
@@ -147,6 +148,13 @@ impl Bindings {
         let instances = [Some(instance_buffer())];
         Ok(Materials {
             car: workshop.pipeline(&Recipe { program: "car", ..solid.clone() })?,
+            glass: workshop.pipeline(&Recipe {
+                program: "car",
+                colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
+                depth: Some(depth(false, Default::default())),
+                constants: &[("SEEN_THROUGH", 1.0)],
+                ..solid.clone()
+            })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
             tree: workshop.pipeline(&Recipe {
@@ -268,21 +276,25 @@ impl PicturePass {
         self.crowd.bind(&mut pass, 1);
         // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
         pass.set_pipeline(&materials.car);
-        models.body.draw(&mut pass, batches.bodies.clone());
-        models.wheel.draw(&mut pass, batches.wheels.clone());
+        models.draw_cars(&mut pass, &batches);
         models.posts.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.tree);
         models.draw_trees(&mut pass, &batches.trees);
-        models.tuft.draw(&mut pass, batches.tufts);
+        models.tuft.draw(&mut pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);
         models.land.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.contact);
         self.crowd.bind(&mut pass, 0);
-        pass.draw(0..6, batches.bodies);
+        pass.draw(0..6, batches.cars.clone());
         pass.set_pipeline(&materials.sky);
         pass.draw(0..3, 0..1);
+        // Windows over everything behind them.
+        pass.set_pipeline(&materials.glass);
+        models.bind(&mut pass);
+        self.crowd.bind(&mut pass, 1);
+        models.draw_glass(&mut pass, &batches);
     }
 }
 

@@ -227,8 +227,7 @@ impl Layer {
         pass.set_bind_group(0, &self.group, &[]);
         scenery.models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
-        scenery.models.body.draw(&mut pass, batches.bodies.clone());
-        scenery.models.wheel.draw(&mut pass, batches.wheels.clone());
+        scenery.models.draw_cars(&mut pass, batches);
         scenery.models.draw_trees(&mut pass, &batches.trees);
     }
 }

@@ -4,6 +4,7 @@
 pub mod camera;
 pub mod car;
 mod conifer;
+mod fittings;
 mod foliage;
 mod forest;
 mod land;
@@ -95,6 +96,15 @@ pub struct TreePlace {
     pub kind: usize,
 }
 
+/// A body style without wheels: x forward, y left, z up, origin on the ground under the centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CarModel {
+    /// Near, without windows; mid and far, with windows that are not seen through.
+    pub levels: [Mesh; 3],
+    /// The windows of the near one, to be drawn over what is behind them.
+    pub glass: Mesh,
+}
+
 /// Everything that stands still during a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
@@ -118,10 +128,10 @@ pub struct Stage {
     pub tuft_places: Vec<TreePlace>,
     /// Reflector posts along the road; world axes.
     pub posts: Mesh,
-    /// Car body without wheels: x forward, y left, z up, origin on the ground under the centre.
-    pub car_body: Mesh,
-    /// One wheel: axle along y through the origin, outer side towards +y.
-    pub wheel: Mesh,
+    /// Body styles; [`CarInstance::style`] is an index into them.
+    pub cars: Vec<CarModel>,
+    /// One wheel, near, mid and far: axle along y through the origin, outer side towards +y.
+    pub wheels: [Mesh; 3],
     /// Hubs of the four wheels in the body's frame at rest: front left, front right, rear left, rear right.
     pub hubs: [Vec3; 4],
     /// Middle of the road network and the radius that holds all of it, for the bird's-eye view.
@@ -151,6 +161,8 @@ pub struct CarInstance {
     pub steer_rad: f32,
     /// Rolled angle of the wheels, radians.
     pub spin_rad: f32,
+    /// Index into [`Stage::cars`].
+    pub style: usize,
     /// True for the participant's own car: not drawn in the driver's view or the mirror, where the eye sits inside it.
     pub is_ego: bool,
 }

@@ -34,8 +34,8 @@ impl Stage {
             tuft: verge::tuft(seed),
             tuft_places: verge::sow(&near, &relief, seed),
             posts: verge::posts(&map.route),
-            car_body: car::body(),
-            wheel: wheel::wheel(),
+            cars: car::models(),
+            wheels: wheel::wheels(),
             hubs: car::hubs(),
             centre: near.centre(),
             radius_m: near.radius_m(),
@@ -104,9 +104,12 @@ pub(super) mod tests {
     fn every_mesh_is_sound() {
         for map in [ring(250.0), circuit()] {
             let stage = Stage::build(&map, 1);
-            let all = [&stage.road, &stage.land, &stage.car_body, &stage.wheel, &stage.tuft, &stage.posts];
+            let cars = stage.cars.iter().flat_map(|car| car.levels.iter().chain([&car.glass]));
+            let all = [&stage.road, &stage.land, &stage.tuft, &stage.posts];
             for mesh in all
                 .into_iter()
+                .chain(&stage.wheels)
+                .chain(cars)
                 .chain(&stage.trees)
                 .chain(&stage.trees_mid)
                 .chain(&stage.trees_far)
