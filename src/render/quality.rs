@@ -7,7 +7,7 @@
 pub struct Quality {
     /// Samples a pixel: 1 or 4 (other numbers are not everywhere available).
     pub msaa: u32,
-    /// Side of each of the two shadow maps, texels.
+    /// Side of each of the three shadow maps, texels.
     pub shadow_size: u32,
     /// Resolution of the mirror's picture in pixels of the inset, 0.25 to 2.
     pub mirror_scale: f32,
@@ -26,7 +26,7 @@ impl Quality {
     pub const MEDIUM: Self =
         Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 1 };
     /// For a GPU.
-    pub const HIGH: Self = Self { msaa: 4, shadow_size: 4096, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 8 };
+    pub const HIGH: Self = Self { msaa: 4, shadow_size: 3072, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 8 };
 }
 
 impl Quality {
