@@ -1,8 +1,8 @@
 // Cars: clear-coated paint, glass, lamps, metal, rubber; metallic-roughness (GGX) under a coat.
 
-// Radiance of a lit brake lamp, and of the same lamp when it only marks the car's end: 50 to 1.
+// Radiance of a lit brake lamp, and of the same lamp when it only marks the car's end: 75 to 1.
 const BRAKE_LIT = 3.0;
-const RUNNING = 0.06;
+const RUNNING = 0.04;
 
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
@@ -37,9 +37,9 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         shine = 0.0;
         coat = 1.35;
     } else if material == BRAKE_LAMP || material == LAMP {
-        rough = 0.25;
-        shine = 0.6;
-        coat = 1.0;
+        rough = 0.35;
+        shine = 0.3;
+        coat = 0.7;
         // An unlit brake lamp swallows most of what falls on it, so that a lit one cannot be mistaken.
         albedo *= select(1.0, 0.3, material == BRAKE_LAMP);
     } else if material == METAL {
