@@ -2,7 +2,7 @@
 
 struct Frame {
     clip_from_world: mat4x4f,
-    light_from_world: array<mat4x4f, 2>,
+    light_from_world: array<mat4x4f, 3>,
     // xyz eye; w 1 for a perspective lens, 0 for a parallel one
     eye: vec4f,
     forward: vec4f,
@@ -10,7 +10,7 @@ struct Frame {
     up: vec4f,
     // xyz unit direction to the sun; w seconds
     to_sun_time: vec4f,
-    // width of a shadow texel in metres (moving, standing), texels a side
+    // xyz width of a shadow texel in metres (moving, standing near by and far off); w texels a side
     shadow: vec4f,
 }
 

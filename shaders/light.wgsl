@@ -37,42 +37,74 @@ fn mirrored(direction: vec3f, ground: vec3f, rough: f32) -> vec3f {
     return mix(ground, over_ground, smoothstep(-0.05 - soft, 0.02 + soft, direction.z));
 }
 
-fn shadow_layer(layer: i32, world: vec3f, normal: vec3f) -> f32 {
-    let texel = select(frame.shadow.y, frame.shadow.x, layer == 0);
+// A place in a shadow map: xy its clip coordinates, z its depth, w the distance from the middle, 1 at the edge.
+fn in_map(layer: i32, world: vec3f, normal: vec3f, grazing: f32) -> vec4f {
     // Off the surface, against acne: further where the sun grazes.
-    let grazing = 1.0 - clamp(dot(normal, frame.to_sun_time.xyz), 0.0, 1.0);
-    let p = world + normal * texel * (0.7 + 1.6 * grazing);
+    let p = world + normal * frame.shadow[layer] * (0.7 + 1.6 * grazing);
     let clip = frame.light_from_world[layer] * vec4f(p, 1.0);
-    let uv = clip.xy * vec2f(0.5, -0.5) + 0.5;
-    let step = 0.75 / frame.shadow.z;
-    var sum = 0.0;
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-step, -0.35 * step), layer, clip.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(0.35 * step, -step), layer, clip.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(step, 0.35 * step), layer, clip.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-0.35 * step, step), layer, clip.z);
-    // Fade out where the map ends.
-    let edge = max(abs(clip.x), abs(clip.y));
-    return mix(sum * 0.25, 1.0, smoothstep(0.9, 0.99, edge));
+    return vec4f(clip.xyz, max(abs(clip.x), abs(clip.y)));
 }
 
-// How much of the sun arrives: 1 all, 0 none.
+// What of the sun a map lets through, a mean of 4 by 4 texels; all of it beyond the map's edge.
+fn shadow_layer(layer: i32, at: vec4f) -> f32 {
+    let uv = at.xy * vec2f(0.5, -0.5) + 0.5;
+    let step = 0.75 / frame.shadow.w;
+    var sum = 0.0;
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-step, -0.35 * step), layer, at.z);
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(0.35 * step, -step), layer, at.z);
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(step, 0.35 * step), layer, at.z);
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-0.35 * step, step), layer, at.z);
+    return mix(sum * 0.25, 1.0, smoothstep(0.9, 0.99, at.w));
+}
+
+// How much of the sun arrives: 1 all, 0 none. Without branches, of which software rendering takes both sides.
 fn sunshine(world: vec3f, normal: vec3f) -> f32 {
-    return min(shadow_layer(0, world, normal), shadow_layer(1, world, normal));
+    let grazing = 1.0 - clamp(dot(normal, frame.to_sun_time.xyz), 0.0, 1.0);
+    let near = in_map(1, world, normal, grazing);
+    let far = in_map(2, world, normal, grazing);
+    let beyond = near.w > 0.9;
+    let trees = shadow_layer(select(1, 2, beyond), select(near, far, beyond));
+    return min(shadow_layer(0, in_map(0, world, normal, grazing)), trees);
+}
+
+// Roughness widened by how much the normal turns within a pixel, so that small bright images neither flicker nor crawl
+// (after Tokuyoshi and Kaplanyan 2019).
+fn steadied(rough: f32, normal: vec3f) -> f32 {
+    let dx = dpdx(normal);
+    let dy = dpdy(normal);
+    let spread = min(0.5 * (dot(dx, dx) + dot(dy, dy)), 0.18);
+    let a = rough * rough;
+    return sqrt(sqrt(clamp(a * a + spread, 0.0, 1.0)));
 }
 
 // Microfacet reflection of the sun (GGX; Walter et al. 2007; Smith visibility after Karis 2013), times the cosine.
-fn sun_glint(normal: vec3f, view: vec3f, roughness: f32, f0: f32) -> vec3f {
+fn sun_gloss(normal: vec3f, view: vec3f, rough: f32, f0: vec3f) -> vec3f {
     let sun = frame.to_sun_time.xyz;
     let half_way = normalize(view + sun);
     let nh = clamp(dot(normal, half_way), 0.0, 1.0);
     let nl = clamp(dot(normal, sun), 0.0, 1.0);
     let nv = clamp(dot(normal, view), 0.02, 1.0);
-    let a = roughness * roughness;
+    let a = max(rough * rough, 0.004);
     let d = nh * nh * (a * a - 1.0) + 1.0;
     let k = 0.5 * a;
     let shape = a * a / (d * d) * 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
-    let f = f0 + (1.0 - f0) * pow(1.0 - clamp(dot(view, half_way), 0.0, 1.0), 5.0);
-    return min(SUN * (shape * f * nl), vec3f(14.0));
+    let x = 1.0 - clamp(dot(view, half_way), 0.0, 1.0);
+    let x2 = x * x;
+    let f = f0 + (1.0 - f0) * (x2 * x2 * x);
+    return min(SUN * (shape * nl) * f, vec3f(14.0));
+}
+
+fn sun_glint(normal: vec3f, view: vec3f, roughness: f32, f0: f32) -> vec3f {
+    return sun_gloss(normal, view, roughness, vec3f(f0));
+}
+
+// Share of even surroundings that a rough surface mirrors: scale and offset of its reflectance head on (the fit of Karis
+// 2014 to the integral of the microfacet model).
+fn mirrors(normal: vec3f, view: vec3f, rough: f32) -> vec2f {
+    let nv = clamp(dot(normal, view), 0.0, 1.0);
+    let r = rough * vec4f(-1.0, -0.0275, -0.572, 0.022) + vec4f(1.0, 0.0425, 1.04, -0.04);
+    let a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    return vec2f(-1.04, 1.04) * a + r.zw;
 }
 
 fn fresnel(normal: vec3f, view: vec3f, f0: f32) -> f32 {

@@ -11,8 +11,8 @@ use glam::{Affine3A, Mat4, Vec3};
 pub struct Frame {
     /// World to clip space, depth reversed.
     pub clip_from_world: [[f32; 4]; 4],
-    /// World to the shadow maps: moving things, standing things.
-    pub light_from_world: [[[f32; 4]; 4]; 2],
+    /// World to the shadow maps: moving things, standing things near by, standing things far off.
+    pub light_from_world: [[[f32; 4]; 4]; 3],
     /// Eye, metres; w is 1 for a perspective lens, 0 for a parallel one.
     pub eye: [f32; 4],
     /// Optical axis.
@@ -23,7 +23,7 @@ pub struct Frame {
     pub up: [f32; 4],
     /// Unit direction to the sun; w is the time in seconds.
     pub to_sun_time: [f32; 4],
-    /// Width of a shadow texel in metres (moving, standing), texels per map side, unused.
+    /// Width of a shadow texel in metres, likewise; texels per map side.
     pub shadow: [f32; 4],
 }
 

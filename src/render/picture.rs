@@ -12,6 +12,7 @@ use super::{
     shadow::Lights,
 };
 use crate::scene::View;
+use glam::Vec3;
 
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
@@ -309,7 +310,7 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
         right: right.extend(0.0).to_array(),
         up: up.extend(0.0).to_array(),
         to_sun_time: view.to_sun.extend(view.time_s).to_array(),
-        shadow: [lights.texel_m[0], lights.texel_m[1], lights.size as f32, 0.0],
+        shadow: Vec3::from(lights.texel_m).extend(lights.size as f32).to_array(),
     }
 }
 

@@ -7,7 +7,7 @@
 pub struct Quality {
     /// Samples a pixel: 1 or 4 (other numbers are not everywhere available).
     pub msaa: u32,
-    /// Side of each of the two shadow maps, texels.
+    /// Side of each of the three shadow maps, texels.
     pub shadow_size: u32,
     /// Resolution of the mirror's picture in pixels of the inset, 0.25 to 2.
     pub mirror_scale: f32,
@@ -45,7 +45,7 @@ impl Quality {
         grass_m: 30.0,
     };
     /// For a GPU.
-    pub const HIGH: Self = Self { shadow_size: 4096, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
+    pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }
 
 impl Quality {
