@@ -102,7 +102,8 @@ fn a_ring_is_the_same_whoever_is_beside_it() {
     alone.set(2, &mine);
     mixed.set(9, &mine);
     for _ in 0..300 {
-        (alone.run(1), mixed.run(1));
+        alone.run(1);
+        mixed.run(1);
         let bits = |ring: &RingBlock, l| ring.speeds_mps(l).map(f32::to_bits).collect::<Vec<_>>();
         assert_eq!(bits(&alone, 2), bits(&mixed, 9));
     }
@@ -114,7 +115,8 @@ fn other_exponents_take_the_general_power() {
     let idm = IdmParams { delta: 4.0 + 1e-6, v0: 8.0, ..quiet() };
     let mut general = block(&RingStart::bunched(12, 250.0, idm, 0));
     let mut fourth = block(&RingStart::bunched(12, 250.0, IdmParams { delta: 4.0, ..idm }, 0));
-    (general.run(200), fourth.run(200));
+    general.run(200);
+    fourth.run(200);
     for (a, b) in general.speeds_mps(0).zip(fourth.speeds_mps(0)) {
         assert!((a - b).abs() < 1e-3, "{a} {b}");
     }
