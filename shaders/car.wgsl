@@ -4,6 +4,9 @@
 const BRAKE_LIT = 3.0;
 const RUNNING = 0.04;
 
+// 1 where windows are drawn over what is behind them.
+override SEEN_THROUGH: f32 = 0.0;
+
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
     let view = to_eye(in.world);
@@ -70,5 +73,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // Lamps: dark red plastic that turns into a light.
     let lit = select(0.0, mix(RUNNING, BRAKE_LIT, in.paint.w), material == BRAKE_LAMP);
     light += lit * vec3f(1.0, 0.0046, 0.003);
-    return vec4f(through_air(light, in.world), 1.0);
+    // Tinted glass takes 45 % of the light behind it, and what it mirrors besides.
+    let alpha = mix(1.0, 0.45 + 0.55 * reflected, select(0.0, SEEN_THROUGH, material == GLASS));
+    return vec4f(through_air(light, in.world), alpha);
 }

@@ -19,6 +19,7 @@ use glam::Vec3;
 #[derive(Debug)]
 pub struct Materials {
     car: wgpu::RenderPipeline,
+    glass: wgpu::RenderPipeline,
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
@@ -40,6 +41,7 @@ pub struct Bindings {
 pub struct PicturePass {
     label: &'static str,
     samples: u32,
+    grass_m: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
     crowd: Crowd,
@@ -147,6 +149,13 @@ impl Bindings {
         let instances = [Some(instance_buffer())];
         Ok(Materials {
             car: workshop.pipeline(&Recipe { program: "car", ..solid.clone() })?,
+            glass: workshop.pipeline(&Recipe {
+                program: "car",
+                colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
+                depth: Some(depth(false, Default::default())),
+                constants: &[("SEEN_THROUGH", 1.0)],
+                ..solid.clone()
+            })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
             tree: workshop.pipeline(&Recipe {
@@ -211,6 +220,7 @@ impl PicturePass {
         Self {
             label,
             samples: quality.msaa,
+            grass_m: quality.grass_m,
             group,
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
@@ -250,28 +260,42 @@ impl PicturePass {
         let cars = view.cars.iter().filter(|car| with_ego || !car.is_ego);
         let gpu = (&scenery.device, &scenery.queue);
         let models = &scenery.models;
-        let batches = self.crowd.gather(gpu, models, cars, Some(&scenery.forest), |centre, radius_m| {
-            optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m)))
-        });
+        let batches = self.crowd.gather(
+            gpu,
+            models,
+            cars,
+            Some(&scenery.forest),
+            |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
+            |centre, radius_m| {
+                optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
+                    && optics.sees(centre, radius_m)
+            },
+        );
         let mut pass = self.targets.begin(encoder, self.label, stamps);
         pass.set_bind_group(0, &self.group, &[]);
         models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
         // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
         pass.set_pipeline(&materials.car);
-        models.body.draw(&mut pass, batches.bodies.clone());
-        models.wheel.draw(&mut pass, batches.wheels.clone());
+        models.draw_cars(&mut pass, &batches);
+        models.posts.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.tree);
         models.draw_trees(&mut pass, &batches.trees);
+        models.tuft.draw(&mut pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);
         models.land.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.contact);
         self.crowd.bind(&mut pass, 0);
-        pass.draw(0..6, batches.bodies);
+        pass.draw(0..6, batches.cars.clone());
         pass.set_pipeline(&materials.sky);
         pass.draw(0..3, 0..1);
+        // Windows over everything behind them.
+        pass.set_pipeline(&materials.glass);
+        models.bind(&mut pass);
+        self.crowd.bind(&mut pass, 1);
+        models.draw_glass(&mut pass, &batches);
     }
 }
 

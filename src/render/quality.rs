@@ -16,17 +16,36 @@ pub struct Quality {
     pub most_pixels: u32,
     /// Anisotropy of the ground's grain, 1 to 16. Above 1 is for a GPU only: software pays ten times.
     pub anisotropy: u16,
+    /// Up to this distance tufts of grass are drawn, metres.
+    #[serde(default = "grass_m")]
+    pub grass_m: f32,
+}
+
+fn grass_m() -> f32 {
+    Quality::MEDIUM.grass_m
 }
 
 impl Quality {
     /// For tests and software rendering.
-    pub const LOW: Self =
-        Self { msaa: 1, shadow_size: 1024, mirror_scale: 0.75, most_pixels: 768 * 432, anisotropy: 1 };
+    pub const LOW: Self = Self {
+        msaa: 1,
+        shadow_size: 1024,
+        mirror_scale: 0.75,
+        most_pixels: 768 * 432,
+        anisotropy: 1,
+        grass_m: 16.0,
+    };
     /// Smooth edges; the picture of `codrive render`.
-    pub const MEDIUM: Self =
-        Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 1 };
+    pub const MEDIUM: Self = Self {
+        msaa: 4,
+        shadow_size: 2048,
+        mirror_scale: 1.0,
+        most_pixels: u32::MAX,
+        anisotropy: 1,
+        grass_m: 30.0,
+    };
     /// For a GPU.
-    pub const HIGH: Self = Self { msaa: 4, shadow_size: 3072, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 8 };
+    pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }
 
 impl Quality {

@@ -212,9 +212,14 @@ impl Layer {
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
         let forest = trees.then_some(&scenery.forest);
         let cars = if trees { &[][..] } else { &view.cars };
-        self.crowd.gather((&scenery.device, queue), &scenery.models, cars.iter(), forest, |centre, radius_m| {
-            cover.touches(centre, radius_m).then_some(Detail::Near)
-        })
+        self.crowd.gather(
+            (&scenery.device, queue),
+            &scenery.models,
+            cars.iter(),
+            forest,
+            |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
+            |_, _| false,
+        )
     }
 
     fn draw(
@@ -239,8 +244,7 @@ impl Layer {
         pass.set_bind_group(0, &self.group, &[]);
         scenery.models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
-        scenery.models.body.draw(&mut pass, batches.bodies.clone());
-        scenery.models.wheel.draw(&mut pass, batches.wheels.clone());
+        scenery.models.draw_cars(&mut pass, batches);
         scenery.models.draw_trees(&mut pass, &batches.trees);
     }
 }

@@ -34,7 +34,7 @@ pub struct Scenario {
     #[schemars(range(min = 0, max = 9007199254740991_u64))]
     pub seed: u64,
 
-    /// Who advises: none, constant, two-phase, follower-stopper or pi
+    /// Who advises: none, constant, two-phase, follower-stopper, pi, or the FILE.toml of a trained one
     pub policy: String,
     /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
     #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
