@@ -9,12 +9,13 @@ struct Print {
     corner: f32,
     exposure: f32,
     soften: f32,
-    pad: f32,
+    glow: f32,
 }
 
 @group(0) @binding(0) var<uniform> print: Print;
 @group(0) @binding(1) var light: texture_2d<f32>;
 @group(0) @binding(2) var light_sampler: sampler;
+@group(0) @binding(3) var halo: texture_2d<f32>;
 
 struct Point {
     @builtin(position) clip: vec4f,
@@ -94,6 +95,7 @@ fn fragment(in: Point) -> @location(0) vec4f {
     if print.soften > 0.5 {
         colour = smoothed(uv, colour);
     }
+    colour += print.glow * textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
     let picture = srgb(tone(colour)) + dither(in.clip.xy);
 
     // Distance to the rounded rectangle, negative inside.

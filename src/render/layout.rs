@@ -63,8 +63,8 @@ pub struct Print {
     pub exposure: f32,
     /// 1 to filter the steps along edges, else 0.
     pub soften: f32,
-    /// Padding to a multiple of 16 bytes.
-    pub pad: f32,
+    /// Factor on the halo; 0 for a picture without one.
+    pub glow: f32,
 }
 
 /// One placed mesh: a car's body, a wheel, a tree, the road.
@@ -155,7 +155,7 @@ mod tests {
         );
         same_layout!(Air, "road", "Air", [extinction, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
-        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, pad]);
+        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, glow]);
     }
 
     #[test]

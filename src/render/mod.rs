@@ -1,7 +1,7 @@
 //! The picture on the GPU. In: a [`Stage`] once, a [`View`] each frame. Out: pixels in a window's surface or in a
 //! texture, by the same code.
 //!
-//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirror), [`develop`], the dial, and the
+//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirror), [`develop`] (with [`glow`]), the dial, and the
 //! experimenter's panel. [`Renderer::draw`] is the whole recipe. Nothing is made while driving: buffers grow only when
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
@@ -9,6 +9,7 @@ pub mod air;
 pub mod crowd;
 pub mod develop;
 pub mod dial;
+pub mod glow;
 pub mod gpu;
 pub mod grain;
 pub mod layout;
@@ -34,6 +35,7 @@ use crate::scene::{Stage, View, ViewKind};
 use air::AirPass;
 use develop::{DevelopPass, DevelopPipeline, mirror_rect};
 use dial::DialPass;
+use glow::{GlowPass, GlowPipelines};
 use lens::Optics;
 use picture::{Bindings, Materials, PicturePass};
 use pipeline::Workshop;
@@ -58,6 +60,7 @@ pub struct Renderer {
     shadow: ShadowPass,
     main: PicturePass,
     mirror: PicturePass,
+    glow: GlowPass,
     develop: DevelopPass,
     dial: DialPass,
     panel: UiPass,
@@ -77,6 +80,7 @@ pub struct Panel<'a> {
 struct Pipelines {
     shadow: ShadowPipeline,
     materials: Materials,
+    glow: GlowPipelines,
     develop: DevelopPipeline,
 }
 
@@ -92,14 +96,16 @@ impl Renderer {
         let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mut develop = DevelopPass::new(device, format);
-        develop.fit(device, main.light(), mirror.light());
+        let mut glow = GlowPass::new(device);
+        glow.fit(device, main.light(), [1, 1]);
+        develop.fit(device, main.light(), mirror.light(), glow.halo());
         let mut workshop = Workshop { device, sources: &Sources::built_in(), made: 0 };
-        let pipelines = Pipelines::new(&mut workshop, &bindings, &shadow, &develop, &quality)
+        let pipelines = Pipelines::new(&mut workshop, &bindings, &shadow, &glow, &develop, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
         let timing = Timing::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
-        Self { scenery, quality, bindings, pipelines, air, shadow, main, mirror, develop, dial, panel, timing }
+        Self { scenery, quality, bindings, pipelines, air, shadow, main, mirror, glow, develop, dial, panel, timing }
     }
 
     /// Goes on drawing the panel that `old` drew: its context has sent its fonts there, and sends them once.
@@ -109,14 +115,15 @@ impl Renderer {
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { scenery, air, shadow, main, mirror, develop, dial, pipelines, timing, .. } = self;
+        let Self { scenery, air, shadow, main, mirror, glow, develop, dial, pipelines, timing, .. } = self;
         let (device, queue) = (&scenery.device, &scenery.queue);
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
         let drawn = self.quality.drawn_size(size);
         if main.fit(device, drawn) | mirror.fit(device, inset) {
-            develop.fit(device, main.light(), mirror.light());
+            glow.fit(device, main.light(), drawn);
+            develop.fit(device, main.light(), mirror.light(), glow.halo());
         }
 
         // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
@@ -139,9 +146,10 @@ impl Renderer {
         }
         let stamp = stamps(Pass::Develop);
         let exposure = air.fit(queue, view.to_sun, view.visibility_m);
+        glow.draw(e, stamp.as_ref(), &pipelines.glow);
         develop.draw(
             e,
-            stamp,
+            stamp.as_ref().map(timing::end_only),
             &pipelines.develop,
             queue,
             target,
@@ -187,7 +195,8 @@ impl Renderer {
         // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let mut workshop = Workshop { device, sources: &sources, made: 0 };
-        let made = Pipelines::new(&mut workshop, &self.bindings, &self.shadow, &self.develop, &self.quality);
+        let made =
+            Pipelines::new(&mut workshop, &self.bindings, &self.shadow, &self.glow, &self.develop, &self.quality);
         let refused = pollster::block_on(scope.pop());
         let pipelines = made?;
         if let Some(error) = refused {
@@ -204,12 +213,14 @@ impl Pipelines {
         workshop: &mut Workshop,
         bindings: &Bindings,
         shadow: &ShadowPass,
+        glow: &GlowPass,
         develop: &DevelopPass,
         quality: &Quality,
     ) -> Result<Self, String> {
         Ok(Self {
             shadow: shadow.pipeline(workshop)?,
             materials: bindings.materials(workshop, quality)?,
+            glow: glow.pipelines(workshop)?,
             develop: develop.pipeline(workshop)?,
         })
     }

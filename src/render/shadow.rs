@@ -11,6 +11,7 @@ use super::{
     lens::Optics,
     pipeline::{DEPTH, Recipe, Workshop},
     scenery::Scenery,
+    timing,
 };
 use crate::scene::View;
 use glam::{Mat4, Vec3, camera::rh};
@@ -179,12 +180,24 @@ impl ShadowPass {
         let covers = covers(view.to_sun, optics);
         let lights = covers.map(|cover| cover.clip_from_world(self.size));
         let batches = self.moving.gather(scenery, view, covers[0], lights[0], false);
-        self.moving.draw(encoder, stamps, pipeline, scenery, &batches);
+        // One time for all: from the first map's begin to the last one's end.
+        let stale = [0, 1].map(|i| self.drawn[i] != Some(covers[i + 1]));
+        let last = stale.iter().rposition(|stale| *stale).map_or(0, |i| i + 1);
+        let stamp = |map: usize| {
+            let stamps = stamps.as_ref()?;
+            match (map == 0, map == last) {
+                (true, true) => Some(stamps.clone()),
+                (true, false) => Some(timing::begin_only(stamps)),
+                (false, true) => Some(timing::end_only(stamps)),
+                (false, false) => None,
+            }
+        };
+        self.moving.draw(encoder, stamp(0), pipeline, scenery, &batches);
         for (i, layer) in self.standing.iter_mut().enumerate() {
             let cover = covers[i + 1];
-            if self.drawn[i] != Some(cover) {
+            if stale[i] {
                 let batches = layer.gather(scenery, view, cover, lights[i + 1], true);
-                layer.draw(encoder, None, pipeline, scenery, &batches);
+                layer.draw(encoder, stamp(i + 1), pipeline, scenery, &batches);
                 self.drawn[i] = Some(cover);
             }
         }
