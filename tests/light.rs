@@ -7,7 +7,7 @@ mod place;
 
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, sky::Sky},
-    scene::{Camera, Lens, Mesh, Stage, Vertex, View, ViewKind, ViewOptions},
+    scene::{CarModel, Camera, Lens, Mesh, Stage, Vertex, View, ViewKind, ViewOptions},
 };
 use glam::{Quat, Vec3};
 use image::RgbaImage;
@@ -72,12 +72,14 @@ fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
         let options = ViewOptions { visibility_m, ..ViewOptions::default() }.at_hour(time_h);
         let to_sun = options.to_sun();
         // A card above the bonnet, and above the camera a roof whose shadow falls on one half of it.
-        let mut stage = Stage { car_body: Mesh::default(), ..stage(false).clone() };
-        card(&mut stage.car_body, Vec3::Z * 1.2, 6.0, GREY);
+        let mut cards = Mesh::default();
+        card(&mut cards, Vec3::Z * 1.2, 6.0, GREY);
         let height = 6.0;
         let pose = on_lane(40.0, 0.0);
         let body_from_world = Quat::from_rotation_z(-pose.yaw_rad as f32);
-        card(&mut stage.car_body, Vec3::Z * 1.2 + body_from_world * to_sun * (height / to_sun.z), 1.5, GREY);
+        card(&mut cards, Vec3::Z * 1.2 + body_from_world * to_sun * (height / to_sun.z), 1.5, GREY);
+        let model = CarModel { levels: [cards.clone(), cards.clone(), cards], glass: Mesh::default() };
+        let stage = Stage { cars: vec![model; stage(false).cars.len()], ..stage(false).clone() };
         let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Birdseye, &options);
         let middle = pose.position.as_vec2().extend(1.2);
         from_above(&mut view, middle);

@@ -13,6 +13,8 @@ use std::ops::Range;
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batches {
+    /// The ego seen from inside, if it is.
+    pub inside: Range<u32>,
     /// All car bodies: the patches of contact shade under them.
     pub cars: Range<u32>,
     /// Car bodies by style and level: near, mid, far.
@@ -110,6 +112,15 @@ impl Forest {
     }
 }
 
+/// What a picture shows besides cars.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Around<'a> {
+    /// Trees and grass.
+    pub forest: Option<&'a Forest>,
+    /// The ego, seen from inside.
+    pub inside: Option<&'a CarInstance>,
+}
+
 /// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
 #[derive(Debug)]
 pub struct Crowd {
@@ -131,7 +142,7 @@ impl Crowd {
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         models: &Models,
         cars: impl Iterator<Item = &'a CarInstance> + Clone,
-        forest: Option<&Forest>,
+        around: Around,
         seen: impl Fn(Vec3, f32) -> Option<Detail>,
         grass: impl Fn(Vec3, f32) -> bool,
     ) -> Batches {
@@ -142,6 +153,7 @@ impl Crowd {
             Some(seen(car.position, DETAIL_M).unwrap_or(Detail::Far).level())
         };
         let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
+        let inside = self.fill(|list| list.extend(around.inside.map(body)));
         let first = self.instances.len() as u32;
         let bodies: Vec<_> = (0..models.bodies.len())
             .map(|style| {
@@ -151,7 +163,7 @@ impl Crowd {
             .collect();
         let all = first..self.instances.len() as u32;
         let wheels = [0, 1, 2].map(|level| self.fill(|list| list.extend(at(level).flat_map(wheels))));
-        let (kinds, tufts) = forest.map_or((&[][..], &[][..]), |f| (&f.kinds, &f.tufts));
+        let (kinds, tufts) = around.forest.map_or((&[][..], &[][..]), |f| (&f.kinds, &f.tufts));
         let wanted = |tuft: &&Tree| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.iter().filter(wanted).map(|tuft| tuft.instance)));
         let trees = kinds
@@ -167,7 +179,7 @@ impl Crowd {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        Batches { cars: all, bodies, wheels, tufts, trees }
+        Batches { inside, cars: all, bodies, wheels, tufts, trees }
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.

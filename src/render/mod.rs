@@ -37,7 +37,7 @@ use develop::{DevelopPass, DevelopPipeline, mirror_rect};
 use dial::DialPass;
 use glow::{GlowPass, GlowPipelines};
 use lens::Optics;
-use picture::{Bindings, Materials, PicturePass};
+use picture::{Bindings, Ego, Materials, PicturePass};
 use pipeline::Workshop;
 use scenery::Scenery;
 use shader::Sources;
@@ -131,7 +131,8 @@ impl Renderer {
         let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
         let optics = Optics::new(camera, size);
         let glass = view.mirror.as_ref().filter(|_| !alone).map(|camera| Optics::new(camera, inset));
-        let with_ego = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
+        let from_outside = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
+        let ego = if from_outside { Ego::Outside } else { Ego::Inside };
 
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
@@ -140,9 +141,9 @@ impl Renderer {
         let timed = timing.as_ref();
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let lights = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
-        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, with_ego);
+        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego);
         if let Some(optics) = &glass {
-            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, false);
+            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, Ego::Nowhere);
         }
         let stamp = stamps(Pass::Develop);
         let exposure = air.fit(queue, view.to_sun, view.visibility_m);

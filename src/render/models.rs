@@ -42,6 +42,8 @@ pub struct Models {
     pub bodies: Vec<[Model; 3]>,
     /// Windows of the near ones.
     pub glass: Vec<Model>,
+    /// What the driver sees of the own car.
+    pub interior: Model,
     /// One wheel by level.
     pub wheels: [Model; 3],
     /// Trees by kind and [`Detail`](super::crowd::Detail).
@@ -66,6 +68,7 @@ impl Models {
         let tuft = add(&stage.tuft);
         let bodies = stage.cars.iter().map(|car| [0, 1, 2].map(|level| add(&car.levels[level]))).collect();
         let glass = stage.cars.iter().map(|car| add(&car.glass)).collect();
+        let interior = add(&stage.interior);
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
         let levels = [&stage.trees, &stage.trees_mid, &stage.trees_far, &stage.trees_shade];
         let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
@@ -87,6 +90,7 @@ impl Models {
             tuft,
             bodies,
             glass,
+            interior,
             wheels,
             trees,
         }
@@ -103,6 +107,7 @@ impl Models {
         for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
             model.draw(pass, range.clone());
         }
+        self.interior.draw(pass, batches.inside.clone());
         for (model, range) in self.wheels.iter().zip(&batches.wheels) {
             model.draw(pass, range.clone());
         }

@@ -3,7 +3,7 @@
 
 use super::{
     air::AirPass,
-    crowd::{Crowd, Detail},
+    crowd::{Around, Crowd, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, HDR, Recipe, Workshop},
@@ -25,6 +25,17 @@ pub struct Materials {
     contact: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
+}
+
+/// How the ego is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ego {
+    /// As any other car.
+    Outside,
+    /// By its driver.
+    Inside,
+    /// Not at all.
+    Nowhere,
 }
 
 /// What the scene's pipelines may read.
@@ -253,18 +264,20 @@ impl PicturePass {
         view: &View,
         optics: &Optics,
         lights: &Lights,
-        with_ego: bool,
+        ego: Ego,
     ) {
         let frame = frame(view, optics, lights);
         scenery.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
-        let cars = view.cars.iter().filter(|car| with_ego || !car.is_ego);
+        let cars = view.cars.iter().filter(|car| ego == Ego::Outside || !car.is_ego);
+        let inside = view.cockpit.as_ref().filter(|_| ego == Ego::Inside);
+        let around = Around { forest: Some(&scenery.forest), inside };
         let gpu = (&scenery.device, &scenery.queue);
         let models = &scenery.models;
         let batches = self.crowd.gather(
             gpu,
             models,
             cars,
-            Some(&scenery.forest),
+            around,
             |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
             |centre, radius_m| {
                 optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m

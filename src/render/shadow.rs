@@ -6,7 +6,7 @@
 //! shadows. Each moves by whole texels, so that the edges of shadows stay on the ground while the camera drives.
 
 use super::{
-    crowd::{Batches, Crowd, Detail},
+    crowd::{Around, Batches, Crowd, Detail},
     layout::{Light, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, Recipe, Workshop},
@@ -210,13 +210,13 @@ impl Layer {
     fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, light: Mat4, trees: bool) -> Batches {
         let queue = &scenery.queue;
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
-        let forest = trees.then_some(&scenery.forest);
+        let around = Around { forest: trees.then_some(&scenery.forest), inside: None };
         let cars = if trees { &[][..] } else { &view.cars };
         self.crowd.gather(
             (&scenery.device, queue),
             &scenery.models,
             cars.iter(),
-            forest,
+            around,
             |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
             |_, _| false,
         )

@@ -3,6 +3,7 @@
 
 pub mod camera;
 pub mod car;
+mod cockpit;
 mod conifer;
 mod fittings;
 mod foliage;
@@ -130,6 +131,8 @@ pub struct Stage {
     pub posts: Mesh,
     /// Body styles; [`CarInstance::style`] is an index into them.
     pub cars: Vec<CarModel>,
+    /// What the driver sees of the own car; same frame.
+    pub interior: Mesh,
     /// One wheel, near, mid and far: axle along y through the origin, outer side towards +y.
     pub wheels: [Mesh; 3],
     /// Hubs of the four wheels in the body's frame at rest: front left, front right, rear left, rear right.
@@ -227,6 +230,8 @@ pub struct View {
     pub mirror: Option<Camera>,
     /// All cars, the ego among them.
     pub cars: Vec<CarInstance>,
+    /// The own car around the driver's eye, drawn with [`Stage::interior`]; steadied as the camera is.
+    pub cockpit: Option<CarInstance>,
     /// Unit direction **towards** the sun.
     pub to_sun: Vec3,
     /// Distance at which haze leaves 2 % of a contrast, metres.

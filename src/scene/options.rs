@@ -18,6 +18,8 @@ pub struct ViewOptions {
     pub eye_distance_m: f32,
     /// How much of the body's pitch and roll the driver's camera takes part in, 0..1: less is easier on the stomach.
     pub body_motion: f32,
+    /// In the driver's view, the own bonnet, dashboard and pillars are seen.
+    pub cockpit: bool,
     /// The rear-view mirror.
     pub mirror: MirrorOptions,
     /// Unit of the speedometer.
@@ -61,6 +63,7 @@ impl Default for ViewOptions {
             screen_width_m: 1.2176,
             eye_distance_m: 1.0,
             body_motion: 0.3,
+            cockpit: true,
             mirror: MirrorOptions { position: Vec3::new(0.30, 0.0, 1.26), fov_x_deg: 30.0, tilt_deg: 2.5 },
             unit: SpeedUnit::default(),
             dial_full_scale: None,

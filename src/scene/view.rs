@@ -15,6 +15,8 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
     let ego = EgoAt::new(snapshot, fraction);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
+    let cockpit = (options.cockpit && kind == ViewKind::Driver)
+        .then(|| CarInstance { rotation: ego.steadied(options.body_motion), ..cars[0] });
     let camera = match kind {
         ViewKind::Driver => driver_camera(&ego, options),
         ViewKind::Mirror => mirror_camera(&ego, options),
@@ -27,6 +29,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
         cars,
+        cockpit,
         to_sun: options.to_sun(),
         visibility_m: options.visibility_m,
         time_s: (snapshot.tick.seconds() - before_s).max(0.0) as f32,

@@ -3,7 +3,7 @@
 use crate::{pixels::*, place::*};
 use codrive::{
     render::{Quality, develop::mirror_rect},
-    scene::{Camera, ViewKind},
+    scene::{Camera, ViewKind, ViewOptions},
     space::Pose,
 };
 use glam::{Vec2, Vec3};
@@ -73,11 +73,22 @@ fn a_car_behind_shows_in_the_mirror_on_its_own_side_and_only_there() {
 fn the_ego_is_seen_from_outside_only() {
     let snapshot = full_ring();
     for kind in [ViewKind::Driver, ViewKind::Mirror, ViewKind::Chase, ViewKind::Birdseye] {
-        let image = draw(&view(&snapshot, kind, &marked_ego()), true, SIZE);
+        let options = ViewOptions { cockpit: false, ..marked_ego() };
+        let image = draw(&view(&snapshot, kind, &options), true, SIZE);
         let seen = pixels(&image, is_magenta).len();
         let outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
         assert!(if outside { seen > 10 } else { seen == 0 }, "{kind:?}: {seen} pixels");
     }
+}
+
+#[test]
+fn of_the_own_car_the_driver_sees_the_bonnet_at_the_lower_edge() {
+    let image = draw(&view(&full_ring(), ViewKind::Driver, &marked_ego()), true, SIZE);
+    let seen = pixels(&image, is_magenta);
+    assert!(seen.len() > 500, "{} pixels", seen.len());
+    // The bonnet's edge is 9 degrees below the horizon, 24 % of the picture's height.
+    let highest = seen.iter().map(|p| p[1]).min().unwrap_or(0);
+    assert!((0.68..0.82).contains(&(highest as f32 / SIZE[1] as f32)), "row {highest}");
 }
 
 #[test]
