@@ -3,6 +3,7 @@
 
 mod bench;
 mod drive;
+mod evaluate;
 mod flags;
 mod map;
 mod render;
@@ -46,6 +47,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("map", m)) => map::main(m),
         Some(("bench", m)) => bench::main(m),
         Some(("train", m)) => train::main(m),
+        Some(("evaluate", m)) => evaluate::main(m),
         _ => unreachable!("clap requires a command and with_default_command adds one"),
     };
     match done {
@@ -71,6 +73,7 @@ pub fn command() -> Command {
         .subcommand(flags::add(run::command()))
         .subcommand(flags::add(render::command()))
         .subcommand(train::command())
+        .subcommand(evaluate::command())
         .subcommand(map::command())
         .subcommand(flags::add(bench::command()))
 }

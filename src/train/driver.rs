@@ -3,7 +3,8 @@
 //!
 //! A simulated driver responds `reaction_s` late, tracks with an error that wanders (Ornstein and Uhlenbeck 1930) and has
 //! a habit of driving faster or slower; what it follows is the speed on the dial (DESIGN 1), also where the policy puts
-//! out an acceleration.
+//! out an acceleration. It keeps the model's distance to its leader; an ego that follows to the letter brakes, if it is
+//! set so, where it must to avoid a collision.
 
 use super::{
     config::{FollowKind, TrainConfig},
@@ -15,6 +16,9 @@ use serde::{Deserialize, Serialize};
 
 /// Time in which a driver closes the difference to the target, seconds (`driver`'s presets).
 const EAGERNESS_S: f32 = 1.5;
+
+/// Gap that an ego guarded against collisions keeps when it stops, metres.
+const SAFE_GAP_M: f32 = 1.0;
 
 /// What stands for a ring.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,7 +61,7 @@ impl Follower {
         Self {
             step_s: config.step_s as f32,
             is_driver: config.follow == FollowKind::Driver,
-            brakes: config.brakes_for_leader || config.follow == FollowKind::Driver,
+            brakes: config.brakes_for_leader,
             accel_mps2: config.ego_accel_mps2 as f32,
             decel_mps2: config.ego_decel_mps2 as f32,
             mode: [Mode::Model; LANES],
@@ -120,10 +124,23 @@ impl Follower {
         let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
         let dt = self.step_s;
         lane(|l| {
-            let driven =
-                if self.mode[l] == Mode::Model || (self.brakes && model[l] < wanted[l]) { model[l] } else { wanted[l] };
-            (speed[l] + driven * dt).max(0.0)
+            let keeps_distance = self.is_driver && model[l] < wanted[l];
+            if self.mode[l] == Mode::Model || keeps_distance {
+                return (speed[l] + model[l] * dt).max(0.0);
+            }
+            let driven = (speed[l] + wanted[l] * dt).max(0.0);
+            if self.brakes { driven.min(self.safe_mps(ring.gap_m()[l], ring.leader_mps()[l])) } else { driven }
         })
+    }
+
+    /// The highest speed from which the ego can still stop behind its leader if that brakes as hard as the ego can (the
+    /// safe speed of Krauss 1998 with one step of delay; SUMO, and with it Flow, guards its cars alike). Unlike the
+    /// model's own distance it binds only where it must.
+    #[inline(always)]
+    fn safe_mps(&self, gap_m: f32, leader_mps: f32) -> f32 {
+        let (b, delay_mps) = (self.decel_mps2, self.decel_mps2 * self.step_s);
+        let room_m = (gap_m - SAFE_GAP_M).max(0.0);
+        (delay_mps * delay_mps + leader_mps * leader_mps + 2.0 * b * room_m).sqrt() - delay_mps
     }
 
     #[inline(always)]

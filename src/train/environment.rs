@@ -104,6 +104,11 @@ impl EnvBlock {
         }
     }
 
+    /// The configuration that the block keeps says so too.
+    pub(super) fn set_iterations(&mut self, iterations: u32) {
+        self.config.iterations = iterations;
+    }
+
     /// The rings themselves.
     pub fn rings(&self) -> &RingBlock {
         &self.ring

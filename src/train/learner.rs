@@ -124,6 +124,7 @@ impl Learner {
     /// Goes on for so many updates in all; the rest of a configuration cannot change under way.
     pub fn set_iterations(&mut self, iterations: u32) {
         self.config.iterations = iterations;
+        self.blocks.iter_mut().for_each(|actor| actor.env.set_iterations(iterations));
     }
 
     /// One batch and one update.

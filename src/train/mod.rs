@@ -13,6 +13,7 @@ pub mod environment;
 pub mod judge;
 pub mod lanes;
 pub mod learner;
+pub mod matrix;
 pub mod net;
 pub mod ring;
 pub mod trpo;
@@ -22,6 +23,8 @@ pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
 pub use judge::{Verdict, judge, mean_and_interval};
 pub use learner::{Learner, Row};
 
+#[cfg(test)]
+mod environment_tests;
 #[cfg(test)]
 mod learner_tests;
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //!
 //! Parameters lie layer by layer: the weights, one row for each input, then the biases. All matrices are row-major.
 
+use super::matrix::{Matrix, add_product};
 use crate::rng::Stream;
 use std::{
     iter::Sum,
@@ -33,81 +34,35 @@ pub trait Real:
     fn f64(self) -> f64;
     /// tanh of every number.
     fn tanh_all(xs: &mut [Self]);
-    /// `c = a b + beta c`.
-    fn product(a: Matrix<'_, Self>, b: Matrix<'_, Self>, beta: Self, c: &mut [Self]);
 }
 
-/// A row-major matrix of `rows` rows and `columns` columns, or the transpose of one.
-#[derive(Clone, Copy, Debug)]
-pub struct Matrix<'a, T> {
-    data: &'a [T],
-    rows: usize,
-    columns: usize,
-    transposed: bool,
-}
-
-impl<'a, T> Matrix<'a, T> {
-    /// A matrix whose rows have `columns` numbers.
-    pub fn new(data: &'a [T], columns: usize) -> Self {
-        Self { rows: data.len() / columns, data, columns, transposed: false }
+impl Real for f32 {
+    fn of(x: f64) -> Self {
+        x as Self
     }
 
-    /// Its transpose.
-    pub fn t(self) -> Self {
-        Self { rows: self.columns, columns: self.rows, transposed: !self.transposed, ..self }
+    fn f64(self) -> f64 {
+        f64::from(self)
     }
 
-    /// Steps between neighbours in a column and in a row.
-    fn strides(&self) -> (isize, isize) {
-        if self.transposed { (1, self.rows as isize) } else { (self.columns as isize, 1) }
+    fn tanh_all(xs: &mut [Self]) {
+        tanh_f32(xs);
     }
 }
 
-macro_rules! real {
-    ($float:ty, $gemm:path, $tanh:expr) => {
-        impl Real for $float {
-            fn of(x: f64) -> Self {
-                x as $float
-            }
+impl Real for f64 {
+    fn of(x: f64) -> Self {
+        x
+    }
 
-            fn f64(self) -> f64 {
-                f64::from(self)
-            }
+    fn f64(self) -> f64 {
+        self
+    }
 
-            fn tanh_all(xs: &mut [Self]) {
-                $tanh(xs);
-            }
-
-            fn product(a: Matrix<'_, Self>, b: Matrix<'_, Self>, beta: Self, c: &mut [Self]) {
-                assert!(a.columns == b.rows && a.rows * b.columns == c.len(), "{a:?} times {b:?}");
-                assert!(a.rows * a.columns <= a.data.len() && b.rows * b.columns <= b.data.len());
-                let ((ar, ac), (br, bc)) = (a.strides(), b.strides());
-                // SAFETY: the sizes have just been compared with the slices' lengths.
-                unsafe {
-                    $gemm(
-                        a.rows,
-                        a.columns,
-                        b.columns,
-                        1.0,
-                        a.data.as_ptr(),
-                        ar,
-                        ac,
-                        b.data.as_ptr(),
-                        br,
-                        bc,
-                        beta,
-                        c.as_mut_ptr(),
-                        b.columns as isize,
-                        1,
-                    );
-                }
-            }
-        }
-    };
+    fn tanh_all(xs: &mut [Self]) {
+        xs.iter_mut().for_each(|x| *x = x.tanh());
+    }
 }
-
-real!(f32, matrixmultiply::sgemm, tanh_f32);
-real!(f64, matrixmultiply::dgemm, |xs: &mut [f64]| xs.iter_mut().for_each(|x| *x = x.tanh()));
 
 /// tanh x = 1 - 2/(exp(2x) + 1) in vectors; error below 2e-7. The library's takes ten times as long.
 fn tanh_f32(xs: &mut [f32]) {
@@ -212,7 +167,7 @@ impl Shape {
             let (weights, bias) = (&theta[at..at + n * m], &theta[at + n * m..at + n * m + m]);
             let mut out = Vec::with_capacity(rows * m);
             (0..rows).for_each(|_| out.extend_from_slice(bias));
-            T::product(Matrix::new(&layers[i], n), Matrix::new(weights, m), T::of(1.0), &mut out);
+            add_product(Matrix::new(&layers[i], n), Matrix::new(weights, m), &mut out);
             if i < last {
                 T::tanh_all(&mut out);
             }
@@ -228,18 +183,13 @@ impl Shape {
         for (i, (n, m, at)) in self.layers().enumerate().rev() {
             let input = &at_rows.layers[i];
             let (weights, bias) = gradient[at..at + n * m + m].split_at_mut(n * m);
-            T::product(Matrix::new(input, n).t(), Matrix::new(&delta, m), T::default(), weights);
+            add_product(Matrix::new(input, n).t(), Matrix::new(&delta, m), weights);
             for row in delta.chunks_exact(m) {
                 bias.iter_mut().zip(row).for_each(|(b, d)| *b += *d);
             }
             if i > 0 {
                 let mut below = vec![T::default(); input.len()];
-                T::product(
-                    Matrix::new(&delta, m),
-                    Matrix::new(&theta[at..at + n * m], m).t(),
-                    T::default(),
-                    &mut below,
-                );
+                add_product(Matrix::new(&delta, m), Matrix::new(&theta[at..at + n * m], m).t(), &mut below);
                 // d tanh = 1 - tanh^2.
                 below.iter_mut().zip(input).for_each(|(d, a)| *d = *d * (T::of(1.0) - *a * *a));
                 delta = below;
@@ -258,10 +208,10 @@ impl Shape {
             let mut out = Vec::with_capacity(rows * m);
             (0..rows).for_each(|_| out.extend_from_slice(bias));
             let moved = Matrix::new(&direction[at..at + n * m], m);
-            T::product(Matrix::new(&at_rows.layers[i], n), moved, T::of(1.0), &mut out);
+            add_product(Matrix::new(&at_rows.layers[i], n), moved, &mut out);
             if i > 0 {
                 let weights = Matrix::new(&theta[at..at + n * m], m);
-                T::product(Matrix::new(&tangent, n), weights, T::of(1.0), &mut out);
+                add_product(Matrix::new(&tangent, n), weights, &mut out);
             }
             if i < last {
                 let after = &at_rows.layers[i + 1];

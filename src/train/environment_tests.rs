@@ -1,0 +1,130 @@
+//! Episodes, rewards and followers of advice.
+
+use super::{
+    ActionKind, FollowKind, RewardKind, TrainConfig,
+    environment::{Ending, EnvBlock, Outcome},
+    lanes::LANES,
+};
+use crate::policy::Action;
+
+fn config() -> TrainConfig {
+    TrainConfig { horizon_s: 60.0, ..TrainConfig::default() }
+}
+
+fn all(action: Action) -> [Action; LANES] {
+    [action; LANES]
+}
+
+#[test]
+fn an_acceleration_is_kept_to_the_letter_for_the_hold() {
+    let mut block = EnvBlock::new(&config(), "test", 0);
+    let before = block.observe(3).speed_mps;
+    let outcomes = block.hold(&all(Action::Acceleration(0.25)));
+    assert!((outcomes[3].last_seen.speed_mps - before - 0.25).abs() < 1e-5);
+    let after = block.hold(&all(Action::Acceleration(-0.1)));
+    assert!((after[3].last_seen.speed_mps - before - 0.15).abs() < 1e-5);
+}
+
+#[test]
+fn a_speed_is_reached_within_the_egos_acceleration() {
+    let config = TrainConfig { action: ActionKind::Speed, ego_accel_mps2: 1.5, ..config() };
+    let mut block = EnvBlock::new(&config, "test", 0);
+    let before: Vec<f64> = (0..LANES).map(|l| block.observe(l).speed_mps).collect();
+    let outcomes = block.hold(&all(Action::Speed(before[5] + 1.0)));
+    assert!((outcomes[5].last_seen.speed_mps - before[5] - 1.0).abs() < 1e-4);
+    let far = block.hold(&all(Action::Speed(30.0)));
+    assert!(far.iter().zip(outcomes).all(|(a, b)| a.last_seen.speed_mps - b.last_seen.speed_mps < 1.5 + 1e-4));
+}
+
+#[test]
+fn whoever_stands_is_followed_and_whoever_charges_crashes_unless_the_ego_is_guarded() {
+    let endings = |brakes_for_leader: bool, action: Action| {
+        let mut block = EnvBlock::new(&TrainConfig { brakes_for_leader, ..config() }, "test", 0);
+        let run = |_| block.hold(&all(action)).map(|o| o.ending);
+        (0..40).flat_map(run).collect::<Vec<Ending>>()
+    };
+    let crashes = |endings: &[Ending]| endings.iter().filter(|e| **e == Ending::Crash).count();
+    assert_eq!(crashes(&endings(false, Action::Acceleration(-0.5))), 0);
+    assert!(crashes(&endings(false, Action::Acceleration(0.5))) >= LANES);
+    assert_eq!(crashes(&endings(true, Action::Acceleration(0.5))), 0);
+}
+
+#[test]
+fn an_episode_ends_at_its_horizon_and_another_ring_takes_its_place() {
+    let mut block = EnvBlock::new(&config(), "test", 0);
+    for hold in 1..=60 {
+        let before: Vec<f64> = (0..LANES).map(|l| block.observe(l).circumference_m).collect();
+        let outcomes = block.hold(&all(Action::Acceleration(-0.2)));
+        let ended = outcomes.iter().all(|o| o.ending == Ending::Horizon);
+        assert_eq!(ended, hold == 60, "hold {hold}");
+        let renewed = (0..LANES).filter(|l| block.observe(*l).circumference_m != before[*l]).count();
+        assert_eq!(renewed, if ended { LANES } else { 0 });
+    }
+}
+
+#[test]
+fn the_reward_is_the_speed_less_the_penalties() {
+    let reward =
+        |change: TrainConfig, action: Action| -> Outcome { EnvBlock::new(&change, "test", 0).hold(&all(action))[0] };
+    let plain = reward(config(), Action::Acceleration(0.25));
+    assert_eq!(plain.reward, plain.mean_mps);
+    let penalised = reward(TrainConfig { action_penalty: 2.0, ..config() }, Action::Acceleration(0.25));
+    assert!((plain.reward - penalised.reward - 1.0).abs() < 1e-6);
+    let ego = reward(TrainConfig { reward: RewardKind::Ego, ..config() }, Action::Acceleration(0.0));
+    assert!((f64::from(ego.reward) - ego.last_seen.speed_mps).abs() < 1e-5);
+    let headway = reward(TrainConfig { headway_penalty: 1.0, ..config() }, Action::Acceleration(0.25));
+    assert!(headway.reward <= plain.reward);
+}
+
+/// Speeds of ring 0's ego under one speed advice, step by step as holds of 0.1 s.
+fn driven(change: TrainConfig, advice_mps: f64, steps: usize) -> Vec<f64> {
+    let base = TrainConfig {
+        action: ActionKind::Speed,
+        follow: FollowKind::Driver,
+        random_driver: false,
+        // Two cars on a long ring: nobody is in the way.
+        vehicles_min: 2,
+        vehicles_max: 2,
+        circumference_min_m: 1000.0,
+        circumference_max_m: 1000.0,
+        warm_up_s: 0.0,
+        hold_s: 0.1,
+        horizon_s: 3000.0,
+        ..change
+    };
+    let mut block = EnvBlock::new(&base, "test", 0);
+    (0..steps).map(|_| block.hold(&all(Action::Speed(advice_mps)))[0].last_seen.speed_mps).collect()
+}
+
+#[test]
+fn a_simulated_driver_responds_after_the_reaction_time() {
+    let change = TrainConfig { reaction_s: 1.5, error_mps: 0.0, ..config() };
+    let speeds = driven(change.clone(), 0.0, 400);
+    // Until the advice to stand is perceived the model drives: 15 steps.
+    let fastest = speeds.iter().position(|v| *v >= speeds[14] - 1e-9).unwrap();
+    assert_eq!(fastest, 14, "{:?}", &speeds[..20]);
+    assert!(speeds[15] < speeds[14] && speeds[399] < 1e-3);
+}
+
+#[test]
+fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
+    let change = TrainConfig { error_mps: 0.4, trait_mps: 0.5, error_time_s: 5.0, reaction_s: 0.0, ..config() };
+    let speeds = driven(change, 5.0, 20_000);
+    let settled = &speeds[500..];
+    let mean = settled.iter().sum::<f64>() / settled.len() as f64;
+    let sd = (settled.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / settled.len() as f64).sqrt();
+    assert!((mean - 5.5).abs() < 0.08, "{mean}");
+    // The car smooths an error of 5 s by its 1.5 s: sqrt(5 / 6.5) of 0.4.
+    assert!((sd - 0.351).abs() < 0.04, "{sd}");
+}
+
+#[test]
+fn drivers_differ_from_ring_to_ring_where_they_are_drawn() {
+    let config = TrainConfig { follow: FollowKind::Driver, action: ActionKind::Speed, trait_mps: 1.0, ..config() };
+    let mut block = EnvBlock::new(&config, "test", 0);
+    let mut outcomes = block.hold(&all(Action::Speed(2.0)));
+    (0..20).for_each(|_| outcomes = block.hold(&all(Action::Speed(2.0))));
+    let speeds: Vec<f64> = outcomes.iter().map(|o| o.last_seen.speed_mps).collect();
+    let spread = speeds.iter().fold(0.0_f64, |a, v| a.max(*v)) - speeds.iter().fold(9.0_f64, |a, v| a.min(*v));
+    assert!(spread > 0.3, "{speeds:?}");
+}
