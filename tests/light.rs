@@ -7,7 +7,7 @@ mod place;
 
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, sky::Sky},
-    scene::{CarModel, Camera, Lens, Mesh, Stage, Vertex, View, ViewKind, ViewOptions},
+    scene::{Camera, CarModel, Lens, Mesh, Stage, Vertex, View, ViewKind, ViewOptions},
 };
 use glam::{Quat, Vec3};
 use image::RgbaImage;

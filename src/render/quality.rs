@@ -27,23 +27,11 @@ fn grass_m() -> f32 {
 
 impl Quality {
     /// For tests and software rendering.
-    pub const LOW: Self = Self {
-        msaa: 1,
-        shadow_size: 1024,
-        mirror_scale: 0.75,
-        most_pixels: 768 * 432,
-        anisotropy: 1,
-        grass_m: 16.0,
-    };
+    pub const LOW: Self =
+        Self { msaa: 1, shadow_size: 1024, mirror_scale: 0.75, most_pixels: 768 * 432, anisotropy: 1, grass_m: 16.0 };
     /// Smooth edges; the picture of `codrive render`.
-    pub const MEDIUM: Self = Self {
-        msaa: 4,
-        shadow_size: 2048,
-        mirror_scale: 1.0,
-        most_pixels: u32::MAX,
-        anisotropy: 1,
-        grass_m: 30.0,
-    };
+    pub const MEDIUM: Self =
+        Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 1, grass_m: 30.0 };
     /// For a GPU.
     pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }
