@@ -1,8 +1,11 @@
 //! Who is in a picture: cars and trees, culled on the CPU, written into one instance buffer per pass. In: a view and a
 //! test of what can be seen. Out: [`Batches`], ranges of instances by mesh.
 
-use super::{layout::Instance, models::Models};
-use crate::scene::{CarInstance, Stage};
+use super::{
+    layout::Instance,
+    models::{Model, Models},
+};
+use crate::scene::{CarInstance, Stage, TreePlace};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -10,30 +13,59 @@ use std::ops::Range;
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batches {
-    /// Car bodies; also the patches of contact shade under them.
-    pub bodies: Range<u32>,
-    /// Wheels.
-    pub wheels: Range<u32>,
+    /// The ego seen from inside, if it is.
+    pub inside: Range<u32>,
+    /// All car bodies: the patches of contact shade under them.
+    pub cars: Range<u32>,
+    /// Car bodies by style and level: near, mid, far.
+    pub bodies: Vec<[Range<u32>; 3]>,
+    /// Wheels by level.
+    pub wheels: [Range<u32>; 3],
+    /// Tufts of grass.
+    pub tufts: Range<u32>,
     /// Trees by kind and [`Detail`].
-    pub trees: Vec<[Range<u32>; 2]>,
+    pub trees: Vec<[Range<u32>; 4]>,
 }
 
 /// How finely a tree is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// With every clump of leaves.
+    /// With every twig.
     Near,
     /// With a quarter of the triangles.
+    Mid,
+    /// With a fifteenth.
     Far,
+    /// Solid: what throws its shadow.
+    Shade,
 }
 
-/// Radius in the picture from which a tree is drawn finely, pixels.
-const NEAR_PX: f32 = 45.0;
+/// Radius in the picture from which a tree is drawn with every twig, pixels.
+const NEAR_PX: f32 = 75.0;
+/// Radius from which it is drawn with its boughs, pixels.
+const MID_PX: f32 = 26.0;
+/// Radius of a ball that holds a car with its wheels, metres.
+const REACH_M: f32 = 3.3;
+/// Radius that stands for a car where its detail is chosen, metres: near up to some 27 m in a picture of 1280 pixels.
+const DETAIL_M: f32 = 1.9;
 
 impl Detail {
+    /// The level of a car.
+    fn level(self) -> usize {
+        match self {
+            Self::Near => 0,
+            Self::Mid | Self::Shade => 1,
+            Self::Far => 2,
+        }
+    }
+
     /// The detail for a tree that is this large in the picture.
     pub fn of(radius_px: f32) -> Self {
-        if radius_px > NEAR_PX { Self::Near } else { Self::Far }
+        match radius_px {
+            px if px > NEAR_PX => Self::Near,
+            px if px > MID_PX => Self::Mid,
+            _ => Self::Far,
+        }
     }
 }
 
@@ -45,10 +77,23 @@ struct Tree {
     instance: Instance,
 }
 
-/// Trees by kind, placed once.
+impl Tree {
+    fn new(place: &TreePlace, model: &Model) -> Self {
+        let turn = Quat::from_rotation_z(place.yaw_rad);
+        let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
+        Self {
+            centre: world.transform_point3(model.centre),
+            radius_m: model.radius_m * place.scale,
+            instance: Instance::new(world, place.tint, 0.0),
+        }
+    }
+}
+
+/// Trees by kind and tufts of grass, placed once.
 #[derive(Clone, Debug)]
 pub struct Forest {
     kinds: Vec<Vec<Tree>>,
+    tufts: Vec<Tree>,
 }
 
 impl Forest {
@@ -56,21 +101,24 @@ impl Forest {
     pub fn new(stage: &Stage, models: &Models) -> Self {
         let mut kinds = vec![Vec::new(); models.trees.len()];
         for place in &stage.tree_places {
-            let model = &models.trees[place.kind][0];
-            let turn = Quat::from_rotation_z(place.yaw_rad);
-            let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
-            kinds[place.kind].push(Tree {
-                centre: world.transform_point3(model.centre),
-                radius_m: model.radius_m * place.scale,
-                instance: Instance::new(world, place.tint, 0.0),
-            });
+            kinds[place.kind].push(Tree::new(place, &models.trees[place.kind][0]));
         }
-        Self { kinds }
+        let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft)).collect();
+        Self { kinds, tufts }
     }
 
     fn count(&self) -> usize {
-        self.kinds.iter().map(Vec::len).sum()
+        self.kinds.iter().map(Vec::len).sum::<usize>() + self.tufts.len()
     }
+}
+
+/// What a picture shows besides cars.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Around<'a> {
+    /// Trees and grass.
+    pub forest: Option<&'a Forest>,
+    /// The ego, seen from inside.
+    pub inside: Option<&'a CarInstance>,
 }
 
 /// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
@@ -87,26 +135,41 @@ impl Crowd {
         Self { buffer: instance_buffer(device, capacity), instances: Vec::with_capacity(capacity) }
     }
 
-    /// Collects the cars and trees for which `seen(centre, radius_m)` gives a detail, and writes them to the device.
+    /// Collects the cars and trees for which `seen(centre, radius_m)` gives a detail and the tufts for which `grass` holds,
+    /// and writes them to the device.
     pub fn gather<'a>(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         models: &Models,
         cars: impl Iterator<Item = &'a CarInstance> + Clone,
-        forest: Option<&Forest>,
+        around: Around,
         seen: impl Fn(Vec3, f32) -> Option<Detail>,
+        grass: impl Fn(Vec3, f32) -> bool,
     ) -> Batches {
         self.instances.clear();
         self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
-        let reach_m = models.body.radius_m + models.body.centre.length() + models.wheel.radius_m;
-        let visible = cars.filter(|car| seen(car.position, reach_m).is_some());
-        let bodies = self.fill(|list| list.extend(visible.clone().map(body)));
-        let wheels = self.fill(|list| list.extend(visible.flat_map(wheels)));
-        let kinds = forest.map_or(&[][..], |f| &f.kinds);
+        let level_of = |car: &CarInstance| {
+            seen(car.position, REACH_M)?;
+            Some(seen(car.position, DETAIL_M).unwrap_or(Detail::Far).level())
+        };
+        let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
+        let inside = self.fill(|list| list.extend(around.inside.map(body)));
+        let first = self.instances.len() as u32;
+        let bodies: Vec<_> = (0..models.bodies.len())
+            .map(|style| {
+                let of = |car: &&CarInstance| car.style == style;
+                [0, 1, 2].map(|level| self.fill(|list| list.extend(at(level).filter(of).map(body))))
+            })
+            .collect();
+        let all = first..self.instances.len() as u32;
+        let wheels = [0, 1, 2].map(|level| self.fill(|list| list.extend(at(level).flat_map(wheels))));
+        let (kinds, tufts) = around.forest.map_or((&[][..], &[][..]), |f| (&f.kinds, &f.tufts));
+        let wanted = |tuft: &&Tree| grass(tuft.centre, tuft.radius_m);
+        let tufts = self.fill(|list| list.extend(tufts.iter().filter(wanted).map(|tuft| tuft.instance)));
         let trees = kinds
             .iter()
             .map(|kind| {
-                [Detail::Near, Detail::Far].map(|detail| {
+                [Detail::Near, Detail::Mid, Detail::Far, Detail::Shade].map(|detail| {
                     let wanted = |tree: &&Tree| seen(tree.centre, tree.radius_m) == Some(detail);
                     self.fill(|list| list.extend(kind.iter().filter(wanted).map(|tree| tree.instance)))
                 })
@@ -116,7 +179,7 @@ impl Crowd {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        Batches { bodies, wheels, trees }
+        Batches { inside, cars: all, bodies, wheels, tufts, trees }
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.
@@ -170,6 +233,7 @@ mod tests {
             hubs: [(1.4, 0.8), (1.4, -0.8), (-1.4, 0.8), (-1.4, -0.8)].map(|(x, y)| Vec3::new(x, y, 0.3)),
             steer_rad: 0.0,
             spin_rad: 0.3,
+            style: 0,
             is_ego: false,
         };
         for (wheel, hub) in wheels(&car).zip(car.hubs) {

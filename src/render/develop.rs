@@ -10,10 +10,10 @@ use super::{
 pub const MIRROR_WIDTH: f32 = 0.30;
 /// Width of the mirror over its height.
 pub const MIRROR_ASPECT: f32 = 3.4;
+/// Share of a lamp's light that its halo adds.
+const GLOW: f32 = 0.30;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
-/// Factor on the light before the tone curve: puts a sunlit meadow on the middle of the scale.
-const EXPOSURE: f32 = 1.55;
 
 /// The pipeline; made anew when shaders are reloaded.
 #[derive(Debug)]
@@ -51,6 +51,11 @@ impl DevelopPass {
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+        let picture = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
         let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("develop"),
             entries: &[
@@ -62,15 +67,9 @@ impl DevelopPass {
                         min_binding_size: None,
                     },
                 ),
-                entry(
-                    1,
-                    wgpu::BindingType::Texture {
-                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                        view_dimension: wgpu::TextureViewDimension::D2,
-                        multisampled: false,
-                    },
-                ),
+                entry(1, picture),
                 entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+                entry(3, picture),
             ],
         });
         let sheet = || Sheet {
@@ -122,7 +121,13 @@ impl DevelopPass {
     }
 
     /// Tells the pass that the pictures' textures are new.
-    pub fn fit(&mut self, device: &wgpu::Device, main: &wgpu::TextureView, mirror: &wgpu::TextureView) {
+    pub fn fit(
+        &mut self,
+        device: &wgpu::Device,
+        main: &wgpu::TextureView,
+        mirror: &wgpu::TextureView,
+        halo: &wgpu::TextureView,
+    ) {
         for (sheet, light) in [(&mut self.main, main), (&mut self.mirror, mirror)] {
             sheet.group = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("develop"),
@@ -131,13 +136,14 @@ impl DevelopPass {
                     wgpu::BindGroupEntry { binding: 0, resource: sheet.uniform.as_entire_binding() },
                     wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(light) },
                     wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&self.sampler) },
+                    wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(halo) },
                 ],
             }));
         }
     }
 
     /// Develops the main picture (flipped left to right if `flip`) onto all of the target, and the mirror's picture,
-    /// flipped, into its frame.
+    /// flipped, into its frame. With `soften`, steps along edges are filtered.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &self,
@@ -147,20 +153,25 @@ impl DevelopPass {
         queue: &wgpu::Queue,
         target: &wgpu::TextureView,
         size: [u32; 2],
+        exposure: f32,
         flip: bool,
         inset: bool,
+        soften: bool,
     ) {
         let [width, height] = size.map(|side| side as f32);
         let whole = Print {
             rect: [0.0, 0.0, width, height],
             canvas: [width, height],
             flip: f32::from(u8::from(flip)),
-            exposure: EXPOSURE,
+            exposure,
+            glow: GLOW * exposure,
+            soften: f32::from(u8::from(soften)),
             ..Default::default()
         };
         let framed = Print {
             rect: mirror_rect(size).map(|v| v as f32),
             flip: 1.0,
+            glow: 0.0,
             border: (height / 160.0).max(1.0),
             corner: height / 45.0,
             ..whole

@@ -1,13 +1,15 @@
 //! The picture on the GPU. In: a [`Stage`] once, a [`View`] each frame. Out: pixels in a window's surface or in a
 //! texture, by the same code.
 //!
-//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirror), [`develop`], the dial, and the
+//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirror), [`develop`] (with [`glow`]), the dial, and the
 //! experimenter's panel. [`Renderer::draw`] is the whole recipe. Nothing is made while driving: buffers grow only when
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
+pub mod air;
 pub mod crowd;
 pub mod develop;
 pub mod dial;
+pub mod glow;
 pub mod gpu;
 pub mod grain;
 pub mod layout;
@@ -20,19 +22,22 @@ pub mod quality;
 pub mod scenery;
 pub mod shader;
 pub mod shadow;
+pub mod sky;
 pub mod timing;
 pub mod ui_pass;
 
 pub use gpu::{Gpu, GpuError};
-pub use offscreen::{OFFSCREEN, render_to_image};
+pub use offscreen::{OFFSCREEN, render_to_image, render_with_panel};
 pub use quality::Quality;
 pub use timing::PassTimes;
 
 use crate::scene::{Stage, View, ViewKind};
+use air::AirPass;
 use develop::{DevelopPass, DevelopPipeline, mirror_rect};
 use dial::DialPass;
+use glow::{GlowPass, GlowPipelines};
 use lens::Optics;
-use picture::{Bindings, Materials, PicturePass};
+use picture::{Bindings, Ego, Materials, PicturePass};
 use pipeline::Workshop;
 use scenery::Scenery;
 use shader::Sources;
@@ -51,9 +56,11 @@ pub struct Renderer {
     quality: Quality,
     bindings: Bindings,
     pipelines: Pipelines,
+    air: AirPass,
     shadow: ShadowPass,
     main: PicturePass,
     mirror: PicturePass,
+    glow: GlowPass,
     develop: DevelopPass,
     dial: DialPass,
     panel: UiPass,
@@ -73,6 +80,7 @@ pub struct Panel<'a> {
 struct Pipelines {
     shadow: ShadowPipeline,
     materials: Materials,
+    glow: GlowPipelines,
     develop: DevelopPipeline,
 }
 
@@ -84,17 +92,20 @@ impl Renderer {
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
         let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
-        let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &quality);
-        let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &quality);
+        let air = AirPass::new(device);
+        let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
+        let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mut develop = DevelopPass::new(device, format);
-        develop.fit(device, main.light(), mirror.light());
+        let mut glow = GlowPass::new(device);
+        glow.fit(device, main.light(), [1, 1]);
+        develop.fit(device, main.light(), mirror.light(), glow.halo());
         let mut workshop = Workshop { device, sources: &Sources::built_in(), made: 0 };
-        let pipelines = Pipelines::new(&mut workshop, &bindings, &shadow, &develop, &quality)
+        let pipelines = Pipelines::new(&mut workshop, &bindings, &shadow, &glow, &develop, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
         let timing = Timing::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
-        Self { scenery, quality, bindings, pipelines, shadow, main, mirror, develop, dial, panel, timing }
+        Self { scenery, quality, bindings, pipelines, air, shadow, main, mirror, glow, develop, dial, panel, timing }
     }
 
     /// Goes on drawing the panel that `old` drew: its context has sent its fonts there, and sends them once.
@@ -104,13 +115,15 @@ impl Renderer {
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { scenery, shadow, main, mirror, develop, dial, pipelines, timing, .. } = self;
+        let Self { scenery, air, shadow, main, mirror, glow, develop, dial, pipelines, timing, .. } = self;
         let (device, queue) = (&scenery.device, &scenery.queue);
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
-        if main.fit(device, size) | mirror.fit(device, inset) {
-            develop.fit(device, main.light(), mirror.light());
+        let drawn = self.quality.drawn_size(size);
+        if main.fit(device, drawn) | mirror.fit(device, inset) {
+            glow.fit(device, main.light(), drawn);
+            develop.fit(device, main.light(), mirror.light(), glow.halo());
         }
 
         // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
@@ -118,7 +131,8 @@ impl Renderer {
         let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
         let optics = Optics::new(camera, size);
         let glass = view.mirror.as_ref().filter(|_| !alone).map(|camera| Optics::new(camera, inset));
-        let with_ego = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
+        let from_outside = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
+        let ego = if from_outside { Ego::Outside } else { Ego::Inside };
 
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
@@ -127,12 +141,25 @@ impl Renderer {
         let timed = timing.as_ref();
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let lights = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
-        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, with_ego);
+        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego);
         if let Some(optics) = &glass {
-            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, false);
+            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, Ego::Nowhere);
         }
         let stamp = stamps(Pass::Develop);
-        develop.draw(e, stamp, &pipelines.develop, queue, target, size, alone, glass.is_some());
+        let exposure = air.fit(queue, view.to_sun, view.visibility_m);
+        glow.draw(e, stamp.as_ref(), &pipelines.glow);
+        develop.draw(
+            e,
+            stamp.as_ref().map(timing::end_only),
+            &pipelines.develop,
+            queue,
+            target,
+            size,
+            exposure,
+            alone,
+            glass.is_some(),
+            self.quality.msaa == 1,
+        );
         if let Some(data) = &view.dial {
             dial.place = dial::DialPlace::of(view.kind);
             dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);
@@ -169,7 +196,8 @@ impl Renderer {
         // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let mut workshop = Workshop { device, sources: &sources, made: 0 };
-        let made = Pipelines::new(&mut workshop, &self.bindings, &self.shadow, &self.develop, &self.quality);
+        let made =
+            Pipelines::new(&mut workshop, &self.bindings, &self.shadow, &self.glow, &self.develop, &self.quality);
         let refused = pollster::block_on(scope.pop());
         let pipelines = made?;
         if let Some(error) = refused {
@@ -186,12 +214,14 @@ impl Pipelines {
         workshop: &mut Workshop,
         bindings: &Bindings,
         shadow: &ShadowPass,
+        glow: &GlowPass,
         develop: &DevelopPass,
         quality: &Quality,
     ) -> Result<Self, String> {
         Ok(Self {
             shadow: shadow.pipeline(workshop)?,
             materials: bindings.materials(workshop, quality)?,
+            glow: glow.pipelines(workshop)?,
             develop: develop.pipeline(workshop)?,
         })
     }

@@ -2,6 +2,7 @@
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
+use super::crowd::Batches;
 use crate::scene::{Mesh, Stage, Vertex};
 use glam::Vec3;
 use std::ops::Range;
@@ -33,12 +34,20 @@ pub struct Models {
     pub road: Ground,
     /// Meadow and far ground.
     pub land: Ground,
-    /// A car without wheels.
-    pub body: Model,
-    /// One wheel.
-    pub wheel: Model,
-    /// Trees by kind: near by, far away.
-    pub trees: Vec<[Model; 2]>,
+    /// Reflector posts.
+    pub posts: Ground,
+    /// A tuft of grass.
+    pub tuft: Model,
+    /// Cars without wheels, by style and level: near, mid, far.
+    pub bodies: Vec<[Model; 3]>,
+    /// Windows of the near ones.
+    pub glass: Vec<Model>,
+    /// What the driver sees of the own car.
+    pub interior: Model,
+    /// One wheel by level.
+    pub wheels: [Model; 3],
+    /// Trees by kind and [`Detail`](super::crowd::Detail).
+    pub trees: Vec<[Model; 4]>,
 }
 
 impl Models {
@@ -55,10 +64,14 @@ impl Models {
             Model { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
         };
         let ground = |mesh| Ground(pieces(mesh).iter().map(&mut add).collect());
-        let [road, land] = [&stage.road, &stage.land].map(ground);
-        let body = add(&stage.car_body);
-        let wheel = add(&stage.wheel);
-        let trees = stage.trees.iter().zip(&stage.trees_far).map(|(near, far)| [add(near), add(far)]).collect();
+        let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
+        let tuft = add(&stage.tuft);
+        let bodies = stage.cars.iter().map(|car| [0, 1, 2].map(|level| add(&car.levels[level]))).collect();
+        let glass = stage.cars.iter().map(|car| add(&car.glass)).collect();
+        let interior = add(&stage.interior);
+        let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
+        let levels = [&stage.trees, &stage.trees_mid, &stage.trees_far, &stage.trees_shade];
+        let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
         let buffer = |label, bytes: &[u8], usage| {
             // One spare vertex, so that an empty stage is no special case (a buffer may not be empty).
             let size = bytes.len().next_multiple_of(4) as u64 + size_of::<Vertex>() as u64;
@@ -73,8 +86,12 @@ impl Models {
             indices: buffer("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             road,
             land,
-            body,
-            wheel,
+            posts,
+            tuft,
+            bodies,
+            glass,
+            interior,
+            wheels,
             trees,
         }
     }
@@ -85,8 +102,26 @@ impl Models {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
-    /// Draws the trees of all kinds, both details.
-    pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 2]]) {
+    /// Draws bodies and wheels of all styles and levels.
+    pub fn draw_cars(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+        for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
+            model.draw(pass, range.clone());
+        }
+        self.interior.draw(pass, batches.inside.clone());
+        for (model, range) in self.wheels.iter().zip(&batches.wheels) {
+            model.draw(pass, range.clone());
+        }
+    }
+
+    /// Draws the windows of the near cars.
+    pub fn draw_glass(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+        for (model, [near, ..]) in self.glass.iter().zip(&batches.bodies) {
+            model.draw(pass, near.clone());
+        }
+    }
+
+    /// Draws the trees of all kinds and details.
+    pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
         for (model, range) in self.trees.iter().flatten().zip(ranges.iter().flatten()) {
             model.draw(pass, range.clone());
         }

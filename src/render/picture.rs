@@ -2,7 +2,8 @@
 //! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
 
 use super::{
-    crowd::{Crowd, Detail},
+    air::AirPass,
+    crowd::{Around, Crowd, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, HDR, Recipe, Workshop},
@@ -11,17 +12,30 @@ use super::{
     shadow::Lights,
 };
 use crate::scene::View;
+use glam::Vec3;
 
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
 #[derive(Debug)]
 pub struct Materials {
     car: wgpu::RenderPipeline,
+    glass: wgpu::RenderPipeline,
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
+}
+
+/// How the ego is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ego {
+    /// As any other car.
+    Outside,
+    /// By its driver.
+    Inside,
+    /// Not at all.
+    Nowhere,
 }
 
 /// What the scene's pipelines may read.
@@ -38,6 +52,7 @@ pub struct Bindings {
 pub struct PicturePass {
     label: &'static str,
     samples: u32,
+    grass_m: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
     crowd: Crowd,
@@ -61,14 +76,19 @@ impl Bindings {
         use wgpu::{BindingType, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
         let texture =
             |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
+        let uniform = BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
         let entries = [
-            BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            uniform,
             texture(TextureSampleType::Depth, TextureViewDimension::D2Array),
             BindingType::Sampler(SamplerBindingType::Comparison),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+            uniform,
+            uniform,
             texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
             BindingType::Sampler(SamplerBindingType::Filtering),
         ];
@@ -140,6 +160,13 @@ impl Bindings {
         let instances = [Some(instance_buffer())];
         Ok(Materials {
             car: workshop.pipeline(&Recipe { program: "car", ..solid.clone() })?,
+            glass: workshop.pipeline(&Recipe {
+                program: "car",
+                colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
+                depth: Some(depth(false, Default::default())),
+                constants: &[("SEEN_THROUGH", 1.0)],
+                ..solid.clone()
+            })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
             tree: workshop.pipeline(&Recipe {
@@ -169,12 +196,13 @@ impl Bindings {
 }
 
 impl PicturePass {
-    /// A picture that reads `shadows`.
+    /// A picture that reads `shadows` and is lit by `air`.
     pub fn new(
         label: &'static str,
         scenery: &Scenery,
         bindings: &Bindings,
         shadows: &wgpu::TextureView,
+        air: &AirPass,
         quality: &Quality,
     ) -> Self {
         let device = &scenery.device;
@@ -191,8 +219,10 @@ impl PicturePass {
             wgpu::BindingResource::TextureView(&scenery.grain),
             wgpu::BindingResource::Sampler(&bindings.grain_sampler),
         ];
-        let entries: Vec<_> =
-            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let entries: Vec<_> = (0..)
+            .zip(resources.into_iter().chain(air.resources()))
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(label),
             layout: &bindings.group,
@@ -201,6 +231,7 @@ impl PicturePass {
         Self {
             label,
             samples: quality.msaa,
+            grass_m: quality.grass_m,
             group,
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
@@ -233,35 +264,51 @@ impl PicturePass {
         view: &View,
         optics: &Optics,
         lights: &Lights,
-        with_ego: bool,
+        ego: Ego,
     ) {
         let frame = frame(view, optics, lights);
         scenery.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
-        let cars = view.cars.iter().filter(|car| with_ego || !car.is_ego);
+        let cars = view.cars.iter().filter(|car| ego == Ego::Outside || !car.is_ego);
+        let inside = view.cockpit.as_ref().filter(|_| ego == Ego::Inside);
+        let around = Around { forest: Some(&scenery.forest), inside };
         let gpu = (&scenery.device, &scenery.queue);
         let models = &scenery.models;
-        let batches = self.crowd.gather(gpu, models, cars, Some(&scenery.forest), |centre, radius_m| {
-            optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m)))
-        });
+        let batches = self.crowd.gather(
+            gpu,
+            models,
+            cars,
+            around,
+            |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
+            |centre, radius_m| {
+                optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
+                    && optics.sees(centre, radius_m)
+            },
+        );
         let mut pass = self.targets.begin(encoder, self.label, stamps);
         pass.set_bind_group(0, &self.group, &[]);
         models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
         // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
         pass.set_pipeline(&materials.car);
-        models.body.draw(&mut pass, batches.bodies.clone());
-        models.wheel.draw(&mut pass, batches.wheels.clone());
+        models.draw_cars(&mut pass, &batches);
+        models.posts.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.tree);
         models.draw_trees(&mut pass, &batches.trees);
+        models.tuft.draw(&mut pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);
         models.land.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.contact);
         self.crowd.bind(&mut pass, 0);
-        pass.draw(0..6, batches.bodies);
+        pass.draw(0..6, batches.cars.clone());
         pass.set_pipeline(&materials.sky);
         pass.draw(0..3, 0..1);
+        // Windows over everything behind them.
+        pass.set_pipeline(&materials.glass);
+        models.bind(&mut pass);
+        self.crowd.bind(&mut pass, 1);
+        models.draw_glass(&mut pass, &batches);
     }
 }
 
@@ -276,7 +323,7 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
         right: right.extend(0.0).to_array(),
         up: up.extend(0.0).to_array(),
         to_sun_time: view.to_sun.extend(view.time_s).to_array(),
-        shadow: [lights.texel_m[0], lights.texel_m[1], lights.size as f32, 0.0],
+        shadow: Vec3::from(lights.texel_m).extend(lights.size as f32).to_array(),
     }
 }
 

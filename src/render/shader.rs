@@ -9,7 +9,7 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 8] = [
+pub const PROGRAMS: [Program; 9] = [
     ("shadow", &["shadow"]),
     ("sky", &["common", "light", "sky"]),
     ("road", &["common", "light", "mesh", "road"]),
@@ -17,6 +17,7 @@ pub const PROGRAMS: [Program; 8] = [
     ("car", &["common", "light", "mesh", "car"]),
     ("tree", &["common", "light", "mesh", "tree"]),
     ("contact", &["common", "contact"]),
+    ("glow", &["glow"]),
     ("develop", &["develop"]),
 ];
 
@@ -26,8 +27,8 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 11] =
-    built_in!["common", "light", "mesh", "shadow", "sky", "road", "land", "car", "tree", "contact", "develop",];
+const FILES: [(&str, &str); 12] =
+    built_in!["common", "light", "mesh", "shadow", "sky", "road", "land", "car", "tree", "contact", "glow", "develop",];
 
 /// The text of all shader files.
 #[derive(Clone, Debug)]

@@ -1,25 +1,27 @@
-//! First pass: what the sun does not reach. In: cars and trees. Out: two depth maps seen from the sun.
+//! First pass: what the sun does not reach. In: cars and trees. Out: three depth maps seen from the sun.
 //!
-//! Layer 0 holds what moves (cars), drawn every frame around the camera. Layer 1 holds what stands (trees); it follows
-//! the camera in steps of `STEP_M` and is drawn anew only when it has moved, so that trees cost their thousands of
-//! corners once every few seconds. Both are functions of the view alone: the same view gives the same shadows.
+//! Layer 0 holds what moves (cars), drawn every frame around the camera. Layers 1 and 2 hold what stands (trees), near by
+//! and far off; they follow the camera in steps and are drawn anew only when they have moved, so that trees cost their
+//! thousands of corners once every few seconds. All are functions of the view alone: the same view gives the same
+//! shadows. Each moves by whole texels, so that the edges of shadows stay on the ground while the camera drives.
 
 use super::{
-    crowd::{Batches, Crowd, Detail},
+    crowd::{Around, Batches, Crowd, Detail},
     layout::{Light, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, Recipe, Workshop},
     scenery::Scenery,
+    timing,
 };
 use crate::scene::View;
 use glam::{Mat4, Vec3, camera::rh};
 
-/// Half the width of the map of moving things for a perspective picture, metres: 4.7 cm a texel at 2048.
-const MOVING_M: f32 = 48.0;
-/// Half the width of the map of standing things, metres: 11 cm a texel at 2048.
-const STANDING_M: f32 = 112.0;
-/// Grid on which the map of standing things follows the camera, metres.
-const STEP_M: f32 = 16.0;
+/// Half the width of the map of moving things for a perspective picture, metres: 3.1 cm a texel at 2048.
+const MOVING_M: f32 = 32.0;
+/// Half the widths of the maps of standing things, metres: 6 cm and 18 cm a texel at 2048.
+const STANDING_M: [f32; 2] = [64.0, 184.0];
+/// Grids on which the maps of standing things follow the camera, metres.
+const STEP_M: [f32; 2] = [12.0, 36.0];
 /// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
 const HEIGHT_M: f32 = 40.0;
 
@@ -33,19 +35,19 @@ pub struct ShadowPass {
     layout: wgpu::PipelineLayout,
     maps: wgpu::TextureView,
     moving: Layer,
-    standing: Layer,
+    standing: [Layer; 2],
     size: u32,
-    /// Where the standing map was last drawn.
-    drawn: Option<Cover>,
+    /// Where the standing maps were last drawn.
+    drawn: [Option<Cover>; 2],
 }
 
 /// What the other passes need to look up shadows.
 #[derive(Clone, Copy, Debug)]
 pub struct Lights {
-    /// World to map: moving, standing.
-    pub clip_from_world: [Mat4; 2],
-    /// Width of a texel, metres: moving, standing.
-    pub texel_m: [f32; 2],
+    /// World to map: moving, standing near by, standing far off.
+    pub clip_from_world: [Mat4; 3],
+    /// Width of a texel, metres, likewise.
+    pub texel_m: [f32; 3],
     /// Texels on a side.
     pub size: u32,
 }
@@ -84,7 +86,7 @@ impl ShadowPass {
         });
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("shadow maps"),
-            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 2 },
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 3 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -123,9 +125,9 @@ impl ShadowPass {
                 ..Default::default()
             }),
             moving: layer(0),
-            standing: layer(1),
+            standing: [layer(1), layer(2)],
             size,
-            drawn: None,
+            drawn: [None; 2],
         }
     }
 
@@ -155,14 +157,14 @@ impl ShadowPass {
         workshop.pipeline(&recipe).map(ShadowPipeline)
     }
 
-    /// Both maps, for binding.
+    /// All maps, for binding.
     pub fn maps(&self) -> &wgpu::TextureView {
         &self.maps
     }
 
-    /// Forgets the standing map, so that the next picture draws it anew.
+    /// Forgets the standing maps, so that the next picture draws them anew.
     pub fn forget(&mut self) {
-        self.drawn = None;
+        self.drawn = [None; 2];
     }
 
     /// Draws what throws shadows into the picture of `optics`.
@@ -175,16 +177,31 @@ impl ShadowPass {
         view: &View,
         optics: &Optics,
     ) -> Lights {
-        let (moving, standing) = covers(view.to_sun, optics);
-        let lights = [moving, standing].map(|cover| cover.clip_from_world(self.size));
-        let batches = self.moving.gather(scenery, view, moving, lights[0], false);
-        self.moving.draw(encoder, stamps, pipeline, scenery, &batches);
-        if self.drawn != Some(standing) {
-            let batches = self.standing.gather(scenery, view, standing, lights[1], true);
-            self.standing.draw(encoder, None, pipeline, scenery, &batches);
-            self.drawn = Some(standing);
+        let covers = covers(view.to_sun, optics);
+        let lights = covers.map(|cover| cover.clip_from_world(self.size));
+        let batches = self.moving.gather(scenery, view, covers[0], lights[0], false);
+        // One time for all: from the first map's begin to the last one's end.
+        let stale = [0, 1].map(|i| self.drawn[i] != Some(covers[i + 1]));
+        let last = stale.iter().rposition(|stale| *stale).map_or(0, |i| i + 1);
+        let stamp = |map: usize| {
+            let stamps = stamps.as_ref()?;
+            match (map == 0, map == last) {
+                (true, true) => Some(stamps.clone()),
+                (true, false) => Some(timing::begin_only(stamps)),
+                (false, true) => Some(timing::end_only(stamps)),
+                (false, false) => None,
+            }
+        };
+        self.moving.draw(encoder, stamp(0), pipeline, scenery, &batches);
+        for (i, layer) in self.standing.iter_mut().enumerate() {
+            let cover = covers[i + 1];
+            if stale[i] {
+                let batches = layer.gather(scenery, view, cover, lights[i + 1], true);
+                layer.draw(encoder, stamp(i + 1), pipeline, scenery, &batches);
+                self.drawn[i] = Some(cover);
+            }
         }
-        let texel_m = [moving, standing].map(|cover| cover.texel_m(self.size));
+        let texel_m = covers.map(|cover| cover.texel_m(self.size));
         Lights { clip_from_world: lights, texel_m, size: self.size }
     }
 }
@@ -193,11 +210,16 @@ impl Layer {
     fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, light: Mat4, trees: bool) -> Batches {
         let queue = &scenery.queue;
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
-        let forest = trees.then_some(&scenery.forest);
+        let around = Around { forest: trees.then_some(&scenery.forest), inside: None };
         let cars = if trees { &[][..] } else { &view.cars };
-        self.crowd.gather((&scenery.device, queue), &scenery.models, cars.iter(), forest, |centre, radius_m| {
-            cover.touches(centre, radius_m).then_some(Detail::Near)
-        })
+        self.crowd.gather(
+            (&scenery.device, queue),
+            &scenery.models,
+            cars.iter(),
+            around,
+            |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
+            |_, _| false,
+        )
     }
 
     fn draw(
@@ -222,30 +244,27 @@ impl Layer {
         pass.set_bind_group(0, &self.group, &[]);
         scenery.models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
-        scenery.models.body.draw(&mut pass, batches.bodies.clone());
-        scenery.models.wheel.draw(&mut pass, batches.wheels.clone());
+        scenery.models.draw_cars(&mut pass, batches);
         scenery.models.draw_trees(&mut pass, &batches.trees);
     }
 }
 
-/// The ground that the two maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a
-/// parallel picture.
-fn covers(to_sun: Vec3, optics: &Optics) -> (Cover, Cover) {
+/// The ground that the maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a parallel
+/// picture.
+fn covers(to_sun: Vec3, optics: &Optics) -> [Cover; 3] {
     let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
     let ground = optics.camera.eye.with_z(0.0);
     match optics.parallel_m() {
-        None => (
-            Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M },
-            Cover {
-                to_sun,
-                centre: ((ground + ahead * (0.5 * STANDING_M)) / STEP_M).round() * STEP_M,
-                half_m: STANDING_M,
-            },
-        ),
-        Some(half_m) => {
-            let whole = Cover { to_sun, centre: ground, half_m: half_m * 1.2 };
-            (whole, whole)
+        None => {
+            let standing = |i: usize| {
+                let (half_m, step_m) = (STANDING_M[i], STEP_M[i]);
+                let centre = ((ground + ahead * (0.45 * half_m)) / step_m).round() * step_m;
+                Cover { to_sun, centre, half_m }
+            };
+            let moving = Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M };
+            [moving, standing(0), standing(1)]
         }
+        Some(half_m) => [Cover { to_sun, centre: ground, half_m: half_m * 1.2 }; 3],
     }
 }
 
@@ -293,7 +312,7 @@ mod tests {
     fn the_map_moves_by_whole_texels() {
         let lens = Lens::Perspective { fov_x_rad: 1.1 };
         let light = |x: f32| {
-            let (moving, _) = covers(TO_SUN, &optics(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
+            let [moving, ..] = covers(TO_SUN, &optics(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
             moving.clip_from_world(1024)
         };
         let still = Vec3::new(20.0, 3.0, 0.0);
@@ -308,8 +327,7 @@ mod tests {
     #[test]
     fn a_picture_in_plan_is_covered_whole() {
         let plan = optics(Vec3::new(10.0, 5.0, 400.0), Vec3::NEG_Z, Lens::Parallel { half_extent_m: 50.0 });
-        let (moving, standing) = covers(TO_SUN, &plan);
-        for cover in [moving, standing] {
+        for cover in covers(TO_SUN, &plan) {
             for corner in [Vec3::new(95.0, 55.0, 0.0), Vec3::new(-75.0, -45.0, 0.0)] {
                 let clip = cover.clip_from_world(1024).project_point3(corner);
                 assert!(clip.x.abs() <= 1.0 && clip.y.abs() <= 1.0 && (0.0..=1.0).contains(&clip.z), "{clip}");
@@ -321,13 +339,15 @@ mod tests {
     #[test]
     fn what_stands_is_drawn_anew_only_every_few_metres() {
         let lens = Lens::Perspective { fov_x_rad: 1.1 };
-        let mut places: Vec<Cover> = Vec::new();
-        for decimetre in 0..1000 {
-            let (_, standing) = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
-            if places.last() != Some(&standing) {
-                places.push(standing);
+        for (layer, most) in [(1, 10), (2, 4)] {
+            let mut places: Vec<Cover> = Vec::new();
+            for decimetre in 0..1000 {
+                let covers = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
+                if places.last() != Some(&covers[layer]) {
+                    places.push(covers[layer]);
+                }
             }
+            assert!(places.len() <= most, "{} maps in 100 m", places.len());
         }
-        assert!(places.len() <= 8, "{} maps in 100 m", places.len());
     }
 }

@@ -10,27 +10,37 @@ use std::sync::{
 /// The passes that are timed, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Both shadow maps.
+    /// All shadow maps that are drawn in this frame.
     Shadow,
     /// The main picture.
     Main,
     /// The mirror's picture.
     Mirror,
-    /// Tone curve and mirror inset.
+    /// Halos, tone curve and mirror inset.
     Develop,
 }
 
 /// Milliseconds on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassTimes {
-    /// Both shadow maps.
+    /// All shadow maps that were drawn in that frame.
     pub shadow_ms: f32,
     /// The main picture.
     pub main_ms: f32,
     /// The mirror's picture.
     pub mirror_ms: f32,
-    /// Tone curve and mirror inset.
+    /// Halos, tone curve and mirror inset.
     pub develop_ms: f32,
+}
+
+/// The stamp at a pass's begin alone, for the first of several that are timed as one.
+pub fn begin_only<'a>(stamps: &wgpu::RenderPassTimestampWrites<'a>) -> wgpu::RenderPassTimestampWrites<'a> {
+    wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..stamps.clone() }
+}
+
+/// The stamp at a pass's end alone, for the last of several that are timed as one.
+pub fn end_only<'a>(stamps: &wgpu::RenderPassTimestampWrites<'a>) -> wgpu::RenderPassTimestampWrites<'a> {
+    wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..stamps.clone() }
 }
 
 const PASSES: usize = 4;

@@ -50,7 +50,7 @@ impl<'a> Relief<'a> {
     }
 
     /// Colour of the meadow: lush, dry and mown patches; hills are darker, with fields.
-    fn colour(&self, point: Vec2) -> [f32; 3] {
+    pub fn colour(&self, point: Vec2) -> [f32; 3] {
         let broad = noise::fractal(self.seed ^ 4, point / 34.0);
         let small = noise::fractal(self.seed ^ 5, point / 7.0);
         let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);

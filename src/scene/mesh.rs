@@ -103,6 +103,11 @@ impl Soup {
         Self { triangles: self.triangles.iter().map(|&([a, b, c], f)| ([flip(a), flip(c), flip(b)], f)).collect() }
     }
 
+    /// The triangles for which `wanted` holds.
+    pub fn only(self, wanted: impl Fn(&[Vec3; 3]) -> bool) -> Self {
+        Self { triangles: self.triangles.into_iter().filter(|(corners, _)| wanted(corners)).collect() }
+    }
+
     /// Takes in all triangles of another soup.
     pub fn append(&mut self, other: Self) {
         self.triangles.extend(other.triangles);

@@ -3,6 +3,10 @@
 
 pub mod camera;
 pub mod car;
+mod cockpit;
+mod conifer;
+mod fittings;
+mod foliage;
 mod forest;
 mod land;
 mod mesh;
@@ -13,6 +17,7 @@ mod road;
 mod shape;
 mod stage;
 mod tree;
+mod verge;
 mod view;
 pub mod wheel;
 
@@ -31,7 +36,8 @@ pub struct Vertex {
     pub normal: [f32; 3],
     /// Linear albedo; multiplied by the instance's colour where the material is paint.
     pub colour: [f32; 3],
-    /// Texture coordinates, metres on the road: along (`s_m`) and across (`offset_m`); 0..1 on leaf cards.
+    /// Texture coordinates, metres on the road: along (`s_m`) and across (`offset_m`); on leaf
+    /// cards the place, 0..1, plus twice the numbers of cut and variant (`foliage`).
     pub uv: [f32; 2],
     /// A [`Material`] as a number.
     pub material: u32,
@@ -91,6 +97,15 @@ pub struct TreePlace {
     pub kind: usize,
 }
 
+/// A body style without wheels: x forward, y left, z up, origin on the ground under the centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CarModel {
+    /// Near, without windows; mid and far, with windows that are not seen through.
+    pub levels: [Mesh; 3],
+    /// The windows of the near one, to be drawn over what is behind them.
+    pub glass: Mesh,
+}
+
 /// Everything that stands still during a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
@@ -100,14 +115,26 @@ pub struct Stage {
     pub land: Mesh,
     /// Tree models, foot at the origin.
     pub trees: Vec<Mesh>,
-    /// The same models with about a quarter of the triangles, for trees far away.
+    /// The same models with about a quarter of the triangles, for trees some way off.
+    pub trees_mid: Vec<Mesh>,
+    /// With at most 100 triangles, for trees far away.
     pub trees_far: Vec<Mesh>,
+    /// Solid, for their shadows.
+    pub trees_shade: Vec<Mesh>,
     /// Where trees stand.
     pub tree_places: Vec<TreePlace>,
-    /// Car body without wheels: x forward, y left, z up, origin on the ground under the centre.
-    pub car_body: Mesh,
-    /// One wheel: axle along y through the origin, outer side towards +y.
-    pub wheel: Mesh,
+    /// A tuft of grass, foot at the origin.
+    pub tuft: Mesh,
+    /// Where tufts stand; their `kind` is 0.
+    pub tuft_places: Vec<TreePlace>,
+    /// Reflector posts along the road; world axes.
+    pub posts: Mesh,
+    /// Body styles; [`CarInstance::style`] is an index into them.
+    pub cars: Vec<CarModel>,
+    /// What the driver sees of the own car; same frame.
+    pub interior: Mesh,
+    /// One wheel, near, mid and far: axle along y through the origin, outer side towards +y.
+    pub wheels: [Mesh; 3],
     /// Hubs of the four wheels in the body's frame at rest: front left, front right, rear left, rear right.
     pub hubs: [Vec3; 4],
     /// Middle of the road network and the radius that holds all of it, for the bird's-eye view.
@@ -137,6 +164,8 @@ pub struct CarInstance {
     pub steer_rad: f32,
     /// Rolled angle of the wheels, radians.
     pub spin_rad: f32,
+    /// Index into [`Stage::cars`].
+    pub style: usize,
     /// True for the participant's own car: not drawn in the driver's view or the mirror, where the eye sits inside it.
     pub is_ego: bool,
 }
@@ -201,8 +230,12 @@ pub struct View {
     pub mirror: Option<Camera>,
     /// All cars, the ego among them.
     pub cars: Vec<CarInstance>,
+    /// The own car around the driver's eye, drawn with [`Stage::interior`]; steadied as the camera is.
+    pub cockpit: Option<CarInstance>,
     /// Unit direction **towards** the sun.
     pub to_sun: Vec3,
+    /// Distance at which haze leaves 2 % of a contrast, metres.
+    pub visibility_m: f32,
     /// Seconds since the start of the drive, for wind.
     pub time_s: f32,
     /// The speedometer, if the view has one.

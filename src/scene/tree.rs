@@ -1,7 +1,9 @@
-//! Tree models, foot at the origin, metres: two broad oaks, a birch, a spruce and a bush, each near (300-600 triangles) and
-//! far (about a quarter). Crowns are clumps of leaves set irregularly about a hull; their normals point away from the crown
-//! as well as from the clump, so that light falls on the crown as a whole; the inside is darker.
+//! Tree models, foot at the origin, metres: an oak, a maple, a birch, a spruce and a hazel bush, each grown once and drawn
+//! at four [`Detail`]s from the same boughs, so that near and far trees have one shape. Broad-leaved trees: a wandering
+//! stem, boughs by the golden angle whose reach follows the species' outline, twigs on them, leaf cards along the twigs.
 
+use super::conifer;
+use super::foliage::{Card, Crown, Cut, VARIANTS, stem};
 use super::noise::{mix, shade};
 use super::{Material, Mesh, Vertex};
 use crate::rng::{self, Stream};
@@ -11,10 +13,14 @@ use std::f32::consts::TAU;
 /// How much a model shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Detail {
-    /// Some five hundred triangles.
+    /// Every twig: at most 1500 triangles.
     Near,
-    /// Some hundred triangles, same outline and colour.
+    /// Boughs: at most 400.
+    Mid,
+    /// At most 100.
     Far,
+    /// What throws the shadow: solid, because the shadow's pass cuts nothing out.
+    Shade,
 }
 
 /// Number of models.
@@ -27,13 +33,8 @@ pub(super) const SPRUCE: usize = 3;
 
 /// All models in a fixed order.
 pub(super) fn models(seed: u64, detail: Detail) -> Vec<Mesh> {
-    vec![
-        grow(&OAK, seed, detail),
-        grow(&MAPLE, seed, detail),
-        grow(&BIRCH, seed, detail),
-        spruce(seed, detail),
-        grow(&HAZEL, seed, detail),
-    ]
+    let broad = |kind| Grown::new(kind, seed).draw(detail);
+    vec![broad(&OAK), broad(&MAPLE), broad(&BIRCH), conifer::spruce(seed, detail), broad(&HAZEL)]
 }
 
 /// The measures of a broad-leaved tree.
@@ -44,198 +45,311 @@ struct Broad {
     /// Where the crown begins, as a fraction of the height.
     crown_from: f32,
     trunk_radius_m: f32,
-    clumps: usize,
-    /// Tufts on all clumps together.
-    sprigs: usize,
-    /// Radius of a clump, metres at a scale of the crown's width.
-    clump_size: f32,
+    /// Stems from the ground.
+    stems: usize,
+    boughs: usize,
+    /// Height in the crown (0..1) at which it is widest.
+    widest: f32,
+    /// Angle of the boughs above the horizon at their foot, radians.
+    rise_rad: f32,
+    /// How far their ends hang, as a fraction of their length; negative bends them up.
+    droop: f32,
+    cards: usize,
+    /// Half the side of a leaf card, metres.
+    card_m: f32,
     bark: [f32; 3],
     leaf: [f32; 3],
 }
 
 const OAK: Broad = Broad {
     name: "oak",
-    height_m: 10.5,
-    width_m: 8.4,
-    crown_from: 0.24,
-    trunk_radius_m: 0.30,
-    clumps: 11,
-    sprigs: 88,
-    clump_size: 0.22,
+    height_m: 10.8,
+    width_m: 8.8,
+    crown_from: 0.22,
+    trunk_radius_m: 0.32,
+    stems: 1,
+    boughs: 13,
+    widest: 0.42,
+    rise_rad: 0.42,
+    droop: -0.10,
+    cards: 560,
+    card_m: 0.60,
     bark: [0.075, 0.058, 0.042],
-    leaf: [0.082, 0.155, 0.034],
+    leaf: [0.076, 0.142, 0.030],
 };
 const MAPLE: Broad = Broad {
     name: "maple",
-    height_m: 9.0,
-    width_m: 6.2,
-    crown_from: 0.22,
+    height_m: 9.4,
+    width_m: 6.4,
+    crown_from: 0.18,
     trunk_radius_m: 0.21,
-    clumps: 10,
-    sprigs: 90,
-    clump_size: 0.23,
+    stems: 1,
+    boughs: 14,
+    widest: 0.33,
+    rise_rad: 0.75,
+    droop: 0.05,
+    cards: 520,
+    card_m: 0.50,
     bark: [0.090, 0.075, 0.060],
-    leaf: [0.100, 0.172, 0.038],
+    leaf: [0.098, 0.165, 0.034],
 };
 const BIRCH: Broad = Broad {
     name: "birch",
-    height_m: 11.5,
-    width_m: 4.4,
-    crown_from: 0.26,
+    height_m: 12.0,
+    width_m: 4.8,
+    crown_from: 0.24,
     trunk_radius_m: 0.13,
-    clumps: 10,
-    sprigs: 88,
-    clump_size: 0.24,
+    stems: 1,
+    boughs: 17,
+    widest: 0.30,
+    rise_rad: 0.95,
+    droop: 0.42,
+    cards: 480,
+    card_m: 0.44,
     bark: [0.52, 0.50, 0.46],
-    leaf: [0.118, 0.190, 0.052],
+    leaf: [0.116, 0.182, 0.048],
 };
 const HAZEL: Broad = Broad {
     name: "hazel",
-    height_m: 2.6,
+    height_m: 2.7,
     width_m: 3.2,
-    crown_from: 0.05,
-    trunk_radius_m: 0.05,
-    clumps: 6,
-    sprigs: 54,
-    clump_size: 0.26,
+    crown_from: 0.0,
+    trunk_radius_m: 0.045,
+    stems: 5,
+    boughs: 14,
+    widest: 0.45,
+    rise_rad: 0.85,
+    droop: 0.15,
+    cards: 330,
+    card_m: 0.27,
     bark: [0.07, 0.055, 0.04],
-    leaf: [0.092, 0.165, 0.040],
+    leaf: [0.090, 0.158, 0.038],
 };
 
-/// Builds a broad-leaved tree.
-fn grow(kind: &Broad, seed: u64, detail: Detail) -> Mesh {
-    let mut random = rng::stream(seed, kind.name);
-    let mut mesh = Mesh::default();
-    let crown_low = kind.height_m * kind.crown_from;
-    let middle = Vec3::Z * (crown_low + kind.height_m) / 2.0;
-    let half = Vec3::new(kind.width_m, kind.width_m, kind.height_m - crown_low) / 2.0;
-    let lean = Vec3::new(random.uniform(-0.35, 0.35) as f32, random.uniform(-0.35, 0.35) as f32, 0.0);
-    let path =
-        [Vec3::ZERO, Vec3::Z * crown_low * 0.55 + lean * 0.4, Vec3::Z * crown_low * 1.15 + lean, middle + lean * 0.6];
-    let r = kind.trunk_radius_m;
-    let sides = if detail == Detail::Near { 6 } else { 3 };
-    tube(&mut mesh, &path, &[r * 1.35, r, r * 0.85, r * 0.35], sides, kind.bark);
-    // The same numbers are drawn at both details, so that far and near trees have one shape.
-    let clumps: Vec<(Vec3, f32, f32)> = (0..kind.clumps)
-        .map(|k| {
-            // Spread evenly over the sphere (golden angle), then pushed about.
-            let z = 1.0 - 2.0 * (k as f32 + 0.5) / kind.clumps as f32;
-            let turn = k as f32 * 2.399_963 + random.uniform(-0.5, 0.5) as f32;
-            let ring = (1.0 - z * z).sqrt();
-            let shell = random.uniform(0.48, 0.74) as f32;
-            let direction = Vec3::new(ring * turn.cos(), ring * turn.sin(), z * random.uniform(0.85, 1.0) as f32);
-            let size = kind.clump_size * kind.width_m * random.uniform(0.75, 1.3) as f32;
-            (middle + half * direction * shell, size, random.uniform(0.0, 1.0) as f32)
-        })
-        .collect();
-    let branches = if detail == Detail::Near { 4 } else { 0 };
-    for (to, ..) in clumps.iter().rev().take(branches) {
-        let from = Vec3::Z * (crown_low * 0.8 + (to.z - crown_low).max(0.0) * 0.35) + lean * 0.8;
-        tube(
-            &mut mesh,
-            &[from, from.lerp(*to, 0.5) + Vec3::Z * 0.15, *to],
-            &[r * 0.42, r * 0.28, r * 0.1],
-            3,
-            kind.bark,
-        );
-    }
-    let crown = Crown { middle, half };
-    let clump_at = |&(at, size, tint): &(Vec3, f32, f32)| {
-        let half = Vec3::new(size, size, size * 0.85);
-        Clump { at, half, sprig: size, colour: tinted(kind.leaf, tint) }
-    };
-    let (clumps, sprigs): (Vec<Clump>, usize) = match detail {
-        Detail::Near => (clumps.iter().map(clump_at).collect(), kind.sprigs),
-        Detail::Far => {
-            let sprig = kind.clump_size * kind.width_m * 1.35;
-            (vec![Clump { at: middle, half: half * 0.92, sprig, colour: tinted(kind.leaf, 0.5) }], kind.sprigs / 3)
-        }
-    };
-    for clump in &clumps {
-        leaf_clump(&mut mesh, &mut random, clump, &crown);
-    }
-    for k in 0..sprigs {
-        sprig(&mut mesh, &mut random, &clumps[k % clumps.len()], &crown);
-    }
-    mesh
+/// A stem, bough or twig.
+struct Limb {
+    path: [Vec3; 4],
+    radii: [f32; 4],
+    /// 0 stem, 1 bough, 2 twig.
+    order: usize,
 }
 
-/// A heap of leaves.
-struct Clump {
-    at: Vec3,
-    half: Vec3,
-    /// Size of the tufts on it, metres.
-    sprig: f32,
-    colour: [f32; 3],
+/// A tree before it is drawn.
+struct Grown {
+    kind: &'static Broad,
+    limbs: Vec<Limb>,
+    cards: Vec<Card>,
+    crown: Crown,
+    lumps: Vec<(Vec3, f32)>,
+}
+
+fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
+    random.uniform(f64::from(low), f64::from(high)) as f32
+}
+
+/// A direction, all equally likely.
+fn any_direction(random: &mut Stream) -> Vec3 {
+    let z = draw(random, -1.0, 1.0);
+    (Vec2::from_angle(draw(random, 0.0, TAU)) * (1.0 - z * z).sqrt()).extend(z)
+}
+
+impl Broad {
+    /// Reach of the crown at the height `t` in it (0 its foot, 1 its top), as a fraction of half its width.
+    fn outline(&self, t: f32) -> f32 {
+        let d = if t < self.widest {
+            (self.widest - t) / (self.widest + 0.12)
+        } else {
+            (t - self.widest) / (1.0 - self.widest)
+        };
+        (1.0 - d * d).max(0.0).sqrt().max(0.16)
+    }
+}
+
+impl Limb {
+    /// A point at the fraction `t` of the way.
+    fn at(&self, t: f32) -> Vec3 {
+        let place = t.clamp(0.0, 0.9999) * 3.0;
+        let i = place as usize;
+        self.path[i].lerp(self.path[i + 1], place - i as f32)
+    }
+
+    fn radius_m(&self, t: f32) -> f32 {
+        let place = t.clamp(0.0, 0.9999) * 3.0;
+        let i = place as usize;
+        self.radii[i] + (self.radii[i + 1] - self.radii[i]) * (place - i as f32)
+    }
+
+    fn length_m(&self) -> f32 {
+        self.path.windows(2).map(|p| p[0].distance(p[1])).sum()
+    }
+}
+
+impl Grown {
+    fn new(kind: &'static Broad, seed: u64) -> Self {
+        let mut random = rng::stream(seed, kind.name);
+        let random = &mut random;
+        let crown_low = kind.height_m * kind.crown_from;
+        let crown = Crown {
+            middle: Vec3::Z * (crown_low + (kind.height_m - crown_low) * (0.35 + 0.3 * kind.widest)),
+            half: Vec3::new(kind.width_m, kind.width_m, kind.height_m - crown_low) / 2.0,
+        };
+        let mut limbs: Vec<Limb> = (0..kind.stems).map(|k| stem_of(kind, k, random)).collect();
+        let turn = draw(random, 0.0, TAU);
+        for k in 0..kind.boughs {
+            let t = (k as f32 + draw(random, 0.15, 0.85)) / kind.boughs as f32;
+            let azimuth = turn + k as f32 * 2.399_963 + draw(random, -0.3, 0.3);
+            let bough = bough_of(kind, &limbs[k % kind.stems], t, azimuth, random);
+            for (from, side) in [(0.42, 0.8), (0.62, -0.75), (0.80, 0.6)] {
+                limbs.push(twig_of(&bough, from + draw(random, -0.06, 0.06), side, random));
+            }
+            limbs.push(bough);
+        }
+        let cards = leaves(kind, &limbs, random);
+        let ends = limbs.iter().filter(|limb| limb.order == 1);
+        let size = kind.width_m * 0.17;
+        let lumps = ends.map(|limb| (limb.at(0.72), size * draw(random, 0.8, 1.25))).collect();
+        Self { kind, limbs, cards, crown, lumps }
+    }
+
+    fn draw(&self, detail: Detail) -> Mesh {
+        let mut mesh = Mesh::default();
+        // Sides of a limb by its order; none is left out.
+        let sides: [u32; 3] = match detail {
+            Detail::Near => [8, 3, 0],
+            Detail::Mid => [5, 0, 0],
+            Detail::Far | Detail::Shade => [3, 0, 0],
+        };
+        for limb in self.limbs.iter().filter(|limb| sides[limb.order] > 0) {
+            // Far away and in the shade, of several stems only one is seen.
+            if matches!(detail, Detail::Near | Detail::Mid) || mesh.vertices.is_empty() {
+                stem(&mut mesh, &limb.path, &limb.radii, sides[limb.order], self.kind.bark);
+            }
+        }
+        // Of every so many cards one stands for all, so much larger.
+        let (every, times, cut) = match detail {
+            Detail::Near => (1, 1.0, Cut::Spray),
+            Detail::Mid => (4, 1.85, Cut::Mass),
+            Detail::Far => (14, 2.9, Cut::Heap),
+            Detail::Shade => {
+                let mut random = rng::stream(0, self.kind.name);
+                self.lumps.iter().for_each(|&(at, size)| lump(&mut mesh, &mut random, at, size));
+                return mesh;
+            }
+        };
+        let mut cards: Vec<Card> =
+            self.cards.iter().step_by(every).map(|card| card.merged(times, cut, &self.crown)).collect();
+        // The hull first: what lies behind it is not shaded then.
+        cards.sort_by(|a, b| self.crown.outside(b.at).total_cmp(&self.crown.outside(a.at)));
+        cards.iter().for_each(|card| card.draw(&mut mesh, &self.crown));
+        mesh
+    }
+}
+
+/// The `k`th stem from the ground to near the top.
+fn stem_of(kind: &Broad, k: usize, random: &mut Stream) -> Limb {
+    let spread = if kind.stems == 1 { 0.035 } else { 0.22 };
+    let lean = Vec2::from_angle(TAU * k as f32 / kind.stems as f32 + draw(random, -0.4, 0.4)) * spread * kind.height_m;
+    let mut wander = || Vec2::new(draw(random, -1.0, 1.0), draw(random, -1.0, 1.0)) * 0.02 * kind.height_m;
+    let top = kind.height_m * 0.90;
+    let path = [
+        (lean * 0.08).extend(-0.1),
+        (lean * 0.35 + wander()).extend(top * 0.33),
+        (lean * 0.75 + wander()).extend(top * 0.66),
+        (lean + wander() * 2.0).extend(top),
+    ];
+    let r = kind.trunk_radius_m;
+    Limb { path, radii: [r * 1.35, r * 0.82, r * 0.45, r * 0.10], order: 0 }
+}
+
+/// A bough from the height `t` of the crown outwards.
+fn bough_of(kind: &Broad, stem: &Limb, t: f32, azimuth: f32, random: &mut Stream) -> Limb {
+    let crown_m = kind.height_m * (1.0 - kind.crown_from);
+    // It leaves the stem below the height where its end will be.
+    let from = (kind.crown_from * 0.9 + (1.0 - kind.crown_from) * t * 0.86).clamp(0.03, 0.97);
+    let foot = stem.at(from);
+    // More towards one side, as trees grow towards the light.
+    let reach = kind.width_m / 2.0 * kind.outline(t) * draw(random, 0.58, 0.98) * (1.0 + 0.14 * (azimuth + 1.0).sin());
+
+    // Steeper towards the top.
+    let rise = kind.rise_rad + (1.25 - kind.rise_rad) * t * t * 0.8 + draw(random, -0.12, 0.12);
+    let out = Vec2::from_angle(azimuth);
+    let length = reach.max(crown_m * 0.07);
+    let point = |share: f32| {
+        let up = length * (share * rise.tan().min(1.5) * 0.75 - kind.droop * share * share * 1.6);
+        let sway = out.perp() * length * 0.10 * (share * 5.0 + azimuth * 3.0).sin();
+        (foot + (out * length * share + sway).extend(up)).max(Vec3::new(f32::MIN, f32::MIN, 0.12))
+    };
+    let r = (stem.radius_m(from) * 0.55).min(0.03 + length * 0.02);
+    Limb { path: [foot, point(0.35), point(0.7), point(1.0)], radii: [r, r * 0.75, r * 0.5, r * 0.2], order: 1 }
+}
+
+/// A twig from the fraction `from` of a bough to one side.
+fn twig_of(bough: &Limb, from: f32, side: f32, random: &mut Stream) -> Limb {
+    let foot = bough.at(from);
+    let along = (bough.at(from + 0.1) - bough.at(from - 0.1)).normalize_or(Vec3::X);
+    let aside = along.cross(Vec3::Z).normalize_or(Vec3::Y) * side;
+    let length = bough.length_m() * (1.05 - from) * draw(random, 0.55, 0.85);
+    let towards = (along * 0.7 + aside + Vec3::Z * draw(random, -0.15, 0.5)).normalize() * length;
+    let r = bough.radius_m(from) * 0.6;
+    Limb {
+        path: [0.0, 0.33, 0.66, 1.0].map(|share| foot + towards * share),
+        radii: [r, r * 0.7, r * 0.4, r * 0.15],
+        order: 2,
+    }
+}
+
+/// Leaf cards along the outer part of boughs and twigs and about the tips of the stems.
+fn leaves(kind: &Broad, limbs: &[Limb], random: &mut Stream) -> Vec<Card> {
+    // Longer limbs bear more.
+    let bears = |limb: &Limb| limb.length_m() * if limb.order == 0 { 0.16 * kind.crown_from + 0.10 } else { 1.0 } + 0.2;
+    let weights: Vec<f32> = limbs.iter().map(bears).collect();
+    let total: f32 = weights.iter().sum();
+    let tints: Vec<f32> = limbs.iter().map(|_| draw(random, 0.0, 1.0)).collect();
+    let mut cards = Vec::with_capacity(kind.cards);
+    for _ in 0..kind.cards {
+        let mut pick = draw(random, 0.0, total);
+        let index = weights.iter().position(|w| {
+            pick -= w;
+            pick <= 0.0
+        });
+        let index = index.unwrap_or(limbs.len() - 1);
+        let limb = &limbs[index];
+        let inner = [0.80, 0.38, 0.20][limb.order];
+        let t = inner + (1.02 - inner) * draw(random, 0.0, 1.0).sqrt();
+        let size = kind.card_m * draw(random, 0.75, 1.20);
+        let outwards = any_direction(random);
+        // Leaves hang about their twig, more of them above it.
+        let at = limb.at(t) + outwards * size * draw(random, 0.15, 1.15) + Vec3::Z * size * 0.2;
+        let face = (any_direction(random) + outwards * 0.55 + Vec3::Z * 0.35).normalize_or(Vec3::Z);
+        let (x, y) = face.any_orthonormal_pair();
+        let (sin, cos) = draw(random, 0.0, TAU).sin_cos();
+        let tint = 0.6 * tints[index] + 0.4 * draw(random, 0.0, 1.0);
+        cards.push(Card {
+            at: at.max(Vec3::new(f32::MIN, f32::MIN, size * 0.4)),
+            across: (x * cos + y * sin) * size,
+            along: (y * cos - x * sin) * size,
+            colour: tinted(kind.leaf, tint),
+            variant: random.index(VARIANTS),
+            cut: Cut::Spray,
+        });
+    }
+    cards
 }
 
 fn tinted(leaf: [f32; 3], tint: f32) -> [f32; 3] {
-    mix(shade(leaf, 0.80), [leaf[0] * 1.30, leaf[1] * 1.12, leaf[2] * 1.05], tint)
+    mix(shade(leaf, 0.82), [leaf[0] * 1.28, leaf[1] * 1.12, leaf[2] * 1.02], tint)
 }
 
-/// Where a crown is, for the light on its clumps.
-struct Crown {
-    middle: Vec3,
-    half: Vec3,
-}
-
-impl Crown {
-    /// A leaf's normal and how much light reaches it: the hull and the top more than the inside.
-    fn light(&self, position: Vec3, own: Vec3) -> (Vec3, f32) {
-        let from_middle = (position - self.middle) / self.half;
-        let outside = from_middle.length().min(1.2);
-        let away = from_middle.normalize_or(Vec3::Z);
-        let normal = (own * 0.5 + away * 0.65 + Vec3::Z * 0.12).normalize_or(own);
-        (normal, (0.62 + 0.36 * outside * outside) * (0.90 + 0.14 * away.z))
-    }
-}
-
-/// A dented icosahedron.
-fn leaf_clump(mesh: &mut Mesh, random: &mut Stream, clump: &Clump, crown: &Crown) {
-    let turn = Mat3::from_rotation_z(angle(random)) * Mat3::from_rotation_x(angle(random));
+/// A solid lump of leaves for the shadow: a dented ball.
+pub(super) fn lump(mesh: &mut Mesh, random: &mut Stream, at: Vec3, size_m: f32) {
+    let turn = Mat3::from_rotation_z(draw(random, 0.0, TAU)) * Mat3::from_rotation_x(draw(random, 0.0, TAU));
     let first = mesh.vertices.len() as u32;
     for corner in icosahedron() {
         let direction = turn * corner;
-        let position = clump.at + direction * clump.half * random.uniform(0.62, 1.05) as f32;
-        let (normal, light) = crown.light(position, direction);
-        let uv = Vec2::new(direction.y.atan2(direction.x) / TAU + 0.5, 0.5 + 0.5 * direction.z);
-        mesh.vertex(Vertex::new(position, normal, shade(clump.colour, light * 0.85), uv, Material::Leaves));
+        let position = at + direction * size_m * draw(random, 0.6, 1.1);
+        mesh.vertex(Vertex::new(position, direction, [0.1; 3], Vec2::ZERO, Material::Leaves));
     }
     mesh.indices.extend(ICOSAHEDRON_FACES.iter().flatten().map(|i| first + i));
-}
-
-/// A tuft of leaves on a clump: a low pyramid with its tip outwards, dark at its foot. Tufts break up the outline and the
-/// face of a clump for three triangles each.
-fn sprig(mesh: &mut Mesh, random: &mut Stream, clump: &Clump, crown: &Crown) {
-    // Mostly on the side that faces out of the crown.
-    let z = random.uniform(-1.0, 1.0) as f32;
-    let ball = Vec2::from_angle(angle(random)) * (1.0 - z * z).sqrt();
-    let outwards = ((clump.at - crown.middle) / crown.half).normalize_or_zero();
-    let direction = (ball.extend(z) + outwards * 0.9).normalize_or(Vec3::Z);
-    let foot = clump.at + direction * clump.half * 0.70;
-    let width = clump.sprig * random.uniform(0.42, 0.62) as f32;
-    let sideways: [f32; 3] = std::array::from_fn(|_| random.uniform(-0.55, 0.45) as f32);
-    let tip =
-        foot + (direction + Vec3::from(sideways) * 0.9).normalize() * clump.sprig * random.uniform(0.42, 0.78) as f32;
-    let (x, y) = direction.any_orthonormal_pair();
-    let turn = angle(random);
-    let leafy = shade(clump.colour, random.uniform(0.82, 1.22) as f32);
-    let first = mesh.vertices.len() as u32;
-    for k in 0..3 {
-        let (sin, cos) = (turn + TAU * k as f32 / 3.0).sin_cos();
-        let corner = foot + (x * cos + y * sin) * width;
-        let (normal, light) = crown.light(corner, (direction + (x * cos + y * sin) * 0.6).normalize());
-        mesh.vertex(Vertex::new(corner, normal, shade(leafy, light * 0.90), Vec2::new(cos, sin), Material::Leaves));
-    }
-    let (normal, light) = crown.light(tip, direction);
-    mesh.vertex(Vertex::new(tip, normal, shade(leafy, light * 1.15), Vec2::ZERO, Material::Leaves));
-    for k in 0..3 {
-        mesh.indices.extend([first + k, first + (k + 1) % 3, first + 3]);
-    }
-}
-
-fn angle(random: &mut Stream) -> f32 {
-    random.uniform(0.0, std::f64::consts::TAU) as f32
 }
 
 /// Corners of the unit icosahedron.
@@ -267,89 +381,39 @@ const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
     [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1],
 ];
 
-/// A bent, tapering stem, open at its ends (which are in the ground and in the leaves).
-fn tube(mesh: &mut Mesh, path: &[Vec3], radii: &[f32], sides: u32, colour: [f32; 3]) {
-    let first = mesh.vertices.len() as u32;
-    for (i, (&at, &radius)) in path.iter().zip(radii).enumerate() {
-        let along = (path[(i + 1).min(path.len() - 1)] - path[i.max(1) - 1]).normalize();
-        let (x, y) = along.any_orthonormal_pair();
-        for k in 0..sides {
-            let (sin, cos) = (TAU * k as f32 / sides as f32).sin_cos();
-            let out = x * cos + y * sin;
-            // Patches of light and dark as bark has.
-            let patch = 0.85 + 0.15 * ((i as u32 * 7 + k * 3) % 5) as f32 / 2.0;
-            let uv = Vec2::new(k as f32 / sides as f32, at.z);
-            mesh.vertex(Vertex::new(at + out * radius, out, shade(colour, patch), uv, Material::Bark));
-        }
-    }
-    for i in 0..path.len() as u32 - 1 {
-        for k in 0..sides {
-            let [a, b] = [k, (k + 1) % sides].map(|k| first + i * sides + k);
-            mesh.indices.extend([a, b, b + sides, a, b + sides, a + sides]);
-        }
-    }
-}
-
-/// Tiers of drooping boughs with a ragged rim.
-fn spruce(seed: u64, detail: Detail) -> Mesh {
-    const HEIGHT_M: f32 = 12.5;
-    const RADIUS_M: f32 = 2.5;
-    let mut random = rng::stream(seed, "spruce");
-    let mut mesh = Mesh::default();
-    let (tiers, points, sides) = if detail == Detail::Near { (9, 9, 6) } else { (4, 6, 3) };
-    tube(&mut mesh, &[Vec3::ZERO, Vec3::Z * HEIGHT_M * 0.6], &[0.19, 0.07], sides, [0.075, 0.052, 0.038]);
-    for tier in 0..tiers {
-        let t = tier as f32 / tiers as f32;
-        // Low tiers wide and hanging, high ones narrow and steep.
-        let rim_z = HEIGHT_M * (0.07 + 0.80 * t);
-        let tip_z = (rim_z + HEIGHT_M * (1.15 - 0.35 * t) / tiers as f32 * 1.35).min(HEIGHT_M);
-        let radius = RADIUS_M * (1.0 - t).powf(0.85) * random.uniform(0.9, 1.1) as f32 + 0.22;
-        let turn = angle(&mut random);
-        let colour = mix([0.032, 0.070, 0.030], [0.050, 0.100, 0.038], random.uniform(0.0, 1.0) as f32);
-        let first = mesh.vertices.len() as u32;
-        let rim = 2 * points;
-        for k in 0..rim {
-            let bough = k % 2 == 0;
-            let angle = turn + TAU * k as f32 / rim as f32;
-            let reach = radius * if bough { random.uniform(0.88, 1.15) } else { random.uniform(0.60, 0.76) } as f32;
-            let out = Vec2::from_angle(angle);
-            let z = rim_z + if bough { -0.12 * radius } else { 0.16 * radius } + random.uniform(-0.08, 0.08) as f32;
-            let light = if bough { 1.25 } else { 0.62 };
-            let normal = out.extend(0.75).normalize();
-            let uv = Vec2::new(k as f32 / rim as f32, 0.0);
-            mesh.vertex(Vertex::new((out * reach).extend(z), normal, shade(colour, light), uv, Material::Leaves));
-        }
-        let tip = Vertex::new(Vec3::Z * tip_z, Vec3::Z, shade(colour, 0.85), Vec2::new(0.5, 1.0), Material::Leaves);
-        let tip = mesh.vertex(tip);
-        let inside = Vec3::Z * (rim_z + 0.35 * (tip_z - rim_z));
-        let below =
-            mesh.vertex(Vertex::new(inside, -Vec3::Z, shade(colour, 0.3), Vec2::new(0.5, 0.5), Material::Leaves));
-        for k in 0..rim {
-            let [a, b] = [k, (k + 1) % rim].map(|k| first + k);
-            mesh.indices.extend([a, b, tip, b, a, below]);
-        }
-    }
-    mesh
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::mesh::tests::check;
     use super::*;
 
     #[test]
-    fn trees_are_sound_of_modest_size_and_far_ones_are_small() {
-        let (near, far) = (models(1, Detail::Near), models(1, Detail::Far));
-        assert_eq!((near.len(), far.len()), (KINDS, KINDS));
-        for (kind, (near, far)) in near.iter().zip(&far).enumerate() {
-            check(near, "tree");
-            check(far, "far tree");
-            assert!((200..=600).contains(&near.triangles()), "{kind}: {}", near.triangles());
-            assert!(far.triangles() <= 170, "{kind}: {}", far.triangles());
-            let (low, high) = near.bounds();
-            assert!(low.z > -1.0 && low.z <= 0.01, "{kind}: foot {low}");
-            let far_high = far.bounds().1.z;
-            assert!((far_high / high.z - 1.0).abs() < 0.15, "{kind}: {} or {far_high} m high", high.z);
+    fn trees_are_sound_and_as_small_as_their_distance_allows() {
+        let near = models(1, Detail::Near);
+        assert_eq!(near.len(), KINDS);
+        let levels =
+            [(Detail::Near, 500, 1500), (Detail::Mid, 100, 400), (Detail::Far, 30, 100), (Detail::Shade, 60, 450)];
+        for (detail, least, most) in levels {
+            for (kind, (mesh, near)) in models(1, detail).iter().zip(&near).enumerate() {
+                check(mesh, "tree");
+                assert!((least..=most).contains(&mesh.triangles()), "{kind} {detail:?}: {}", mesh.triangles());
+                let ((low, high), near_high) = (mesh.bounds(), near.bounds().1.z);
+                assert!(low.z > -1.0 && low.z <= 0.01, "{kind} {detail:?}: foot {low}");
+                let share = high.z / near_high;
+                assert!((0.75..1.12).contains(&share), "{kind} {detail:?}: {} or {near_high} m high", high.z);
+            }
+        }
+    }
+
+    #[test]
+    fn a_card_says_its_cut_its_variant_and_its_place() {
+        for mesh in models(1, Detail::Near).iter().chain(&models(1, Detail::Far)) {
+            for v in mesh.vertices.iter().filter(|v| v.material == Material::Leaves as u32) {
+                let [variant, cut] = v.uv.map(|c| (c / 2.0).floor());
+                assert!((0.0..VARIANTS as f32).contains(&variant) && (0.0..=4.0).contains(&cut), "{v:?}");
+                for (place, whole) in v.uv.iter().zip([variant, cut]) {
+                    assert!((0.0..=1.0).contains(&(place - 2.0 * whole)), "{v:?}");
+                }
+            }
         }
     }
 

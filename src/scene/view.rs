@@ -6,7 +6,7 @@ use super::{Camera, CarInstance, Lens, Stage, View, ViewKind, ViewOptions};
 use crate::ego::EgoState;
 use crate::sim::{CarView, Snapshot};
 use crate::space::wrap_angle;
-use crate::traffic::EGO;
+use crate::traffic::{CarId, EGO};
 use glam::{EulerRot, Quat, Vec2, Vec3};
 use std::f64::consts::TAU;
 
@@ -15,6 +15,8 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
     let ego = EgoAt::new(snapshot, fraction);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
+    let cockpit = (options.cockpit && kind == ViewKind::Driver)
+        .then(|| CarInstance { rotation: ego.steadied(options.body_motion), ..cars[0] });
     let camera = match kind {
         ViewKind::Driver => driver_camera(&ego, options),
         ViewKind::Mirror => mirror_camera(&ego, options),
@@ -27,7 +29,9 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
         cars,
+        cockpit,
         to_sun: options.to_sun(),
+        visibility_m: options.visibility_m,
         time_s: (snapshot.tick.seconds() - before_s).max(0.0) as f32,
         dial: None,
     }
@@ -79,6 +83,7 @@ impl EgoAt {
             hubs: self.hubs,
             steer_rad: self.steer_rad,
             spin_rad: self.spin_rad,
+            style: 0,
             is_ego: true,
         }
     }
@@ -104,8 +109,15 @@ fn traffic_car(car: &CarView, fraction: f32, colour: [f32; 3], stage: &Stage) ->
         hubs: stage.hubs,
         steer_rad: (WHEELBASE_M * bend_per_m).atan(),
         spin_rad: spin as f32,
+        style: style(car.id, stage),
         is_ego: false,
     }
+}
+
+/// The same car always has the same body: half of them are saloons.
+fn style(id: CarId, stage: &Stage) -> usize {
+    let style = [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7];
+    style.min(stage.cars.len().saturating_sub(1))
 }
 
 fn driver_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
@@ -165,7 +177,6 @@ mod tests {
     use crate::map::RoadMap;
     use crate::space::CAR_LENGTH_M;
     use crate::time::Tick;
-    use crate::traffic::CarId;
 
     const ASPECT: f32 = 16.0 / 9.0;
 

@@ -1,22 +1,30 @@
 //! One wheel: tyre and a rim of five spokes, so that turning is seen. Axle along y through the origin, outer side towards
 //! +y, metres.
 
-use super::car::WHEEL_RADIUS_M;
+use super::car::{Level, WHEEL_RADIUS_M};
 use super::mesh::{Finish, Soup};
 use super::{Material, Mesh};
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// Sides of the tyre: 20 corners leave 4 mm between chord and circle.
-const SIDES: usize = 20;
 /// Spokes of the rim.
 const SPOKES: usize = 5;
 /// Width of the tyre, metres.
 pub const WHEEL_WIDTH_M: f32 = 0.22;
 
-/// The wheel, closed.
-pub fn wheel() -> Mesh {
+/// The wheel at each level of detail, closed.
+pub fn wheels() -> [Mesh; 3] {
+    [Level::Near, Level::Mid, Level::Far].map(wheel)
+}
+
+fn wheel(level: Level) -> Mesh {
     let mut soup = Soup::default();
+    // 40 corners leave 1 mm between chord and circle, 10 leave 16.
+    let sides = match level {
+        Level::Near => 40,
+        Level::Mid => 18,
+        Level::Far => 10,
+    };
     let half = WHEEL_WIDTH_M / 2.0;
     let r = WHEEL_RADIUS_M;
     let tyre = Finish::grey(Material::Tyre, 0.022);
@@ -40,15 +48,36 @@ pub fn wheel() -> Mesh {
         (half - 0.075, 0.190, well),
         (half - 0.075, 0.0, well),
     ];
+    // Far away: tread, two sides, a bright disc.
+    let flat = [(-half, 0.0, tyre), (-half, r, tyre), (half, r, tyre), (half, 0.215, rim), (half, 0.0, rim)];
+    let profile = if level == Level::Far { &flat[..] } else { &profile };
     for pair in profile.windows(2) {
-        for k in 0..SIDES {
+        for k in 0..sides {
             let at =
-                |(y, radius, _): (f32, f32, Finish), k: usize| around(radius, (k % SIDES) as f32 / SIDES as f32, y);
+                |(y, radius, _): (f32, f32, Finish), k: usize| around(radius, (k % sides) as f32 / sides as f32, y);
             soup.quad([at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)], pair[0].2);
         }
     }
+    if level == Level::Far {
+        return soup.into_mesh(40f32.to_radians());
+    }
     for k in 0..SPOKES {
-        spoke(&mut soup, k as f32 / SPOKES as f32, alloy);
+        let turn = k as f32 / SPOKES as f32;
+        if level == Level::Near {
+            // Each spoke is forked.
+            [-0.026, 0.026].into_iter().for_each(|aside| spoke(&mut soup, turn + aside, 0.55, alloy));
+        } else {
+            spoke(&mut soup, turn, 1.0, alloy);
+        }
+    }
+    if level == Level::Near {
+        // Brake disc behind the spokes, bolts in front.
+        let disc = Finish::grey(Material::Metal, 0.30);
+        soup.ellipsoid(Vec3::new(0.0, half - 0.072, 0.0), Vec3::new(0.15, 0.012, 0.15), [4, 24], |_| disc);
+        for k in 0..5 {
+            let at = around(0.036, (k as f32 + 0.5) / 5.0, half - 0.020);
+            soup.ellipsoid(at, Vec3::new(0.007, 0.006, 0.007), [3, 5], |_| well);
+        }
     }
     // The cap in the middle.
     soup.ellipsoid(Vec3::new(0.0, half - 0.04, 0.0), Vec3::new(0.055, 0.022, 0.055), [4, 10], |_| alloy);
@@ -62,11 +91,11 @@ fn around(radius: f32, turn: f32, y: f32) -> Vec3 {
 }
 
 /// A tapered bar from the cap to the rim, its face slightly domed outwards.
-fn spoke(soup: &mut Soup, turn: f32, finish: Finish) {
+fn spoke(soup: &mut Soup, turn: f32, width: f32, finish: Finish) {
     let half = WHEEL_WIDTH_M / 2.0;
     // Half widths in turns: 34 mm at the cap, 22 mm at the rim.
     let ring = |radius: f32, half_width_m: f32, y_face: f32| {
-        let w = half_width_m / (TAU * radius);
+        let w = width * half_width_m / (TAU * radius);
         [
             around(radius, turn - w, y_face - 0.03),
             around(radius, turn + w, y_face - 0.03),
@@ -91,15 +120,16 @@ mod tests {
 
     #[test]
     fn the_wheel_is_closed_round_and_as_large_as_its_hub_is_high() {
-        let wheel = wheel();
-        check(&wheel, "wheel");
-        assert_eq!(open_edges(&wheel), 0);
-        assert!(worst_agreement(&wheel) > 0.6, "{}", worst_agreement(&wheel));
-        let (low, high) = wheel.bounds();
-        assert!((high.z - WHEEL_RADIUS_M).abs() < 1e-4 && (low.z + WHEEL_RADIUS_M).abs() < 1e-4, "{low} {high}");
-        assert!((high.y - low.y - WHEEL_WIDTH_M).abs() < 1e-4);
-        // A full cylinder would be 0.075 m3.
-        assert!((0.05..0.075).contains(&volume_m3(&wheel)), "{}", volume_m3(&wheel));
-        assert!(wheel.triangles() < 700, "{}", wheel.triangles());
+        for (wheel, most) in wheels().iter().zip([1800, 700, 100]) {
+            check(wheel, "wheel");
+            assert_eq!(open_edges(wheel), 0);
+            assert!(worst_agreement(wheel) > 0.6, "{}", worst_agreement(wheel));
+            let (low, high) = wheel.bounds();
+            assert!((high.z - WHEEL_RADIUS_M).abs() < 1e-4 && (low.z + WHEEL_RADIUS_M).abs() < 1e-4, "{low} {high}");
+            assert!((high.y - low.y - WHEEL_WIDTH_M).abs() < 1e-4);
+            // A full cylinder would be 0.075 m3.
+            assert!((0.05..0.076).contains(&volume_m3(wheel)), "{}", volume_m3(wheel));
+            assert!(wheel.triangles() < most, "{}", wheel.triangles());
+        }
     }
 }

@@ -56,6 +56,12 @@ pub struct Scenario {
     pub eye_distance_m: f64,
     /// Other cars in ordinary paints in the driver's view (green otherwise; always green in the bird's-eye view)
     pub ordinary_paints: bool,
+    /// Time of day by the sun, which is highest at 12, late in summer
+    #[schemars(range(min = 6.0, max = 18.0), extend("unit" = "h"))]
+    pub time_h: f64,
+    /// Haze: how far one sees
+    #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
+    pub visibility_km: f64,
     /// Effort put into the picture; sizes, positions and lamps are the same in all
     pub quality: QualityLevel,
 
@@ -130,6 +136,8 @@ impl Default for Scenario {
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,
+            time_h: 9.75,
+            visibility_km: 30.0,
             quality: QualityLevel::Auto,
             creep: true,
             lane_help: true,

@@ -1,6 +1,6 @@
 //! Products of the small matrices of a small network: hundreds of rows by 64 columns. In and out: row-major slices.
 //!
-//! Blocks of [`ROWS`] by [`COLUMNS`] results stay in registers while the sum runs. A library for large matrices spends
+//! Blocks of `ROWS` by `COLUMNS` results stay in registers while the sum runs. A library for large matrices spends
 //! three quarters of its time here on copying blocks into place (measured: matrixmultiply 0.3 at 500 x 64 x 64). Nothing
 //! is fused or reordered by machine, so that the bits are the same on all.
 
@@ -102,7 +102,7 @@ fn multiply<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
     }
 }
 
-/// `R` rows from `i` and [`COLUMNS`] columns from `j`.
+/// `R` rows from `i` and `COLUMNS` columns from `j`.
 #[inline(always)]
 fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let (down, right) = a.strides();
@@ -122,7 +122,7 @@ fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: 
     }
 }
 
-/// One column, each of its numbers a sum of [`COLUMNS`] partial sums, so that it too runs in vectors.
+/// One column, each of its numbers a sum of `COLUMNS` partial sums, so that it too runs in vectors.
 #[inline(always)]
 fn column<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let right: Vec<T> = (0..a.columns).map(|k| b[k * columns + j]).collect();

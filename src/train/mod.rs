@@ -3,7 +3,7 @@
 //!
 //! [`ring`] moves sixteen rings at once; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
 //! advice; [`net`] is the network, [`distribution`] the randomness of its actions, [`trpo`] the update, [`learner`] the
-//! loop around them; [`judge`] drives any policy over the horizon and says how fast all cars went.
+//! loop around them; [`judge()`] drives any policy over the horizon and says how fast all cars went.
 
 pub mod config;
 pub mod curve;

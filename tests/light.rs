@@ -1,0 +1,231 @@
+//! Light and passes by numbers: the grey card, shadows that stay on the ground, lamps, nothing made while driving. In:
+//! small stages and cameras made for each question. Out: properties of the pixels.
+
+#[path = "pictures/place.rs"]
+#[allow(dead_code, reason = "shared with the tests of pictures, which use the rest")]
+mod place;
+
+use codrive::{
+    render::{OFFSCREEN, Quality, Renderer, sky::Sky},
+    scene::{Camera, CarModel, Lens, Mesh, Stage, Vertex, View, ViewKind, ViewOptions},
+};
+use glam::{Quat, Vec3};
+use image::RgbaImage;
+use place::*;
+
+/// Light before the tone curve and after exposure, from a pixel: `develop.wgsl` backwards.
+fn light_of(pixel: [f32; 3]) -> Vec3 {
+    let linear = pixel.map(|v| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) });
+    let mixed = linear.map(|y| {
+        // y (x (2.43 x + 0.59) + 0.14) = x (2.51 x + 0.03)
+        let (a, b, c) = (2.51 - 2.43 * y, 0.03 - 0.59 * y, -0.14 * y);
+        (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a) / 0.72
+    });
+    // Each colour kept all but two shares of itself and took one share of either other.
+    let spill = 0.006;
+    let sum: f32 = mixed.iter().sum();
+    Vec3::from(mixed.map(|m| (m - spill * sum) / (1.0 - 3.0 * spill)))
+}
+
+/// Mean light in a square of pixels around a point of the world.
+fn light_at(image: &RgbaImage, view: &View, point: Vec3, half: i32) -> Vec3 {
+    let (width, height) = (image.width() as f32, image.height() as f32);
+    let at = view.camera.project(point, width / height).expect("in the picture");
+    let (cx, cy) = ((at.x * width) as i32, (at.y * height) as i32);
+    let mut sum = Vec3::ZERO;
+    for y in cy - half..=cy + half {
+        for x in cx - half..=cx + half {
+            sum += light_of([0, 1, 2].map(|i| f32::from(image.get_pixel(x as u32, y as u32).0[i]) / 255.0));
+        }
+    }
+    sum / ((2 * half + 1) * (2 * half + 1)) as f32
+}
+
+/// A level square, facing up, in one matt grey.
+fn card(mesh: &mut Mesh, centre: Vec3, half_m: f32, grey: f32) {
+    let first = mesh.vertices.len() as u32;
+    for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+        mesh.vertices.push(Vertex {
+            position: (centre + Vec3::new(x, y, 0.0) * half_m).to_array(),
+            normal: [0.0, 0.0, 1.0],
+            colour: [grey; 3],
+            ..Default::default()
+        });
+    }
+    mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+}
+
+/// Plan of 16 m around a point at 1.2 m above the ground.
+fn from_above(view: &mut View, at: Vec3) {
+    view.camera = Camera {
+        eye: at + Vec3::Z * 3.0,
+        forward: Vec3::NEG_Z,
+        up: Vec3::Y,
+        lens: Lens::Parallel { half_extent_m: 8.0 },
+    };
+}
+
+#[test]
+fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
+    const GREY: f32 = 0.18;
+    for (time_h, visibility_m) in [(9.75, 30_000.0), (7.0, 30_000.0), (14.0, 8000.0)] {
+        let options = ViewOptions { visibility_m, ..ViewOptions::default() }.at_hour(time_h);
+        let to_sun = options.to_sun();
+        // A card above the bonnet, and above the camera a roof whose shadow falls on one half of it.
+        let mut cards = Mesh::default();
+        card(&mut cards, Vec3::Z * 1.2, 6.0, GREY);
+        let height = 6.0;
+        let pose = on_lane(40.0, 0.0);
+        let body_from_world = Quat::from_rotation_z(-pose.yaw_rad as f32);
+        card(&mut cards, Vec3::Z * 1.2 + body_from_world * to_sun * (height / to_sun.z), 1.5, GREY);
+        let model = CarModel { levels: [cards.clone(), cards.clone(), cards], glass: Mesh::default() };
+        let stage = Stage { cars: vec![model; stage(false).cars.len()], ..stage(false).clone() };
+        let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Birdseye, &options);
+        let middle = pose.position.as_vec2().extend(1.2);
+        from_above(&mut view, middle);
+        let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality::LOW);
+        let image = draw_with(&mut renderer, &view, [160, 160]);
+
+        let sky = Sky::new(to_sun, visibility_m);
+        // Whole sphere by a fine grid of height and bearing: an integral of its own, not the renderer's harmonics.
+        let mut from_sky = Vec3::ZERO;
+        let (n, m) = (60, 90);
+        for i in 0..n {
+            let z = (i as f32 + 0.5) / n as f32;
+            for j in 0..m {
+                let (sin, cos) = (std::f32::consts::TAU * j as f32 / m as f32).sin_cos();
+                let level = (1.0 - z * z).sqrt();
+                from_sky += sky.radiance(Vec3::new(level * cos, level * sin, z)) * z * (2.0 / (n * m) as f32);
+            }
+        }
+        let sunny = sky.exposure * GREY * (from_sky + sky.sun * to_sun.z);
+        let shady = sky.exposure * GREY * from_sky;
+        let away = Vec3::new(-to_sun.y, to_sun.x, 0.0).normalize() * 4.5;
+        for (place, wanted, name) in [(middle + away, sunny, "sun"), (middle, shady, "shade")] {
+            let seen = light_at(&image, &view, place, 3);
+            let error = (seen / wanted - 1.0).dot(Vec3::new(0.2126, 0.7152, 0.0722));
+            assert!(error.abs() < 0.05, "{time_h} h, {name}: {seen}, not {wanted}");
+        }
+    }
+}
+
+#[test]
+fn edges_of_shadows_stay_on_the_ground_while_the_camera_drives() {
+    // A parked car on one even grey ground, the sun from the side, a camera that drives towards it and weaves.
+    let pose = on_lane(40.0, 0.0);
+    let (along, left) = (pose.forward().as_vec2().extend(0.0), pose.left().as_vec2().extend(0.0));
+    let to_sun = (left * 0.75 + Vec3::Z).normalize();
+    let mut stage = stage(false).clone();
+    let middle = pose.position.as_vec2().extend(0.0);
+    stage.road = Mesh::default();
+    stage.land = Mesh::default();
+    card(&mut stage.road, middle, 90.0, 0.18);
+    for v in &mut stage.road.vertices {
+        v.material = codrive::scene::Material::Paint as u32;
+    }
+    let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality::MEDIUM);
+    let size = [480, 270];
+    let mut edges = Vec::new();
+    for frame in 0..60 {
+        let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Chase, &ViewOptions::default());
+        let step = frame as f32;
+        let eye = middle - along * (13.0 - 0.071 * step) + left * (0.3 * (0.2 * step).sin() - 1.2) + Vec3::Z * 2.2;
+        let forward = (middle - left * 1.2 - eye).normalize();
+        view.camera = Camera { eye, forward, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: 0.5 } };
+        view.to_sun = to_sun;
+        let image = draw_with(&mut renderer, &view, size);
+        // From the car's shadowed side outwards: the place where the light is half way from shade to sun.
+        let at = |out: f32| middle - left * out;
+        let light = |out: f32| light_at(&image, &view, at(out), 0).y;
+        let (shade, sun) = (light(1.3), light(2.9));
+        assert!(shade < 0.6 * sun, "frame {frame}: {shade} {sun}");
+        let half = 0.5 * (shade + sun);
+        let steps: Vec<f32> = (0..=160).map(|k| 1.3 + 0.01 * k as f32).collect();
+        let edge = steps.iter().find(|out| light(**out) > half).expect("an edge");
+        edges.push(*edge);
+    }
+    let mean = edges.iter().sum::<f32>() / 60.0;
+    let worst = edges.iter().map(|edge| (edge - mean).abs()).fold(0.0, f32::max);
+    // A pixel is 1.4 cm wide there, a texel of the map 3.1 cm.
+    assert!(worst < 0.03, "the edge at {mean} m wanders by {worst} m: {edges:?}");
+}
+
+#[test]
+fn a_lit_brake_lamp_at_60_m_is_several_times_as_bright_as_a_running_one() {
+    let red = |braking: bool| {
+        // Beside the road and turned like the ego, so that its rear is in view.
+        let ego = on_lane(0.0, 0.0);
+        let at = ego.position + ego.forward() * 62.0;
+        let mut leader = car(1, codrive::space::Pose::new(at, ego.yaw_rad));
+        leader.braking = braking;
+        let view = view(&snapshot(vec![leader]), ViewKind::Driver, &marked_green());
+        let image = draw(&view, false, [1280, 720]);
+        let centre = view.camera.project(at.as_vec2().extend(0.8), 1280.0 / 720.0).expect("ahead");
+        let (cx, cy) = ((centre.x * 1280.0) as i32, (centre.y * 720.0) as i32);
+        let mut best = 0f32;
+        for y in cy - 20..cy + 20 {
+            for x in cx - 30..cx + 30 {
+                let p = image.get_pixel(x as u32, y as u32).0.map(|v| f32::from(v) / 255.0);
+                let light = light_of([p[0].min(0.995), p[1], p[2]]);
+                best = best.max(light.x - light.y);
+            }
+        }
+        best
+    };
+    let (running, lit) = (red(false), red(true));
+    // The screen's white ends the scale: the lamps' own ratio is 75 to 1.
+    assert!(lit > 6.0 * running, "{lit} lit, {running} running");
+}
+
+/// Options in which no car wears anything near red.
+fn marked_green() -> ViewOptions {
+    ViewOptions { ordinary_paints: false, ..Default::default() }
+}
+
+#[test]
+fn driving_makes_no_more_pipelines_buffers_or_textures() {
+    // A device of its own: other tests make things on the shared one.
+    let gpu = codrive::render::Gpu::headless().unwrap_or_else(|e| panic!("{e}"));
+    let mut renderer = Renderer::new(&gpu, stage(true), OFFSCREEN, Quality::LOW);
+    let size = [160, 90];
+    let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: OFFSCREEN,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let target = target.create_view(&Default::default());
+    let mut drive = |frames: std::ops::Range<u32>| {
+        for frame in frames {
+            let mut snapshot = full_ring();
+            let pose = on_lane(f64::from(frame) * 3.0, 0.0);
+            snapshot.ego.position = pose.position.extend(0.0);
+            snapshot.ego.rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
+            snapshot.ego_before = snapshot.ego;
+            let mut view = view(&snapshot, ViewKind::Driver, &ViewOptions::default());
+            let unit = codrive::units::SpeedUnit::Mph;
+            let (scale, speed) = (codrive::hud::Dial::scale_for(8.0, unit), 4.0 + 0.01 * f64::from(frame));
+            view.dial = Some(codrive::hud::Dial::new(speed, Some((4.4, 3.9, 4.8)), unit, scale, false));
+            renderer.draw(&view, None, &target, size);
+            gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device");
+        }
+        let report = gpu.instance.generate_report().expect("a native device").hub;
+        [
+            report.render_pipelines,
+            report.shader_modules,
+            report.buffers,
+            report.textures,
+            report.texture_views,
+            report.bind_groups,
+            report.samplers,
+        ]
+        .map(|registry| registry.num_kept_from_user)
+    };
+    let before = drive(0..10);
+    // 250 m: every shadow map has been drawn anew several times.
+    assert_eq!(drive(10..90), before, "pipelines, modules, buffers, textures, views, groups, samplers");
+}
