@@ -2,7 +2,7 @@
 
 struct Frame {
     clip_from_world: mat4x4f,
-    light_from_world: array<mat4x4f, 2>,
+    light_from_world: array<mat4x4f, 3>,
     // xyz eye; w 1 for a perspective lens, 0 for a parallel one
     eye: vec4f,
     forward: vec4f,
@@ -10,8 +10,16 @@ struct Frame {
     up: vec4f,
     // xyz unit direction to the sun; w seconds
     to_sun_time: vec4f,
-    // width of a shadow texel in metres (moving, standing), texels a side
+    // xyz width of a shadow texel in metres (moving, standing near by and far off); w texels a side
     shadow: vec4f,
+}
+
+// The light of the hour (`render/sky.rs`).
+struct Air {
+    // rgb: what the air takes from a view along the ground, 1/m
+    extinction: vec4f,
+    // Light on a white sheet by its normal, without the sun.
+    harmonics: array<vec4f, 9>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -19,6 +27,11 @@ struct Frame {
 @group(0) @binding(2) var shadow_sampler: sampler_comparison;
 @group(0) @binding(3) var grain: texture_2d<f32>;
 @group(0) @binding(4) var grain_sampler: sampler;
+@group(0) @binding(5) var<uniform> air: Air;
+// Radiance of a white sheet that faces the sun.
+@group(0) @binding(6) var<uniform> SUN: vec3f;
+@group(0) @binding(7) var sky: texture_2d<f32>;
+@group(0) @binding(8) var sky_sampler: sampler;
 
 // An instance: rows of the mesh-to-world map; paint, and brake lamps in w.
 struct Placed {

@@ -1,81 +1,110 @@
-// Sun, sky and haze of a clear late morning. Radiance is in units of a white sheet lying in full daylight (1.0), which
+// Sun, sky and haze (`render/sky.rs`). Radiance is in units of about that of a white sheet in full daylight at 10 h, which
 // keeps the proportions of a photograph: sky overhead 0.1 to 0.4, horizon 0.6, asphalt 0.1, meadow 0.1.
 
 const PI = 3.14159265;
-// Radiance of a white sheet that faces the sun.
-const SUN = vec3f(1.26, 1.15, 0.96);
-const ZENITH = vec3f(0.095, 0.205, 0.47);
-const MIDDLE = vec3f(0.21, 0.36, 0.62);
-const HORIZON = vec3f(0.53, 0.64, 0.76);
-// Irradiance (over pi) of the sky from above, of sky and land from the side, of the land from below.
-const FROM_ABOVE = vec3f(0.245, 0.305, 0.40);
-const FROM_BELOW = vec3f(0.095, 0.10, 0.065);
-// Distance at which haze takes 63 % of a surface's contrast, metres.
-const HAZE_M = 1100.0;
+// Radius of the horizon in the sky's picture, see `RIM` in `sky.rs`.
+const RIM = 0.96;
 
-// Light from a direction of the cloudless sky; below the horizon, that of the horizon.
+// Light from a direction of the cloudless sky, blurred by reduced sizes of its picture; below the horizon, that of the
+// horizon.
+fn sky_light_blurred(direction: vec3f, level: f32) -> vec3f {
+    let up = clamp(direction.z, 0.0, 1.0);
+    let flat_way = direction.xy * inverseSqrt(max(dot(direction.xy, direction.xy), 1e-12));
+    let at = flat_way * sqrt((1.0 - up) / (1.0 + up));
+    return textureSampleLevel(sky, sky_sampler, 0.5 + 0.5 * RIM * at, level).rgb;
+}
+
 fn sky_light(direction: vec3f) -> vec3f {
-    let height = max(direction.z, 0.0);
-    let low = exp(-7.0 * height);
-    let clear = mix(mix(ZENITH, MIDDLE, exp(-2.2 * height)), HORIZON, low);
-    let toward_sun = max(dot(direction, frame.to_sun_time.xyz), 0.0);
-    let t2 = toward_sun * toward_sun;
-    let t8 = t2 * t2 * t2 * t2;
-    let t32 = t8 * t8 * t8 * t8;
-    let glow = 0.10 * t2 + 0.16 * t8 + 0.6 * t32 * t32 * t32;
-    return clear + glow * vec3f(1.0, 0.9, 0.74) * (0.45 + 0.55 * low);
+    return sky_light_blurred(direction, 0.0);
 }
 
-// Light from the surroundings without looking: sky, a dark belt of trees, ground. For reflections.
-fn surroundings(direction: vec3f, ground: vec3f) -> vec3f {
-    let belt = vec3f(0.045, 0.062, 0.035) + 0.12 * HORIZON;
-    let above = mix(belt, sky_light(direction), smoothstep(0.05, 0.16, direction.z));
-    return mix(ground, above, smoothstep(-0.06, 0.02, direction.z));
-}
-
-// Irradiance (over pi) from sky and ground on a surface in the open.
+// Light on a white sheet that faces `normal` from sky and land in the open.
 fn ambient(normal: vec3f) -> vec3f {
-    let side = 0.5 * (FROM_ABOVE + FROM_BELOW);
-    let up = normal.z;
-    return select(mix(side, FROM_BELOW, -up), mix(side, FROM_ABOVE, up), up > 0.0);
+    let n = normal;
+    var light = air.harmonics[0].rgb + n.y * air.harmonics[1].rgb + n.z * air.harmonics[2].rgb + n.x * air.harmonics[3].rgb;
+    light += n.x * n.y * air.harmonics[4].rgb + n.y * n.z * air.harmonics[5].rgb;
+    light += (3.0 * n.z * n.z - 1.0) * air.harmonics[6].rgb + n.x * n.z * air.harmonics[7].rgb;
+    light += (n.x * n.x - n.y * n.y) * air.harmonics[8].rgb;
+    return max(light, vec3f(0.0));
 }
 
-fn shadow_layer(layer: i32, world: vec3f, normal: vec3f) -> f32 {
-    let texel = select(frame.shadow.y, frame.shadow.x, layer == 0);
+// What a surface of this roughness mirrors from a direction: sky, a dark belt of trees, ground.
+fn mirrored(direction: vec3f, ground: vec3f, rough: f32) -> vec3f {
+    let above = sky_light_blurred(direction, 5.0 * sqrt(rough));
+    let belt = vec3f(0.055, 0.075, 0.035) * ambient(vec3f(0.0, 0.0, 1.0)) * 2.0 + 0.12 * above;
+    let soft = 0.5 * rough;
+    let over_ground = mix(belt, above, smoothstep(0.06 - soft, 0.17 + soft, direction.z));
+    return mix(ground, over_ground, smoothstep(-0.05 - soft, 0.02 + soft, direction.z));
+}
+
+// A place in a shadow map: xy its clip coordinates, z its depth, w the distance from the middle, 1 at the edge.
+fn in_map(layer: i32, world: vec3f, normal: vec3f, grazing: f32) -> vec4f {
     // Off the surface, against acne: further where the sun grazes.
-    let grazing = 1.0 - clamp(dot(normal, frame.to_sun_time.xyz), 0.0, 1.0);
-    let p = world + normal * texel * (0.7 + 1.6 * grazing);
+    let p = world + normal * frame.shadow[layer] * (0.7 + 1.6 * grazing);
     let clip = frame.light_from_world[layer] * vec4f(p, 1.0);
-    let uv = clip.xy * vec2f(0.5, -0.5) + 0.5;
-    let step = 0.75 / frame.shadow.z;
-    var sum = 0.0;
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-step, -0.35 * step), layer, clip.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(0.35 * step, -step), layer, clip.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(step, 0.35 * step), layer, clip.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-0.35 * step, step), layer, clip.z);
-    // Fade out where the map ends.
-    let edge = max(abs(clip.x), abs(clip.y));
-    return mix(sum * 0.25, 1.0, smoothstep(0.9, 0.99, edge));
+    return vec4f(clip.xyz, max(abs(clip.x), abs(clip.y)));
 }
 
-// How much of the sun arrives: 1 all, 0 none.
+// What of the sun a map lets through, a mean of 4 by 4 texels; all of it beyond the map's edge.
+fn shadow_layer(layer: i32, at: vec4f) -> f32 {
+    let uv = at.xy * vec2f(0.5, -0.5) + 0.5;
+    let step = 0.75 / frame.shadow.w;
+    var sum = 0.0;
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-step, -0.35 * step), layer, at.z);
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(0.35 * step, -step), layer, at.z);
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(step, 0.35 * step), layer, at.z);
+    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-0.35 * step, step), layer, at.z);
+    return mix(sum * 0.25, 1.0, smoothstep(0.9, 0.99, at.w));
+}
+
+// How much of the sun arrives: 1 all, 0 none. Without branches, of which software rendering takes both sides.
 fn sunshine(world: vec3f, normal: vec3f) -> f32 {
-    return min(shadow_layer(0, world, normal), shadow_layer(1, world, normal));
+    let grazing = 1.0 - clamp(dot(normal, frame.to_sun_time.xyz), 0.0, 1.0);
+    let near = in_map(1, world, normal, grazing);
+    let far = in_map(2, world, normal, grazing);
+    let beyond = near.w > 0.9;
+    let trees = shadow_layer(select(1, 2, beyond), select(near, far, beyond));
+    return min(shadow_layer(0, in_map(0, world, normal, grazing)), trees);
+}
+
+// Roughness widened by how much the normal turns within a pixel, so that small bright images neither flicker nor crawl
+// (after Tokuyoshi and Kaplanyan 2019).
+fn steadied(rough: f32, normal: vec3f) -> f32 {
+    let dx = dpdx(normal);
+    let dy = dpdy(normal);
+    let spread = min(0.5 * (dot(dx, dx) + dot(dy, dy)), 0.18);
+    let a = rough * rough;
+    return sqrt(sqrt(clamp(a * a + spread, 0.0, 1.0)));
 }
 
 // Microfacet reflection of the sun (GGX; Walter et al. 2007; Smith visibility after Karis 2013), times the cosine.
-fn sun_glint(normal: vec3f, view: vec3f, roughness: f32, f0: f32) -> vec3f {
+fn sun_gloss(normal: vec3f, view: vec3f, rough: f32, f0: vec3f) -> vec3f {
     let sun = frame.to_sun_time.xyz;
     let half_way = normalize(view + sun);
     let nh = clamp(dot(normal, half_way), 0.0, 1.0);
     let nl = clamp(dot(normal, sun), 0.0, 1.0);
     let nv = clamp(dot(normal, view), 0.02, 1.0);
-    let a = roughness * roughness;
+    let a = max(rough * rough, 0.004);
     let d = nh * nh * (a * a - 1.0) + 1.0;
     let k = 0.5 * a;
     let shape = a * a / (d * d) * 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
-    let f = f0 + (1.0 - f0) * pow(1.0 - clamp(dot(view, half_way), 0.0, 1.0), 5.0);
-    return min(SUN * (shape * f * nl), vec3f(14.0));
+    let x = 1.0 - clamp(dot(view, half_way), 0.0, 1.0);
+    let x2 = x * x;
+    let f = f0 + (1.0 - f0) * (x2 * x2 * x);
+    return min(SUN * (shape * nl) * f, vec3f(14.0));
+}
+
+fn sun_glint(normal: vec3f, view: vec3f, roughness: f32, f0: f32) -> vec3f {
+    return sun_gloss(normal, view, roughness, vec3f(f0));
+}
+
+// Share of even surroundings that a rough surface mirrors: scale and offset of its reflectance head on (the fit of Karis
+// 2014 to the integral of the microfacet model).
+fn mirrors(normal: vec3f, view: vec3f, rough: f32) -> vec2f {
+    let nv = clamp(dot(normal, view), 0.0, 1.0);
+    let r = rough * vec4f(-1.0, -0.0275, -0.572, 0.022) + vec4f(1.0, 0.0425, 1.04, -0.04);
+    let a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    return vec2f(-1.04, 1.04) * a + r.zw;
 }
 
 fn fresnel(normal: vec3f, view: vec3f, f0: f32) -> f32 {
@@ -88,9 +117,7 @@ fn fresnel(normal: vec3f, view: vec3f, f0: f32) -> f32 {
 fn through_air(colour: vec3f, world: vec3f) -> vec3f {
     let ray = world - frame.eye.xyz;
     let distance = length(ray);
-    let reach = distance / HAZE_M;
-    // Blue fades in first, as in air.
-    let veil = (1.0 - exp(-reach * sqrt(reach) * vec3f(0.9, 1.0, 1.15))) * frame.eye.w;
-    let air = sky_light(normalize(vec3f(ray.xy, max(ray.z, 0.0) + 0.004 * distance)));
-    return mix(colour, air, veil);
+    let left = exp(-air.extinction.rgb * (distance * frame.eye.w));
+    let veil = sky_light(vec3f(ray.xy, max(ray.z, 0.0) + 0.01 * distance) / max(distance, 0.01));
+    return mix(veil, colour, left);
 }

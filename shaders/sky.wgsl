@@ -30,9 +30,10 @@ fn fragment(ray: Ray) -> @location(0) vec4f {
     let cover = smoothstep(0.60, 0.84, density) * smoothstep(0.015, 0.16, height);
     let toward_sun = max(dot(direction, sun), 0.0);
     let shade = mix(0.74, 0.98, smoothstep(1.0, 0.6, density)) + 0.35 * pow(toward_sun, 12.0);
-    light = mix(light, vec3f(1.0, 0.985, 0.96) * shade, 0.82 * cover);
+    let white = 0.62 * SUN + 1.1 * air.harmonics[0].rgb;
+    light = mix(light, white * shade, 0.82 * cover * smoothstep(0.0, 0.2, height));
 
     // The disc, 0.53 degrees wide; half a degree of glare around it.
     let disc = smoothstep(0.999975, 0.999992, toward_sun) * 30.0 + 2.5 * pow(toward_sun, 2600.0);
-    return vec4f(light + disc * vec3f(1.0, 0.93, 0.8), 1.0);
+    return vec4f(light + disc * SUN, 1.0);
 }

@@ -20,9 +20,9 @@
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
 //!                              / the car-following model
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
-//! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers
+//! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
-//! sim                          World::tick(&Controls) -> Events, Snapshot, Scenario
+//! sim  train                   World::tick(&Controls) -> Events, Snapshot, Scenario / TRPO on the fast ring
 //! hud                          the dial as data
 //! scene                        what is to be seen, on the CPU
 //! render                       wgpu passes
@@ -55,4 +55,5 @@ pub mod sim;
 pub mod space;
 pub mod time;
 pub mod traffic;
+pub mod train;
 pub mod units;

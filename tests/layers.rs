@@ -12,7 +12,7 @@ const ROWS: [&[&str]; 10] = [
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver"],
-    &["sim"],
+    &["sim", "train"],
     &["hud"],
     &["scene"],
     &["render"],

@@ -350,3 +350,42 @@ fn it_fits_a_laptop_at_every_scale() {
         }
     }
 }
+
+/// The picture of a drive with what the panel put out over it.
+fn picture_with(open: bool) -> image::RgbaImage {
+    use codrive::{
+        app::view_options,
+        render::{Gpu, OFFSCREEN, Panel as Output, Quality, Renderer, render_with_panel},
+        scene::{Stage, ViewKind, view},
+        sim::World,
+    };
+    const SIZE: [u32; 2] = [320, 180];
+    let gpu = Gpu::shared().expect("a graphics adapter is needed");
+    let world = World::new(&Scenario { traffic: "native".into(), ..Scenario::default() }).unwrap();
+    let stage = Stage::build(world.map(), 1);
+    let mut renderer = Renderer::new(gpu, &stage, OFFSCREEN, Quality::LOW);
+    let view = view(world.snapshot(), 1.0, ViewKind::Driver, &view_options(world.scenario()), &stage);
+    let mut bench = Bench::driving();
+    bench.panel.open = open;
+    let ctx = egui::Context::default();
+    theme::apply(&ctx);
+    let size = egui::vec2(SIZE[0] as f32, SIZE[1] as f32);
+    let input =
+        egui::RawInput { screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)), ..Default::default() };
+    let output = ctx.run_ui(input, |ui| bench.show(ui));
+    let panel = Some(Output { ctx: &ctx, output });
+    let with = render_with_panel(gpu, &mut renderer, &view, panel, SIZE).unwrap();
+    let without = render_with_panel(gpu, &mut renderer, &view, None, SIZE).unwrap();
+    let mut difference = with;
+    for (pixel, plain) in difference.pixels_mut().zip(without.pixels()) {
+        pixel.0 = std::array::from_fn(|i| pixel.0[i].abs_diff(plain.0[i]));
+    }
+    difference
+}
+
+#[test]
+fn a_hidden_panel_leaves_not_one_pixel_on_the_picture() {
+    let changed = |open| picture_with(open).pixels().filter(|pixel| pixel.0 != [0; 4]).count();
+    assert_eq!(changed(false), 0);
+    assert!(changed(true) > 5000, "an open one is seen");
+}

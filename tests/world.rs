@@ -262,3 +262,34 @@ fn every_shipped_map_can_be_driven_a_lap_by_the_simulated_driver() {
         assert!(off_m < 0.6, "{map}: {off_m} m off the centre line");
     }
 }
+
+#[test]
+fn a_person_with_four_keys_and_slow_thumbs_holds_4_mps_in_the_lane() {
+    use codrive::input::{DriveKey, Keyboard};
+    let mut world = World::new(&Scenario { policy: "none".into(), ..scenario("native") }).unwrap();
+    let mut keyboard = Keyboard::default();
+    // Looks at the dial five times a second, sees where the needle is going, and acts 0.4 s later.
+    let mut seen = std::collections::VecDeque::from([0.0, 0.0]);
+    let (mut speeds, mut offsets) = (Vec::new(), Vec::new());
+    for tick in 0..9000 {
+        if tick % 20 == 0 {
+            let ego = &world.snapshot().ego;
+            seen.push_back(ego.speed_mps + 0.6 * ego.accel_mps2);
+            let soon_mps = seen.pop_front().unwrap();
+            keyboard.set(DriveKey::Throttle, soon_mps < 4.0);
+            keyboard.set(DriveKey::Brake, soon_mps > 5.2);
+        }
+        let controls = keyboard.tick(world.snapshot().ego.speed_mps, Some(world.lane_hint()));
+        world.tick(&controls).unwrap();
+        if tick > 2000 {
+            speeds.push(world.snapshot().ego.speed_mps);
+            offsets.push(world.snapshot().lane_offset_m.abs());
+        }
+    }
+    let (low, high) = speeds.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
+    let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
+    // Half the width of the 250 m ring's useful band (+-1 mph, FACTS 3) on either side of his own mean.
+    assert!(high - low < 0.9 && (mean - 4.0).abs() < 0.3, "{low} to {high} m/s, mean {mean}");
+    let off_m = offsets.iter().copied().fold(0.0, f64::max);
+    assert!(off_m < 0.5, "{off_m} m off the centre line");
+}

@@ -52,7 +52,7 @@ impl Show {
     }
 
     /// Begins another drive at the same pace; devices, view and, if map and seed are the same, the stage are kept. True if
-    /// the stage is a new one.
+    /// the renderer has to be made anew, for another stage or another quality.
     ///
     /// # Errors
     /// The new world cannot start; SUMO allows one simulation a process, so the old drive is over either way and begins
@@ -61,6 +61,7 @@ impl Show {
         let pace = self.drive.clock.pace();
         let old = self.drive.world.scenario().clone();
         self.drive.world.stop_traffic();
+        self.devices.keyboard.rest();
         let drive = match Drive::new(scenario, pace) {
             Ok(drive) => drive,
             Err(error) => {
@@ -70,6 +71,7 @@ impl Show {
             }
         };
         let moved = old.map != scenario.map || old.seed != scenario.seed;
+        let redraw = moved || old.quality != scenario.quality;
         if moved {
             self.stage = Stage::build(drive.world.map(), scenario.seed);
         }
@@ -78,7 +80,7 @@ impl Show {
         self.tally = Tally::new([0.0, f64::INFINITY]);
         self.lane_help = scenario.lane_help;
         self.drive = drive;
-        Ok(moved)
+        Ok(redraw)
     }
 
     /// One frame of simulation. `watch` sees the world after each tick.
@@ -148,6 +150,8 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
         screen_width_m: scenario.screen_width_m as f32,
         eye_distance_m: scenario.eye_distance_m as f32,
         ordinary_paints: scenario.ordinary_paints,
+        visibility_m: (1000.0 * scenario.visibility_km) as f32,
         ..ViewOptions::default()
     }
+    .at_hour(scenario.time_h as f32)
 }

@@ -80,7 +80,9 @@ struct Frame {
     renderer: Renderer,
     show: Show,
     desk: Desk,
-    last: Instant,
+    /// When the last frame began; `None` before the first, and after another stage went to the GPU: time runs from the
+    /// first picture on, shaders and models are not a stall.
+    last: Option<Instant>,
 }
 
 impl ApplicationHandler for App {
@@ -153,11 +155,12 @@ impl Frame {
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
         let renderer = Renderer::new(&gpu, &show.stage, surface.format(), quality(options.scenario.quality, &gpu));
         let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
-        Ok(Self { window, gpu, surface, renderer, show, desk, last: now() })
+        Ok(Self { window, gpu, surface, renderer, show, desk, last: None })
     }
 
     /// One frame: simulate what is due, look, draw, present.
     fn draw(&mut self) -> Result<(), AppError> {
+        let first = self.last.is_none();
         let elapsed = self.lap();
         let due = self.show.advance(elapsed, |world| self.desk.watch(world))?;
         if !due.dropped.is_zero() && self.show.drive.clock.stalls() == 1 {
@@ -176,6 +179,9 @@ impl Frame {
         self.renderer.draw(&view, Some(panel), &target, size);
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
+        if first {
+            self.last = Some(now());
+        }
         for command in asked {
             if self.desk.obey(command, &mut self.show) {
                 self.new_stage();
@@ -192,13 +198,13 @@ impl Frame {
         let old = std::mem::replace(&mut self.renderer, renderer);
         self.renderer.keep_panel_of(old);
         self.window.set_title(&format!("codrive: {}", scenario.map));
-        self.last = now();
+        self.last = None;
     }
 
     /// Time since the last frame.
     fn lap(&mut self) -> Duration {
-        let before = std::mem::replace(&mut self.last, now());
-        self.last - before
+        let begin = now();
+        self.last.replace(begin).map_or(Duration::ZERO, |before| begin - before)
     }
 
     /// A key went down or up. Returns the command that it stands for.

@@ -1,5 +1,5 @@
-//! Scenario flags, made from the scenario's own list of settings: help, unit, limits and defaults are written once.
-//! In: the command line. Out: a checked [`Scenario`].
+//! Flags made from a struct's own list of settings: help, unit, limits and defaults are written once. In: the command
+//! line. Out: a checked [`Scenario`], or the changes to another struct of settings.
 
 use super::CliError;
 use crate::sim::{Field, Kind, Scenario, fields};
@@ -17,10 +17,15 @@ pub fn add(command: Command) -> Command {
         .value_parser(value_parser!(PathBuf))
         .help("Scenario file (TOML); flags beside it win over what it says")
         .help_heading(HEADING);
-    fields().iter().fold(command.arg(file), |command, field| match field.table() {
-        None => command.arg(argument(field)),
+    add_fields(command.arg(file), &fields(), HEADING)
+}
+
+/// Adds a flag for each of these settings, and one for each table of them.
+pub fn add_fields(command: Command, fields: &[Field], heading: &'static str) -> Command {
+    fields.iter().fold(command, |command, field| match field.table() {
+        None => command.arg(argument(field).help_heading(heading)),
         Some(table) if command.get_arguments().any(|arg| arg.get_id() == table) => command,
-        Some(table) => command.arg(table_argument(table)),
+        Some(table) => command.arg(table_argument(table, fields).help_heading(heading)),
     })
 }
 
@@ -35,10 +40,8 @@ fn argument(field: &Field) -> Arg {
         Kind::Number { min, max } => format!("{min} to {max}{unit}; "),
         _ => String::new(),
     };
-    let arg = Arg::new(field.path.clone())
-        .long(field.flag())
-        .help(format!("{} [{limits}default {default}]", field.doc))
-        .help_heading(HEADING);
+    let arg =
+        Arg::new(field.path.clone()).long(field.flag()).help(format!("{} [{limits}default {default}]", field.doc));
     let checked = field.clone();
     match &field.kind {
         Kind::Switch => arg
@@ -73,9 +76,9 @@ fn value_name(unit: &str) -> &'static str {
 }
 
 /// `--idm v0=30,T=1`: all settings of a table in one flag.
-fn table_argument(table: &str) -> Arg {
+fn table_argument(table: &str, fields: &[Field]) -> Arg {
     let name = table.to_owned();
-    let keys: Vec<Field> = fields().into_iter().filter(|field| field.table() == Some(table)).collect();
+    let keys: Vec<Field> = fields.iter().filter(|field| field.table() == Some(table)).cloned().collect();
     let help: Vec<String> = keys
         .iter()
         .map(|field| format!("  {} {}: {} [default {}]", key(field), field.doc, field.allowed(), field.default))
@@ -83,9 +86,15 @@ fn table_argument(table: &str) -> Arg {
     Arg::new(name.clone())
         .long(name)
         .value_name("KEY=X,...")
-        .help(format!("Car-following model of the other cars, for example T=1.5,noise=0\n{}", help.join("\n")))
-        .help_heading(HEADING)
+        .help(format!("{}\n{}", table_help(table), help.join("\n")))
         .value_parser(move |text: &str| parse_table(text, &keys))
+}
+
+fn table_help(table: &str) -> &'static str {
+    match table {
+        "idm" => "Car-following model of the other cars, for example T=1.5,noise=0",
+        _ => "How the observation is scaled",
+    }
 }
 
 fn key(field: &Field) -> &str {
@@ -115,20 +124,30 @@ pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
         Some(path) => Scenario::from_file(path)?,
         None => Scenario::default(),
     };
+    Ok(base.with(&changes(matches, &fields()))?)
+}
+
+/// The settings that the command line names, of those that [`add_fields`] made flags for.
+pub fn changes(matches: &ArgMatches, fields: &[Field]) -> Vec<(Field, Value)> {
     let mut changes: Vec<(Field, Value)> = Vec::new();
-    for field in fields() {
+    let mut tables: Vec<&str> = Vec::new();
+    for field in fields {
         let id = field.path.as_str();
+        if let Some(table) = field.table() {
+            if !tables.contains(&table) {
+                tables.push(table);
+                let named = matches.get_one::<Vec<(Field, Value)>>(table);
+                changes.extend(named.into_iter().flatten().cloned());
+            }
+            continue;
+        }
         let value = match &field.kind {
-            _ if field.table().is_some() => continue,
             Kind::Switch => matches.get_one::<bool>(id).map(|v| Value::from(*v)),
             Kind::Whole { .. } => matches.get_one::<u64>(id).map(|v| Value::from(*v)),
             Kind::Number { .. } => matches.get_one::<f64>(id).map(|v| Value::from(*v)),
             Kind::Choice(_) | Kind::Text => matches.get_one::<String>(id).map(|v| Value::from(v.as_str())),
         };
-        changes.extend(value.map(|value| (field, value)));
+        changes.extend(value.map(|value| (field.clone(), value)));
     }
-    if let Some(table) = matches.get_one::<Vec<(Field, Value)>>("idm") {
-        changes.extend(table.iter().cloned());
-    }
-    Ok(base.with(&changes)?)
+    changes
 }

@@ -7,6 +7,7 @@ mod flags;
 mod map;
 mod render;
 mod run;
+mod train;
 
 use crate::{
     app,
@@ -44,6 +45,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("render", m)) => render::main(m),
         Some(("map", m)) => map::main(m),
         Some(("bench", m)) => bench::main(m),
+        Some(("train", m)) => train::main(m),
         _ => unreachable!("clap requires a command and with_default_command adds one"),
     };
     match done {
@@ -68,6 +70,7 @@ pub fn command() -> Command {
         .subcommand(flags::add(drive::command()))
         .subcommand(flags::add(run::command()))
         .subcommand(flags::add(render::command()))
+        .subcommand(train::command())
         .subcommand(map::command())
         .subcommand(flags::add(bench::command()))
 }

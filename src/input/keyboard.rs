@@ -31,11 +31,23 @@ pub struct LaneHint {
     pub heading_error_rad: f64,
 }
 
-/// A pedal goes down in 0.5 s and comes up in 0.2 s: slow enough to dose, quick enough to stop.
-const PEDAL_DOWN_S: f64 = 0.5;
+/// A pedal under a key: soon where it is of use, then further the longer the key is held, and up at once.
+struct KeyPedal {
+    /// Share of the pedal that is reached soon.
+    soon: f64,
+    /// In how many seconds.
+    soon_s: f64,
+    /// From there on, shares a second.
+    press_per_s: f64,
+    /// The end.
+    most: f64,
+}
+
+/// 0.4 of the accelerator is 1.0 m/s2 at walking pace: taps hold 4 m/s, and whoever keeps the key down drives off briskly.
+const THROTTLE: KeyPedal = KeyPedal { soon: 0.4, soon_s: 0.3, press_per_s: 0.2, most: 1.0 };
+/// 0.15 of the brake is 1.5 m/s2; 0.6 is a firm stop of about 6 m/s2.
+const BRAKE: KeyPedal = KeyPedal { soon: 0.15, soon_s: 0.15, press_per_s: 0.7, most: 0.6 };
 const PEDAL_UP_S: f64 = 0.2;
-/// Keys brake with at most this share of full force: 0.6 is a firm stop of about 6 m/s2.
-const KEY_BRAKE: f64 = 0.6;
 /// Lateral acceleration at which the keys' steering ends, m/s2: firm, not yet sliding.
 const KEY_LATERAL_MPS2: f64 = 4.0;
 /// Time from straight to the end of the keys' steering, and back, seconds.
@@ -71,6 +83,11 @@ impl Keyboard {
         self.down = [false; 4];
     }
 
+    /// Pedals up, wheel straight, selector in Drive, for the start of a drive; keys that are down stay down.
+    pub fn rest(&mut self) {
+        *self = Self { down: self.down, ..Self::default() };
+    }
+
     /// Drive to reverse and back; the gearbox refuses it while the car rolls.
     pub fn toggle_reverse(&mut self) {
         self.selector = if self.selector == Selector::Reverse { Selector::Drive } else { Selector::Reverse };
@@ -85,13 +102,12 @@ impl Keyboard {
     pub fn tick(&mut self, speed_mps: f64, hint: Option<LaneHint>) -> Controls {
         let down = |key: DriveKey| self.down[key as usize];
         let braking = down(DriveKey::Brake);
-        let throttle_goal = if down(DriveKey::Throttle) && !braking { 1.0 } else { 0.0 };
-        let brake_goal = if braking { KEY_BRAKE } else { 0.0 };
+        let accelerating = down(DriveKey::Throttle) && !braking;
         let steer_goal = f64::from(down(DriveKey::Left)) - f64::from(down(DriveKey::Right));
-        self.throttle = approach(self.throttle, throttle_goal, PEDAL_DOWN_S, PEDAL_UP_S);
-        self.brake = approach(self.brake, brake_goal, PEDAL_DOWN_S, PEDAL_UP_S);
+        self.throttle = THROTTLE.moved(self.throttle, accelerating);
+        self.brake = BRAKE.moved(self.brake, braking);
         let time_s = if steer_goal == 0.0 || steer_goal * self.steer < 0.0 { STEER_OUT_S } else { STEER_IN_S };
-        self.steer = approach(self.steer, steer_goal, time_s, time_s);
+        self.steer = approach(self.steer, steer_goal, time_s);
         let helped_rad = hint.map_or(0.0, |hint| lane_help_rad(&hint, self.steer));
         let road_rad = (helped_rad + self.steer * key_limit_rad(speed_mps)).clamp(-LOCK_RAD, LOCK_RAD);
         Controls {
@@ -115,10 +131,20 @@ fn lane_help_rad(hint: &LaneHint, steer: f64) -> f64 {
     along - (1.0 - steer.abs()) * HELP_PER_METRE * hint.offset_m
 }
 
-/// `value` moved one tick towards `goal`, at a full stroke in `rise_s` upwards and `fall_s` downwards.
-fn approach(value: f64, goal: f64, rise_s: f64, fall_s: f64) -> f64 {
-    let time_s = if goal > value { rise_s } else { fall_s };
-    let step = TICK_S / time_s;
+impl KeyPedal {
+    /// The pedal a tick later.
+    fn moved(&self, pedal: f64, pressed: bool) -> f64 {
+        if !pressed {
+            return approach(pedal, 0.0, PEDAL_UP_S);
+        }
+        let per_s = if pedal < self.soon { self.soon / self.soon_s } else { self.press_per_s };
+        (pedal + per_s * TICK_S).min(self.most)
+    }
+}
+
+/// `value` moved one tick towards `goal`, at a full stroke in `stroke_s`.
+fn approach(value: f64, goal: f64, stroke_s: f64) -> f64 {
+    let step = TICK_S / stroke_s;
     value + (goal - value).clamp(-step, step)
 }
 
@@ -136,15 +162,18 @@ mod tests {
     }
 
     #[test]
-    fn pedals_move_like_feet_and_reach_their_end() {
+    fn a_tap_reaches_the_useful_part_of_the_pedal_and_holding_the_key_floors_it() {
         let mut keyboard = Keyboard::default();
         keyboard.set(DriveKey::Throttle, true);
-        let pressed = run(&mut keyboard, 1.0, 5.0);
-        assert!(pressed.windows(2).all(|w| (w[1].throttle - w[0].throttle).abs() <= 0.0201));
-        assert_eq!(pressed[99].throttle, 1.0);
+        let pressed = run(&mut keyboard, 4.0, 5.0);
+        assert!(pressed.windows(2).all(|w| (0.0..=0.0134).contains(&(w[1].throttle - w[0].throttle))));
+        assert!((pressed[30].throttle - 0.4).abs() < 0.02, "{}", pressed[30].throttle);
+        assert_eq!(pressed[399].throttle, 1.0);
         keyboard.set(DriveKey::Brake, true);
         let last = run(&mut keyboard, 1.0, 5.0)[99];
         assert_eq!((last.throttle, last.brake), (0.0, 0.6), "the brake wins");
+        keyboard.release_all();
+        assert_eq!(run(&mut keyboard, 0.25, 5.0)[24], Controls::default(), "up at once");
     }
 
     #[test]

@@ -18,6 +18,11 @@ impl Advisor {
     /// An advisor that asks `policy` (`None` never advises) every `hold_steps` steps of `step_s` seconds and allows
     /// `range_mps` on either side of the target.
     pub fn new(policy: Option<Box<dyn Policy>>, step_s: f64, hold_steps: u32, range_mps: f64) -> Self {
+        let hold_s = f64::from(hold_steps.max(1)) * step_s;
+        if let Some(trained_s) = policy.as_ref().and_then(|p| p.trained_hold_s()).filter(|t| (t - hold_s).abs() > 1e-9)
+        {
+            log::warn!("the policy was trained for a hold of {trained_s} s and is asked to hold for {hold_s} s");
+        }
         Self { policy, step_s, hold_steps: hold_steps.max(1), range_mps, steps: 0, standing: None }
     }
 
@@ -103,7 +108,7 @@ mod tests {
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
         assert_eq!(
             error,
-            "policy `folower-stopper` is unknown; known are none, constant, two-phase, follower-stopper, pi"
+            "policy `folower-stopper` is unknown; known are none, constant, two-phase, follower-stopper, pi, or the FILE.toml of a trained one"
         );
     }
 }

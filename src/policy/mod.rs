@@ -3,11 +3,15 @@
 
 mod follower_stopper;
 mod hold;
+mod network;
+mod observe;
 mod open_loop;
 mod pi_saturation;
 
 pub use follower_stopper::FollowerStopper;
 pub use hold::Advisor;
+pub use network::{FORMAT, Layer, Network, Output, PolicyFileError};
+pub use observe::Scaling;
 pub use open_loop::{Constant, TwoPhase};
 pub use pi_saturation::PiSaturation;
 
@@ -72,6 +76,11 @@ pub trait Policy {
 
     /// The action for the hold that begins now, `time_s` after the policy was engaged.
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action;
+
+    /// The hold that it was made for, seconds, if it was made for one.
+    fn trained_hold_s(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// What [`build`] needs to know of the road.
@@ -99,26 +108,33 @@ pub const AUTOMATIC_SHARE: f64 = 0.985;
 /// Names that [`build`] knows; the first advises nothing.
 pub const NAMES: [&str; 5] = ["none", "constant", "two-phase", "follower-stopper", "pi"];
 
-/// There is no policy of this name.
+/// Why there is no such policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("policy `{name}` is unknown; known are {}", NAMES.join(", "))]
-pub struct UnknownPolicy {
-    /// The name as given.
-    pub name: String,
+pub enum PolicyError {
+    /// No policy has this name.
+    #[error("policy `{name}` is unknown; known are {}, or the FILE.toml of a trained one", NAMES.join(", "))]
+    Unknown {
+        /// The name as given.
+        name: String,
+    },
+    /// The file of a trained policy cannot be used.
+    #[error("policy {0}")]
+    File(#[from] PolicyFileError),
 }
 
-/// A policy by name; `None` for `none`.
+/// A policy by name or by the path of its file (`.toml`); `None` for `none`.
 ///
 /// # Errors
-/// The name is not among [`NAMES`].
-pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, UnknownPolicy> {
-    let aim_mps = if settings.aim_mps > 0.0 { settings.aim_mps } else { AUTOMATIC_SHARE * settings.equilibrium_mps };
+/// The name is not among [`NAMES`], or the file cannot be used.
+pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, PolicyError> {
+    let aim_mps = settings.aim_or_automatic_mps();
     Ok(Some(match name {
         "none" => return Ok(None),
         "constant" => Box::new(Constant { speed_mps: aim_mps }),
         "two-phase" => Box::new(TwoPhase::for_ring(settings.equilibrium_mps, aim_mps)),
         "follower-stopper" => Box::new(FollowerStopper { aim_mps }),
         "pi" => Box::new(PiSaturation::new(settings.step_s)),
-        _ => return Err(UnknownPolicy { name: name.into() }),
+        file if file.ends_with(".toml") => Box::new(Network::from_file(file.as_ref())?),
+        _ => return Err(PolicyError::Unknown { name: name.into() }),
     }))
 }

@@ -12,8 +12,6 @@ pub const MIRROR_WIDTH: f32 = 0.30;
 pub const MIRROR_ASPECT: f32 = 3.4;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
-/// Factor on the light before the tone curve: puts a sunlit meadow on the middle of the scale.
-const EXPOSURE: f32 = 1.55;
 
 /// The pipeline; made anew when shaders are reloaded.
 #[derive(Debug)]
@@ -137,7 +135,7 @@ impl DevelopPass {
     }
 
     /// Develops the main picture (flipped left to right if `flip`) onto all of the target, and the mirror's picture,
-    /// flipped, into its frame.
+    /// flipped, into its frame. With `soften`, steps along edges are filtered.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &self,
@@ -147,15 +145,18 @@ impl DevelopPass {
         queue: &wgpu::Queue,
         target: &wgpu::TextureView,
         size: [u32; 2],
+        exposure: f32,
         flip: bool,
         inset: bool,
+        soften: bool,
     ) {
         let [width, height] = size.map(|side| side as f32);
         let whole = Print {
             rect: [0.0, 0.0, width, height],
             canvas: [width, height],
             flip: f32::from(u8::from(flip)),
-            exposure: EXPOSURE,
+            exposure,
+            soften: f32::from(u8::from(soften)),
             ..Default::default()
         };
         let framed = Print {

@@ -11,8 +11,8 @@ use glam::{Affine3A, Mat4, Vec3};
 pub struct Frame {
     /// World to clip space, depth reversed.
     pub clip_from_world: [[f32; 4]; 4],
-    /// World to the shadow maps: moving things, standing things.
-    pub light_from_world: [[[f32; 4]; 4]; 2],
+    /// World to the shadow maps: moving things, standing things near by, standing things far off.
+    pub light_from_world: [[[f32; 4]; 4]; 3],
     /// Eye, metres; w is 1 for a perspective lens, 0 for a parallel one.
     pub eye: [f32; 4],
     /// Optical axis.
@@ -23,8 +23,18 @@ pub struct Frame {
     pub up: [f32; 4],
     /// Unit direction to the sun; w is the time in seconds.
     pub to_sun_time: [f32; 4],
-    /// Width of a shadow texel in metres (moving, standing), texels per map side, unused.
+    /// Width of a shadow texel in metres, likewise; texels per map side.
     pub shadow: [f32; 4],
+}
+
+/// The light of the hour (`Air` in `common.wgsl`), see [`Sky`](super::sky::Sky).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Air {
+    /// What the air takes from a view along the ground, 1/m.
+    pub extinction: [f32; 4],
+    /// Light on a white sheet by its normal, without the sun.
+    pub harmonics: [[f32; 4]; 9],
 }
 
 /// Camera of a shadow map (`Light` in `shadow.wgsl`).
@@ -51,8 +61,10 @@ pub struct Print {
     pub corner: f32,
     /// Factor on the light before the tone curve.
     pub exposure: f32,
+    /// 1 to filter the steps along edges, else 0.
+    pub soften: f32,
     /// Padding to a multiple of 16 bytes.
-    pub pad: [f32; 2],
+    pub pad: f32,
 }
 
 /// One placed mesh: a car's body, a wheel, a tree, the road.
@@ -141,8 +153,9 @@ mod tests {
             "Frame",
             [clip_from_world, light_from_world, eye, forward, right, up, to_sun_time, shadow]
         );
+        same_layout!(Air, "road", "Air", [extinction, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
-        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, pad]);
+        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, pad]);
     }
 
     #[test]

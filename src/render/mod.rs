@@ -5,6 +5,7 @@
 //! experimenter's panel. [`Renderer::draw`] is the whole recipe. Nothing is made while driving: buffers grow only when
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
+pub mod air;
 pub mod crowd;
 pub mod develop;
 pub mod dial;
@@ -20,15 +21,17 @@ pub mod quality;
 pub mod scenery;
 pub mod shader;
 pub mod shadow;
+pub mod sky;
 pub mod timing;
 pub mod ui_pass;
 
 pub use gpu::{Gpu, GpuError};
-pub use offscreen::{OFFSCREEN, render_to_image};
+pub use offscreen::{OFFSCREEN, render_to_image, render_with_panel};
 pub use quality::Quality;
 pub use timing::PassTimes;
 
 use crate::scene::{Stage, View, ViewKind};
+use air::AirPass;
 use develop::{DevelopPass, DevelopPipeline, mirror_rect};
 use dial::DialPass;
 use lens::Optics;
@@ -51,6 +54,7 @@ pub struct Renderer {
     quality: Quality,
     bindings: Bindings,
     pipelines: Pipelines,
+    air: AirPass,
     shadow: ShadowPass,
     main: PicturePass,
     mirror: PicturePass,
@@ -84,8 +88,9 @@ impl Renderer {
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
         let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
-        let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &quality);
-        let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &quality);
+        let air = AirPass::new(device);
+        let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
+        let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mut develop = DevelopPass::new(device, format);
         develop.fit(device, main.light(), mirror.light());
         let mut workshop = Workshop { device, sources: &Sources::built_in(), made: 0 };
@@ -94,7 +99,7 @@ impl Renderer {
         let timing = Timing::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
-        Self { scenery, quality, bindings, pipelines, shadow, main, mirror, develop, dial, panel, timing }
+        Self { scenery, quality, bindings, pipelines, air, shadow, main, mirror, develop, dial, panel, timing }
     }
 
     /// Goes on drawing the panel that `old` drew: its context has sent its fonts there, and sends them once.
@@ -104,12 +109,13 @@ impl Renderer {
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { scenery, shadow, main, mirror, develop, dial, pipelines, timing, .. } = self;
+        let Self { scenery, air, shadow, main, mirror, develop, dial, pipelines, timing, .. } = self;
         let (device, queue) = (&scenery.device, &scenery.queue);
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
-        if main.fit(device, size) | mirror.fit(device, inset) {
+        let drawn = self.quality.drawn_size(size);
+        if main.fit(device, drawn) | mirror.fit(device, inset) {
             develop.fit(device, main.light(), mirror.light());
         }
 
@@ -133,7 +139,19 @@ impl Renderer {
             mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, Ego::Nowhere);
         }
         let stamp = stamps(Pass::Develop);
-        develop.draw(e, stamp, &pipelines.develop, queue, target, size, alone, glass.is_some());
+        let exposure = air.fit(queue, view.to_sun, view.visibility_m);
+        develop.draw(
+            e,
+            stamp,
+            &pipelines.develop,
+            queue,
+            target,
+            size,
+            exposure,
+            alone,
+            glass.is_some(),
+            self.quality.msaa == 1,
+        );
         if let Some(data) = &view.dial {
             dial.place = dial::DialPlace::of(view.kind);
             dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);

@@ -2,7 +2,7 @@
 //! Out: an image. For this the renderer has to be made with [`OFFSCREEN`] as its format.
 
 use super::{
-    Renderer,
+    Panel, Renderer,
     gpu::{Gpu, GpuError},
 };
 use crate::scene::View;
@@ -20,6 +20,20 @@ pub fn render_to_image(
     view: &View,
     size: [u32; 2],
 ) -> Result<image::RgbaImage, GpuError> {
+    render_with_panel(gpu, renderer, view, None, size)
+}
+
+/// The same with the experimenter's panel over it.
+///
+/// # Errors
+/// As [`render_to_image`].
+pub fn render_with_panel(
+    gpu: &Gpu,
+    renderer: &mut Renderer,
+    view: &View,
+    panel: Option<Panel>,
+    size: [u32; 2],
+) -> Result<image::RgbaImage, GpuError> {
     let [width, height] = size;
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("off-screen"),
@@ -32,7 +46,7 @@ pub fn render_to_image(
         view_formats: &[],
     });
     let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    renderer.draw(view, None, &target, size);
+    renderer.draw(view, panel, &target, size);
 
     let row = width * 4;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);

@@ -2,6 +2,7 @@
 //! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
 
 use super::{
+    air::AirPass,
     crowd::{Around, Crowd, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
@@ -11,6 +12,7 @@ use super::{
     shadow::Lights,
 };
 use crate::scene::View;
+use glam::Vec3;
 
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
@@ -74,14 +76,19 @@ impl Bindings {
         use wgpu::{BindingType, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
         let texture =
             |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
+        let uniform = BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
         let entries = [
-            BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            uniform,
             texture(TextureSampleType::Depth, TextureViewDimension::D2Array),
             BindingType::Sampler(SamplerBindingType::Comparison),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+            uniform,
+            uniform,
             texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
             BindingType::Sampler(SamplerBindingType::Filtering),
         ];
@@ -189,12 +196,13 @@ impl Bindings {
 }
 
 impl PicturePass {
-    /// A picture that reads `shadows`.
+    /// A picture that reads `shadows` and is lit by `air`.
     pub fn new(
         label: &'static str,
         scenery: &Scenery,
         bindings: &Bindings,
         shadows: &wgpu::TextureView,
+        air: &AirPass,
         quality: &Quality,
     ) -> Self {
         let device = &scenery.device;
@@ -211,8 +219,10 @@ impl PicturePass {
             wgpu::BindingResource::TextureView(&scenery.grain),
             wgpu::BindingResource::Sampler(&bindings.grain_sampler),
         ];
-        let entries: Vec<_> =
-            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let entries: Vec<_> = (0..)
+            .zip(resources.into_iter().chain(air.resources()))
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(label),
             layout: &bindings.group,
@@ -313,7 +323,7 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
         right: right.extend(0.0).to_array(),
         up: up.extend(0.0).to_array(),
         to_sun_time: view.to_sun.extend(view.time_s).to_array(),
-        shadow: [lights.texel_m[0], lights.texel_m[1], lights.size as f32, 0.0],
+        shadow: Vec3::from(lights.texel_m).extend(lights.size as f32).to_array(),
     }
 }
 

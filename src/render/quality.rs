@@ -7,10 +7,13 @@
 pub struct Quality {
     /// Samples a pixel: 1 or 4 (other numbers are not everywhere available).
     pub msaa: u32,
-    /// Side of each of the two shadow maps, texels.
+    /// Side of each of the three shadow maps, texels.
     pub shadow_size: u32,
     /// Resolution of the mirror's picture in pixels of the inset, 0.25 to 2.
     pub mirror_scale: f32,
+    /// Most pixels of the main picture: one of more is drawn smaller, by one factor on both sides, and filtered up when it
+    /// is developed. Dial and panel are drawn over it at full size.
+    pub most_pixels: u32,
     /// Anisotropy of the ground's grain, 1 to 16. Above 1 is for a GPU only: software pays ten times.
     pub anisotropy: u16,
     /// Up to this distance tufts of grass are drawn, metres.
@@ -24,14 +27,23 @@ fn grass_m() -> f32 {
 
 impl Quality {
     /// For tests and software rendering.
-    pub const LOW: Self = Self { msaa: 1, shadow_size: 1024, mirror_scale: 0.75, anisotropy: 1, grass_m: 16.0 };
+    pub const LOW: Self =
+        Self { msaa: 1, shadow_size: 1024, mirror_scale: 0.75, most_pixels: 768 * 432, anisotropy: 1, grass_m: 16.0 };
     /// Smooth edges; the picture of `codrive render`.
-    pub const MEDIUM: Self = Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, anisotropy: 1, grass_m: 30.0 };
+    pub const MEDIUM: Self =
+        Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 1, grass_m: 30.0 };
     /// For a GPU.
-    pub const HIGH: Self = Self { msaa: 4, shadow_size: 4096, mirror_scale: 1.0, anisotropy: 8, grass_m: 60.0 };
+    pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }
 
 impl Quality {
+    /// Size in which a main picture of `size` pixels is drawn.
+    pub fn drawn_size(&self, size: [u32; 2]) -> [u32; 2] {
+        let pixels = (size[0] * size[1]) as f32;
+        let scale = (self.most_pixels as f32 / pixels).sqrt().min(1.0);
+        size.map(|side| ((side as f32 * scale).round() as u32).max(1))
+    }
+
     /// What an adapter can be expected to draw smoothly: software gets [`Quality::LOW`], a graphics card of its own
     /// [`Quality::HIGH`].
     pub fn for_adapter(info: &wgpu::AdapterInfo) -> Self {

@@ -1,8 +1,9 @@
-//! First pass: what the sun does not reach. In: cars and trees. Out: two depth maps seen from the sun.
+//! First pass: what the sun does not reach. In: cars and trees. Out: three depth maps seen from the sun.
 //!
-//! Layer 0 holds what moves (cars), drawn every frame around the camera. Layer 1 holds what stands (trees); it follows
-//! the camera in steps of `STEP_M` and is drawn anew only when it has moved, so that trees cost their thousands of
-//! corners once every few seconds. Both are functions of the view alone: the same view gives the same shadows.
+//! Layer 0 holds what moves (cars), drawn every frame around the camera. Layers 1 and 2 hold what stands (trees), near by
+//! and far off; they follow the camera in steps and are drawn anew only when they have moved, so that trees cost their
+//! thousands of corners once every few seconds. All are functions of the view alone: the same view gives the same
+//! shadows. Each moves by whole texels, so that the edges of shadows stay on the ground while the camera drives.
 
 use super::{
     crowd::{Around, Batches, Crowd, Detail},
@@ -14,12 +15,12 @@ use super::{
 use crate::scene::View;
 use glam::{Mat4, Vec3, camera::rh};
 
-/// Half the width of the map of moving things for a perspective picture, metres: 4.7 cm a texel at 2048.
-const MOVING_M: f32 = 48.0;
-/// Half the width of the map of standing things, metres: 11 cm a texel at 2048.
-const STANDING_M: f32 = 112.0;
-/// Grid on which the map of standing things follows the camera, metres.
-const STEP_M: f32 = 16.0;
+/// Half the width of the map of moving things for a perspective picture, metres: 3.1 cm a texel at 2048.
+const MOVING_M: f32 = 32.0;
+/// Half the widths of the maps of standing things, metres: 6 cm and 18 cm a texel at 2048.
+const STANDING_M: [f32; 2] = [64.0, 184.0];
+/// Grids on which the maps of standing things follow the camera, metres.
+const STEP_M: [f32; 2] = [12.0, 36.0];
 /// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
 const HEIGHT_M: f32 = 40.0;
 
@@ -33,19 +34,19 @@ pub struct ShadowPass {
     layout: wgpu::PipelineLayout,
     maps: wgpu::TextureView,
     moving: Layer,
-    standing: Layer,
+    standing: [Layer; 2],
     size: u32,
-    /// Where the standing map was last drawn.
-    drawn: Option<Cover>,
+    /// Where the standing maps were last drawn.
+    drawn: [Option<Cover>; 2],
 }
 
 /// What the other passes need to look up shadows.
 #[derive(Clone, Copy, Debug)]
 pub struct Lights {
-    /// World to map: moving, standing.
-    pub clip_from_world: [Mat4; 2],
-    /// Width of a texel, metres: moving, standing.
-    pub texel_m: [f32; 2],
+    /// World to map: moving, standing near by, standing far off.
+    pub clip_from_world: [Mat4; 3],
+    /// Width of a texel, metres, likewise.
+    pub texel_m: [f32; 3],
     /// Texels on a side.
     pub size: u32,
 }
@@ -84,7 +85,7 @@ impl ShadowPass {
         });
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("shadow maps"),
-            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 2 },
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 3 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -123,9 +124,9 @@ impl ShadowPass {
                 ..Default::default()
             }),
             moving: layer(0),
-            standing: layer(1),
+            standing: [layer(1), layer(2)],
             size,
-            drawn: None,
+            drawn: [None; 2],
         }
     }
 
@@ -155,14 +156,14 @@ impl ShadowPass {
         workshop.pipeline(&recipe).map(ShadowPipeline)
     }
 
-    /// Both maps, for binding.
+    /// All maps, for binding.
     pub fn maps(&self) -> &wgpu::TextureView {
         &self.maps
     }
 
-    /// Forgets the standing map, so that the next picture draws it anew.
+    /// Forgets the standing maps, so that the next picture draws them anew.
     pub fn forget(&mut self) {
-        self.drawn = None;
+        self.drawn = [None; 2];
     }
 
     /// Draws what throws shadows into the picture of `optics`.
@@ -175,16 +176,19 @@ impl ShadowPass {
         view: &View,
         optics: &Optics,
     ) -> Lights {
-        let (moving, standing) = covers(view.to_sun, optics);
-        let lights = [moving, standing].map(|cover| cover.clip_from_world(self.size));
-        let batches = self.moving.gather(scenery, view, moving, lights[0], false);
+        let covers = covers(view.to_sun, optics);
+        let lights = covers.map(|cover| cover.clip_from_world(self.size));
+        let batches = self.moving.gather(scenery, view, covers[0], lights[0], false);
         self.moving.draw(encoder, stamps, pipeline, scenery, &batches);
-        if self.drawn != Some(standing) {
-            let batches = self.standing.gather(scenery, view, standing, lights[1], true);
-            self.standing.draw(encoder, None, pipeline, scenery, &batches);
-            self.drawn = Some(standing);
+        for (i, layer) in self.standing.iter_mut().enumerate() {
+            let cover = covers[i + 1];
+            if self.drawn[i] != Some(cover) {
+                let batches = layer.gather(scenery, view, cover, lights[i + 1], true);
+                layer.draw(encoder, None, pipeline, scenery, &batches);
+                self.drawn[i] = Some(cover);
+            }
         }
-        let texel_m = [moving, standing].map(|cover| cover.texel_m(self.size));
+        let texel_m = covers.map(|cover| cover.texel_m(self.size));
         Lights { clip_from_world: lights, texel_m, size: self.size }
     }
 }
@@ -232,24 +236,22 @@ impl Layer {
     }
 }
 
-/// The ground that the two maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a
-/// parallel picture.
-fn covers(to_sun: Vec3, optics: &Optics) -> (Cover, Cover) {
+/// The ground that the maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a parallel
+/// picture.
+fn covers(to_sun: Vec3, optics: &Optics) -> [Cover; 3] {
     let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
     let ground = optics.camera.eye.with_z(0.0);
     match optics.parallel_m() {
-        None => (
-            Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M },
-            Cover {
-                to_sun,
-                centre: ((ground + ahead * (0.5 * STANDING_M)) / STEP_M).round() * STEP_M,
-                half_m: STANDING_M,
-            },
-        ),
-        Some(half_m) => {
-            let whole = Cover { to_sun, centre: ground, half_m: half_m * 1.2 };
-            (whole, whole)
+        None => {
+            let standing = |i: usize| {
+                let (half_m, step_m) = (STANDING_M[i], STEP_M[i]);
+                let centre = ((ground + ahead * (0.45 * half_m)) / step_m).round() * step_m;
+                Cover { to_sun, centre, half_m }
+            };
+            let moving = Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M };
+            [moving, standing(0), standing(1)]
         }
+        Some(half_m) => [Cover { to_sun, centre: ground, half_m: half_m * 1.2 }; 3],
     }
 }
 
@@ -297,7 +299,7 @@ mod tests {
     fn the_map_moves_by_whole_texels() {
         let lens = Lens::Perspective { fov_x_rad: 1.1 };
         let light = |x: f32| {
-            let (moving, _) = covers(TO_SUN, &optics(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
+            let [moving, ..] = covers(TO_SUN, &optics(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
             moving.clip_from_world(1024)
         };
         let still = Vec3::new(20.0, 3.0, 0.0);
@@ -312,8 +314,7 @@ mod tests {
     #[test]
     fn a_picture_in_plan_is_covered_whole() {
         let plan = optics(Vec3::new(10.0, 5.0, 400.0), Vec3::NEG_Z, Lens::Parallel { half_extent_m: 50.0 });
-        let (moving, standing) = covers(TO_SUN, &plan);
-        for cover in [moving, standing] {
+        for cover in covers(TO_SUN, &plan) {
             for corner in [Vec3::new(95.0, 55.0, 0.0), Vec3::new(-75.0, -45.0, 0.0)] {
                 let clip = cover.clip_from_world(1024).project_point3(corner);
                 assert!(clip.x.abs() <= 1.0 && clip.y.abs() <= 1.0 && (0.0..=1.0).contains(&clip.z), "{clip}");
@@ -325,13 +326,15 @@ mod tests {
     #[test]
     fn what_stands_is_drawn_anew_only_every_few_metres() {
         let lens = Lens::Perspective { fov_x_rad: 1.1 };
-        let mut places: Vec<Cover> = Vec::new();
-        for decimetre in 0..1000 {
-            let (_, standing) = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
-            if places.last() != Some(&standing) {
-                places.push(standing);
+        for (layer, most) in [(1, 10), (2, 4)] {
+            let mut places: Vec<Cover> = Vec::new();
+            for decimetre in 0..1000 {
+                let covers = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
+                if places.last() != Some(&covers[layer]) {
+                    places.push(covers[layer]);
+                }
             }
+            assert!(places.len() <= most, "{} maps in 100 m", places.len());
         }
-        assert!(places.len() <= 8, "{} maps in 100 m", places.len());
     }
 }

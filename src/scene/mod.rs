@@ -234,6 +234,8 @@ pub struct View {
     pub cockpit: Option<CarInstance>,
     /// Unit direction **towards** the sun.
     pub to_sun: Vec3,
+    /// Distance at which haze leaves 2 % of a contrast, metres.
+    pub visibility_m: f32,
     /// Seconds since the start of the drive, for wind.
     pub time_s: f32,
     /// The speedometer, if the view has one.

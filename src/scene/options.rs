@@ -30,6 +30,8 @@ pub struct ViewOptions {
     pub sun_azimuth_deg: f32,
     /// Height of the sun above the horizon, degrees.
     pub sun_elevation_deg: f32,
+    /// Distance at which haze leaves 2 % of a contrast, metres.
+    pub visibility_m: f32,
     /// The ego's paint, linear.
     pub ego_paint: [f32; 3],
     /// The others' paint from above, and everywhere if `ordinary_paints` is off.
@@ -67,6 +69,7 @@ impl Default for ViewOptions {
             dial_full_scale: None,
             sun_azimuth_deg: 130.0,
             sun_elevation_deg: 42.0,
+            visibility_m: 30_000.0,
             ego_paint: [0.62, 0.020, 0.018],
             traffic_paint: [0.030, 0.36, 0.060],
             ordinary_paints: true,
@@ -88,6 +91,19 @@ impl ViewOptions {
         let (sin_a, cos_a) = self.sun_azimuth_deg.to_radians().sin_cos();
         let (sin_e, cos_e) = self.sun_elevation_deg.to_radians().sin_cos();
         Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e)
+    }
+
+    /// The same options with the sun where it stands at an hour by the sun (12 is its highest) late in August at 48
+    /// degrees north: 43 degrees high in the south-east at 9.75 h.
+    #[must_use]
+    pub fn at_hour(self, time_h: f32) -> Self {
+        let (latitude, declination) = (48f32.to_radians(), 10f32.to_radians());
+        let hour = (15.0 * (time_h - 12.0)).to_radians();
+        // Axes: east, north, up.
+        let east = -declination.cos() * hour.sin();
+        let south = declination.cos() * hour.cos() * latitude.sin() - declination.sin() * latitude.cos();
+        let up = declination.cos() * hour.cos() * latitude.cos() + declination.sin() * latitude.sin();
+        Self { sun_azimuth_deg: east.atan2(-south).to_degrees(), sun_elevation_deg: up.asin().to_degrees(), ..self }
     }
 
     /// Paint of a car in a view.
@@ -144,6 +160,17 @@ mod tests {
         assert!(sun.distance(Vec3::X) < 1e-6, "east: {sun}");
         let sun = ViewOptions::default().to_sun();
         assert!(sun.x > 0.0 && sun.y < 0.0 && sun.z > 0.6 && (sun.length() - 1.0).abs() < 1e-6, "south-east: {sun}");
+    }
+
+    #[test]
+    fn the_sun_rises_in_the_east_and_is_highest_in_the_south_at_noon() {
+        let at = |time_h| ViewOptions::default().at_hour(time_h);
+        let (morning, noon, evening) = (at(6.5), at(12.0), at(17.5));
+        assert!((noon.sun_azimuth_deg.abs() - 180.0).abs() < 0.1, "{}", noon.sun_azimuth_deg);
+        assert!((noon.sun_elevation_deg - 52.0).abs() < 0.1, "{}", noon.sun_elevation_deg);
+        assert!((60.0..110.0).contains(&morning.sun_azimuth_deg), "{}", morning.sun_azimuth_deg);
+        assert!((-110.0..-60.0).contains(&evening.sun_azimuth_deg), "{}", evening.sun_azimuth_deg);
+        assert!((5.0..20.0).contains(&morning.sun_elevation_deg), "{}", morning.sun_elevation_deg);
     }
 
     #[test]

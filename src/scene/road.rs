@@ -8,8 +8,11 @@ use glam::{DVec2, Vec2, Vec3};
 
 /// Asphalt beside the lane, line included, metres.
 pub const SHOULDER_M: f32 = 0.4;
-/// Width of the edge lines, metres; their inner edges are the lane's.
+/// Width of the edge lines, metres; their inner edges are the lane's. The strip that carries a line is wider, so that the
+/// shader can draw the line's edges: worn near by, and as a share of the pixel far off, where the line is thinner.
 pub const LINE_M: f32 = 0.12;
+/// What that strip holds inside the lane and beyond the lane's edge, metres.
+const LINE_STRIP_M: [f32; 2] = [0.16, LINE_M + 0.22];
 /// How far the verge reaches beyond the asphalt, metres: gravel, then grass that dips under the meadow.
 pub const VERGE_M: f32 = 1.7;
 
@@ -48,9 +51,9 @@ fn left_half() -> Vec<Strip> {
     let middle = column(0.0, 0.0, shade(ASPHALT, 0.93));
     let track = column(0.45, 0.0, shade(ASPHALT, 0.88));
     let outside = column(0.72, 0.0, shade(ASPHALT, 1.06));
-    let edge = column(1.0, 0.0, shade(ASPHALT, 1.10));
+    let edge = column(1.0, -LINE_STRIP_M[0], shade(ASPHALT, 1.10));
     let line = |beyond_m| column(1.0, beyond_m, PAINT);
-    let shoulder = column(1.0, LINE_M, shade(ASPHALT, 1.10));
+    let shoulder = column(1.0, LINE_STRIP_M[1], shade(ASPHALT, 1.10));
     let asphalt_end = column(1.0, SHOULDER_M, shade(ASPHALT, 1.22));
     let gravel = Column { colour: GRAVEL, ..asphalt_end };
     let gravel_end = Column { z_m: -0.02, ragged_m: 0.16, ..column(1.0, SHOULDER_M + 0.42, shade(GRAVEL, 0.75)) };
@@ -61,7 +64,7 @@ fn left_half() -> Vec<Strip> {
         strip(Material::Asphalt, middle, track),
         strip(Material::Asphalt, track, outside),
         strip(Material::Asphalt, outside, edge),
-        strip(Material::Marking, line(0.0), line(LINE_M)),
+        strip(Material::Marking, line(-LINE_STRIP_M[0]), line(LINE_STRIP_M[1])),
         strip(Material::Asphalt, shoulder, asphalt_end),
         strip(Material::Matt, gravel, gravel_end),
         strip(Material::Grass, grass, under),
@@ -110,7 +113,11 @@ fn corner(route: &Route, s_m: f64, column: &Column, side: f32, material: Materia
     let normal = (Vec3::Z + (outwards * lean).extend(0.0)).normalize();
     let patch = noise::fractal(seed ^ 0x0a5f, place.as_vec2() / 9.0);
     let amount = if material == Material::Marking { 0.05 } else { 0.10 };
-    let colour = shade(column.colour, 1.0 + amount * patch);
+    let mut colour = shade(column.colour, 1.0 + amount * patch);
+    if material == Material::Marking {
+        // Paint is grey enough to spare a channel, which tells how far into the strip this is, metres.
+        colour[2] = column.beyond_m + LINE_STRIP_M[0];
+    }
     Vertex::new(place.as_vec2().extend(z_m), normal, colour, Vec2::new(s_m as f32, offset), material)
 }
 
@@ -173,7 +180,8 @@ mod tests {
             for v in by_material(&mesh, Material::Marking) {
                 let half = half_width_m(&map.route, f64::from(v.uv[0]));
                 let beyond = v.uv[1].abs() - half;
-                assert!(beyond.abs() < 1e-5 || (beyond - LINE_M).abs() < 1e-5, "{beyond}");
+                assert!(LINE_STRIP_M.map(|m| (beyond.abs() - m).abs() < 1e-5).contains(&true), "{beyond}");
+                assert!((beyond + LINE_STRIP_M[0] - v.colour[2]).abs() < 1e-5, "{beyond} {}", v.colour[2]);
                 // `uv` tells the truth about the place.
                 let found = map.route.project(DVec2::new(v.position[0].into(), v.position[1].into()), None);
                 assert!((found.offset_m as f32 - v.uv[1]).abs() < 0.01, "{found:?} {v:?}");

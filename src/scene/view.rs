@@ -31,6 +31,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         cars,
         cockpit,
         to_sun: options.to_sun(),
+        visibility_m: options.visibility_m,
         time_s: (snapshot.tick.seconds() - before_s).max(0.0) as f32,
         dial: None,
     }

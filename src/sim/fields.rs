@@ -1,5 +1,5 @@
-//! The scenario's settings as a list, read from the JSON Schema of [`Scenario`]: doc, unit, limits, kind and default of
-//! each. The command line, the checks of files and the panel are all made from this list.
+//! Settings as a list, read from the JSON Schema of [`Scenario`] (or of another such struct): doc, unit, limits, kind and
+//! default of each. The command line, the checks of files and the panel are all made from this list.
 
 use super::Scenario;
 use serde_json::Value;
@@ -47,7 +47,7 @@ pub enum Kind {
 impl Field {
     /// The flag on the command line, without dashes: the key without its unit, `-` for `_`.
     pub fn flag(&self) -> String {
-        let bare = ["_mph", "_mps", "_s", "_m"].iter().find_map(|unit| self.path.strip_suffix(unit));
+        let bare = ["_mph", "_mps", "_s", "_m", "_h", "_km"].iter().find_map(|unit| self.path.strip_suffix(unit));
         bare.unwrap_or(&self.path).replace('_', "-")
     }
 
@@ -68,12 +68,12 @@ impl Field {
         }
     }
 
-    /// The setting's value in a scenario written as JSON.
+    /// The setting's value in a struct written as JSON.
     pub fn get<'a>(&self, scenario: &'a Value) -> Option<&'a Value> {
         self.path.split('.').try_fold(scenario, |value, key| value.get(key))
     }
 
-    /// Puts a value into a scenario written as JSON; tables that are missing are made.
+    /// Puts a value into a struct written as JSON; tables that are missing are made.
     pub fn set(&self, scenario: &mut Value, value: Value) {
         let mut place = scenario;
         for key in self.path.split('.') {
@@ -97,13 +97,18 @@ impl Field {
     }
 }
 
-/// All settings, in the order of the struct.
+/// All settings of a scenario, in the order of the struct.
 pub fn fields() -> Vec<Field> {
+    fields_of::<Scenario>()
+}
+
+/// All settings of such a struct, in its order.
+pub fn fields_of<T: schemars::JsonSchema + serde::Serialize + Default>() -> Vec<Field> {
     let schema = schemars::generate::SchemaSettings::draft2020_12()
         .with(|s| s.inline_subschemas = true)
         .into_generator()
-        .into_root_schema_for::<Scenario>();
-    let default = serde_json::to_value(Scenario::default()).unwrap_or_default();
+        .into_root_schema_for::<T>();
+    let default = serde_json::to_value(T::default()).unwrap_or_default();
     let mut list = Vec::new();
     collect(schema.as_value(), &default, "", &mut list);
     list

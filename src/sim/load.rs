@@ -1,7 +1,9 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
-use super::{Field, Scenario, fields};
+use super::{Field, Scenario, fields::fields_of};
+use schemars::JsonSchema;
+use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
 use std::{fmt::Write, path::Path};
 
@@ -10,56 +12,87 @@ use std::{fmt::Write, path::Path};
 #[error("{0}")]
 pub struct ScenarioError(pub String);
 
+/// A struct of settings that is read from a file and changed by flags.
+pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
+    /// What must hold between settings; each alone is within its limits already. The key at fault and what is allowed.
+    ///
+    /// # Errors
+    /// The settings do not go together.
+    fn check(&self) -> Result<(), (&'static str, String)>;
+}
+
+/// Reads settings from a file; those that it does not name keep their default.
+///
+/// # Errors
+/// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
+pub fn settings_from_file<T: Settings>(path: &Path) -> Result<T, ScenarioError> {
+    let text =
+        std::fs::read_to_string(path).map_err(|e| ScenarioError(format!("{}: cannot be read: {e}", path.display())))?;
+    settings_from_toml(&text, &path.display().to_string())
+}
+
+/// The same for text; `name` is what messages call it.
+pub fn settings_from_toml<T: Settings>(text: &str, name: &str) -> Result<T, ScenarioError> {
+    let settings: T = toml::from_str(text).map_err(|e| {
+        let message = e.message().replace("unknown field", "unknown key");
+        ScenarioError(located(text, name, e.span().unwrap_or(0..0), &message))
+    })?;
+    let json = serde_json::to_value(&settings).unwrap_or_default();
+    for field in fields_of::<T>() {
+        if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
+            return Err(ScenarioError(located(text, name, span_of(text, &field.path), &fault)));
+        }
+    }
+    settings.check().map_err(|(path, fault)| ScenarioError(located(text, name, span_of(text, path), &fault)))?;
+    Ok(settings)
+}
+
+/// These settings with some replaced, checked as a whole.
+///
+/// # Errors
+/// A value has the wrong type or is out of range, or the settings do not go together.
+pub fn settings_with<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, ScenarioError> {
+    let mut json = serde_json::to_value(base).unwrap_or_default();
+    for (field, value) in changes {
+        if let Some(fault) = field.fault(value) {
+            return Err(ScenarioError(fault));
+        }
+        field.set(&mut json, value.clone());
+    }
+    let settings: T = serde_json::from_value(json).map_err(|e| ScenarioError(e.to_string()))?;
+    settings.check().map_err(|(_, fault)| ScenarioError(fault))?;
+    Ok(settings)
+}
+
 impl Scenario {
     /// Reads a scenario file; settings that it does not name keep their default.
     ///
     /// # Errors
-    /// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
+    /// As [`settings_from_file`].
     pub fn from_file(path: &Path) -> Result<Self, ScenarioError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| ScenarioError(format!("{}: cannot be read: {e}", path.display())))?;
-        Self::from_toml(&text, &path.display().to_string())
+        settings_from_file(path)
     }
 
     /// The same for text; `name` is what messages call it.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, ScenarioError> {
-        let scenario: Self = toml::from_str(text).map_err(|e| {
-            let message = e.message().replace("unknown field", "unknown key");
-            ScenarioError(located(text, name, e.span().unwrap_or(0..0), &message))
-        })?;
-        let json = serde_json::to_value(&scenario).unwrap_or_default();
-        for field in fields() {
-            if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
-                return Err(ScenarioError(located(text, name, span_of(text, &field.path), &fault)));
-            }
-        }
-        scenario.check().map_err(|(path, fault)| ScenarioError(located(text, name, span_of(text, path), &fault)))?;
-        Ok(scenario)
+        settings_from_toml(text, name)
     }
 
     /// This scenario with some settings replaced, checked as a whole.
     ///
     /// # Errors
-    /// A value has the wrong type or is out of range, or the settings do not go together.
+    /// As [`settings_with`].
     pub fn with(&self, changes: &[(Field, Value)]) -> Result<Self, ScenarioError> {
-        let mut json = serde_json::to_value(self).unwrap_or_default();
-        for (field, value) in changes {
-            if let Some(fault) = field.fault(value) {
-                return Err(ScenarioError(fault));
-            }
-            field.set(&mut json, value.clone());
-        }
-        let scenario: Self = serde_json::from_value(json).map_err(|e| ScenarioError(e.to_string()))?;
-        scenario.check().map_err(|(_, fault)| ScenarioError(fault))?;
-        Ok(scenario)
+        settings_with(self, changes)
     }
 
     /// This scenario as a file that [`Scenario::from_file`] reads back.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).unwrap_or_default()
     }
+}
 
-    /// What must hold between settings; each alone is within its limits already.
+impl Settings for Scenario {
     fn check(&self) -> Result<(), (&'static str, String)> {
         let multiple = |value: f64, of: f64| ((value / of).round() * of - value).abs() < 1e-9;
         if !multiple(self.step_s, crate::time::TICK_S) {
@@ -109,7 +142,7 @@ fn located(text: &str, name: &str, span: std::ops::Range<usize>, message: &str) 
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::fields, *};
 
     fn fault(text: &str) -> String {
         Scenario::from_toml(text, "trial.toml").unwrap_err().0

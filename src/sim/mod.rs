@@ -11,8 +11,8 @@ mod summary;
 mod world;
 
 pub use event::{EndReason, Event, EventKind};
-pub use fields::{Field, Kind, fields};
-pub use load::ScenarioError;
+pub use fields::{Field, Kind, fields, fields_of};
+pub use load::{ScenarioError, Settings, settings_from_file, settings_from_toml, settings_with};
 pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
 pub use snapshot::{CarView, Leader, Snapshot};
 pub use summary::{ContactRecord, Summary, Tally};

@@ -34,7 +34,7 @@ pub struct Scenario {
     #[schemars(range(min = 0, max = 9007199254740991_u64))]
     pub seed: u64,
 
-    /// Who advises: none, constant, two-phase, follower-stopper or pi
+    /// Who advises: none, constant, two-phase, follower-stopper, pi, or the FILE.toml of a trained one
     pub policy: String,
     /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
     #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
@@ -56,6 +56,12 @@ pub struct Scenario {
     pub eye_distance_m: f64,
     /// Other cars in ordinary paints in the driver's view (green otherwise; always green in the bird's-eye view)
     pub ordinary_paints: bool,
+    /// Time of day by the sun, which is highest at 12, late in summer
+    #[schemars(range(min = 6.0, max = 18.0), extend("unit" = "h"))]
+    pub time_h: f64,
+    /// Haze: how far one sees
+    #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
+    pub visibility_km: f64,
     /// Effort put into the picture; sizes, positions and lamps are the same in all
     pub quality: QualityLevel,
 
@@ -130,6 +136,8 @@ impl Default for Scenario {
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,
+            time_h: 9.75,
+            visibility_km: 30.0,
             quality: QualityLevel::Auto,
             creep: true,
             lane_help: true,

@@ -15,7 +15,7 @@ use crate::{
     ego::{CarParams, Controls, Ego, EgoError, Obstacle},
     input::LaneHint,
     map::{MapError, RoadMap, Route},
-    policy::{self, Advisor, Observation, PolicySettings, UnknownPolicy},
+    policy::{self, Advisor, Observation, PolicyError, PolicySettings},
     space::{CAR_LENGTH_M, wrap_angle},
     time::{TICK_S, TICKS_PER_S, Tick},
     traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup, UnknownEngine},
@@ -39,9 +39,9 @@ pub enum WorldError {
     /// The traffic cannot start or go on.
     #[error(transparent)]
     Traffic(#[from] TrafficError),
-    /// The policy is unknown.
+    /// The policy is unknown or its file cannot be used.
     #[error(transparent)]
-    Policy(#[from] UnknownPolicy),
+    Policy(#[from] PolicyError),
     /// The traffic engine's name cannot be read.
     #[error(transparent)]
     Engine(#[from] UnknownEngine),

@@ -2,7 +2,7 @@
 
 use crate::{pixels::*, place::*};
 use codrive::{
-    render::develop::mirror_rect,
+    render::{Quality, develop::mirror_rect},
     scene::{Camera, ViewKind, ViewOptions},
     space::Pose,
 };
@@ -125,5 +125,34 @@ fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
     assert!(shown(&red, place(snapshot.ego.position.as_vec3())), "the ego is not at its place");
     for car in &snapshot.cars {
         assert!(shown(&green, place(car.pose.position.as_vec2().extend(0.7))), "car {:?} is not at its place", car.id);
+    }
+}
+
+#[test]
+fn every_level_of_quality_shows_a_car_at_the_same_place() {
+    // Anisotropy is for a GPU: software needs minutes for it, and it moves nothing.
+    let levels = [Quality::LOW, Quality::MEDIUM, Quality { anisotropy: 1, ..Quality::HIGH }];
+    // Large enough for the low level to draw it smaller and filter it up.
+    let size = [960, 540];
+    assert!(Quality::LOW.drawn_size(size)[0] < size[0]);
+    for (gap_m, left_m) in [(8.0, 0.0), (25.0, 0.7)] {
+        let leader = on_lane(gap_m + 5.0, left_m);
+        let view = view(&snapshot(vec![car(1, leader)]), ViewKind::Driver, &marked());
+        let places = levels.map(|quality| {
+            let image = draw_with(&mut renderer(false, quality), &view, size);
+            // By how much of the car is in a pixel, not by a threshold, which would favour its sunny side.
+            let magenta = |p| {
+                let [r, g, b] = rgb(p).map(|v| v * v);
+                (r.min(b) - 1.2 * g).max(0.0)
+            };
+            let weighed =
+                image.enumerate_pixels().map(|(x, y, p)| Vec2::new(x as f32, y as f32).extend(1.0) * magenta(p));
+            let sum: Vec3 = weighed.sum();
+            assert!(sum.z > 10.0, "{sum}");
+            sum.truncate() / sum.z
+        });
+        for place in &places[1..] {
+            assert!(place.distance(places[0]) < 0.5, "gap {gap_m} m: {places:?}");
+        }
     }
 }

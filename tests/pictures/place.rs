@@ -108,9 +108,9 @@ pub fn marked() -> ViewOptions {
     options
 }
 
-/// Options in which the ego wears magenta.
+/// Options in which the ego wears magenta and the others green: at its edge a lit lamp on blue paint is magenta too.
 pub fn marked_ego() -> ViewOptions {
-    let mut options = ViewOptions::default();
+    let mut options = ViewOptions { ordinary_paints: false, ..Default::default() };
     options.paint_overrides.insert(EGO, MAGENTA);
     options
 }

@@ -1,0 +1,155 @@
+//! `codrive train`: a policy from a configuration, with its learning curve. Ctrl-C ends it with the best policy so far
+//! written; `--resume` goes on from the last checkpoint with the same bits.
+
+use super::{CliError, flags, stop_on_ctrl_c};
+use crate::{
+    sim::{Settings, fields_of, settings_from_file, settings_with},
+    train::{Learner, Row, TrainConfig, curve},
+};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::atomic::Ordering,
+    time::Duration,
+};
+
+/// A checkpoint is written this often.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+/// Files of a training.
+const POLICY: &str = "policy.toml";
+const CONFIG: &str = "train.toml";
+const CHECKPOINT: &str = "checkpoint.json";
+const CURVE_CSV: &str = "curve.csv";
+const CURVE_SVG: &str = "curve.svg";
+
+impl Settings for TrainConfig {
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        TrainConfig::check(self)
+    }
+}
+
+pub(super) fn command() -> Command {
+    let file = |id: &'static str, name: &'static str, help: &'static str| {
+        Arg::new(id).long(id).value_name(name).value_parser(value_parser!(PathBuf)).help(help)
+    };
+    let command = Command::new("train")
+        .about("Train a policy on the fast ring by TRPO")
+        .arg(file("out", "DIR", "Folder for policy, configuration, curve and checkpoints").required(true))
+        .arg(file("config", "FILE", "Configuration (TOML); flags beside it win over what it says"))
+        .arg(
+            Arg::new("resume")
+                .long("resume")
+                .action(ArgAction::SetTrue)
+                .help("Go on from the checkpoint in --out; only --iterations may differ"),
+        );
+    flags::add_fields(command, &fields_of::<TrainConfig>(), "Configuration")
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(dir) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
+    let mut learner = if matches.get_flag("resume") { resumed(matches, dir)? } else { fresh(matches, dir)? };
+    let stop = stop_on_ctrl_c();
+    let bar = progress(&learner);
+    let mut written = bar.elapsed();
+    while learner.iteration() < learner.config().iterations && !stop.load(Ordering::Relaxed) {
+        let row = learner.iterate();
+        bar.set_message(words(&row, learner.best().2));
+        bar.set_position(u64::from(row.iteration));
+        if bar.elapsed() - written >= CHECKPOINT_EVERY {
+            save(dir, &learner)?;
+            written = bar.elapsed();
+        }
+    }
+    bar.finish_and_clear();
+    save(dir, &learner)?;
+    let (_, iteration, judged_mps) = learner.best();
+    let judged = judged_mps.map_or("not judged yet".into(), |v| format!("{v:.3} m/s over whole horizons"));
+    println!("{}: update {iteration} of {}, {judged}", dir.join(POLICY).display(), learner.iteration());
+    Ok(())
+}
+
+/// The configuration that the command line asks for.
+fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliError> {
+    let base = match matches.get_one::<PathBuf>("config") {
+        Some(path) => settings_from_file(path)?,
+        None => base,
+    };
+    Ok(settings_with(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?)
+}
+
+/// A new training in a folder that holds none.
+fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
+    let config = config(matches, TrainConfig::default())?;
+    fs::create_dir_all(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
+    if let Some(name) = [POLICY, CHECKPOINT, CURVE_CSV].iter().find(|name| dir.join(name).exists()) {
+        let text = format!(
+            "{} holds a training already ({name}); name another folder with --out, or go on with --resume",
+            dir.display()
+        );
+        return Err(CliError::Input(text));
+    }
+    write(dir, CONFIG, &toml::to_string(&config).unwrap_or_default())?;
+    Ok(Learner::new(&config))
+}
+
+/// The training of the checkpoint in `dir`, with the iterations that the command line may ask for.
+fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
+    let path = dir.join(CHECKPOINT);
+    let text = fs::read_to_string(&path)
+        .map_err(|e| CliError::Input(format!("{}: cannot be read: {e}; --resume needs it", path.display())))?;
+    let mut learner: Learner = serde_json::from_str(&text)
+        .map_err(|e| CliError::Input(format!("{}: is no checkpoint of this version: {e}", path.display())))?;
+    let asked = config(matches, learner.config().clone())?;
+    learner.set_iterations(asked.iterations);
+    if asked != *learner.config() {
+        let (is, was) = (toml::to_string(&asked).unwrap_or_default(), toml::to_string(learner.config()));
+        let was = was.unwrap_or_default();
+        let change = is.lines().zip(was.lines()).find(|(a, b)| a != b);
+        let (is, was) = change.unwrap_or(("another configuration", ""));
+        let text = format!("{}: was trained with `{was}`, not `{is}`; --resume cannot change that", path.display());
+        return Err(CliError::Input(text));
+    }
+    Ok(learner)
+}
+
+fn progress(learner: &Learner) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed} {msg}  {eta} left");
+    let bar = ProgressBar::new(u64::from(learner.config().iterations));
+    bar.set_position(u64::from(learner.iteration()));
+    bar.reset_eta();
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn words(row: &Row, best_mps: Option<f64>) -> String {
+    let best = best_mps.map_or("-".into(), |v| format!("{v:.3}"));
+    format!(
+        "{:.3} m/s, best {best}, KL {:.4}, entropy {:.2}, crashes {}",
+        row.mean_mps, row.kl, row.entropy, row.crashes
+    )
+}
+
+/// Policy, curve and checkpoint of the training as it stands.
+fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
+    let (network, iteration, _) = learner.best();
+    let rows = learner.curve();
+    let title =
+        format!("{} advice held {} s: best after {iteration} updates", action(learner), learner.config().hold_s);
+    let checkpoint = serde_json::to_string(learner).map_err(|e| CliError::Failed(e.to_string()))?;
+    write(dir, CHECKPOINT, &checkpoint)?;
+    write(dir, POLICY, &network.to_toml())?;
+    write(dir, CURVE_CSV, &curve::csv(rows))?;
+    write(dir, CURVE_SVG, &curve::svg(rows, &title))
+}
+
+fn action(learner: &Learner) -> String {
+    serde_json::to_value(learner.config().action).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+/// Writes beside and then renames: a full disk or a cut leaves the old file whole.
+fn write(dir: &Path, name: &str, text: &str) -> Result<(), CliError> {
+    let (path, beside) = (dir.join(name), dir.join(format!("{name}.new")));
+    let done = fs::write(&beside, text).and_then(|()| fs::rename(&beside, &path));
+    done.map_err(|e| CliError::Failed(format!("{}: {e}; the file of before is kept", path.display())))
+}

@@ -1,0 +1,247 @@
+//! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The file is TOML that says
+//! all that is needed to use it: kind of action, limits, hold, scaling, layers as plain numbers.
+
+use super::{Action, Observation, Policy, Scaling};
+use serde::{Deserialize, Serialize};
+use std::{fmt::Write, path::Path};
+
+/// Kind of a network's action.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Output {
+    /// m/s2.
+    Acceleration,
+    /// m/s.
+    Speed,
+}
+
+/// One layer: `y = x W + b`, then tanh on all layers but the last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// One value for each output.
+    pub bias: Vec<f32>,
+    /// One row for each input, one value in it for each output.
+    pub weights: Vec<Vec<f32>>,
+}
+
+/// A trained policy: the mean action of a normal distribution (one output), or the likeliest of `levels` actions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Network {
+    /// Kind of file, [`FORMAT`].
+    pub format: String,
+    /// What the action is.
+    pub action: Output,
+    /// Lowest and highest action: the output -1 and 1, or the first and the last level; m/s2 or m/s.
+    pub limits: [f64; 2],
+    /// Number of levels; 0 is continuous.
+    pub levels: u32,
+    /// Hold that it was trained for, seconds.
+    pub hold_s: f64,
+    /// How the observation is scaled.
+    pub scaling: Scaling,
+    /// From the observation to the action.
+    #[serde(rename = "layer")]
+    pub layers: Vec<Layer>,
+}
+
+/// What a policy file calls itself.
+pub const FORMAT: &str = "codrive policy 1";
+
+/// Why a policy file cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{path}: {fault}")]
+pub struct PolicyFileError {
+    /// The file.
+    pub path: String,
+    /// What is wrong, and what is needed.
+    pub fault: String,
+}
+
+impl Network {
+    /// Reads a policy file.
+    ///
+    /// # Errors
+    /// It cannot be read, is no policy file, its layers do not fit together, or a number is not finite.
+    pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| PolicyFileError { path: path.display().to_string(), fault: format!("cannot be read: {e}") })?;
+        Self::from_toml(&text).map_err(|fault| PolicyFileError { path: path.display().to_string(), fault })
+    }
+
+    /// The same for text.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn from_toml(text: &str) -> Result<Self, String> {
+        let network: Self = toml::from_str(text).map_err(|e| format!("is no policy file: {e}"))?;
+        network.check()?;
+        Ok(network)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        if self.format != FORMAT {
+            return Err(format!("format is `{}`; known is `{FORMAT}`", self.format));
+        }
+        let outputs = if self.levels == 0 { 1 } else { self.levels as usize };
+        let mut size = 4;
+        for (i, layer) in self.layers.iter().enumerate() {
+            if layer.weights.len() != size {
+                return Err(format!("layer {i} has {} inputs; the layer before gives {size}", layer.weights.len()));
+            }
+            size = layer.bias.len();
+            if let Some(row) = layer.weights.iter().find(|row| row.len() != size) {
+                return Err(format!("layer {i} has {} outputs in a row of its weights and {size} biases", row.len()));
+            }
+            if layer.weights.iter().flatten().chain(&layer.bias).any(|x| !x.is_finite()) {
+                return Err(format!("layer {i} holds a number that is not finite"));
+            }
+        }
+        if size != outputs || self.layers.is_empty() {
+            return Err(format!("the last layer has {size} outputs; these actions need {outputs}"));
+        }
+        let [low, high] = self.limits;
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Err(format!("limits are {low} to {high}; the first must be below the second"));
+        }
+        if !self.scaling.is_sound() || self.levels == 1 || !(self.hold_s.is_finite() && self.hold_s > 0.0) {
+            return Err("scaling, levels or hold_s cannot be used".into());
+        }
+        Ok(())
+    }
+
+    /// The file's text. Numbers are as short as they can be and still read back as the same bits.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::from("# A policy trained by codrive; `codrive drive --policy THIS_FILE` uses it.\n");
+        text.push_str("# Each layer is y = x W + b, then tanh on all but the last. Output -1..1 spans the limits.\n");
+        let head = Self { layers: Vec::new(), ..self.clone() };
+        let mut table = toml::Table::try_from(head).unwrap_or_default();
+        table.remove("layer");
+        text.push_str(&toml::to_string(&table).unwrap_or_default());
+        for layer in &self.layers {
+            let _ = writeln!(text, "\n[[layer]]\nbias = {}\nweights = [", row(&layer.bias));
+            for weights in &layer.weights {
+                let _ = writeln!(text, "  {},", row(weights));
+            }
+            text.push_str("]\n");
+        }
+        text
+    }
+
+    /// The last layer's outputs.
+    pub fn outputs(&self, observation: &Observation) -> Vec<f32> {
+        let mut x = self.scaling.scaled(observation).to_vec();
+        for (i, layer) in self.layers.iter().enumerate() {
+            let mut y = layer.bias.clone();
+            for (x, weights) in x.iter().zip(&layer.weights) {
+                y.iter_mut().zip(weights).for_each(|(y, w)| *y += x * w);
+            }
+            if i + 1 < self.layers.len() {
+                y.iter_mut().for_each(|y| *y = y.tanh());
+            }
+            x = y;
+        }
+        x
+    }
+
+    /// The action without noise.
+    pub fn action(&self, observation: &Observation) -> Action {
+        let outputs = self.outputs(observation);
+        let [low, high] = self.limits;
+        let share = if self.levels == 0 {
+            (f64::from(outputs[0]).clamp(-1.0, 1.0) + 1.0) / 2.0
+        } else {
+            // The first of equals.
+            let best = (0..outputs.len()).fold(0, |best, i| if outputs[i] > outputs[best] { i } else { best });
+            best as f64 / f64::from(self.levels - 1)
+        };
+        self.scaled_action(low + (high - low) * share)
+    }
+
+    fn scaled_action(&self, value: f64) -> Action {
+        match self.action {
+            Output::Acceleration => Action::Acceleration(value),
+            Output::Speed => Action::Speed(value),
+        }
+    }
+}
+
+/// Numbers as a TOML array.
+fn row(numbers: &[f32]) -> String {
+    let words: Vec<String> = numbers.iter().map(|x| number(*x)).collect();
+    format!("[{}]", words.join(", "))
+}
+
+fn number(x: f32) -> String {
+    // TOML spells `nan` in small letters.
+    let short = format!("{x:?}").to_lowercase();
+    // The reader goes through f64, which in rare cases lands on the neighbour.
+    let same = short.parse::<f64>().is_ok_and(|y| (y as f32).to_bits() == x.to_bits());
+    if same { short } else { format!("{:?}", f64::from(x)) }
+}
+
+impl Policy for Network {
+    fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
+        self.action(observation)
+    }
+
+    fn trained_hold_s(&self) -> Option<f64> {
+        Some(self.hold_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small(levels: u32, outputs: usize) -> Network {
+        let weights = |n: usize, m: usize| -> Vec<Vec<f32>> {
+            (0..n).map(|i| (0..m).map(|j| ((i * 7 + j * 3) % 11) as f32 / 9.0 - 0.5).collect()).collect()
+        };
+        Network {
+            format: FORMAT.into(),
+            action: Output::Acceleration,
+            limits: [-0.5, 0.5],
+            levels,
+            hold_s: 1.0,
+            scaling: Scaling::default(),
+            layers: vec![
+                Layer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
+                Layer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
+            ],
+        }
+    }
+
+    #[test]
+    fn a_policy_survives_the_way_through_its_file() {
+        for network in [small(0, 1), small(5, 5)] {
+            assert_eq!(Network::from_toml(&network.to_toml()).unwrap(), network);
+        }
+    }
+
+    #[test]
+    fn actions_lie_within_their_limits() {
+        let far = Observation { speed_mps: 500.0, leader_speed_mps: -500.0, gap_m: 1e5, circumference_m: 9e4 };
+        for network in [small(0, 1), small(5, 5)] {
+            for observation in [far, Observation::default()] {
+                let Action::Acceleration(a) = network.action(&observation) else { panic!("an acceleration policy") };
+                assert!((-0.5..=0.5).contains(&a), "{a}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_named() {
+        let fault = |change: fn(&mut Network)| {
+            let mut network = small(0, 1);
+            change(&mut network);
+            Network::from_toml(&network.to_toml()).unwrap_err()
+        };
+        assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; these actions need 3");
+        assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
+        assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
+        assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
+        assert!(Network::from_toml("speed = 3").unwrap_err().starts_with("is no policy file"));
+    }
+}

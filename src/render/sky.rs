@@ -1,0 +1,303 @@
+//! The sky as air makes it, on the CPU. In: the direction to the sun and how far one sees. Out: the sun's light, the
+//! sky's light by direction and as harmonics for surfaces, and what the air takes from a view along the ground.
+//!
+//! Rayleigh, haze and ozone in a spherical atmosphere: single scattering along each ray, all higher orders by the closed
+//! sum of Hillaire 2020 (A Scalable and Production Ready Sky and Atmosphere Rendering Technique, section 5.5). The
+//! strength of haze follows from the visibility by Koschmieder 1924: a contrast of 2 % is left at that distance.
+//! Lengths inside are kilometres; radiance is in units of about that of a white sheet in full daylight.
+
+use glam::{Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+
+/// Side of the sky's picture, texels; a power of two.
+pub const SIZE: usize = 64;
+/// Radius of the horizon in that picture as a share of half its side: beyond it the horizon goes on, for the filter.
+pub const RIM: f32 = 0.96;
+
+/// Radiance of a white sheet that faces the sun above the air, on a camera balanced for daylight at the ground.
+const SUN: Vec3 = Vec3::new(1.56, 1.70, 1.86);
+/// Radii of ground and top of the air.
+const GROUND_KM: f32 = 6360.0;
+const TOP_KM: f32 = 6440.0;
+/// Scattering of clean air at the ground, 1/km (Bucholtz 1995 at 680, 550, 440 nm), and its scale height.
+const RAYLEIGH: Vec3 = Vec3::new(5.802e-3, 13.558e-3, 33.1e-3);
+const RAYLEIGH_KM: f32 = 8.0;
+/// Absorption of ozone at 25 km, 1/km.
+const OZONE: Vec3 = Vec3::new(0.650e-3, 1.881e-3, 0.085e-3);
+/// Haze: colour of its extinction, share that it scatters, asymmetry (Henyey-Greenstein), scale height.
+const HAZE: Vec3 = Vec3::new(0.86, 1.0, 1.17);
+const HAZE_ALBEDO: f32 = 0.92;
+const HAZE_FORWARD: f32 = 0.76;
+const HAZE_KM: f32 = 1.2;
+/// What the land reflects.
+const LAND: Vec3 = Vec3::new(0.115, 0.135, 0.065);
+/// Altitudes that are tabulated, from the ground to the top, denser below.
+const LEVELS: usize = 40;
+/// Luminance of a colour.
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+
+/// Light of one hour.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    /// Unit direction towards the sun.
+    pub to_sun: Vec3,
+    /// Distance at which 2 % of a contrast is left, metres.
+    pub visibility_m: f32,
+    /// Radiance of a white sheet that faces the sun, without the sky's light.
+    pub sun: Vec3,
+    /// What the air takes from a view along the ground, 1/m.
+    pub extinction_per_m: Vec3,
+    /// Coefficients of 1, y, z, x, xy, yz, 3z^2 - 1, xz, x^2 - y^2 of the radiance of a white sheet that faces (x, y, z),
+    /// without the sun: sky above, sunlit land below.
+    pub harmonics: [Vec3; 9],
+    /// Factor on all light that puts this hour's daylight on the middle of the scale.
+    pub exposure: f32,
+    air: Air,
+}
+
+/// The atmosphere with its tables.
+#[derive(Clone, Debug)]
+struct Air {
+    to_sun: Vec3,
+    /// Haze at the ground: extinction and scale height.
+    haze: Vec3,
+    haze_km: f32,
+    /// By altitude: how much of the sun arrives, and what has been scattered more than once.
+    sun: [Vec3; LEVELS],
+    many: [Vec3; LEVELS],
+}
+
+impl Sky {
+    /// The sky with the sun at `to_sun` (above the horizon) and this visibility.
+    pub fn new(to_sun: Vec3, visibility_m: f32) -> Self {
+        let to_sun = to_sun.with_z(to_sun.z.max(0.02)).normalize();
+        let air = Air::new(to_sun, visibility_m / 1000.0);
+        let sun = SUN * air.sun[0];
+        const N: usize = 1000;
+        let share = 4.0 / N as f32;
+        let seen: Vec<(Vec3, Option<Vec3>)> =
+            sphere(N).map(|d| (d, (d.z > 0.0).then(|| air.radiance(d) * share))).collect();
+        let from_sky: Vec3 = seen.iter().filter_map(|(d, light)| light.map(|light| light * d.z)).sum();
+        let land = LAND * (sun * to_sun.z + from_sky);
+        let mut harmonics = [Vec3::ZERO; 9];
+        for (d, light) in seen {
+            let light = light.unwrap_or(land * share);
+            // Ramamoorthi and Hanrahan 2001: squares of the basis' factors times the cosine lobe's, over pi.
+            let squares = d.x * d.x - d.y * d.y;
+            let basis = [1.0, d.y, d.z, d.x, d.x * d.y, d.y * d.z, 3.0 * d.z * d.z - 1.0, d.x * d.z, squares];
+            let weight = [0.25, 0.5, 0.5, 0.5, 0.9375, 0.9375, 0.078_125, 0.9375, 0.234_375];
+            for k in 0..9 {
+                harmonics[k] += light * (basis[k] * weight[k]);
+            }
+        }
+        let daylight = LUMINANCE.dot(sun * to_sun.z + from_sky);
+        Self {
+            to_sun,
+            visibility_m,
+            sun,
+            extinction_per_m: air.extinction(0.0) / 1000.0,
+            harmonics,
+            // As eyes do, leave some of the evening's darkness.
+            exposure: 1.8 / daylight.powf(0.85),
+            air,
+        }
+    }
+
+    /// Radiance of the sky in a direction, without the sun's disc; below the horizon, that of the horizon.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        self.air.radiance(direction)
+    }
+
+    /// Radiance of a white sheet that faces `normal`, without the sun.
+    pub fn ambient(&self, normal: Vec3) -> Vec3 {
+        let Vec3 { x, y, z } = normal;
+        let basis = [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y];
+        self.harmonics.iter().zip(basis).map(|(c, b)| *c * b).sum::<Vec3>().max(Vec3::ZERO)
+    }
+
+    /// The sky as a picture of `SIZE` by `SIZE`: the zenith in the middle, east to the right, north downwards.
+    pub fn picture(&self) -> Vec<Vec3> {
+        let half = SIZE as f32 / 2.0;
+        let texel = |i: usize| {
+            let at = (Vec2::new((i % SIZE) as f32, (i / SIZE) as f32) + 0.5 - half) / (half * RIM);
+            let r2 = at.length_squared().min(1.0);
+            let up = (1.0 - r2) / (1.0 + r2);
+            let level = (1.0 - up * up).max(0.0).sqrt();
+            self.radiance((at.normalize_or_zero() * level).extend(up))
+        };
+        (0..SIZE * SIZE).map(texel).collect()
+    }
+}
+
+impl Air {
+    fn new(to_sun: Vec3, visibility_km: f32) -> Self {
+        let haze = (3.912 / visibility_km - RAYLEIGH.y).max(0.002);
+        let mut air = Self {
+            to_sun,
+            haze: HAZE * haze,
+            // Thick haze is a shallow layer.
+            haze_km: HAZE_KM * (visibility_km / 12.0).clamp(0.2, 1.0),
+            sun: [Vec3::ONE; LEVELS],
+            many: [Vec3::ZERO; LEVELS],
+        };
+        for level in 0..LEVELS {
+            let depth: Vec3 = air.steps(altitude_km(level), to_sun, 32).map(|(h, step)| air.extinction(h) * step).sum();
+            air.sun[level] = (-depth).exp();
+        }
+        // Scattered more than once varies slowly: a few altitudes, and lines between them.
+        const COARSE: usize = 3;
+        for level in (0..LEVELS).step_by(COARSE) {
+            air.many[level] = air.scattered_on(altitude_km(level));
+        }
+        for level in (0..LEVELS - 1).filter(|level| level % COARSE != 0) {
+            let below = level / COARSE * COARSE;
+            let share = (level - below) as f32 / COARSE as f32;
+            air.many[level] = air.many[below].lerp(air.many[below + COARSE], share);
+        }
+        air
+    }
+
+    /// Middle altitudes and lengths of the pieces of a ray, up to the ground or out of the air.
+    fn steps(&self, from_km: f32, direction: Vec3, n: usize) -> impl Iterator<Item = (f32, f32)> + use<> {
+        let r = GROUND_KM + from_km;
+        let b = r * direction.z;
+        let inside = b * b - (r * r - GROUND_KM * GROUND_KM);
+        let hits_ground = direction.z < 0.0 && inside > 0.0;
+        let end = if hits_ground { -b - inside.sqrt() } else { -b + (b * b - (r * r - TOP_KM * TOP_KM)).sqrt() };
+        let place = move |i: f32| end * (i / n as f32).powi(2);
+        (0..n).map(move |i| {
+            let t = place(i as f32 + 0.5);
+            let altitude = (r * r + 2.0 * b * t + t * t).sqrt() - GROUND_KM;
+            (altitude.max(0.0), place(i as f32 + 1.0) - place(i as f32))
+        })
+    }
+
+    /// Scattering of air and haze, 1/km.
+    fn scattering(&self, h: f32) -> (Vec3, Vec3) {
+        (RAYLEIGH * (-h / RAYLEIGH_KM).exp(), self.haze * (HAZE_ALBEDO * (-h / self.haze_km).exp()))
+    }
+
+    fn extinction(&self, h: f32) -> Vec3 {
+        self.lost(h, self.scattering(h))
+    }
+
+    fn lost(&self, h: f32, (air, haze): (Vec3, Vec3)) -> Vec3 {
+        air + haze / HAZE_ALBEDO + OZONE * (1.0 - (h - 25.0).abs() / 15.0).max(0.0)
+    }
+
+    /// Light scattered into `direction` along a ray; `seen(air, haze, altitude)` is what a kilometre scatters.
+    fn gathered(&self, from: f32, direction: Vec3, n: usize, seen: impl Fn(Vec3, Vec3, f32) -> Vec3) -> (Vec3, Vec3) {
+        let (mut light, mut left) = (Vec3::ZERO, Vec3::ONE);
+        for (h, step) in self.steps(from, direction, n) {
+            let (air, haze) = self.scattering(h);
+            let extinction = self.lost(h, (air, haze));
+            let through = (-extinction * step).exp();
+            light += left * seen(air, haze, h) * (Vec3::ONE - through) / extinction;
+            left *= through;
+        }
+        (light, left)
+    }
+
+    /// Radiance that arrives after two and more scatterings, equal from all sides (Hillaire 2020, equations 5 to 10).
+    fn scattered_on(&self, h: f32) -> Vec3 {
+        const N: usize = 40;
+        let (mut second, mut share) = (Vec3::ZERO, Vec3::ZERO);
+        for d in sphere(N) {
+            let (light, left) =
+                self.gathered(h, d, 12, |air, haze, h| (air + haze) * self.lookup(&self.sun, h) * SUN / 4.0);
+            let ground = if d.z < -0.02 { LAND * SUN * self.sun[0] * self.to_sun.z * left } else { Vec3::ZERO };
+            second += (light + ground) / N as f32;
+            share += self.gathered(h, d, 12, |air, haze, _| air + haze).0 / N as f32;
+        }
+        second / (Vec3::ONE - share.min(Vec3::splat(0.95)))
+    }
+
+    fn radiance(&self, direction: Vec3) -> Vec3 {
+        let up = direction.z.max(0.002);
+        let level = direction.truncate().normalize_or(Vec2::X) * (1.0 - up * up).max(0.0).sqrt();
+        let direction = level.extend(up);
+        let cosine = direction.dot(self.to_sun);
+        let rayleigh = 3.0 / (16.0 * PI) * (1.0 + cosine * cosine);
+        let g = HAZE_FORWARD;
+        let haze_phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
+        let seen = |air: Vec3, haze: Vec3, h: f32| {
+            let once = (air * rayleigh + haze * haze_phase) * self.lookup(&self.sun, h) * SUN * PI;
+            once + (air + haze) * self.lookup(&self.many, h)
+        };
+        self.gathered(0.0, direction, 14, seen).0
+    }
+
+    fn lookup(&self, table: &[Vec3; LEVELS], h: f32) -> Vec3 {
+        let place = (h / (TOP_KM - GROUND_KM)).clamp(0.0, 1.0).sqrt() * (LEVELS - 1) as f32;
+        let below = (place as usize).min(LEVELS - 2);
+        table[below].lerp(table[below + 1], place - below as f32)
+    }
+}
+
+fn altitude_km(level: usize) -> f32 {
+    (TOP_KM - GROUND_KM) * (level as f32 / (LEVELS - 1) as f32).powi(2)
+}
+
+/// Directions that cover the sphere evenly (a spiral of the golden angle).
+fn sphere(n: usize) -> impl Iterator<Item = Vec3> {
+    (0..n).map(move |i| {
+        let z = 1.0 - (2.0 * i as f32 + 1.0) / n as f32;
+        let angle = TAU * (i as f32 * 0.618_034).fract();
+        (Vec2::from_angle(angle) * (1.0 - z * z).sqrt()).extend(z)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(elevation_deg: f32, visibility_m: f32) -> Sky {
+        let (sin, cos) = elevation_deg.to_radians().sin_cos();
+        Sky::new(Vec3::new(cos, 0.0, sin), visibility_m)
+    }
+
+    fn light(colour: Vec3) -> f32 {
+        LUMINANCE.dot(colour)
+    }
+
+    #[test]
+    fn the_sky_is_blue_above_pale_at_the_horizon_and_bright_around_the_sun() {
+        let sky = at(42.0, 20_000.0);
+        let [zenith, horizon] = [Vec3::Z, Vec3::Y].map(|d| sky.radiance(d));
+        assert!(zenith.z > 2.0 * zenith.x && horizon.z < 1.6 * horizon.x, "{zenith} {horizon}");
+        assert!(light(horizon) > 1.5 * light(zenith), "{zenith} {horizon}");
+        assert!(light(sky.radiance(sky.to_sun)) > 2.0 * light(zenith));
+        // Shade is lit by the sky to between an eighth and a third of full daylight (CIE clear sky, haze of summer).
+        let share = light(sky.ambient(Vec3::Z)) / light(sky.ambient(Vec3::Z) + sky.sun * sky.to_sun.z);
+        assert!((0.125..0.34).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn a_low_sun_is_weak_and_red_and_thick_haze_whitens_the_sky() {
+        let (noon, evening, haze) = (at(55.0, 40_000.0), at(7.0, 40_000.0), at(55.0, 3000.0));
+        assert!(light(evening.sun) < 0.5 * light(noon.sun), "{} {}", evening.sun, noon.sun);
+        assert!(evening.sun.x > 1.8 * evening.sun.z && noon.sun.x < 1.4 * noon.sun.z, "{} {}", evening.sun, noon.sun);
+        let blue = |sky: &Sky| sky.radiance(Vec3::Z).z / sky.radiance(Vec3::Z).x;
+        assert!(blue(&haze) < 0.7 * blue(&noon), "{} {}", blue(&haze), blue(&noon));
+        assert!(light(haze.sun) < 0.8 * light(noon.sun));
+    }
+
+    #[test]
+    fn two_percent_of_a_contrast_is_left_at_the_visibility() {
+        for visibility_m in [3000.0, 20_000.0, 60_000.0] {
+            let sky = at(40.0, visibility_m);
+            let left = (-sky.extinction_per_m.y * visibility_m).exp();
+            assert!((left - 0.02).abs() < 0.001, "{left}");
+        }
+    }
+
+    #[test]
+    fn the_harmonics_are_the_integral_of_the_light_over_what_a_surface_sees() {
+        let sky = at(30.0, 20_000.0);
+        let n = 20_000;
+        let whole: Vec3 =
+            sphere(n).filter(|d| d.z > 0.0).map(|d| sky.radiance(d) * d.z).sum::<Vec3>() * (4.0 / n as f32);
+        let error = (sky.ambient(Vec3::Z) / whole - 1.0).abs().max_element();
+        assert!(error < 0.03, "{} {whole}", sky.ambient(Vec3::Z));
+    }
+}

@@ -1,0 +1,316 @@
+//! Everything that makes one training. This struct **is** the file, the flags and their help: doc comments are the
+//! help, the ranges the limits. Defaults are those of the field (FACTS 3) where the field agrees.
+
+use crate::{idm::IdmParams, policy::Scaling};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One training, complete.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrainConfig {
+    /// What the policy puts out
+    pub action: ActionKind,
+    /// Number of levels between the limits of the action; 0 is continuous
+    #[schemars(range(min = 0, max = 1000))]
+    pub levels: u32,
+    /// Largest acceleration, either way, of acceleration advice
+    #[schemars(range(min = 0.05, max = 5.0), extend("unit" = "m/s2"))]
+    pub accel_limit_mps2: f64,
+    /// Highest speed of speed advice; the lowest is 0
+    #[schemars(range(min = 1.0, max = 60.0), extend("unit" = "m/s"))]
+    pub top_speed_mps: f64,
+    /// How long one action stands, a whole number of steps
+    #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
+    pub hold_s: f64,
+
+    /// Fewest cars of a ring, the ego included
+    #[schemars(range(min = 2, max = 200))]
+    pub vehicles_min: u32,
+    /// Most cars of a ring
+    #[schemars(range(min = 2, max = 200))]
+    pub vehicles_max: u32,
+    /// Shortest ring
+    #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
+    pub circumference_min_m: f64,
+    /// Longest ring
+    #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
+    pub circumference_max_m: f64,
+    /// Car-following model of the other cars
+    pub idm: IdmParams,
+    /// Share by which the model's parameters differ from ring to ring, either way
+    #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
+    pub idm_spread: f64,
+    /// Share of the rings whose cars start close together, so that the wave is there after the warm-up
+    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
+    pub bunched_share: f64,
+    /// Length of a step
+    #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
+    pub step_s: f64,
+    /// Traffic runs this long before the policy acts
+    #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
+    pub warm_up_s: f64,
+    /// Length of an episode, the warm-up not included
+    #[schemars(range(min = 1.0, max = 36000.0), extend("unit" = "s"))]
+    pub horizon_s: f64,
+
+    /// Whose speed is the reward
+    pub reward: RewardKind,
+    /// Taken from the reward for each unit of action (a share of its limit)
+    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
+    pub action_penalty: f64,
+    /// Taken from the reward in proportion to the missing part of a time gap of 1 s
+    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
+    pub headway_penalty: f64,
+    /// Taken once when cars collide; from then on all stand
+    #[schemars(range(min = 0.0, max = 10000.0), extend("unit" = "m/s"))]
+    pub collision_penalty: f64,
+
+    /// How the ego follows the advice
+    pub follow: FollowKind,
+    /// Most acceleration that the ego uses to reach an advised speed
+    #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
+    pub ego_accel_mps2: f64,
+    /// Most deceleration that it uses
+    #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
+    pub ego_decel_mps2: f64,
+    /// The ego brakes for its leader, whatever the advice
+    pub brakes_for_leader: bool,
+    /// Simulated driver: time from a new advice to the first response
+    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "s"))]
+    pub reaction_s: f64,
+    /// Simulated driver: standard deviation of the speed around the target
+    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s"))]
+    pub error_mps: f64,
+    /// Simulated driver: time constant of that error
+    #[schemars(range(min = 0.1, max = 100.0), extend("unit" = "s"))]
+    pub error_time_s: f64,
+    /// Simulated driver: constant deviation from the target
+    #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s"))]
+    pub trait_mps: f64,
+    /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
+    pub random_driver: bool,
+
+    /// How the observation is scaled
+    pub scaling: Scaling,
+    /// Units of each hidden layer
+    #[schemars(range(min = 1, max = 1024))]
+    pub hidden_width: u32,
+    /// Hidden layers
+    #[schemars(range(min = 1, max = 8))]
+    pub hidden_layers: u32,
+
+    /// Updates of the policy
+    #[schemars(range(min = 1, max = 1000000))]
+    pub iterations: u32,
+    /// Decisions an update
+    #[schemars(range(min = 64, max = 10000000))]
+    pub batch: u32,
+    /// Rings side by side, a multiple of 16
+    #[schemars(range(min = 16, max = 65536))]
+    pub rings: u32,
+    /// Time after which a reward counts 1/e: the paper's gamma of 0.999 a step of 0.1 s is 100 s
+    #[schemars(range(min = 1.0, max = 100000.0), extend("unit" = "s"))]
+    pub discount_s: f64,
+    /// Lambda of generalised advantage estimation
+    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
+    pub gae_lambda: f64,
+    /// Bound on the mean KL divergence of an update
+    #[schemars(range(min = 0.000001, max = 1.0), extend("unit" = "nat"))]
+    pub max_kl: f64,
+    /// Steps of the conjugate gradient
+    #[schemars(range(min = 1, max = 100))]
+    pub cg_steps: u32,
+    /// Damping of the Fisher matrix
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ""))]
+    pub damping: f64,
+    /// Halvings that the line search tries
+    #[schemars(range(min = 1, max = 50))]
+    pub backtracks: u32,
+    /// Standard deviation of the first policy, as a share of the limit of a continuous action
+    #[schemars(range(min = 0.01, max = 10.0), extend("unit" = ""))]
+    pub first_sd: f64,
+    /// Step of Adam for the value
+    #[schemars(range(min = 0.0000001, max = 1.0), extend("unit" = ""))]
+    pub value_rate: f64,
+    /// Passes over the batch for the value
+    #[schemars(range(min = 1, max = 1000))]
+    pub value_epochs: u32,
+    /// Decisions a step of Adam
+    #[schemars(range(min = 16, max = 1000000))]
+    pub value_batch: u32,
+    /// The policy is judged without noise, on rings of its own, every so many updates
+    #[schemars(range(min = 1, max = 1000000))]
+    pub judge_every: u32,
+    /// Seed of everything random
+    #[schemars(range(min = 0, max = 9007199254740991_u64))]
+    pub seed: u64,
+}
+
+/// What a policy puts out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ActionKind {
+    /// An acceleration, kept for the hold
+    #[default]
+    Acceleration,
+    /// A speed, driven for the hold
+    Speed,
+}
+
+/// Whose speed is rewarded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RewardKind {
+    /// The mean speed of all cars
+    #[default]
+    All,
+    /// The ego's speed
+    Ego,
+}
+
+/// How the ego follows the advice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FollowKind {
+    /// To the letter, within the ego's acceleration (HC22's training)
+    #[default]
+    Exact,
+    /// As a simulated driver: late, with an error and a habit
+    Driver,
+}
+
+impl Default for TrainConfig {
+    fn default() -> Self {
+        Self {
+            action: ActionKind::Acceleration,
+            levels: 0,
+            accel_limit_mps2: 0.5,
+            top_speed_mps: 10.0,
+            hold_s: 1.0,
+            vehicles_min: 22,
+            vehicles_max: 22,
+            circumference_min_m: 200.0,
+            circumference_max_m: 300.0,
+            idm: IdmParams::default(),
+            idm_spread: 0.0,
+            bunched_share: 0.5,
+            step_s: 0.1,
+            warm_up_s: 120.0,
+            horizon_s: 800.0,
+            reward: RewardKind::All,
+            action_penalty: 0.0,
+            headway_penalty: 0.0,
+            collision_penalty: 100.0,
+            follow: FollowKind::Exact,
+            ego_accel_mps2: 1.5,
+            ego_decel_mps2: 4.5,
+            brakes_for_leader: false,
+            reaction_s: 1.0,
+            error_mps: 0.5,
+            error_time_s: 5.0,
+            trait_mps: 0.0,
+            random_driver: true,
+            scaling: Scaling::default(),
+            hidden_width: 64,
+            hidden_layers: 2,
+            iterations: 500,
+            batch: 16_000,
+            rings: 64,
+            discount_s: 100.0,
+            gae_lambda: 0.97,
+            max_kl: 0.01,
+            cg_steps: 10,
+            damping: 0.1,
+            backtracks: 10,
+            first_sd: 1.0,
+            value_rate: 1e-3,
+            value_epochs: 5,
+            value_batch: 1000,
+            judge_every: 10,
+            seed: 1,
+        }
+    }
+}
+
+impl TrainConfig {
+    /// Steps in a hold.
+    pub fn hold_steps(&self) -> u32 {
+        (self.hold_s / self.step_s).round().max(1.0) as u32
+    }
+
+    /// Decisions in an episode, at least 1.
+    pub fn horizon_decisions(&self) -> u32 {
+        (self.horizon_s / self.hold_s).round().max(1.0) as u32
+    }
+
+    /// Decisions of each ring in a batch, at least 1.
+    pub fn decisions(&self) -> usize {
+        ((self.batch as f64 / f64::from(self.rings)).round() as usize).max(1)
+    }
+
+    /// Discount of one decision.
+    pub fn gamma(&self) -> f64 {
+        (-self.hold_s / self.discount_s).exp()
+    }
+
+    /// Lowest and highest action, m/s2 or m/s.
+    pub fn action_limits(&self) -> [f64; 2] {
+        match self.action {
+            ActionKind::Acceleration => [-self.accel_limit_mps2, self.accel_limit_mps2],
+            ActionKind::Speed => [0.0, self.top_speed_mps],
+        }
+    }
+
+    /// Sizes of a network's layers with `outputs` outputs.
+    pub fn layers(&self, outputs: usize) -> Vec<usize> {
+        let hidden = vec![self.hidden_width as usize; self.hidden_layers as usize];
+        [vec![4], hidden, vec![outputs]].concat()
+    }
+
+    /// What must hold between settings; each alone is within its limits already.
+    ///
+    /// # Errors
+    /// The key at fault, and what is allowed.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let multiple = |value: f64, of: f64| ((value / of).round() * of - value).abs() < 1e-9 && value > of / 2.0;
+        if !multiple(self.hold_s, self.step_s) {
+            let text = format!("hold_s is {}; allowed: a whole number of steps of {} s", self.hold_s, self.step_s);
+            return Err(("hold_s", text));
+        }
+        if self.hold_s > self.horizon_s {
+            return Err(("hold_s", format!("hold_s is {}; the horizon is {} s", self.hold_s, self.horizon_s)));
+        }
+        if self.levels == 1 {
+            return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
+        }
+        if self.vehicles_max < self.vehicles_min {
+            let text =
+                format!("vehicles_max is {}; allowed: from vehicles_min, {}", self.vehicles_max, self.vehicles_min);
+            return Err(("vehicles_max", text));
+        }
+        if self.circumference_max_m < self.circumference_min_m {
+            let text = format!(
+                "circumference_max_m is {}; allowed: from circumference_min_m, {}",
+                self.circumference_max_m, self.circumference_min_m
+            );
+            return Err(("circumference_max_m", text));
+        }
+        let car_m = crate::space::CAR_LENGTH_M + self.idm.s0 * (1.0 + self.idm_spread);
+        if self.circumference_min_m < f64::from(self.vehicles_max) * car_m {
+            let most = (self.circumference_min_m / car_m).floor();
+            let text = format!(
+                "vehicles_max is {}; allowed: at most {most}, which is what fits on {} m",
+                self.vehicles_max, self.circumference_min_m
+            );
+            return Err(("vehicles_max", text));
+        }
+        if !self.rings.is_multiple_of(super::lanes::LANES as u32) {
+            return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.rings)));
+        }
+        if !self.scaling.is_sound() {
+            return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,155 @@
+//! How the ego follows the advice in training: to the letter, or as a person would. In: an action for each ring, then
+//! once a step the rings. Out: the ego's speed at the end of the step, m/s.
+//!
+//! A simulated driver responds `reaction_s` late, tracks with an error that wanders (Ornstein and Uhlenbeck 1930) and has
+//! a habit of driving faster or slower; what it follows is the speed on the dial (DESIGN 1), also where the policy puts
+//! out an acceleration.
+
+use super::{
+    config::{FollowKind, TrainConfig},
+    lanes::{LANES, Lane, LaneRng, lane, splat},
+    ring::RingBlock,
+};
+use crate::{policy::Action, rng::Stream};
+use serde::{Deserialize, Serialize};
+
+/// Time in which a driver closes the difference to the target, seconds (`driver`'s presets).
+const EAGERNESS_S: f32 = 1.5;
+
+/// What stands for a ring.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+enum Mode {
+    /// The ego's model drives.
+    Model,
+    /// An acceleration, m/s2.
+    Acceleration,
+    /// A speed, m/s.
+    Speed,
+}
+
+/// The egos' followers of advice, one a lane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Follower {
+    step_s: f32,
+    is_driver: bool,
+    brakes: bool,
+    accel_mps2: f32,
+    decel_mps2: f32,
+    mode: [Mode; LANES],
+    /// What is advised, m/s2 or m/s.
+    advised: Lane,
+    /// Advised speeds of the last steps, newest at `newest`; -1 where there was none.
+    shown_mps: Vec<Lane>,
+    newest: usize,
+    delay: [u32; LANES],
+    habit_mps: Lane,
+    error_mps: Lane,
+    /// What is kept of the error in a step, and what is new.
+    keep: f32,
+    fresh_mps: Lane,
+    rng: LaneRng,
+}
+
+impl Follower {
+    /// Followers without habits; [`Follower::draw`] gives them some.
+    pub fn new(config: &TrainConfig) -> Self {
+        let longest = (config.reaction_s / config.step_s).round() as usize;
+        Self {
+            step_s: config.step_s as f32,
+            is_driver: config.follow == FollowKind::Driver,
+            brakes: config.brakes_for_leader || config.follow == FollowKind::Driver,
+            accel_mps2: config.ego_accel_mps2 as f32,
+            decel_mps2: config.ego_decel_mps2 as f32,
+            mode: [Mode::Model; LANES],
+            advised: splat(0.0),
+            shown_mps: vec![splat(-1.0); longest + 1],
+            newest: 0,
+            delay: [0; LANES],
+            habit_mps: splat(0.0),
+            error_mps: splat(0.0),
+            keep: (-config.step_s / config.error_time_s).exp() as f32,
+            fresh_mps: splat(0.0),
+            rng: LaneRng::new(),
+        }
+    }
+
+    /// A new driver in lane `l`.
+    pub fn draw(&mut self, l: usize, config: &TrainConfig, stream: &mut Stream) {
+        let mut share = |low: f64| if config.random_driver { stream.uniform(low, 1.0) } else { 1.0 };
+        let (reaction_s, error_mps, habit_mps) =
+            (config.reaction_s * share(0.0), config.error_mps * share(0.0), config.trait_mps * share(-1.0));
+        self.mode[l] = Mode::Model;
+        self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
+        self.delay[l] = (reaction_s / config.step_s).round() as u32;
+        self.habit_mps[l] = habit_mps as f32;
+        self.error_mps[l] = (error_mps * stream.normal()) as f32;
+        let keep = f64::from(self.keep);
+        self.fresh_mps[l] = (error_mps * (1.0 - keep * keep).sqrt()) as f32;
+        self.rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
+    }
+
+    /// Copies a driver from another block's lane.
+    pub fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
+        self.mode[l] = from.mode[from_lane];
+        self.advised[l] = from.advised[from_lane];
+        // A fresh driver has seen nothing yet, so that the place in the ring buffer does not matter.
+        self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
+        self.delay[l] = from.delay[from_lane];
+        self.habit_mps[l] = from.habit_mps[from_lane];
+        self.error_mps[l] = from.error_mps[from_lane];
+        self.fresh_mps[l] = from.fresh_mps[from_lane];
+        self.rng.copy_lane(l, &from.rng, from_lane);
+    }
+
+    /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold_s`.
+    pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold_s: f64) {
+        (self.mode[l], self.advised[l]) = match action {
+            Action::Speed(speed) => (Mode::Speed, speed.max(0.0) as f32),
+            // What a driver sees is the speed that it leads to.
+            Action::Acceleration(a) if self.is_driver => {
+                (Mode::Speed, (f64::from(ego_mps) + a * hold_s).max(0.0) as f32)
+            }
+            Action::Acceleration(a) => (Mode::Acceleration, a as f32),
+        };
+    }
+
+    /// The egos' speeds at the end of this step, m/s.
+    #[inline(always)]
+    pub fn step(&mut self, ring: &RingBlock) -> Lane {
+        let (model, speed) = (ring.ego_idm(), ring.ego_mps());
+        let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
+        let dt = self.step_s;
+        lane(|l| {
+            let driven =
+                if self.mode[l] == Mode::Model || (self.brakes && model[l] < wanted[l]) { model[l] } else { wanted[l] };
+            (speed[l] + driven * dt).max(0.0)
+        })
+    }
+
+    #[inline(always)]
+    fn exact(&self, speed: &Lane) -> Lane {
+        lane(|l| {
+            let reach = ((self.advised[l] - speed[l]) / self.step_s).max(-self.decel_mps2).min(self.accel_mps2);
+            if self.mode[l] == Mode::Speed { reach } else { self.advised[l] }
+        })
+    }
+
+    #[inline(always)]
+    fn driver(&mut self, speed: &Lane) -> Lane {
+        let size = self.shown_mps.len();
+        self.newest = (self.newest + 1) % size;
+        self.shown_mps[self.newest] = self.advised;
+        let (fresh, _) = self.rng.normal_pair();
+        lane(|l| {
+            self.error_mps[l] = self.error_mps[l] * self.keep + self.fresh_mps[l] * fresh[l];
+            let seen = self.shown_mps[(self.newest + size - self.delay[l] as usize) % size][l];
+            // Until the first advice is perceived the ego is driven by its model alone.
+            if seen < 0.0 {
+                return self.accel_mps2;
+            }
+            // Nobody wanders about a standstill: below 1 m/s habit and error fade.
+            let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
+            ((target.max(0.0) - speed[l]) / EAGERNESS_S).max(-self.decel_mps2).min(self.accel_mps2)
+        })
+    }
+}

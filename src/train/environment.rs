@@ -1,0 +1,258 @@
+//! The ring as a reinforcement-learning environment. In: an [`Action`] for each ring, held for a hold. Out: what the
+//! policy may know next, the reward of the hold, and how it ended. One [`EnvBlock`] is [`LANES`] rings; blocks know
+//! nothing of each other, so that threads change no bit.
+//!
+//! An episode is a ring drawn from the configuration, warmed up by the model alone, then driven for the horizon. A ring
+//! that ends takes a warmed-up one from the block's own stock, which is made sixteen at a time.
+
+use super::{
+    config::{RewardKind, TrainConfig},
+    driver::Follower,
+    lanes::{LANES, Lane, splat},
+    ring::{RingBlock, RingStart, wide},
+};
+use crate::{
+    idm::IdmParams,
+    policy::{Action, Observation},
+    rng::{self, Stream},
+};
+use serde::{Deserialize, Serialize};
+
+/// How a hold ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The episode goes on.
+    None,
+    /// The horizon is reached; the ring would go on.
+    Horizon,
+    /// Cars collided.
+    Crash,
+}
+
+/// What one hold brought to one ring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Mean over the steps, m/s, penalties taken.
+    pub reward: f32,
+    /// Mean speed of all cars over the steps, m/s.
+    pub mean_mps: f32,
+    /// How it ended.
+    pub ending: Ending,
+    /// What the policy would have seen next in the ring that has just ended; else what it sees next.
+    pub last_seen: Observation,
+}
+
+/// Sixteen rings and their egos.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct EnvBlock {
+    config: TrainConfig,
+    /// Number of the first ring, and which episode each lane will take next.
+    first_ring: u64,
+    stream: String,
+    ring: RingBlock,
+    follower: Follower,
+    circumference_m: Lane,
+    elapsed: [u32; LANES],
+    /// Warmed-up rings, their lengths, and how many of them are used.
+    stock: RingBlock,
+    stock_follower: Follower,
+    stock_m: Lane,
+    used: usize,
+    batches: u64,
+}
+
+impl EnvBlock {
+    /// Block `index` of those of `config`, every ring at the end of its warm-up. `stream` names the random numbers:
+    /// training and judging have rings of their own.
+    pub fn new(config: &TrainConfig, stream: &str, index: usize) -> Self {
+        let room = config.vehicles_max as usize;
+        let ring = RingBlock::new(room, config.step_s);
+        let follower = Follower::new(config);
+        let mut block = Self {
+            config: config.clone(),
+            first_ring: (index * LANES) as u64,
+            stream: stream.to_owned(),
+            stock: ring.clone(),
+            stock_follower: follower.clone(),
+            ring,
+            follower,
+            circumference_m: splat(0.0),
+            elapsed: [0; LANES],
+            stock_m: splat(0.0),
+            used: LANES,
+            batches: 0,
+        };
+        (0..LANES).for_each(|l| block.renew(l));
+        block
+    }
+
+    /// Lets each ring begin at another part of its horizon, so that a batch has all parts of an episode.
+    pub fn spread(&mut self) {
+        let horizon = self.config.horizon_decisions();
+        let mut stream = self.named(&format!("spread/{}", self.first_ring));
+        self.elapsed.iter_mut().for_each(|elapsed| *elapsed = stream.index(horizon as usize) as u32);
+    }
+
+    /// What the policy of ring `l` may know now.
+    #[inline(always)]
+    pub fn observe(&self, l: usize) -> Observation {
+        Observation {
+            speed_mps: f64::from(self.ring.ego_mps()[l]),
+            leader_speed_mps: f64::from(self.ring.leader_mps()[l]),
+            gap_m: f64::from(self.ring.gap_m()[l]),
+            circumference_m: f64::from(self.circumference_m[l]),
+        }
+    }
+
+    /// The rings themselves.
+    pub fn rings(&self) -> &RingBlock {
+        &self.ring
+    }
+
+    /// New advice for the ego of ring `l`, to stand for `hold_s`. Before the first its model drives it.
+    pub fn advise(&mut self, l: usize, action: Action, hold_s: f64) {
+        self.follower.advise(l, action, self.ring.ego_mps()[l], hold_s);
+    }
+
+    /// One step under the advice that stands; no episode ends.
+    pub fn step(&mut self) {
+        wide(self, |block| {
+            let ego_mps = block.follower.step(&block.ring);
+            block.ring.step(Some(&ego_mps));
+        });
+    }
+
+    /// One hold under these actions; rings whose episode ended begin another.
+    pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
+        let steps = self.config.hold_steps();
+        (0..LANES).for_each(|l| self.advise(l, actions[l], self.config.hold_s));
+        let totals = wide(self, |block| {
+            let mut totals = Totals::default();
+            for _ in 0..steps {
+                let ego_mps = block.follower.step(&block.ring);
+                block.ring.step(Some(&ego_mps));
+                totals.add(&block.ring);
+            }
+            totals
+        });
+        self.settle(actions, steps, &totals)
+    }
+
+    /// Rewards and endings of a hold; rings that ended are renewed.
+    fn settle(&mut self, actions: &[Action; LANES], steps: u32, totals: &Totals) -> [Outcome; LANES] {
+        let share = 1.0 / steps as f32;
+        std::array::from_fn(|l| {
+            self.elapsed[l] += 1;
+            let ending = if totals.least_gap_m[l] <= 0.0 {
+                Ending::Crash
+            } else if self.elapsed[l] >= self.config.horizon_decisions() {
+                Ending::Horizon
+            } else {
+                Ending::None
+            };
+            let mean_mps = totals.mean_mps[l] * share;
+            let speed = if self.config.reward == RewardKind::All { mean_mps } else { totals.ego_mps[l] * share };
+            let headway = self.config.headway_penalty as f32 * totals.short_headway[l] * share;
+            let mut reward = speed - headway - self.action_penalty(actions[l]);
+            if ending == Ending::Crash {
+                reward -= self.config.collision_penalty as f32;
+            }
+            let last_seen = self.observe(l);
+            if ending != Ending::None {
+                self.renew(l);
+            }
+            Outcome { reward, mean_mps, ending, last_seen }
+        })
+    }
+
+    fn action_penalty(&self, action: Action) -> f32 {
+        let size = match action {
+            Action::Acceleration(a) => a.abs() / self.config.accel_limit_mps2,
+            Action::Speed(_) => 0.0,
+        };
+        (self.config.action_penalty * size) as f32
+    }
+
+    /// A fresh episode for lane `l`.
+    fn renew(&mut self, l: usize) {
+        if self.used == LANES {
+            self.restock();
+        }
+        self.ring.copy_lane(l, &self.stock, self.used);
+        self.follower.copy_lane(l, &self.stock_follower, self.used);
+        self.circumference_m[l] = self.stock_m[self.used];
+        self.elapsed[l] = 0;
+        self.used += 1;
+    }
+
+    /// Draws sixteen rings and warms them up.
+    fn restock(&mut self) {
+        for l in 0..LANES {
+            let name = format!("episode/{}", (self.first_ring + l as u64) | (self.batches << 32));
+            let mut stream = self.named(&name);
+            let (start, length_m) = draw_ring(&self.config, &mut stream);
+            self.stock.set(l, &start);
+            self.stock_m[l] = length_m as f32;
+            self.stock_follower.draw(l, &self.config, &mut stream);
+        }
+        let steps = (self.config.warm_up_s / self.config.step_s).round() as usize;
+        self.stock.run(steps);
+        self.used = 0;
+        self.batches += 1;
+    }
+
+    fn named(&self, name: &str) -> Stream {
+        rng::stream(self.config.seed, &format!("{}/{name}", self.stream))
+    }
+}
+
+/// What a hold adds up to, lane by lane.
+struct Totals {
+    mean_mps: Lane,
+    ego_mps: Lane,
+    least_gap_m: Lane,
+    short_headway: Lane,
+}
+
+impl Default for Totals {
+    fn default() -> Self {
+        Self { mean_mps: splat(0.0), ego_mps: splat(0.0), least_gap_m: splat(f32::MAX), short_headway: splat(0.0) }
+    }
+}
+
+impl Totals {
+    /// The cars that can collide are the ego with its leader and its follower with it: the others keep behind theirs by
+    /// their model.
+    #[inline(always)]
+    fn add(&mut self, ring: &RingBlock) {
+        for l in 0..LANES {
+            let (gap_m, ego_mps) = (ring.gap_m()[l], ring.ego_mps()[l]);
+            self.mean_mps[l] += ring.mean_mps()[l];
+            self.ego_mps[l] += ego_mps;
+            self.least_gap_m[l] = self.least_gap_m[l].min(gap_m).min(ring.gap_behind_m()[l]);
+            // The missing part of a time gap of 1 s, as in Flow's environments.
+            self.short_headway[l] += (1.0 - gap_m / ego_mps.max(0.1)).max(0.0);
+        }
+    }
+}
+
+/// A ring drawn from the configuration, and its length in metres.
+fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> (RingStart, f64) {
+    let span = (config.vehicles_max - config.vehicles_min + 1) as usize;
+    let cars = config.vehicles_min as usize + stream.index(span);
+    let length_m = stream.uniform(config.circumference_min_m, config.circumference_max_m);
+    let mut vary = |x: f64| x * (1.0 + config.idm_spread * stream.uniform(-1.0, 1.0));
+    let i = config.idm;
+    let idm = IdmParams {
+        v0: vary(i.v0),
+        t: vary(i.t),
+        a: vary(i.a),
+        b: vary(i.b),
+        s0: vary(i.s0),
+        noise: vary(i.noise),
+        delta: i.delta,
+    };
+    let layout = if stream.uniform(0.0, 1.0) < config.bunched_share { RingStart::bunched } else { RingStart::even };
+    let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
+    (layout(cars, length_m, idm, seed), length_m)
+}

@@ -1,0 +1,318 @@
+//! The loop around TRPO. In: a [`TrainConfig`]. Out: after each [`Learner::iterate`] a better policy and a [`Row`] of the
+//! learning curve. A learner written to a file and read back goes on with the same bits.
+//!
+//! Rewards are centred on the first batch's mean and multiplied by 1 - gamma, so that a value is a speed above or below
+//! that mean and the value's network has numbers near 1 to learn. Cars that collided stand for ever.
+
+use super::{
+    config::{ActionKind, TrainConfig},
+    distribution::Family,
+    environment::{Ending, EnvBlock, Outcome},
+    judge::{judge, mean_and_interval},
+    lanes::{LANES, LaneRng},
+    net::Shape,
+    trpo::{Batch, Decision, PolicyShape, TrustRegion, advantages},
+    value::{Fit, Value},
+};
+use crate::{
+    policy::{Action, FORMAT, Layer, Network, Output},
+    rng,
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Rings on which a policy is judged during training.
+const JUDGED_RINGS: usize = 2 * LANES;
+
+/// One update in the learning curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Number of the update, from 1.
+    pub iteration: u32,
+    /// Steps of rings so far.
+    pub env_steps: u64,
+    /// Mean speed of all cars in the batch, with the policy's noise, m/s.
+    pub mean_mps: f64,
+    /// Mean reward, m/s.
+    pub reward: f64,
+    /// Episodes of the batch that ended in a crash.
+    pub crashes: u32,
+    /// KL divergence of the step.
+    pub kl: f64,
+    /// Entropy of the policy before it, nats.
+    pub entropy: f64,
+    /// Mean square error of the value.
+    pub value_error: f64,
+    /// Mean speed without noise over whole horizons, m/s, where the policy was judged.
+    pub judged_mps: Option<f64>,
+}
+
+/// The best policy so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Best {
+    judged_mps: f64,
+    iteration: u32,
+    theta: Vec<f32>,
+}
+
+/// A training, running.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Learner {
+    config: TrainConfig,
+    theta: Vec<f32>,
+    value: Value,
+    blocks: Vec<Actor>,
+    /// Mean reward of the first batch, m/s.
+    centre_mps: Option<f64>,
+    best: Option<Best>,
+    curve: Vec<Row>,
+}
+
+/// A block of rings and the random numbers of their actions.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Actor {
+    env: EnvBlock,
+    rng: LaneRng,
+}
+
+/// What a block lived through: rows are decisions in order of time, lane by lane within each.
+struct Track {
+    inputs: Vec<f32>,
+    actions: Vec<f32>,
+    outcomes: Vec<Outcome>,
+    /// The observation after the last decision.
+    after: Vec<f32>,
+}
+
+impl Learner {
+    /// A training from the beginning.
+    pub fn new(config: &TrainConfig) -> Self {
+        let shape = policy_shape(config);
+        let mut stream = rng::stream(config.seed, "train/first weights");
+        let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
+        theta.resize(shape.parameters(), config.first_sd.ln() as f32);
+        let value = Value::new(&value_shape(config), &mut stream);
+        let blocks = (0..config.rings as usize / LANES).into_par_iter().map(|index| {
+            let mut env = EnvBlock::new(config, "train", index);
+            env.spread();
+            let mut rng = LaneRng::new();
+            for l in 0..LANES {
+                let mut stream = rng::stream(config.seed, &format!("train/actions/{}", index * LANES + l));
+                rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
+            }
+            Actor { env, rng }
+        });
+        let blocks = blocks.collect();
+        Self { config: config.clone(), theta, value, blocks, centre_mps: None, best: None, curve: Vec::new() }
+    }
+
+    /// Its configuration.
+    pub fn config(&self) -> &TrainConfig {
+        &self.config
+    }
+
+    /// The learning curve so far.
+    pub fn curve(&self) -> &[Row] {
+        &self.curve
+    }
+
+    /// Updates so far.
+    pub fn iteration(&self) -> u32 {
+        self.curve.len() as u32
+    }
+
+    /// Goes on for so many updates in all; the rest of a configuration cannot change under way.
+    pub fn set_iterations(&mut self, iterations: u32) {
+        self.config.iterations = iterations;
+    }
+
+    /// One batch and one update.
+    pub fn iterate(&mut self) -> Row {
+        let shape = policy_shape(&self.config);
+        let tracks = self.collect(&shape);
+        let outcomes = || tracks.iter().flat_map(|track| &track.outcomes);
+        let n = outcomes().count();
+        let mean = |of: fn(&Outcome) -> f32| outcomes().map(|o| f64::from(of(o))).sum::<f64>() / n as f64;
+        let (mean_mps, reward) = (mean(|o| o.mean_mps), mean(|o| o.reward));
+        let centre_mps = *self.centre_mps.get_or_insert(reward);
+        let (batch, returns) = self.batch(&tracks, centre_mps);
+        let c = &self.config;
+        let region =
+            TrustRegion { max_kl: c.max_kl, cg_steps: c.cg_steps, damping: c.damping, backtracks: c.backtracks };
+        let update = shape.update(&mut self.theta, &batch, &region);
+        let how = Fit { rate: c.value_rate, epochs: c.value_epochs, batch: c.value_batch as usize };
+        let iteration = self.iteration() + 1;
+        let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
+        let value_error = self.value.fit(&value_shape(c), &batch.inputs, &returns, &how, &mut stream);
+        let steps = n as u64 * u64::from(c.hold_steps());
+        let row = Row {
+            iteration,
+            env_steps: self.curve.last().map_or(0, |row| row.env_steps) + steps,
+            mean_mps,
+            reward,
+            crashes: outcomes().filter(|o| o.ending == Ending::Crash).count() as u32,
+            kl: update.kl,
+            entropy: update.entropy,
+            value_error,
+            judged_mps: (iteration.is_multiple_of(c.judge_every) || iteration == c.iterations).then(|| self.judge()),
+        };
+        self.keep_best(&row);
+        self.curve.push(row);
+        row
+    }
+
+    fn keep_best(&mut self, row: &Row) {
+        let Some(judged_mps) = row.judged_mps else { return };
+        if self.best.as_ref().is_none_or(|best| judged_mps > best.judged_mps) {
+            self.best = Some(Best { judged_mps, iteration: row.iteration, theta: self.theta.clone() });
+        }
+    }
+
+    /// Mean speed of the present policy without noise, m/s.
+    fn judge(&self) -> f64 {
+        let network = network(&self.config, &self.theta);
+        let verdicts = judge(&self.config, "judge", JUDGED_RINGS, || Some(Box::new(network.clone())));
+        mean_and_interval(&verdicts).0
+    }
+
+    /// The best policy so far and its update and judged speed; the present one if none was judged yet.
+    pub fn best(&self) -> (Network, u32, Option<f64>) {
+        match &self.best {
+            Some(best) => (network(&self.config, &best.theta), best.iteration, Some(best.judged_mps)),
+            None => (network(&self.config, &self.theta), self.iteration(), None),
+        }
+    }
+
+    fn collect(&mut self, shape: &PolicyShape) -> Vec<Track> {
+        let (config, theta) = (&self.config, &self.theta);
+        self.blocks.par_iter_mut().map(|actor| actor.live(config, shape, theta)).collect()
+    }
+
+    /// Rows for the update, and the returns that the value shall learn.
+    fn batch(&self, tracks: &[Track], centre_mps: f64) -> (Batch<f32>, Vec<f32>) {
+        let config = &self.config;
+        let shape = value_shape(config);
+        let gamma = config.gamma();
+        let mut batch = Batch { inputs: Vec::new(), actions: Vec::new(), advantages: Vec::new() };
+        let mut returns = Vec::new();
+        for track in tracks {
+            let values = self.value.estimate(&shape, &[&track.inputs[..], &track.after[..]].concat());
+            let last_inputs: Vec<f32> =
+                track.outcomes.iter().flat_map(|o| config.scaling.scaled(&o.last_seen)).collect();
+            let last_values = self.value.estimate(&shape, &last_inputs);
+            let rows = track.outcomes.len();
+            let mut of_rows = vec![0.0; rows];
+            for l in 0..LANES {
+                let decision = |row: usize| {
+                    let outcome = &track.outcomes[row];
+                    Decision {
+                        reward: (f64::from(outcome.reward) - centre_mps) * (1.0 - gamma),
+                        value: f64::from(values[row]),
+                        next_value: match outcome.ending {
+                            Ending::None => f64::from(values[row + LANES]),
+                            Ending::Horizon => f64::from(last_values[row]),
+                            // Standing for ever.
+                            Ending::Crash => -centre_mps,
+                        },
+                        last: outcome.ending != Ending::None,
+                    }
+                };
+                let decisions: Vec<Decision> = (l..rows).step_by(LANES).map(decision).collect();
+                let advantages = advantages(&decisions, gamma, config.gae_lambda);
+                (l..rows).step_by(LANES).zip(advantages).for_each(|(row, a)| of_rows[row] = a);
+            }
+            returns.extend(of_rows.iter().zip(&values).map(|(a, v)| *a as f32 + v));
+            batch.inputs.extend_from_slice(&track.inputs);
+            batch.actions.extend_from_slice(&track.actions);
+            batch.advantages.extend(of_rows);
+        }
+        standardise(&mut batch.advantages);
+        (batch, returns)
+    }
+}
+
+impl Actor {
+    /// A batch's decisions of this block.
+    fn live(&mut self, config: &TrainConfig, shape: &PolicyShape, theta: &[f32]) -> Track {
+        let (net, log_sd) = shape.split(theta);
+        let rows = config.decisions() * LANES;
+        let mut track = Track {
+            inputs: Vec::with_capacity(rows * 4),
+            actions: Vec::with_capacity(rows),
+            outcomes: Vec::with_capacity(rows),
+            after: Vec::new(),
+        };
+        for _ in 0..config.decisions() {
+            let inputs = self.see(config);
+            let here = shape.net.forward(net, &inputs);
+            let (normal, _) = self.rng.normal_pair();
+            let uniform = self.rng.uniform();
+            let outputs = here.output().chunks_exact(shape.net.outputs());
+            let drawn: Vec<f32> =
+                outputs.enumerate().map(|(l, out)| shape.family.draw(out, log_sd, normal[l], uniform[l])).collect();
+            let actions = std::array::from_fn(|l| action(config, drawn[l]));
+            track.outcomes.extend(self.env.hold(&actions));
+            track.inputs.extend(inputs);
+            track.actions.extend(drawn);
+        }
+        track.after = self.see(config);
+        track
+    }
+
+    fn see(&self, config: &TrainConfig) -> Vec<f32> {
+        (0..LANES).flat_map(|l| config.scaling.scaled(&self.env.observe(l))).collect()
+    }
+}
+
+/// The action that the policy's family calls `drawn`.
+fn action(config: &TrainConfig, drawn: f32) -> Action {
+    let [low, high] = config.action_limits();
+    let share = match config.levels {
+        0 => (f64::from(drawn).clamp(-1.0, 1.0) + 1.0) / 2.0,
+        levels => f64::from(drawn) / f64::from(levels - 1),
+    };
+    let value = low + (high - low) * share;
+    match config.action {
+        ActionKind::Acceleration => Action::Acceleration(value),
+        ActionKind::Speed => Action::Speed(value),
+    }
+}
+
+/// The shape of the policy that a configuration asks for.
+pub fn policy_shape(config: &TrainConfig) -> PolicyShape {
+    let family = if config.levels == 0 { Family::Normal } else { Family::Levels(config.levels as usize) };
+    PolicyShape { net: Shape::new(&config.layers(family.outputs())), family }
+}
+
+fn value_shape(config: &TrainConfig) -> Shape {
+    Shape::new(&config.layers(1))
+}
+
+/// A policy's parameters as the drive uses them.
+fn network(config: &TrainConfig, theta: &[f32]) -> Network {
+    let shape = policy_shape(config);
+    let layers = shape.net.parts(shape.split(theta).0).into_iter().map(|(weights, bias, outputs)| Layer {
+        bias: bias.to_vec(),
+        weights: weights.chunks_exact(outputs).map(<[f32]>::to_vec).collect(),
+    });
+    Network {
+        format: FORMAT.into(),
+        action: match config.action {
+            ActionKind::Acceleration => Output::Acceleration,
+            ActionKind::Speed => Output::Speed,
+        },
+        limits: config.action_limits(),
+        levels: config.levels,
+        hold_s: config.hold_s,
+        scaling: config.scaling,
+        layers: layers.collect(),
+    }
+}
+
+/// Brings numbers to mean 0 and standard deviation 1.
+fn standardise(xs: &mut [f64]) {
+    let n = xs.len().max(1) as f64;
+    let mean = xs.iter().sum::<f64>() / n;
+    let sd = (xs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt().max(1e-8);
+    xs.iter_mut().for_each(|x| *x = (*x - mean) / sd);
+}

@@ -1,0 +1,30 @@
+//! Training of policies on the fast ring. In: a [`TrainConfig`]. Out: a [`crate::policy::Network`], and its learning
+//! curve. SI units.
+//!
+//! [`ring`] moves sixteen rings at once; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
+//! advice; [`net`] is the network, [`distribution`] the randomness of its actions, [`trpo`] the update, [`learner`] the
+//! loop around them; [`judge`] drives any policy over the horizon and says how fast all cars went.
+
+pub mod config;
+pub mod curve;
+pub mod distribution;
+pub mod driver;
+pub mod environment;
+pub mod judge;
+pub mod lanes;
+pub mod learner;
+pub mod net;
+pub mod ring;
+pub mod trpo;
+pub mod value;
+
+pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
+pub use judge::{Verdict, judge, mean_and_interval};
+pub use learner::{Learner, Row};
+
+#[cfg(test)]
+mod learner_tests;
+#[cfg(test)]
+mod ring_tests;
+#[cfg(test)]
+mod trpo_tests;

@@ -1,0 +1,312 @@
+//! The fast ring: [`LANES`] independent closed lanes of IDM cars side by side. In: a layout and a model for each ring,
+//! then once a step the speed that the ego shall have. Out: speeds, gaps, mean speed, crashes. Metres, m/s, m/s2.
+//!
+//! The update is that of `traffic::native` (FACTS 2): all accelerations from one state, `v' = max(v + a dt, 0)`,
+//! `x' = x + v' dt`, then noise. The state is the gap ahead of each car, not its place: nothing wraps, and `f32` keeps
+//! its digits. Slot 0 is the ego and slot `k` the `k`-th car **behind** it, so that rings of different numbers of cars
+//! share one loop: slots beyond a ring's last car hold ghosts that follow it and that nobody sees.
+
+use super::lanes::{LANES, Lane, LaneRng, lane, splat};
+use crate::{idm::IdmParams, space::CAR_LENGTH_M};
+use serde::{Deserialize, Serialize};
+
+/// The hardest that any car brakes, m/s2, and the acceleration below which a car does not start to move; both as in
+/// `traffic::native`.
+const EMERGENCY_BRAKING_MPS2: f32 = 9.0;
+const CREEP_MPS2: f32 = 1e-4;
+/// Ghosts stay this far behind, metres.
+const GHOST_GAP_M: f32 = 100.0;
+
+/// One ring at its start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingStart {
+    /// Gap ahead of each car, the ego first, then its follower and so on backwards, metres.
+    pub gaps_m: Vec<f32>,
+    /// Model of all cars.
+    pub idm: IdmParams,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl RingStart {
+    /// `cars` evenly spaced over `length_m`.
+    pub fn even(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
+        let gap_m = (length_m / cars as f64 - CAR_LENGTH_M) as f32;
+        Self { gaps_m: vec![gap_m; cars], idm, seed }
+    }
+
+    /// `cars` close together with one hole of a fifth of the road half-way round from the ego (smaller where cars are
+    /// many): the wave is there within 75 s on the paper's ring (FACTS 1).
+    pub fn bunched(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
+        let spacing_m = (0.8 * length_m / cars as f64).max(CAR_LENGTH_M + idm.s0).min(length_m / cars as f64);
+        let mut gaps_m = vec![(spacing_m - CAR_LENGTH_M) as f32; cars];
+        gaps_m[cars / 2] += (length_m - spacing_m * cars as f64) as f32;
+        Self { gaps_m, idm, seed }
+    }
+}
+
+/// The model of each ring, as the inner loop needs it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Model {
+    inverse_v0: Lane,
+    delta: Lane,
+    time_gap_s: Lane,
+    accel: Lane,
+    /// 1 / (2 sqrt(a b)).
+    approach: Lane,
+    s0_m: Lane,
+    /// Standard deviation of the change of speed in a step, m/s.
+    noise_mps: Lane,
+    /// All exponents are 4: two multiplications instead of a power.
+    fourth_power: bool,
+}
+
+/// A block of rings. See the head of the file for its slots.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RingBlock {
+    step_s: f32,
+    cars: [u32; LANES],
+    gap_m: Vec<Lane>,
+    speed_mps: Vec<Lane>,
+    model: Model,
+    rng: LaneRng,
+    /// Speed of the ego's leader, m/s.
+    leader_mps: Lane,
+    mean_mps: Lane,
+    #[serde(skip, default)]
+    noise: Vec<Lane>,
+}
+
+impl RingBlock {
+    /// Empty rings with room for `cars` each and steps of `step_s`; every lane has to be set before the first step.
+    pub fn new(cars: usize, step_s: f64) -> Self {
+        let one = splat(1.0);
+        Self {
+            step_s: step_s as f32,
+            cars: [0; LANES],
+            gap_m: vec![splat(GHOST_GAP_M); cars + 1],
+            speed_mps: vec![splat(0.0); cars],
+            model: Model {
+                inverse_v0: one,
+                delta: splat(4.0),
+                time_gap_s: one,
+                accel: one,
+                approach: one,
+                s0_m: one,
+                noise_mps: splat(0.0),
+                fourth_power: true,
+            },
+            rng: LaneRng::new(),
+            leader_mps: splat(0.0),
+            mean_mps: splat(0.0),
+            noise: Vec::new(),
+        }
+    }
+
+    /// Puts a ring at a standstill into lane `l`.
+    ///
+    /// # Panics
+    /// If it has more cars than the block has room for, or fewer than 2.
+    pub fn set(&mut self, l: usize, start: &RingStart) {
+        assert!((2..=self.speed_mps.len()).contains(&start.gaps_m.len()), "{} cars", start.gaps_m.len());
+        let IdmParams { v0, t, a, b, delta, s0, noise } = start.idm;
+        self.cars[l] = start.gaps_m.len() as u32;
+        for k in 0..self.gap_m.len() {
+            self.gap_m[k][l] = start.gaps_m.get(k).copied().unwrap_or(GHOST_GAP_M);
+        }
+        self.speed_mps.iter_mut().for_each(|speed| speed[l] = 0.0);
+        let model = &mut self.model;
+        model.inverse_v0[l] = (1.0 / v0) as f32;
+        model.delta[l] = delta as f32;
+        model.time_gap_s[l] = t as f32;
+        model.accel[l] = a as f32;
+        model.approach[l] = (0.5 / (a * b).sqrt()) as f32;
+        model.s0_m[l] = s0 as f32;
+        let step_s = f64::from(self.step_s);
+        model.noise_mps[l] = (noise * step_s.sqrt() * step_s) as f32;
+        model.fourth_power = model.delta.iter().all(|d| *d == 4.0);
+        self.rng.seed(l, start.seed);
+        self.leader_mps[l] = 0.0;
+        self.mean_mps[l] = 0.0;
+    }
+
+    /// Copies lane `from_lane` of a block of the same size into lane `l`.
+    pub fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
+        let pairs = self.gap_m.iter_mut().zip(&from.gap_m).chain(self.speed_mps.iter_mut().zip(&from.speed_mps));
+        pairs.for_each(|(to, from)| to[l] = from[from_lane]);
+        self.cars[l] = from.cars[from_lane];
+        let (to, m) = (&mut self.model, &from.model);
+        for (to, from) in [
+            (&mut to.inverse_v0, &m.inverse_v0),
+            (&mut to.delta, &m.delta),
+            (&mut to.time_gap_s, &m.time_gap_s),
+            (&mut to.accel, &m.accel),
+            (&mut to.approach, &m.approach),
+            (&mut to.s0_m, &m.s0_m),
+            (&mut to.noise_mps, &m.noise_mps),
+            (&mut self.leader_mps, &from.leader_mps),
+            (&mut self.mean_mps, &from.mean_mps),
+        ] {
+            to[l] = from[from_lane];
+        }
+        to.fourth_power = to.delta.iter().all(|d| *d == 4.0);
+        self.rng.copy_lane(l, &from.rng, from_lane);
+    }
+
+    /// Cars of ring `l`.
+    pub fn cars(&self, l: usize) -> usize {
+        self.cars[l] as usize
+    }
+
+    /// Speed of the ego, m/s.
+    #[inline(always)]
+    pub fn ego_mps(&self) -> &Lane {
+        &self.speed_mps[0]
+    }
+
+    /// Speed of the ego's leader, m/s.
+    #[inline(always)]
+    pub fn leader_mps(&self) -> &Lane {
+        &self.leader_mps
+    }
+
+    /// Gap ahead of the ego, metres.
+    #[inline(always)]
+    pub fn gap_m(&self) -> &Lane {
+        &self.gap_m[0]
+    }
+
+    /// Gap between the ego and its follower, metres.
+    #[inline(always)]
+    pub fn gap_behind_m(&self) -> &Lane {
+        &self.gap_m[1]
+    }
+
+    /// Gaps ahead of the `k`-th car behind the ego, metres.
+    pub fn gaps_m(&self, k: usize) -> &Lane {
+        &self.gap_m[k]
+    }
+
+    /// Mean speed of all cars, the ego included, m/s.
+    #[inline(always)]
+    pub fn mean_mps(&self) -> &Lane {
+        &self.mean_mps
+    }
+
+    /// Speeds of the cars of ring `l`, the ego first, then backwards, m/s.
+    pub fn speeds_mps(&self, l: usize) -> impl Iterator<Item = f32> + '_ {
+        self.speed_mps[..self.cars(l)].iter().map(move |speed| speed[l])
+    }
+
+    /// What the model would have the ego do now, m/s2.
+    #[inline(always)]
+    pub fn ego_idm(&self) -> Lane {
+        let (speed, leader, gap) = (&self.speed_mps[0], &self.leader_mps, &self.gap_m[0]);
+        if self.model.fourth_power {
+            lane(|l| accel::<true>(&self.model, l, speed[l], leader[l], gap[l]))
+        } else {
+            lane(|l| accel::<false>(&self.model, l, speed[l], leader[l], gap[l]))
+        }
+    }
+
+    /// `steps` steps in which the model drives every car, the ego too: the warm-up, and the road without advice.
+    pub fn run(&mut self, steps: usize) {
+        wide(self, |ring| {
+            for _ in 0..steps {
+                ring.step(None);
+            }
+        });
+    }
+
+    /// One step. At its end the ego has the speed `ego_mps`; without one its own model drives it.
+    #[inline(always)]
+    pub fn step(&mut self, ego_mps: Option<&Lane>) {
+        if self.model.fourth_power { self.step_with::<true>(ego_mps) } else { self.step_with::<false>(ego_mps) }
+    }
+
+    #[inline(always)]
+    fn step_with<const FOURTH: bool>(&mut self, ego_mps: Option<&Lane>) {
+        self.draw_noise();
+        let (dt, creep_mps) = (self.step_s, CREEP_MPS2 * self.step_s);
+        let slots = self.speed_mps.len();
+        let leader_mps = self.leader_mps;
+        let (mut tail_chosen, mut tail_after) = (splat(0.0), splat(0.0));
+        let (mut sum, mut behind_chosen) = (splat(0.0), splat(0.0));
+        // From the last slot to the ego, so that the speed ahead is still that of the present state.
+        for k in (0..slots).rev() {
+            let mut ahead_mps = leader_mps;
+            if k > 0 {
+                ahead_mps = self.speed_mps[k - 1];
+            }
+            let (speed, gap, noise) = (&mut self.speed_mps[k], &self.gap_m[k], &self.noise[k]);
+            let mut chosen = splat(0.0);
+            for l in 0..LANES {
+                let wanted = speed[l] + accel::<FOURTH>(&self.model, l, speed[l], ahead_mps[l], gap[l]) * dt;
+                chosen[l] = if wanted < creep_mps { 0.0 } else { wanted };
+                let noisy = (chosen[l] + noise[l] * self.model.noise_mps[l]).max(0.0);
+                speed[l] = if chosen[l] > 0.0 { noisy } else { 0.0 };
+            }
+            if let (0, Some(ego_mps)) = (k, ego_mps) {
+                chosen = *ego_mps;
+                *speed = *ego_mps;
+            }
+            for l in 0..LANES {
+                let last = self.cars[l] == k as u32 + 1;
+                tail_chosen[l] = if last { chosen[l] } else { tail_chosen[l] };
+                tail_after[l] = if last { speed[l] } else { tail_after[l] };
+                sum[l] += if (k as u32) < self.cars[l] { speed[l] } else { 0.0 };
+            }
+            // The gap of the car behind changes by what this one and that one drive; slot `slots` is nobody's.
+            let behind = &mut self.gap_m[k + 1];
+            for l in 0..LANES {
+                behind[l] += (chosen[l] - behind_chosen[l]) * dt;
+            }
+            behind_chosen = chosen;
+        }
+        for l in 0..LANES {
+            self.gap_m[0][l] += (tail_chosen[l] - behind_chosen[l]) * dt;
+            self.mean_mps[l] = sum[l] / self.cars[l] as f32;
+        }
+        self.leader_mps = tail_after;
+    }
+
+    #[inline(always)]
+    fn draw_noise(&mut self) {
+        let slots = self.speed_mps.len();
+        if self.noise.len() < slots {
+            self.noise.resize(slots + 1, splat(0.0));
+        }
+        for pair in self.noise[..slots.next_multiple_of(2)].chunks_exact_mut(2) {
+            (pair[0], pair[1]) = self.rng.normal_pair();
+        }
+    }
+}
+
+/// The IDM (see [`crate::idm`]) in lane `l`.
+#[inline(always)]
+fn accel<const FOURTH: bool>(m: &Model, l: usize, speed: f32, leader: f32, gap: f32) -> f32 {
+    let approach = speed * (speed - leader) * m.approach[l];
+    let desired = m.s0_m[l] + (speed * m.time_gap_s[l] + approach).max(0.0);
+    let interaction = desired / gap.max(1e-3);
+    let share = speed * m.inverse_v0[l];
+    let free = if FOURTH { (share * share) * (share * share) } else { share.powf(m.delta[l]) };
+    (m.accel[l] * (1.0 - free - interaction * interaction)).max(-EMERGENCY_BRAKING_MPS2)
+}
+
+/// Runs `work` compiled for the widest vectors that this machine has. The bits are the same on all: nothing is fused
+/// or reordered.
+#[inline]
+pub(super) fn wide<T: ?Sized, R>(on: &mut T, work: impl FnOnce(&mut T) -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2")]
+        fn avx2<T: ?Sized, R>(on: &mut T, work: impl FnOnce(&mut T) -> R) -> R {
+            work(on)
+        }
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the machine has just been asked whether it has AVX2.
+            return unsafe { avx2(on, work) };
+        }
+    }
+    work(on)
+}

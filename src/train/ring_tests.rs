@@ -1,0 +1,136 @@
+//! The fast ring against the native engine and against the field's figures.
+
+use super::{
+    lanes::{LANES, splat},
+    ring::{RingBlock, RingStart, wide},
+};
+use crate::{
+    idm::IdmParams,
+    map::RoadMap,
+    space::CAR_LENGTH_M,
+    traffic::{NativeTraffic, StartCar, Traffic, TrafficSetup},
+};
+use std::sync::Arc;
+
+fn quiet() -> IdmParams {
+    IdmParams { noise: 0.0, ..IdmParams::default() }
+}
+
+/// Sixteen rings of equal layout and different noise.
+fn block(start: &RingStart) -> RingBlock {
+    let mut ring = RingBlock::new(start.gaps_m.len(), 0.1);
+    for l in 0..LANES {
+        ring.set(l, &RingStart { seed: 100 + l as u64, ..start.clone() });
+    }
+    ring
+}
+
+#[test]
+fn without_noise_the_fast_ring_drives_as_the_native_engine() {
+    let map = Arc::new(RoadMap::load("ring-250").unwrap());
+    let length_m = map.route.length_m();
+    let start = RingStart::bunched(22, length_m, quiet(), 0);
+    // The native engine numbers forwards from the ego, the ring backwards.
+    let mut places = vec![StartCar { s_m: 0.0, speed_mps: 0.0 }; 22];
+    let mut s_m = 0.0;
+    for (i, place) in places.iter_mut().enumerate().skip(1) {
+        s_m += f64::from(start.gaps_m[(23 - i) % 22]) + CAR_LENGTH_M;
+        place.s_m = s_m;
+    }
+    let mut native =
+        NativeTraffic::start(TrafficSetup { map, cars: places, idm: quiet(), step_s: 0.1, seed: 1 }).unwrap();
+    let mut ring = block(&start);
+    let mut largest: f64 = 0.0;
+    for _ in 0..1200 {
+        native.step(None).unwrap();
+        ring.run(1);
+        for (k, speed) in ring.speeds_mps(5).enumerate() {
+            let car = native.cars()[(22 - k) % 22];
+            largest = largest.max((car.speed_mps - f64::from(speed)).abs());
+        }
+    }
+    // f32 beside f64 through a growing wave; 2 minutes.
+    assert!(largest < 0.002, "{largest} m/s");
+}
+
+#[test]
+fn an_even_ring_without_noise_stays_at_its_equilibrium() {
+    let mut ring = block(&RingStart::even(22, 250.0, quiet(), 0));
+    ring.run(1200);
+    let mean = ring.mean_mps()[0];
+    assert!((mean - 4.362).abs() < 0.005, "{mean}");
+}
+
+#[test]
+fn saturated_rings_flow_as_fast_as_the_field_has_it() {
+    // FACTS 1: by length with 22 cars, saturated, Euler, noise 0.2.
+    for (length_m, expected) in
+        [(220.0, 2.10), (230.0, 2.40), (240.0, 2.70), (250.0, 3.00), (260.0, 3.30), (270.0, 3.60)]
+    {
+        let mut ring = block(&RingStart::bunched(22, length_m, IdmParams::default(), 0));
+        ring.run(3000);
+        let (mut sum, steps) = (0.0, 3000);
+        wide(&mut ring, |ring| {
+            for _ in 0..steps {
+                ring.step(None);
+                sum += ring.mean_mps().iter().map(|v| f64::from(*v)).sum::<f64>();
+            }
+        });
+        let mean = sum / f64::from(steps) / LANES as f64;
+        assert!((mean - expected).abs() < 0.03, "{length_m} m: {mean}, not {expected}");
+    }
+}
+
+#[test]
+fn the_length_of_a_ring_is_kept() {
+    let mut ring = block(&RingStart::bunched(22, 250.0, IdmParams::default(), 0));
+    ring.run(5000);
+    for l in 0..LANES {
+        let gaps: f64 = (0..22).map(|k| f64::from(ring.gaps_m(k)[l])).sum();
+        assert!((gaps + 22.0 * CAR_LENGTH_M - 250.0).abs() < 0.01, "{gaps}");
+    }
+}
+
+#[test]
+fn a_ring_is_the_same_whoever_is_beside_it() {
+    let mine = RingStart::bunched(22, 250.0, IdmParams::default(), 7);
+    let mut alone = block(&mine);
+    let mut mixed = RingBlock::new(22, 0.1);
+    for l in 0..LANES {
+        mixed.set(l, &RingStart::even(3 + l, 240.0, IdmParams { t: 1.5, ..quiet() }, l as u64));
+    }
+    alone.set(2, &mine);
+    mixed.set(9, &mine);
+    for _ in 0..300 {
+        (alone.run(1), mixed.run(1));
+        let bits = |ring: &RingBlock, l| ring.speeds_mps(l).map(f32::to_bits).collect::<Vec<_>>();
+        assert_eq!(bits(&alone, 2), bits(&mixed, 9));
+    }
+    assert_eq!(mixed.cars(0), 3);
+}
+
+#[test]
+fn other_exponents_take_the_general_power() {
+    let idm = IdmParams { delta: 4.0 + 1e-6, v0: 8.0, ..quiet() };
+    let mut general = block(&RingStart::bunched(12, 250.0, idm, 0));
+    let mut fourth = block(&RingStart::bunched(12, 250.0, IdmParams { delta: 4.0, ..idm }, 0));
+    (general.run(200), fourth.run(200));
+    for (a, b) in general.speeds_mps(0).zip(fourth.speeds_mps(0)) {
+        assert!((a - b).abs() < 1e-3, "{a} {b}");
+    }
+    let mut other = block(&RingStart::bunched(12, 250.0, IdmParams { delta: 1.0, ..idm }, 0));
+    other.run(200);
+    assert!(other.mean_mps()[0] < fourth.mean_mps()[0] - 0.1);
+}
+
+#[test]
+fn an_imposed_ego_has_the_speed_that_it_is_given() {
+    let mut ring = block(&RingStart::even(22, 250.0, quiet(), 0));
+    let mut gap_m = ring.gap_m()[0];
+    for _ in 0..50 {
+        ring.step(Some(&splat(0.5)));
+        gap_m += 0.1 * (ring.leader_mps()[0] - 0.5);
+    }
+    assert_eq!(ring.ego_mps()[0], 0.5);
+    assert!((ring.gap_m()[0] - gap_m).abs() < 1e-4);
+}
