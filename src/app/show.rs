@@ -150,6 +150,7 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
         screen_width_m: scenario.screen_width_m as f32,
         eye_distance_m: scenario.eye_distance_m as f32,
         ordinary_paints: scenario.ordinary_paints,
+        cockpit: scenario.cockpit,
         visibility_m: (1000.0 * scenario.visibility_km) as f32,
         ..ViewOptions::default()
     }

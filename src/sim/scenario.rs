@@ -62,6 +62,8 @@ pub struct Scenario {
     /// Haze: how far one sees
     #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
     pub visibility_km: f64,
+    /// Own bonnet, dashboard and left pillar in the driver's view
+    pub cockpit: bool,
     /// Effort put into the picture; sizes, positions and lamps are the same in all
     pub quality: QualityLevel,
 
@@ -136,6 +138,7 @@ impl Default for Scenario {
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,
+            cockpit: true,
             time_h: 9.75,
             visibility_km: 30.0,
             quality: QualityLevel::Auto,
