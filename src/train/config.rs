@@ -211,7 +211,7 @@ impl Default for TrainConfig {
             error_time_s: 5.0,
             trait_mps: 0.0,
             random_driver: true,
-            // The field's 300 m leaves a gap of 6 m and one of 12 m 0.04 apart; with 30 m an update learns far faster.
+            // The field's 300 m leaves a gap of 6 m and one of 12 m 0.04 apart; with 30 m the best of 150 updates was judged 4.59 against 4.46 m/s.
             scaling: Scaling { gap_to_m: 30.0, ..Scaling::default() },
             hidden_width: 64,
             hidden_layers: 2,
