@@ -24,14 +24,12 @@ use crate::{
 
 /// The renderer's settings of a level on this adapter.
 pub fn quality(level: QualityLevel, gpu: &Gpu) -> Quality {
-    let quality = match level {
+    match level {
         QualityLevel::Low => Quality::LOW,
         QualityLevel::Medium => Quality::MEDIUM,
         QualityLevel::High => Quality::HIGH,
         QualityLevel::Auto => Quality::for_adapter(&gpu.info),
-    };
-    // Mesa's software sampler takes minutes for one anisotropic picture of a long road.
-    if gpu.is_software() { Quality { anisotropy: 1, ..quality } } else { quality }
+    }
 }
 
 /// Why a drive could not be shown or run.

@@ -88,6 +88,8 @@ impl Renderer {
     /// A renderer of `stage` onto targets of `format`: a `Unorm` format that is not sRGB (`Bgra8Unorm` of a surface,
     /// [`OFFSCREEN`]), because the shader encodes.
     pub fn new(gpu: &Gpu, stage: &Stage, format: wgpu::TextureFormat, quality: Quality) -> Self {
+        // Mesa's software sampler takes minutes for one anisotropic picture of a long road.
+        let quality = if gpu.is_software() { Quality { anisotropy: 1, ..quality } } else { quality };
         let device = &gpu.device;
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);

@@ -14,7 +14,7 @@ pub struct Quality {
     /// Most pixels of the main picture: one of more is drawn smaller, by one factor on both sides, and filtered up when it
     /// is developed. Dial and panel are drawn over it at full size.
     pub most_pixels: u32,
-    /// Anisotropy of the ground's grain, 1 to 16. Above 1 is for a GPU only: software pays ten times.
+    /// Anisotropy of the ground's grain, 1 to 16. The renderer takes 1 where graphics run in software.
     pub anisotropy: u16,
     /// Up to this distance tufts of grass are drawn, metres.
     #[serde(default = "grass_m")]

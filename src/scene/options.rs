@@ -3,7 +3,6 @@
 
 use super::ViewKind;
 use crate::traffic::{CarId, EGO};
-use crate::units::SpeedUnit;
 use glam::Vec3;
 use std::collections::BTreeMap;
 
@@ -22,10 +21,6 @@ pub struct ViewOptions {
     pub cockpit: bool,
     /// The rear-view mirror.
     pub mirror: MirrorOptions,
-    /// Unit of the speedometer.
-    pub unit: SpeedUnit,
-    /// Full scale of the speedometer in its unit; `None` fits the scenario.
-    pub dial_full_scale: Option<f64>,
     /// Direction of the sun: compass degrees, 0 north, clockwise.
     pub sun_azimuth_deg: f32,
     /// Height of the sun above the horizon, degrees.
@@ -65,8 +60,6 @@ impl Default for ViewOptions {
             body_motion: 0.3,
             cockpit: true,
             mirror: MirrorOptions { position: Vec3::new(0.30, 0.0, 1.26), fov_x_deg: 30.0, tilt_deg: 2.5 },
-            unit: SpeedUnit::default(),
-            dial_full_scale: None,
             sun_azimuth_deg: 130.0,
             sun_elevation_deg: 42.0,
             visibility_m: 30_000.0,
