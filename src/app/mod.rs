@@ -5,9 +5,11 @@ pub mod bench;
 mod desk;
 mod drive;
 mod effort;
+mod facts;
 mod instruments;
 mod keys;
 pub mod offline;
+pub mod replay;
 mod show;
 mod surface;
 pub mod window;
@@ -25,6 +27,15 @@ pub enum AppError {
     /// The world could not start or go on.
     #[error(transparent)]
     World(#[from] crate::sim::WorldError),
+    /// A recorded scenario cannot be read.
+    #[error(transparent)]
+    Scenario(#[from] crate::sim::ScenarioError),
+    /// The recording cannot be written or read.
+    #[error(transparent)]
+    Record(#[from] crate::record::RecordError),
+    /// The recording was cut and not yet recovered.
+    #[error("{0}: the recording was cut before its end\n  remedy: codrive recover {0}")]
+    CutRecording(std::path::PathBuf),
     /// The simulated driver is unknown.
     #[error(transparent)]
     Driver(#[from] crate::driver::DriverError),

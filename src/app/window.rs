@@ -4,6 +4,7 @@
 use super::{
     AppError, Desk, Show,
     keys::{self, Command},
+    offline::FLUSH_EVERY,
     renderer_that_keeps_up,
     surface::Surface,
 };
@@ -13,6 +14,7 @@ use crate::{
     time::Pace,
 };
 use std::{
+    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -42,6 +44,8 @@ pub struct WindowOptions {
     pub panel: bool,
     /// Wait for the space bar.
     pub paused: bool,
+    /// Record the drive there.
+    pub out: Option<PathBuf>,
     /// Becomes true when the program is to end (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
@@ -58,8 +62,11 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
     let show = Show::new(&options.scenario, pace)?;
     let mut app = App { options, show: Some(show), frame: None, failure: None };
     event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
-    if let Some(frame) = app.frame.take() {
+    if let Some(mut frame) = app.frame.take() {
         print!("{}", frame.show.words());
+        if let Some(folder) = frame.show.finish_recording()? {
+            println!("recorded                 {}", folder.display());
+        }
     }
     app.failure.map_or(Ok(()), Err)
 }
@@ -83,6 +90,9 @@ struct Frame {
     /// When the last frame began; `None` before the first, and after another stage went to the GPU: time runs from the
     /// first picture on, shaders and models are not a stall.
     last: Option<Instant>,
+    /// When the first frame began, and when rows last went to the disk.
+    first: Instant,
+    flushed: Instant,
 }
 
 impl ApplicationHandler for App {
@@ -157,7 +167,11 @@ impl Frame {
         let level = options.scenario.quality;
         let renderer = renderer_that_keeps_up(&gpu, &show.stage, surface.format(), level, &view, surface.size())?;
         let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
-        Ok(Self { window, gpu, surface, renderer, show, desk, last: None })
+        if let Some(folder) = &options.out {
+            show.record(folder, &gpu)?;
+        }
+        let start = now();
+        Ok(Self { window, gpu, surface, renderer, show, desk, last: None, first: start, flushed: start })
     }
 
     /// One frame: simulate what is due, look, draw, present.
@@ -181,8 +195,15 @@ impl Frame {
         self.renderer.draw(&view, Some(panel), &target, size);
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
+        let done = now();
         if first {
-            self.last = Some(now());
+            self.last = Some(done);
+            self.first = done;
+        }
+        self.show.shown(done - self.first, elapsed, &due);
+        if done - self.flushed > FLUSH_EVERY {
+            self.flushed = done;
+            self.show.flush()?;
         }
         for command in asked {
             if self.desk.obey(command, &mut self.show) {

@@ -14,6 +14,6 @@ pub use event::{EndReason, Event, EventKind};
 pub use fields::{Field, Kind, fields, fields_of};
 pub use load::{ScenarioError, Settings, settings_from_file, settings_from_toml, settings_with};
 pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
-pub use snapshot::{CarView, Leader, Snapshot};
+pub use snapshot::{CarView, HASH_START, Leader, Snapshot};
 pub use summary::{ContactRecord, Summary, Tally};
 pub use world::{ExpectedSpeeds, World, WorldError};
