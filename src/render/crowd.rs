@@ -5,7 +5,7 @@ use super::{
     layout::Instance,
     models::{Model, Models},
 };
-use crate::scene::{CarInstance, Stage, TreePlace};
+use crate::scene::{CarInstance, Cockpit, Seat, Stage, TreePlace};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -13,8 +13,8 @@ use std::ops::Range;
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batches {
-    /// The ego seen from inside, if it is.
-    pub inside: Range<u32>,
+    /// The ego seen from inside, if it is: bonnet, cabin, steering wheel.
+    pub inside: [Range<u32>; 3],
     /// All car bodies: the patches of contact shade under them.
     pub cars: Range<u32>,
     /// Car bodies by style and level: near, mid, far.
@@ -118,7 +118,7 @@ pub struct Around<'a> {
     /// Trees and grass.
     pub forest: Option<&'a Forest>,
     /// The ego, seen from inside.
-    pub inside: Option<&'a CarInstance>,
+    pub inside: Option<&'a Seat>,
 }
 
 /// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
@@ -153,7 +153,13 @@ impl Crowd {
             Some(seen(car.position, DETAIL_M).unwrap_or(Detail::Far).level())
         };
         let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
-        let inside = self.fill(|list| list.extend(around.inside.map(body)));
+        let seat = around.inside;
+        let cabin = seat.filter(|seat| seat.steering_wheel_rad.is_some());
+        let inside = [
+            self.fill(|list| list.extend(seat.map(|seat| body(&seat.car)))),
+            self.fill(|list| list.extend(cabin.map(|seat| body(&seat.car)))),
+            self.fill(|list| list.extend(seat.and_then(steering_wheel))),
+        ];
         let first = self.instances.len() as u32;
         let bodies: Vec<_> = (0..models.bodies.len())
             .map(|style| {
@@ -205,6 +211,12 @@ fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
 
 fn body(car: &CarInstance) -> Instance {
     Instance::new(Affine3A::from_rotation_translation(car.rotation, car.position), car.colour, car.brake)
+}
+
+/// The steering wheel, if it is seen.
+fn steering_wheel(seat: &Seat) -> Option<Instance> {
+    let body = Affine3A::from_rotation_translation(seat.car.rotation, seat.car.position);
+    seat.steering_wheel_rad.map(|turn| Instance::new(body * Cockpit::body_from_wheel(turn), [1.0; 3], 0.0))
 }
 
 /// The four wheels: the front ones steered, the right ones turned about so that their outer side shows, all rolling

@@ -65,6 +65,9 @@ pub struct Print {
     pub soften: f32,
     /// Factor on the halo; 0 for a picture without one.
     pub glow: f32,
+    /// A mirror's glass, see [`Glass`](super::develop::Glass): tangents of half its angles, curvature, share of the
+    /// drawn picture that is seen in its middle.
+    pub lens: [f32; 4],
 }
 
 /// One placed mesh: a car's body, a wheel, a tree, the road.
@@ -155,7 +158,7 @@ mod tests {
         );
         same_layout!(Air, "road", "Air", [extinction, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
-        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, glow]);
+        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, glow, lens]);
     }
 
     #[test]

@@ -40,10 +40,10 @@ pub struct Models {
     pub tuft: Model,
     /// Cars without wheels, by style and level: near, mid, far.
     pub bodies: Vec<[Model; 3]>,
-    /// Windows of the near ones.
-    pub glass: Vec<Model>,
-    /// What the driver sees of the own car.
-    pub interior: Model,
+    /// Windows of the near and mid ones.
+    pub glass: Vec<[Model; 2]>,
+    /// What the driver sees of the own car: bonnet, cabin, steering wheel.
+    pub cockpit: [Model; 3],
     /// One wheel by level.
     pub wheels: [Model; 3],
     /// Trees by kind and [`Detail`](super::crowd::Detail).
@@ -67,8 +67,8 @@ impl Models {
         let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
         let tuft = add(&stage.tuft);
         let bodies = stage.cars.iter().map(|car| [0, 1, 2].map(|level| add(&car.levels[level]))).collect();
-        let glass = stage.cars.iter().map(|car| add(&car.glass)).collect();
-        let interior = add(&stage.interior);
+        let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
+        let cockpit = [&stage.cockpit.bonnet, &stage.cockpit.cabin, &stage.cockpit.wheel].map(&mut add);
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
         let levels = [&stage.trees, &stage.trees_mid, &stage.trees_far, &stage.trees_shade];
         let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
@@ -90,7 +90,7 @@ impl Models {
             tuft,
             bodies,
             glass,
-            interior,
+            cockpit,
             wheels,
             trees,
         }
@@ -107,16 +107,20 @@ impl Models {
         for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
             model.draw(pass, range.clone());
         }
-        self.interior.draw(pass, batches.inside.clone());
+        for (model, range) in self.cockpit.iter().zip(&batches.inside) {
+            model.draw(pass, range.clone());
+        }
         for (model, range) in self.wheels.iter().zip(&batches.wheels) {
             model.draw(pass, range.clone());
         }
     }
 
-    /// Draws the windows of the near cars.
+    /// Draws the windows that are seen through, far ones first.
     pub fn draw_glass(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
-        for (model, [near, ..]) in self.glass.iter().zip(&batches.bodies) {
-            model.draw(pass, near.clone());
+        for level in [1, 0] {
+            for (models, ranges) in self.glass.iter().zip(&batches.bodies) {
+                models[level].draw(pass, ranges[level].clone());
+            }
         }
     }
 

@@ -269,7 +269,7 @@ impl PicturePass {
         let frame = frame(view, optics, lights);
         scenery.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let cars = view.cars.iter().filter(|car| ego == Ego::Outside || !car.is_ego);
-        let inside = view.cockpit.as_ref().filter(|_| ego == Ego::Inside);
+        let inside = view.seat.as_ref().filter(|_| ego == Ego::Inside);
         let around = Around { forest: Some(&scenery.forest), inside };
         let gpu = (&scenery.device, &scenery.queue);
         let models = &scenery.models;
