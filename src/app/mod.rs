@@ -26,6 +26,7 @@ use crate::{
 pub fn quality(level: QualityLevel, gpu: &Gpu) -> Quality {
     match level {
         QualityLevel::Low => Quality::LOW,
+        QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,
         QualityLevel::Medium => Quality::MEDIUM,
         QualityLevel::High => Quality::HIGH,
         QualityLevel::Auto => Quality::for_adapter(&gpu.info),

@@ -13,6 +13,7 @@ pub mod glow;
 pub mod gpu;
 pub mod grain;
 pub mod layout;
+pub mod leaves;
 pub mod lens;
 pub mod models;
 pub mod offscreen;

@@ -1,6 +1,6 @@
 //! What all passes share: the device and what stands on the stage. In: a [`Stage`]. Out: handles, lent to each draw.
 
-use super::{crowd::Forest, gpu::Gpu, grain, models::Models};
+use super::{crowd::Forest, gpu::Gpu, grain, leaves, models::Models};
 use crate::scene::Stage;
 
 /// Device, meshes, trees and grain.
@@ -16,6 +16,8 @@ pub struct Scenery {
     pub forest: Forest,
     /// Grain of the surfaces.
     pub grain: wgpu::TextureView,
+    /// What is cut out of leaf cards.
+    pub leaves: wgpu::TextureView,
 }
 
 impl Scenery {
@@ -27,6 +29,7 @@ impl Scenery {
             queue: gpu.queue.clone(),
             forest: Forest::new(stage, &models),
             grain: grain::upload(&gpu.device, &gpu.queue),
+            leaves: leaves::upload(&gpu.device, &gpu.queue),
             models,
         }
     }

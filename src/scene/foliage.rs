@@ -107,7 +107,8 @@ pub(super) fn stem(mesh: &mut Mesh, path: &[Vec3], radii: &[f32], sides: u32, co
             let out = x * cos + y * sin;
             // Patches of light and dark as bark has.
             let patch = 0.85 + 0.15 * ((i as u32 * 7 + k * 3) % 5) as f32 / 2.0;
-            let uv = Vec2::new(k as f32 / sides as f32, at.z);
+            // There and back, so that the bark has no seam.
+            let uv = Vec2::new((2.0 * k as f32 / sides as f32 - 1.0).abs(), at.z * 0.45);
             mesh.vertex(Vertex::new(at + out * radius, out, shade(colour, patch), uv, Material::Bark));
         }
     }
