@@ -4,6 +4,7 @@
 pub mod bench;
 mod desk;
 mod drive;
+mod effort;
 mod instruments;
 mod keys;
 pub mod offline;
@@ -14,24 +15,9 @@ mod words;
 
 pub use desk::Desk;
 pub use drive::Drive;
+pub use effort::{quality, renderer_that_keeps_up};
 pub use instruments::Instruments;
 pub use show::{Show, view_options};
-
-use crate::{
-    render::{Gpu, Quality},
-    sim::QualityLevel,
-};
-
-/// The renderer's settings of a level on this adapter.
-pub fn quality(level: QualityLevel, gpu: &Gpu) -> Quality {
-    match level {
-        QualityLevel::Low => Quality::LOW,
-        QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,
-        QualityLevel::Medium => Quality::MEDIUM,
-        QualityLevel::High => Quality::HIGH,
-        QualityLevel::Auto => Quality::for_adapter(&gpu.info),
-    }
-}
 
 /// Why a drive could not be shown or run.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@
 use super::{
     AppError, Desk, Show,
     keys::{self, Command},
-    quality,
+    renderer_that_keeps_up,
     surface::Surface,
 };
 use crate::{
@@ -101,11 +101,11 @@ impl ApplicationHandler for App {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => frame.surface.resize(&frame.gpu, [size.width, size.height]),
             WindowEvent::Focused(false) => frame.show.devices.keyboard.release_all(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
-                if !taken && frame.key(&event) == Some(Command::Quit) =>
-            {
-                event_loop.exit();
-            }
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !taken => match frame.key(&event) {
+                Ok(Some(Command::Quit)) => event_loop.exit(),
+                Ok(_) => {}
+                Err(error) => self.fail(event_loop, error),
+            },
             WindowEvent::RedrawRequested => {
                 if let Err(error) = frame.draw() {
                     self.fail(event_loop, error);
@@ -133,7 +133,7 @@ impl App {
 }
 
 impl Frame {
-    fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, show: Show) -> Result<Self, AppError> {
+    fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, mut show: Show) -> Result<Self, AppError> {
         let attributes = Window::default_attributes()
             .with_title(format!("codrive: {}", options.scenario.map))
             .with_inner_size(SIZE)
@@ -153,7 +153,9 @@ impl Frame {
         let size = window.inner_size();
         let surface = Surface::new(&gpu, surface, [size.width, size.height])
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
-        let renderer = Renderer::new(&gpu, &show.stage, surface.format(), quality(options.scenario.quality, &gpu));
+        let view = show.view();
+        let level = options.scenario.quality;
+        let renderer = renderer_that_keeps_up(&gpu, &show.stage, surface.format(), level, &view, surface.size())?;
         let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
         Ok(Self { window, gpu, surface, renderer, show, desk, last: None })
     }
@@ -184,21 +186,23 @@ impl Frame {
         }
         for command in asked {
             if self.desk.obey(command, &mut self.show) {
-                self.new_stage();
+                self.new_stage()?;
             }
         }
         Ok(())
     }
 
     /// The map has changed: its models go to the GPU.
-    fn new_stage(&mut self) {
+    fn new_stage(&mut self) -> Result<(), AppError> {
+        let view = self.show.view();
         let scenario = self.show.drive.world.scenario();
-        let renderer =
-            Renderer::new(&self.gpu, &self.show.stage, self.surface.format(), quality(scenario.quality, &self.gpu));
+        let (format, size) = (self.surface.format(), self.surface.size());
+        let renderer = renderer_that_keeps_up(&self.gpu, &self.show.stage, format, scenario.quality, &view, size)?;
         let old = std::mem::replace(&mut self.renderer, renderer);
         self.renderer.keep_panel_of(old);
         self.window.set_title(&format!("codrive: {}", scenario.map));
         self.last = None;
+        Ok(())
     }
 
     /// Time since the last frame.
@@ -208,13 +212,16 @@ impl Frame {
     }
 
     /// A key went down or up. Returns the command that it stands for.
-    fn key(&mut self, event: &KeyEvent) -> Option<Command> {
-        let PhysicalKey::Code(code) = event.physical_key else { return None };
+    ///
+    /// # Errors
+    /// Another stage had to be drawn and the device is lost.
+    fn key(&mut self, event: &KeyEvent) -> Result<Option<Command>, AppError> {
+        let PhysicalKey::Code(code) = event.physical_key else { return Ok(None) };
         let down = event.state == ElementState::Pressed;
         if let Some(key) = keys::driving(code) {
             self.show.devices.keyboard.set(key, down);
         }
-        let command = keys::command(code).filter(|_| down && !event.repeat)?;
+        let Some(command) = keys::command(code).filter(|_| down && !event.repeat) else { return Ok(None) };
         match command {
             Command::FullScreen => {
                 let full = self.window.fullscreen().is_some();
@@ -227,12 +234,12 @@ impl Frame {
             Command::Restart => {
                 let scenario = self.show.drive.world.scenario().clone();
                 if self.desk.restart(&scenario, &mut self.show) {
-                    self.new_stage();
+                    self.new_stage()?;
                 }
             }
             other => self.desk.key(other, &mut self.show),
         }
-        Some(command)
+        Ok(Some(command))
     }
 }
 

@@ -17,6 +17,7 @@ use crate::{
     traffic::TrafficError,
 };
 use clap::Command;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::ffi::OsString;
 
 /// Why a command did not do what was asked; the message is complete.
@@ -28,6 +29,13 @@ pub enum CliError {
     /// The machine or the program failed: exit 1.
     #[error("{0}")]
     Failed(String),
+}
+
+/// A bar of `length` steps; where no one watches it stays silent.
+fn progress(length: u64, message: String) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left");
+    let bar = ProgressBar::new(length).with_message(message);
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Runs the program with these arguments, the program's name first. Returns the exit code.

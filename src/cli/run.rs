@@ -3,7 +3,6 @@
 use super::{CliError, flags, stop_on_ctrl_c};
 use crate::{app::offline, sim::Scenario};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::{
     fs::{self, File},
@@ -45,7 +44,8 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let mut out = matches.get_one::<PathBuf>("out").map(|dir| Output::create(dir, &scenario)).transpose()?;
     let stop = stop_on_ctrl_c();
-    let bar = progress(&scenario);
+    let ticks = crate::time::Tick::at_seconds(scenario.duration_s).0;
+    let bar = super::progress(ticks, format!("{} s on {}", scenario.duration_s, scenario.map));
     let mut run = offline::Run::new(&scenario, [from_s, scenario.duration_s])?;
     while !stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
         run.step()?;
@@ -71,13 +71,6 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         print!("{}", run.words());
     }
     Ok(())
-}
-
-fn progress(scenario: &Scenario) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left");
-    let bar = ProgressBar::new(crate::time::Tick::at_seconds(scenario.duration_s).0);
-    bar.set_message(format!("{} s on {}", scenario.duration_s, scenario.map));
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// The folder that a run writes to.

@@ -28,7 +28,7 @@ pub mod timing;
 pub mod ui_pass;
 
 pub use gpu::{Gpu, GpuError};
-pub use offscreen::{OFFSCREEN, render_to_image, render_with_panel};
+pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
 pub use timing::PassTimes;
 

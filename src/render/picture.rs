@@ -382,7 +382,7 @@ impl Targets {
         Self {
             size,
             samples: (samples > 1).then(|| texture(HDR, samples, nothing)),
-            light: texture(HDR, 1, wgpu::TextureUsages::TEXTURE_BINDING),
+            light: texture(HDR, 1, wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC),
             depth: texture(DEPTH, samples, nothing),
         }
     }

@@ -68,16 +68,6 @@ impl Quality {
         let scale = (self.most_pixels as f32 / pixels).sqrt().min(1.0);
         size.map(|side| ((side as f32 * scale).round() as u32).max(1))
     }
-
-    /// What an adapter can be expected to draw smoothly: software gets [`Quality::LOW`], a graphics card of its own
-    /// [`Quality::HIGH`].
-    pub fn for_adapter(info: &wgpu::AdapterInfo) -> Self {
-        match info.device_type {
-            wgpu::DeviceType::Cpu => Self::LOW,
-            wgpu::DeviceType::DiscreteGpu => Self::HIGH,
-            _ => Self::MEDIUM,
-        }
-    }
 }
 
 impl Default for Quality {

@@ -5,3 +5,4 @@ mod cars;
 mod light;
 mod pixels;
 mod place;
+mod poses;
