@@ -8,7 +8,7 @@
 
 use crate::rng::{self, Stream};
 use glam::{Vec2, vec2};
-use std::f32::consts::TAU;
+use std::{f32::consts::TAU, sync::OnceLock};
 
 /// Side of a layer, texels; a power of two.
 const SIZE: usize = 128;
@@ -22,7 +22,7 @@ const RAMP: f32 = 4.0;
 const LEVELS: u32 = SIZE.ilog2();
 
 /// A texel: cover 0..1 with 0.5 at the edge, tone, lean.
-type Texel = [f32; 4];
+pub type Texel = [f32; 4];
 /// Where nothing is.
 const EMPTY: Texel = [0.0, 0.5, 0.5, 0.5];
 
@@ -43,16 +43,28 @@ struct Blade {
     fold: f32,
 }
 
+/// All layers, each in all its sizes.
+pub type Layers = Vec<Vec<Vec<Texel>>>;
+
+/// The layers, painted at the first call.
+pub fn layers() -> &'static Layers {
+    static LAYERS: OnceLock<Layers> = OnceLock::new();
+    LAYERS.get_or_init(all)
+}
+
+/// What is at a place, 0..1, of the card with the variant `x` and the cut `y`.
+pub fn at(layers: &Layers, card: Vec2, place: Vec2) -> Texel {
+    let layer = card.y as usize * VARIANTS + card.x as usize;
+    let [x, y] = [place.x, place.y].map(|v| ((v * SIZE as f32) as usize).min(SIZE - 1));
+    layers[layer][0][y * SIZE + x]
+}
+
 /// The leaves as a texture view.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
-    let layers = all();
+    let layers = layers();
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("leaves"),
-        size: wgpu::Extent3d {
-            width: SIZE as u32,
-            height: SIZE as u32,
-            depth_or_array_layers: layers.len() as u32,
-        },
+        size: wgpu::Extent3d { width: SIZE as u32, height: SIZE as u32, depth_or_array_layers: layers.len() as u32 },
         mip_level_count: LEVELS,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -78,7 +90,7 @@ pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
 }
 
 /// All layers with their reduced sizes.
-fn all() -> Vec<Vec<Vec<Texel>>> {
+fn all() -> Layers {
     let mut layers = Vec::with_capacity(CUTS * VARIANTS + 1);
     for cut in 0..CUTS {
         for variant in 0..VARIANTS {
@@ -97,9 +109,9 @@ fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
 /// What lies on a card of this cut, lowest first.
 fn blades_of(cut: usize, random: &mut Stream) -> Vec<Blade> {
     match cut {
-        0 => spray(random, 6.0),
-        1 => spray(random, 10.0),
-        2 => spray(random, 15.0),
+        0 => spray(random, 7.0),
+        1 => spray(random, 12.0),
+        2 => spray(random, 9.0),
         3 => bough(random),
         _ => grass(random),
     }
@@ -281,10 +293,8 @@ fn covered(texels: &[Texel], scale: f32) -> f32 {
 fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
     let share = covered(&full, 1.0);
     // From here on r is the covered share of a texel, not the distance from an edge.
-    let mut plain: Vec<Texel> = full
-        .iter()
-        .map(|t| [((t[0] - 0.5) * RAMP + 0.5).clamp(0.0, 1.0), t[1], t[2], t[3]])
-        .collect();
+    let mut plain: Vec<Texel> =
+        full.iter().map(|t| [((t[0] - 0.5) * RAMP + 0.5).clamp(0.0, 1.0), t[1], t[2], t[3]]).collect();
     let mut levels = vec![full];
     let mut side = SIZE;
     while levels.len() < LEVELS as usize {

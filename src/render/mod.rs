@@ -12,6 +12,7 @@ pub mod dial;
 pub mod glow;
 pub mod gpu;
 pub mod grain;
+pub mod impostor;
 pub mod layout;
 pub mod leaves;
 pub mod lens;

@@ -25,6 +25,7 @@ pub struct Materials {
     contact: wgpu::RenderPipeline,
     cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
+    impostor: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
 }
 
@@ -95,6 +96,7 @@ impl Bindings {
             BindingType::Sampler(SamplerBindingType::Filtering),
             texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
             BindingType::Sampler(SamplerBindingType::Filtering),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
         ];
         let entries: Vec<_> = entries
             .into_iter()
@@ -203,6 +205,13 @@ impl Bindings {
                 cull: None,
                 ..solid.clone()
             })?,
+            impostor: workshop.pipeline(&Recipe {
+                program: "impostor",
+                cull: None,
+                cut_out: quality.msaa > 1,
+                constants: &[soft, ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
+                ..solid.clone()
+            })?,
             contact: workshop.pipeline(&Recipe {
                 program: "contact",
                 buffers: &instances,
@@ -250,6 +259,7 @@ impl PicturePass {
         let leaves = [
             wgpu::BindingResource::TextureView(&scenery.leaves),
             wgpu::BindingResource::Sampler(&bindings.leaf_sampler),
+            wgpu::BindingResource::TextureView(&scenery.far_trees),
         ];
         let entries: Vec<_> = (0..)
             .zip(resources.into_iter().chain(air.resources()).chain(leaves))
@@ -311,6 +321,11 @@ impl PicturePass {
             cars,
             around,
             |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
+            |centre, radius_m| match optics.sees(centre, radius_m) {
+                true => Detail::shares(optics.pixels(centre, radius_m)),
+                false => Default::default(),
+            },
+            optics.camera.eye,
             |centre, radius_m| {
                 optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
                     && optics.sees(centre, radius_m)
@@ -329,6 +344,8 @@ impl PicturePass {
             models.draw_trees(&mut pass, &batches.trees);
             models.tuft.draw(&mut pass, batches.tufts.clone());
         }
+        pass.set_pipeline(&materials.impostor);
+        models.draw_far_trees(&mut pass, &batches.trees);
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);

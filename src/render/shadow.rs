@@ -230,6 +230,8 @@ impl Layer {
             cars.iter(),
             around,
             |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
+            |centre, radius_m| [cover.touches(centre, radius_m).then_some((Detail::Shade, 1.0)), None],
+            cover.centre,
             |_, _| false,
         )
     }
@@ -257,7 +259,7 @@ impl Layer {
         scenery.models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
         scenery.models.draw_cars(&mut pass, batches);
-        scenery.models.draw_trees(&mut pass, &batches.trees);
+        scenery.models.draw_tree_shades(&mut pass, &batches.trees);
     }
 }
 

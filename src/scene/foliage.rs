@@ -8,7 +8,7 @@ use super::noise::shade;
 use super::{Material, Mesh, Vertex};
 use glam::{Vec2, Vec3};
 
-/// What the shader cuts out of a card (`tree.wgsl` has the same numbers).
+/// What the shader cuts out of a card (`render/leaves.rs` has the same numbers).
 #[repr(u8)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
@@ -16,8 +16,8 @@ pub(super) enum Cut {
     Spray = 0,
     /// The same with leaves half as large, on cards twice as large.
     Mass = 1,
-    /// With leaves a third as large.
-    Heap = 2,
+    /// A spray of small leaves.
+    Fine = 2,
     /// A conifer's bough: the stem runs along `v`, twigs and needles to either side.
     Bough = 3,
     /// Blades of grass that stand on `v` 0.
