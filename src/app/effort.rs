@@ -19,6 +19,7 @@ const TRIALS: usize = 3;
 pub fn quality(level: QualityLevel, gpu: &Gpu) -> Quality {
     match level {
         QualityLevel::Low => Quality::LOW,
+        QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,
         QualityLevel::Medium => Quality::MEDIUM,
         QualityLevel::High => Quality::HIGH,
         QualityLevel::Auto => quality(expected(gpu), gpu),

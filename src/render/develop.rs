@@ -163,6 +163,7 @@ impl DevelopPass {
             colour: Some((self.format, Some(wgpu::BlendState::ALPHA_BLENDING))),
             depth: None,
             cull: None,
+            writes: wgpu::ColorWrites::ALL,
             samples: 1,
             cut_out: false,
             constants: &[],

@@ -2,7 +2,8 @@
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
-use super::crowd::Batches;
+use super::crowd::{Batches, Detail};
+use super::impostor::{self, Extent};
 use crate::scene::{Mesh, Stage, Vertex};
 use glam::Vec3;
 use std::ops::Range;
@@ -46,7 +47,7 @@ pub struct Models {
     pub cockpit: [Model; 3],
     /// One wheel by level.
     pub wheels: [Model; 3],
-    /// Trees by kind and [`Detail`](super::crowd::Detail).
+    /// Trees by kind and [`Detail`](super::crowd::Detail); far ones are a square for a picture.
     pub trees: Vec<[Model; 4]>,
 }
 
@@ -70,7 +71,8 @@ impl Models {
         let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
         let cockpit = [&stage.cockpit.bonnet, &stage.cockpit.cabin, &stage.cockpit.wheel].map(&mut add);
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
-        let levels = [&stage.trees, &stage.trees_mid, &stage.trees_far, &stage.trees_shade];
+        let squares: Vec<Mesh> = stage.trees.iter().enumerate().map(|(kind, tree)| square(kind, tree)).collect();
+        let levels = [&stage.trees, &stage.trees_mid, &squares, &stage.trees_shade];
         let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
         let buffer = |label, bytes: &[u8], usage| {
             // One spare vertex, so that an empty stage is no special case (a buffer may not be empty).
@@ -124,10 +126,25 @@ impl Models {
         }
     }
 
-    /// Draws the trees of all kinds and details.
+    /// Draws the trees of all kinds that have leaf cards, the nearest first: what they hide is not shaded then.
     pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
-        for (model, range) in self.trees.iter().flatten().zip(ranges.iter().flatten()) {
-            model.draw(pass, range.clone());
+        self.draw_trees_of(pass, ranges, Detail::Near);
+        self.draw_trees_of(pass, ranges, Detail::Mid);
+    }
+
+    /// Draws the pictures of trees.
+    pub fn draw_far_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
+        self.draw_trees_of(pass, ranges, Detail::Far);
+    }
+
+    /// Draws what throws their shadows.
+    pub fn draw_tree_shades(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
+        self.draw_trees_of(pass, ranges, Detail::Shade);
+    }
+
+    fn draw_trees_of(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]], detail: Detail) {
+        for (models, ranges) in self.trees.iter().zip(ranges) {
+            models[detail as usize].draw(pass, ranges[detail as usize].clone());
         }
     }
 }
@@ -173,6 +190,18 @@ fn pieces(mesh: &Mesh) -> Vec<Mesh> {
         todo.extend([left, right]);
     }
     done
+}
+
+/// The square that a tree's pictures are drawn on (`Corner` in `impostor.wgsl`).
+fn square(kind: usize, tree: &Mesh) -> Mesh {
+    let Extent { half_m, middle_m } = Extent::of(tree);
+    let corner = |x: f32, z: f32| Vertex {
+        position: [x * half_m, middle_m, z * half_m],
+        normal: [(kind * impostor::VIEWS) as f32, 0.0, 0.0],
+        ..Default::default()
+    };
+    let vertices = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| corner(x, z)).into();
+    Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3] }
 }
 
 /// Some triangles of a mesh with the corners they need.

@@ -23,7 +23,9 @@ pub struct Materials {
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
+    cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
+    impostor: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
 }
 
@@ -45,6 +47,7 @@ pub struct Bindings {
     pipeline: wgpu::PipelineLayout,
     shadow_sampler: wgpu::Sampler,
     grain_sampler: wgpu::Sampler,
+    leaf_sampler: wgpu::Sampler,
 }
 
 /// One picture of the scene: camera, instances and targets of its own.
@@ -91,6 +94,9 @@ impl Bindings {
             uniform,
             texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
             BindingType::Sampler(SamplerBindingType::Filtering),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
         ];
         let entries: Vec<_> = entries
             .into_iter()
@@ -104,6 +110,7 @@ impl Bindings {
             .collect();
         let group = device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries });
+        let between = if quality.fine { wgpu::MipmapFilterMode::Linear } else { wgpu::MipmapFilterMode::Nearest };
         Self {
             pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some("scene"),
@@ -124,8 +131,17 @@ impl Bindings {
                 address_mode_v: wgpu::AddressMode::Repeat,
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
-                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                mipmap_filter: between,
                 anisotropy_clamp: quality.anisotropy.max(1),
+                ..Default::default()
+            }),
+            leaf_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("leaves"),
+                address_mode_u: wgpu::AddressMode::Repeat,
+                address_mode_v: wgpu::AddressMode::Repeat,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: between,
                 ..Default::default()
             }),
         }
@@ -144,6 +160,8 @@ impl Bindings {
             bias,
         };
         let mesh = mesh_buffers();
+        // Programs without sunshine leave the constant alone.
+        let soft = ("SOFT", f64::from(u8::from(quality.fine)));
         let solid = Recipe {
             program: "road",
             layout: &self.pipeline,
@@ -151,9 +169,10 @@ impl Bindings {
             colour: Some((HDR, None)),
             depth: Some(depth(true, Default::default())),
             cull: Some(wgpu::Face::Back),
+            writes: wgpu::ColorWrites::ALL,
             samples: quality.msaa,
             cut_out: false,
-            constants: &[],
+            constants: &[soft],
         };
         let shade = wgpu::BlendState::ALPHA_BLENDING;
         let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
@@ -164,16 +183,33 @@ impl Bindings {
                 program: "car",
                 colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
                 depth: Some(depth(false, Default::default())),
-                constants: &[("SEEN_THROUGH", 1.0)],
+                constants: &[soft, ("SEEN_THROUGH", 1.0)],
                 ..solid.clone()
             })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
-            tree: workshop.pipeline(&Recipe {
-                program: "tree",
+            cover: workshop.pipeline(&Recipe {
+                program: "cover",
+                writes: wgpu::ColorWrites::empty(),
                 cull: None,
                 cut_out: quality.msaa > 1,
                 constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
+                ..solid.clone()
+            })?,
+            tree: workshop.pipeline(&Recipe {
+                program: "tree",
+                depth: Some(wgpu::DepthStencilState {
+                    depth_compare: Some(wgpu::CompareFunction::Equal),
+                    ..depth(false, Default::default())
+                }),
+                cull: None,
+                ..solid.clone()
+            })?,
+            impostor: workshop.pipeline(&Recipe {
+                program: "impostor",
+                cull: None,
+                cut_out: quality.msaa > 1,
+                constants: &[soft, ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
                 ..solid.clone()
             })?,
             contact: workshop.pipeline(&Recipe {
@@ -182,6 +218,7 @@ impl Bindings {
                 colour: Some((HDR, Some(shade))),
                 depth: Some(depth(false, above)),
                 cull: None,
+                constants: &[],
                 ..solid.clone()
             })?,
             sky: workshop.pipeline(&Recipe {
@@ -219,8 +256,13 @@ impl PicturePass {
             wgpu::BindingResource::TextureView(&scenery.grain),
             wgpu::BindingResource::Sampler(&bindings.grain_sampler),
         ];
+        let leaves = [
+            wgpu::BindingResource::TextureView(&scenery.leaves),
+            wgpu::BindingResource::Sampler(&bindings.leaf_sampler),
+            wgpu::BindingResource::TextureView(&scenery.far_trees),
+        ];
         let entries: Vec<_> = (0..)
-            .zip(resources.into_iter().chain(air.resources()))
+            .zip(resources.into_iter().chain(air.resources()).chain(leaves))
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -279,6 +321,11 @@ impl PicturePass {
             cars,
             around,
             |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
+            |centre, radius_m| match optics.sees(centre, radius_m) {
+                true => Detail::shares(optics.pixels(centre, radius_m)),
+                false => Default::default(),
+            },
+            optics.camera.eye,
             |centre, radius_m| {
                 optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
                     && optics.sees(centre, radius_m)
@@ -292,9 +339,13 @@ impl PicturePass {
         pass.set_pipeline(&materials.car);
         models.draw_cars(&mut pass, &batches);
         models.posts.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
-        pass.set_pipeline(&materials.tree);
-        models.draw_trees(&mut pass, &batches.trees);
-        models.tuft.draw(&mut pass, batches.tufts.clone());
+        for pipeline in [&materials.cover, &materials.tree] {
+            pass.set_pipeline(pipeline);
+            models.draw_trees(&mut pass, &batches.trees);
+            models.tuft.draw(&mut pass, batches.tufts.clone());
+        }
+        pass.set_pipeline(&materials.impostor);
+        models.draw_far_trees(&mut pass, &batches.trees);
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);
@@ -317,7 +368,9 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
     let [right, up] = optics.spread();
     Frame {
         clip_from_world: optics.clip_from_world().to_cols_array_2d(),
-        light_from_world: lights.clip_from_world.map(|m| m.to_cols_array_2d()),
+        light_from_world: lights.rows.map(|row| row.extend(0.0).to_array()),
+        light_scale: lights.scale.map(|scale| scale.extend(0.0).to_array()),
+        light_shift: lights.shift.map(|shift| shift.extend(0.0).to_array()),
         eye: optics.camera.eye.extend(perspective).to_array(),
         forward: optics.camera.forward.extend(0.0).to_array(),
         right: right.extend(0.0).to_array(),

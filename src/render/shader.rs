@@ -9,13 +9,15 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 9] = [
+pub const PROGRAMS: [Program; 11] = [
     ("shadow", &["shadow"]),
     ("sky", &["common", "light", "sky"]),
     ("road", &["common", "light", "mesh", "road"]),
     ("land", &["common", "light", "mesh", "land"]),
     ("car", &["common", "light", "mesh", "car"]),
-    ("tree", &["common", "light", "mesh", "tree"]),
+    ("cover", &["common", "fade", "leaf", "cover"]),
+    ("tree", &["common", "light", "foliage", "leaf", "tree"]),
+    ("impostor", &["common", "light", "foliage", "fade", "impostor"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
     ("develop", &["develop"]),
@@ -27,8 +29,10 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 12] =
-    built_in!["common", "light", "mesh", "shadow", "sky", "road", "land", "car", "tree", "contact", "glow", "develop",];
+const FILES: [(&str, &str); 17] = built_in![
+    "common", "light", "mesh", "shadow", "sky", "road", "land", "car", "foliage", "fade", "leaf", "cover", "tree",
+    "impostor", "contact", "glow", "develop",
+];
 
 /// The text of all shader files.
 #[derive(Clone, Debug)]

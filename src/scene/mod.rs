@@ -121,12 +121,12 @@ pub struct Stage {
     pub trees: Vec<Mesh>,
     /// The same models with about a quarter of the triangles, for trees some way off.
     pub trees_mid: Vec<Mesh>,
-    /// With at most 100 triangles, for trees far away.
-    pub trees_far: Vec<Mesh>,
     /// Solid, for their shadows.
     pub trees_shade: Vec<Mesh>,
     /// Where trees stand.
     pub tree_places: Vec<TreePlace>,
+    /// Where trees stand on the horizon, too far away to be more than a picture.
+    pub far_tree_places: Vec<TreePlace>,
     /// A tuft of grass, foot at the origin.
     pub tuft: Mesh,
     /// Where tufts stand; their `kind` is 0.

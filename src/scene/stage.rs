@@ -28,9 +28,9 @@ impl Stage {
             land: land::land(&relief),
             trees,
             trees_mid: tree::models(seed, Detail::Mid),
-            trees_far: tree::models(seed, Detail::Far),
             trees_shade: tree::models(seed, Detail::Shade),
             tree_places,
+            far_tree_places: forest::horizon(&near, &relief, seed, most_trees),
             tuft: verge::tuft(seed),
             tuft_places: verge::sow(&near, &relief, seed),
             posts: verge::posts(&map.route),
@@ -113,7 +113,6 @@ pub(super) mod tests {
                 .chain(cars)
                 .chain(&stage.trees)
                 .chain(&stage.trees_mid)
-                .chain(&stage.trees_far)
                 .chain(&stage.trees_shade)
             {
                 super::super::mesh::tests::check(mesh, "stage");
