@@ -52,10 +52,11 @@ fn vertex(corner: Corner, at: Placed) -> Blade {
     var grown = 1.0 - smoothstep(0.55 * end_m, end_m, distance(root, frame.eye.xyz));
     // Not every tuft has stalks.
     grown *= select(1.0, step(fract(own * 17.0), 0.3), variant == STALKS);
+    grown *= step(0.04, grown);
     var out: Blade;
     out.at = corner.uv - 2.0 * floor(corner.uv * 0.5);
     out.card = vec2f(variant, own);
-    var world = place(at, corner.position * vec3f(1.0, 1.0, grown));
+    var world = place(at, corner.position * vec3f(1.0, 1.0, grown) - vec3f(0.0, 0.0, 0.05 * (1.0 - grown)));
     // Gusts of 20 m that run with a wind from the south-west, and the tufts' own swing.
     let t = frame.to_sun_time.w;
     let way = dot(root.xy, vec2f(0.8, 0.6));
@@ -71,7 +72,8 @@ fn vertex(corner: Corner, at: Placed) -> Blade {
     let cosine = clamp((dot(normal, sun_way) + 0.25) / 1.25, 0.0, 1.0);
     let against = clamp(dot(-view, sun_way), 0.0, 1.0);
     let through = (0.06 + 0.45 * against * against) * out.at.y * vec3f(1.0, 1.05, 0.4);
-    var albedo = corner.colour * at.colour_brake.rgb;
+    // What is low has no dark foot.
+    var albedo = corner.colour * at.colour_brake.rgb * mix(0.95 / (0.52 + 0.78 * out.at.y), 1.0, grown);
     if variant == STALKS {
         albedo = mix(albedo, vec3f(0.27, 0.235, 0.13), 0.25 + 0.6 * out.at.y);
     }
@@ -96,23 +98,24 @@ fn fragment(in: Blade) -> @location(0) vec4f {
     let stalks = in.card.x == STALKS;
     let columns = select(COLUMNS, 9.0, stalks);
     let salt = in.card.x + 8.0 * floor(in.card.y * 16.0);
-    let pixel = fwidth(in.at.x) * columns;
-    let tall = fwidth(in.at.y);
+    let pixel = fwidth(in.at.x) * columns / (0.45 + 0.55 * in.at.y);
     // How far inside a blade, in columns; which blade.
     var inside = -1.0;
     var own = 0.5;
     var top = 1.0;
+    // Blades spread like a fan from a foot that is a third as wide as the card.
+    let place = vec2f((in.at.x - 0.5) / (0.34 + 0.66 * in.at.y) + 0.5, in.at.y);
     for (var layer = 0; layer < 3; layer++) {
         let each = f32(layer);
         // Layers lean across each other.
         let shear = (fract(salt * 0.37 + each * 0.41) - 0.5) * 0.55;
-        let x = (in.at.x - shear * in.at.y * in.at.y) * columns + 0.37 * each;
+        let x = (place.x - shear * in.at.y * in.at.y) * columns + 0.37 * each;
         let luck = chance(vec2f(floor(x), each * 5.0), salt);
-        let middle = (in.at.x - 0.5);
+        let middle = clamp(place.x - 0.5, -0.5, 0.5);
         let height = (0.40 + 0.58 * luck.x) * (1.0 - 1.7 * middle * middle);
         let up = in.at.y / height;
         let bend = (luck.y - 0.5) * 0.7 * up * up;
-        let blade = 0.21 * sqrt(max(1.0 - up, 0.0)) - abs(fract(x) - 0.5 - bend) - select(0.0, 1.0, up > 1.0);
+        let blade = 0.21 * sqrt(max(1.0 - up, 0.0)) - abs(fract(x) - 0.5 - bend) - select(0.0, 1.0, up > 1.0 || abs(place.x - 0.5) > 0.5);
         // A stalk is thin below, its ear thick above.
         let ear = smoothstep(0.70, 0.78, up) * (1.0 - smoothstep(0.93, 1.0, up));
         let stalk = 0.030 + 0.085 * ear - abs(fract(x) - 0.5 - 0.5 * bend) - select(0.0, 1.0, up > 1.0 || luck.x < 0.45);
@@ -126,8 +129,8 @@ fn fragment(in: Blade) -> @location(0) vec4f {
     // Where blades are smaller than a pixel, as many of its samples as there are blades at this height.
     let many = smoothstep(0.30, 1.1, pixel);
     let one = clamp(inside / max(pixel, 0.05) + 0.5, 0.0, 1.0);
-    let side = 1.0 - 1.7 * (in.at.x - 0.5) * (in.at.x - 0.5);
-    let share = select(1.15, 0.35, stalks) * (1.0 - smoothstep(0.25, 1.0, in.at.y / side));
+    let side = 1.0 - 3.9 * (place.x - 0.5) * (place.x - 0.5);
+    let share = select(1.15, 0.35, stalks) * (1.0 - smoothstep(0.25, 1.0, in.at.y / max(side, 0.001)));
     let cover = mix(one, clamp(share + 0.4 * (own - 0.5), 0.0, 1.0), many);
     if cover < LEAST_COVER {
         discard;

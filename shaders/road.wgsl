@@ -81,14 +81,13 @@ fn fragment(in: Surface) -> @location(0) vec4f {
 
     // Gravel, and grass that grows into it from its edge: the verge falls from 0 over -2 cm to -14 cm.
     let outwards = select(-0.5 - 40.0 * in.world.z, 0.3 - 11.0 * (in.world.z + 0.02), in.material == GRASS);
-    let grown = smoothstep(-0.10, 0.14, outwards - 0.75 + 1.1 * (coarse.g - 0.5) + 1.0 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5));
+    let grown = smoothstep(-0.10, 0.14, outwards - 0.34 + 1.3 * (coarse.g - 0.5) + 0.9 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5));
     // Stones of all sizes, some of them pale or rusty, earth between.
     let heap = 0.9 * (fine.r - 0.5) + 1.0 * (stones.r - 0.5) + 0.6 * (stones.g - 0.5);
     let pebbles = mix(vec3f(0.185, 0.172, 0.148), vec3f(0.22, 0.187, 0.140), coarse.g)
         * max(0.25, 1.0 + heap + 0.4 * (coarse.g - 0.5) + 0.8 * smoothstep(0.80, 0.97, stones.r));
-    let grass = in.colour * max(0.3, 1.0 + 1.1 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.5 * (coarse.g - 0.5));
-    let meadow = vec3f(0.098, 0.128, 0.044) * max(0.3, 1.0 + 1.1 * (fine.a - 0.5) + 0.5 * (coarse.g - 0.5));
-    let verge = mix(pebbles, select(meadow, grass, in.material == GRASS), grown);
+    let grass = vec3f(0.092, 0.113, 0.042) * max(0.3, 1.0 + 1.2 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.7 * (coarse.g - 0.5));
+    let verge = mix(pebbles, grass, grown);
 
     let tarred = in.material == ASPHALT || line;
     var albedo = select(verge, bare, tarred);

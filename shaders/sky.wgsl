@@ -1,4 +1,4 @@
-// The sky behind everything: its gradient, the sun, the clouds of the hour (`render/clouds.rs`).
+// The sky behind everything: air and clouds of the hour from one picture (`render/clouds.rs`), and the sun's disc.
 
 @group(1) @binding(0) var clouds: texture_2d<f32>;
 
@@ -21,8 +21,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> Ray {
 @fragment
 fn fragment(ray: Ray) -> @location(0) vec4f {
     let direction = normalize(ray.direction);
-    // The zenith in the middle, as in the sky's own picture.
-    let at = direction.xy / (1.0 + max(direction.z, 0.0));
+    // The zenith in the middle; below the horizon, the horizon.
+    let at = direction.xy / max(1.0 + direction.z, max(length(direction.xy), 0.001));
     // Threads finer than the picture's texels, where a cloud has an edge.
     let torn = textureSampleLevel(grain, grain_sampler, at * 9.0, 0.0).g - 0.5;
     let texel = 1.0 / f32(textureDimensions(clouds).x);
@@ -32,6 +32,6 @@ fn fragment(ray: Ray) -> @location(0) vec4f {
     let toward_sun = max(dot(direction, frame.to_sun_time.xyz), 0.0);
     let disc = smoothstep(0.999975, 0.999992, toward_sun) * 30.0 + 1.2 * pow(toward_sun, 2600.0) + 0.10 * pow(toward_sun, 180.0);
     let clear = 1.0 - clamp(cloud.a, 0.0, 1.0);
-    let light = (sky_light(direction) + disc * clear * SUN) * clear + cloud.rgb;
+    let light = cloud.rgb + (disc * clear * clear) * SUN;
     return vec4f(light, 1.0);
 }

@@ -1,12 +1,12 @@
-//! Fair-weather clouds, painted once an hour on the CPU. In: the light of the hour ([`Sky`]). Out: a picture of the upper
-//! half of the sky: light of the clouds, and how much of the sky they hide. Lengths are kilometres.
+//! The sky as it is seen, with fair-weather clouds, painted once an hour on the CPU. In: the light of the hour ([`Sky`]).
+//! Out: a picture of the upper half of the sky, and how much of it clouds hide. Lengths are kilometres.
 //!
 //! Cumulus is marched through as a volume: flat bases at one height, tops that a noise of three dimensions breaks into
 //! heaps, lit by the sun through their own depth (Beer's law, with a second, thinner exponential for light that is
 //! scattered many times). Cirrus is a thin sheet far above. The clouds stand still: nothing on the screen moves that a
 //! driver could take for motion of the car.
 
-use super::sky::Sky;
+use super::sky::{self, Sky};
 use crate::rng;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -37,10 +37,11 @@ struct Weather {
     noise: Vec<f32>,
 }
 
-/// The picture, `side` by `side`: the zenith in the middle, east to the right, north downwards, stereographic. Radiance is
-/// already weighted with the opacity in w.
+/// The picture, `side` by `side`: the zenith in the middle, east to the right, north downwards, stereographic: radiance, and
+/// the opacity of the clouds in w. Beyond the rim, the horizon.
 pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
     let weather = Weather::new();
+    let clear = sky.picture();
     let mut picture = vec![Vec4::ZERO; side * side];
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(16);
     // Bands of rows, taken in turn, so that each thread gets as much sky; every texel stands for itself.
@@ -50,19 +51,18 @@ pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
     }
     std::thread::scope(|scope| {
         for band in bands {
-            let weather = &weather;
+            let (weather, clear) = (&weather, &clear);
             scope.spawn(move || {
                 for (y, row) in band {
                     for (x, texel) in row.iter_mut().enumerate() {
                         let half = side as f32 / 2.0;
                         let at = (Vec2::new(x as f32, y as f32) + 0.5 - half) / (half * RIM);
+                        let at = at.clamp_length_max(1.0);
                         let r2 = at.length_squared();
-                        if r2 < 1.0 {
-                            // Each texel's steps begin elsewhere, so that their ends make no bands.
-                            let start =
-                                (52.982_918 * (0.067_110_56 * x as f32 + 0.005_837_15 * y as f32).fract()).fract();
-                            *texel = weather.seen((at * 2.0).extend(1.0 - r2) / (1.0 + r2), start, sky);
-                        }
+                        let direction = (at * 2.0).extend(1.0 - r2) / (1.0 + r2);
+                        let open = smooth_between(clear, (0.5 + 0.5 * sky::RIM * at) * sky::SIZE as f32 - 0.5);
+                        let cloud = weather.seen(direction, open, sky);
+                        *texel = (open * (1.0 - cloud.w) + cloud.truncate()).extend(cloud.w);
                     }
                 }
             });
@@ -119,11 +119,11 @@ impl Weather {
         let fine = solid(&self.noise, NOISE, Vec3::new(p.y, p.z, p.x) * (3.1 * NOISE as f32 / NOISE_KM));
         let left =
             body - 0.95 * (1.0 - coarse) * (0.25 + h.min(1.0)) - 0.40 * (1.0 - fine) * (0.35 + 0.65 * h.min(1.0));
-        (left * 3.5).clamp(0.0, 1.0) * (h * 9.0).min(1.0)
+        (left * 2.6).clamp(0.0, 1.0) * (h * 9.0).min(1.0)
     }
 
-    /// Light and opacity of the clouds in a direction; `start` is the share of a step before the first look, 0..1.
-    fn seen(&self, direction: Vec3, start: f32, sky: &Sky) -> Vec4 {
+    /// Light, weighted with the opacity in w, of the clouds in a direction where the open sky's light is `open`.
+    fn seen(&self, direction: Vec3, open: Vec3, sky: &Sky) -> Vec4 {
         let up = direction.z;
         // Clouds behind the horizon's haze are left to the haze.
         let clear = ((up - 0.018) / 0.09).clamp(0.0, 1.0);
@@ -136,11 +136,11 @@ impl Weather {
         let phase = 0.52 + 0.10 * forward(0.55).min(3.0);
         let sky_above = sky.ambient(Vec3::Z);
         let ground = sky.ambient(-Vec3::Z);
-        let steps = (9.0 / up.max(0.12)).clamp(16.0, 56.0) as usize;
+        let steps = (22.0 / up.max(0.12)).clamp(30.0, 100.0) as usize;
         let step_km = DEPTH_KM / up / steps as f32;
         let (mut light, mut left) = (Vec3::ZERO, 1.0f32);
         for i in 0..steps {
-            let h = (i as f32 + start) / steps as f32;
+            let h = (i as f32 + 0.5) / steps as f32;
             let p = direction * ((BASE_KM + DEPTH_KM * h) / up);
             let density = self.density(p);
             if density <= 0.0 {
@@ -171,8 +171,7 @@ impl Weather {
         // The air in between, most of whose haze lies below the clouds.
         let far_m = 1000.0 * BASE_KM / up;
         let clean = (-sky.extinction_per_m * (far_m * 0.35)).exp();
-        let veil = if whole.w > 0.0 { sky.radiance(direction) } else { Vec3::ZERO };
-        let colour = whole.truncate() * clean + veil * (Vec3::ONE - clean) * whole.w;
+        let colour = whole.truncate() * clean + open * (Vec3::ONE - clean) * whole.w;
         colour.extend(whole.w) * (clear * clear * (3.0 - 2.0 * clear))
     }
 
@@ -187,6 +186,23 @@ impl Weather {
         let field = ((at(along / 130.0 + Vec2::splat(0.37)) - 0.42) * 3.0).clamp(0.0, 1.0);
         ((threads * 0.7 + fine * 0.5 - 0.52) * 1.2).clamp(0.0, 1.0) * field * 0.34
     }
+}
+
+/// The sky's own picture at a place in texels by cubic B-splines: between texels so far apart a straight line shows its
+/// bends.
+fn smooth_between(picture: &[Vec3], p: Vec2) -> Vec3 {
+    let cell = p.floor();
+    let weights = |t: f32| {
+        let (u, t2) = (1.0 - t, t * t);
+        [u * u * u, 4.0 - 6.0 * t2 + 3.0 * t2 * t, 4.0 - 6.0 * u * u + 3.0 * u * u * u, t2 * t].map(|w| w / 6.0)
+    };
+    let (across, down) = (weights(p.x - cell.x), weights(p.y - cell.y));
+    let at = |i: f32| (i.max(0.0) as usize).min(sky::SIZE - 1);
+    let row = |y: f32| -> Vec3 {
+        let texel = |k: usize| picture[at(y) * sky::SIZE + at(cell.x + k as f32 - 1.0)];
+        (0..4).map(|k| texel(k) * across[k]).sum()
+    };
+    (0..4).map(|k| row(cell.y + k as f32 - 1.0) * down[k]).sum()
 }
 
 /// A periodic lattice of `n` by `n`, smoothly interpolated at a place in cells.
@@ -224,19 +240,21 @@ mod tests {
             let side = 128;
             let picture = paint(&sky, side);
             assert!(picture == paint(&sky, side), "the same clouds every time");
-            let inside = picture.len() as f32 * std::f32::consts::PI / 4.0 * RIM * RIM;
-            let cover = picture.iter().map(|t| t.w).sum::<f32>() / inside;
+            let hidden: f32 = picture.iter().map(|t| t.w).sum();
+            let cover = hidden / (picture.len() as f32 * std::f32::consts::PI / 4.0 * RIM * RIM);
             assert!((0.08..0.45).contains(&cover), "{cover}");
             for texel in &picture {
                 assert!(texel.is_finite() && (0.0..=1.001).contains(&texel.w), "{texel}");
-                // A white sheet that faces the sun, and half as much again where light comes through an edge.
-                let most = (sky.sun + sky.ambient(Vec3::Z)).max_element() * 1.5;
-                assert!(texel.truncate().max_element() < most, "{texel} {most}");
             }
-            // No step from texel to texel where a band of the march would show: along the whole picture, neighbours at
-            // the horizon are as alike as the sky lets them be.
-            let rim = |x: usize, y: usize| picture[y * side + x].w;
-            assert!(rim(side / 2, 1) < 0.02 && rim(1, side / 2) < 0.02, "clouds end before the horizon does");
+            // Clouds are no brighter than a white sheet that faces the sun, and half as much where light comes through.
+            let brightest = picture.iter().filter(|t| t.w > 0.9).fold(Vec3::ZERO, |most, t| most.max(t.truncate()));
+            let sheet = sky.sun + sky.ambient(Vec3::Z);
+            assert!((brightest / sheet).max_element() < 1.5, "{brightest} {sheet}");
+            // They end in the haze before the horizon does, and the open sky is the air's own.
+            assert!(picture[side / 2].w < 0.02 && picture[side / 2 * side].w < 0.02);
+            let middle = (side / 2) * side + side / 2;
+            let open = |k: usize| (picture[k].truncate() / sky.radiance(Vec3::Z) - 1.0).abs().max_element();
+            assert!(picture[middle].w > 0.01 || open(middle) < 0.05, "{}", open(middle));
         }
     }
 }

@@ -44,7 +44,7 @@ impl<'a> Relief<'a> {
         let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
         // Ranges on the horizon, some kilometres away, the further the higher.
         let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
-        let ranges = smoothstep(1000.0, 5200.0, beyond) * (40.0 + 430.0 * range * range);
+        let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 760.0 * range * range);
         BESIDE_ROAD_M + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
     }
 
