@@ -38,17 +38,22 @@ fn vertex(@builtin(vertex_index) index: u32) -> Point {
     return Point(vec4f(pixel / print.canvas * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at);
 }
 
-// Filmic curve: a straight middle, a soft shoulder (rational fit of Narkowicz 2015 to the ACES reference). Strong
-// light first spills a little into the other colours, so that a lamp turns pale rather than flat red.
-fn tone(colour: vec3f) -> vec3f {
-    let spill = 0.006;
-    let mixed = colour * (1.0 - 2.0 * spill) + spill * (colour.gbr + colour.brg);
-    let x = mixed * 0.72;
-    return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
-}
+// From light to the screen's sRGB values. Strong light first spills a little into the other colours, so that a lamp turns
+// pale rather than flat red; then a curve that is an S over the logarithm of light, with a long shoulder: a white sheet
+// in the sun is at 0.89, twice that at 0.94, so that clouds keep their shape; and most of the spill is taken back, so that
+// paint in ordinary light keeps its colour (in the manner of AgX, Sobotka 2022, with a curve of our own).
+const SPILL = 0.020;
+const TAKEN_BACK = 0.016;
+const STEEP = 1.08;
+// Light that gives half of the scale.
+const MIDDLE = 0.26;
 
-fn srgb(linear: vec3f) -> vec3f {
-    return select(1.055 * pow(linear, vec3f(1.0 / 2.4)) - 0.055, linear * 12.92, linear <= vec3f(0.0031308));
+fn tone(colour: vec3f) -> vec3f {
+    let mixed = max(colour, vec3f(0.0)) * (1.0 - 3.0 * SPILL) + SPILL * dot(colour, vec3f(1.0));
+    let x = pow(mixed / MIDDLE, vec3f(STEEP));
+    let curved = x / (x + 1.0);
+    let seen = (curved - TAKEN_BACK * dot(curved, vec3f(1.0))) / (1.0 - 3.0 * TAKEN_BACK);
+    return clamp(seen, vec3f(0.0), vec3f(1.0));
 }
 
 // Half a step of noise, against bands in the sky: the same in every picture.
@@ -132,7 +137,7 @@ fn fragment(in: Point) -> @location(0) vec4f {
         colour = smoothed(uv, colour);
     }
     colour += print.glow * textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
-    let picture = srgb(tone(colour)) + dither(in.clip.xy);
+    let picture = tone(colour) + dither(in.clip.xy);
     if MIRROR {
         if print.border > 0.0 {
             return framed(picture, in.at, size);

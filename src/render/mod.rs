@@ -6,6 +6,7 @@
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
 pub mod air;
+mod clouds;
 pub mod crowd;
 pub mod develop;
 pub mod dial;
@@ -96,7 +97,8 @@ impl Renderer {
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
         let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
-        let air = AirPass::new(device);
+        // As fine as the shadows: 512 to 1536 texels.
+        let air = AirPass::new(device, quality.shadow_size / 2);
         let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mut develop = DevelopPass::new(device, format);

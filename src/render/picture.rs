@@ -2,7 +2,7 @@
 //! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
 
 use super::{
-    air::AirPass,
+    air::{self, AirPass},
     crowd::{Around, Crowd, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
@@ -26,6 +26,7 @@ pub struct Materials {
     cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
     impostor: wgpu::RenderPipeline,
+    grass: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
 }
 
@@ -45,6 +46,7 @@ pub enum Ego {
 pub struct Bindings {
     group: wgpu::BindGroupLayout,
     pipeline: wgpu::PipelineLayout,
+    sky_pipeline: wgpu::PipelineLayout,
     shadow_sampler: wgpu::Sampler,
     grain_sampler: wgpu::Sampler,
     leaf_sampler: wgpu::Sampler,
@@ -58,6 +60,7 @@ pub struct PicturePass {
     grass_m: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
+    clouds: wgpu::BindGroup,
     crowd: Crowd,
     targets: Targets,
 }
@@ -115,6 +118,11 @@ impl Bindings {
             pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some("scene"),
                 bind_group_layouts: &[Some(&group)],
+                immediate_size: 0,
+            }),
+            sky_pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("sky"),
+                bind_group_layouts: &[Some(&group), Some(&air::clouds_layout(device))],
                 immediate_size: 0,
             }),
             group,
@@ -205,6 +213,17 @@ impl Bindings {
                 cull: None,
                 ..solid.clone()
             })?,
+            grass: workshop.pipeline(&Recipe {
+                program: "grass",
+                cull: None,
+                cut_out: quality.msaa > 1,
+                constants: &[
+                    soft,
+                    ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 }),
+                    ("REACH_M", f64::from(quality.grass_m)),
+                ],
+                ..solid.clone()
+            })?,
             impostor: workshop.pipeline(&Recipe {
                 program: "impostor",
                 cull: None,
@@ -223,6 +242,7 @@ impl Bindings {
             })?,
             sky: workshop.pipeline(&Recipe {
                 program: "sky",
+                layout: &self.sky_pipeline,
                 buffers: &[],
                 depth: Some(depth(false, Default::default())),
                 cull: None,
@@ -275,6 +295,7 @@ impl PicturePass {
             samples: quality.msaa,
             grass_m: quality.grass_m,
             group,
+            clouds: air.clouds().clone(),
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
             targets: Targets::new(device, label, [1, 1], quality.msaa),
@@ -342,10 +363,11 @@ impl PicturePass {
         for pipeline in [&materials.cover, &materials.tree] {
             pass.set_pipeline(pipeline);
             models.draw_trees(&mut pass, &batches.trees);
-            models.tuft.draw(&mut pass, batches.tufts.clone());
         }
         pass.set_pipeline(&materials.impostor);
         models.draw_far_trees(&mut pass, &batches.trees);
+        pass.set_pipeline(&materials.grass);
+        models.tuft.draw(&mut pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);
@@ -354,6 +376,7 @@ impl PicturePass {
         self.crowd.bind(&mut pass, 0);
         pass.draw(0..6, batches.cars.clone());
         pass.set_pipeline(&materials.sky);
+        pass.set_bind_group(1, &self.clouds, &[]);
         pass.draw(0..3, 0..1);
         // Windows over everything behind them.
         pass.set_pipeline(&materials.glass);

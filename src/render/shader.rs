@@ -9,15 +9,16 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 11] = [
+pub const PROGRAMS: [Program; 12] = [
     ("shadow", &["shadow"]),
     ("sky", &["common", "light", "sky"]),
-    ("road", &["common", "light", "mesh", "road"]),
-    ("land", &["common", "light", "mesh", "land"]),
+    ("road", &["common", "light", "mesh", "ground", "road"]),
+    ("land", &["common", "light", "mesh", "ground", "land"]),
     ("car", &["common", "light", "mesh", "car"]),
     ("cover", &["common", "fade", "leaf", "cover"]),
     ("tree", &["common", "light", "foliage", "leaf", "tree"]),
     ("impostor", &["common", "light", "foliage", "fade", "impostor"]),
+    ("grass", &["common", "light", "grass"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
     ("develop", &["develop"]),
@@ -29,9 +30,9 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 17] = built_in![
-    "common", "light", "mesh", "shadow", "sky", "road", "land", "car", "foliage", "fade", "leaf", "cover", "tree",
-    "impostor", "contact", "glow", "develop",
+const FILES: [(&str, &str); 19] = built_in![
+    "common", "light", "mesh", "shadow", "sky", "ground", "road", "land", "car", "foliage", "fade", "leaf", "cover",
+    "tree", "impostor", "grass", "contact", "glow", "develop",
 ];
 
 /// The text of all shader files.

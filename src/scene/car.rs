@@ -247,10 +247,7 @@ mod tests {
     fn bodies() -> Vec<(Mesh, std::ops::Range<usize>)> {
         let levels = [(Level::Near, 15_000..30_000), (Level::Mid, 3000..8000), (Level::Far, 600..2000)];
         let all = STYLES.iter().flat_map(|lines| levels.clone().map(|(level, size)| (*lines, level, size)));
-        all.map(|(lines, level, size)| {
-            (Parts::new(lines, level).whole(), size)
-        })
-        .collect()
+        all.map(|(lines, level, size)| (Parts::new(lines, level).whole(), size)).collect()
     }
     use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M};
 

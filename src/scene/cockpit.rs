@@ -63,7 +63,8 @@ fn bonnet() -> Mesh {
 fn scuttle() -> Skin {
     const COLUMNS: usize = 32;
     let lines = STYLES[0];
-    let rows = [(0.0, -0.004), (0.06, -0.010), (0.14, -0.013), (0.24, -0.014), (0.34, -0.018), (0.41, -0.032), (0.45, -0.065)];
+    let rows =
+        [(0.0, -0.004), (0.06, -0.010), (0.14, -0.013), (0.24, -0.014), (0.34, -0.018), (0.41, -0.032), (0.45, -0.065)];
     let place = |(back, up): (f32, f32), column: usize| {
         let y = 1.70 * (column as f32 / COLUMNS as f32 - 0.5);
         let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
@@ -89,7 +90,8 @@ fn cabin() -> Mesh {
     let hood = |i: usize, j: usize| {
         let (u, v) = (i as f32 / 12.0, j as f32 / 20.0 * 2.0 - 1.0);
         let rise = (1.0 - v * v).max(0.0).sqrt();
-        let z = 0.930 + 0.034 * rise * (u * std::f32::consts::FRAC_PI_2).sin() - 0.16 * ((u - 0.82).max(0.0) / 0.18).powi(2);
+        let z = 0.930 + 0.034 * rise * (u * std::f32::consts::FRAC_PI_2).sin()
+            - 0.16 * ((u - 0.82).max(0.0) / 0.18).powi(2);
         Vec3::new(1.02 - 0.30 * u, 0.36 - 0.27 * v, z - 0.012)
     };
     for i in 0..12 {

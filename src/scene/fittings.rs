@@ -34,12 +34,10 @@ fn side(lines: &Lines, level: Level) -> Soup {
         Level::Mid => [6, 8],
         Level::Far => [4, 6],
     };
-    parts.ellipsoid(Vec3::new(0.745, 0.912, 0.992), Vec3::new(0.070, 0.088, 0.060), fine, |outwards| {
-        match outwards {
-            o if o.x < -0.62 => GLASS_BACK,
-            o if o.z < -0.45 => GLOSS,
-            _ => PAINT,
-        }
+    parts.ellipsoid(Vec3::new(0.745, 0.912, 0.992), Vec3::new(0.070, 0.088, 0.060), fine, |outwards| match outwards {
+        o if o.x < -0.62 => GLASS_BACK,
+        o if o.z < -0.45 => GLOSS,
+        _ => PAINT,
     });
     if level == Level::Far {
         return parts;
@@ -82,7 +80,13 @@ fn lip(lines: &Lines, hub: f32) -> Soup {
             Vec3::new(x, y + out_m, z)
         };
         let r = ARCH_RADIUS_M;
-        vec![point(r - 0.008, -0.03), point(r + 0.030, -0.004), point(r + 0.012, 0.0035), point(r - 0.004, 0.0035), point(r - 0.008, -0.002)]
+        vec![
+            point(r - 0.008, -0.03),
+            point(r + 0.030, -0.004),
+            point(r + 0.012, 0.0035),
+            point(r - 0.004, 0.0035),
+            point(r - 0.008, -0.002),
+        ]
     };
     lip.bar(PLACES, ring, PAINT);
     lip

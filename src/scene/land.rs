@@ -8,13 +8,15 @@ use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Meadow, linear albedo.
-pub(super) const MEADOW: [f32; 3] = [0.105, 0.165, 0.040];
+pub(super) const MEADOW: [f32; 3] = [0.098, 0.128, 0.044];
 /// Height of the meadow beside the road, metres: below the asphalt, above the foot of the verge.
 pub(super) const BESIDE_ROAD_M: f32 = -0.045;
 /// Up to this distance from the centre line the land is flat, metres.
 pub(super) const FLAT_M: f32 = 15.0;
 /// How far the land reaches beyond the road network, metres.
 const REACH_M: f32 = 1300.0;
+/// How far hills reach beyond the road network, metres.
+const RANGES_M: f32 = 9000.0;
 
 /// The shape of the ground.
 pub(super) struct Relief<'a> {
@@ -37,7 +39,10 @@ impl<'a> Relief<'a> {
         let beyond = (point.distance(self.near.centre()) - self.near.radius_m()).min(distance);
         let hills = smoothstep(110.0, 620.0, beyond);
         let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
-        BESIDE_ROAD_M + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
+        // Ranges on the horizon, some kilometres away, the further the higher.
+        let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
+        let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 760.0 * range * range);
+        BESIDE_ROAD_M + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
     }
 
     /// Unit normal, from the heights around.
@@ -52,17 +57,23 @@ impl<'a> Relief<'a> {
         let small = noise::fractal(self.seed ^ 5, point / 7.0);
         let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
         let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
-        let colour = mix(mix(MEADOW, [0.165, 0.170, 0.060], 0.7 * dry), [0.065, 0.135, 0.030], 0.7 * lush);
+        let colour = mix(mix(MEADOW, [0.150, 0.142, 0.066], 0.55 * dry), [0.066, 0.104, 0.034], 0.55 * lush);
         let far = smoothstep(150.0, 500.0, point.distance(self.near.centre()) - self.near.radius_m());
         let field = noise::value(self.seed ^ 6, point / 120.0);
-        let hill = mix([0.075, 0.120, 0.035], [0.170, 0.165, 0.070], smoothstep(0.1, 0.5, field));
-        shade(mix(colour, hill, far), 1.0 + 0.12 * small)
+        let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
+        // From afar woods lie over the hills, with fields between them.
+        let distant = smoothstep(700.0, 1600.0, point.distance(self.near.centre()) - self.near.radius_m());
+        let clearing = noise::fractal(self.seed ^ 8, point / 900.0);
+        let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.02, 0.16, clearing));
+        shade(mix(mix(colour, hill, far), wooded, distant), 1.0 + 0.10 * small)
     }
 }
 
 /// The whole land.
 pub(super) fn land(relief: &Relief) -> Mesh {
-    ground(relief)
+    let mut mesh = ground(relief);
+    ranges(&mut mesh, relief);
+    mesh
 }
 
 /// Smallest cell, metres; cells are this times powers of two.
@@ -119,6 +130,39 @@ fn ground(relief: &Relief) -> Mesh {
         }
     }
     mesh
+}
+
+/// Hills beyond the squares up to [`RANGES_M`]: rings of quads about the centre, as fine from there to the horizon as its
+/// outline needs. The first ring lies under the squares' rim.
+fn ranges(mesh: &mut Mesh, relief: &Relief) {
+    const RINGS: u32 = 13;
+    const SIDES: u32 = 216;
+    let first = mesh.vertices.len() as u32;
+    let start = relief.near.radius_m() + REACH_M * 0.92;
+    let stretch = ((relief.near.radius_m() + RANGES_M) / start).powf(1.0 / RINGS as f32);
+    for ring in 0..=RINGS {
+        let radius = start * stretch.powi(ring as i32);
+        for side in 0..SIDES {
+            let way = Vec2::from_angle(std::f32::consts::TAU * (side as f32 + 0.5 * (ring % 2) as f32) / SIDES as f32);
+            let point = relief.near.centre() + way * radius;
+            let sunk = if ring == 0 { 12.0 } else { 0.0 };
+            let position = point.extend(relief.height_m(point) - sunk);
+            let normal = relief.normal(point, 0.03 * radius);
+            mesh.vertex(Vertex::new(position, normal, relief.colour(point), point, Material::Grass));
+        }
+    }
+    for ring in 0..RINGS {
+        for side in 0..SIDES {
+            let [a, b] = [side, (side + 1) % SIDES].map(|side| first + ring * SIDES + side);
+            let [c, d] = [a + SIDES, b + SIDES];
+            // The outer ring is half a side further on where its number is odd.
+            if ring % 2 == 0 {
+                mesh.indices.extend([a, c, b, b, c, d]);
+            } else {
+                mesh.indices.extend([a, c, d, a, d, b]);
+            }
+        }
+    }
 }
 
 #[cfg(test)]

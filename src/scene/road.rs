@@ -18,7 +18,7 @@ pub const VERGE_M: f32 = 1.7;
 
 const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
 const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
-const GRAVEL: [f32; 3] = [0.23, 0.205, 0.165];
+const GRAVEL: [f32; 3] = [0.215, 0.198, 0.168];
 
 /// One strip between two columns: offset from the lane's edge (negative inside the lane as a fraction of the half width,
 /// see `Column`), height and colour at both.

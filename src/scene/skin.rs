@@ -98,6 +98,9 @@ pub(super) struct Skin {
     pub faces: Vec<Face>,
 }
 
+/// Bits of place, steps of direction and look: what two corners must have in common to be one vertex.
+type Shared = ([u32; 3], [i32; 3], [u32; 4]);
+
 impl Skin {
     /// Four corners, counter-clockwise, with their places before and after bending.
     pub fn quad(&mut self, flat: [Vec3; 4], bend: impl Fn(Vec3) -> Vec3, finish: Finish) {
@@ -337,7 +340,7 @@ impl Skin {
     /// A mesh with shared corners; call [`Skin::heal`] before.
     pub fn mesh(&self) -> Mesh {
         let mut mesh = Mesh::default();
-        let mut shared: BTreeMap<([u32; 3], [i32; 3], [u32; 4]), u32> = BTreeMap::new();
+        let mut shared: BTreeMap<Shared, u32> = BTreeMap::new();
         for face in &self.faces {
             let [r, g, b] = face.finish.colour;
             let look = [r.to_bits(), g.to_bits(), b.to_bits(), face.finish.material as u32];
