@@ -11,7 +11,10 @@ use super::{
     lanes::{LANES, Lane, LaneRng, lane, splat},
     ring::RingBlock,
 };
-use crate::{policy::Action, rng::Stream};
+use crate::{
+    policy::{Action, shown_mps},
+    rng::Stream,
+};
 use serde::{Deserialize, Serialize};
 
 /// Time in which a driver closes the difference to the target, seconds (`driver`'s presets).
@@ -107,14 +110,25 @@ impl Follower {
 
     /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold_s`.
     pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold_s: f64) {
+        let before = (self.mode[l] == Mode::Speed).then(|| f64::from(self.advised[l]));
         (self.mode[l], self.advised[l]) = match action {
             Action::Speed(speed) => (Mode::Speed, speed.max(0.0) as f32),
             // What a driver sees is the speed that it leads to.
             Action::Acceleration(a) if self.is_driver => {
-                (Mode::Speed, (f64::from(ego_mps) + a * hold_s).max(0.0) as f32)
+                (Mode::Speed, shown_mps(before, f64::from(ego_mps), a, hold_s) as f32)
             }
             Action::Acceleration(a) => (Mode::Acceleration, a as f32),
         };
+    }
+
+    /// By how much speeds lie outside of the range around the advised ones, m/s; 0 where an acceleration is followed to
+    /// the letter.
+    #[inline(always)]
+    pub fn missed_mps(&self, ego_mps: &Lane, range_mps: f32) -> Lane {
+        lane(|l| {
+            let missed = ((ego_mps[l] - self.advised[l]).abs() - range_mps).max(0.0);
+            if self.mode[l] == Mode::Speed { missed } else { 0.0 }
+        })
     }
 
     /// The egos' speeds at the end of this step, m/s.

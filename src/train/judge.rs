@@ -47,8 +47,10 @@ pub fn judge(
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<Verdict> {
     let blocks = rings.div_ceil(LANES);
-    let verdicts: Vec<Vec<Verdict>> =
-        (0..blocks).into_par_iter().map(|index| judge_block(config, stream, index, &make)).collect();
+    let verdicts: Vec<Vec<Verdict>> = (0..blocks)
+        .into_par_iter()
+        .map(|index| judge_block(config, stream, index, config.hold_steps_of(index, blocks), &make))
+        .collect();
     verdicts.into_iter().flatten().take(rings).collect()
 }
 
@@ -56,10 +58,11 @@ fn judge_block(
     config: &TrainConfig,
     stream: &str,
     index: usize,
+    hold_steps: u32,
     make: &(impl Fn() -> Option<Box<dyn Policy>> + Sync),
 ) -> Vec<Verdict> {
-    let mut block = EnvBlock::new(config, stream, index);
-    let advisor = |_| Advisor::new(make(), config.step_s, config.hold_steps(), 0.0);
+    let mut block = EnvBlock::new(config, stream, index, hold_steps);
+    let advisor = |_| Advisor::new(make(), config.step_s, hold_steps, 0.0);
     let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
     let steps = (config.horizon_s / config.step_s).round() as u64;
     let ticks = (config.step_s / crate::time::TICK_S).round() as u64;
@@ -68,7 +71,7 @@ fn judge_block(
         for (l, advisor) in advisors.iter_mut().enumerate() {
             let seen = block.observe(l);
             if let Some(advice) = advisor.step(Tick(step * ticks), &seen, config.idm.v0) {
-                block.advise(l, advice.action, config.hold_s);
+                block.advise(l, advice.action, block.hold_s());
             }
         }
         block.step();
