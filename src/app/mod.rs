@@ -9,6 +9,7 @@ mod keys;
 pub mod offline;
 mod show;
 mod surface;
+pub mod trial;
 pub mod window;
 mod words;
 

@@ -35,7 +35,11 @@ impl Advisor {
         if let Some([low, high]) = policy.as_ref().and_then(|p| p.trained_holds_s())
             && !(low - 1e-9..=high + 1e-9).contains(&hold_s)
         {
-            log::warn!("the policy was trained for holds of {low} to {high} s and is asked to hold for {hold_s} s");
+            // Once: an evaluation has hundreds of advisors.
+            static SAID: std::sync::Once = std::sync::Once::new();
+            SAID.call_once(|| {
+                log::warn!("the policy was trained for holds of {low} to {high} s and is asked to hold for {hold_s} s")
+            });
         }
         let mean_speed = MeanSpeed::default();
         Self { policy, step_s, hold_steps: hold_steps.max(1), range_mps, steps: 0, mean_speed, standing: None }

@@ -145,8 +145,11 @@ impl Network {
         text
     }
 
-    /// The last layer's outputs.
+    /// The last layer's outputs. A hold outside of those trained for is seen as the nearest of them: a policy that has
+    /// learned to look every second may be asked ten times a second.
     pub fn outputs(&self, observation: &Observation) -> Vec<f32> {
+        let hold_s = observation.hold_s.clamp(self.holds_s[0], self.holds_s[1]);
+        let observation = &Observation { hold_s, ..*observation };
         let mut x: Vec<f32> = self.inputs.iter().map(|input| input.scaled(observation)).collect();
         for (i, layer) in self.layers.iter().enumerate() {
             let mut y = layer.bias.clone();

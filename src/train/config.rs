@@ -103,6 +103,9 @@ pub struct TrainConfig {
     /// Simulated driver: constant deviation from the target
     #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s"))]
     pub trait_mps: f64,
+    /// Simulated driver: content with any speed this close to the target
+    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s"))]
+    pub slack_mps: f64,
     /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
     pub random_driver: bool,
 
@@ -272,6 +275,7 @@ impl Default for TrainConfig {
             error_mps: 0.5,
             error_time_s: 5.0,
             trait_mps: 0.0,
+            slack_mps: 0.0,
             random_driver: true,
             sees: "speed,leader_speed,gap,circumference".into(),
             scaling: Scaling::default(),
@@ -314,13 +318,9 @@ impl TrainConfig {
         ((low * (high / low).powf(share) / self.step_s).round() as u32).max(1)
     }
 
-    /// Decisions of each ring of block `index` in a batch, at least 1. Short holds have more: a block's share is the
-    /// inverse root of its hold, which gives both its number of decisions and its time in seconds something.
-    pub fn decisions_of(&self, index: usize, blocks: usize) -> usize {
-        let weight = |index| 1.0 / f64::from(self.hold_steps_of(index, blocks)).sqrt();
-        let all: f64 = (0..blocks).map(weight).sum();
-        let rows = f64::from(self.batch) / super::lanes::LANES as f64;
-        ((rows * weight(index) / all).round() as usize).max(1)
+    /// Decisions of each ring in a batch, at least 1.
+    pub fn decisions(&self) -> usize {
+        ((self.batch as f64 / f64::from(self.rings)).round() as usize).max(1)
     }
 
     /// Decisions in an episode of such holds, at least 1.

@@ -42,6 +42,7 @@ pub struct Follower {
     brakes: bool,
     accel_mps2: f32,
     decel_mps2: f32,
+    slack_mps: f32,
     mode: [Mode; LANES],
     /// What is advised, m/s2 or m/s.
     advised: Lane,
@@ -67,6 +68,7 @@ impl Follower {
             brakes: config.brakes_for_leader,
             accel_mps2: config.ego_accel_mps2 as f32,
             decel_mps2: config.ego_decel_mps2 as f32,
+            slack_mps: config.slack_mps as f32,
             mode: [Mode::Model; LANES],
             advised: splat(0.0),
             shown_mps: vec![splat(-1.0); longest + 1],
@@ -180,7 +182,9 @@ impl Follower {
             }
             // Nobody wanders about a standstill: below 1 m/s habit and error fade.
             let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
-            ((target.max(0.0) - speed[l]) / EAGERNESS_S).max(-self.decel_mps2).min(self.accel_mps2)
+            let off = target.max(0.0) - speed[l];
+            let felt = off - off.max(-self.slack_mps).min(self.slack_mps);
+            (felt / EAGERNESS_S).max(-self.decel_mps2).min(self.accel_mps2)
         })
     }
 }

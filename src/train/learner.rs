@@ -73,7 +73,6 @@ pub struct Learner {
 struct Actor {
     env: EnvBlock,
     rng: LaneRng,
-    decisions: usize,
 }
 
 /// What a block lived through: rows are decisions in order of time, lane by lane within each.
@@ -103,7 +102,7 @@ impl Learner {
                 let mut stream = rng::stream(config.seed, &format!("train/actions/{}", index * LANES + l));
                 rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
             }
-            Actor { env, rng, decisions: config.decisions_of(index, count) }
+            Actor { env, rng }
         });
         let blocks = blocks.collect();
         Self { config: config.clone(), theta, value, blocks, centre_mps: None, best: None, curve: Vec::new() }
@@ -247,7 +246,7 @@ impl Actor {
     /// A batch's decisions of this block.
     fn live(&mut self, config: &TrainConfig, shape: &PolicyShape, theta: &[f32]) -> Track {
         let (net, log_sd) = shape.split(theta);
-        let rows = self.decisions * LANES;
+        let rows = config.decisions() * LANES;
         let seen = config.inputs();
         let hold_s = self.env.hold_s();
         let mut track = Track {
@@ -257,7 +256,7 @@ impl Actor {
             outcomes: Vec::with_capacity(rows),
             after: Vec::new(),
         };
-        for _ in 0..self.decisions {
+        for _ in 0..config.decisions() {
             let inputs = self.see(&seen);
             let here = shape.net.forward(net, &inputs);
             let (normal, _) = self.rng.normal_pair();
