@@ -182,7 +182,9 @@ fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, Str
         return out;
     }
     note.push_str("; this is ring 0");
-    for case in plan.cases().iter().filter(|case| case.policy != "none") {
+    // Of the holds the middle one: others are seen by asking for them alone.
+    let hold_s = plan.holds_s[plan.holds_s.len() / 2];
+    for case in plan.cases().iter().filter(|case| case.policy != "none" && case.hold_s == hold_s) {
         let of_case = case.config(config);
         let before_s = 100.0_f64.min(config.warm_up_s);
         let after_s = 500.0_f64.min(config.horizon_s);
@@ -227,7 +229,11 @@ fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
         let point = (row.case.hold_s, estimate);
         match series.iter_mut().find(|s| s.name == name) {
             Some(s) => s.points.push(point),
-            None => series.push(figures::Series { name, points: vec![point] }),
+            None => {
+                let policy = plan.policies.iter().position(|p| *p == row.case.policy).unwrap_or(0);
+                let driver = plan.drivers.iter().position(|d| *d == row.case.driver).unwrap_or(0);
+                series.push(figures::Series { name, look: [policy, driver], points: vec![point] });
+            }
         }
     }
     series
@@ -237,10 +243,20 @@ fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
 fn adherence(plan: &Plan, config: &TrainConfig) -> String {
     /// What an attentive participant is taken to be like (`driver`'s preset `follow`).
     const BASE: Numbers = Numbers { reaction_s: 1.0, error_mps: 0.3, trait_mps: 0.0, slack_mps: 0.0 };
+    // Three holds tell the story of ten.
+    let n = plan.holds_s.len();
+    let mut holds_s = vec![plan.holds_s[0], plan.holds_s[n / 2], plan.holds_s[n - 1]];
+    holds_s.dedup();
     let sweep = |values: &[f64], of: fn(f64) -> Numbers| -> Vec<figures::Series> {
-        let cases = Plan { drivers: vec![Driver::Numbers(BASE)], ..plan.copy() }.cases();
+        let one = Plan { drivers: vec![Driver::Numbers(BASE)], holds_s: holds_s.clone(), ..plan.copy() };
+        let cases: Vec<Case> =
+            one.cases().into_iter().filter(|case| case.policy != "none" || case.hold_s == holds_s[0]).collect();
         let line = |case: &Case| figures::Series {
             name: format!("{}, hold {} s", case.label(), case.hold_s),
+            look: [
+                plan.policies.iter().position(|p| *p == case.policy).unwrap_or(0),
+                holds_s.iter().position(|h| *h == case.hold_s).unwrap_or(0),
+            ],
             points: values
                 .iter()
                 .filter_map(|x| {
