@@ -12,6 +12,7 @@ pub mod offline;
 pub mod replay;
 mod show;
 mod surface;
+pub mod trial;
 pub mod window;
 mod words;
 

@@ -276,6 +276,8 @@ impl World {
             leader_speed_mps,
             gap_m,
             circumference_m: self.map.route.length_m(),
+            vehicles: self.scenario.vehicles,
+            ..Observation::default()
         }
     }
 
