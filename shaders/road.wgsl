@@ -72,7 +72,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
 
     // The line, 12 cm wide, 16 cm into its strip. Its edge is as straight as it was painted but for what stones broke off;
     // its paint is rubbed off on the tops of stones, and most where wheels cut the bend.
-    let frayed = in.colour.b - 0.22 + 0.012 * (coarse.g - 0.5) + close * 0.009 * (stones.r - 0.5);
+    let frayed = in.colour.b - 0.22 + 0.012 * (coarse.g - 0.5) + close * 0.006 * (stones.r - 0.5);
     let there = covered(frayed, 0.059, fwidth(in.colour.b));
     let worn = smoothstep(0.20, 0.44, 0.55 * coarse.g + 0.25 * fine.r + 0.2 * stones.r + 0.05);
     let chipped = close * smoothstep(0.62, 0.80, fine.r) * smoothstep(0.62, 0.40, coarse.g);
@@ -86,7 +86,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let heap = 0.9 * (fine.r - 0.5) + 1.0 * (stones.r - 0.5) + 0.6 * (stones.g - 0.5);
     let pebbles = mix(vec3f(0.185, 0.172, 0.148), vec3f(0.22, 0.187, 0.140), coarse.g)
         * max(0.25, 1.0 + heap + 0.4 * (coarse.g - 0.5) + 0.8 * smoothstep(0.80, 0.97, stones.r));
-    let grass = in.colour * max(0.3, 1.0 + 1.2 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.7 * (coarse.g - 0.5));
+    // As the meadow is seen from the road, see `land.wgsl`: its ears, and light that is softer than on a floor.
+    let grass = in.colour * vec3f(1.16, 1.09, 1.10) * max(0.3, 1.0 + 1.2 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.7 * (coarse.g - 0.5));
     let verge = mix(pebbles, grass, grown);
 
     let tarred = in.material == ASPHALT || line;
