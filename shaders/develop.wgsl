@@ -10,7 +10,13 @@ struct Print {
     exposure: f32,
     soften: f32,
     glow: f32,
+    // A mirror: tangents of half its angles, the eye's distance over the glass's radius, share of the picture that a flat
+    // glass would show.
+    lens: vec4f,
 }
+
+// Whether this is a mirror, which is flipped, may be curved and may have a frame.
+override MIRROR: bool = false;
 
 @group(0) @binding(0) var<uniform> print: Print;
 @group(0) @binding(1) var light: texture_2d<f32>;
@@ -91,23 +97,51 @@ fn smoothed(uv: vec2f, middle: vec3f) -> vec3f {
     return select(far, near, reached < low || reached > high);
 }
 
+// Where the picture behind a curved glass shows what is seen at `uv`: the angle off the middle grows by twice the turn
+// of the glass there (law of reflection; `Glass` in develop.rs).
+fn behind_glass(uv: vec2f) -> vec2f {
+    if print.lens.z <= 0.0 {
+        return uv;
+    }
+    let seen_at = (uv - 0.5) * 2.0 * print.lens.xy;
+    let r = max(length(seen_at), 1e-5);
+    let spread = tan(min(atan(r) + 2.0 * asin(min(print.lens.z * r, 1.0)), 1.5)) / r;
+    return 0.5 + (uv - 0.5) * (spread * print.lens.w);
+}
+
+// The glass is dimmed a little towards its edge; around it a black rim that catches light from above.
+fn framed(picture: vec3f, at: vec2f, size: vec2f) -> vec4f {
+    let off = at - 0.5 * size;
+    let from_middle = abs(off) - 0.5 * size + print.corner;
+    // Distance to the rounded rectangle, negative inside.
+    let outside = length(max(from_middle, vec2f(0.0))) + min(max(from_middle.x, from_middle.y), 0.0) - print.corner;
+    let width = print.border;
+    let dimmed = picture * (1.0 - 0.42 * exp(min(outside, 0.0) / (0.55 * width)));
+    let up = select(0.0, -sign(off.y), from_middle.y > from_middle.x - print.corner * 0.5);
+    let ridge = exp(-pow((outside - 0.45 * width) / (0.22 * width), 2.0));
+    let rim = vec3f(0.030, 0.032, 0.036) + vec3f(0.10, 0.105, 0.11) * ridge * (0.45 + 0.45 * up);
+    let share = smoothstep(-0.6, 0.6, outside);
+    return vec4f(mix(dimmed, rim, share), clamp(0.5 + width - outside, 0.0, 1.0));
+}
+
 @fragment
 fn fragment(in: Point) -> @location(0) vec4f {
     let size = print.rect.zw;
     var uv = in.at / size;
-    uv.x = mix(uv.x, 1.0 - uv.x, print.flip);
+    if MIRROR {
+        uv = behind_glass(uv);
+        uv.x = mix(uv.x, 1.0 - uv.x, print.flip);
+    }
     var colour = at(uv);
     if print.soften > 0.5 {
         colour = smoothed(uv, colour);
     }
     colour += print.glow * textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
     let picture = tone(colour) + dither(in.clip.xy);
-
-    // Distance to the rounded rectangle, negative inside.
-    let from_middle = abs(in.at - 0.5 * size) - 0.5 * size + print.corner;
-    let outside = length(max(from_middle, vec2f(0.0))) + min(max(from_middle.x, from_middle.y), 0.0) - print.corner;
-    let framed = print.border > 0.0;
-    let frame_share = select(0.0, clamp(outside + 0.5, 0.0, 1.0), framed);
-    let opacity = select(1.0, clamp(0.5 + print.border - outside, 0.0, 1.0), framed);
-    return vec4f(mix(picture, vec3f(0.035, 0.037, 0.04), frame_share), opacity);
+    if MIRROR {
+        if print.border > 0.0 {
+            return framed(picture, in.at, size);
+        }
+    }
+    return vec4f(picture, 1.0);
 }

@@ -47,7 +47,7 @@ mod tests {
 
     fn command(speed_mps: f64, leader_speed_mps: f64, gap_m: f64) -> f64 {
         let policy = FollowerStopper { aim_mps: 4.3 };
-        policy.command_mps(&Observation { speed_mps, leader_speed_mps, gap_m, circumference_m: 250.0 })
+        policy.command_mps(&Observation { speed_mps, leader_speed_mps, gap_m, ..Observation::default() })
     }
 
     #[test]

@@ -1,8 +1,20 @@
 //! The hold: an action stands for a whole number of steps. In: an observation each step. Out: the advice that stands,
 //! and whether it is new.
 
-use super::{Action, Advice, Observation, Policy};
+use super::{Action, Advice, MeanSpeed, Observation, Policy};
 use crate::time::Tick;
+
+/// The shown speed goes no further than this beyond what the driver has reached, m/s, before another hold adds to it.
+const LEAD_MPS: f64 = 1.0;
+
+/// The speed to show for an acceleration `a` held for `hold_s`, m/s: what it leads to (DESIGN 1), from the speed that is
+/// shown already, so that the target keeps moving before a driver has begun to follow it. Started from the driver's
+/// speed in each hold, an advice of 0.5 m/s2 held 0.1 s shows a standing driver 0.05 m/s for ever, and nobody pulls away
+/// for that.
+pub fn shown_mps(shown_before_mps: Option<f64>, speed_mps: f64, a: f64, hold_s: f64) -> f64 {
+    let from = shown_before_mps.map_or(speed_mps, |shown| shown.clamp(speed_mps - LEAD_MPS, speed_mps + LEAD_MPS));
+    (from + a * hold_s).max(0.0)
+}
 
 /// Asks a policy once a hold and turns its action into advice.
 pub struct Advisor {
@@ -11,6 +23,7 @@ pub struct Advisor {
     hold_steps: u32,
     range_mps: f64,
     steps: u64,
+    mean_speed: MeanSpeed,
     standing: Option<Advice>,
 }
 
@@ -19,16 +32,25 @@ impl Advisor {
     /// `range_mps` on either side of the target.
     pub fn new(policy: Option<Box<dyn Policy>>, step_s: f64, hold_steps: u32, range_mps: f64) -> Self {
         let hold_s = f64::from(hold_steps.max(1)) * step_s;
-        if let Some(trained_s) = policy.as_ref().and_then(|p| p.trained_hold_s()).filter(|t| (t - hold_s).abs() > 1e-9)
+        if let Some([low, high]) = policy.as_ref().and_then(|p| p.trained_holds_s())
+            && !(low - 1e-9..=high + 1e-9).contains(&hold_s)
         {
-            log::warn!("the policy was trained for a hold of {trained_s} s and is asked to hold for {hold_s} s");
+            // Once: an evaluation has hundreds of advisors.
+            static SAID: std::sync::Once = std::sync::Once::new();
+            SAID.call_once(|| {
+                log::warn!("the policy was trained for holds of {low} to {high} s and is asked to hold for {hold_s} s")
+            });
         }
-        Self { policy, step_s, hold_steps: hold_steps.max(1), range_mps, steps: 0, standing: None }
+        let mean_speed = MeanSpeed::default();
+        Self { policy, step_s, hold_steps: hold_steps.max(1), range_mps, steps: 0, mean_speed, standing: None }
     }
 
     /// One step has begun at `now`. Returns the advice if it was issued in this step.
     pub fn step(&mut self, now: Tick, observation: &Observation, speed_limit_mps: f64) -> Option<Advice> {
         let policy = self.policy.as_mut()?;
+        let hold_s = f64::from(self.hold_steps) * self.step_s;
+        let mean_speed_mps = self.mean_speed.watch(observation.speed_mps, self.step_s);
+        let observation = &Observation { hold_s, mean_speed_mps, ..*observation };
         policy.watch(observation);
         let due = self.steps.is_multiple_of(u64::from(self.hold_steps));
         let time_s = self.steps as f64 * self.step_s;
@@ -37,10 +59,10 @@ impl Advisor {
             return None;
         }
         let action = policy.act(time_s, observation);
-        let hold_s = f64::from(self.hold_steps) * self.step_s;
         let speed_mps = match action {
-            // DESIGN 1: an acceleration is shown as the speed that it leads to.
-            Action::Acceleration(a) => observation.speed_mps + a * hold_s,
+            Action::Acceleration(a) => {
+                shown_mps(self.standing.map(|advice| advice.target_mps), observation.speed_mps, a, hold_s)
+            }
             Action::Speed(v) => v,
         };
         let target_mps = speed_mps.clamp(0.0, speed_limit_mps.max(0.0));
@@ -87,6 +109,21 @@ mod tests {
         assert_eq!((advice.action, advice.target_mps), (Action::Acceleration(-0.5), 1.5));
         let mut advisor = Advisor::new(Some(Box::new(Brake)), 0.1, 100, 0.5);
         assert_eq!(advisor.step(Tick(0), &at(4.0), 30.0).unwrap().target_mps, 0.0, "never backwards");
+    }
+
+    #[test]
+    fn the_shown_speed_of_an_acceleration_moves_on_before_the_driver_does_but_not_out_of_reach() {
+        struct Pull;
+        impl Policy for Pull {
+            fn act(&mut self, _: f64, _: &Observation) -> Action {
+                Action::Acceleration(0.5)
+            }
+        }
+        let mut advisor = Advisor::new(Some(Box::new(Pull)), 0.1, 1, 0.5);
+        let shown: Vec<f64> =
+            (0..40).filter_map(|k| advisor.step(Tick(k * 10), &at(0.0), 30.0)).map(|a| a.target_mps).collect();
+        assert!((shown[9] - 0.5).abs() < 1e-12, "{shown:?}");
+        assert!((shown[39] - 1.05).abs() < 1e-12, "{shown:?}");
     }
 
     #[test]

@@ -9,15 +9,15 @@ mod open_loop;
 mod pi_saturation;
 
 pub use follower_stopper::FollowerStopper;
-pub use hold::Advisor;
-pub use network::{FORMAT, Layer, Network, Output, PolicyFileError};
-pub use observe::Scaling;
+pub use hold::{Advisor, shown_mps};
+pub use network::{FORMAT, Layer, Network, Output, PolicyFileError, bounded};
+pub use observe::{FEATURES, FIELD_INPUTS, Feature, Input, MeanSpeed};
 pub use open_loop::{Constant, TwoPhase};
 pub use pi_saturation::PiSaturation;
 
 use crate::time::Tick;
 
-/// What a policy may know, HC22's four numbers.
+/// What a policy may know: HC22's four numbers first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observation {
     /// Own speed, m/s.
@@ -28,6 +28,12 @@ pub struct Observation {
     pub gap_m: f64,
     /// Length of the closed route, metres.
     pub circumference_m: f64,
+    /// Cars on it, the ego included.
+    pub vehicles: u32,
+    /// How long its action will stand, seconds; [`Advisor`] knows.
+    pub hold_s: f64,
+    /// Own mean speed of about the last half minute, m/s ([`MeanSpeed`]); [`Advisor`] knows.
+    pub mean_speed_mps: f64,
 }
 
 /// What a policy puts out.
@@ -77,8 +83,8 @@ pub trait Policy {
     /// The action for the hold that begins now, `time_s` after the policy was engaged.
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action;
 
-    /// The hold that it was made for, seconds, if it was made for one.
-    fn trained_hold_s(&self) -> Option<f64> {
+    /// Shortest and longest hold that it was made for, seconds, if it was made for some.
+    fn trained_holds_s(&self) -> Option<[f64; 2]> {
         None
     }
 }

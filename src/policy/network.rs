@@ -1,7 +1,7 @@
 //! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The file is TOML that says
-//! all that is needed to use it: kind of action, limits, hold, scaling, layers as plain numbers.
+//! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
-use super::{Action, Observation, Policy, Scaling};
+use super::{Action, Input, Observation, Policy};
 use serde::{Deserialize, Serialize};
 use std::{fmt::Write, path::Path};
 
@@ -35,19 +35,22 @@ pub struct Network {
     pub action: Output,
     /// Lowest and highest action: the output -1 and 1, or the first and the last level; m/s2 or m/s.
     pub limits: [f64; 2],
+    /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound. Limits beyond it are
+    /// drawn in ([`bounded`]).
+    pub speed_change_mps: f64,
     /// Number of levels; 0 is continuous.
     pub levels: u32,
-    /// Hold that it was trained for, seconds.
-    pub hold_s: f64,
-    /// How the observation is scaled.
-    pub scaling: Scaling,
+    /// Shortest and longest hold that it was trained for, seconds.
+    pub holds_s: [f64; 2],
+    /// What the first layer sees, in order.
+    pub inputs: Vec<Input>,
     /// From the observation to the action.
     #[serde(rename = "layer")]
     pub layers: Vec<Layer>,
 }
 
 /// What a policy file calls itself.
-pub const FORMAT: &str = "codrive policy 1";
+pub const FORMAT: &str = "codrive policy 2";
 
 /// Why a policy file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -85,10 +88,10 @@ impl Network {
             return Err(format!("format is `{}`; known is `{FORMAT}`", self.format));
         }
         let outputs = if self.levels == 0 { 1 } else { self.levels as usize };
-        let mut size = 4;
+        let mut size = self.inputs.len();
         for (i, layer) in self.layers.iter().enumerate() {
             if layer.weights.len() != size {
-                return Err(format!("layer {i} has {} inputs; the layer before gives {size}", layer.weights.len()));
+                return Err(format!("layer {i} has {} inputs; what is before it gives {size}", layer.weights.len()));
             }
             size = layer.bias.len();
             if let Some(row) = layer.weights.iter().find(|row| row.len() != size) {
@@ -105,8 +108,15 @@ impl Network {
         if !(low.is_finite() && high.is_finite() && low < high) {
             return Err(format!("limits are {low} to {high}; the first must be below the second"));
         }
-        if !self.scaling.is_sound() || self.levels == 1 || !(self.hold_s.is_finite() && self.hold_s > 0.0) {
-            return Err("scaling, levels or hold_s cannot be used".into());
+        if let Some(input) = self.inputs.iter().find(|input| !input.is_sound()) {
+            return Err(format!("input {}: `to` must be above `from`", input.feature.name()));
+        }
+        let [shortest, longest] = self.holds_s;
+        if !(self.speed_change_mps.is_finite() && self.speed_change_mps >= 0.0) {
+            return Err("speed_change_mps must be 0 or more".into());
+        }
+        if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
+            return Err("levels or holds_s cannot be used".into());
         }
         Ok(())
     }
@@ -118,7 +128,13 @@ impl Network {
         let head = Self { layers: Vec::new(), ..self.clone() };
         let mut table = toml::Table::try_from(head).unwrap_or_default();
         table.remove("layer");
+        table.remove("inputs");
         text.push_str(&toml::to_string(&table).unwrap_or_default());
+        text.push_str("# `from` is seen as -1 and `to` as 1.\ninputs = [\n");
+        for Input { feature, from, to } in &self.inputs {
+            let _ = writeln!(text, "  {{ feature = \"{}\", from = {from:?}, to = {to:?} }},", feature.name());
+        }
+        text.push_str("]\n");
         for layer in &self.layers {
             let _ = writeln!(text, "\n[[layer]]\nbias = {}\nweights = [", row(&layer.bias));
             for weights in &layer.weights {
@@ -129,9 +145,12 @@ impl Network {
         text
     }
 
-    /// The last layer's outputs.
+    /// The last layer's outputs. A hold outside of those trained for is seen as the nearest of them: a policy that has
+    /// learned to look every second may be asked ten times a second.
     pub fn outputs(&self, observation: &Observation) -> Vec<f32> {
-        let mut x = self.scaling.scaled(observation).to_vec();
+        let hold_s = observation.hold_s.clamp(self.holds_s[0], self.holds_s[1]);
+        let observation = &Observation { hold_s, ..*observation };
+        let mut x: Vec<f32> = self.inputs.iter().map(|input| input.scaled(observation)).collect();
         for (i, layer) in self.layers.iter().enumerate() {
             let mut y = layer.bias.clone();
             for (x, weights) in x.iter().zip(&layer.weights) {
@@ -148,7 +167,10 @@ impl Network {
     /// The action without noise.
     pub fn action(&self, observation: &Observation) -> Action {
         let outputs = self.outputs(observation);
-        let [low, high] = self.limits;
+        let [low, high] = match self.action {
+            Output::Acceleration => bounded(self.limits, self.speed_change_mps, observation.hold_s),
+            Output::Speed => self.limits,
+        };
         let share = if self.levels == 0 {
             (f64::from(outputs[0]).clamp(-1.0, 1.0) + 1.0) / 2.0
         } else {
@@ -165,6 +187,15 @@ impl Network {
             Output::Speed => Action::Speed(value),
         }
     }
+}
+
+/// Limits of an acceleration held for `hold_s` that changes the speed by no more than `speed_change_mps` (0: no bound).
+pub fn bounded(limits: [f64; 2], speed_change_mps: f64, hold_s: f64) -> [f64; 2] {
+    if speed_change_mps <= 0.0 || hold_s <= 0.0 {
+        return limits;
+    }
+    let most = speed_change_mps / hold_s;
+    [limits[0].max(-most), limits[1].min(most)]
 }
 
 /// Numbers as a TOML array.
@@ -186,14 +217,15 @@ impl Policy for Network {
         self.action(observation)
     }
 
-    fn trained_hold_s(&self) -> Option<f64> {
-        Some(self.hold_s)
+    fn trained_holds_s(&self) -> Option<[f64; 2]> {
+        Some(self.holds_s)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::policy::FIELD_INPUTS;
 
     fn small(levels: u32, outputs: usize) -> Network {
         let weights = |n: usize, m: usize| -> Vec<Vec<f32>> {
@@ -203,9 +235,10 @@ mod tests {
             format: FORMAT.into(),
             action: Output::Acceleration,
             limits: [-0.5, 0.5],
+            speed_change_mps: 0.0,
             levels,
-            hold_s: 1.0,
-            scaling: Scaling::default(),
+            holds_s: [1.0, 30.0],
+            inputs: FIELD_INPUTS.to_vec(),
             layers: vec![
                 Layer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
                 Layer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
@@ -222,7 +255,7 @@ mod tests {
 
     #[test]
     fn actions_lie_within_their_limits() {
-        let far = Observation { speed_mps: 500.0, leader_speed_mps: -500.0, gap_m: 1e5, circumference_m: 9e4 };
+        let far = Observation { speed_mps: 500.0, leader_speed_mps: -500.0, gap_m: 1e5, ..Observation::default() };
         for network in [small(0, 1), small(5, 5)] {
             for observation in [far, Observation::default()] {
                 let Action::Acceleration(a) = network.action(&observation) else { panic!("an acceleration policy") };
@@ -240,6 +273,7 @@ mod tests {
         };
         assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; these actions need 3");
         assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
+        assert_eq!(fault(|n| n.inputs[2].to = 0.0), "input gap: `to` must be above `from`");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
         assert!(Network::from_toml("speed = 3").unwrap_err().starts_with("is no policy file"));

@@ -1,51 +1,136 @@
-//! The observation as a network sees it: one code for the drive and for training. In: an [`Observation`], SI. Out: four
-//! numbers of about -1 to 1: own speed, leader's speed, gap, circumference (HC22's four, scaled as FACTS 3 lists them).
+//! The observation as a network sees it: one code for the drive, for training and for networks of others. In: an
+//! [`Observation`], SI. Out: one number for each [`Input`], usually of about -1 to 1. HC22's four are own speed,
+//! leader's speed, gap and circumference, scaled as FACTS 3 lists them.
 
 use super::Observation;
-use schemars::JsonSchema;
+use crate::space::CAR_LENGTH_M;
 use serde::{Deserialize, Serialize};
 
-/// What becomes -1 and what becomes 1. The default is the field's: v/10, v_lead/10, gap/300, (L-200)/100, each 0..1 taken
-/// to -1..1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Scaling {
-    /// Speed that becomes 1; standing is -1
-    #[schemars(range(min = 0.1, max = 100.0), extend("unit" = "m/s"))]
-    pub speed_to_mps: f64,
-    /// Gap that becomes 1; none is -1
-    #[schemars(range(min = 0.1, max = 10000.0), extend("unit" = "m"))]
-    pub gap_to_m: f64,
-    /// Circumference that becomes -1
-    #[schemars(range(min = 0.0, max = 100000.0), extend("unit" = "m"))]
-    pub circumference_from_m: f64,
-    /// Circumference that becomes 1
-    #[schemars(range(min = 1.0, max = 100000.0), extend("unit" = "m"))]
-    pub circumference_to_m: f64,
+/// Time constant of [`Feature::MeanSpeed`], seconds: about the wave's period on the paper's ring (33.5 s, FACTS 1).
+const MEMORY_S: f64 = 30.0;
+
+/// Something that a network may see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Feature {
+    /// Own speed, m/s.
+    Speed,
+    /// Leader's speed, m/s.
+    LeaderSpeed,
+    /// Leader's speed less own, m/s (Flow's ring environment).
+    RelativeSpeed,
+    /// Own front bumper to the leader's rear bumper, metres.
+    Gap,
+    /// Front bumper to front bumper, metres.
+    Headway,
+    /// Length of the closed route, metres.
+    Circumference,
+    /// Length of the closed route for each car on it, metres.
+    Spacing,
+    /// Own mean speed of about the last half minute, m/s.
+    MeanSpeed,
+    /// Natural logarithm of the hold in seconds.
+    LogHold,
 }
 
-impl Default for Scaling {
-    fn default() -> Self {
-        Self { speed_to_mps: 10.0, gap_to_m: 300.0, circumference_from_m: 200.0, circumference_to_m: 300.0 }
+/// All features, as a training's configuration names them.
+pub const FEATURES: [Feature; 9] = [
+    Feature::Speed,
+    Feature::LeaderSpeed,
+    Feature::RelativeSpeed,
+    Feature::Gap,
+    Feature::Headway,
+    Feature::Circumference,
+    Feature::Spacing,
+    Feature::MeanSpeed,
+    Feature::LogHold,
+];
+
+impl Feature {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::LeaderSpeed => "leader_speed",
+            Self::RelativeSpeed => "relative_speed",
+            Self::Gap => "gap",
+            Self::Headway => "headway",
+            Self::Circumference => "circumference",
+            Self::Spacing => "spacing",
+            Self::MeanSpeed => "mean_speed",
+            Self::LogHold => "log_hold",
+        }
+    }
+
+    /// The feature of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        FEATURES.into_iter().find(|feature| feature.name() == name)
+    }
+
+    fn of(self, o: &Observation) -> f64 {
+        match self {
+            Self::Speed => o.speed_mps,
+            Self::LeaderSpeed => o.leader_speed_mps,
+            Self::RelativeSpeed => o.leader_speed_mps - o.speed_mps,
+            Self::Gap => o.gap_m,
+            Self::Headway => o.gap_m + CAR_LENGTH_M,
+            Self::Circumference => o.circumference_m,
+            Self::Spacing => o.circumference_m / f64::from(o.vehicles.max(1)),
+            Self::MeanSpeed => o.mean_speed_mps,
+            Self::LogHold => o.hold_s.max(1e-3).ln(),
+        }
     }
 }
 
-impl Scaling {
-    /// The four numbers.
+/// One number that a network sees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// What it is.
+    pub feature: Feature,
+    /// Value that becomes -1.
+    pub from: f64,
+    /// Value that becomes 1.
+    pub to: f64,
+}
+
+impl Input {
+    /// The number that the network sees.
     #[inline(always)]
-    pub fn scaled(&self, observation: &Observation) -> [f32; 4] {
-        let unit = |x: f64, from: f64, to: f64| (2.0 * (x - from) / (to - from) - 1.0) as f32;
-        [
-            unit(observation.speed_mps, 0.0, self.speed_to_mps),
-            unit(observation.leader_speed_mps, 0.0, self.speed_to_mps),
-            unit(observation.gap_m, 0.0, self.gap_to_m),
-            unit(observation.circumference_m, self.circumference_from_m, self.circumference_to_m),
-        ]
+    pub fn scaled(&self, observation: &Observation) -> f32 {
+        (2.0 * (self.feature.of(observation) - self.from) / (self.to - self.from) - 1.0) as f32
     }
 
-    /// True if every number can be scaled.
+    /// True if every value can be scaled.
     pub fn is_sound(&self) -> bool {
-        self.speed_to_mps > 0.0 && self.gap_to_m > 0.0 && self.circumference_to_m > self.circumference_from_m
+        self.from.is_finite() && self.to.is_finite() && self.to > self.from
+    }
+}
+
+/// HC22's four numbers with the field's scaling: v/10, v_lead/10, gap/300, (L-200)/100, each 0..1 taken to -1..1.
+pub const FIELD_INPUTS: [Input; 4] = [
+    Input { feature: Feature::Speed, from: 0.0, to: 10.0 },
+    Input { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 },
+    Input { feature: Feature::Gap, from: 0.0, to: 300.0 },
+    Input { feature: Feature::Circumference, from: 200.0, to: 300.0 },
+];
+
+/// Own mean speed: a first-order average over [`MEMORY_S`] that begins with the first speed seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeanSpeed(Option<f64>);
+
+impl MeanSpeed {
+    /// The mean after one more step of `step_s`, m/s.
+    pub fn watch(&mut self, speed_mps: f64, step_s: f64) -> f64 {
+        let before = self.0.unwrap_or(speed_mps);
+        let mean = before + (speed_mps - before) * Self::share(step_s);
+        self.0 = Some(mean);
+        mean
+    }
+
+    /// What a step of `step_s` counts in the mean.
+    pub fn share(step_s: f64) -> f64 {
+        step_s / MEMORY_S
     }
 }
 
@@ -55,15 +140,49 @@ mod tests {
 
     #[test]
     fn the_default_is_the_scaling_of_the_field() {
-        let seen = Observation { speed_mps: 5.0, leader_speed_mps: 10.0, gap_m: 75.0, circumference_m: 250.0 };
-        assert_eq!(Scaling::default().scaled(&seen), [0.0, 1.0, -0.5, 0.0]);
-        let seen = Observation { circumference_m: 200.0, ..Observation::default() };
-        assert_eq!(Scaling::default().scaled(&seen), [-1.0; 4]);
+        let scaled = |seen: Observation| FIELD_INPUTS.map(|input| input.scaled(&seen));
+        let seen = Observation {
+            speed_mps: 5.0,
+            leader_speed_mps: 10.0,
+            gap_m: 75.0,
+            circumference_m: 250.0,
+            ..Observation::default()
+        };
+        assert_eq!(scaled(seen), [0.0, 1.0, -0.5, 0.0]);
+        assert_eq!(scaled(Observation { circumference_m: 200.0, ..Observation::default() }), [-1.0; 4]);
+    }
+
+    #[test]
+    fn every_feature_has_its_own_number_and_finds_its_name() {
+        let seen = Observation {
+            speed_mps: 3.0,
+            leader_speed_mps: 4.5,
+            gap_m: 7.0,
+            circumference_m: 250.0,
+            vehicles: 20,
+            hold_s: 10.0,
+            mean_speed_mps: 2.5,
+        };
+        let expected = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln()];
+        for (feature, expected) in FEATURES.into_iter().zip(expected) {
+            assert_eq!(feature.of(&seen), expected, "{}", feature.name());
+            assert_eq!(Feature::named(feature.name()), Some(feature));
+            assert_eq!(serde_json::to_value(feature).unwrap(), feature.name());
+        }
+    }
+
+    #[test]
+    fn the_mean_speed_begins_with_the_first_and_follows_within_half_a_minute() {
+        let mut mean = MeanSpeed::default();
+        assert_eq!(mean.watch(4.0, 0.1), 4.0);
+        let after = (0..300).map(|_| mean.watch(0.0, 0.1)).last().unwrap();
+        assert!((after - 4.0 / std::f64::consts::E).abs() < 0.01, "{after}");
     }
 
     #[test]
     fn a_range_without_width_is_unsound() {
-        assert!(Scaling::default().is_sound());
-        assert!(!Scaling { circumference_to_m: 200.0, ..Scaling::default() }.is_sound());
+        let input = Input { feature: Feature::Gap, from: 0.0, to: 1.0 };
+        assert!(input.is_sound() && !Input { to: 0.0, ..input }.is_sound());
+        assert!(!Input { to: f64::NAN, ..input }.is_sound());
     }
 }

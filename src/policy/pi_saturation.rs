@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     fn observation(speed_mps: f64, leader_speed_mps: f64, gap_m: f64) -> Observation {
-        Observation { speed_mps, leader_speed_mps, gap_m, circumference_m: 250.0 }
+        Observation { speed_mps, leader_speed_mps, gap_m, ..Observation::default() }
     }
 
     #[test]

@@ -9,13 +9,15 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 10] = [
+pub const PROGRAMS: [Program; 12] = [
     ("shadow", &["shadow"]),
     ("sky", &["common", "light", "sky"]),
     ("road", &["common", "light", "mesh", "ground", "road"]),
     ("land", &["common", "light", "mesh", "ground", "land"]),
     ("car", &["common", "light", "mesh", "car"]),
-    ("tree", &["common", "light", "mesh", "tree"]),
+    ("cover", &["common", "fade", "leaf", "cover"]),
+    ("tree", &["common", "light", "foliage", "leaf", "tree"]),
+    ("impostor", &["common", "light", "foliage", "fade", "impostor"]),
     ("grass", &["common", "light", "grass"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
@@ -28,9 +30,9 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 14] = built_in![
-    "common", "light", "mesh", "shadow", "sky", "ground", "road", "land", "car", "tree", "grass", "contact", "glow",
-    "develop",
+const FILES: [(&str, &str); 19] = built_in![
+    "common", "light", "mesh", "shadow", "sky", "ground", "road", "land", "car", "foliage", "fade", "leaf", "cover",
+    "tree", "impostor", "grass", "contact", "glow", "develop",
 ];
 
 /// The text of all shader files.

@@ -1,10 +1,9 @@
-//! The land around the road: meadow, flat near the road and rolling further out, hills on the horizon and the woods on
-//! them. In: the road's place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
+//! The land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's
+//! place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
 
 use super::near::Near;
 use super::noise::{self, mix, shade, smoothstep};
 use super::{Material, Mesh, Vertex};
-use crate::rng;
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -18,8 +17,6 @@ pub(super) const FLAT_M: f32 = 15.0;
 const REACH_M: f32 = 1300.0;
 /// How far hills reach beyond the road network, metres.
 const RANGES_M: f32 = 9000.0;
-/// Woods on the horizon: crowns that stand for them.
-const FAR_CROWNS: usize = 1200;
 
 /// The shape of the ground.
 pub(super) struct Relief<'a> {
@@ -76,7 +73,6 @@ impl<'a> Relief<'a> {
 pub(super) fn land(relief: &Relief) -> Mesh {
     let mut mesh = ground(relief);
     ranges(&mut mesh, relief);
-    far_woods(&mut mesh, relief);
     mesh
 }
 
@@ -166,56 +162,6 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
                 mesh.indices.extend([a, c, d, a, d, b]);
             }
         }
-    }
-}
-
-/// Woods too far away to be trees: crowns in drifts on the hills, dark and blunt, so that the horizon is a treeline.
-fn far_woods(mesh: &mut Mesh, relief: &Relief) {
-    let mut random = rng::stream(relief.seed, "far woods");
-    let near = relief.near;
-    let mut planted = 0;
-    for _ in 0..FAR_CROWNS * 12 {
-        let beyond = 150.0 + 600.0 * random.uniform(0.0, 1.0).powf(1.3) as f32;
-        let angle = random.uniform(0.0, std::f64::consts::TAU) as f32;
-        let point = near.centre() + Vec2::from_angle(angle) * (near.radius_m() + beyond);
-        let wood = noise::fractal(relief.seed ^ 7, point / 130.0) + 0.25 * smoothstep(300.0, 600.0, beyond);
-        let luck = random.uniform(0.0, 1.0) as f32;
-        let [size, slim, tint] = [0.0, 0.0, 0.0].map(|_: f64| random.uniform(0.0, 1.0) as f32);
-        if luck > smoothstep(-0.05, 0.30, wood) || planted == FAR_CROWNS {
-            continue;
-        }
-        planted += 1;
-        // Further crowns stand for more trees.
-        let width = (2.6 + 2.2 * size) * (1.0 + beyond / 500.0);
-        let height = (7.0 + 6.0 * slim + 3.0 * size) * (1.0 + beyond / 1500.0);
-        let colour = mix([0.030, 0.060, 0.018], [0.055, 0.085, 0.022], tint);
-        crown(mesh, point.extend(relief.height_m(point) - 0.5), width, height, colour, angle * 37.0);
-    }
-}
-
-/// A blunt crown: three rings of five corners and a tip, open below.
-fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32; 3], turn: f32) {
-    const SIDES: u32 = 5;
-    let first = mesh.vertices.len() as u32;
-    for (ring, (radius, height)) in [(0.70, 0.0), (1.0, 0.40), (0.68, 0.80)].into_iter().enumerate() {
-        for k in 0..SIDES {
-            let angle = turn + std::f32::consts::TAU * (k as f32 + 0.5 * ring as f32) / SIDES as f32;
-            // Uneven, so that no two crowns have one outline.
-            let uneven = 1.0 + 0.22 * (turn * 3.1 + k as f32 * 2.4 + ring as f32 * 1.7).sin();
-            let out = Vec2::from_angle(angle);
-            let position = foot + (out * (width_m * radius * uneven)).extend(height_m * height * (0.9 + 0.1 * uneven));
-            let normal = out.extend(-0.15 + 0.9 * height).normalize();
-            let shaded = shade(colour, 0.70 + 0.5 * height);
-            mesh.vertex(Vertex::new(position, normal, shaded, Vec2::new(k as f32 / 5.0, height), Material::Leaves));
-        }
-    }
-    let top = foot + Vec3::Z * height_m;
-    let tip = mesh.vertex(Vertex::new(top, Vec3::Z, shade(colour, 1.2), Vec2::new(0.5, 1.0), Material::Leaves));
-    for k in 0..SIDES {
-        let [a, b] = [k, (k + 1) % SIDES].map(|k| first + k);
-        let [c, d] = [a + SIDES, b + SIDES];
-        let [e, f] = [c + SIDES, d + SIDES];
-        mesh.indices.extend([a, b, c, b, d, c, c, d, e, d, f, e, e, f, tip]);
     }
 }
 

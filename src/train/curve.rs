@@ -1,13 +1,11 @@
 //! The learning curve as files. In: the rows of a training. Out: CSV with one line an update, and a picture (SVG) of mean
 //! speed, KL divergence and entropy over the updates.
 
-use super::learner::Row;
+use super::{
+    learner::Row,
+    plot::{Axis, COLOURS, Chart, Line, Style, picture},
+};
 use std::fmt::Write;
-
-/// Size of the picture and of its margins, in its own units.
-const WIDTH: f64 = 760.0;
-const PANEL: f64 = 150.0;
-const MARGIN: [f64; 2] = [64.0, 28.0];
 
 /// One line an update, with a head; numbers as they are, empty where there is none.
 pub fn csv(rows: &[Row]) -> String {
@@ -27,75 +25,29 @@ pub fn csv(rows: &[Row]) -> String {
 
 /// Three panels one above the other: speed, KL divergence, entropy.
 pub fn svg(rows: &[Row], title: &str) -> String {
+    let noisy = line("batches, with the policy's noise", "#9aa5ad", rows, |r| Some(r.mean_mps));
+    let judged = line("judged without noise over whole horizons", COLOURS[1], rows, |r| r.judged_mps);
     let panels = [
-        ("speed, m/s", vec![("#8aa", line(rows, |r| Some(r.mean_mps))), ("#c33", line(rows, |r| r.judged_mps))]),
-        ("KL, nat", vec![("#36c", line(rows, |r| Some(r.kl)))]),
-        ("entropy, nat", vec![("#383", line(rows, |r| Some(r.entropy)))]),
+        panel(title, "mean speed, m/s", vec![noisy, judged]),
+        panel("", "KL divergence, nat", vec![line("", COLOURS[0], rows, |r| Some(r.kl))]),
+        panel("", "entropy, nat", vec![line("", COLOURS[2], rows, |r| Some(r.entropy))]),
     ];
-    let height = MARGIN[1] * 2.0 + panels.len() as f64 * (PANEL + MARGIN[1]);
-    let last = rows.last().map_or(1.0, |r| f64::from(r.iteration));
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"sans-serif\" \
-         font-size=\"12\">\n<rect width=\"{WIDTH}\" height=\"{height}\" fill=\"white\"/>\n"
-    );
-    let _ = writeln!(out, "<text x=\"{}\" y=\"18\" font-size=\"14\">{}</text>", MARGIN[0], escaped(title));
-    for (i, (name, lines)) in panels.iter().enumerate() {
-        panel(&mut out, MARGIN[1] + i as f64 * (PANEL + MARGIN[1]), name, lines, last);
-    }
-    let key = "update; grey: batches with the policy's noise; red: judged without noise over whole horizons";
-    let _ = writeln!(out, "<text x=\"{}\" y=\"{}\">{key}</text>\n</svg>", MARGIN[0], height - 10.0);
-    out
+    picture(&panels, "")
 }
 
-type Line = Vec<(f64, f64)>;
-
-fn line(rows: &[Row], of: impl Fn(&Row) -> Option<f64>) -> Line {
-    rows.iter().filter_map(|r| of(r).map(|y| (f64::from(r.iteration), y))).collect()
+fn line(name: &str, colour: &'static str, rows: &[Row], of: impl Fn(&Row) -> Option<f64>) -> Line {
+    let points = rows.iter().filter_map(|r| of(r).map(|y| [f64::from(r.iteration), y])).collect();
+    Line { name: name.into(), style: Style { width: 1.4, ..Style::solid(colour) }, points, band: Vec::new() }
 }
 
-fn panel(out: &mut String, top: f64, name: &str, lines: &[(&str, Line)], last: f64) {
-    let ys = || lines.iter().flat_map(|(_, line)| line.iter().map(|(_, y)| *y));
-    let (mut low, mut high) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
-    if low >= high || !low.is_finite() {
-        (low, high) = if low.is_finite() { (low - 0.5, low + 0.5) } else { (0.0, 1.0) };
-    }
-    let x = |value: f64| MARGIN[0] + value / last * (WIDTH - MARGIN[0] - 20.0);
-    let y = |value: f64| top + PANEL - (value - low) / (high - low) * (PANEL - 10.0);
-    for share in [0.0, 0.5, 1.0] {
-        let (value, at) = (low + (high - low) * share, last * share);
-        let _ = writeln!(
-            out,
-            "<path d=\"M{} {y:.1}H{}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{:.0}</text>",
-            MARGIN[0],
-            WIDTH - 20.0,
-            MARGIN[0] - 6.0,
-            y(value) + 4.0,
-            short(value),
-            x(at),
-            top + PANEL + 14.0,
-            at,
-            y = y(value),
-        );
-    }
-    let _ = writeln!(out, "<text x=\"{}\" y=\"{}\" fill=\"#555\">{name}</text>", MARGIN[0] + 6.0, top + 12.0);
-    for (colour, line) in lines {
-        let points: Vec<String> = line.iter().map(|(at, value)| format!("{:.1},{:.1}", x(*at), y(*value))).collect();
-        let _ = writeln!(
-            out,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"/>",
-            points.join(" ")
-        );
-    }
-}
-
-/// A number of the axis: three digits that matter.
-fn short(x: f64) -> String {
-    if x.abs() >= 1.0 { format!("{x:.2}") } else { format!("{x:.4}") }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;")
+fn panel(title: &str, label: &str, lines: Vec<Line>) -> Chart {
+    let range = |k: usize| {
+        let values = || lines.iter().flat_map(move |line| line.points.iter().map(move |p| p[k]));
+        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+    };
+    let x = Axis::even("update", [0.0, range(0)[1].max(1.0)]);
+    let y = Axis::even(label, range(1));
+    Chart { lines, ..Chart::new(title, x, y, [660.0, 150.0]) }
 }
 
 #[cfg(test)]

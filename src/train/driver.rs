@@ -11,7 +11,10 @@ use super::{
     lanes::{LANES, Lane, LaneRng, lane, splat},
     ring::RingBlock,
 };
-use crate::{policy::Action, rng::Stream};
+use crate::{
+    policy::{Action, shown_mps},
+    rng::Stream,
+};
 use serde::{Deserialize, Serialize};
 
 /// Time in which a driver closes the difference to the target, seconds (`driver`'s presets).
@@ -39,6 +42,7 @@ pub struct Follower {
     brakes: bool,
     accel_mps2: f32,
     decel_mps2: f32,
+    slack_mps: f32,
     mode: [Mode; LANES],
     /// What is advised, m/s2 or m/s.
     advised: Lane,
@@ -64,6 +68,7 @@ impl Follower {
             brakes: config.brakes_for_leader,
             accel_mps2: config.ego_accel_mps2 as f32,
             decel_mps2: config.ego_decel_mps2 as f32,
+            slack_mps: config.slack_mps as f32,
             mode: [Mode::Model; LANES],
             advised: splat(0.0),
             shown_mps: vec![splat(-1.0); longest + 1],
@@ -107,14 +112,25 @@ impl Follower {
 
     /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold_s`.
     pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold_s: f64) {
+        let before = (self.mode[l] == Mode::Speed).then(|| f64::from(self.advised[l]));
         (self.mode[l], self.advised[l]) = match action {
             Action::Speed(speed) => (Mode::Speed, speed.max(0.0) as f32),
             // What a driver sees is the speed that it leads to.
             Action::Acceleration(a) if self.is_driver => {
-                (Mode::Speed, (f64::from(ego_mps) + a * hold_s).max(0.0) as f32)
+                (Mode::Speed, shown_mps(before, f64::from(ego_mps), a, hold_s) as f32)
             }
             Action::Acceleration(a) => (Mode::Acceleration, a as f32),
         };
+    }
+
+    /// By how much speeds lie outside of the range around the advised ones, m/s; 0 where an acceleration is followed to
+    /// the letter.
+    #[inline(always)]
+    pub fn missed_mps(&self, ego_mps: &Lane, range_mps: f32) -> Lane {
+        lane(|l| {
+            let missed = ((ego_mps[l] - self.advised[l]).abs() - range_mps).max(0.0);
+            if self.mode[l] == Mode::Speed { missed } else { 0.0 }
+        })
     }
 
     /// The egos' speeds at the end of this step, m/s.
@@ -166,7 +182,9 @@ impl Follower {
             }
             // Nobody wanders about a standstill: below 1 m/s habit and error fade.
             let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
-            ((target.max(0.0) - speed[l]) / EAGERNESS_S).max(-self.decel_mps2).min(self.accel_mps2)
+            let off = target.max(0.0) - speed[l];
+            let felt = off - off.max(-self.slack_mps).min(self.slack_mps);
+            (felt / EAGERNESS_S).max(-self.decel_mps2).min(self.accel_mps2)
         })
     }
 }

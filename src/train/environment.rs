@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     idm::IdmParams,
-    policy::{Action, Observation},
+    policy::{Action, MeanSpeed, Observation},
     rng::{self, Stream},
 };
 use serde::{Deserialize, Serialize};
@@ -52,6 +52,9 @@ pub struct EnvBlock {
     ring: RingBlock,
     follower: Follower,
     circumference_m: Lane,
+    hold_steps: u32,
+    /// Own mean speed as the policy may see it, m/s.
+    mean_ego_mps: Lane,
     elapsed: [u32; LANES],
     /// Warmed-up rings, their lengths, and how many of them are used.
     stock: RingBlock,
@@ -63,8 +66,8 @@ pub struct EnvBlock {
 
 impl EnvBlock {
     /// Block `index` of those of `config`, every ring at the end of its warm-up. `stream` names the random numbers:
-    /// training and judging have rings of their own.
-    pub fn new(config: &TrainConfig, stream: &str, index: usize) -> Self {
+    /// training and judging have rings of their own. An action stands for `hold_steps`.
+    pub fn new(config: &TrainConfig, stream: &str, index: usize, hold_steps: u32) -> Self {
         let room = config.vehicles_max as usize;
         let ring = RingBlock::new(room, config.step_s);
         let follower = Follower::new(config);
@@ -77,6 +80,8 @@ impl EnvBlock {
             ring,
             follower,
             circumference_m: splat(0.0),
+            hold_steps,
+            mean_ego_mps: splat(0.0),
             elapsed: [0; LANES],
             stock_m: splat(0.0),
             used: LANES,
@@ -88,7 +93,7 @@ impl EnvBlock {
 
     /// Lets each ring begin at another part of its horizon, so that a batch has all parts of an episode.
     pub fn spread(&mut self) {
-        let horizon = self.config.horizon_decisions();
+        let horizon = self.config.horizon_decisions(self.hold_steps);
         let mut stream = self.named(&format!("spread/{}", self.first_ring));
         self.elapsed.iter_mut().for_each(|elapsed| *elapsed = stream.index(horizon as usize) as u32);
     }
@@ -101,7 +106,20 @@ impl EnvBlock {
             leader_speed_mps: f64::from(self.ring.leader_mps()[l]),
             gap_m: f64::from(self.ring.gap_m()[l]),
             circumference_m: f64::from(self.circumference_m[l]),
+            vehicles: self.ring.cars(l) as u32,
+            hold_s: self.hold_s(),
+            mean_speed_mps: f64::from(self.mean_ego_mps[l]),
         }
+    }
+
+    /// Steps for which an action stands.
+    pub fn hold_steps(&self) -> u32 {
+        self.hold_steps
+    }
+
+    /// The same in seconds.
+    pub fn hold_s(&self) -> f64 {
+        f64::from(self.hold_steps) * self.config.step_s
     }
 
     /// The configuration that the block keeps says so too.
@@ -129,14 +147,19 @@ impl EnvBlock {
 
     /// One hold under these actions; rings whose episode ended begin another.
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
-        let steps = self.config.hold_steps();
-        (0..LANES).for_each(|l| self.advise(l, actions[l], self.config.hold_s));
+        let (steps, hold_s) = (self.hold_steps, self.hold_s());
+        (0..LANES).for_each(|l| self.advise(l, actions[l], hold_s));
+        let range_mps = self.config.range_mps as f32;
+        let fresh = MeanSpeed::share(self.config.step_s) as f32;
         let totals = wide(self, |block| {
             let mut totals = Totals::default();
             for _ in 0..steps {
                 let ego_mps = block.follower.step(&block.ring);
                 block.ring.step(Some(&ego_mps));
-                totals.add(&block.ring);
+                totals.add(&block.ring, &block.follower.missed_mps(&ego_mps, range_mps));
+                for l in 0..LANES {
+                    block.mean_ego_mps[l] += (ego_mps[l] - block.mean_ego_mps[l]) * fresh;
+                }
             }
             totals
         });
@@ -150,7 +173,7 @@ impl EnvBlock {
             self.elapsed[l] += 1;
             let ending = if totals.least_gap_m[l] <= 0.0 {
                 Ending::Crash
-            } else if self.elapsed[l] >= self.config.horizon_decisions() {
+            } else if self.elapsed[l] >= self.config.horizon_decisions(self.hold_steps) {
                 Ending::Horizon
             } else {
                 Ending::None
@@ -158,7 +181,8 @@ impl EnvBlock {
             let mean_mps = totals.mean_mps[l] * share;
             let speed = if self.config.reward == RewardKind::All { mean_mps } else { totals.ego_mps[l] * share };
             let headway = self.config.headway_penalty as f32 * totals.short_headway[l] * share;
-            let mut reward = speed - headway - self.action_penalty(actions[l]);
+            let missed = self.config.range_penalty as f32 * totals.missed_mps[l] * share;
+            let mut reward = speed - headway - missed - self.action_penalty(actions[l]);
             if ending == Ending::Crash {
                 reward -= self.config.collision_penalty as f32;
             }
@@ -187,6 +211,7 @@ impl EnvBlock {
         self.follower.copy_lane(l, &self.stock_follower, self.used);
         self.circumference_m[l] = self.stock_m[self.used];
         self.elapsed[l] = 0;
+        self.mean_ego_mps[l] = self.ring.ego_mps()[l];
         self.used += 1;
     }
 
@@ -217,11 +242,18 @@ struct Totals {
     ego_mps: Lane,
     least_gap_m: Lane,
     short_headway: Lane,
+    missed_mps: Lane,
 }
 
 impl Default for Totals {
     fn default() -> Self {
-        Self { mean_mps: splat(0.0), ego_mps: splat(0.0), least_gap_m: splat(f32::MAX), short_headway: splat(0.0) }
+        Self {
+            mean_mps: splat(0.0),
+            ego_mps: splat(0.0),
+            least_gap_m: splat(f32::MAX),
+            short_headway: splat(0.0),
+            missed_mps: splat(0.0),
+        }
     }
 }
 
@@ -229,11 +261,12 @@ impl Totals {
     /// The cars that can collide are the ego with its leader and its follower with it: the others keep behind theirs by
     /// their model.
     #[inline(always)]
-    fn add(&mut self, ring: &RingBlock) {
+    fn add(&mut self, ring: &RingBlock, missed_mps: &Lane) {
         for l in 0..LANES {
             let (gap_m, ego_mps) = (ring.gap_m()[l], ring.ego_mps()[l]);
             self.mean_mps[l] += ring.mean_mps()[l];
             self.ego_mps[l] += ego_mps;
+            self.missed_mps[l] += missed_mps[l];
             self.least_gap_m[l] = self.least_gap_m[l].min(gap_m).min(ring.gap_behind_m()[l]);
             // The missing part of a time gap of 1 s, as in Flow's environments.
             self.short_headway[l] += (1.0 - gap_m / ego_mps.max(0.1)).max(0.0);

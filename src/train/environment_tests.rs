@@ -11,13 +11,17 @@ fn config() -> TrainConfig {
     TrainConfig { horizon_s: 60.0, ..TrainConfig::default() }
 }
 
+fn block(config: &TrainConfig) -> EnvBlock {
+    EnvBlock::new(config, "test", 0, config.hold_steps())
+}
+
 fn all(action: Action) -> [Action; LANES] {
     [action; LANES]
 }
 
 #[test]
 fn an_acceleration_is_kept_to_the_letter_for_the_hold() {
-    let mut block = EnvBlock::new(&config(), "test", 0);
+    let mut block = block(&config());
     let before = block.observe(3).speed_mps;
     let outcomes = block.hold(&all(Action::Acceleration(0.25)));
     assert!((outcomes[3].last_seen.speed_mps - before - 0.25).abs() < 1e-5);
@@ -28,7 +32,7 @@ fn an_acceleration_is_kept_to_the_letter_for_the_hold() {
 #[test]
 fn a_speed_is_reached_within_the_egos_acceleration() {
     let config = TrainConfig { action: ActionKind::Speed, ego_accel_mps2: 1.5, ..config() };
-    let mut block = EnvBlock::new(&config, "test", 0);
+    let mut block = block(&config);
     let before: Vec<f64> = (0..LANES).map(|l| block.observe(l).speed_mps).collect();
     let outcomes = block.hold(&all(Action::Speed(before[5] + 1.0)));
     assert!((outcomes[5].last_seen.speed_mps - before[5] - 1.0).abs() < 1e-4);
@@ -39,7 +43,7 @@ fn a_speed_is_reached_within_the_egos_acceleration() {
 #[test]
 fn whoever_stands_is_followed_and_whoever_charges_crashes_unless_the_ego_is_guarded() {
     let endings = |brakes_for_leader: bool, action: Action| {
-        let mut block = EnvBlock::new(&TrainConfig { brakes_for_leader, ..config() }, "test", 0);
+        let mut block = block(&TrainConfig { brakes_for_leader, ..config() });
         let run = |_| block.hold(&all(action)).map(|o| o.ending);
         (0..40).flat_map(run).collect::<Vec<Ending>>()
     };
@@ -51,7 +55,7 @@ fn whoever_stands_is_followed_and_whoever_charges_crashes_unless_the_ego_is_guar
 
 #[test]
 fn an_episode_ends_at_its_horizon_and_another_ring_takes_its_place() {
-    let mut block = EnvBlock::new(&config(), "test", 0);
+    let mut block = block(&config());
     for hold in 1..=60 {
         let before: Vec<f64> = (0..LANES).map(|l| block.observe(l).circumference_m).collect();
         let outcomes = block.hold(&all(Action::Acceleration(-0.2)));
@@ -64,8 +68,7 @@ fn an_episode_ends_at_its_horizon_and_another_ring_takes_its_place() {
 
 #[test]
 fn the_reward_is_the_speed_less_the_penalties() {
-    let reward =
-        |change: TrainConfig, action: Action| -> Outcome { EnvBlock::new(&change, "test", 0).hold(&all(action))[0] };
+    let reward = |change: TrainConfig, action: Action| -> Outcome { block(&change).hold(&all(action))[0] };
     let plain = reward(config(), Action::Acceleration(0.25));
     assert_eq!(plain.reward, plain.mean_mps);
     let penalised = reward(TrainConfig { action_penalty: 2.0, ..config() }, Action::Acceleration(0.25));
@@ -92,7 +95,7 @@ fn driven(change: TrainConfig, advice_mps: f64, steps: usize) -> Vec<f64> {
         horizon_s: 3000.0,
         ..change
     };
-    let mut block = EnvBlock::new(&base, "test", 0);
+    let mut block = block(&base);
     (0..steps).map(|_| block.hold(&all(Action::Speed(advice_mps)))[0].last_seen.speed_mps).collect()
 }
 
@@ -121,7 +124,7 @@ fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
 #[test]
 fn drivers_differ_from_ring_to_ring_where_they_are_drawn() {
     let config = TrainConfig { follow: FollowKind::Driver, action: ActionKind::Speed, trait_mps: 1.0, ..config() };
-    let mut block = EnvBlock::new(&config, "test", 0);
+    let mut block = block(&config);
     let mut outcomes = block.hold(&all(Action::Speed(2.0)));
     (0..20).for_each(|_| outcomes = block.hold(&all(Action::Speed(2.0))));
     let speeds: Vec<f64> = outcomes.iter().map(|o| o.last_seen.speed_mps).collect();

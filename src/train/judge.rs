@@ -1,34 +1,19 @@
-//! How good a policy is. In: a configuration's rings and a policy for each. Out: mean speed of all cars over the whole
-//! horizon, transients included, smallest gap, crash, time until the wave is calm. The policy acts through the drive's own
-//! [`Advisor`], so that hold and observation are those of a drive.
+//! How good a policy is. In: a configuration's rings and a policy for each. Out: a [`Verdict`] on each: the whole
+//! horizon, transients included; or a [`Trace`] of one. The policy acts through the drive's own [`Advisor`], so that hold
+//! and observation are those of a drive.
 
 use super::{
     config::TrainConfig,
     environment::EnvBlock,
-    lanes::{LANES, Lane, splat},
+    lanes::LANES,
+    tally::{Tally, Verdict},
 };
 use crate::{
-    policy::{Advisor, Policy},
+    policy::{Action, Advisor, Policy},
+    space::CAR_LENGTH_M,
     time::Tick,
 };
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-
-/// The wave is calm where the standard deviation of speed over the cars stays below this, m/s (FACTS 3).
-const CALM_SD_MPS: f64 = 0.5;
-
-/// One ring, driven to the horizon.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
-    /// Mean speed of all cars over the horizon, m/s; cars stand from a crash on.
-    pub mean_mps: f64,
-    /// Smallest gap of the ego to its leader or its follower to it, metres.
-    pub least_gap_m: f64,
-    /// Cars collided.
-    pub crashed: bool,
-    /// Seconds from the first advice until the wave is calm for good; `None` if it never is.
-    pub calm_s: Option<f64>,
-}
 
 /// Mean over rings and its 95 % interval (1.96 standard errors), m/s.
 pub fn mean_and_interval(verdicts: &[Verdict]) -> (f64, f64) {
@@ -47,8 +32,8 @@ pub fn judge(
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<Verdict> {
     let blocks = rings.div_ceil(LANES);
-    let verdicts: Vec<Vec<Verdict>> =
-        (0..blocks).into_par_iter().map(|index| judge_block(config, stream, index, &make)).collect();
+    let one = |index| judge_block(config, stream, index, config.hold_steps_of(index, blocks), &make);
+    let verdicts: Vec<Vec<Verdict>> = (0..blocks).into_par_iter().map(one).collect();
     verdicts.into_iter().flatten().take(rings).collect()
 }
 
@@ -56,59 +41,107 @@ fn judge_block(
     config: &TrainConfig,
     stream: &str,
     index: usize,
+    hold_steps: u32,
     make: &(impl Fn() -> Option<Box<dyn Policy>> + Sync),
 ) -> Vec<Verdict> {
-    let mut block = EnvBlock::new(config, stream, index);
-    let advisor = |_| Advisor::new(make(), config.step_s, config.hold_steps(), 0.0);
-    let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
-    let steps = (config.horizon_s / config.step_s).round() as u64;
-    let ticks = (config.step_s / crate::time::TICK_S).round() as u64;
-    let mut tally = Tally { sum: [0.0; LANES], least_gap_m: splat(f32::MAX), uncalm: [0; LANES] };
-    for step in 0..steps {
-        for (l, advisor) in advisors.iter_mut().enumerate() {
+    let mut block = EnvBlock::new(config, stream, index, hold_steps);
+    let mut drivers = Advisors::new(config, hold_steps, make);
+    let tally = |l| Tally::new(config.step_s, block.observe(l).circumference_m);
+    let mut tallies: Vec<Tally> = (0..LANES).map(tally).collect();
+    for step in 0..steps(config, config.horizon_s) {
+        drivers.advise(&mut block, step);
+        block.step();
+        let ring = block.rings();
+        for (l, tally) in tallies.iter_mut().enumerate() {
+            let gap_m = f64::from(ring.gap_m()[l].min(ring.gap_behind_m()[l]));
+            tally.add(ring.speeds_mps(l), gap_m, drivers.of[l].standing().as_ref());
+        }
+    }
+    tallies.iter().map(Tally::verdict).collect()
+}
+
+fn steps(config: &TrainConfig, time_s: f64) -> u64 {
+    (time_s / config.step_s).round() as u64
+}
+
+/// An advisor for each ring of a block.
+struct Advisors {
+    of: Vec<Advisor>,
+    ticks: u64,
+    limit_mps: f64,
+}
+
+impl Advisors {
+    fn new(config: &TrainConfig, hold_steps: u32, make: &impl Fn() -> Option<Box<dyn Policy>>) -> Self {
+        let advisor = |_| Advisor::new(make(), config.step_s, hold_steps, config.range_mps);
+        Self {
+            of: (0..LANES).map(advisor).collect(),
+            ticks: (config.step_s / crate::time::TICK_S).round() as u64,
+            limit_mps: config.idm.v0,
+        }
+    }
+
+    fn advise(&mut self, block: &mut EnvBlock, step: u64) {
+        for (l, advisor) in self.of.iter_mut().enumerate() {
             let seen = block.observe(l);
-            if let Some(advice) = advisor.step(Tick(step * ticks), &seen, config.idm.v0) {
-                block.advise(l, advice.action, config.hold_s);
+            if let Some(advice) = advisor.step(Tick(step * self.ticks), &seen, self.limit_mps) {
+                let within = match advice.action {
+                    Action::Speed(_) => Action::Speed(advice.target_mps),
+                    acceleration => acceleration,
+                };
+                block.advise(l, within, block.hold_s());
             }
+        }
+    }
+}
+
+/// One ring, step by step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// Length of the ring, metres.
+    pub circumference_m: f64,
+    /// Seconds; the first advice is at 0.
+    pub time_s: Vec<f64>,
+    /// Way of each car, the ego first, then backwards, metres, not wrapped; a row a step.
+    pub way_m: Vec<Vec<f32>>,
+    /// Their speeds, m/s.
+    pub speed_mps: Vec<Vec<f32>>,
+    /// The speed that is shown to the ego's driver, m/s.
+    pub shown_mps: Vec<Option<f64>>,
+}
+
+/// Ring 0 of [`judge`]'s for the same arguments, from `before_s` before the first advice to `after_s` after it.
+pub fn trace(
+    config: &TrainConfig,
+    stream: &str,
+    [before_s, after_s]: [f64; 2],
+    make: impl Fn() -> Option<Box<dyn Policy>>,
+) -> Trace {
+    let warm_up_s = (config.warm_up_s - before_s).max(0.0);
+    let hold_steps = config.hold_steps();
+    let mut block = EnvBlock::new(&TrainConfig { warm_up_s, ..config.clone() }, stream, 0, hold_steps);
+    let mut drivers = Advisors::new(config, hold_steps, &make);
+    let mut trace = Trace { circumference_m: block.observe(0).circumference_m, ..Trace::default() };
+    let before = steps(config, config.warm_up_s - warm_up_s);
+    let mut ego_m = 0.0;
+    for step in 0..before + steps(config, after_s) {
+        if step >= before {
+            drivers.advise(&mut block, step - before);
         }
         block.step();
-        tally.add(&block, step);
-    }
-    (0..LANES).map(|l| tally.verdict(l, steps, config.step_s)).collect()
-}
-
-struct Tally {
-    sum: [f64; LANES],
-    least_gap_m: Lane,
-    /// The first step after which the wave has been calm.
-    uncalm: [u64; LANES],
-}
-
-impl Tally {
-    fn add(&mut self, block: &EnvBlock, step: u64) {
         let ring = block.rings();
-        for l in 0..LANES {
-            self.least_gap_m[l] = self.least_gap_m[l].min(ring.gap_m()[l]).min(ring.gap_behind_m()[l]);
-            if self.least_gap_m[l] <= 0.0 {
-                continue;
+        ego_m += ring.ego_mps()[0] * config.step_s as f32;
+        let mut place_m = ego_m;
+        let place = |k: usize| {
+            if k > 0 {
+                place_m -= ring.gaps_m(k)[0] + CAR_LENGTH_M as f32;
             }
-            let mean = f64::from(ring.mean_mps()[l]);
-            self.sum[l] += mean;
-            let square = ring.speeds_mps(l).map(|v| (f64::from(v) - mean).powi(2)).sum::<f64>() / ring.cars(l) as f64;
-            if square >= CALM_SD_MPS * CALM_SD_MPS {
-                self.uncalm[l] = step + 1;
-            }
-        }
+            place_m
+        };
+        trace.way_m.push((0..ring.cars(0)).map(place).collect());
+        trace.speed_mps.push(ring.speeds_mps(0).collect());
+        trace.time_s.push((step + 1) as f64 * config.step_s - before as f64 * config.step_s);
+        trace.shown_mps.push(drivers.of[0].standing().map(|advice| advice.target_mps));
     }
-
-    fn verdict(&self, l: usize, steps: u64, step_s: f64) -> Verdict {
-        let crashed = self.least_gap_m[l] <= 0.0;
-        let calm = !crashed && self.uncalm[l] < steps;
-        Verdict {
-            mean_mps: self.sum[l] / steps as f64,
-            least_gap_m: f64::from(self.least_gap_m[l]),
-            crashed,
-            calm_s: calm.then_some(self.uncalm[l] as f64 * step_s),
-        }
-    }
+    trace
 }

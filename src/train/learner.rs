@@ -15,14 +15,14 @@ use super::{
     value::{Fit, Value},
 };
 use crate::{
-    policy::{Action, FORMAT, Layer, Network, Output},
+    policy::{Action, FORMAT, Input, Layer, Network, Output, bounded},
     rng,
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Rings on which a policy is judged during training.
-const JUDGED_RINGS: usize = 2 * LANES;
+/// Blocks of rings on which a policy is judged during training: of one hold, and of a range of holds.
+const JUDGED_BLOCKS: [usize; 2] = [2, 6];
 
 /// One update in the learning curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +80,7 @@ struct Track {
     inputs: Vec<f32>,
     actions: Vec<f32>,
     outcomes: Vec<Outcome>,
+    hold_steps: u32,
     /// The observation after the last decision.
     after: Vec<f32>,
 }
@@ -92,8 +93,9 @@ impl Learner {
         let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
         theta.resize(shape.parameters(), config.first_sd.ln() as f32);
         let value = Value::new(&value_shape(config), &mut stream);
-        let blocks = (0..config.rings as usize / LANES).into_par_iter().map(|index| {
-            let mut env = EnvBlock::new(config, "train", index);
+        let count = config.rings as usize / LANES;
+        let blocks = (0..count).into_par_iter().map(|index| {
+            let mut env = EnvBlock::new(config, "train", index, config.hold_steps_of(index, count));
             env.spread();
             let mut rng = LaneRng::new();
             for l in 0..LANES {
@@ -132,8 +134,10 @@ impl Learner {
         let shape = policy_shape(&self.config);
         let tracks = self.collect(&shape);
         let outcomes = || tracks.iter().flat_map(|track| &track.outcomes);
-        let n = outcomes().count();
-        let mean = |of: fn(&Outcome) -> f32| outcomes().map(|o| f64::from(of(o))).sum::<f64>() / n as f64;
+        // A long hold counts for more than a short one: means are over time.
+        let timed = || tracks.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold_steps), o)));
+        let steps: f64 = timed().map(|(steps, _)| steps).sum();
+        let mean = |of: fn(&Outcome) -> f32| timed().map(|(steps, o)| steps * f64::from(of(o))).sum::<f64>() / steps;
         let (mean_mps, reward) = (mean(|o| o.mean_mps), mean(|o| o.reward));
         let centre_mps = *self.centre_mps.get_or_insert(reward);
         let (batch, returns) = self.batch(&tracks, centre_mps);
@@ -145,10 +149,9 @@ impl Learner {
         let iteration = self.iteration() + 1;
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
         let value_error = self.value.fit(&value_shape(c), &batch.inputs, &returns, &how, &mut stream);
-        let steps = n as u64 * u64::from(c.hold_steps());
         let row = Row {
             iteration,
-            env_steps: self.curve.last().map_or(0, |row| row.env_steps) + steps,
+            env_steps: self.curve.last().map_or(0, |row| row.env_steps) + steps as u64,
             mean_mps,
             reward,
             crashes: outcomes().filter(|o| o.ending == Ending::Crash).count() as u32,
@@ -172,7 +175,9 @@ impl Learner {
     /// Mean speed of the present policy without noise, m/s.
     fn judge(&self) -> f64 {
         let network = network(&self.config, &self.theta);
-        let verdicts = judge(&self.config, "judge", JUDGED_RINGS, || Some(Box::new(network.clone())));
+        let [low, high] = self.config.holds_s();
+        let rings = LANES * JUDGED_BLOCKS[usize::from(high > low)];
+        let verdicts = judge(&self.config, "judge", rings, || Some(Box::new(network.clone())));
         mean_and_interval(&verdicts).0
     }
 
@@ -193,13 +198,14 @@ impl Learner {
     fn batch(&self, tracks: &[Track], centre_mps: f64) -> (Batch<f32>, Vec<f32>) {
         let config = &self.config;
         let shape = value_shape(config);
-        let gamma = config.gamma();
+        let inputs = config.inputs();
         let mut batch = Batch { inputs: Vec::new(), actions: Vec::new(), advantages: Vec::new() };
         let mut returns = Vec::new();
         for track in tracks {
+            let gamma = config.gamma(f64::from(track.hold_steps) * config.step_s);
             let values = self.value.estimate(&shape, &[&track.inputs[..], &track.after[..]].concat());
             let last_inputs: Vec<f32> =
-                track.outcomes.iter().flat_map(|o| config.scaling.scaled(&o.last_seen)).collect();
+                track.outcomes.iter().flat_map(|o| inputs.iter().map(|input| input.scaled(&o.last_seen))).collect();
             let last_values = self.value.estimate(&shape, &last_inputs);
             let rows = track.outcomes.len();
             let mut of_rows = vec![0.0; rows];
@@ -225,6 +231,10 @@ impl Learner {
             returns.extend(of_rows.iter().zip(&values).map(|(a, v)| *a as f32 + v));
             batch.inputs.extend_from_slice(&track.inputs);
             batch.actions.extend_from_slice(&track.actions);
+            // A long hold does more than a short one: each block's advantages are brought to one size.
+            if config.hold_max_s > config.hold_s {
+                standardise(&mut of_rows);
+            }
             batch.advantages.extend(of_rows);
         }
         standardise(&mut batch.advantages);
@@ -237,37 +247,47 @@ impl Actor {
     fn live(&mut self, config: &TrainConfig, shape: &PolicyShape, theta: &[f32]) -> Track {
         let (net, log_sd) = shape.split(theta);
         let rows = config.decisions() * LANES;
+        let seen = config.inputs();
+        let hold_s = self.env.hold_s();
         let mut track = Track {
-            inputs: Vec::with_capacity(rows * 4),
+            hold_steps: self.env.hold_steps(),
+            inputs: Vec::with_capacity(rows * seen.len()),
             actions: Vec::with_capacity(rows),
             outcomes: Vec::with_capacity(rows),
             after: Vec::new(),
         };
         for _ in 0..config.decisions() {
-            let inputs = self.see(config);
+            let inputs = self.see(&seen);
             let here = shape.net.forward(net, &inputs);
             let (normal, _) = self.rng.normal_pair();
             let uniform = self.rng.uniform();
             let outputs = here.output().chunks_exact(shape.net.outputs());
             let drawn: Vec<f32> =
                 outputs.enumerate().map(|(l, out)| shape.family.draw(out, log_sd, normal[l], uniform[l])).collect();
-            let actions = std::array::from_fn(|l| action(config, drawn[l]));
+            let actions = std::array::from_fn(|l| action(config, drawn[l], hold_s));
             track.outcomes.extend(self.env.hold(&actions));
             track.inputs.extend(inputs);
             track.actions.extend(drawn);
         }
-        track.after = self.see(config);
+        track.after = self.see(&seen);
         track
     }
 
-    fn see(&self, config: &TrainConfig) -> Vec<f32> {
-        (0..LANES).flat_map(|l| config.scaling.scaled(&self.env.observe(l))).collect()
+    fn see(&self, inputs: &[Input]) -> Vec<f32> {
+        let seen = |l| {
+            let observation = self.env.observe(l);
+            inputs.iter().map(move |input| input.scaled(&observation))
+        };
+        (0..LANES).flat_map(seen).collect()
     }
 }
 
-/// The action that the policy's family calls `drawn`.
-fn action(config: &TrainConfig, drawn: f32) -> Action {
-    let [low, high] = config.action_limits();
+/// The action that the policy's family calls `drawn`, to stand for `hold_s`.
+fn action(config: &TrainConfig, drawn: f32, hold_s: f64) -> Action {
+    let [low, high] = match config.action {
+        ActionKind::Acceleration => bounded(config.action_limits(), config.speed_change_mps, hold_s),
+        ActionKind::Speed => config.action_limits(),
+    };
     let share = match config.levels {
         0 => (f64::from(drawn).clamp(-1.0, 1.0) + 1.0) / 2.0,
         levels => f64::from(drawn) / f64::from(levels - 1),
@@ -304,8 +324,9 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
         },
         limits: config.action_limits(),
         levels: config.levels,
-        hold_s: config.hold_s,
-        scaling: config.scaling,
+        speed_change_mps: config.speed_change_mps,
+        holds_s: config.holds_s(),
+        inputs: config.inputs(),
         layers: layers.collect(),
     }
 }

@@ -10,18 +10,25 @@ pub mod curve;
 pub mod distribution;
 pub mod driver;
 pub mod environment;
+pub mod figures;
+pub mod fuel;
 pub mod judge;
 pub mod lanes;
 pub mod learner;
 pub mod matrix;
 pub mod net;
+pub mod plot;
 pub mod ring;
+pub mod stats;
+pub mod tally;
 pub mod trpo;
 pub mod value;
 
 pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
-pub use judge::{Verdict, judge, mean_and_interval};
+pub use judge::{Trace, judge, mean_and_interval, trace};
 pub use learner::{Learner, Row};
+pub use stats::Estimate;
+pub use tally::{Tally, Verdict};
 
 #[cfg(test)]
 mod environment_tests;

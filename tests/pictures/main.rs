@@ -6,3 +6,4 @@ mod ground;
 mod light;
 mod pixels;
 mod place;
+mod poses;

@@ -1,0 +1,216 @@
+//! `codrive evaluate`: policies side by side, for each hold and each driver, on the same rings: whole horizons, transients
+//! included. On the fast ring, or as whole drives on either engine of traffic. Out: a table, CSV and figures.
+
+mod plan;
+mod report;
+
+use super::{CliError, flags, stop_on_ctrl_c};
+use crate::{
+    app,
+    policy::{self, Policy, PolicySettings},
+    sim::{Scenario, StartLayout, fields_of, settings_from_file, settings_with},
+    space::CAR_LENGTH_M,
+    train::{TrainConfig, Verdict, judge},
+};
+use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use indicatif::{ProgressBar, ProgressStyle};
+use plan::Case;
+use rayon::prelude::*;
+use report::Row;
+use std::{io::Write, path::PathBuf, sync::atomic::Ordering};
+
+pub(super) fn command() -> Command {
+    let option =
+        |id: &'static str, name: &'static str, help: &'static str| Arg::new(id).long(id).value_name(name).help(help);
+    let command = Command::new("evaluate")
+        .about("Drive policies over whole horizons, for each hold and driver, and compare them")
+        .arg(
+            option("policy", "NAME|FILE", "Policy to drive; may be given several times [default: all known by name]")
+                .action(ArgAction::Append),
+        )
+        .arg(
+            option("holds", "SECS,...", "Holds to drive with [default: the configuration's]")
+                .value_delimiter(',')
+                .value_parser(value_parser!(f64)),
+        )
+        .arg(
+            option(
+                "driver",
+                "NAME|reaction=S,error=MPS,...",
+                "Who follows the advice; may be given several times: exact (to the letter), guarded (to the letter, but \
+                 brakes where it must), perfect, follow, sloppy, or numbers of reaction, error, trait, slack \
+                 [default: as the configuration says]",
+            )
+            .action(ArgAction::Append)
+            .value_parser(plan::driver),
+        )
+        .arg(
+            option(
+                "engine",
+                "WORD",
+                "ring: the fast ring; native or sumo: whole drives, physics and pedals included, on that traffic",
+            )
+            .default_value("ring")
+            .value_parser(PossibleValuesParser::new(["ring", "native", "sumo"])),
+        )
+        .arg(
+            option("map", "NAME", "Road of whole drives")
+                .default_value(Scenario::default().map),
+        )
+        .arg(
+            option("aim", "MPS", "Speed that policies known by name aim for; 0 takes 98.5 % of the equilibrium speed")
+                .value_parser(value_parser!(f64))
+                .default_value("0"),
+        )
+        .arg(
+            option("over", "N", "Rings to drive on, each with a seed of its own")
+                .value_parser(value_parser!(u32).range(2..=100_000))
+                .default_value("20"),
+        )
+        .arg(
+            option("out", "DIR", "Folder for rings.csv, summary.csv and figures (SVG)")
+                .value_parser(value_parser!(PathBuf)),
+        )
+        .arg(
+            Arg::new("adherence")
+                .long("adherence")
+                .action(ArgAction::SetTrue)
+                .requires("out")
+                .help("Also figures of mean speed against the driver's reaction, error and slack"),
+        )
+        .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print as JSON, ring by ring"))
+        .arg(Arg::new("worker").long("worker").action(ArgAction::SetTrue).hide(true))
+        .arg(
+            option("config", "FILE", "Configuration (TOML) as of train; flags beside it win over what it says")
+                .value_parser(value_parser!(PathBuf)),
+        );
+    flags::add_fields(command, &fields_of::<TrainConfig>(), "Configuration")
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    if matches.get_flag("worker") {
+        return worker();
+    }
+    let base = match matches.get_one::<PathBuf>("config") {
+        Some(path) => TrainConfig { hold_max_s: 0.0, ..settings_from_file(path)? },
+        None => paper_ring(),
+    };
+    let config: TrainConfig = settings_with(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
+    let plan = plan::Plan::new(matches, &config)?;
+    for name in &plan.policies {
+        policy::build(name, &plan.settings).map_err(|e| CliError::Input(e.to_string()))?;
+    }
+    if let Some(dir) = &plan.out {
+        report::claim(dir)?;
+    }
+    let rows = drive(&plan, &config)?;
+    if matches.get_flag("json") {
+        println!("{:#}", report::json(&plan, &config, &rows));
+    } else {
+        print!("{}", report::table(&rows));
+    }
+    if let Some(dir) = &plan.out {
+        report::write(dir, &plan, &config, &rows)?;
+        println!("{}: rings.csv, summary.csv and figures", dir.display());
+    }
+    Ok(())
+}
+
+/// HC22's ring with the wave on it, for an evaluation that names no configuration.
+fn paper_ring() -> TrainConfig {
+    TrainConfig { circumference_min_m: 250.0, circumference_max_m: 250.0, bunched_share: 1.0, ..TrainConfig::default() }
+}
+
+/// What the policies known by name are built from: the middle of the configuration's rings.
+fn settings(config: &TrainConfig, aim_mps: f64) -> PolicySettings {
+    let length_m = (config.circumference_min_m + config.circumference_max_m) / 2.0;
+    let cars = f64::from(config.vehicles_min + config.vehicles_max) / 2.0;
+    let equilibrium_mps = config.idm.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M);
+    PolicySettings { aim_mps, equilibrium_mps, step_s: config.step_s }
+}
+
+/// Drives all cases, in parallel; Ctrl-C ends it with what is done thrown away.
+fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> {
+    let cases = plan.cases();
+    let stop = stop_on_ctrl_c();
+    let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed}  {eta} left");
+    let bar = ProgressBar::new((cases.len() * plan.rings) as u64);
+    let bar = bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let one = |case: &Case| {
+        if stop.load(Ordering::Relaxed) {
+            return Err(CliError::Failed("stopped; nothing was written".into()));
+        }
+        let verdicts = if plan.engine == "ring" {
+            let verdicts = judge(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
+            bar.inc(plan.rings as u64);
+            verdicts
+        } else {
+            let ring = |ring| {
+                let verdict = whole(plan, config, case, ring);
+                bar.inc(1);
+                verdict
+            };
+            (0..plan.rings).into_par_iter().map(ring).collect::<Result<_, _>>()?
+        };
+        Ok(Row { case: case.clone(), verdicts })
+    };
+    let rows = cases.par_iter().map(one).collect();
+    bar.finish_and_clear();
+    rows
+}
+
+/// One whole drive. SUMO runs once a process, so that its drives are given to workers, which are this program again.
+fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> Result<Verdict, CliError> {
+    let scenario = Scenario {
+        map: plan.map.clone(),
+        traffic: plan.engine.clone(),
+        vehicles: config.vehicles_min,
+        idm: config.idm,
+        start: if config.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
+        warm_up_s: config.warm_up_s,
+        duration_s: config.horizon_s,
+        step_s: config.step_s,
+        seed: config.seed + ring as u64,
+        policy: case.policy.clone(),
+        policy_speed_mps: plan.settings.aim_mps,
+        hold_s: case.hold_s,
+        range_mph: config.range_mps / crate::units::MPS_PER_MPH,
+        driver: case.driver.name(),
+        ..Scenario::default()
+    };
+    if plan.engine == "native" {
+        return Ok(app::trial::judged(&scenario)?);
+    }
+    let failed = |e: &dyn std::fmt::Display| CliError::Failed(format!("a drive on SUMO: {e}"));
+    let program = std::env::current_exe().map_err(|e| failed(&e))?;
+    let mut child = std::process::Command::new(program)
+        .args(["evaluate", "--worker"])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .map_err(|e| failed(&e))?;
+    if let Some(mut stdin) = child.stdin.take() {
+        stdin.write_all(scenario.to_toml().as_bytes()).map_err(|e| failed(&e))?;
+    }
+    let output = child.wait_with_output().map_err(|e| failed(&e))?;
+    if !output.status.success() {
+        return Err(failed(&String::from_utf8_lossy(&output.stderr).trim()));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|e| failed(&e))
+}
+
+/// Drives the scenario on the standard input and prints its verdict.
+fn worker() -> Result<(), CliError> {
+    let text = std::io::read_to_string(std::io::stdin()).map_err(|e| CliError::Input(e.to_string()))?;
+    let verdict = app::trial::judged(&Scenario::from_toml(&text, "worker")?)?;
+    println!("{}", serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?);
+    Ok(())
+}
+
+impl plan::Plan {
+    /// A policy, fresh; [`main`] has seen that it can be built.
+    fn build(&self, name: &str) -> Option<Box<dyn Policy>> {
+        policy::build(name, &self.settings).ok().flatten()
+    }
+}

@@ -1,0 +1,314 @@
+//! What an evaluation writes. In: rows of verdicts. Out: a table for people, CSV with one line a ring and one a case
+//! (mean and 95 % bootstrap interval of each measure), JSON, and figures. Windows and seeds are in the files.
+
+use super::{
+    CliError,
+    plan::{Case, Driver, Numbers, Plan},
+};
+use crate::train::{Estimate, TrainConfig, Verdict, figures, judge, trace};
+use serde_json::{Value, json};
+use std::{fmt::Write, fs, path::Path};
+
+/// A case and what came of it, ring by ring.
+pub struct Row {
+    /// What was driven.
+    pub case: Case,
+    /// One a ring.
+    pub verdicts: Vec<Verdict>,
+}
+
+/// A number of a ring; `None` where it has none.
+type Measure = fn(&Verdict) -> Option<f64>;
+
+/// Measures and their names in the files.
+const MEASURES: [(&str, Measure); 9] = [
+    ("mean_speed_mps", |v| Some(v.mean_mps)),
+    ("sd_over_cars_mps", |v| Some(v.sd_over_cars_mps)),
+    ("sd_in_time_mps", |v| Some(v.sd_in_time_mps)),
+    ("calm_after_s", |v| v.calm_s),
+    ("least_gap_m", |v| Some(v.least_gap_m)),
+    ("crashed", |v| Some(f64::from(u8::from(v.crashed)))),
+    ("fuel_l_100km", |v| v.fuel_l_100km),
+    ("throughput_per_h", |v| Some(v.throughput_per_h)),
+    ("in_range", |v| v.in_range),
+];
+
+fn estimate(row: &Row, of: Measure) -> Option<Estimate> {
+    Estimate::of(&row.verdicts.iter().filter_map(of).collect::<Vec<_>>())
+}
+
+/// For people.
+pub fn table(rows: &[Row]) -> String {
+    let mut text = String::new();
+    let mut before = None;
+    for row in rows {
+        let head = (row.case.label(), row.case.driver.name());
+        if before.as_ref() != Some(&head) {
+            let _ = writeln!(text, "{}, driver {}", head.0, head.1);
+            text.push_str("  hold s   mean m/s [95 % interval]   SD cars  SD time  calm           least gap  crashes  fuel   in range\n");
+            before = Some(head);
+        }
+        let _ = writeln!(text, "{}", words(row));
+    }
+    text
+}
+
+fn words(row: &Row) -> String {
+    let n = row.verdicts.len();
+    let value = |of: Measure| estimate(row, of).map(|e| e.mean);
+    let speed = estimate(row, MEASURES[0].1).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 });
+    let calm = row.verdicts.iter().filter(|v| v.calm_s.is_some()).count();
+    let after = value(|v| v.calm_s).map_or(String::new(), |s| format!(" {s:.0} s"));
+    let least = row.verdicts.iter().map(|v| v.least_gap_m).fold(f64::INFINITY, f64::min);
+    let crashes = row.verdicts.iter().filter(|v| v.crashed).count();
+    format!(
+        "  {:>6}   {:.3} [{:.3}, {:.3}]        {:>7.2}  {:>7.2}  {:<13}  {least:>6.2} m   {crashes:>5}    {:>5}  {:>6}",
+        row.case.hold_s,
+        speed.mean,
+        speed.low,
+        speed.high,
+        value(|v| Some(v.sd_over_cars_mps)).unwrap_or(0.0),
+        value(|v| Some(v.sd_in_time_mps)).unwrap_or(0.0),
+        format!("{calm}/{n}{after}"),
+        value(|v| v.fuel_l_100km).map_or("-".into(), |f| format!("{f:.1}")),
+        value(|v| v.in_range).map_or("-".into(), |s| format!("{:.0} %", s * 100.0)),
+    )
+}
+
+/// For programs.
+pub fn json(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Value {
+    let row = |row: &Row| {
+        json!({
+            "policy": row.case.policy, "hold_s": row.case.hold_s, "driver": row.case.driver.name(),
+            "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.verdicts,
+        })
+    };
+    json!({
+        "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
+        "engine": plan.engine,
+        "aim_mps": plan.settings.aim_or_automatic_mps(),
+        "config": config,
+        "rows": rows.iter().map(row).collect::<Vec<_>>(),
+    })
+}
+
+/// Sees that the folder can be written to and holds no evaluation yet.
+///
+/// # Errors
+/// It does, or it cannot be made.
+pub fn claim(dir: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
+    match ["rings.csv", "summary.csv"].iter().find(|name| dir.join(name).exists()) {
+        Some(name) => {
+            let text =
+                format!("{} holds an evaluation already ({name}); name another folder with --out", dir.display());
+            Err(CliError::Input(text))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Tables and figures into the folder.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write(dir: &Path, plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Result<(), CliError> {
+    let put = |name: &str, text: &str| {
+        let path = dir.join(name);
+        fs::write(&path, text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
+    };
+    put("rings.csv", &rings_csv(plan, config, rows))?;
+    put("summary.csv", &summary_csv(plan, config, rows))?;
+    put("config.toml", &toml::to_string(config).unwrap_or_default())?;
+    for (name, text) in pictures(plan, config, rows) {
+        put(&name, &text)?;
+    }
+    Ok(())
+}
+
+fn key(row: &Row, plan: &Plan) -> String {
+    format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.name(), plan.engine)
+}
+
+fn rings_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
+    let names: Vec<&str> = MEASURES.iter().map(|m| m.0).collect();
+    let mut text = format!("policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{}\n", names.join(","));
+    for row in rows {
+        for (ring, verdict) in row.verdicts.iter().enumerate() {
+            let values: Vec<String> =
+                MEASURES.iter().map(|(_, of)| of(verdict).map_or(String::new(), |x| x.to_string())).collect();
+            let _ =
+                writeln!(text, "{},{},{ring},0,{},{}", key(row, plan), config.seed, config.horizon_s, values.join(","));
+        }
+    }
+    text
+}
+
+fn summary_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
+    let names: Vec<String> = MEASURES.iter().map(|(m, _)| format!("{m},{m}_low,{m}_high")).collect();
+    let mut text =
+        format!("policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{}\n", names.join(","));
+    for row in rows {
+        let values: Vec<String> = MEASURES
+            .iter()
+            .map(|(_, of)| estimate(row, *of).map_or(",,".into(), |e| format!("{},{},{}", e.mean, e.low, e.high)))
+            .collect();
+        let calm = row.verdicts.iter().filter(|v| v.calm_s.is_some()).count();
+        let _ = writeln!(
+            text,
+            "{},{},{},{calm},0,{},{}",
+            key(row, plan),
+            config.seed,
+            row.verdicts.len(),
+            config.horizon_s,
+            values.join(",")
+        );
+    }
+    text
+}
+
+fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, String)> {
+    let mut out = Vec::new();
+    let mut note = note(plan, config);
+    if plan.holds_s.len() > 1 {
+        let equilibrium_mps = plan.settings.equilibrium_mps;
+        let is_paper_ring = config.circumference_min_m == 250.0
+            && config.circumference_max_m == 250.0
+            && (config.vehicles_min, config.vehicles_max) == (22, 22);
+        let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &note);
+        out.push(("speed-against-hold.svg".into(), text));
+    }
+    if plan.engine != "ring" {
+        return out;
+    }
+    note.push_str("; this is ring 0");
+    // Of the holds the middle one: others are seen by asking for them alone.
+    let hold_s = plan.holds_s[plan.holds_s.len() / 2];
+    for case in plan.cases().iter().filter(|case| case.policy != "none" && case.hold_s == hold_s) {
+        let of_case = case.config(config);
+        let before_s = 100.0_f64.min(config.warm_up_s);
+        let after_s = 500.0_f64.min(config.horizon_s);
+        let trace_of = |name: &str| trace(&of_case, "evaluate", [before_s, after_s], || plan.build(name));
+        let (without, with) = (trace_of("none"), trace_of(&case.policy));
+        let title = format!("{}, hold {} s, driver {}", case.label(), case.hold_s, case.driver.name());
+        let file = slug(&title);
+        let top_mps = 2.2 * plan.settings.equilibrium_mps;
+        let rings = [("No advice", &without), (title.as_str(), &with)];
+        out.push((format!("space-time-{file}.svg"), figures::space_time(&rings, top_mps, &note)));
+        out.push((format!("speeds-{file}.svg"), figures::speeds(&title, &with, config.range_mps, &note)));
+    }
+    if plan.adherence {
+        out.push(("adherence.svg".into(), adherence(plan, config)));
+    }
+    out
+}
+
+/// What was driven, for the foot of a figure.
+fn note(plan: &Plan, config: &TrainConfig) -> String {
+    let span = |a: f64, b: f64| if a == b { format!("{a}") } else { format!("{a} to {b}") };
+    let cars = span(f64::from(config.vehicles_min), f64::from(config.vehicles_max));
+    let length = match plan.engine.as_str() {
+        "ring" => format!("{} m", span(config.circumference_min_m, config.circumference_max_m)),
+        engine => format!("{} on {engine}", plan.map),
+    };
+    format!(
+        "{cars} cars on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
+         bootstrap",
+        plan.rings, config.seed, config.horizon_s, config.warm_up_s
+    )
+}
+
+fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
+    let mut series: Vec<figures::Series> = Vec::new();
+    for row in rows {
+        let name = match plan.drivers.len() {
+            1 => row.case.label(),
+            _ => format!("{}, {}", row.case.label(), row.case.driver.name()),
+        };
+        let Some(estimate) = estimate(row, MEASURES[0].1) else { continue };
+        let point = (row.case.hold_s, estimate);
+        match series.iter_mut().find(|s| s.name == name) {
+            Some(s) => s.points.push(point),
+            None => {
+                let policy = plan.policies.iter().position(|p| *p == row.case.policy).unwrap_or(0);
+                let driver = plan.drivers.iter().position(|d| *d == row.case.driver).unwrap_or(0);
+                series.push(figures::Series { name, look: [policy, driver], points: vec![point] });
+            }
+        }
+    }
+    series
+}
+
+/// Mean speed of each policy at each hold against what the driver is like.
+fn adherence(plan: &Plan, config: &TrainConfig) -> String {
+    /// What an attentive participant is taken to be like (`driver`'s preset `follow`).
+    const BASE: Numbers = Numbers { reaction_s: 1.0, error_mps: 0.3, trait_mps: 0.0, slack_mps: 0.0 };
+    // Three holds tell the story of ten.
+    let n = plan.holds_s.len();
+    let mut holds_s = vec![plan.holds_s[0], plan.holds_s[n / 2], plan.holds_s[n - 1]];
+    holds_s.dedup();
+    let sweep = |values: &[f64], of: fn(f64) -> Numbers| -> Vec<figures::Series> {
+        let one = Plan { drivers: vec![Driver::Numbers(BASE)], holds_s: holds_s.clone(), ..plan.copy() };
+        let cases: Vec<Case> =
+            one.cases().into_iter().filter(|case| case.policy != "none" || case.hold_s == holds_s[0]).collect();
+        let line = |case: &Case| figures::Series {
+            name: format!("{}, hold {} s", case.label(), case.hold_s),
+            look: [
+                plan.policies.iter().position(|p| *p == case.policy).unwrap_or(0),
+                holds_s.iter().position(|h| *h == case.hold_s).unwrap_or(0),
+            ],
+            points: values
+                .iter()
+                .filter_map(|x| {
+                    let case = Case { driver: Driver::Numbers(of(*x)), ..case.clone() };
+                    let verdicts = judge(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
+                    estimate(&Row { case, verdicts }, MEASURES[0].1).map(|e| (*x, e))
+                })
+                .collect(),
+        };
+        cases.iter().map(line).collect()
+    };
+    let reaction = sweep(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0], |x| Numbers { reaction_s: x, ..BASE });
+    let error = sweep(&[0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0], |x| Numbers { error_mps: x, ..BASE });
+    let slack = sweep(&[0.0, 0.2, 0.447, 0.7, 1.0, 1.5, 2.24], |x| Numbers { slack_mps: x, ..BASE });
+    let charts = [
+        ("reaction time, s (tracking error 0.3 m/s)", reaction),
+        ("tracking error, m/s (reaction 1 s)", error),
+        ("half width of a range in which the driver is content, m/s (reaction 1 s, error 0.3 m/s)", slack),
+    ];
+    figures::adherence(&charts, &note(plan, config))
+}
+
+impl Plan {
+    fn copy(&self) -> Self {
+        Self {
+            policies: self.policies.clone(),
+            holds_s: self.holds_s.clone(),
+            drivers: self.drivers.clone(),
+            engine: self.engine.clone(),
+            map: self.map.clone(),
+            out: self.out.clone(),
+            ..*self
+        }
+    }
+}
+
+/// A title as a file's name.
+fn slug(title: &str) -> String {
+    let words = title.to_lowercase().replace("m/s", "mps");
+    let parts: Vec<&str> = words.split(|c: char| !c.is_alphanumeric() && c != '.').filter(|p| !p.is_empty()).collect();
+    parts.join("-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_title_becomes_a_file_name() {
+        assert_eq!(
+            slug("pi, hold 0.1 s, driver reaction 1 s, error 0.5 m/s"),
+            "pi-hold-0.1-s-driver-reaction-1-s-error-0.5-mps"
+        );
+    }
+}

@@ -1,0 +1,290 @@
+//! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
+//! those of FACTS 3.
+
+use super::{
+    judge::Trace,
+    plot::{Axis, COLOURS, Chart, Line, Style, picture},
+    stats::Estimate,
+};
+use std::fmt::Write;
+
+/// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (FACTS 3): seconds, m/s.
+pub const PUBLISHED: [[f64; 2]; 19] = [
+    [0.1, 4.249],
+    [1.0, 4.331],
+    [2.0, 4.327],
+    [5.0, 4.316],
+    [8.0, 4.303],
+    [10.0, 4.311],
+    [13.0, 4.296],
+    [14.0, 4.127],
+    [15.0, 4.006],
+    [17.0, 4.178],
+    [20.0, 4.053],
+    [22.0, 4.215],
+    [24.0, 3.977],
+    [25.0, 3.330],
+    [26.0, 1.810],
+    [27.0, 4.197],
+    [28.0, 2.848],
+    [29.0, 1.233],
+    [30.0, 3.319],
+];
+/// SW21's hand-designed optimum on its ring, m/s.
+const BY_HAND_MPS: f64 = 4.43;
+
+/// A measured line: a name, and an estimate at each place of the horizontal axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// What it is.
+    pub name: String,
+    /// Number of its colour, and of its dashes.
+    pub look: [usize; 2],
+    /// Place and estimate.
+    pub points: Vec<(f64, Estimate)>,
+}
+
+/// Mean speed against the hold. On the paper's ring with the published series and the hand-designed optimum; with the
+/// speed at which an even ring flows.
+pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool, note: &str) -> String {
+    let holds: Vec<f64> = series.iter().flat_map(|s| s.points.iter().map(|p| p.0)).collect();
+    let (low, high) = ends(holds.into_iter());
+    let ticks: Vec<f64> = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0]
+        .into_iter()
+        .filter(|t| *t >= low && *t <= high)
+        .collect();
+    let x = if ticks.len() > 1 {
+        Axis::ratios("hold, s (even ratios)", &ticks)
+    } else {
+        Axis::even("hold, s", [low - 0.5, high + 0.5])
+    };
+    // The published series falls to 1.2 m/s: the axis is that of what was measured here.
+    let y = Axis::even("mean speed of all cars, m/s", around_with(&measured(series), [equilibrium_mps, BY_HAND_MPS]));
+    let mut lines = vec![level("even ring (equilibrium)", equilibrium_mps, [low, high], "7 3")];
+    if is_paper_ring {
+        lines.push(level("optimum by hand (Sridhar, Wu 2021)", BY_HAND_MPS, [low, high], "2 3"));
+        lines.push(Line {
+            name: "published series, acceleration advice".into(),
+            style: Style { dots: true, dash: "4 3", width: 1.2, ..Style::solid("#999999") },
+            points: PUBLISHED.to_vec(),
+            band: Vec::new(),
+        });
+    }
+    lines.extend(measured(series));
+    let below =
+        PUBLISHED.iter().filter(|p| is_paper_ring && p[1] < y.range[0]).map(|p| format!("{} s: {}", p[0], p[1]));
+    let below: Vec<String> = below.collect();
+    let mut note = note.to_owned();
+    if !below.is_empty() {
+        note.push_str(&format!("\npublished values below the axis, m/s: {}", below.join(", ")));
+    }
+    picture(&[Chart { lines, ..Chart::new("Mean speed against the hold", x, y, [620.0, 360.0]) }], &note)
+}
+
+/// Mean speed against something of the driver, one chart for each.
+pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
+    let all: Vec<Line> = charts.iter().flat_map(|(_, series)| measured(series)).collect();
+    let range = around(&all);
+    let chart = |(label, series): &(&str, Vec<Series>)| {
+        let lines = measured(series);
+        let x = Axis::even(label, ends_of(&lines, 0));
+        Chart { lines, ..Chart::new("", x, Axis::even("mean speed of all cars, m/s", range), [560.0, 210.0]) }
+    };
+    picture(&charts.iter().map(chart).collect::<Vec<_>>(), note)
+}
+
+/// Trajectories of all cars, coloured by their speed, for each of these rings.
+pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, note: &str) -> String {
+    let chart = |(title, trace): &(&str, &Trace)| {
+        let range = [trace.time_s[0].round(), trace.time_s[trace.time_s.len() - 1].round()];
+        let y = Axis::even("place on the ring, m", [0.0, trace.circumference_m]);
+        let mut chart = Chart::new(title, Axis::even("time since the first advice, s", range), y, [700.0, 230.0]);
+        chart.below = ways(trace, &chart, top_mps);
+        chart
+    };
+    let charts: Vec<Chart> = traces.iter().map(chart).collect();
+    let shades: Vec<String> =
+        (0..SHADES.len()).map(|i| format!("{:.1}", (i as f64 + 0.5) / SHADES.len() as f64 * top_mps)).collect();
+    let mut out = picture(&charts, &format!("{note}\n\n"));
+    // The key to the colours, on the last line of the note.
+    let height: f64 = charts.iter().map(|c| c.size()[1]).sum::<f64>() + 14.0 * note.lines().count() as f64;
+    let mut key = String::new();
+    for (i, (colour, speed)) in SHADES.iter().zip(&shades).enumerate() {
+        let x = 58.0 + 62.0 * i as f64;
+        let _ = write!(
+            key,
+            "<path d=\"M{x} {y:.0}h18\" stroke=\"{colour}\" stroke-width=\"5\"/><text x=\"{:.0}\" y=\"{:.0}\" \
+             font-size=\"11\">{speed}</text>",
+            x + 23.0,
+            height + 14.0,
+            y = height + 10.0
+        );
+    }
+    let _ = write!(
+        key,
+        "<text x=\"{:.0}\" y=\"{:.0}\" font-size=\"11\">m/s; thick: ego</text>",
+        58.0 + 62.0 * 9.0,
+        height + 14.0
+    );
+    out.insert_str(out.len() - "</svg>\n".len(), &key);
+    out
+}
+
+/// From standing to fast.
+const SHADES: [&str; 9] =
+    ["#7f0000", "#b2182b", "#d6604d", "#f4a582", "#e0c98c", "#a6d3a0", "#66bd9a", "#3288bd", "#2c4fa0"];
+
+/// Pieces of the cars' ways, put together by colour.
+fn ways(trace: &Trace, chart: &Chart, top_mps: f64) -> String {
+    /// A piece for each of so many steps: at 0.1 s the wave's 34 s are 23 pieces.
+    const STRIDE: usize = 15;
+    let length_m = trace.circumference_m;
+    let mut paths = vec![String::new(); 2 * SHADES.len()];
+    let cars = trace.way_m[0].len();
+    for i in (0..trace.time_s.len() - STRIDE).step_by(STRIDE) {
+        for k in 0..cars {
+            let (from_m, to_m) = (f64::from(trace.way_m[i][k]), f64::from(trace.way_m[i + STRIDE][k]));
+            let share = f64::from(trace.speed_mps[i][k]) / top_mps * SHADES.len() as f64;
+            let shade = (share.max(0.0) as usize).min(SHADES.len() - 1) + if k == 0 { SHADES.len() } else { 0 };
+            let start_m = from_m.rem_euclid(length_m);
+            let mut piece = |a: f64, b: f64| {
+                let [x1, y1] = chart.place(trace.time_s[i], a);
+                let [x2, y2] = chart.place(trace.time_s[i + STRIDE], b);
+                let _ = write!(paths[shade], "M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}");
+            };
+            piece(start_m, start_m + to_m - from_m);
+            // What runs over the end of the road comes in again at its beginning.
+            if start_m + to_m - from_m > length_m {
+                piece(start_m - length_m, start_m + to_m - from_m - length_m);
+            }
+        }
+    }
+    let path = |(i, d): (usize, &String)| {
+        let width = if i < SHADES.len() { 1.0 } else { 2.4 };
+        format!("<path d=\"{d}\" stroke=\"{}\" stroke-width=\"{width}\" fill=\"none\"/>\n", SHADES[i % SHADES.len()])
+    };
+    paths.iter().enumerate().filter(|(_, d)| !d.is_empty()).map(path).collect()
+}
+
+/// What is shown to the ego's driver, what the ego drives, and what the others do.
+pub fn speeds(title: &str, trace: &Trace, range_mps: f64, note: &str) -> String {
+    let every = (trace.time_s.len() / 1200).max(1);
+    let steps = || (0..trace.time_s.len()).step_by(every);
+    let line = |name: &str, style: Style, of: &dyn Fn(usize) -> Option<f64>| Line {
+        name: name.into(),
+        style,
+        points: steps().filter_map(|i| of(i).map(|y| [trace.time_s[i], y])).collect(),
+        band: Vec::new(),
+    };
+    let mut shown =
+        line("shown speed and its range", Style { width: 1.4, ..Style::solid(COLOURS[2]) }, &|i| trace.shown_mps[i]);
+    shown.band = shown.points.iter().map(|p| [(p[1] - range_mps).max(0.0), p[1] + range_mps]).collect();
+    let of = |i: usize, f: fn(f32, f32) -> f32| trace.speed_mps[i].iter().copied().reduce(f).map(f64::from);
+    let mut spread =
+        line("mean of all cars; slowest to fastest", Style { width: 1.4, ..Style::solid(COLOURS[7]) }, &|i| {
+            let speeds = &trace.speed_mps[i];
+            Some(speeds.iter().map(|v| f64::from(*v)).sum::<f64>() / speeds.len() as f64)
+        });
+    spread.band = steps().map(|i| [of(i, f32::min).unwrap_or(0.0), of(i, f32::max).unwrap_or(0.0)]).collect();
+    let ego =
+        line("ego", Style { width: 1.2, ..Style::solid(COLOURS[1]) }, &|i| Some(f64::from(trace.speed_mps[i][0])));
+    let lines = vec![spread, shown, ego];
+    let x = Axis::even("time since the first advice, s", ends_of(&lines[..1], 0));
+    let high = lines.iter().flat_map(|l| l.band.iter().map(|b| b[1])).fold(1.0, f64::max);
+    let chart = Chart { lines, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), [700.0, 260.0]) };
+    picture(&[chart], note)
+}
+
+fn measured(series: &[Series]) -> Vec<Line> {
+    const DASHES: [&str; 4] = ["", "7 3", "2 3", "9 3 2 3"];
+    let line = |s: &Series| Line {
+        name: s.name.clone(),
+        style: Style {
+            dots: true,
+            dash: DASHES[s.look[1] % DASHES.len()],
+            ..Style::solid(COLOURS[s.look[0] % COLOURS.len()])
+        },
+        points: s.points.iter().map(|(x, e)| [*x, e.mean]).collect(),
+        band: s.points.iter().map(|(_, e)| [e.low, e.high]).collect(),
+    };
+    series.iter().map(line).collect()
+}
+
+fn level(name: &str, y: f64, [low, high]: [f64; 2], dash: &'static str) -> Line {
+    let style = Style { width: 1.2, dash, ..Style::solid("#555555") };
+    Line { name: name.into(), style, points: vec![[low * 0.5, y], [high * 2.0, y]], band: Vec::new() }
+}
+
+fn ends(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
+}
+
+fn ends_of(lines: &[Line], k: usize) -> [f64; 2] {
+    let (low, high) = ends(lines.iter().flat_map(|l| l.points.iter().map(move |p| p[k])));
+    [low, high]
+}
+
+/// All values with a little room above and below.
+fn around(lines: &[Line]) -> [f64; 2] {
+    around_with(lines, [f64::INFINITY, f64::NEG_INFINITY])
+}
+
+fn around_with(lines: &[Line], [from, to]: [f64; 2]) -> [f64; 2] {
+    let [low, high] = ends_of(lines, 1);
+    let (low, high) = (low.min(from), high.max(to));
+    let bands = lines.iter().flat_map(|l| l.band.iter());
+    let (low, high) = bands.fold((low, high), |(low, high), b| (low.min(b[0]), high.max(b[1])));
+    let room = ((high - low) * 0.06).max(0.02);
+    [(low - room).max(0.0), high + room]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(mean: f64) -> Estimate {
+        Estimate { mean, low: mean - 0.1, high: mean + 0.1 }
+    }
+
+    fn trace() -> Trace {
+        let rows = 0..200;
+        Trace {
+            circumference_m: 100.0,
+            time_s: rows.clone().map(|i| f64::from(i) * 0.1 - 5.0).collect(),
+            way_m: rows.clone().map(|i| vec![i as f32, i as f32 - 20.0]).collect(),
+            speed_mps: rows.clone().map(|i| vec![4.0, i as f32 * 0.02]).collect(),
+            shown_mps: rows.map(|i| (i > 50).then_some(4.2)).collect(),
+        }
+    }
+
+    #[test]
+    fn every_figure_is_well_formed() {
+        let series = |n: usize| {
+            vec![Series {
+                name: "a & b".into(),
+                look: [0, 9],
+                points: (1..=n).map(|i| (i as f64, estimate(4.0))).collect(),
+            }]
+        };
+        for text in [
+            against_hold(&series(3), 4.362, true, "20 rings"),
+            against_hold(&series(1), 4.362, false, ""),
+            adherence(&[("reaction, s", series(4)), ("error, m/s", series(2))], "two lines\nof notes"),
+            space_time(&[("before", &trace()), ("after", &trace())], 9.0, "a note"),
+            speeds("one ring", &trace(), 0.447, ""),
+        ] {
+            roxmltree::Document::parse(&text).unwrap();
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_way_over_the_end_of_the_road_comes_in_at_its_beginning() {
+        let trace = trace();
+        let x = Axis::even("", [-5.0, 15.0]);
+        let chart = Chart::new("", x, Axis::even("", [0.0, 100.0]), [200.0, 100.0]);
+        // Two cars, one of which crosses the end once (at step 100) and one at step 120, and starts at -20 m.
+        let pieces = ways(&trace, &chart, 9.0).matches('M').count();
+        assert_eq!(pieces, 2 * 13 + 3);
+    }
+}

@@ -1,0 +1,160 @@
+//! One drive on a ring in numbers. In: speeds of all cars at each step, the ego first, its gaps and the advice. Out: a
+//! [`Verdict`]. The same code for the fast ring and for whole drives. SI units.
+
+use super::fuel;
+use crate::policy::Advice;
+use serde::{Deserialize, Serialize};
+
+/// The wave is calm where the standard deviation of speed over the cars stays below this, m/s (FACTS 3).
+const CALM_SD_MPS: f64 = 0.5;
+
+/// One ring, driven to the horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Mean speed of all cars over the horizon, m/s; cars stand from a crash on.
+    pub mean_mps: f64,
+    /// Standard deviation of speed over the cars, mean over time, m/s.
+    pub sd_over_cars_mps: f64,
+    /// Standard deviation of a car's speed in time, mean over cars, m/s.
+    pub sd_in_time_mps: f64,
+    /// Seconds from the first advice until the wave is calm for good; `None` if it never is.
+    pub calm_s: Option<f64>,
+    /// Smallest gap of the ego to its leader or its follower to it, metres.
+    pub least_gap_m: f64,
+    /// Cars collided.
+    pub crashed: bool,
+    /// Fuel of all cars for 100 km each ([`fuel`]), litres; `None` if nobody moved.
+    pub fuel_l_100km: Option<f64>,
+    /// Cars past a place in an hour: density times mean speed (Edie 1963), 1/h.
+    pub throughput_per_h: f64,
+    /// Share of the time with advice in which the ego's speed was in its range, 0..1.
+    pub in_range: Option<f64>,
+}
+
+/// Collects what a [`Verdict`] tells.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    step_s: f64,
+    steps: u64,
+    circumference_m: f64,
+    sums: Vec<[f64; 2]>,
+    before_mps: Vec<f32>,
+    sum_mps: f64,
+    sum_sd_mps: f64,
+    fuel_ml: f64,
+    least_gap_m: f64,
+    /// The first step after which the wave has been calm.
+    uncalm: u64,
+    advised: u64,
+    in_range: u64,
+}
+
+impl Tally {
+    /// Nothing yet, on a ring of this length with steps of `step_s`.
+    pub fn new(step_s: f64, circumference_m: f64) -> Self {
+        Self {
+            step_s,
+            steps: 0,
+            circumference_m,
+            sums: Vec::new(),
+            before_mps: Vec::new(),
+            sum_mps: 0.0,
+            sum_sd_mps: 0.0,
+            fuel_ml: 0.0,
+            least_gap_m: f64::INFINITY,
+            uncalm: 0,
+            advised: 0,
+            in_range: 0,
+        }
+    }
+
+    /// A step has passed: speeds of all cars in a fixed order, the ego first; the smaller of the gaps ahead of and behind
+    /// the ego; the advice that stands. After a crash nothing counts but the time.
+    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, gap_m: f64, advice: Option<&Advice>) {
+        self.steps += 1;
+        if self.least_gap_m <= 0.0 {
+            return;
+        }
+        self.least_gap_m = self.least_gap_m.min(gap_m);
+        if self.least_gap_m <= 0.0 {
+            return;
+        }
+        let (mut n, mut sum, mut square, mut fuel_ml_s, mut ego_mps) = (0, 0.0, 0.0, 0.0, 0.0);
+        for (k, speed_mps) in speeds_mps.enumerate() {
+            if k == self.sums.len() {
+                self.sums.push([0.0; 2]);
+                self.before_mps.push(speed_mps);
+            }
+            let accel_mps2 = (speed_mps - self.before_mps[k]) / self.step_s as f32;
+            self.before_mps[k] = speed_mps;
+            fuel_ml_s += f64::from(fuel::rate_ml_s(speed_mps, accel_mps2));
+            let v = f64::from(speed_mps);
+            if k == 0 {
+                ego_mps = v;
+            }
+            self.sums[k][0] += v;
+            self.sums[k][1] += v * v;
+            (n, sum, square) = (n + 1, sum + v, square + v * v);
+        }
+        let mean = sum / f64::from(n);
+        let sd = (square / f64::from(n) - mean * mean).max(0.0).sqrt();
+        self.sum_mps += mean;
+        self.sum_sd_mps += sd;
+        self.fuel_ml += fuel_ml_s * self.step_s;
+        if sd >= CALM_SD_MPS {
+            self.uncalm = self.steps;
+        }
+        if let Some(advice) = advice {
+            self.advised += 1;
+            self.in_range += u64::from(advice.accepts(ego_mps));
+        }
+    }
+
+    /// What it comes to.
+    pub fn verdict(&self) -> Verdict {
+        let steps = self.steps.max(1) as f64;
+        let cars = self.sums.len() as f64;
+        let crashed = self.least_gap_m <= 0.0;
+        let calm = !crashed && self.uncalm < self.steps;
+        let mean_mps = self.sum_mps / steps;
+        let sd = |[sum, square]: &[f64; 2]| (square / steps - (sum / steps).powi(2)).max(0.0).sqrt();
+        let way_m = self.sum_mps * self.step_s * cars;
+        Verdict {
+            mean_mps,
+            sd_over_cars_mps: self.sum_sd_mps / steps,
+            sd_in_time_mps: self.sums.iter().map(sd).sum::<f64>() / cars.max(1.0),
+            calm_s: calm.then_some(self.uncalm as f64 * self.step_s),
+            least_gap_m: self.least_gap_m,
+            crashed,
+            // ml a metre are 100 litres for 100 km.
+            fuel_l_100km: (way_m > 0.0).then(|| self.fuel_ml / way_m * 100.0),
+            throughput_per_h: cars / self.circumference_m * mean_mps * 3600.0,
+            in_range: (self.advised > 0).then(|| self.in_range as f64 / self.advised as f64),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_cars_at_2_and_4_mps_are_told_as_such() {
+        let mut tally = Tally::new(0.1, 100.0);
+        (0..50).for_each(|_| tally.add([2.0, 4.0].into_iter(), 7.0, None));
+        let v = tally.verdict();
+        assert!((v.mean_mps - 3.0).abs() < 1e-9 && (v.sd_over_cars_mps - 1.0).abs() < 1e-9);
+        assert!(v.sd_in_time_mps < 1e-6 && v.calm_s.is_none() && v.in_range.is_none());
+        assert!((v.throughput_per_h - 2.0 / 100.0 * 3.0 * 3600.0).abs() < 1e-9);
+        assert_eq!(v.least_gap_m, 7.0);
+    }
+
+    #[test]
+    fn a_crash_stops_the_count_but_not_the_clock() {
+        let mut tally = Tally::new(0.1, 100.0);
+        (0..50).for_each(|i| tally.add([4.0, 4.0].into_iter(), if i < 25 { 5.0 } else { -0.1 }, None));
+        let v = tally.verdict();
+        assert!(v.crashed && v.calm_s.is_none());
+        assert!((v.mean_mps - 2.0).abs() < 1e-9);
+    }
+}
