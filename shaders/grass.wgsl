@@ -117,8 +117,8 @@ fn fragment(in: Blade) -> @location(0) vec4f {
     let many = smoothstep(0.30, 1.1, pixel);
     let one = clamp(inside / max(pixel, 0.05) + 0.5, 0.0, 1.0);
     let side = 1.0 - 3.9 * (place.x - 0.5) * (place.x - 0.5);
-    let share = select(1.15, 0.35, stalks) * (1.0 - smoothstep(0.25, 1.0, in.at.y / max(side, 0.001)));
-    let cover = mix(one, clamp(share + 0.4 * (own - 0.5), 0.0, 1.0), many);
+    let share = select(1.15, 0.25, stalks) * (1.0 - smoothstep(0.25, 1.0, in.at.y / max(side, 0.001)));
+    let cover = mix(one, clamp(share + select(0.4, 1.2, stalks) * (own - 0.5), 0.0, 1.0), many);
     if cover < LEAST_COVER {
         discard;
     }

@@ -7,6 +7,6 @@ fn grain_aslant(uv: vec2f) -> vec4f {
     let a = max(length(dx), 1e-6);
     let b = max(length(dy), 1e-6);
     let short = min(a, b);
-    let kept = min(1.0, 1.7 * sqrt(short / max(a, b)));
+    let kept = min(1.0, 1.3 * sqrt(short / max(a, b)));
     return textureSampleGrad(grain, grain_sampler, uv, dx * select(1.0, kept, a > b) * 0.7, dy * select(1.0, kept, b > a) * 0.7);
 }

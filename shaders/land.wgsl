@@ -7,14 +7,14 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // How wide a pixel is, metres: each grain fades before its repetition is as small as a few pixels.
     let thin_m = sqrt(min(dot(dpdx(p), dpdx(p)), dot(dpdy(p), dpdy(p))));
     let near = 1.0 - smoothstep(0.030, 0.075, thin_m);
-    let mid = 1.0 - smoothstep(0.15, 0.70, thin_m);
+    let mid = 1.0 - smoothstep(0.13, 0.55, thin_m);
 
     // Blades of 6 to 20 cm. Clumps of 20 cm to 2 m, their places bent by waves that fit into no repetition of the grain.
     let blades = grain_aslant(vec2f(0.94 * p.x - 0.34 * p.y, 0.34 * p.x + 0.94 * p.y) / 3.3);
     let bent = p + 2.1 * sin(p.yx * vec2f(0.097, 0.083) + vec2f(1.3, 0.2)) + 0.3 * sin(p.yx * vec2f(0.391, 0.447));
     // On hills kilometres away the same grain stands for woods and fields.
     let distant = smoothstep(0.9, 1.6, thin_m);
-    let size = select(17.0, 1900.0, thin_m > 0.8);
+    let size = select(21.0, 1900.0, thin_m > 0.8);
     let clumps = grain_aslant(vec2f(0.6 * bent.x + 0.8 * bent.y, 0.6 * bent.y - 0.8 * bent.x) / size + vec2f(0.37, 0.11));
 
     let rise = mid * (0.8 * (clumps.a - 0.5) + 0.9 * (clumps.g - 0.5));

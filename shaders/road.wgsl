@@ -63,7 +63,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     var tone = 1.0 + grit + 0.35 * pale + 0.50 * (coarse.g - 0.5) + 0.45 * (broad.g - 0.5) + 0.2 * (stones.g - 0.5);
     // Oil drips in the middle, in spots.
     tone *= 1.0 - 0.17 * track - drip * (0.08 + 0.30 * smoothstep(0.58, 0.75, coarse.g));
-    tone *= 1.0 - 0.6 * (1.0 - coarse.b) * smoothstep(0.46, 0.60, broad.g);
+    tone *= 1.0 - 0.45 * (1.0 - coarse.b) * smoothstep(0.46, 0.60, broad.g);
     // A repair is newer: darker, closer grained, with a seam of tar.
     tone = mix(tone, 0.70 + 0.5 * grit + 0.12 * (coarse.g - 0.5), repair.x) * (1.0 - 0.6 * repair.y);
     tone *= 1.0 - 0.55 * sealed_at(in.uv, coarse.g, pixel_m);
@@ -72,7 +72,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
 
     // The line, 12 cm wide, 16 cm into its strip. Its edge is as straight as it was painted but for what stones broke off;
     // its paint is rubbed off on the tops of stones, and most where wheels cut the bend.
-    let frayed = in.colour.b - 0.22 + 0.012 * (coarse.g - 0.5) + close * 0.009 * (stones.r - 0.5);
+    let frayed = in.colour.b - 0.22 + 0.012 * (coarse.g - 0.5) + close * 0.006 * (stones.r - 0.5);
     let there = covered(frayed, 0.059, fwidth(in.colour.b));
     let worn = smoothstep(0.20, 0.44, 0.55 * coarse.g + 0.25 * fine.r + 0.2 * stones.r + 0.05);
     let chipped = close * smoothstep(0.62, 0.80, fine.r) * smoothstep(0.62, 0.40, coarse.g);
@@ -86,7 +86,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let heap = 0.9 * (fine.r - 0.5) + 1.0 * (stones.r - 0.5) + 0.6 * (stones.g - 0.5);
     let pebbles = mix(vec3f(0.185, 0.172, 0.148), vec3f(0.22, 0.187, 0.140), coarse.g)
         * max(0.25, 1.0 + heap + 0.4 * (coarse.g - 0.5) + 0.8 * smoothstep(0.80, 0.97, stones.r));
-    let grass = vec3f(0.092, 0.113, 0.042) * max(0.3, 1.0 + 1.2 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.7 * (coarse.g - 0.5));
+    // As the meadow is seen from the road, see `land.wgsl`: its ears, and light that is softer than on a floor.
+    let grass = in.colour * vec3f(1.16, 1.09, 1.10) * max(0.3, 1.0 + 1.2 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.7 * (coarse.g - 0.5));
     let verge = mix(pebbles, grass, grown);
 
     let tarred = in.material == ASPHALT || line;
@@ -104,7 +105,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let rough = steadied(0.70 - 0.1 * track - 0.12 * repair.x, normal);
     let mirror = fresnel(normal, view, 0.02) * 0.16 * gloss;
     light += mirror * (0.75 + 0.5 * track) * sky_light_blurred(vec3f(-view.xy, abs(view.z)), 3.0);
-    let hidden = clamp(frame.to_sun_time.z * 3.0, 0.25, 1.0);
-    light += sun_glint(normal, view, rough, 0.035) * sun * gloss * hidden * (0.55 + 0.25 * track);
+    let hidden = clamp(frame.to_sun_time.z * 1.7, 0.15, 1.0);
+    light += sun_glint(normal, view, rough, 0.035) * sun * gloss * hidden * (0.42 + 0.25 * track);
     return vec4f(through_air(light, in.world), 1.0);
 }

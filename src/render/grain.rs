@@ -70,6 +70,9 @@ fn paint() -> Vec<[f32; 4]> {
             texels.push([grit[y * SIZE + x], clouds, crack, blades[y * SIZE + x]]);
         }
     }
+    // The clouds' few large cells do not average out: here they are made to.
+    let mean = texels.iter().map(|t| t[1]).sum::<f32>() / texels.len() as f32;
+    texels.iter_mut().for_each(|t| t[1] += 0.5 - mean);
     texels
 }
 

@@ -41,7 +41,7 @@ impl<'a> Relief<'a> {
         let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
         // Ranges on the horizon, some kilometres away, the further the higher.
         let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
-        let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 760.0 * range * range);
+        let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
         BESIDE_ROAD_M + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
     }
 
@@ -63,8 +63,8 @@ impl<'a> Relief<'a> {
         let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
         // From afar woods lie over the hills, with fields between them.
         let distant = smoothstep(700.0, 1600.0, point.distance(self.near.centre()) - self.near.radius_m());
-        let clearing = noise::fractal(self.seed ^ 8, point / 900.0);
-        let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.02, 0.16, clearing));
+        let clearing = noise::fractal(self.seed ^ 8, point / 700.0);
+        let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.12, 0.26, clearing));
         shade(mix(mix(colour, hill, far), wooded, distant), 1.0 + 0.10 * small)
     }
 }

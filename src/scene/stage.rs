@@ -24,7 +24,7 @@ impl Stage {
         let n = (length_m / BEND_STEP_M).ceil().max(1.0);
         let bends = (0..n as usize).map(|k| map.route.curvature_at(k as f64 * length_m / n, 4.0) as f32).collect();
         Self {
-            road: road::road(&map.route, seed),
+            road: road::road(&map.route, &relief, seed),
             land: land::land(&relief),
             trees,
             trees_mid: tree::models(seed, Detail::Mid),

@@ -26,9 +26,9 @@ const CLOSE_M: f32 = 9.0;
 /// The variant of cards that carry stalks with ears and flowers (`grass.wgsl` has the same number).
 const STALKS: usize = VARIANTS - 1;
 /// Side of the lattice on which tufts are sown, metres.
-const TUFT_EVERY_M: f32 = 0.55;
+const TUFT_EVERY_M: f32 = 0.46;
 /// The most tufts of a stage.
-const MOST_TUFTS: usize = 40_000;
+const MOST_TUFTS: usize = 60_000;
 
 /// A tuft: upright cards about a common foot.
 pub(super) fn tuft(seed: u64) -> Mesh {
@@ -86,7 +86,7 @@ pub(super) fn sow(near: &Near, relief: &Relief, seed: u64) -> Vec<TreePlace> {
             let edge = smoothstep(2.6, 0.7, beyond);
             let far = smoothstep(0.6 * CLOSE_M, 1.8 * CLOSE_M, beyond);
             let density = (0.30 + 0.6 * smoothstep(-0.3, 0.4, drift) + 0.4 * edge)
-                * (1.0 - 0.74 * far)
+                * (1.0 - 0.80 * far)
                 * smoothstep(TUFTS_M, 0.6 * TUFTS_M, beyond);
             if beyond < 0.55 || luck > density {
                 continue;
