@@ -48,7 +48,7 @@ fn side(lines: &Lines, level: Level) -> Soup {
     let fine = if level == Level::Near { [8, 12] } else { [4, 6] };
     for x in [0.13, -0.79] {
         let y = shape::at(lines, x).side(0.80).x;
-        parts.ellipsoid(Vec3::new(x, y + 0.004, 0.792), Vec3::new(0.100, 0.013, 0.014), fine, |_| PAINT);
+        parts.ellipsoid(Vec3::new(x, y - 0.002, 0.792), Vec3::new(0.100, 0.011, 0.014), fine, |_| PAINT);
     }
     if level != Level::Near {
         return parts;
@@ -173,12 +173,12 @@ pub(super) fn cabin(lines: &Lines, level: Level) -> Soup {
     all.ellipsoid(Vec3::new(0.90, 0.0, 0.84), Vec3::new(0.26, 0.74, 0.085), fine(12, 14), |_| TRIM);
     all.cuboid(Vec3::new(-1.42, 0.0, 0.88), Vec3::new(0.22, 0.62, 0.05), TRIM);
     for y in [-0.36, 0.36] {
-        seat(&mut all, Vec3::new(-0.16, y, 0.0), fine(10, 12));
+        seat(&mut all, Vec3::new(-0.16, y, 0.0), fine(8, 10));
     }
     for y in [-0.40, 0.0, 0.40] {
-        seat(&mut all, Vec3::new(-1.05, y, -0.05), fine(8, 10));
+        seat(&mut all, Vec3::new(-1.05, y, -0.05), fine(6, 8));
     }
-    driver(&mut all, fine(14, 18));
+    driver(&mut all, fine(8, 12));
     let n = fine(24, 6)[0];
     let rim = |i: usize| {
         let (sin, cos) = (std::f32::consts::TAU * (i % n) as f32 / n as f32).sin_cos();
