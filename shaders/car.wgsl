@@ -45,7 +45,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         metal = 0.3;
         rough = 0.42;
         shine = 0.55;
-        coat = 1.5;
+        coat = 1.15;
     } else if material == GLASS {
         // What is seen of the interior is dim.
         albedo *= 0.35;

@@ -137,7 +137,7 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     parts.ellipsoid(badge, Vec3::new(0.010, 0.050, 0.036), [10, 18], |_| CHROME);
     let badge = shape::bend(lines, Vec3::new(-2.5, 0.0, 0.858)) + Vec3::X * 0.002;
     parts.ellipsoid(badge, Vec3::new(0.006, 0.036, 0.018), [8, 14], |_| CHROME);
-    wipers(lines, &mut parts);
+    wipers(lines, 0.010, &mut parts);
     // An aerial on the roof.
     let x = lines.rear_glass[1] + 0.26;
     let z = shape::at(lines, x).top_z - 0.006;
@@ -145,15 +145,15 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     parts
 }
 
-/// Wipers at rest along the foot of the windscreen.
-pub(super) fn wipers(lines: &Lines, parts: &mut Soup) {
+/// Wipers at rest along the foot of the windscreen, `up_m` above the sheet.
+pub(super) fn wipers(lines: &Lines, up_m: f32, parts: &mut Soup) {
     for (from, to) in [(0.58, 0.02), (-0.02, -0.52)] {
         let ring = |i: usize| {
             let t = i as f32 / 8.0;
             let x = 1.105 - 0.03 * t;
             let y = from + (to - from) * t;
             let z = shape::at(lines, x).top_z - 0.05 * (y / 0.7) * (y / 0.7);
-            let at = shape::bend(lines, Vec3::new(x, y, z)) + Vec3::Z * 0.010;
+            let at = shape::bend(lines, Vec3::new(x, y, z)) + Vec3::Z * up_m;
             [(-0.008, -0.004), (0.008, -0.006), (0.005, 0.006), (-0.006, 0.008)]
                 .map(|(x, z)| at + Vec3::new(x, 0.0, z))
                 .into()
