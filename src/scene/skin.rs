@@ -38,6 +38,13 @@ pub(super) struct Face {
 }
 
 impl Face {
+    /// True if it is more than a line.
+    fn is_real(&self) -> bool {
+        let [a, b, c] = self.corners.map(|corner| corner.at);
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        self.cross().length() > 2e-4 * longest
+    }
+
     fn cross(&self) -> Vec3 {
         let [a, b, c] = self.corners.map(|corner| corner.at);
         (b - a).cross(c - a)
@@ -193,7 +200,10 @@ impl Skin {
         let mut walls = Self::default();
         for (count, [a, b]) in open.into_values() {
             let middle = a.at.y.abs() < 1e-4 && b.at.y.abs() < 1e-4;
-            if count != 0 && !middle {
+            let on = |&&(normal, reach): &&(Vec3, f32)| {
+                [a, b].iter().all(|corner| (normal.dot(corner.flat) - reach).abs() < 2e-5)
+            };
+            if count != 0 && !middle && cell.planes.iter().any(|plane| on(&plane)) {
                 walls.quad([a.at, b.at, sink(b.at), sink(a.at)], |p| p, wall);
             }
         }
@@ -202,7 +212,9 @@ impl Skin {
             face.finish = floor;
             face.corners = face.corners.map(|corner| Corner { at: sink(corner.at), ..corner });
         }
-        sunk.faces.retain(|face| face.cross().length() > 1e-9);
+        // Faces along the way of sinking are lines now; their neighbours meet without them.
+        sunk.faces.retain(Face::is_real);
+        walls.faces.retain(Face::is_real);
         sunk.smooth(0.7);
         walls.smooth(0.7);
         self.faces.extend(sunk.faces);
