@@ -33,7 +33,7 @@ impl Show {
     /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, AppError> {
         let drive = Drive::new(scenario, pace)?;
-        let stage = Stage::build(drive.world.map(), scenario.seed);
+        let stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
         Ok(Self::with(drive, stage, Devices::open(), ViewKind::Driver))
     }
 
@@ -70,10 +70,10 @@ impl Show {
                 return Err(error.into());
             }
         };
-        let moved = old.map != scenario.map || old.seed != scenario.seed;
+        let moved = old.map != scenario.map || old.seed != scenario.seed || old.trees != scenario.trees;
         let redraw = moved || old.quality != scenario.quality;
         if moved {
-            self.stage = Stage::build(drive.world.map(), scenario.seed);
+            self.stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
         }
         self.options = view_options(scenario);
         self.instruments = Instruments::new(&drive.world);
@@ -152,6 +152,7 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
         ordinary_paints: scenario.ordinary_paints,
         cockpit: scenario.cockpit,
         visibility_m: (1000.0 * scenario.visibility_km) as f32,
+        wind_mps: scenario.wind_mps as f32,
         ..ViewOptions::default()
     }
     .at_hour(scenario.time_h as f32)

@@ -95,7 +95,7 @@ impl Renderer {
         let device = &gpu.device;
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
-        let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
+        let shadow = ShadowPass::new(device, &scenery, &quality);
         let air = AirPass::new(device);
         let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);

@@ -14,6 +14,9 @@ use super::{
 use crate::scene::View;
 use glam::Vec3;
 
+/// Where corners are dear, trees get their coarser levels at a size larger by the inverse of this.
+const COARSER: f32 = 0.7;
+
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
 #[derive(Debug)]
@@ -23,6 +26,7 @@ pub struct Materials {
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
+    root: wgpu::RenderPipeline,
     cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
     impostor: wgpu::RenderPipeline,
@@ -56,6 +60,8 @@ pub struct PicturePass {
     label: &'static str,
     samples: u32,
     grass_m: f32,
+    /// Factor on the size by which a tree's level is chosen.
+    detail: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
     crowd: Crowd,
@@ -221,6 +227,16 @@ impl Bindings {
                 constants: &[],
                 ..solid.clone()
             })?,
+            root: workshop.pipeline(&Recipe {
+                program: "root",
+                buffers: &instances,
+                colour: Some((HDR, Some(shade))),
+                // Over ground that is not quite the plane under the tree: 1.8 % of the distance nearer.
+                depth: Some(depth(false, wgpu::DepthBiasState { constant: 150_000, ..above })),
+                cull: None,
+                constants: &[],
+                ..solid.clone()
+            })?,
             sky: workshop.pipeline(&Recipe {
                 program: "sky",
                 buffers: &[],
@@ -274,6 +290,7 @@ impl PicturePass {
             label,
             samples: quality.msaa,
             grass_m: quality.grass_m,
+            detail: if quality.fine { 1.0 } else { COARSER },
             group,
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
@@ -322,7 +339,7 @@ impl PicturePass {
             around,
             |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
             |centre, radius_m| match optics.sees(centre, radius_m) {
-                true => Detail::shares(optics.pixels(centre, radius_m)),
+                true => Detail::shares(optics.pixels(centre, radius_m) * self.detail),
                 false => Default::default(),
             },
             optics.camera.eye,
@@ -353,6 +370,8 @@ impl PicturePass {
         pass.set_pipeline(&materials.contact);
         self.crowd.bind(&mut pass, 0);
         pass.draw(0..6, batches.cars.clone());
+        pass.set_pipeline(&materials.root);
+        pass.draw(0..6, batches.roots.clone());
         pass.set_pipeline(&materials.sky);
         pass.draw(0..3, 0..1);
         // Windows over everything behind them.
@@ -372,7 +391,7 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
         light_scale: lights.scale.map(|scale| scale.extend(0.0).to_array()),
         light_shift: lights.shift.map(|shift| shift.extend(0.0).to_array()),
         eye: optics.camera.eye.extend(perspective).to_array(),
-        forward: optics.camera.forward.extend(0.0).to_array(),
+        forward: optics.camera.forward.extend(view.wind_mps).to_array(),
         right: right.extend(0.0).to_array(),
         up: up.extend(0.0).to_array(),
         to_sun_time: view.to_sun.extend(view.time_s).to_array(),

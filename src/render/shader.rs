@@ -9,8 +9,10 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 11] = [
+pub const PROGRAMS: [Program; 13] = [
     ("shadow", &["shadow"]),
+    ("leaf_shadow", &["leaf_shadow"]),
+    ("root", &["common", "root"]),
     ("sky", &["common", "light", "sky"]),
     ("road", &["common", "light", "mesh", "road"]),
     ("land", &["common", "light", "mesh", "land"]),
@@ -29,9 +31,26 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 17] = built_in![
-    "common", "light", "mesh", "shadow", "sky", "road", "land", "car", "foliage", "fade", "leaf", "cover", "tree",
-    "impostor", "contact", "glow", "develop",
+const FILES: [(&str, &str); 19] = built_in![
+    "common",
+    "light",
+    "mesh",
+    "shadow",
+    "leaf_shadow",
+    "root",
+    "sky",
+    "road",
+    "land",
+    "car",
+    "foliage",
+    "fade",
+    "leaf",
+    "cover",
+    "tree",
+    "impostor",
+    "contact",
+    "glow",
+    "develop",
 ];
 
 /// The text of all shader files.

@@ -62,6 +62,12 @@ pub struct Scenario {
     /// Haze: how far one sees
     #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
     pub visibility_km: f64,
+    /// Wind in the trees
+    #[schemars(range(min = 0.0, max = 15.0), extend("unit" = "m/s"))]
+    pub wind_mps: f64,
+    /// Trees around the road and on the horizon, at most
+    #[schemars(range(min = 0, max = 20_000))]
+    pub trees: u32,
     /// Own bonnet, dashboard and left pillar in the driver's view
     pub cockpit: bool,
     /// Effort put into the picture; sizes, positions and lamps are the same in all
@@ -138,6 +144,8 @@ impl Default for Scenario {
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,
+            wind_mps: 2.5,
+            trees: 5000,
             cockpit: true,
             time_h: 9.75,
             visibility_km: 30.0,

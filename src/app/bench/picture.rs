@@ -82,7 +82,7 @@ pub fn startup(scenario: &Scenario) -> Result<(Startup, Picture), AppError> {
     laps.push(now());
     let gpu = Gpu::headless()?;
     laps.push(now());
-    let stage = Stage::build(run.world().map(), scenario.seed);
+    let stage = Stage::with_trees(run.world().map(), scenario.seed, scenario.trees as usize);
     laps.push(now());
     let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
     laps.push(now());
