@@ -187,8 +187,23 @@ fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
     out
 }
 
+/// The outline made soft, one texel to either side, so that the filter finds its edge between texels.
+fn softened(texels: &[Texel]) -> Vec<Texel> {
+    let at = |x: usize, y: usize| if x < SIZE && y < SIZE { texels[y * SIZE + x][0] } else { 0.0 };
+    let mut out = texels.to_vec();
+    for (i, texel) in out.iter_mut().enumerate() {
+        let (x, y) = (i % SIZE, i / SIZE);
+        // Beyond the lower edge the sum wraps to a huge number, which is outside too.
+        let row = |y: usize| at(x.wrapping_sub(1), y) + 2.0 * at(x, y) + at(x + 1, y);
+        texel[0] = (row(y.wrapping_sub(1)) + 2.0 * row(y) + row(y + 1)) / 16.0;
+    }
+    out
+}
+
 /// A picture in all its sizes; each covers the same share, and gaps have their surroundings' colour.
 fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
+    let share = full.iter().map(|t| t[0]).sum::<f32>() / full.len() as f32;
+    let soft = softened(&full);
     let mut plain = vec![full];
     for level in 1..LEVELS as usize {
         plain.push(halve(&plain[level - 1], SIZE >> (level - 1)));
@@ -203,8 +218,7 @@ fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
             }
         }
     }
-    let mean = |texels: &[Texel]| texels.iter().map(|t| t[0]).sum::<f32>() / texels.len() as f32;
-    let share = mean(&plain[0]);
+    plain[0].iter_mut().zip(soft).for_each(|(texel, soft)| texel[0] = soft[0]);
     for texels in &mut plain {
         let (mut low, mut high) = (0.5, 4.0);
         for _ in 0..16 {

@@ -29,6 +29,7 @@ pub struct Materials {
     root: wgpu::RenderPipeline,
     cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
+    far_cover: wgpu::RenderPipeline,
     impostor: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
 }
@@ -180,6 +181,23 @@ impl Bindings {
             cut_out: false,
             constants: &[soft],
         };
+        // Depth first, then colour where the depth is the same.
+        let cover = Recipe {
+            program: "cover",
+            writes: wgpu::ColorWrites::empty(),
+            cull: None,
+            cut_out: quality.msaa > 1,
+            constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
+            ..solid.clone()
+        };
+        let covered = Recipe {
+            depth: Some(wgpu::DepthStencilState {
+                depth_compare: Some(wgpu::CompareFunction::Equal),
+                ..depth(false, Default::default())
+            }),
+            cull: None,
+            ..solid.clone()
+        };
         let shade = wgpu::BlendState::ALPHA_BLENDING;
         let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
         let instances = [Some(instance_buffer())];
@@ -194,30 +212,10 @@ impl Bindings {
             })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
-            cover: workshop.pipeline(&Recipe {
-                program: "cover",
-                writes: wgpu::ColorWrites::empty(),
-                cull: None,
-                cut_out: quality.msaa > 1,
-                constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
-                ..solid.clone()
-            })?,
-            tree: workshop.pipeline(&Recipe {
-                program: "tree",
-                depth: Some(wgpu::DepthStencilState {
-                    depth_compare: Some(wgpu::CompareFunction::Equal),
-                    ..depth(false, Default::default())
-                }),
-                cull: None,
-                ..solid.clone()
-            })?,
-            impostor: workshop.pipeline(&Recipe {
-                program: "impostor",
-                cull: None,
-                cut_out: quality.msaa > 1,
-                constants: &[soft, ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
-                ..solid.clone()
-            })?,
+            cover: workshop.pipeline(&cover)?,
+            tree: workshop.pipeline(&Recipe { program: "tree", ..covered.clone() })?,
+            far_cover: workshop.pipeline(&Recipe { program: "far_cover", ..cover.clone() })?,
+            impostor: workshop.pipeline(&Recipe { program: "impostor", ..covered.clone() })?,
             contact: workshop.pipeline(&Recipe {
                 program: "contact",
                 buffers: &instances,
@@ -361,8 +359,10 @@ impl PicturePass {
             models.draw_trees(&mut pass, &batches.trees);
             models.tuft.draw(&mut pass, batches.tufts.clone());
         }
-        pass.set_pipeline(&materials.impostor);
-        models.draw_far_trees(&mut pass, &batches.trees);
+        for pipeline in [&materials.far_cover, &materials.impostor] {
+            pass.set_pipeline(pipeline);
+            models.draw_far_trees(&mut pass, &batches.trees);
+        }
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
         pass.set_pipeline(&materials.land);

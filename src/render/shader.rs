@@ -9,7 +9,7 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 13] = [
+pub const PROGRAMS: [Program; 14] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -19,7 +19,8 @@ pub const PROGRAMS: [Program; 13] = [
     ("car", &["common", "light", "mesh", "car"]),
     ("cover", &["common", "fade", "leaf", "cover"]),
     ("tree", &["common", "light", "foliage", "leaf", "tree"]),
-    ("impostor", &["common", "light", "foliage", "fade", "impostor"]),
+    ("far_cover", &["common", "fade", "far", "far_cover"]),
+    ("impostor", &["common", "light", "foliage", "fade", "far", "impostor"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
     ("develop", &["develop"]),
@@ -31,7 +32,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 19] = built_in![
+const FILES: [(&str, &str); 21] = built_in![
     "common",
     "light",
     "mesh",
@@ -47,6 +48,8 @@ const FILES: [(&str, &str); 19] = built_in![
     "leaf",
     "cover",
     "tree",
+    "far",
+    "far_cover",
     "impostor",
     "contact",
     "glow",

@@ -25,6 +25,8 @@ const STANDING_M: [f32; 2] = [64.0, 184.0];
 const STEP_M: [f32; 2] = [12.0, 36.0];
 /// What throws those shadows where leaves do.
 const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
+/// Width of a texel from which cars throw the shadow of their coarsest body, metres.
+const COARSE_M: f32 = 0.10;
 /// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
 const HEIGHT_M: f32 = 40.0;
 
@@ -222,7 +224,7 @@ impl ShadowPass {
         let lens = covers.map(|cover| cover.lens(self.size));
         let lights = covers.map(|cover| cover.clip_from_world(self.size));
         let fine = self.fine;
-        let batches = self.moving.gather(scenery, view, covers[0], lights[0], None);
+        let batches = self.moving.gather(scenery, view, covers[0], lights[0], None, self.size);
         // One time for all: from the first map's begin to the last one's end.
         let stale = [0, 1].map(|i| self.drawn[i] != Some(covers[i + 1]));
         let last = stale.iter().rposition(|stale| *stale).map_or(0, |i| i + 1);
@@ -245,6 +247,7 @@ impl ShadowPass {
                     cover,
                     lights[i + 1],
                     Some(if fine { SHADES[i] } else { Detail::Shade }),
+                    self.size,
                 );
                 layer.draw(encoder, stamp(i + 1), pipeline, scenery, &batches);
                 self.drawn[i] = Some(cover);
@@ -262,18 +265,28 @@ impl ShadowPass {
 }
 
 impl Layer {
-    fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, light: Mat4, trees: Option<Detail>) -> Batches {
+    fn gather(
+        &mut self,
+        scenery: &Scenery,
+        view: &View,
+        cover: Cover,
+        light: Mat4,
+        trees: Option<Detail>,
+        size: u32,
+    ) -> Batches {
         let queue = &scenery.queue;
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
         let around = Around { forest: trees.map(|_| &scenery.forest), inside: None };
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
         let detail = trees.unwrap_or(Detail::Shade);
+        // Where a texel is as wide as a mirror, the coarsest body has the same shadow.
+        let car = if cover.texel_m(size) > COARSE_M { Detail::Far } else { Detail::Shade };
         self.crowd.gather(
             (&scenery.device, queue),
             &scenery.models,
             cars.iter(),
             around,
-            |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
+            |centre, radius_m| cover.touches(centre, radius_m).then_some(car),
             |centre, radius_m| [cover.touches(centre, radius_m).then_some((detail, 1.0)), None],
             cover.centre,
             |_, _| false,

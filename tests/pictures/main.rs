@@ -6,3 +6,4 @@ mod light;
 mod pixels;
 mod place;
 mod poses;
+mod trees;
