@@ -96,7 +96,7 @@ impl Renderer {
         let device = &gpu.device;
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
-        let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
+        let shadow = ShadowPass::new(device, &scenery, &quality);
         // As fine as the shadows: 512 to 1536 texels.
         let air = AirPass::new(device, quality.shadow_size / 2);
         let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
