@@ -29,19 +29,6 @@ struct Blade {
     @location(3) @interpolate(flat) card: vec2f,
 }
 
-// What of the sun arrives, by one look into each map.
-fn sun_at(world: vec3f) -> f32 {
-    let up = vec3f(0.0, 0.0, 1.0);
-    let cars = in_map(0, world, up, 0.3);
-    let near = in_map(1, world, up, 0.3);
-    let far = in_map(2, world, up, 0.3);
-    let beyond = near.w > 0.9;
-    let trees = select(near, far, beyond);
-    let a = textureSampleCompareLevel(shadow_maps, shadow_sampler, cars.xy * vec2f(0.5, -0.5) + 0.5, 0, cars.z);
-    let b = textureSampleCompareLevel(shadow_maps, shadow_sampler, trees.xy * vec2f(0.5, -0.5) + 0.5, select(1, 2, beyond), trees.z);
-    return min(select(a, 1.0, cars.w > 0.95), select(b, 1.0, trees.w > 0.95));
-}
-
 @vertex
 fn vertex(corner: Corner, at: Placed) -> Blade {
     let root = vec3f(at.x.w, at.y.w, at.z.w);
@@ -68,7 +55,7 @@ fn vertex(corner: Corner, at: Placed) -> Blade {
     let sun_way = frame.to_sun_time.xyz;
     let view = to_eye(world);
     let normal = normalize(turn(at, corner.normal));
-    let sun = sun_at(root + vec3f(0.0, 0.0, 0.15));
+    let sun = sunshine(root + vec3f(0.0, 0.0, 0.15), vec3f(0.0, 0.0, 1.0));
     let cosine = clamp((dot(normal, sun_way) + 0.25) / 1.25, 0.0, 1.0);
     let against = clamp(dot(-view, sun_way), 0.0, 1.0);
     let through = (0.06 + 0.45 * against * against) * out.at.y * vec3f(1.0, 1.05, 0.4);
