@@ -293,6 +293,6 @@ pub fn peak_memory_mb() -> Option<f64> {
 }
 
 #[allow(clippy::disallowed_methods, reason = "a measurement of time is what this is")]
-fn now() -> Instant {
+pub(super) fn now() -> Instant {
     Instant::now()
 }

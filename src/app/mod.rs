@@ -2,6 +2,7 @@
 //! [`Drive`] is the loop's body and the same for both; only here is the wall clock read.
 
 pub mod bench;
+pub mod bench_learning;
 mod desk;
 mod drive;
 mod instruments;

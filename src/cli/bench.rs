@@ -1,7 +1,10 @@
 //! `codrive bench`: measurements of this program on this machine.
 
 use super::{CliError, flags};
-use crate::app::bench::{self, FrameTimes, Report, Startup, Times};
+use crate::app::{
+    bench::{self, FrameTimes, Report, Startup, Times},
+    bench_learning::{self, LearningTimes},
+};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
@@ -30,6 +33,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let adapter = picture.adapter();
     drop(picture);
     let simulation = bench::simulation(&scenario)?;
+    let learning = bench_learning::learning();
     let memory_mb = bench::peak_memory_mb();
     if matches.get_flag("json") {
         let report = json!({
@@ -40,13 +44,31 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "startup": startup,
             "frames": frames,
             "simulation": simulation,
+            "learning": learning,
             "peak_memory_mb": memory_mb,
         });
         println!("{report:#}");
     } else {
         print!("{}", words(&adapter, &startup, &frames, &simulation, memory_mb));
+        print!("{}", learning_words(&learning));
     }
     Ok(())
+}
+
+fn learning_words(times: &LearningTimes) -> String {
+    let ms = |times: &Times| times.median_us / 1e3;
+    format!(
+        "fast ring, one core      {:.1} million ring steps/s, {:.0} million vehicle updates/s\n\
+         TRPO update, batch 16000 {:.0} ms on one core, {:.0} ms on {cores}\n\
+         iteration of training    {:.0} ms on {cores}: 500 in {:.0} s\n",
+        times.ring_steps_per_s / 1e6,
+        times.vehicle_updates_per_s / 1e6,
+        ms(&times.update_one_core),
+        ms(&times.update),
+        ms(&times.iteration),
+        ms(&times.iteration) * 0.5,
+        cores = times.cores,
+    )
 }
 
 fn words(
