@@ -9,7 +9,7 @@ use crate::{
 use prost::Message;
 use std::{path::Path, sync::Arc};
 use tract_onnx::{
-    pb::{ModelProto, ValueInfoProto, tensor_proto::DataType, tensor_shape_proto::dimension, type_proto},
+    pb::{ModelProto, TensorProto, ValueInfoProto, tensor_proto::DataType, tensor_shape_proto::dimension, type_proto},
     prelude::*,
 };
 
@@ -79,6 +79,10 @@ impl OnnxPolicy {
             return Err(format!("has {} inputs; a policy has one, the observation", inputs.len()));
         }
         let shape = input_shape(input, description.inputs.len())?;
+        // The runtime's tanh takes a NaN for a number, so that questions alone would not find it.
+        if let Some(tensor) = graph.initializer.iter().find(|tensor| holds_nan(tensor)) {
+            return Err(format!("weights `{}` hold a NaN", tensor.name));
+        }
         let plan = runnable(&model, &shape)?;
         let policy = Self { description, plan, shape, output };
         policy.questioned()
@@ -200,6 +204,12 @@ fn input_shape(input: &ValueInfoProto, n: usize) -> Result<Vec<usize>, String> {
             ))
         }
     }
+}
+
+/// True if the weights are 32-bit numbers and one of them is none.
+fn holds_nan(tensor: &TensorProto) -> bool {
+    let raw = tensor.raw_data.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    tensor.data_type == i32::from(DataType::Float) && tensor.float_data.iter().copied().chain(raw).any(f32::is_nan)
 }
 
 /// The network with its shapes fixed, made fast.
