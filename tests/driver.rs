@@ -83,6 +83,7 @@ impl Run<'_> {
                     action: Action::Speed(target_mps),
                     target_mps,
                     range_mps: 0.5,
+                    is_fallback: false,
                 });
                 let controls = driver.controls(&Perception {
                     speed_mps: state.speed_mps,
@@ -277,6 +278,7 @@ fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
         action: Action::Speed(target_mps),
         target_mps,
         range_mps: 0.5,
+        is_fallback: false,
     };
     for target in [2.0, 0.0, 4.0] {
         for _ in 0..2000 {

@@ -59,6 +59,7 @@ impl Bench {
                 action: Action::Speed(4.3),
                 target_mps: 4.3,
                 range_mps: 0.447,
+                is_fallback: false,
             }),
             leader: Some((6.31, 4.52)),
             mean_speed_mps: 4.18,

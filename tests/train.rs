@@ -31,7 +31,7 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
     codrive(&["train", "--config", &config, "--iterations", "4", "--out", &text(&whole)]).success();
     codrive(&["train", "--config", &config, "--out", &text(&parts)]).success();
     codrive(&["train", "--resume", "--iterations", "4", "--out", &text(&parts)]).success();
-    for name in ["policy.toml", "checkpoint.json", "curve.csv", "curve.svg"] {
+    for name in ["policy.toml", "policy.onnx", "checkpoint.json", "curve.csv", "curve.svg"] {
         assert!(fs::read(whole.join(name)).unwrap() == fs::read(parts.join(name)).unwrap(), "{name}");
     }
     let policy = text(&whole.join("policy.toml"));
@@ -39,7 +39,15 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
     let output = codrive(&drive).success().get_output().clone();
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["summary"]["advices"], 5, "one a second");
-    codrive(&["evaluate", "--config", &config, "--policy", &policy, "--policy", "none"]).success();
+    // The ONNX file beside it drives alike: the same table but for the name.
+    let onnx = text(&whole.join("policy.onnx"));
+    let judged = |policy: &str| {
+        let arguments = ["evaluate", "--config", &config, "--policy", policy, "--over", "2", "--json"];
+        let output = codrive(&arguments).success().get_output().clone();
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        report["rows"][0]["mean_speed_mps"]["mean"].as_f64().unwrap()
+    };
+    assert!((judged(&policy) - judged(&onnx)).abs() < 1e-3);
 
     // Nothing is overwritten, and a training is resumed only as it was.
     let before = fs::read(whole.join("policy.toml")).unwrap();
@@ -48,6 +56,64 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
     let said = refused(&["train", "--resume", "--seed", "7", "--out", &text(&whole)]);
     assert!(said.contains("was trained with `seed = 1`, not `seed = 7`"), "{said}");
     assert_eq!(fs::read(whole.join("policy.toml")).unwrap(), before);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said_and_leaves_the_checkpoint_of_before() {
+    let dir = tempfile::tempdir().unwrap();
+    let config = dir.path().join("small.toml");
+    fs::write(&config, SMALL).unwrap();
+    let out = dir.path().join("out");
+    codrive(&["train", "--config", &text(&config), "--out", &text(&out)]).success();
+    let before = fs::read(out.join("checkpoint.json")).unwrap();
+    // What is written beside the checkpoint lands on a device that is always full.
+    std::os::unix::fs::symlink("/dev/full", out.join("checkpoint.json.new")).unwrap();
+    let resume = ["train", "--resume", "--iterations", "4", "--out", &text(&out)];
+    let output = codrive(&resume).code(1).get_output().clone();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("No space left on device") && said.contains("the file of before is kept"), "{said}");
+    assert_eq!(fs::read(out.join("checkpoint.json")).unwrap(), before);
+    fs::remove_file(out.join("checkpoint.json.new")).unwrap();
+    codrive(&resume).success();
+}
+
+#[test]
+fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let config = dir.path().join("small.toml");
+    fs::write(&config, SMALL).unwrap();
+    let out = text(&dir.path().join("out"));
+    let base = ["evaluate", "--config", &text(&config), "--over", "3", "--out", &out, "--adherence"];
+    let more =
+        ["--policy", "two-phase", "--policy", "none", "--holds", "1,5", "--driver", "perfect", "--driver", "error=1"];
+    let arguments: Vec<&str> = base.into_iter().chain(more).collect();
+    codrive(&arguments).success();
+    let rings = fs::read_to_string(Path::new(&out).join("rings.csv")).unwrap();
+    assert!(rings.starts_with("policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,mean_speed_mps,"));
+    assert_eq!(rings.lines().count(), 1 + 2 * 2 * 2 * 3);
+    let summary = fs::read_to_string(Path::new(&out).join("summary.csv")).unwrap();
+    assert_eq!(summary.lines().count(), 1 + 2 * 2 * 2);
+    for name in ["speed-against-hold.svg", "adherence.svg", "space-time-two-phase-hold-5-s-driver-perfect.svg"] {
+        let picture = fs::read_to_string(Path::new(&out).join(name)).unwrap();
+        assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n") && !picture.contains("NaN"), "{name}");
+    }
+    assert!(refused(&arguments).contains("holds an evaluation already (rings.csv)"));
+    assert!(refused(&["evaluate", "--driver", "folow"]).contains("driver `folow` is unknown; known are exact"));
+    assert!(refused(&["evaluate", "--holds", "0.25"]).contains("allowed: a whole number of steps of 0.1 s"));
+    let said = refused(&["evaluate", "--engine", "native", "--driver", "guarded"]);
+    assert!(said.contains("driver `guarded` exists on the fast ring only; whole drives know follow"), "{said}");
+}
+
+#[test]
+fn a_whole_drive_is_judged_by_the_same_measures() {
+    let arguments = ["evaluate", "--engine", "native", "--policy", "two-phase", "--driver", "perfect", "--over", "2"];
+    let short = ["--warm-up", "5", "--horizon", "20", "--json"];
+    let output = codrive(&arguments.into_iter().chain(short).collect::<Vec<_>>()).success().get_output().clone();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let ring = &report["rows"][0]["rings"][0];
+    assert!(ring["mean_mps"].as_f64().unwrap() > 0.5 && ring["fuel_l_100km"].as_f64().unwrap() > 1.0, "{ring}");
+    assert_eq!(ring["crashed"], false);
 }
 
 #[test]
@@ -63,6 +129,7 @@ fn bad_configurations_are_named_with_what_is_allowed() {
     assert!(said("max_kl = -1").contains("train.toml:1:10: max_kl is -1.0; allowed: a number from 0.000001 to 1 nat"));
     assert!(said("rings = 20").contains("rings is 20; allowed: a multiple of 16"));
     assert!(said("vehicles_max = 40").contains("vehicles_max is 40; allowed: at most 28"));
+    assert!(said("sees = \"speed,gapp\"").contains("sees names `gapp`; allowed: speed, leader_speed"));
     assert!(said("hold_s = 0.25").contains("hold_s is 0.25; allowed: a whole number of steps of 0.1 s"));
     assert!(!Path::new(&out).join("train.toml").exists());
 }

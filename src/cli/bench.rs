@@ -1,7 +1,7 @@
 //! `codrive bench`: measurements of this program on this machine.
 
 use super::{CliError, flags};
-use crate::app::bench::{self, Drive, FrameTimes, Growth, Report, Startup, Times};
+use crate::app::bench::{self, Drive, FrameTimes, Growth, LearningTimes, Report, Startup, Times};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
@@ -43,6 +43,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     drop(picture);
     let growth = bench::growth(&scenario, sizes[0], count)?;
     let simulation = bench::simulation(&scenario)?;
+    let learning = bench::learning();
     let memory_mb = bench::peak_memory_mb();
     if matches.get_flag("json") {
         let report = json!({
@@ -55,11 +56,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "drive": drive,
             "growth": growth,
             "simulation": simulation,
+            "learning": learning,
             "peak_memory_mb": memory_mb,
         });
         println!("{report:#}");
     } else {
         print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb));
+        print!("{}", learning_words(&learning));
     }
     Ok(())
 }
@@ -70,6 +73,22 @@ fn drive(picture: &mut bench::Picture, minutes: u32, size: [u32; 2]) -> Result<D
     let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
     bar.finish_and_clear();
     Ok(drive)
+}
+
+fn learning_words(times: &LearningTimes) -> String {
+    let ms = |times: &Times| times.median_us / 1e3;
+    format!(
+        "fast ring, one core      {:.1} million ring steps/s, {:.0} million vehicle updates/s\n\
+         TRPO update, batch 16000 {:.0} ms on one core, {:.0} ms on {cores}\n\
+         iteration of training    {:.0} ms on {cores}: 500 in {:.0} s\n",
+        times.ring_steps_per_s / 1e6,
+        times.vehicle_updates_per_s / 1e6,
+        ms(&times.update_one_core),
+        ms(&times.update),
+        ms(&times.iteration),
+        ms(&times.iteration) * 0.5,
+        cores = times.cores,
+    )
 }
 
 fn words(

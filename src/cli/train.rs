@@ -3,6 +3,7 @@
 
 use super::{CliError, flags, stop_on_ctrl_c};
 use crate::{
+    policy,
     sim::{Settings, fields_of, settings_from_file, settings_with},
     train::{Learner, Row, TrainConfig, curve},
 };
@@ -19,6 +20,7 @@ use std::{
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 /// Files of a training.
 const POLICY: &str = "policy.toml";
+const ONNX: &str = "policy.onnx";
 const CONFIG: &str = "train.toml";
 const CHECKPOINT: &str = "checkpoint.json";
 const CURVE_CSV: &str = "curve.csv";
@@ -83,14 +85,14 @@ fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliErr
 fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let config = config(matches, TrainConfig::default())?;
     fs::create_dir_all(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
-    if let Some(name) = [POLICY, CHECKPOINT, CURVE_CSV].iter().find(|name| dir.join(name).exists()) {
+    if let Some(name) = [POLICY, ONNX, CHECKPOINT, CURVE_CSV].iter().find(|name| dir.join(name).exists()) {
         let text = format!(
             "{} holds a training already ({name}); name another folder with --out, or go on with --resume",
             dir.display()
         );
         return Err(CliError::Input(text));
     }
-    write(dir, CONFIG, &toml::to_string(&config).unwrap_or_default())?;
+    write(dir, CONFIG, toml::to_string(&config).unwrap_or_default().as_bytes())?;
     Ok(Learner::new(&config))
 }
 
@@ -134,13 +136,15 @@ fn words(row: &Row, best_mps: Option<f64>) -> String {
 fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
     let (network, iteration, _) = learner.best();
     let rows = learner.curve();
-    let title =
-        format!("{} advice held {} s: best after {iteration} updates", action(learner), learner.config().hold_s);
+    let [shortest, longest] = learner.config().holds_s();
+    let holds = if shortest < longest { format!("{shortest} to {longest}") } else { shortest.to_string() };
+    let title = format!("{} advice held {holds} s: best after {iteration} updates", action(learner));
     let checkpoint = serde_json::to_string(learner).map_err(|e| CliError::Failed(e.to_string()))?;
-    write(dir, CHECKPOINT, &checkpoint)?;
-    write(dir, POLICY, &network.to_toml())?;
-    write(dir, CURVE_CSV, &curve::csv(rows))?;
-    write(dir, CURVE_SVG, &curve::svg(rows, &title))
+    write(dir, CHECKPOINT, checkpoint.as_bytes())?;
+    write(dir, POLICY, network.to_toml().as_bytes())?;
+    write(dir, ONNX, &policy::onnx::write(&network))?;
+    write(dir, CURVE_CSV, curve::csv(rows).as_bytes())?;
+    write(dir, CURVE_SVG, curve::svg(rows, &title).as_bytes())
 }
 
 fn action(learner: &Learner) -> String {
@@ -148,8 +152,8 @@ fn action(learner: &Learner) -> String {
 }
 
 /// Writes beside and then renames: a full disk or a cut leaves the old file whole.
-fn write(dir: &Path, name: &str, text: &str) -> Result<(), CliError> {
+fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<(), CliError> {
     let (path, beside) = (dir.join(name), dir.join(format!("{name}.new")));
-    let done = fs::write(&beside, text).and_then(|()| fs::rename(&beside, &path));
+    let done = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, &path));
     done.map_err(|e| CliError::Failed(format!("{}: {e}; the file of before is kept", path.display())))
 }

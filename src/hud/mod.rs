@@ -174,6 +174,7 @@ mod tests {
             action: Action::Speed(4.362),
             target_mps: 4.362,
             range_mps: 0.447_04,
+            is_fallback: false,
         };
         let (low, high) = advice.band_mps();
         for speed in [low.next_down(), low, low.next_up(), 4.4, high.next_down(), high, high.next_up(), -low, 0.0, 9.0]

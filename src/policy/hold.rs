@@ -59,6 +59,17 @@ impl Advisor {
             return None;
         }
         let action = policy.act(time_s, observation);
+        let (Action::Acceleration(number) | Action::Speed(number)) = action;
+        let is_fallback = !number.is_finite();
+        if is_fallback && !self.standing.is_some_and(|advice| advice.is_fallback) {
+            log::warn!("the policy answered {observation:?} with {number}; the last advice stands");
+        }
+        // What was advised before stands; at the beginning, the speed that is driven.
+        let action = match (is_fallback, self.standing) {
+            (false, _) => action,
+            (true, Some(before)) => Action::Speed(before.target_mps),
+            (true, None) => Action::Speed(observation.speed_mps),
+        };
         let speed_mps = match action {
             Action::Acceleration(a) => {
                 shown_mps(self.standing.map(|advice| advice.target_mps), observation.speed_mps, a, hold_s)
@@ -66,7 +77,14 @@ impl Advisor {
             Action::Speed(v) => v,
         };
         let target_mps = speed_mps.clamp(0.0, speed_limit_mps.max(0.0));
-        let advice = Advice { issued: now, hold_steps: self.hold_steps, action, target_mps, range_mps: self.range_mps };
+        let advice = Advice {
+            issued: now,
+            hold_steps: self.hold_steps,
+            action,
+            target_mps,
+            range_mps: self.range_mps,
+            is_fallback,
+        };
         self.standing = Some(advice);
         self.standing
     }
@@ -133,6 +151,23 @@ mod tests {
     }
 
     #[test]
+    fn a_policy_that_answers_with_no_number_leaves_the_last_advice_standing_and_marks_it() {
+        struct Broken(u32);
+        impl Policy for Broken {
+            fn act(&mut self, _: f64, _: &Observation) -> Action {
+                self.0 += 1;
+                Action::Acceleration(if self.0 == 2 { 0.5 } else { f64::NAN })
+            }
+        }
+        let mut advisor = Advisor::new(Some(Box::new(Broken(0))), 0.1, 10, 0.5);
+        let issued: Vec<(f64, bool)> = (0..40)
+            .filter_map(|k| advisor.step(Tick(k * 10), &at(3.0), 30.0))
+            .map(|advice| (advice.target_mps, advice.is_fallback))
+            .collect();
+        assert_eq!(issued, [(3.0, true), (3.5, false), (3.5, true), (3.5, true)]);
+    }
+
+    #[test]
     fn the_edges_of_the_range_belong_to_it() {
         let mut advisor = Advisor::new(Some(Box::new(Constant { speed_mps: 4.0 })), 0.1, 1, 0.5);
         let advice = advisor.step(Tick(0), &at(0.0), 30.0).unwrap();
@@ -145,7 +180,7 @@ mod tests {
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
         assert_eq!(
             error,
-            "policy `folower-stopper` is unknown; known are none, constant, two-phase, follower-stopper, pi, or the FILE.toml of a trained one"
+            "policy `folower-stopper` is unknown; known are none, constant, two-phase, follower-stopper, pi, or the FILE.toml or FILE.onnx of a trained one"
         );
     }
 }

@@ -5,6 +5,7 @@ mod follower_stopper;
 mod hold;
 mod network;
 mod observe;
+pub mod onnx;
 mod open_loop;
 mod pi_saturation;
 
@@ -12,6 +13,7 @@ pub use follower_stopper::FollowerStopper;
 pub use hold::{Advisor, shown_mps};
 pub use network::{FORMAT, Layer, Network, Output, PolicyFileError, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, Input, MeanSpeed};
+pub use onnx::OnnxPolicy;
 pub use open_loop::{Constant, TwoPhase};
 pub use pi_saturation::PiSaturation;
 
@@ -58,6 +60,8 @@ pub struct Advice {
     pub target_mps: f64,
     /// Half width of the acceptable range, m/s: target +- this.
     pub range_mps: f64,
+    /// The policy's answer was no number, and what was advised before stands.
+    pub is_fallback: bool,
 }
 
 impl Advice {
@@ -118,7 +122,7 @@ pub const NAMES: [&str; 5] = ["none", "constant", "two-phase", "follower-stopper
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PolicyError {
     /// No policy has this name.
-    #[error("policy `{name}` is unknown; known are {}, or the FILE.toml of a trained one", NAMES.join(", "))]
+    #[error("policy `{name}` is unknown; known are {}, or the FILE.toml or FILE.onnx of a trained one", NAMES.join(", "))]
     Unknown {
         /// The name as given.
         name: String,
@@ -128,7 +132,7 @@ pub enum PolicyError {
     File(#[from] PolicyFileError),
 }
 
-/// A policy by name or by the path of its file (`.toml`); `None` for `none`.
+/// A policy by name or by the path of its file (`.toml`, `.onnx`); `None` for `none`.
 ///
 /// # Errors
 /// The name is not among [`NAMES`], or the file cannot be used.
@@ -140,6 +144,7 @@ pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Pol
         "two-phase" => Box::new(TwoPhase::for_ring(settings.equilibrium_mps, aim_mps)),
         "follower-stopper" => Box::new(FollowerStopper { aim_mps }),
         "pi" => Box::new(PiSaturation::new(settings.step_s)),
+        file if file.ends_with(".onnx") => Box::new(OnnxPolicy::from_file(file.as_ref())?),
         file if file.ends_with(".toml") => Box::new(Network::from_file(file.as_ref())?),
         _ => return Err(PolicyError::Unknown { name: name.into() }),
     }))

@@ -89,6 +89,9 @@ pub struct TrainConfig {
     /// Most deceleration that it uses
     #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
     pub ego_decel_mps2: f64,
+    /// Time in which an ego that follows to the letter closes a difference to the advised speed; 0 is one step
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "s"))]
+    pub ego_response_s: f64,
     /// The ego brakes before it would hit its leader, whatever the advice (a simulated driver always keeps its distance)
     pub brakes_for_leader: bool,
     /// Simulated driver: time from a new advice to the first response
@@ -270,6 +273,7 @@ impl Default for TrainConfig {
             follow: FollowKind::Exact,
             ego_accel_mps2: 1.5,
             ego_decel_mps2: 4.5,
+            ego_response_s: 0.0,
             brakes_for_leader: false,
             reaction_s: 1.0,
             error_mps: 0.5,

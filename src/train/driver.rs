@@ -43,6 +43,7 @@ pub struct Follower {
     accel_mps2: f32,
     decel_mps2: f32,
     slack_mps: f32,
+    response_s: f32,
     mode: [Mode; LANES],
     /// What is advised, m/s2 or m/s.
     advised: Lane,
@@ -69,6 +70,7 @@ impl Follower {
             accel_mps2: config.ego_accel_mps2 as f32,
             decel_mps2: config.ego_decel_mps2 as f32,
             slack_mps: config.slack_mps as f32,
+            response_s: config.ego_response_s.max(config.step_s) as f32,
             mode: [Mode::Model; LANES],
             advised: splat(0.0),
             shown_mps: vec![splat(-1.0); longest + 1],
@@ -162,7 +164,7 @@ impl Follower {
     #[inline(always)]
     fn exact(&self, speed: &Lane) -> Lane {
         lane(|l| {
-            let reach = ((self.advised[l] - speed[l]) / self.step_s).max(-self.decel_mps2).min(self.accel_mps2);
+            let reach = ((self.advised[l] - speed[l]) / self.response_s).max(-self.decel_mps2).min(self.accel_mps2);
             if self.mode[l] == Mode::Speed { reach } else { self.advised[l] }
         })
     }

@@ -13,6 +13,8 @@ const CALM_SD_MPS: f64 = 0.5;
 pub struct Verdict {
     /// Mean speed of all cars over the horizon, m/s; cars stand from a crash on.
     pub mean_mps: f64,
+    /// The same over the last quarter of the horizon, when all has settled, m/s.
+    pub settled_mps: f64,
     /// Standard deviation of speed over the cars, mean over time, m/s.
     pub sd_over_cars_mps: f64,
     /// Standard deviation of a car's speed in time, mean over cars, m/s.
@@ -39,7 +41,8 @@ pub struct Tally {
     circumference_m: f64,
     sums: Vec<[f64; 2]>,
     before_mps: Vec<f32>,
-    sum_mps: f64,
+    /// Mean over the cars at each step, m/s.
+    means_mps: Vec<f32>,
     sum_sd_mps: f64,
     fuel_ml: f64,
     least_gap_m: f64,
@@ -58,7 +61,7 @@ impl Tally {
             circumference_m,
             sums: Vec::new(),
             before_mps: Vec::new(),
-            sum_mps: 0.0,
+            means_mps: Vec::new(),
             sum_sd_mps: 0.0,
             fuel_ml: 0.0,
             least_gap_m: f64::INFINITY,
@@ -72,6 +75,7 @@ impl Tally {
     /// the ego; the advice that stands. After a crash nothing counts but the time.
     pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, gap_m: f64, advice: Option<&Advice>) {
         self.steps += 1;
+        self.means_mps.push(0.0);
         if self.least_gap_m <= 0.0 {
             return;
         }
@@ -98,7 +102,7 @@ impl Tally {
         }
         let mean = sum / f64::from(n);
         let sd = (square / f64::from(n) - mean * mean).max(0.0).sqrt();
-        self.sum_mps += mean;
+        self.means_mps[self.steps as usize - 1] = mean as f32;
         self.sum_sd_mps += sd;
         self.fuel_ml += fuel_ml_s * self.step_s;
         if sd >= CALM_SD_MPS {
@@ -116,11 +120,13 @@ impl Tally {
         let cars = self.sums.len() as f64;
         let crashed = self.least_gap_m <= 0.0;
         let calm = !crashed && self.uncalm < self.steps;
-        let mean_mps = self.sum_mps / steps;
+        let mean_of = |means: &[f32]| means.iter().copied().map(f64::from).sum::<f64>() / means.len().max(1) as f64;
+        let mean_mps = mean_of(&self.means_mps);
         let sd = |[sum, square]: &[f64; 2]| (square / steps - (sum / steps).powi(2)).max(0.0).sqrt();
-        let way_m = self.sum_mps * self.step_s * cars;
+        let way_m = mean_mps * steps * self.step_s * cars;
         Verdict {
             mean_mps,
+            settled_mps: mean_of(&self.means_mps[self.means_mps.len() * 3 / 4..]),
             sd_over_cars_mps: self.sum_sd_mps / steps,
             sd_in_time_mps: self.sums.iter().map(sd).sum::<f64>() / cars.max(1.0),
             calm_s: calm.then_some(self.uncalm as f64 * self.step_s),

@@ -21,8 +21,9 @@ pub struct Row {
 type Measure = fn(&Verdict) -> Option<f64>;
 
 /// Measures and their names in the files.
-const MEASURES: [(&str, Measure); 9] = [
+const MEASURES: [(&str, Measure); 10] = [
     ("mean_speed_mps", |v| Some(v.mean_mps)),
+    ("settled_speed_mps", |v| Some(v.settled_mps)),
     ("sd_over_cars_mps", |v| Some(v.sd_over_cars_mps)),
     ("sd_in_time_mps", |v| Some(v.sd_in_time_mps)),
     ("calm_after_s", |v| v.calm_s),
@@ -45,7 +46,7 @@ pub fn table(rows: &[Row]) -> String {
         let head = (row.case.label(), row.case.driver.name());
         if before.as_ref() != Some(&head) {
             let _ = writeln!(text, "{}, driver {}", head.0, head.1);
-            text.push_str("  hold s   mean m/s [95 % interval]   SD cars  SD time  calm           least gap  crashes  fuel   in range\n");
+            text.push_str("  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm           least gap  crashes  fuel   in range\n");
             before = Some(head);
         }
         let _ = writeln!(text, "{}", words(row));
@@ -62,11 +63,12 @@ fn words(row: &Row) -> String {
     let least = row.verdicts.iter().map(|v| v.least_gap_m).fold(f64::INFINITY, f64::min);
     let crashes = row.verdicts.iter().filter(|v| v.crashed).count();
     format!(
-        "  {:>6}   {:.3} [{:.3}, {:.3}]        {:>7.2}  {:>7.2}  {:<13}  {least:>6.2} m   {crashes:>5}    {:>5}  {:>6}",
+        "  {:>6}   {:.3} [{:.3}, {:.3}]        {:>7.3}  {:>7.2}  {:>7.2}  {:<13}  {least:>6.2} m   {crashes:>5}    {:>5}  {:>6}",
         row.case.hold_s,
         speed.mean,
         speed.low,
         speed.high,
+        value(|v| Some(v.settled_mps)).unwrap_or(0.0),
         value(|v| Some(v.sd_over_cars_mps)).unwrap_or(0.0),
         value(|v| Some(v.sd_in_time_mps)).unwrap_or(0.0),
         format!("{calm}/{n}{after}"),

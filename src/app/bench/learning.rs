@@ -1,0 +1,123 @@
+//! Measurements of training on this machine. In: nothing. Out: [`LearningTimes`]: the fast ring on one core, and an update
+//! of TRPO and an iteration of training at the sizes that peers are measured with (`benches/peers`).
+
+use super::{Times, now};
+use crate::{
+    idm::IdmParams,
+    rng,
+    train::{
+        Learner, TrainConfig,
+        distribution::Family,
+        lanes::LANES,
+        net::Shape,
+        ring::{RingBlock, RingStart},
+        trpo::{Batch, PolicyShape, TrustRegion},
+        value::{Fit, Value},
+    },
+};
+use serde::Serialize;
+
+/// What was measured of training.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LearningTimes {
+    /// Steps of rings of 22 cars a second on one core, noise included.
+    pub ring_steps_per_s: f64,
+    /// The same times 22.
+    pub vehicle_updates_per_s: f64,
+    /// An update at batch 16,000, nets 64-64, policy and value, on one core.
+    pub update_one_core: Times,
+    /// The same on all cores.
+    pub update: Times,
+    /// An iteration at batch 16,000 and hold 1 s with its 16,000 seconds of driving, on all cores.
+    pub iteration: Times,
+    /// Number of cores.
+    pub cores: usize,
+}
+
+/// Cars of a ring, rings side by side.
+const CARS: usize = 22;
+const BLOCKS: usize = 16;
+/// Decisions of an update.
+const BATCH: usize = 16_000;
+
+/// Measures training; about ten seconds.
+pub fn learning() -> LearningTimes {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let ring_steps_per_s = rings();
+    LearningTimes {
+        ring_steps_per_s,
+        vehicle_updates_per_s: ring_steps_per_s * CARS as f64,
+        update_one_core: match pool {
+            Ok(pool) => pool.install(|| update(5)),
+            Err(_) => update(5),
+        },
+        update: update(5),
+        iteration: iteration(8),
+        cores: rayon::current_num_threads(),
+    }
+}
+
+/// 256 rings, block by block as training runs them; the median of nine runs.
+fn rings() -> f64 {
+    const STEPS: usize = 500;
+    let start = RingStart::bunched(CARS, 250.0, IdmParams::default(), 1);
+    let block = |index: usize| {
+        let mut ring = RingBlock::new(CARS, 0.1);
+        (0..LANES).for_each(|l| ring.set(l, &RingStart { seed: (index * LANES + l) as u64, ..start.clone() }));
+        ring
+    };
+    let mut blocks: Vec<RingBlock> = (0..BLOCKS).map(block).collect();
+    let mut times = Vec::new();
+    for _ in 0..9 {
+        let begin = now();
+        blocks.iter_mut().for_each(|ring| ring.run(STEPS));
+        times.push(begin.elapsed());
+    }
+    (BLOCKS * LANES * STEPS) as f64 / (Times::of(times).median_us * 1e-6)
+}
+
+/// Policy and value, five passes over the batch as training makes them.
+fn update(n: usize) -> Times {
+    let config = TrainConfig::default();
+    let shape = PolicyShape { net: Shape::new(&[4, 64, 64, 1]), family: Family::Normal };
+    let value_shape = Shape::new(&[4, 64, 64, 1]);
+    let mut stream = rng::stream(1, "bench");
+    let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
+    theta.resize(shape.parameters(), 0.0);
+    let mut value = Value::new(&value_shape, &mut stream);
+    let region = TrustRegion {
+        max_kl: config.max_kl,
+        cg_steps: config.cg_steps,
+        damping: config.damping,
+        backtracks: config.backtracks,
+    };
+    let how = Fit { rate: config.value_rate, epochs: config.value_epochs, batch: config.value_batch as usize };
+    let mut times = Vec::new();
+    for _ in 0..n {
+        let mut normals = |n: usize| (0..n).map(|_| stream.normal()).collect::<Vec<f64>>();
+        let batch = Batch {
+            inputs: normals(4 * BATCH).into_iter().map(|x| x as f32).collect(),
+            actions: normals(BATCH).into_iter().map(|x| x as f32).collect(),
+            advantages: normals(BATCH),
+        };
+        let returns: Vec<f32> = normals(BATCH).into_iter().map(|x| x as f32).collect();
+        let begin = now();
+        shape.update(&mut theta, &batch, &region);
+        value.fit(&value_shape, &batch.inputs, &returns, &how, &mut stream);
+        times.push(begin.elapsed());
+    }
+    Times::of(times)
+}
+
+/// Iterations of a training, without the judging.
+fn iteration(n: usize) -> Times {
+    let config = TrainConfig { judge_every: 1_000_000, ..TrainConfig::default() };
+    let mut learner = Learner::new(&config);
+    let mut times = Vec::new();
+    for _ in 0..n {
+        let begin = now();
+        learner.iterate();
+        times.push(begin.elapsed());
+    }
+    Times::of(times)
+}

@@ -1,0 +1,242 @@
+//! An ONNX file as a policy. In: the path. Out: a policy that has been asked some hundred questions and has answered each
+//! with a number. Batches of any size load; one row is run at a time.
+
+use super::{Description, EXAMPLE, METADATA_KEY, Meaning};
+use crate::{
+    policy::{Action, Observation, Output, Policy, PolicyFileError, bounded},
+    rng,
+};
+use prost::Message;
+use std::{path::Path, sync::Arc};
+use tract_onnx::{
+    pb::{ModelProto, TensorProto, ValueInfoProto, tensor_proto::DataType, tensor_shape_proto::dimension, type_proto},
+    prelude::*,
+};
+
+/// Operator sets that the runtime knows.
+const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 7..=23;
+/// Observations that every network must answer with finite numbers before it drives.
+const QUESTIONS: usize = 200;
+
+/// A network of any origin.
+#[derive(Clone)]
+pub struct OnnxPolicy {
+    description: Description,
+    plan: Arc<TypedRunnableModel>,
+    /// Shape of the input for one observation.
+    shape: Vec<usize>,
+    /// Which of the network's outputs is the action.
+    output: usize,
+}
+
+impl OnnxPolicy {
+    /// Reads a file and its description.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no ONNX, has no description, its shapes or operators do not fit, or it answers with
+    /// something that is no number.
+    pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
+        let fault = |fault: String| PolicyFileError { path: path.display().to_string(), fault };
+        let bytes = std::fs::read(path).map_err(|e| fault(format!("cannot be read: {e}")))?;
+        let beside = path.with_extension("onnx.toml");
+        let text = match std::fs::read_to_string(&beside) {
+            Ok(text) => Some(text),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => None,
+            Err(e) => return Err(fault(format!("{} cannot be read: {e}", beside.display()))),
+        };
+        Self::from_bytes(&bytes, text.as_deref()).map_err(fault)
+    }
+
+    /// The same for bytes; `description` wins over the metadata.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn from_bytes(bytes: &[u8], description: Option<&str>) -> Result<Self, String> {
+        let model = ModelProto::decode(bytes).map_err(|e| format!("is no ONNX file: {e}"))?;
+        let graph = model.graph.as_ref().ok_or("is no ONNX file: it holds no network")?;
+        let metadata = model.metadata_props.iter().find(|entry| entry.key == METADATA_KEY);
+        let text = description.or(metadata.map(|entry| entry.value.as_str())).ok_or_else(|| {
+            format!("does not say what its numbers mean; write a file of the same name with .toml behind it, such as\n{EXAMPLE}")
+        })?;
+        let description = Description::from_toml(text)?;
+        let versions = || model.opset_import.iter().filter(|set| set.domain.is_empty() || set.domain == "ai.onnx");
+        if let Some(set) = versions().find(|set| !OPERATOR_SETS.contains(&set.version)) {
+            return Err(format!(
+                "uses operator set {}; known are {} to {}",
+                set.version,
+                OPERATOR_SETS.start(),
+                OPERATOR_SETS.end()
+            ));
+        }
+        // Old files list their weights among the inputs.
+        let is_weight = |name: &str| graph.initializer.iter().any(|tensor| tensor.name == name);
+        let inputs: Vec<&ValueInfoProto> = graph.input.iter().filter(|value| !is_weight(&value.name)).collect();
+        let outputs: Vec<&ValueInfoProto> = graph.output.iter().collect();
+        let input = chosen("input", &inputs, description.input_name.as_deref())?;
+        let wanted = chosen("output", &outputs, description.output_name.as_deref())?;
+        let output = outputs.iter().position(|value| value.name == wanted.name).unwrap_or(0);
+        if inputs.len() > 1 {
+            return Err(format!("has {} inputs; a policy has one, the observation", inputs.len()));
+        }
+        let shape = input_shape(input, description.inputs.len())?;
+        // The runtime's tanh takes a NaN for a number, so that questions alone would not find it.
+        if let Some(tensor) = graph.initializer.iter().find(|tensor| holds_nan(tensor)) {
+            return Err(format!("weights `{}` hold a NaN", tensor.name));
+        }
+        let plan = runnable(&model, &shape)?;
+        let policy = Self { description, plan, shape, output };
+        policy.questioned()
+    }
+
+    /// The raw output for what the network sees.
+    ///
+    /// # Errors
+    /// The runtime failed.
+    pub fn outputs(&self, seen: &[f32]) -> Result<Vec<f32>, String> {
+        let tensor = Tensor::from_shape(&self.shape, seen).map_err(|e| e.to_string())?;
+        let out = self.plan.run(tvec!(tensor.into())).map_err(|e| words(&e))?;
+        let numbers = out[self.output].cast_to::<f32>().map_err(|e| e.to_string())?;
+        let view = numbers.to_plain_array_view::<f32>().map_err(|e| e.to_string())?;
+        Ok(view.iter().copied().collect())
+    }
+
+    /// What the network sees of an observation.
+    pub fn seen(&self, observation: &Observation) -> Vec<f32> {
+        let [shortest, longest] = self.description.holds_s;
+        let observation = Observation { hold_s: observation.hold_s.clamp(shortest, longest), ..*observation };
+        self.description.inputs.iter().map(|input| input.scaled(&observation)).collect()
+    }
+
+    /// The action of an output; not finite where the output is not.
+    fn action(&self, outputs: &[f32], hold_s: f64) -> Action {
+        let d = &self.description;
+        let [low, high] = match d.action {
+            Output::Acceleration => bounded(d.limits, d.speed_change_mps, hold_s),
+            Output::Speed => d.limits,
+        };
+        let first = f64::from(outputs.get(d.element.unwrap_or(0)).copied().unwrap_or(f32::NAN));
+        let value = match d.output {
+            Meaning::Scaled => low + (high - low) * (first.clamp(-1.0, 1.0) + 1.0) / 2.0,
+            Meaning::Si => first.clamp(low, high),
+            Meaning::Levels if outputs.iter().any(|x| x.is_nan()) => f64::NAN,
+            Meaning::Levels => {
+                let best = (0..outputs.len()).fold(0, |best, i| if outputs[i] > outputs[best] { i } else { best });
+                low + (high - low) * best as f64 / (outputs.len() - 1) as f64
+            }
+        };
+        match d.action {
+            Output::Acceleration => Action::Acceleration(value),
+            Output::Speed => Action::Speed(value),
+        }
+    }
+
+    /// Asks questions; a network that cannot answer them does not drive.
+    fn questioned(self) -> Result<Self, String> {
+        let mut stream = rng::stream(1, "questions");
+        for i in 0..QUESTIONS {
+            // The first is the middle of everything; the others lie in and a little around the range.
+            let draw = |_| if i == 0 { 0.0 } else { stream.uniform(-1.2, 1.2) as f32 };
+            let seen: Vec<f32> = (0..self.description.inputs.len()).map(draw).collect();
+            let outputs = self.outputs(&seen).map_err(|e| format!("cannot be run: {e}"))?;
+            self.counted(outputs.len())?;
+            if let Some(x) = outputs.iter().find(|x| !x.is_finite()) {
+                return Err(format!("answers {seen:?} with {x}; a policy must give finite numbers"));
+            }
+        }
+        Ok(self)
+    }
+
+    fn counted(&self, n: usize) -> Result<(), String> {
+        match (self.description.output, self.description.element) {
+            (Meaning::Levels, _) if n < 2 => Err(format!("gives {n} number; levels need at least 2")),
+            (Meaning::Levels, _) => Ok(()),
+            (_, Some(element)) if element >= n => Err(format!("gives {n} numbers; element {element} is none of them")),
+            (_, None) if n != 1 => Err(format!(
+                "gives {n} numbers; one action needs 1: say which with `element`, or `output = \"levels\"`"
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The tensor of this name, or the only one.
+fn chosen<'a>(what: &str, known: &[&'a ValueInfoProto], name: Option<&str>) -> Result<&'a ValueInfoProto, String> {
+    let names = || known.iter().map(|value| value.name.as_str()).collect::<Vec<_>>().join(", ");
+    match name {
+        Some(name) => {
+            let found = known.iter().find(|value| value.name == name);
+            found.copied().ok_or_else(|| format!("has no {what} `{name}`; it has {}", names()))
+        }
+        None if known.len() == 1 => Ok(known[0]),
+        None => Err(format!("has {} {what}s ({}); name one with `{what}_name`", known.len(), names())),
+    }
+}
+
+/// The shape to run one observation of `n` numbers with, from the declared one.
+fn input_shape(input: &ValueInfoProto, n: usize) -> Result<Vec<usize>, String> {
+    let kind = input.r#type.as_ref().and_then(|kind| kind.value.as_ref());
+    let Some(type_proto::Value::TensorType(tensor)) = kind else {
+        return Err(format!("input `{}` is no tensor", input.name));
+    };
+    if tensor.elem_type != i32::from(DataType::Float) {
+        return Err(format!("input `{}` is not of 32-bit floating-point numbers", input.name));
+    }
+    let Some(shape) = &tensor.shape else { return Ok(vec![1, n]) };
+    let declared: Vec<Option<i64>> = shape
+        .dim
+        .iter()
+        .map(|dim| match &dim.value {
+            Some(dimension::Value::DimValue(size)) if *size > 0 => Some(*size),
+            _ => None,
+        })
+        .collect();
+    let fits = |dim: &Option<i64>, size: i64| dim.is_none_or(|d| d == size);
+    match declared.as_slice() {
+        [] => Ok(vec![1, n]),
+        [numbers] if fits(numbers, n as i64) => Ok(vec![n]),
+        [rows, numbers] if fits(rows, 1) && fits(numbers, n as i64) => Ok(vec![1, n]),
+        _ => {
+            let words: Vec<String> = declared.iter().map(|d| d.map_or("any".into(), |d| d.to_string())).collect();
+            Err(format!(
+                "input `{}` has the shape [{}]; the {n} inputs that are described need [any, {n}] or [{n}]",
+                input.name,
+                words.join(", ")
+            ))
+        }
+    }
+}
+
+/// True if the weights are 32-bit numbers and one of them is none.
+fn holds_nan(tensor: &TensorProto) -> bool {
+    let raw = tensor.raw_data.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    tensor.data_type == i32::from(DataType::Float) && tensor.float_data.iter().copied().chain(raw).any(f32::is_nan)
+}
+
+/// The network with its shapes fixed, made fast.
+fn runnable(model: &ModelProto, shape: &[usize]) -> Result<Arc<TypedRunnableModel>, String> {
+    // PyTorch's exports with a dynamic batch declare shapes that contradict the fixed one.
+    let reader = tract_onnx::onnx().with_ignore_value_info(true).with_ignore_output_shapes(true);
+    let build = || -> TractResult<Arc<TypedRunnableModel>> {
+        let mut parsed = reader.model_for_proto_model(model)?;
+        parsed.set_input_fact(0, f32::fact(shape).into())?;
+        parsed.into_optimized()?.into_runnable()
+    };
+    build().map_err(|e| format!("cannot be run: {}", words(&e)))
+}
+
+/// The runtime's message without its history.
+fn words(error: &TractError) -> String {
+    let chain: Vec<String> = error.chain().map(ToString::to_string).collect();
+    chain.join(": ")
+}
+
+impl Policy for OnnxPolicy {
+    fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
+        let outputs = self.outputs(&self.seen(observation)).unwrap_or_default();
+        self.action(&outputs, observation.hold_s)
+    }
+
+    fn trained_holds_s(&self) -> Option<[f64; 2]> {
+        Some(self.description.holds_s)
+    }
+}

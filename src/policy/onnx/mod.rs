@@ -1,0 +1,97 @@
+//! Networks of any origin as policies, in ONNX. In: a `.onnx` file, and what its numbers mean: a [`Description`] in its
+//! metadata or in a TOML file beside it (`policy.onnx.toml` beside `policy.onnx`). Out: a [`Policy`](super::Policy), or a
+//! message that says what does not fit, before the drive. Run by tract; written by [`write()`].
+
+mod load;
+mod write;
+
+pub use load::OnnxPolicy;
+pub use write::write;
+
+use super::{Input, Output};
+use serde::{Deserialize, Serialize};
+
+/// Key of the description in a file's metadata.
+pub const METADATA_KEY: &str = "codrive";
+
+/// What a network's output is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Meaning {
+    /// One number: -1 and 1 are the limits; what lies beyond is drawn in.
+    #[default]
+    Scaled,
+    /// One number: the action itself in m/s2 or m/s; what lies beyond the limits is drawn in.
+    Si,
+    /// A number for each level; the largest wins. Levels lie evenly between the limits, both included.
+    Levels,
+}
+
+/// What the numbers of a network mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// What the action is.
+    pub action: Output,
+    /// Lowest and highest action, m/s2 or m/s.
+    pub limits: [f64; 2],
+    /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound.
+    #[serde(default)]
+    pub speed_change_mps: f64,
+    /// Shortest and longest hold that it was trained for, seconds.
+    pub holds_s: [f64; 2],
+    /// What the output is.
+    #[serde(default)]
+    pub output: Meaning,
+    /// Which number of the output, where it has more than the action needs (a mean before a deviation, say).
+    #[serde(default)]
+    pub element: Option<usize>,
+    /// Name of the input tensor; may be left out where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub input_name: Option<String>,
+    /// Name of the output tensor; may be left out where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output_name: Option<String>,
+    /// What the network sees, in order.
+    pub inputs: Vec<Input>,
+}
+
+/// A description as a person would write it, for messages.
+const EXAMPLE: &str = r#"action = "acceleration"   # or "speed"
+limits = [-0.5, 0.5]       # m/s2 or m/s
+holds_s = [1.0, 1.0]       # shortest and longest hold, s
+output = "scaled"          # -1..1 spans the limits; "si": the action itself; "levels": one number a level
+inputs = [                 # `from` is seen as -1 and `to` as 1
+  { feature = "speed", from = 0.0, to = 10.0 },
+  { feature = "leader_speed", from = 0.0, to = 10.0 },
+  { feature = "gap", from = 0.0, to = 300.0 },
+  { feature = "circumference", from = 200.0, to = 300.0 },
+]"#;
+
+impl Description {
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn from_toml(text: &str) -> Result<Self, String> {
+        let d: Self = toml::from_str(text).map_err(|e| format!("is no description of a network: {e}"))?;
+        let [low, high] = d.limits;
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Err(format!("limits are {low} to {high}; the first must be below the second"));
+        }
+        let [shortest, longest] = d.holds_s;
+        if !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
+            return Err(format!(
+                "holds_s are {shortest} to {longest}; they must be above 0, the first not above the second"
+            ));
+        }
+        if !(d.speed_change_mps.is_finite() && d.speed_change_mps >= 0.0) {
+            return Err("speed_change_mps must be 0 or more".into());
+        }
+        match d.inputs.iter().find(|input| !input.is_sound()) {
+            Some(input) => Err(format!("input {}: `to` must be above `from`", input.feature.name())),
+            None if d.inputs.is_empty() => Err("inputs are empty; a network sees at least one number".into()),
+            None => Ok(d),
+        }
+    }
+}

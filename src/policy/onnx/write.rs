@@ -1,0 +1,114 @@
+//! A trained network as an ONNX file: operator set 17, a row of scaled observations in, a row of raw outputs out, any
+//! number of rows at once; everything that is needed to use it in its metadata.
+
+use super::{Description, METADATA_KEY, Meaning};
+use crate::policy::Network;
+use prost::Message;
+use tract_onnx::pb::{
+    AttributeProto, GraphProto, ModelProto, NodeProto, OperatorSetIdProto, StringStringEntryProto, TensorProto,
+    TensorShapeProto, TypeProto, ValueInfoProto,
+    attribute_proto::AttributeType,
+    tensor_proto::DataType,
+    tensor_shape_proto::{Dimension, dimension},
+    type_proto,
+};
+
+/// Gemm, Tanh and Constant are what they are here since operator set 13; 17 is read by everything in use.
+const OPERATOR_SET: i64 = 17;
+const IR_VERSION: i64 = 8;
+
+/// Names of the input and output tensors.
+const INPUT: &str = "observation";
+const OUTPUT: &str = "action";
+
+/// The file's bytes.
+pub fn write(network: &Network) -> Vec<u8> {
+    let mut graph = GraphProto { name: "policy".into(), ..GraphProto::default() };
+    let last = network.layers.len() - 1;
+    let mut before = INPUT.to_owned();
+    for (i, layer) in network.layers.iter().enumerate() {
+        let (weights, bias) = (format!("weights{i}"), format!("bias{i}"));
+        let rows = layer.weights.len() as i64;
+        let columns = layer.bias.len() as i64;
+        graph.initializer.push(tensor(&weights, &[rows, columns], layer.weights.concat()));
+        graph.initializer.push(tensor(&bias, &[columns], layer.bias.clone()));
+        let after = if i == last { OUTPUT.to_owned() } else { format!("sum{i}") };
+        // y = x W + b.
+        graph.node.push(node("Gemm", &[&before, &weights, &bias], &after));
+        before = after;
+        if i < last {
+            let bent = format!("hidden{i}");
+            graph.node.push(node("Tanh", &[&before], &bent));
+            before = bent;
+        }
+    }
+    let outputs = network.layers[last].bias.len();
+    graph.input.push(rows_of(INPUT, network.inputs.len()));
+    graph.output.push(rows_of(OUTPUT, outputs));
+    let description = toml::to_string(&description(network)).unwrap_or_default();
+    let model = ModelProto {
+        ir_version: IR_VERSION,
+        opset_import: vec![OperatorSetIdProto { domain: String::new(), version: OPERATOR_SET }],
+        producer_name: "codrive".into(),
+        producer_version: env!("CARGO_PKG_VERSION").into(),
+        graph: Some(graph),
+        metadata_props: vec![StringStringEntryProto { key: METADATA_KEY.into(), value: description }],
+        ..ModelProto::default()
+    };
+    model.encode_to_vec()
+}
+
+fn description(network: &Network) -> Description {
+    Description {
+        action: network.action,
+        limits: network.limits,
+        speed_change_mps: network.speed_change_mps,
+        holds_s: network.holds_s,
+        output: if network.levels == 0 { Meaning::Scaled } else { Meaning::Levels },
+        element: None,
+        input_name: Some(INPUT.into()),
+        output_name: Some(OUTPUT.into()),
+        inputs: network.inputs.clone(),
+    }
+}
+
+fn node(kind: &str, inputs: &[&str], output: &str) -> NodeProto {
+    let attribute = |name: &str, value: f32| AttributeProto {
+        name: name.into(),
+        r#type: AttributeType::Float.into(),
+        f: value,
+        ..AttributeProto::default()
+    };
+    NodeProto {
+        input: inputs.iter().map(|name| (*name).into()).collect(),
+        output: vec![output.into()],
+        name: format!("{kind}/{output}"),
+        op_type: kind.into(),
+        attribute: if kind == "Gemm" { vec![attribute("alpha", 1.0), attribute("beta", 1.0)] } else { Vec::new() },
+        ..NodeProto::default()
+    }
+}
+
+fn tensor(name: &str, dims: &[i64], numbers: Vec<f32>) -> TensorProto {
+    TensorProto {
+        name: name.into(),
+        dims: dims.to_vec(),
+        data_type: DataType::Float.into(),
+        raw_data: numbers.iter().flat_map(|x| x.to_le_bytes()).collect(),
+        ..TensorProto::default()
+    }
+}
+
+/// Any number of rows of so many numbers.
+fn rows_of(name: &str, columns: usize) -> ValueInfoProto {
+    let dimension = |value| Dimension { value: Some(value), ..Dimension::default() };
+    let shape = TensorShapeProto {
+        dim: vec![
+            dimension(dimension::Value::DimParam("batch".into())),
+            dimension(dimension::Value::DimValue(columns as i64)),
+        ],
+    };
+    let tensor = type_proto::Tensor { elem_type: DataType::Float.into(), shape: Some(shape) };
+    let kind = TypeProto { value: Some(type_proto::Value::TensorType(tensor)), ..TypeProto::default() };
+    ValueInfoProto { name: name.into(), r#type: Some(kind), ..ValueInfoProto::default() }
+}
