@@ -141,7 +141,7 @@ impl Weather {
         let phase = 0.52 + 0.10 * forward(0.55).min(3.0);
         let sky_above = sky.ambient(Vec3::Z);
         let ground = sky.ambient(-Vec3::Z);
-        let steps = (22.0 / up.max(0.12)).clamp(30.0, 100.0) as usize;
+        let steps = (15.0 / up.max(0.12)).clamp(22.0, 72.0) as usize;
         let step_km = DEPTH_KM / up / steps as f32;
         let (mut light, mut left) = (Vec3::ZERO, 1.0f32);
         let mut step = 0;
