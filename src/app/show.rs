@@ -3,8 +3,8 @@
 
 use super::{AppError, Drive, Instruments, words};
 use crate::{
-    input::Devices,
     hud::Palette,
+    input::Devices,
     scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
     sim::{DialPalette, Scenario, Tally, World, colour},
     time::{Due, Pace},

@@ -57,8 +57,8 @@ pub(super) fn dress(skin: &mut Skin, lines: &Lines, level: Level) -> Skin {
 /// The wheel houses, and the black sill between them.
 fn arches(skin: &mut Skin, level: Level) {
     let sides = match level {
-        Level::Near => 36,
-        Level::Mid => 20,
+        Level::Near => 30,
+        Level::Mid => 16,
         Level::Far => 10,
     };
     for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
@@ -90,6 +90,8 @@ fn windows(skin: &mut Skin, lines: &Lines, level: Level) {
     let back = framed(lines.rear_glass, 0.99, 0.1);
     if level != Level::Far {
         skin.paint(&side.clone().grown(0.016), GLOSS);
+    }
+    if level == Level::Near {
         skin.paint(&screen.clone().grown(0.020), GLOSS);
         skin.paint(&back.clone().grown(0.020), GLOSS);
     }
@@ -107,7 +109,9 @@ fn windows(skin: &mut Skin, lines: &Lines, level: Level) {
     };
     // The pillar between the doors; the window's own division behind.
     bar(-0.01, 0.03, 0.050);
-    bar(lines.side_glass[9].0 + 0.52, 0.06, 0.016);
+    if level == Level::Near {
+        bar(lines.side_glass[9].0 + 0.52, 0.06, 0.016);
+    }
 }
 
 /// Grille, intakes and head lamps.
@@ -115,7 +119,15 @@ fn front(skin: &mut Skin, covers: &mut Skin, level: Level) {
     let ahead = |cell: Cell, x: f32| cell.within(-Vec3::X, -x);
     let back = |depth: f32| move |p: Vec3| p - Vec3::X * depth;
     let grille = ahead(
-        across([(-0.1, 0.505), (0.34, 0.505), (0.375, 0.525), (0.395, 0.575), (0.372, 0.622), (0.33, 0.640), (-0.1, 0.646)]),
+        across([
+            (-0.1, 0.505),
+            (0.34, 0.505),
+            (0.375, 0.525),
+            (0.395, 0.575),
+            (0.372, 0.622),
+            (0.33, 0.640),
+            (-0.1, 0.646),
+        ]),
         2.3,
     );
     let intake = ahead(across([(-0.1, 0.283), (0.46, 0.283), (0.54, 0.312), (0.52, 0.374), (-0.1, 0.384)]), 2.3);
@@ -159,7 +171,10 @@ fn rear(skin: &mut Skin, level: Level) {
         -2.30,
     )
     .within(Vec3::new(1.0, 0.0, 0.4), -2.30 + 0.4 * 0.76);
-    let plate = behind(across([(-0.1, 0.630), (0.275, 0.630), (0.30, 0.650), (0.30, 0.735), (0.28, 0.752), (-0.1, 0.752)]), -2.3);
+    let plate = behind(
+        across([(-0.1, 0.630), (0.275, 0.630), (0.30, 0.650), (0.30, 0.735), (0.28, 0.752), (-0.1, 0.752)]),
+        -2.3,
+    );
     let valance = behind(across([(-1.0, 0.1), (1.0, 0.1), (1.0, 0.360), (-1.0, 0.372)]), -1.8);
     skin.paint(&valance, TRIM);
     let reflector = behind(across([(0.55, 0.418), (0.755, 0.428), (0.75, 0.456), (0.56, 0.446)]), -2.3);

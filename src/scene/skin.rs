@@ -162,15 +162,22 @@ impl Skin {
                 continue;
             }
             let mut piece = face.corners.to_vec();
+            let mut cut_off = Vec::new();
             for &(normal, reach) in &cell.planes {
                 let (within, beyond) = part(&piece, normal, reach);
-                fan(&beyond, face.finish, &mut rest);
+                fan(&beyond, face.finish, &mut cut_off);
                 piece = within;
                 if piece.is_empty() {
                     break;
                 }
             }
-            fan(&piece, face.finish, &mut inside);
+            if piece.is_empty() {
+                // Beside a corner of the cell: stays whole.
+                rest.push(face);
+            } else {
+                rest.extend(cut_off);
+                fan(&piece, face.finish, &mut inside);
+            }
         }
         self.faces = rest;
         inside
@@ -349,7 +356,7 @@ impl Skin {
     /// A mesh with shared corners; call [`Skin::heal`] before.
     pub fn mesh(&self) -> Mesh {
         let mut mesh = Mesh::default();
-        let mut shared: BTreeMap<([u32; 3], [i32; 3], [u32; 4]), u32> = BTreeMap::new();
+        let mut shared: BTreeMap<Shared, u32> = BTreeMap::new();
         for face in &self.faces {
             let [r, g, b] = face.finish.colour;
             let look = [r.to_bits(), g.to_bits(), b.to_bits(), face.finish.material as u32];
@@ -366,6 +373,9 @@ impl Skin {
         mesh
     }
 }
+
+/// What makes two corners of a mesh one: place, normal, colour and material.
+type Shared = ([u32; 3], [i32; 3], [u32; 4]);
 
 /// Corners closer than this are one, metres.
 const WELD_M: f32 = 6e-5;

@@ -194,7 +194,9 @@ mod tests {
             fault("seed = 2\nego_colour = \"rde\"")
                 .starts_with("trial.toml:2:14: ego_colour is \"rde\"; allowed: #rrggbb")
         );
-        assert!(fault("mirror_radius_m = 0.3").starts_with("trial.toml:1:19: mirror_radius_m is 0.3; allowed: 0 (flat)"));
+        assert!(
+            fault("mirror_radius_m = 0.3").starts_with("trial.toml:1:19: mirror_radius_m is 0.3; allowed: 0 (flat)")
+        );
         assert!(fault("cockpit = \"none\"").contains("`off`, `bonnet`, `full`"));
         assert!(
             fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000")

@@ -45,7 +45,8 @@ impl Pitch {
         const DAMPING: f32 = 0.45;
         let dt_s = dt_s as f32;
         let rest_rad = accel_mps2.clamp(-9.0, 9.0) as f32 * RAD_PER_MPS2;
-        let pull = NATURAL_RADPS * NATURAL_RADPS * (rest_rad - self.now_rad) - 2.0 * DAMPING * NATURAL_RADPS * self.rate_radps;
+        let pull =
+            NATURAL_RADPS * NATURAL_RADPS * (rest_rad - self.now_rad) - 2.0 * DAMPING * NATURAL_RADPS * self.rate_radps;
         let rate_radps = self.rate_radps + pull * dt_s;
         Self { now_rad: self.now_rad + rate_radps * dt_s, before_rad: self.now_rad, rate_radps }
     }
