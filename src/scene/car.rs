@@ -31,9 +31,9 @@ pub(super) const BRAKE: Finish = Finish::new(Material::BrakeLamp, [0.30, 0.25, 1
 pub(super) enum Level {
     /// The nearest two or three cars: rounded, fitted out, with lamps that have depth.
     Near,
-    /// Some 3,000 triangles, still with glass that is seen through.
+    /// Some 7,000 triangles, still with glass that is seen through.
     Mid,
-    /// Some 1,000.
+    /// Some 2,500.
     Far,
 }
 
@@ -128,17 +128,11 @@ enum Row {
 fn rows(level: Level) -> Vec<Row> {
     let (sides, shoulders, tops): (&[f32], &[f32], &[f32]) = match level {
         Level::Near => (
-            &[
-                0.0, 0.05, 0.16, 0.25, 0.34, 0.50, 0.64, 0.73, 0.76, 0.79, 0.815, 0.84, 0.87, 0.90, 0.95, 1.0,
-            ],
+            &[0.0, 0.05, 0.16, 0.25, 0.34, 0.50, 0.64, 0.73, 0.76, 0.79, 0.815, 0.84, 0.87, 0.90, 0.95, 1.0],
             &[0.12, 0.30, 0.50, 0.70, 0.88, 1.0],
             &[0.06, 0.15, 0.30, 0.50, 0.75, 1.0],
         ),
-        Level::Mid => (
-            &[0.0, 0.05, 0.16, 0.34, 0.55, 0.73, 0.79, 0.84, 0.92, 1.0],
-            &[0.2, 0.5, 0.8, 1.0],
-            &[0.15, 0.40, 0.70, 1.0],
-        ),
+        Level::Mid => (&[0.0, 0.05, 0.16, 0.34, 0.73, 0.79, 0.84, 1.0], &[0.3, 0.7, 1.0], &[0.2, 0.55, 1.0]),
         Level::Far => (&[0.0, 0.16, 0.34, 0.73, 0.84, 1.0], &[0.5, 1.0], &[0.4, 1.0]),
     };
     let side = sides.iter().map(|&t| Row::Side(t));
@@ -153,8 +147,11 @@ fn stations(lines: &Lines, level: Level) -> Vec<f32> {
     // Either end of the arches, too: no panel spans one.
     xs.extend([2.4, 2.47, 2.5, -1.79, -1.01, 1.01, 1.79]);
     if level != Level::Far {
-        xs.extend([-2.485, -2.47, -2.40, -2.35, -2.14, rear - 0.05, lines.rear_glass[0], -1.4, -0.62, -0.15, 0.12]);
-        xs.extend([0.45, 0.75, CABIN_FRONT_M + 0.06, 1.4, 2.05, 2.3, 2.35, 2.435, 2.455, 2.485]);
+        xs.extend([-2.47, -2.40, -2.14, rear - 0.05, lines.rear_glass[0], -0.62, 0.12, 0.45, 0.75]);
+        xs.extend([CABIN_FRONT_M + 0.06, 2.3, 2.435]);
+    }
+    if level == Level::Near {
+        xs.extend([-2.485, -2.35, 2.05, 2.35, 2.455, 2.485]);
     }
     xs.sort_by(f32::total_cmp);
     xs.dedup_by(|a, b| *a - *b < 1e-3);
@@ -245,7 +242,7 @@ mod tests {
 
     /// Every style at every level, windows closed, and how many triangles it may have.
     fn bodies() -> Vec<(Mesh, std::ops::Range<usize>)> {
-        let levels = [(Level::Near, 15_000..30_000), (Level::Mid, 3000..8000), (Level::Far, 600..2000)];
+        let levels = [(Level::Near, 15_000..30_000), (Level::Mid, 3000..8000), (Level::Far, 600..3000)];
         let all = STYLES.iter().flat_map(|lines| levels.clone().map(|(level, size)| (*lines, level, size)));
         all.map(|(lines, level, size)| (Parts::new(lines, level).whole(), size)).collect()
     }
@@ -316,7 +313,8 @@ mod tests {
                     let [a, b] = [change, change + 1].map(|level| silhouette(&levels[level].0, towards, pixel_m));
                     let covers = |of: &[bool], by: &[bool]| {
                         let lone = (1..SIDE - 1).flat_map(|y| (1..SIDE - 1).map(move |x| y * SIDE + x)).filter(|&i| {
-                            let around = [i - SIDE - 1, i - SIDE, i - SIDE + 1, i - 1, i, i + 1, i + SIDE - 1, i + SIDE];
+                            let around =
+                                [i - SIDE - 1, i - SIDE, i - SIDE + 1, i - 1, i, i + 1, i + SIDE - 1, i + SIDE];
                             of[i] && !by[i + SIDE + 1] && around.iter().all(|&j| !by[j])
                         });
                         lone.count()

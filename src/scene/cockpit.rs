@@ -63,9 +63,20 @@ fn bonnet() -> Mesh {
 fn scuttle() -> Skin {
     const COLUMNS: usize = 32;
     let lines = STYLES[0];
-    let rows = [(-0.28, -0.030), (-0.05, -0.036), (0.02, -0.042), (0.10, -0.062), (0.22, -0.080), (0.34, -0.088), (0.44, -0.105), (0.50, -0.16)];
+    let rows = [
+        (-0.28, -0.030),
+        (-0.05, -0.036),
+        (0.02, -0.042),
+        (0.10, -0.062),
+        (0.22, -0.080),
+        (0.34, -0.088),
+        (0.44, -0.105),
+        (0.50, -0.16),
+    ];
     let place = |(back, up): (f32, f32), column: usize| {
-        let y = 1.70 * (column as f32 / COLUMNS as f32 - 0.5);
+        // Narrower where it runs on under the bonnet.
+        let width = if back < 0.0 { 1.25 } else { 1.70 };
+        let y = width * (column as f32 / COLUMNS as f32 - 0.5);
         let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
         let at = shape::at(lines, CABIN_FRONT_M + 0.03);
         Vec3::new(foot.x - back * (1.0 + 0.12 * (y / 0.8) * (y / 0.8)), y, at.crown(y.clamp(-0.8, 0.8)) + up)
@@ -89,7 +100,8 @@ fn cabin() -> Mesh {
     let hood = |i: usize, j: usize| {
         let (u, v) = (i as f32 / 12.0, j as f32 / 20.0 * 2.0 - 1.0);
         let rise = (1.0 - v * v).max(0.0).sqrt();
-        let z = 0.885 + 0.050 * rise * (u * std::f32::consts::FRAC_PI_2).sin() - 0.16 * ((u - 0.82).max(0.0) / 0.18).powi(2);
+        let z = 0.885 + 0.050 * rise * (u * std::f32::consts::FRAC_PI_2).sin()
+            - 0.16 * ((u - 0.82).max(0.0) / 0.18).powi(2);
         Vec3::new(1.02 - 0.30 * u, 0.36 - 0.27 * v, z - 0.012)
     };
     for i in 0..12 {

@@ -30,8 +30,8 @@ fn side(lines: &Lines, level: Level) -> Soup {
     let mut parts = Soup::default();
     // Mirror: the housing in the car's colour, its back dark as glass; a foot on the door.
     let fine = match level {
-        Level::Near => [14, 20],
-        Level::Mid => [6, 8],
+        Level::Near => [10, 16],
+        Level::Mid => [5, 7],
         Level::Far => [4, 6],
     };
     parts.ellipsoid(Vec3::new(0.745, 0.912, 0.992), Vec3::new(0.070, 0.088, 0.060), fine, |outwards| match outwards {
@@ -43,7 +43,7 @@ fn side(lines: &Lines, level: Level) -> Soup {
         return parts;
     }
     parts.cuboid(Vec3::new(0.76, 0.840, 0.950), Vec3::new(0.026, 0.045, 0.013), GLOSS);
-    let fine = if level == Level::Near { [8, 12] } else { [4, 6] };
+    let fine = if level == Level::Near { [8, 12] } else { [3, 4] };
     for x in [0.13, -0.79] {
         let y = shape::at(lines, x).side(0.80).x;
         parts.ellipsoid(Vec3::new(x, y - 0.002, 0.792), Vec3::new(0.100, 0.011, 0.014), fine, |_| PAINT);
@@ -57,8 +57,8 @@ fn side(lines: &Lines, level: Level) -> Soup {
     // Two projectors behind the clear cover, each a bowl with a lens.
     for (y, x) in [(0.515, 2.5), (0.600, 2.5), (0.672, 2.5)] {
         let at = shape::bend(lines, Vec3::new(x, y, 0.613)) - Vec3::new(0.050, 0.022, 0.0);
-        parts.ellipsoid(at, Vec3::new(0.022, 0.029, 0.026), [8, 12], |_| CHROME);
-        parts.ellipsoid(at + Vec3::X * 0.010, Vec3::new(0.020, 0.021, 0.019), [8, 12], |_| GLASS_BACK);
+        parts.ellipsoid(at, Vec3::new(0.022, 0.029, 0.026), [6, 10], |_| CHROME);
+        parts.ellipsoid(at + Vec3::X * 0.010, Vec3::new(0.020, 0.021, 0.019), [6, 10], |_| GLASS_BACK);
     }
     parts
 }
@@ -68,7 +68,7 @@ const GLASS_BACK: Finish = Finish::new(Material::Lamp, [0.020, 0.024, 0.028]);
 
 /// The edge of a wheel arch: a rim that stands out 4 mm.
 fn lip(lines: &Lines, hub: f32) -> Soup {
-    const PLACES: usize = 33;
+    const PLACES: usize = 25;
     let mut lip = Soup::default();
     let ring = |i: usize| {
         let turn = -0.33 + (std::f32::consts::PI + 0.66) * i as f32 / (PLACES - 1) as f32;

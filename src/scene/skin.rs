@@ -165,15 +165,22 @@ impl Skin {
                 continue;
             }
             let mut piece = face.corners.to_vec();
+            let mut cut_off = Vec::new();
             for &(normal, reach) in &cell.planes {
                 let (within, beyond) = part(&piece, normal, reach);
-                fan(&beyond, face.finish, &mut rest);
+                fan(&beyond, face.finish, &mut cut_off);
                 piece = within;
                 if piece.is_empty() {
                     break;
                 }
             }
-            fan(&piece, face.finish, &mut inside);
+            if piece.is_empty() {
+                // Beside a corner of the cell: stays whole.
+                rest.push(face);
+            } else {
+                rest.extend(cut_off);
+                fan(&piece, face.finish, &mut inside);
+            }
         }
         self.faces = rest;
         inside
@@ -369,6 +376,9 @@ impl Skin {
         mesh
     }
 }
+
+/// What makes two corners of a mesh one: place, normal, colour and material.
+type Shared = ([u32; 3], [i32; 3], [u32; 4]);
 
 /// Corners closer than this are one, metres.
 const WELD_M: f32 = 6e-5;
