@@ -105,8 +105,6 @@ pub(super) struct Skin {
     pub faces: Vec<Face>,
 }
 
-/// Bits of place, steps of direction and look: what two corners must have in common to be one vertex.
-type Shared = ([u32; 3], [i32; 3], [u32; 4]);
 
 impl Skin {
     /// Four corners, counter-clockwise, with their places before and after bending.
