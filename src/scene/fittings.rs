@@ -32,7 +32,7 @@ fn side(lines: &Lines, level: Level) -> Soup {
     let fine = match level {
         Level::Near => [10, 16],
         Level::Mid => [5, 7],
-        Level::Far => [4, 6],
+        Level::Far => [3, 5],
     };
     parts.ellipsoid(Vec3::new(0.745, 0.912, 0.992), Vec3::new(0.070, 0.088, 0.060), fine, |outwards| match outwards {
         o if o.x < -0.62 => GLASS_BACK,

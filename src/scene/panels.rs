@@ -141,7 +141,12 @@ fn front(skin: &mut Skin, covers: &mut Skin, level: Level) {
             skin.recess(cell, back(depth), DARK, GLOSS);
         }
     } else {
-        [&grille, &intake, &vent].into_iter().for_each(|cell| skin.paint(cell, DARK));
+        skin.paint(&grille, DARK);
+        skin.paint(&intake, DARK);
+        // 3 pixels by 1 where a car becomes far.
+        if level == Level::Mid {
+            skin.paint(&vent, DARK);
+        }
     }
     // The lamp rises along the wing and ends in a point.
     let lamp = across([(0.405, 0.55), (0.98, 0.55), (0.98, 0.85), (0.565, 0.85)])
