@@ -18,6 +18,7 @@ use crate::{
     map::MapError,
     record::RecordError,
     sim::{ScenarioError, WorldError},
+    study::SessionError,
     traffic::TrafficError,
 };
 use clap::Command;
@@ -142,6 +143,8 @@ impl From<app::AppError> for CliError {
             app::AppError::Driver(error) => Self::Input(error.to_string()),
             app::AppError::Scenario(error) => error.into(),
             app::AppError::Record(error) => error.into(),
+            app::AppError::Session(SessionError::Refused(text)) => Self::Input(text),
+            app::AppError::Session(SessionError::Record(error)) => error.into(),
             app::AppError::CutRecording(_) => Self::Input(error.to_string()),
             other => Self::Failed(other.to_string()),
         }
