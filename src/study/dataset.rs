@@ -343,18 +343,23 @@ fn columns(element: &Element) -> Vec<Col> {
     let words = |list: &[super::questions::Choice]| {
         list.iter().map(|choice| (bids::value(&choice.value), choice.text.clone())).collect::<Vec<_>>()
     };
-    let title = [element.title.as_str(), element.description.as_str()].join(" ").trim().to_owned();
+    let mut title = [element.title.as_str(), element.description.as_str()].join(" ").trim().to_owned();
     let levels = match element.kind {
-        ElementKind::Radiogroup | ElementKind::Checkbox => words(&element.choices),
+        ElementKind::Radiogroup => words(&element.choices),
         ElementKind::Matrix => words(&element.columns),
         ElementKind::Boolean => vec![("true".into(), "yes".into()), ("false".into(), "no".into())],
+        // Levels are all values that a cell may have: not the ends of a scale alone, nor the parts of a list.
         ElementKind::Rating => {
-            let ends =
-                [(element.rate_min, &element.min_rate_description), (element.rate_max, &element.max_rate_description)];
-            ends.into_iter()
-                .filter(|end| !end.1.is_empty())
-                .map(|(rate, text)| (rate.to_string(), text.clone()))
-                .collect()
+            let end = |word: &str| if word.is_empty() { String::new() } else { format!(" ({word})") };
+            let (low, high) = (end(&element.min_rate_description), end(&element.max_rate_description));
+            title += &format!(" From {}{low} to {}{high}", element.rate_min, element.rate_max);
+            Vec::new()
+        }
+        ElementKind::Checkbox => {
+            let list: Vec<String> =
+                words(&element.choices).into_iter().map(|(w, text)| format!("{w}: {text}")).collect();
+            title += &format!(" Any of these, joined by semicolons: {}", list.join("; "));
+            Vec::new()
         }
         _ => Vec::new(),
     };
