@@ -135,6 +135,7 @@ fn jerk_is_between_means_of_steps() {
 #[test]
 fn medians_of_responses_are_in_the_measures() {
     let mut drive = trial(3000, |_| 4.0, |_| 4.0);
+    drive.advice.push(Issued { tick: 1, seen_tick: 1, target_mps: 4.0, range_mps: [3.8, 4.2] });
     for (k, (tick, reaction)) in [(500u64, 70usize), (1000, 90), (1500, 110)].into_iter().enumerate() {
         let target_mps = 5.0 + k as f64;
         let range_mps = [target_mps - 0.2, target_mps + 0.2];

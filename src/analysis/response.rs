@@ -177,7 +177,7 @@ mod tests {
     fn small_steps_that_add_up_are_a_change_and_a_speed_in_the_range_has_nothing_to_enter() {
         let advice: Vec<(u64, f64)> = (0..8).map(|k| (100 + 100 * k, 2.0 + 0.06 * k as f64)).collect();
         let found = responses(&trial(|_| (0.1, 0.0), |_| 2.0, &advice));
-        assert_eq!(found.iter().map(|r| r.onset_s).collect::<Vec<_>>(), [3.02, 5.02, 7.02]);
+        assert_eq!(found.iter().map(|r| (r.onset_s * 100.0).round()).collect::<Vec<_>>(), [302.0, 502.0, 702.0]);
         assert!(found.iter().all(|r| r.was_in_range && r.enter_s.is_none()));
     }
 }

@@ -20,7 +20,7 @@ use super::{
 use crate::record::{self, RecordError};
 use serde_json::{Value, json};
 use std::{
-    fs::{self, File},
+    fs,
     path::{Path, PathBuf},
 };
 
@@ -139,8 +139,8 @@ impl DataSet {
     pub fn publish(&self, study: &Study, code: &Code) -> Result<(), SessionError> {
         // Two programs may end a visit in the same moment.
         let path = self.root.join("sourcedata").join("lock");
-        let lock = File::create(&path).and_then(|file| file.lock().map(|()| file));
-        let _lock = lock.map_err(|why| RecordError::File { path, why })?;
+        let lock = session::lock_file(&path)?;
+        lock.lock().map_err(|why| RecordError::File { path, why })?;
         let logs = self.logs()?;
         if let Some(log) = logs.iter().find(|log| log.participant == *code) {
             self.publish_one(study, log)?;

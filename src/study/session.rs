@@ -434,11 +434,7 @@ const LOCK: &str = "lock";
 /// Keeps other programs away from a participant.
 fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
     let path = folder.join(LOCK);
-    let mut options = OpenOptions::new();
-    options.create(true).truncate(false).write(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let file = options.open(&path).map_err(|why| RecordError::File { path: path.clone(), why })?;
+    let file = lock_file(&path)?;
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(fs::TryLockError::WouldBlock) => {
@@ -446,4 +442,13 @@ fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
         }
         Err(fs::TryLockError::Error(why)) => Err(RecordError::File { path, why }.into()),
     }
+}
+
+/// An empty file, private to the user, that a lock is held on.
+pub(super) fn lock_file(path: &Path) -> Result<File, RecordError> {
+    let mut options = OpenOptions::new();
+    options.create(true).truncate(false).write(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path).map_err(|why| RecordError::File { path: path.into(), why })
 }

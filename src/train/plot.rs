@@ -51,9 +51,9 @@ fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, four to nine of them.
+/// Multiples of 1, 2 or 5 times a power of ten, three to eight of them.
 fn round_ticks(low: f64, high: f64) -> Vec<f64> {
-    let rough = (high - low) / 5.0;
+    let rough = (high - low) / 6.0;
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= rough * 0.999).unwrap_or(rough);
     let first = (low / step - 1e-6).ceil() as i64;
