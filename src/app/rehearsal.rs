@@ -98,6 +98,8 @@ impl<'a> Rehearsal<'a> {
         let over = |log: &Log| log.participant == code && log.end.is_some();
         if self.data.logs()?.iter().any(over) {
             plan.items.iter().for_each(|planned| driven(planned_ticks(planned)));
+            // A cut between the last item and its tables leaves them to be made here.
+            self.data.publish(self.study, &code)?;
             return Ok(true);
         }
         let participant = Participant::draw(self.study.file.seed, index);
