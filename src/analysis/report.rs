@@ -103,8 +103,11 @@ fn study(page: &mut Page, drives: &[Analysed]) {
         let unit = if measure.unit.is_empty() { String::new() } else { format!(", {}", measure.unit) };
         let mut row = format!("<tr><td>{}{unit}</td>", measure.title);
         for (_, of) in &conditions {
-            let cell = Estimate::of(&values(of, k))
-                .map_or("–".into(), |e| format!("{} [{}, {}]", short(e.mean), short(e.low), short(e.high)));
+            let found = values(of, k);
+            // Where some trials have no such number, how many have.
+            let n = if found.len() < of.len() { format!(" (n = {})", found.len()) } else { String::new() };
+            let cell = Estimate::of(&found)
+                .map_or("–".into(), |e| format!("{} [{}, {}]{n}", short(e.mean), short(e.low), short(e.high)));
             let _ = write!(row, "<td>{cell}</td>");
         }
         page.put(&(row + "</tr>"));
