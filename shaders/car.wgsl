@@ -1,11 +1,24 @@
 // Cars: clear-coated paint, glass, lamps, metal, rubber; metallic-roughness (GGX) under a coat.
 
-// Radiance of a lit brake lamp, and of the same lamp when it only marks the car's end: 75 to 1.
-const BRAKE_LIT = 3.0;
-const RUNNING = 0.04;
+// Radiance of a brake lamp while braking and while it only marks the car's end: 25 to 1.
+const BRAKE_LIT = 3.2;
+const RUNNING = 0.13;
+// Lamps that show the car by day.
+const DAYLIGHT = 0.75;
 
 // 1 where windows are drawn over what is behind them.
 override SEEN_THROUGH: f32 = 0.0;
+
+// What a car mirrors: the sky, a belt of trees whose tops are ragged, dark below them, then meadow and road.
+fn around_car(direction: vec3f, above: vec3f, ground: vec3f, rough: f32) -> vec3f {
+    let sky = sky_light_blurred(direction, 5.0 * sqrt(rough));
+    let bearing = atan2(direction.y, direction.x);
+    let tops = 0.235 + 0.045 * sin(bearing * 9.0 + 1.3) + 0.035 * sin(bearing * 23.0) * sin(bearing * 5.0 + 0.7);
+    let soft = 0.012 + 0.5 * rough;
+    let belt = vec3f(0.050, 0.068, 0.030) * above * mix(0.7, 1.9, smoothstep(0.0, 0.24, direction.z)) + 0.04 * sky;
+    let over_ground = mix(belt, sky, smoothstep(tops - soft, tops + soft, direction.z));
+    return mix(ground, over_ground, smoothstep(-0.03 - soft, 0.015 + soft, direction.z));
+}
 
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
@@ -29,25 +42,29 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     if material == PAINT {
         albedo = in.colour * in.paint.rgb;
         // Flakes: every paint is a little metallic.
-        metal = 0.25;
-        rough = 0.45;
+        metal = 0.3;
+        rough = 0.42;
         shine = 0.55;
-        coat = 1.0;
+        coat = 1.5;
     } else if material == GLASS {
         // What is seen of the interior is dim.
         albedo *= 0.35;
         rough = 0.4;
         shine = 0.0;
         coat = 1.35;
-    } else if material == BRAKE_LAMP || material == LAMP {
+    } else if material == BRAKE_LAMP {
+        // Dark red plastic: it swallows most of what falls on it, so that a lit lamp cannot be mistaken.
+        albedo = vec3f(0.45 * in.colour.r, 0.004, 0.004);
+        rough = 0.35;
+        shine = 0.15;
+        coat = 1.0;
+    } else if material == LAMP {
         rough = 0.35;
         shine = 0.3;
-        coat = 0.7;
-        // An unlit brake lamp swallows most of what falls on it, so that a lit one cannot be mistaken.
-        albedo *= select(1.0, 0.3, material == BRAKE_LAMP);
+        coat = 1.0;
     } else if material == METAL {
         metal = 1.0;
-        rough = 0.3;
+        rough = 0.22;
     } else if material == TYRE {
         rough = 0.62;
     } else if material == MATT {
@@ -60,20 +77,22 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     var light = albedo * (1.0 - metal) * (SUN * cosine * sun + ambient(facet) * open);
     let f0 = mix(vec3f(0.04), albedo, metal);
     let share = mirrors(facet, view, rough);
-    let around = mirrored(bounced, ground, rough * rough) * occluded;
+    let around = around_car(bounced, above, ground, rough * rough) * occluded;
     light += shine * (around * (f0 * share.x + share.y) + sun * sun_gloss(facet, view, rough, f0));
 
     // The coat lies over all that.
-    let coat_rough = steadied(0.07, facet);
-    let reflected = min(coat * fresnel(facet, view, 0.042), 1.0);
-    let image = mirrored(bounced, ground, coat_rough * coat_rough) * occluded;
+    let coat_rough = steadied(0.06, facet);
+    let reflected = min(coat * fresnel(facet, view, 0.045), 1.0);
+    let image = around_car(bounced, above, ground, coat_rough * coat_rough) * occluded;
     light = light * (1.0 - reflected) + reflected * image;
-    light += coat * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04));
+    light += min(coat, 0.8) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04));
 
-    // Lamps: dark red plastic that turns into a light.
-    let lit = select(0.0, mix(RUNNING, BRAKE_LIT, in.paint.w), material == BRAKE_LAMP);
-    light += lit * vec3f(1.0, 0.0046, 0.003);
-    // Tinted glass takes 45 % of the light behind it, and what it mirrors besides.
-    let alpha = mix(1.0, 0.45 + 0.55 * reflected, select(0.0, SEEN_THROUGH, material == GLASS));
+    // Lamps: green and blue of a brake lamp's colour are its shares of the running and of the braking light.
+    let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
+    light += select(0.0, glow, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
+    light += select(0.0, DAYLIGHT, material == LAMP && in.colour.r > 0.8) * vec3f(0.95, 0.98, 1.0);
+    // Tinted glass takes 45 % of the light behind it, a lamp's cover 5 %, and what they mirror besides.
+    let tint = clamp(22.0 * in.colour.r, 0.05, 1.0);
+    let alpha = mix(1.0, tint + (1.0 - tint) * reflected, select(0.0, SEEN_THROUGH, material == GLASS));
     return vec4f(through_air(light, in.world), alpha);
 }

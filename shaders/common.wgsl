@@ -2,7 +2,10 @@
 
 struct Frame {
     clip_from_world: mat4x4f,
-    light_from_world: array<mat4x4f, 3>,
+    // Rows that turn the world into the sun's view; a shadow map's place and depth are that, scaled and shifted.
+    light_from_world: array<vec4f, 3>,
+    light_scale: array<vec4f, 3>,
+    light_shift: array<vec4f, 3>,
     // xyz eye; w 1 for a perspective lens, 0 for a parallel one
     eye: vec4f,
     forward: vec4f,

@@ -1,30 +1,39 @@
-// Meadow: colour that varies over decimetres, metres and tens of metres around that of the mesh.
+// Meadow and hills: around the mesh's own colour, blades and clumps of grass that shade each other.
 
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
     let view = to_eye(in.world);
     let p = in.world.xy;
-    // The three grains lie askew to each other, so that their repetition is not seen.
-    let blades = grain_at(p / 2.3);
-    let tufts = grain_at(vec2f(0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y) / 13.1 + vec2f(0.37, 0.11));
-    let patches = grain_at(vec2f(0.6 * p.x + 0.8 * p.y, 0.6 * p.y - 0.8 * p.x) / 83.0 + vec2f(0.71, 0.23));
+    // How wide a pixel is, metres: each grain fades before its repetition is as small as a few pixels.
+    let thin_m = sqrt(min(dot(dpdx(p), dpdx(p)), dot(dpdy(p), dpdy(p))));
+    let near = 1.0 - smoothstep(0.030, 0.075, thin_m);
+    let mid = 1.0 - smoothstep(0.13, 0.55, thin_m);
 
-    // From high above, where a pixel holds much of a grain's repetition, the mesh's own colour has to do.
-    let pixel_m = length(fwidth(p));
-    let near = 1.0 - smoothstep(0.08, 0.5, pixel_m);
-    let mid = 1.0 - smoothstep(0.25, 1.2, pixel_m);
+    // Blades of 6 to 20 cm. Clumps of 20 cm to 2 m, their places bent by waves that fit into no repetition of the grain.
+    let blades = grain_aslant(vec2f(0.94 * p.x - 0.34 * p.y, 0.34 * p.x + 0.94 * p.y) / 3.3);
+    let bent = p + 2.1 * sin(p.yx * vec2f(0.097, 0.083) + vec2f(1.3, 0.2)) + 0.3 * sin(p.yx * vec2f(0.391, 0.447));
+    // On hills kilometres away the same grain stands for woods and fields.
+    let distant = smoothstep(0.9, 1.6, thin_m);
+    let size = select(21.0, 1900.0, thin_m > 0.8);
+    let clumps = grain_aslant(vec2f(0.6 * bent.x + 0.8 * bent.y, 0.6 * bent.y - 0.8 * bent.x) / size + vec2f(0.37, 0.11));
 
-    // Fresh, dry and dark grass around the mesh's own colour, which is a little too pure.
-    let pale = dot(in.colour, vec3f(0.35, 0.5, 0.15));
-    var albedo = mix(in.colour, vec3f(pale), 0.12);
-    let dry = mix(0.35, smoothstep(0.40, 0.72, 0.6 * patches.g + 0.4 * mix(0.5, tufts.g, near)), mid);
-    albedo = mix(albedo * vec3f(0.82, 0.88, 0.86), albedo * vec3f(1.28, 1.10, 0.98) + vec3f(0.008, 0.005, 0.0), dry);
-    let tone = 1.0 + 0.9 * (blades.a - 0.5) + 0.55 * (blades.r - 0.5) + near * (0.75 * (tufts.r - 0.5) + 0.45 * (tufts.g - 0.5));
+    let rise = mid * (0.8 * (clumps.a - 0.5) + 0.9 * (clumps.g - 0.5));
+    let dry = mix(0.5, smoothstep(0.30, 0.70, clumps.g + 0.3 * (clumps.r - 0.5)), mid);
+    var albedo = in.colour * mix(vec3f(0.84, 0.93, 0.90), vec3f(1.16, 1.07, 1.10), dry);
+    // At a flat angle one sees the stalks and ears above the green.
+    let flat_way = 1.0 - abs(view.z);
+    albedo *= mix(vec3f(1.0), vec3f(1.10, 1.01, 1.02), flat_way * flat_way);
+    // Dry stalks and small flowers.
+    let speck = near * smoothstep(0.83, 0.97, blades.r) * smoothstep(0.45, 0.6, clumps.g);
+    albedo = mix(albedo, vec3f(0.30, 0.27, 0.17), 0.6 * speck);
+    let deep = near * (blades.a - 0.5);
+    let tone = 1.0 + 1.15 * deep + 0.7 * rise + 0.3 * near * (clumps.r - 0.5)
+        + distant * (1.3 * (clumps.g - 0.5) + 0.6 * (clumps.a - 0.5));
     let grass = in.material != LEAVES;
     albedo = select(in.colour, albedo * max(tone, 0.2), grass);
 
-    // Blades lean about: the light on them is softer than on a floor.
-    let lean = vec3f(0.5 * (blades.a - 0.5), 0.5 * (tufts.r - 0.5), 0.0);
+    // Clumps face this way and that; blades lean about, so that the light on them is softer than on a floor.
+    let lean = vec3f(mid * 0.9 * (clumps.a - 0.5), mid * 0.9 * (clumps.g - 0.5) + 0.4 * deep, 0.0);
     let normal = normalize(normalize(in.normal) + lean);
     let sun = sunshine(in.world, vec3f(0.0, 0.0, 1.0));
     let facing = dot(normal, frame.to_sun_time.xyz);
@@ -32,6 +41,6 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // Seen against the sun, grass glows.
     let against = clamp(dot(-view, frame.to_sun_time.xyz), 0.0, 1.0);
     let through = 0.3 * against * against * vec3f(1.0, 1.05, 0.4);
-    let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * 0.9);
+    let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * (0.82 + 0.5 * deep));
     return vec4f(through_air(light, in.world), 1.0);
 }

@@ -37,34 +37,41 @@ fn mirrored(direction: vec3f, ground: vec3f, rough: f32) -> vec3f {
     return mix(ground, over_ground, smoothstep(-0.05 - soft, 0.02 + soft, direction.z));
 }
 
-// A place in a shadow map: xy its clip coordinates, z its depth, w the distance from the middle, 1 at the edge.
-fn in_map(layer: i32, world: vec3f, normal: vec3f, grazing: f32) -> vec4f {
-    // Off the surface, against acne: further where the sun grazes.
-    let p = world + normal * frame.shadow[layer] * (0.7 + 1.6 * grazing);
-    let clip = frame.light_from_world[layer] * vec4f(p, 1.0);
-    return vec4f(clip.xyz, max(abs(clip.x), abs(clip.y)));
-}
+// Share of the sun that a shadow map lets through at a place in it (xy clip coordinates, z depth; w the distance from its
+// middle, 1 at the edge): a mean of 4 by 4 texels, or of 2 by 2 where that is dear; all of it beyond the map's edge.
+override SOFT: f32 = 1.0;
 
-// What of the sun a map lets through, a mean of 4 by 4 texels; all of it beyond the map's edge.
 fn shadow_layer(layer: i32, at: vec4f) -> f32 {
     let uv = at.xy * vec2f(0.5, -0.5) + 0.5;
-    let step = 0.75 / frame.shadow.w;
-    var sum = 0.0;
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-step, -0.35 * step), layer, at.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(0.35 * step, -step), layer, at.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(step, 0.35 * step), layer, at.z);
-    sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-0.35 * step, step), layer, at.z);
-    return mix(sum * 0.25, 1.0, smoothstep(0.9, 0.99, at.w));
+    var lit = 0.0;
+    if SOFT > 0.5 {
+        let step = 0.75 / frame.shadow.w;
+        lit += 0.25 * textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-step, -0.35 * step), layer, at.z);
+        lit += 0.25 * textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(0.35 * step, -step), layer, at.z);
+        lit += 0.25 * textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(step, 0.35 * step), layer, at.z);
+        lit += 0.25 * textureSampleCompareLevel(shadow_maps, shadow_sampler, uv + vec2f(-0.35 * step, step), layer, at.z);
+    } else {
+        lit = textureSampleCompareLevel(shadow_maps, shadow_sampler, uv, layer, at.z);
+    }
+    return mix(lit, 1.0, smoothstep(0.9, 0.99, at.w));
 }
 
 // How much of the sun arrives: 1 all, 0 none. Without branches, of which software rendering takes both sides.
 fn sunshine(world: vec3f, normal: vec3f) -> f32 {
-    let grazing = 1.0 - clamp(dot(normal, frame.to_sun_time.xyz), 0.0, 1.0);
-    let near = in_map(1, world, normal, grazing);
-    let far = in_map(2, world, normal, grazing);
-    let beyond = near.w > 0.9;
-    let trees = shadow_layer(select(1, 2, beyond), select(near, far, beyond));
-    return min(shadow_layer(0, in_map(0, world, normal, grazing)), trees);
+    let x = frame.light_from_world[0].xyz;
+    let y = frame.light_from_world[1].xyz;
+    let z = frame.light_from_world[2].xyz;
+    let p = vec3f(dot(x, world), dot(y, world), dot(z, world));
+    let facing = vec3f(dot(x, normal), dot(y, normal), dot(z, normal));
+    // Off the surface by texels, against acne: further where the sun grazes. The view looks along the sunlight, down -z.
+    let off = facing * (2.3 - 1.6 * clamp(facing.z, 0.0, 1.0));
+    let moving = (p + off * frame.shadow.x) * frame.light_scale[0].xyz + frame.light_shift[0].xyz;
+    let near = (p + off * frame.shadow.y) * frame.light_scale[1].xyz + frame.light_shift[1].xyz;
+    let far = (p + off * frame.shadow.z) * frame.light_scale[2].xyz + frame.light_shift[2].xyz;
+    let beyond = max(abs(near.x), abs(near.y)) > 0.9;
+    let standing = select(near, far, beyond);
+    let trees = shadow_layer(select(1, 2, beyond), vec4f(standing, max(abs(standing.x), abs(standing.y)) - select(1.0, 0.0, beyond)));
+    return min(shadow_layer(0, vec4f(moving, max(abs(moving.x), abs(moving.y)))), trees);
 }
 
 // Roughness widened by how much the normal turns within a pixel, so that small bright images neither flicker nor crawl

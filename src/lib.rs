@@ -24,14 +24,15 @@
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot, Scenario / TRPO on the fast ring
 //! hud                          the dial as data
-//! scene                        what is to be seen, on the CPU
+//! scene  record                what is to be seen, on the CPU / every tick on disk: journal, tables, manifest
 //! render                       wgpu passes
 //! panel                        egui: the experimenter's panel
 //! app                          the one loop: window, off-line
 //! cli  main
 //! ```
 //! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs; nothing but `traffic::sumo`
-//! knows SUMO; nothing but `ego` knows rapier.
+//! knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
+//! Arrow and Parquet.
 //!
 //! # Conventions
 //! World axes are SUMO's: x east, y north, z up, metres; angles in radians, counter-clockwise, yaw 0 = east. `f64` in
@@ -48,6 +49,7 @@ pub mod input;
 pub mod map;
 pub mod panel;
 pub mod policy;
+pub mod record;
 pub mod render;
 pub mod rng;
 pub mod scene;

@@ -1,7 +1,7 @@
 //! The command line as a person meets it: exit codes and messages of mistakes, and short runs of the commands.
 
 use assert_cmd::Command;
-use std::{fs, path::Path};
+use std::fs;
 
 /// The program, told nothing by the environment it is tested in.
 fn codrive(arguments: &[&str]) -> Command {
@@ -148,26 +148,6 @@ fn without_an_adapter_the_picture_says_what_to_install() {
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("adapter") && text.contains("mesa-vulkan-drivers"), "{text}");
     assert!(!file.exists());
-}
-
-#[test]
-fn a_run_writes_a_summary_and_steps_and_never_over_another() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("p1");
-    let path = out.to_str().unwrap();
-    let arguments = ["run", "--duration", "3", "--out", path, "--from", "1"];
-    codrive(&arguments).assert().success();
-    let summary: serde_json::Value = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
-    assert_eq!(summary["summary"]["window_s"], serde_json::json!([1.0, 3.0]));
-    assert!(summary["traffic"].as_str().unwrap().contains("SUMO"), "{}", summary["traffic"]);
-    assert_eq!(rows(&out.join("steps.csv")), 1 + 30);
-    let again = fs::read(out.join("summary.json")).unwrap();
-    assert_input_error(&arguments, &["holds a drive already"]);
-    assert_eq!(fs::read(out.join("summary.json")).unwrap(), again);
-}
-
-fn rows(file: &Path) -> usize {
-    fs::read_to_string(file).unwrap().lines().count()
 }
 
 #[test]

@@ -14,14 +14,14 @@ const ROWS: [&[&str]; 10] = [
     &["input", "traffic", "driver"],
     &["sim", "train"],
     &["hud"],
-    &["scene"],
+    &["scene", "record"],
     &["render"],
     &["panel"],
     &["app"],
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 7] = [
+const ROOMS: [(&str, &[&str]); 9] = [
     ("wgpu", &["render", "app", "cli"]),
     ("winit", &["app"]),
     ("egui", &["render", "panel", "app"]),
@@ -29,6 +29,8 @@ const ROOMS: [(&str, &[&str]); 7] = [
     ("libloading", &["traffic"]),
     ("rapier3d", &["ego"]),
     ("clap", &["cli"]),
+    ("arrow_array", &["record"]),
+    ("parquet", &["record"]),
 ];
 
 fn root() -> &'static Path {

@@ -24,7 +24,8 @@ impl Drive {
         Ok(Self { world: World::new(scenario)?, clock: Clock::new(pace) })
     }
 
-    /// One frame: all ticks that are due. `steer` is asked for the controls of each tick, `watch` sees the world after it.
+    /// One frame: all ticks that are due. `steer` is asked for the controls of each tick, `watch` sees the world
+    /// after it, and those controls.
     ///
     /// # Errors
     /// The traffic engine failed.
@@ -32,7 +33,7 @@ impl Drive {
         &mut self,
         elapsed: Duration,
         mut steer: impl FnMut(&World) -> Controls,
-        mut watch: impl FnMut(&World),
+        mut watch: impl FnMut(&World, &Controls),
     ) -> Result<Due, WorldError> {
         let due = self.clock.advance(elapsed);
         for _ in 0..due.ticks {
@@ -41,7 +42,7 @@ impl Drive {
             }
             let controls = steer(&self.world);
             self.world.tick(&controls)?;
-            watch(&self.world);
+            watch(&self.world, &controls);
         }
         Ok(due)
     }

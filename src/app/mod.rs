@@ -2,12 +2,14 @@
 //! [`Drive`] is the loop's body and the same for both; only here is the wall clock read.
 
 pub mod bench;
-pub mod bench_learning;
 mod desk;
 mod drive;
+mod effort;
+mod facts;
 mod instruments;
 mod keys;
 pub mod offline;
+pub mod replay;
 mod show;
 mod surface;
 pub mod trial;
@@ -16,23 +18,9 @@ mod words;
 
 pub use desk::Desk;
 pub use drive::Drive;
+pub use effort::{quality, renderer_that_keeps_up};
 pub use instruments::Instruments;
 pub use show::{Show, view_options};
-
-use crate::{
-    render::{Gpu, Quality},
-    sim::QualityLevel,
-};
-
-/// The renderer's settings of a level on this adapter.
-pub fn quality(level: QualityLevel, gpu: &Gpu) -> Quality {
-    match level {
-        QualityLevel::Low => Quality::LOW,
-        QualityLevel::Medium => Quality::MEDIUM,
-        QualityLevel::High => Quality::HIGH,
-        QualityLevel::Auto => Quality::for_adapter(&gpu.info),
-    }
-}
 
 /// Why a drive could not be shown or run.
 #[derive(Debug, thiserror::Error)]
@@ -40,6 +28,15 @@ pub enum AppError {
     /// The world could not start or go on.
     #[error(transparent)]
     World(#[from] crate::sim::WorldError),
+    /// A recorded scenario cannot be read.
+    #[error(transparent)]
+    Scenario(#[from] crate::sim::ScenarioError),
+    /// The recording cannot be written or read.
+    #[error(transparent)]
+    Record(#[from] crate::record::RecordError),
+    /// The recording was cut and not yet recovered.
+    #[error("{0}: the recording was cut before its end\n  remedy: codrive recover {0}")]
+    CutRecording(std::path::PathBuf),
     /// The simulated driver is unknown.
     #[error(transparent)]
     Driver(#[from] crate::driver::DriverError),

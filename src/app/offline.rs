@@ -1,24 +1,29 @@
-//! A drive without a window: a simulated driver at full speed. In: a scenario. Out: rows, a summary, or a world at a
-//! given second to take a picture of.
+//! A drive without a window: a simulated driver at full speed. In: a scenario. Out: a recording, a summary, or a world
+//! at a given second to take a picture of.
 
-use super::{AppError, Drive, words};
+use super::{AppError, Drive, facts, words};
 use crate::{
     driver::{self, SimulatedDriver},
+    record::Recorder,
     sim::{Scenario, Summary, Tally, World},
     time::{Pace, Tick},
 };
-use std::time::Duration;
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
-/// Columns of [`Run::step_row`], SI units as their names say.
-pub const STEP_COLUMNS: &str = "time_s,ego_s_m,lane_offset_m,speed_mps,accel_mps2,throttle,brake,steering_wheel_rad,\
-gap_m,leader_speed_mps,target_mps,range_low_mps,range_high_mps,in_range,mean_speed_mps";
+/// What a drive recorded goes to the disk this often.
+pub const FLUSH_EVERY: Duration = Duration::from_millis(400);
 
 /// One drive by a simulated driver.
 pub struct Run {
     drive: Drive,
     driver: SimulatedDriver,
-    controls: crate::ego::Controls,
     tally: Tally,
+    recorder: Option<Recorder>,
+    began: Instant,
+    flushed: Instant,
 }
 
 impl Run {
@@ -32,9 +37,33 @@ impl Run {
         Ok(Self {
             driver: SimulatedDriver::new(&params, drive.world.ego_params(), scenario.seed)?,
             drive,
-            controls: Default::default(),
             tally: Tally::new(window_s),
+            recorder: None,
+            began: now(),
+            flushed: now(),
         })
+    }
+
+    /// Records the drive in `folder` from here on.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record(&mut self, folder: &Path) -> Result<(), AppError> {
+        let driver = format!("simulated: {}", self.drive.world.scenario().driver);
+        let manifest = facts::manifest(&self.drive.world, driver, None);
+        self.recorder = Some(Recorder::begin(folder, self.drive.world.scenario(), manifest)?);
+        Ok(())
+    }
+
+    /// Ends the recording, if there is one: tables, summary, manifest.
+    ///
+    /// # Errors
+    /// The disk refuses; what was recorded can be recovered.
+    pub fn finish_recording(&mut self) -> Result<(), AppError> {
+        if let Some(recorder) = self.recorder.take() {
+            recorder.finish(&self.tally.summary())?;
+        }
+        Ok(())
     }
 
     /// Drives one step (0.1 s unless the scenario says otherwise), or what is left of it before the drive ends.
@@ -55,17 +84,31 @@ impl Run {
     }
 
     fn ticks(&mut self, ticks: u64) -> Result<(), AppError> {
-        let Self { drive, driver, controls, tally } = self;
+        let Self { drive, driver, tally, recorder, flushed, .. } = self;
+        let mut recorded = Ok(());
         drive.clock.single_step(ticks);
         drive.frame(
             Duration::ZERO,
-            |world| {
-                *controls = driver.controls(&world.perceived_by(driver));
-                *controls
+            |world| driver.controls(&world.perceived_by(driver)),
+            |world, asked| {
+                tally.add(world.snapshot(), world.events());
+                if let (Some(recorder), Ok(())) = (&mut *recorder, &recorded) {
+                    recorded = recorder.tick(world, asked);
+                }
             },
-            |world| tally.add(world.snapshot(), world.events()),
         )?;
+        recorded?;
+        if let (Some(recorder), true) = (recorder, flushed.elapsed() > FLUSH_EVERY) {
+            recorder.flush_waiting()?;
+            *flushed = now();
+        }
         Ok(())
+    }
+
+    /// Waits until the wall clock has come as far as the drive, which began when this was made.
+    pub fn keep_time(&self) {
+        let due = self.began + Duration::from_secs_f64(self.world().time_s());
+        std::thread::sleep(due.saturating_duration_since(now()));
     }
 
     /// The world as it is now.
@@ -84,31 +127,9 @@ impl Run {
         let scenario = world.scenario();
         words::summary(scenario, &world.traffic_engine(), &scenario.driver, &self.summary())
     }
+}
 
-    /// The present step as a CSV row under [`STEP_COLUMNS`]; what does not exist is empty.
-    pub fn step_row(&self) -> String {
-        let snapshot = self.drive.world.snapshot();
-        let (ego, controls) = (&snapshot.ego, &self.controls);
-        let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.6}"));
-        let band = snapshot.advice.map(|advice| advice.band_mps());
-        let in_range = snapshot.advice.map(|advice| u8::from(advice.accepts(ego.speed_mps)).to_string());
-        format!(
-            "{:.2},{:.6},{:.6},{:.6},{:.6},{:.4},{:.4},{:.5},{},{},{},{},{},{},{:.6}",
-            snapshot.tick.seconds(),
-            snapshot.ego_s_m,
-            snapshot.lane_offset_m,
-            ego.speed_mps,
-            ego.accel_mps2,
-            controls.throttle,
-            controls.brake,
-            controls.steering_wheel_rad,
-            number(snapshot.leader.map(|l| l.gap_m)),
-            number(snapshot.leader.map(|l| l.speed_mps)),
-            number(snapshot.advice.map(|a| a.target_mps)),
-            number(band.map(|b| b.0)),
-            number(band.map(|b| b.1)),
-            in_range.unwrap_or_default(),
-            snapshot.mean_speed_mps,
-        )
-    }
+#[allow(clippy::disallowed_methods, reason = "when to write is a matter of wall time")]
+fn now() -> Instant {
+    Instant::now()
 }

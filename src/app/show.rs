@@ -1,14 +1,20 @@
 //! A drive with a person in it, without window or GPU: devices in, pictures' contents out. In: elapsed time, commands.
 //! Out: the [`View`] of the moment.
 
-use super::{AppError, Drive, Instruments, words};
+use super::{AppError, Drive, Instruments, facts, words};
 use crate::{
+    hud::Palette,
     input::Devices,
-    scene::{self, Stage, View, ViewKind, ViewOptions},
-    sim::{Scenario, Tally, World},
+    record::{Recorder, tables::FrameRow},
+    render::Gpu,
+    scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
+    sim::{DialPalette, Scenario, Tally, World, colour},
     time::{Due, Pace},
 };
-use std::time::Duration;
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 /// A drive as its window shows it.
 pub struct Show {
@@ -24,6 +30,8 @@ pub struct Show {
     instruments: Instruments,
     tally: Tally,
     lane_help: bool,
+    recorder: Option<Recorder>,
+    frames: u64,
 }
 
 impl Show {
@@ -48,16 +56,70 @@ impl Show {
             devices,
             stage,
             kind,
+            recorder: None,
+            frames: 0,
         }
     }
 
-    /// Begins another drive at the same pace; devices, view and, if map and seed are the same, the stage are kept. True if
+    /// Records this drive in `folder` from here on.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record(&mut self, folder: &Path, gpu: &Gpu) -> Result<(), AppError> {
+        let world = &self.drive.world;
+        let manifest = facts::manifest(world, self.devices.describe(), Some(gpu));
+        self.recorder = Some(Recorder::begin(folder, world.scenario(), manifest)?);
+        Ok(())
+    }
+
+    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
+    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) {
+        let Some(recorder) = &mut self.recorder else { return };
+        recorder.frame(FrameRow {
+            frame: self.frames,
+            tick: self.drive.world.snapshot().tick,
+            fraction: self.drive.clock.fraction().into(),
+            wall_s: wall.as_secs_f64(),
+            elapsed_s: elapsed.as_secs_f64(),
+            dropped_s: due.dropped.as_secs_f64(),
+            latency_s: None,
+        });
+        self.frames += 1;
+    }
+
+    /// Hands to the disk what was recorded since the last time.
+    ///
+    /// # Errors
+    /// The disk is full or too slow; the drive must end, everything before is kept.
+    pub fn flush(&mut self) -> Result<(), AppError> {
+        Ok(self.recorder.as_mut().map_or(Ok(()), Recorder::flush)?)
+    }
+
+    /// Notes something in the recording that the world does not know of.
+    pub fn note(&mut self, kind: &str, detail: &str) {
+        let tick = self.drive.world.snapshot().tick;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(tick, kind, detail);
+        }
+    }
+
+    /// Ends the recording, if there is one. Returns where it lies.
+    ///
+    /// # Errors
+    /// The disk refuses; what was recorded can be recovered.
+    pub fn finish_recording(&mut self) -> Result<Option<PathBuf>, AppError> {
+        let summary = self.tally.summary();
+        Ok(self.recorder.take().map(|recorder| recorder.finish(&summary)).transpose()?)
+    }
+
+    /// Begins another drive at the same pace, which is not recorded; devices, view and, if map and seed are the same, the stage are kept. True if
     /// the renderer has to be made anew, for another stage or another quality.
     ///
     /// # Errors
     /// The new world cannot start; SUMO allows one simulation a process, so the old drive is over either way and begins
     /// again from its start.
     pub fn restart(&mut self, scenario: &Scenario) -> Result<bool, AppError> {
+        self.finish_recording()?;
         let pace = self.drive.clock.pace();
         let old = self.drive.world.scenario().clone();
         self.drive.world.stop_traffic();
@@ -89,15 +151,20 @@ impl Show {
     /// The traffic engine failed.
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, AppError> {
         self.devices.poll();
-        let Self { drive, devices, tally, lane_help, .. } = self;
+        let Self { drive, devices, tally, lane_help, recorder, .. } = self;
+        let mut recorded = Ok(());
         let due = drive.frame(
             elapsed,
             |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
-            |world| {
+            |world, controls| {
                 tally.add(world.snapshot(), world.events());
                 watch(world);
+                if let (Some(recorder), Ok(())) = (&mut *recorder, &recorded) {
+                    recorded = recorder.tick(world, controls);
+                }
             },
         )?;
+        recorded?;
         Ok(due)
     }
 
@@ -146,13 +213,27 @@ impl Show {
 
 /// What the scenario says of the picture.
 pub fn view_options(scenario: &Scenario) -> ViewOptions {
+    let usual = ViewOptions::default();
     ViewOptions {
         screen_width_m: scenario.screen_width_m as f32,
         eye_distance_m: scenario.eye_distance_m as f32,
         ordinary_paints: scenario.ordinary_paints,
         cockpit: scenario.cockpit,
+        palette: match scenario.palette {
+            DialPalette::Standard => Palette::HC22,
+            DialPalette::ColourBlindSafe => Palette::COLOUR_BLIND_SAFE,
+        },
+        mirror: MirrorOptions {
+            yaw_deg: scenario.mirror_yaw_deg as f32,
+            pitch_deg: scenario.mirror_pitch_deg as f32,
+            fov_x_deg: scenario.mirror_fov_deg as f32,
+            radius_m: scenario.mirror_radius_m as f32,
+            ..usual.mirror
+        },
+        ego_paint: colour::linear(&scenario.ego_colour).unwrap_or(usual.ego_paint),
+        traffic_paint: colour::linear(&scenario.traffic_colour).unwrap_or(usual.traffic_paint),
         visibility_m: (1000.0 * scenario.visibility_km) as f32,
-        ..ViewOptions::default()
+        ..usual
     }
     .at_hour(scenario.time_h as f32)
 }

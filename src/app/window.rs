@@ -4,7 +4,8 @@
 use super::{
     AppError, Desk, Show,
     keys::{self, Command},
-    quality,
+    offline::FLUSH_EVERY,
+    renderer_that_keeps_up,
     surface::Surface,
 };
 use crate::{
@@ -13,6 +14,7 @@ use crate::{
     time::Pace,
 };
 use std::{
+    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -42,6 +44,8 @@ pub struct WindowOptions {
     pub panel: bool,
     /// Wait for the space bar.
     pub paused: bool,
+    /// Record the drive there.
+    pub out: Option<PathBuf>,
     /// Becomes true when the program is to end (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
@@ -58,8 +62,11 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
     let show = Show::new(&options.scenario, pace)?;
     let mut app = App { options, show: Some(show), frame: None, failure: None };
     event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
-    if let Some(frame) = app.frame.take() {
+    if let Some(mut frame) = app.frame.take() {
         print!("{}", frame.show.words());
+        if let Some(folder) = frame.show.finish_recording()? {
+            println!("recorded                 {}", folder.display());
+        }
     }
     app.failure.map_or(Ok(()), Err)
 }
@@ -83,6 +90,9 @@ struct Frame {
     /// When the last frame began; `None` before the first, and after another stage went to the GPU: time runs from the
     /// first picture on, shaders and models are not a stall.
     last: Option<Instant>,
+    /// When the first frame began, and when rows last went to the disk.
+    first: Instant,
+    flushed: Instant,
 }
 
 impl ApplicationHandler for App {
@@ -101,11 +111,11 @@ impl ApplicationHandler for App {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => frame.surface.resize(&frame.gpu, [size.width, size.height]),
             WindowEvent::Focused(false) => frame.show.devices.keyboard.release_all(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
-                if !taken && frame.key(&event) == Some(Command::Quit) =>
-            {
-                event_loop.exit();
-            }
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !taken => match frame.key(&event) {
+                Ok(Some(Command::Quit)) => event_loop.exit(),
+                Ok(_) => {}
+                Err(error) => self.fail(event_loop, error),
+            },
             WindowEvent::RedrawRequested => {
                 if let Err(error) = frame.draw() {
                     self.fail(event_loop, error);
@@ -133,7 +143,7 @@ impl App {
 }
 
 impl Frame {
-    fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, show: Show) -> Result<Self, AppError> {
+    fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, mut show: Show) -> Result<Self, AppError> {
         let attributes = Window::default_attributes()
             .with_title(format!("codrive: {}", options.scenario.map))
             .with_inner_size(SIZE)
@@ -153,9 +163,15 @@ impl Frame {
         let size = window.inner_size();
         let surface = Surface::new(&gpu, surface, [size.width, size.height])
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
-        let renderer = Renderer::new(&gpu, &show.stage, surface.format(), quality(options.scenario.quality, &gpu));
+        let view = show.view();
+        let level = options.scenario.quality;
+        let renderer = renderer_that_keeps_up(&gpu, &show.stage, surface.format(), level, &view, surface.size())?;
         let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
-        Ok(Self { window, gpu, surface, renderer, show, desk, last: None })
+        if let Some(folder) = &options.out {
+            show.record(folder, &gpu)?;
+        }
+        let start = now();
+        Ok(Self { window, gpu, surface, renderer, show, desk, last: None, first: start, flushed: start })
     }
 
     /// One frame: simulate what is due, look, draw, present.
@@ -179,26 +195,35 @@ impl Frame {
         self.renderer.draw(&view, Some(panel), &target, size);
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
+        let done = now();
         if first {
-            self.last = Some(now());
+            self.last = Some(done);
+            self.first = done;
+        }
+        self.show.shown(done - self.first, elapsed, &due);
+        if done - self.flushed > FLUSH_EVERY {
+            self.flushed = done;
+            self.show.flush()?;
         }
         for command in asked {
             if self.desk.obey(command, &mut self.show) {
-                self.new_stage();
+                self.new_stage()?;
             }
         }
         Ok(())
     }
 
     /// The map has changed: its models go to the GPU.
-    fn new_stage(&mut self) {
+    fn new_stage(&mut self) -> Result<(), AppError> {
+        let view = self.show.view();
         let scenario = self.show.drive.world.scenario();
-        let renderer =
-            Renderer::new(&self.gpu, &self.show.stage, self.surface.format(), quality(scenario.quality, &self.gpu));
+        let (format, size) = (self.surface.format(), self.surface.size());
+        let renderer = renderer_that_keeps_up(&self.gpu, &self.show.stage, format, scenario.quality, &view, size)?;
         let old = std::mem::replace(&mut self.renderer, renderer);
         self.renderer.keep_panel_of(old);
         self.window.set_title(&format!("codrive: {}", scenario.map));
         self.last = None;
+        Ok(())
     }
 
     /// Time since the last frame.
@@ -208,13 +233,16 @@ impl Frame {
     }
 
     /// A key went down or up. Returns the command that it stands for.
-    fn key(&mut self, event: &KeyEvent) -> Option<Command> {
-        let PhysicalKey::Code(code) = event.physical_key else { return None };
+    ///
+    /// # Errors
+    /// Another stage had to be drawn and the device is lost.
+    fn key(&mut self, event: &KeyEvent) -> Result<Option<Command>, AppError> {
+        let PhysicalKey::Code(code) = event.physical_key else { return Ok(None) };
         let down = event.state == ElementState::Pressed;
         if let Some(key) = keys::driving(code) {
             self.show.devices.keyboard.set(key, down);
         }
-        let command = keys::command(code).filter(|_| down && !event.repeat)?;
+        let Some(command) = keys::command(code).filter(|_| down && !event.repeat) else { return Ok(None) };
         match command {
             Command::FullScreen => {
                 let full = self.window.fullscreen().is_some();
@@ -227,12 +255,12 @@ impl Frame {
             Command::Restart => {
                 let scenario = self.show.drive.world.scenario().clone();
                 if self.desk.restart(&scenario, &mut self.show) {
-                    self.new_stage();
+                    self.new_stage()?;
                 }
             }
             other => self.desk.key(other, &mut self.show),
         }
-        Some(command)
+        Ok(Some(command))
     }
 }
 

@@ -1,10 +1,7 @@
 //! `codrive bench`: measurements of this program on this machine.
 
 use super::{CliError, flags};
-use crate::app::{
-    bench::{self, FrameTimes, Report, Startup, Times},
-    bench_learning::{self, LearningTimes},
-};
+use crate::app::bench::{self, Drive, FrameTimes, LearningTimes, Report, Startup, Times};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
@@ -20,6 +17,16 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(u32).range(1..=100_000))
                 .help("Frames for each view and size"),
         )
+        .arg(
+            Arg::new("minutes")
+                .long("minutes")
+                .value_name("MIN")
+                .default_value("0")
+                .value_parser(value_parser!(u32).range(0..=600))
+                .help(
+                    "Minutes of a drive to draw at the largest size, 60 pictures a second, and to search for hitches",
+                ),
+        )
         .arg(Arg::new("small").long("small").action(ArgAction::SetTrue).help("Only the smallest size: a quick look"))
 }
 
@@ -30,10 +37,12 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     // Start-up first: later the shader cache and the map are warm.
     let (startup, mut picture) = bench::startup(&scenario)?;
     let frames = picture.frames(sizes, frames)?;
+    let minutes = matches.get_one::<u32>("minutes").copied().unwrap_or(0);
+    let drive = (minutes > 0).then(|| drive(&mut picture, minutes, sizes[sizes.len() - 1])).transpose()?;
     let adapter = picture.adapter();
     drop(picture);
     let simulation = bench::simulation(&scenario)?;
-    let learning = bench_learning::learning();
+    let learning = bench::learning();
     let memory_mb = bench::peak_memory_mb();
     if matches.get_flag("json") {
         let report = json!({
@@ -43,13 +52,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "scenario": scenario,
             "startup": startup,
             "frames": frames,
+            "drive": drive,
             "simulation": simulation,
             "learning": learning,
             "peak_memory_mb": memory_mb,
         });
         println!("{report:#}");
     } else {
-        print!("{}", words(&adapter, &startup, &frames, &simulation, memory_mb));
+        print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &simulation, memory_mb));
         print!("{}", learning_words(&learning));
     }
     Ok(())
@@ -71,10 +81,19 @@ fn learning_words(times: &LearningTimes) -> String {
     )
 }
 
+/// Drives on, with a bar where someone watches.
+fn drive(picture: &mut bench::Picture, minutes: u32, size: [u32; 2]) -> Result<Drive, CliError> {
+    let bar = super::progress(1000, format!("{minutes} min of driving"));
+    let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
+    bar.finish_and_clear();
+    Ok(drive)
+}
+
 fn words(
     adapter: &str,
     startup: &Startup,
     frames: &[FrameTimes],
+    drive: Option<&Drive>,
     simulation: &Report,
     memory_mb: Option<f64>,
 ) -> String {
@@ -88,14 +107,23 @@ fn words(
         let passes = row.passes.map_or(String::new(), |p| {
             format!("  (shadow {:.2}, main {:.2}, mirror {:.2}, develop {:.2})", p[0], p[1], p[2], p[3])
         });
+        let memory = row.device_mb.map_or(String::new(), |mb| format!("  {mb:.0} MB"));
         lines.push(format!(
-            "{:<9} {:>4}x{:<4} {:<7} {:>8.2} ms a frame, 99 % below {:.2}{passes}",
+            "{:<9} {:>4}x{:<4} {:<7} {:>8.2} ms a frame, 99 % below {:.2}{passes}{memory}",
             row.view,
             row.size[0],
             row.size[1],
             row.quality,
             row.times.median_us / 1e3,
             row.times.p99_us / 1e3
+        ));
+    }
+    if let Some(drive) = drive {
+        let [median, p99, max] = [drive.times.median_us, drive.times.p99_us, drive.times.max_us].map(|us| us / 1e3);
+        lines.push(format!(
+            "{:.0} s of driving at {}x{}: median {median:.2} ms, 99 % below {p99:.2}, longest {max:.2}; {} of {} frames above \
+             twice the median",
+            drive.seconds, drive.size[0], drive.size[1], drive.hitches, drive.times.samples
         ));
     }
     if let Some(sumo) = &simulation.sumo_step {

@@ -2,13 +2,21 @@
 
 use super::{CliError, flags, stop_on_ctrl_c};
 use crate::app::{AppError, window};
-use clap::{Arg, ArgAction, ArgMatches, Command};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use std::path::PathBuf;
 
 pub(super) fn command() -> Command {
     Command::new("drive")
         .about("Drive in a window (F1 lists the keys)")
         .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen"))
         .arg(Arg::new("panel").long("panel").action(ArgAction::SetTrue).help("Show the experimenter's panel at once"))
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("DIR")
+                .value_parser(value_parser!(PathBuf))
+                .help("Record the drive there; a folder with a recording is refused"),
+        )
         .arg(
             Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space before the drive begins"),
         )
@@ -20,6 +28,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         fullscreen: matches.get_flag("fullscreen"),
         panel: matches.get_flag("panel"),
         paused: matches.get_flag("paused"),
+        out: matches.get_one("out").cloned(),
         stop: stop_on_ctrl_c(),
     };
     window::run(options).map_err(|error: AppError| error.into())

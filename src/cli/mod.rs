@@ -6,17 +6,21 @@ mod drive;
 mod evaluate;
 mod flags;
 mod map;
+mod recover;
 mod render;
+mod replay;
 mod run;
 mod train;
 
 use crate::{
     app,
     map::MapError,
+    record::RecordError,
     sim::{ScenarioError, WorldError},
     traffic::TrafficError,
 };
 use clap::Command;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::ffi::OsString;
 
 /// Why a command did not do what was asked; the message is complete.
@@ -28,6 +32,13 @@ pub enum CliError {
     /// The machine or the program failed: exit 1.
     #[error("{0}")]
     Failed(String),
+}
+
+/// A bar of `length` steps; where no one watches it stays silent.
+fn progress(length: u64, message: String) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left");
+    let bar = ProgressBar::new(length).with_message(message);
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
@@ -44,6 +55,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("drive", m)) => drive::main(m),
         Some(("run", m)) => run::main(m),
         Some(("render", m)) => render::main(m),
+        Some(("replay", m)) => replay::main(m),
+        Some(("recover", m)) => recover::main(m),
         Some(("map", m)) => map::main(m),
         Some(("bench", m)) => bench::main(m),
         Some(("train", m)) => train::main(m),
@@ -72,6 +85,8 @@ pub fn command() -> Command {
         .subcommand(flags::add(drive::command()))
         .subcommand(flags::add(run::command()))
         .subcommand(flags::add(render::command()))
+        .subcommand(replay::command())
+        .subcommand(recover::command())
         .subcommand(train::command())
         .subcommand(evaluate::command())
         .subcommand(map::command())
@@ -108,11 +123,23 @@ impl From<MapError> for CliError {
     }
 }
 
+impl From<RecordError> for CliError {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::Taken { .. } | RecordError::Absent(_) => Self::Input(error.to_string()),
+            other => Self::Failed(other.to_string()),
+        }
+    }
+}
+
 impl From<app::AppError> for CliError {
     fn from(error: app::AppError) -> Self {
         match error {
             app::AppError::World(error) => error.into(),
             app::AppError::Driver(error) => Self::Input(error.to_string()),
+            app::AppError::Scenario(error) => error.into(),
+            app::AppError::Record(error) => error.into(),
+            app::AppError::CutRecording(_) => Self::Input(error.to_string()),
             other => Self::Failed(other.to_string()),
         }
     }

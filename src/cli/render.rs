@@ -49,7 +49,8 @@ pub(super) fn command() -> Command {
         )
 }
 
-fn size(text: &str) -> Result<[u32; 2], String> {
+/// A size as the command line has it, for example 1280x720.
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides
         .filter(|sides: &[u32; 2]| sides.iter().all(|side| (1..=MAX_SIDE).contains(side)))

@@ -15,7 +15,7 @@ const SECTIONS: [(&str, &[&str]); 5] = [
     ("Road & traffic", &["map", "vehicles", "traffic", "start"]),
     ("IDM", &["idm."]),
     ("Advice", &["policy", "policy_speed_mps", "hold_s", "range_mph"]),
-    ("Display", &["units", "screen_width_m", "eye_distance_m", "ordinary_paints", "cockpit", "quality"]),
+    ("Display", &["units", "screen_width_m", "eye_distance_m", "ordinary_paints", "cockpit", "palette", "quality"]),
     ("Run", &[]),
 ];
 

@@ -1,7 +1,9 @@
-//! The sky on the device: its picture with reduced sizes for dull reflections, and the numbers of the light. In: a view's
-//! sun and visibility. Out: bindings. Filled when the hour changes, that is once a drive; nothing is allocated for it.
+//! The sky on the device: its picture with reduced sizes for dull reflections, its clouds, and the numbers of the light.
+//! In: a view's sun and visibility. Out: bindings. Filled when the hour changes, that is once a drive; nothing is allocated
+//! on the device for it.
 
 use super::{
+    clouds,
     layout::Air,
     sky::{SIZE, Sky},
 };
@@ -19,12 +21,31 @@ pub struct AirPass {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
     sampler: wgpu::Sampler,
+    clouds: wgpu::Texture,
+    clouds_group: wgpu::BindGroup,
     sky: Option<Sky>,
 }
 
+/// The bindings of the clouds' picture, group 1 of the sky's program.
+pub fn clouds_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("clouds"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        }],
+    })
+}
+
 impl AirPass {
-    /// Buffers and texture, still empty.
-    pub fn new(device: &wgpu::Device) -> Self {
+    /// Buffers and textures, still empty; the clouds' picture is to be `clouds_side` texels wide.
+    pub fn new(device: &wgpu::Device, clouds_side: u32) -> Self {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("sky"),
             size: wgpu::Extent3d { width: SIZE as u32, height: SIZE as u32, depth_or_array_layers: 1 },
@@ -35,7 +56,25 @@ impl AirPass {
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
+        let clouds = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("clouds"),
+            size: wgpu::Extent3d { width: clouds_side, height: clouds_side, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let clouds_view = clouds.create_view(&wgpu::TextureViewDescriptor::default());
+        let clouds_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("clouds"),
+            layout: &clouds_layout(device),
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&clouds_view) }],
+        });
         Self {
+            clouds,
+            clouds_group,
             uniform: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("air"),
                 size: SUN_AT + 16,
@@ -69,6 +108,11 @@ impl AirPass {
         ]
     }
 
+    /// The clouds, for the sky's program.
+    pub fn clouds(&self) -> &wgpu::BindGroup {
+        &self.clouds_group
+    }
+
     /// Makes the sky that of this sun and visibility; the exposure for it.
     pub fn fit(&mut self, queue: &wgpu::Queue, to_sun: Vec3, visibility_m: f32) -> f32 {
         if let Some(sky) = &self.sky
@@ -84,6 +128,14 @@ impl AirPass {
         let air = Air { extinction: wide(sky.extinction_per_m), harmonics: sky.harmonics.map(wide) };
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&air));
         queue.write_buffer(&self.uniform, SUN_AT, bytemuck::bytes_of(&wide(sky.sun)));
+        let side = self.clouds.width();
+        let clouds: Vec<[u16; 4]> = clouds::paint(&sky, side as usize).iter().map(|t| t.to_array().map(half)).collect();
+        queue.write_texture(
+            self.clouds.as_image_copy(),
+            bytemuck::cast_slice(&clouds),
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 8), rows_per_image: None },
+            self.clouds.size(),
+        );
         let mut texels = sky.picture();
         let mut side = SIZE;
         for level in 0..LEVELS {

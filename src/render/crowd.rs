@@ -5,7 +5,7 @@ use super::{
     layout::Instance,
     models::{Model, Models},
 };
-use crate::scene::{CarInstance, Stage, TreePlace};
+use crate::scene::{CarInstance, Cockpit, Seat, Stage, TreePlace};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -13,8 +13,8 @@ use std::ops::Range;
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batches {
-    /// The ego seen from inside, if it is.
-    pub inside: Range<u32>,
+    /// The ego seen from inside, if it is: bonnet, cabin, steering wheel.
+    pub inside: [Range<u32>; 3],
     /// All car bodies: the patches of contact shade under them.
     pub cars: Range<u32>,
     /// Car bodies by style and level: near, mid, far.
@@ -34,16 +34,20 @@ pub enum Detail {
     Near,
     /// With a quarter of the triangles.
     Mid,
-    /// With a fifteenth.
+    /// As a picture on two triangles.
     Far,
     /// Solid: what throws its shadow.
     Shade,
 }
 
+/// Number of details.
+const LEVELS: usize = 4;
 /// Radius in the picture from which a tree is drawn with every twig, pixels.
 const NEAR_PX: f32 = 75.0;
 /// Radius from which it is drawn with its boughs, pixels.
 const MID_PX: f32 = 26.0;
+/// Share of these radii over which one level gives way to the other.
+const BAND: f32 = 0.22;
 /// Radius of a ball that holds a car with its wheels, metres.
 const REACH_M: f32 = 3.3;
 /// Radius that stands for a car where its detail is chosen, metres: near up to some 27 m in a picture of 1280 pixels.
@@ -67,48 +71,70 @@ impl Detail {
             _ => Self::Far,
         }
     }
+
+    /// One level, or around a switch both: the finer one with its share of the pixels, the coarser one with the negative
+    /// of that (`gone` in `fade.wgsl`).
+    pub fn shares(radius_px: f32) -> Levels {
+        let share = |at: f32| ((radius_px / at - 1.0) / BAND + 0.5).clamp(0.0, 1.0);
+        for (at, finer, coarser) in [(NEAR_PX, Self::Near, Self::Mid), (MID_PX, Self::Mid, Self::Far)] {
+            match share(at) {
+                1.0 => return [Some((finer, 1.0)), None],
+                0.0 => {}
+                share => return [Some((finer, share)), Some((coarser, -share))],
+            }
+        }
+        [Some((Self::Far, 1.0)), None]
+    }
 }
 
-/// A tree made ready once: its ball and its instance.
+/// At which levels a tree is drawn, each with its share.
+pub type Levels = [Option<(Detail, f32)>; 2];
+
+/// A tree or tuft made ready once: its ball and its instance.
 #[derive(Clone, Copy, Debug)]
 struct Tree {
     centre: Vec3,
     radius_m: f32,
     instance: Instance,
+    kind: usize,
+    /// Stands on the horizon, where it is only ever a picture.
+    distant: bool,
 }
 
 impl Tree {
-    fn new(place: &TreePlace, model: &Model) -> Self {
+    fn new(place: &TreePlace, model: &Model, distant: bool) -> Self {
         let turn = Quat::from_rotation_z(place.yaw_rad);
         let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
         Self {
             centre: world.transform_point3(model.centre),
             radius_m: model.radius_m * place.scale,
-            instance: Instance::new(world, place.tint, 0.0),
+            instance: Instance::new(world, place.tint, 1.0),
+            kind: place.kind,
+            distant,
         }
     }
 }
 
-/// Trees by kind and tufts of grass, placed once.
+/// Trees and tufts of grass, placed once.
 #[derive(Clone, Debug)]
 pub struct Forest {
-    kinds: Vec<Vec<Tree>>,
+    kinds: usize,
+    trees: Vec<Tree>,
     tufts: Vec<Tree>,
 }
 
 impl Forest {
     /// All trees of a stage.
     pub fn new(stage: &Stage, models: &Models) -> Self {
-        let mut kinds = vec![Vec::new(); models.trees.len()];
-        for place in &stage.tree_places {
-            kinds[place.kind].push(Tree::new(place, &models.trees[place.kind][0]));
-        }
-        let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft)).collect();
-        Self { kinds, tufts }
+        let grown = |distant: bool| move |place: &TreePlace| Tree::new(place, &models.trees[place.kind][0], distant);
+        let near = stage.tree_places.iter().map(grown(false));
+        let trees = near.chain(stage.far_tree_places.iter().map(grown(true))).collect();
+        let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft, false)).collect();
+        Self { kinds: models.trees.len(), trees, tufts }
     }
 
     fn count(&self) -> usize {
-        self.kinds.iter().map(Vec::len).sum::<usize>() + self.tufts.len()
+        self.trees.len() + self.tufts.len()
     }
 }
 
@@ -118,7 +144,7 @@ pub struct Around<'a> {
     /// Trees and grass.
     pub forest: Option<&'a Forest>,
     /// The ego, seen from inside.
-    pub inside: Option<&'a CarInstance>,
+    pub inside: Option<&'a Seat>,
 }
 
 /// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
@@ -126,17 +152,25 @@ pub struct Around<'a> {
 pub struct Crowd {
     buffer: wgpu::Buffer,
     instances: Vec<Instance>,
+    /// Trees in the picture: kind and level, distance, number, share.
+    found: Vec<(usize, f32, u32, f32)>,
 }
 
 impl Crowd {
     /// Room for all trees and for `cars` cars.
     pub fn new(device: &wgpu::Device, forest: &Forest, cars: usize) -> Self {
-        let capacity = 1 + 5 * cars + forest.count();
-        Self { buffer: instance_buffer(device, capacity), instances: Vec::with_capacity(capacity) }
+        // A tree between two levels is drawn twice.
+        let capacity = 1 + 5 * cars + 2 * forest.count();
+        Self {
+            buffer: instance_buffer(device, capacity),
+            instances: Vec::with_capacity(capacity),
+            found: Vec::with_capacity(2 * forest.trees.len()),
+        }
     }
 
-    /// Collects the cars and trees for which `seen(centre, radius_m)` gives a detail and the tufts for which `grass` holds,
-    /// and writes them to the device.
+    /// Collects the cars for which `seen(centre, radius_m)` gives a detail, the trees for which `levels` does, the nearest
+    /// to `eye` first, and the tufts for which `grass` holds, and writes them to the device.
+    #[expect(clippy::too_many_arguments, reason = "what a pass sees of each kind of thing")]
     pub fn gather<'a>(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
@@ -144,6 +178,8 @@ impl Crowd {
         cars: impl Iterator<Item = &'a CarInstance> + Clone,
         around: Around,
         seen: impl Fn(Vec3, f32) -> Option<Detail>,
+        levels: impl Fn(Vec3, f32) -> Levels,
+        eye: Vec3,
         grass: impl Fn(Vec3, f32) -> bool,
     ) -> Batches {
         self.instances.clear();
@@ -153,7 +189,13 @@ impl Crowd {
             Some(seen(car.position, DETAIL_M).unwrap_or(Detail::Far).level())
         };
         let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
-        let inside = self.fill(|list| list.extend(around.inside.map(body)));
+        let seat = around.inside;
+        let cabin = seat.filter(|seat| seat.steering_wheel_rad.is_some());
+        let inside = [
+            self.fill(|list| list.extend(seat.map(|seat| body(&seat.car)))),
+            self.fill(|list| list.extend(cabin.map(|seat| body(&seat.car)))),
+            self.fill(|list| list.extend(seat.and_then(steering_wheel))),
+        ];
         let first = self.instances.len() as u32;
         let bodies: Vec<_> = (0..models.bodies.len())
             .map(|style| {
@@ -163,18 +205,10 @@ impl Crowd {
             .collect();
         let all = first..self.instances.len() as u32;
         let wheels = [0, 1, 2].map(|level| self.fill(|list| list.extend(at(level).flat_map(wheels))));
-        let (kinds, tufts) = around.forest.map_or((&[][..], &[][..]), |f| (&f.kinds, &f.tufts));
+        let tufts = around.forest.map_or(&[][..], |forest| &forest.tufts);
         let wanted = |tuft: &&Tree| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.iter().filter(wanted).map(|tuft| tuft.instance)));
-        let trees = kinds
-            .iter()
-            .map(|kind| {
-                [Detail::Near, Detail::Mid, Detail::Far, Detail::Shade].map(|detail| {
-                    let wanted = |tree: &&Tree| seen(tree.centre, tree.radius_m) == Some(detail);
-                    self.fill(|list| list.extend(kind.iter().filter(wanted).map(|tree| tree.instance)))
-                })
-            })
-            .collect();
+        let trees = around.forest.map_or(Vec::new(), |forest| self.trees(forest, levels, eye));
         if (self.instances.len() * size_of::<Instance>()) as u64 > self.buffer.size() {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
@@ -187,10 +221,48 @@ impl Crowd {
         pass.set_vertex_buffer(slot, self.buffer.slice(..));
     }
 
+    /// Instances of the trees by kind and level, the nearest first.
+    fn trees(&mut self, forest: &Forest, levels: impl Fn(Vec3, f32) -> Levels, eye: Vec3) -> Vec<[Range<u32>; LEVELS]> {
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        for (number, tree) in (0..).zip(&forest.trees) {
+            let of = if tree.distant {
+                distant(levels(tree.centre, tree.radius_m))
+            } else {
+                levels(tree.centre, tree.radius_m)
+            };
+            for (detail, share) in of.into_iter().flatten() {
+                let bin = tree.kind * LEVELS + detail as usize;
+                found.push((bin, tree.centre.distance_squared(eye), number, share));
+            }
+        }
+        found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let first = self.instances.len();
+        self.instances.extend(found.iter().map(|&(_, _, number, share)| {
+            let mut instance = forest.trees[number as usize].instance;
+            instance.colour_brake[3] = share;
+            instance
+        }));
+        let end = |bin: usize| (first + found.partition_point(|tree| tree.0 < bin)) as u32;
+        let ranges =
+            (0..forest.kinds).map(|kind| [0, 1, 2, 3].map(|k| end(kind * LEVELS + k)..end(kind * LEVELS + k + 1)));
+        let ranges = ranges.collect();
+        self.found = found;
+        ranges
+    }
+
     fn fill(&mut self, fill: impl FnOnce(&mut Vec<Instance>)) -> Range<u32> {
         let start = self.instances.len() as u32;
         fill(&mut self.instances);
         start..self.instances.len() as u32
+    }
+}
+
+/// Of a tree on the horizon: its picture, and no shadow.
+fn distant(levels: Levels) -> Levels {
+    match levels[0] {
+        None | Some((Detail::Shade, _)) => [None; 2],
+        Some(_) => [Some((Detail::Far, 1.0)), None],
     }
 }
 
@@ -205,6 +277,12 @@ fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
 
 fn body(car: &CarInstance) -> Instance {
     Instance::new(Affine3A::from_rotation_translation(car.rotation, car.position), car.colour, car.brake)
+}
+
+/// The steering wheel, if it is seen.
+fn steering_wheel(seat: &Seat) -> Option<Instance> {
+    let body = Affine3A::from_rotation_translation(seat.car.rotation, seat.car.position);
+    seat.steering_wheel_rad.map(|turn| Instance::new(body * Cockpit::body_from_wheel(turn), [1.0; 3], 0.0))
 }
 
 /// The four wheels: the front ones steered, the right ones turned about so that their outer side shows, all rolling

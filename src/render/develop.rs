@@ -1,6 +1,8 @@
 //! From light to a picture: tone curve, sRGB encoding, and the mirror laid into the main picture. In: one or two
 //! textures of light. Out: the target, a plain `Unorm` texture that holds sRGB values, as egui wants it.
 
+use crate::scene::{Camera, Lens};
+
 use super::{
     layout::Print,
     pipeline::{Recipe, Workshop},
@@ -15,9 +17,57 @@ const GLOW: f32 = 0.30;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
 
-/// The pipeline; made anew when shaders are reloaded.
+/// The pipelines, for pictures and for mirrors; made anew when shaders are reloaded.
 #[derive(Debug)]
-pub struct DevelopPipeline(wgpu::RenderPipeline);
+pub struct DevelopPipeline([wgpu::RenderPipeline; 2]);
+
+/// The glass of a mirror: what is drawn behind it, and how it shows that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    /// Tangents of half the angles that it shows if it is flat.
+    tangents: [f32; 2],
+    /// See [`MirrorOptions::bend`](crate::scene::MirrorOptions::bend).
+    bend: f32,
+    /// How much wider the drawn picture is.
+    widened: f32,
+}
+
+impl Glass {
+    /// The glass in front of `camera` in an inset of `aspect` (width / height).
+    pub fn new(camera: &Camera, bend: f32, aspect: f32) -> Self {
+        let Lens::Perspective { fov_x_rad } = camera.lens else {
+            return Self { tangents: [1.0; 2], bend: 0.0, widened: 1.0 };
+        };
+        let x = (fov_x_rad / 2.0).tan();
+        let tangents = [x, x / aspect];
+        let widened = spread(x.hypot(x / aspect), bend);
+        Self { tangents, bend, widened }
+    }
+
+    /// The camera whose picture holds all that the glass shows.
+    pub fn behind(&self, camera: &Camera) -> Camera {
+        match camera.lens {
+            Lens::Perspective { .. } if self.bend > 0.0 => {
+                let fov_x_rad = 2.0 * (self.tangents[0] * self.widened).atan();
+                Camera { lens: Lens::Perspective { fov_x_rad }, ..*camera }
+            }
+            _ => *camera,
+        }
+    }
+
+    fn print(&self) -> [f32; 4] {
+        [self.tangents[0], self.tangents[1], self.bend, 1.0 / self.widened]
+    }
+}
+
+/// How many times further from the middle of a curved glass a thing stands than it seems to, as tangents; `tangent` is
+/// where it seems to stand. The same is in `develop.wgsl`.
+fn spread(tangent: f32, bend: f32) -> f32 {
+    if bend <= 0.0 || tangent <= 0.0 {
+        return 1.0;
+    }
+    (tangent.atan() + 2.0 * (bend * tangent).min(1.0).asin()).min(1.5).tan() / tangent
+}
 
 /// The pass.
 #[derive(Debug)]
@@ -105,7 +155,7 @@ impl DevelopPass {
     /// # Errors
     /// What is wrong with the shader.
     pub fn pipeline(&self, workshop: &mut Workshop) -> Result<DevelopPipeline, String> {
-        let recipe = Recipe {
+        let mut recipe = Recipe {
             program: "develop",
             layout: &self.layout,
             buffers: &[],
@@ -113,11 +163,14 @@ impl DevelopPass {
             colour: Some((self.format, Some(wgpu::BlendState::ALPHA_BLENDING))),
             depth: None,
             cull: None,
+            writes: wgpu::ColorWrites::ALL,
             samples: 1,
             cut_out: false,
             constants: &[],
         };
-        workshop.pipeline(&recipe).map(DevelopPipeline)
+        let picture = workshop.pipeline(&recipe)?;
+        recipe.constants = &[("MIRROR", 1.0)];
+        Ok(DevelopPipeline([picture, workshop.pipeline(&recipe)?]))
     }
 
     /// Tells the pass that the pictures' textures are new.
@@ -142,8 +195,8 @@ impl DevelopPass {
         }
     }
 
-    /// Develops the main picture (flipped left to right if `flip`) onto all of the target, and the mirror's picture,
-    /// flipped, into its frame. With `soften`, steps along edges are filtered.
+    /// Develops the main picture (as the mirror `alone`, if it is one) onto all of the target, and the mirror's picture
+    /// into its frame. With `soften`, steps along edges are filtered.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &self,
@@ -154,15 +207,16 @@ impl DevelopPass {
         target: &wgpu::TextureView,
         size: [u32; 2],
         exposure: f32,
-        flip: bool,
-        inset: bool,
+        alone: Option<Glass>,
+        inset: Option<Glass>,
         soften: bool,
     ) {
         let [width, height] = size.map(|side| side as f32);
         let whole = Print {
             rect: [0.0, 0.0, width, height],
             canvas: [width, height],
-            flip: f32::from(u8::from(flip)),
+            lens: alone.map_or([0.0; 4], |glass| glass.print()),
+            flip: f32::from(u8::from(alone.is_some())),
             exposure,
             glow: GLOW * exposure,
             soften: f32::from(u8::from(soften)),
@@ -172,8 +226,9 @@ impl DevelopPass {
             rect: mirror_rect(size).map(|v| v as f32),
             flip: 1.0,
             glow: 0.0,
-            border: (height / 160.0).max(1.0),
-            corner: height / 45.0,
+            lens: inset.map_or([0.0; 4], |glass| glass.print()),
+            border: (height / 200.0).max(1.0),
+            corner: height / 38.0,
             ..whole
         };
         queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
@@ -189,9 +244,9 @@ impl DevelopPass {
             timestamp_writes: stamps,
             ..Default::default()
         });
-        pass.set_pipeline(&pipeline.0);
-        let sheets = [Some(&self.main), inset.then_some(&self.mirror)];
-        for sheet in sheets.into_iter().flatten() {
+        let sheets = [Some((&self.main, alone.is_some())), inset.map(|_| (&self.mirror, true))];
+        for (sheet, mirror) in sheets.into_iter().flatten() {
+            pass.set_pipeline(&pipeline.0[usize::from(mirror)]);
             pass.set_bind_group(0, sheet.group.as_ref(), &[]);
             pass.draw(0..6, 0..1);
         }
@@ -201,6 +256,33 @@ impl DevelopPass {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn a_convex_mirror_shows_more_and_smaller_and_a_flat_one_changes_nothing() {
+        let camera = |degrees: f32| Camera {
+            eye: Vec3::ZERO,
+            forward: Vec3::X,
+            up: Vec3::Z,
+            lens: Lens::Perspective { fov_x_rad: degrees.to_radians() },
+        };
+        let flat = Glass::new(&camera(30.0), 0.0, 3.4);
+        assert_eq!((flat.widened, flat.behind(&camera(30.0))), (1.0, camera(30.0)));
+        let mut before = 1.0;
+        for bend in [0.02, 0.1, 0.25, 0.5] {
+            let glass = Glass::new(&camera(30.0), bend, 3.4);
+            assert!(glass.widened > before, "{bend}: {}", glass.widened);
+            before = glass.widened;
+            // Near the axis: 1 + 2 d / R, the magnification of a convex mirror for far things.
+            assert!((spread(1e-3, bend) - (1.0 + 2.0 * bend)).abs() < 1e-3);
+        }
+        // The widest glass that the settings allow still shows less than a half space.
+        for aspect in [1.0, 16.0 / 9.0, 3.4] {
+            let widest = Glass::new(&camera(60.0), 0.42 / 0.8, aspect);
+            let Lens::Perspective { fov_x_rad } = widest.behind(&camera(60.0)).lens else { panic!("a perspective") };
+            assert!(fov_x_rad.to_degrees() < 172.0, "{}", fov_x_rad.to_degrees());
+        }
+    }
 
     #[test]
     fn the_mirror_is_at_the_top_in_the_middle() {

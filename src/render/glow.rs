@@ -78,6 +78,7 @@ impl GlowPass {
                 colour: Some((HDR, None)),
                 depth: None,
                 cull: None,
+                writes: wgpu::ColorWrites::ALL,
                 samples: 1,
                 cut_out: false,
                 constants: &[("BLUR", blur)],

@@ -88,6 +88,20 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// Waits until everything that was submitted has been done.
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn finish(&self) -> Result<(), GpuError> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|e| GpuError::Lost(e.to_string()))
+    }
+
+    /// What textures and buffers take on the device, megabytes, where the driver tells.
+    pub fn memory_mb(&self) -> Option<f64> {
+        let report = self.device.generate_allocator_report()?;
+        Some(report.total_allocated_bytes as f64 / 1e6)
+    }
+
     fn from_instance(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'static>>) -> Result<Self, GpuError> {
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,

@@ -3,12 +3,13 @@
 //! instead of letting it flicker. Means are near 0.5, that of the cracks near 1.
 //!
 //! Channels: r fine grit (each texel for itself), g soft clouds (five octaves), b thin cracks (dark lines on 1),
-//! a streaks along the second axis (blades of grass, bark).
+//! a blades of grass from above, in tufts (drawn out, also bark).
 
 use crate::rng;
+use glam::Vec2;
 
 /// Side of the picture, texels; a power of two.
-const SIZE: usize = 256;
+const SIZE: usize = 512;
 
 /// The grain as a texture view.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
@@ -48,7 +49,7 @@ fn paint() -> Vec<[f32; 4]> {
     let grit = white(SIZE * SIZE);
     let octaves: Vec<(usize, Vec<f32>)> = [7, 13, 27, 53, 107].map(|cells| (cells, white(cells * cells))).into();
     let ridges: Vec<(usize, Vec<f32>)> = [6, 13, 29].map(|cells| (cells, white(cells * cells))).into();
-    let streaks = [(96, 8), (128, 20)].map(|(x, y)| (x, y, white(x * y)));
+    let blades = blades();
     let mut texels = Vec::with_capacity(SIZE * SIZE);
     for y in 0..SIZE {
         for x in 0..SIZE {
@@ -66,12 +67,51 @@ fn paint() -> Vec<[f32; 4]> {
             let clouds = 0.5 + (fbm(&octaves, 0.55) - 0.5) * 1.7;
             let ridge = (fbm(&ridges, 0.5) - 0.5).abs();
             let crack = (ridge / 0.012).min(1.0);
-            let blades = 0.5 * smooth(&streaks[0].2, streaks[0].0, streaks[0].1, u, v)
-                + 0.5 * smooth(&streaks[1].2, streaks[1].0, streaks[1].1, u, v);
-            texels.push([grit[y * SIZE + x], clouds, crack, 0.5 + (blades - 0.5) * 1.5]);
+            texels.push([grit[y * SIZE + x], clouds, crack, blades[y * SIZE + x]]);
         }
     }
+    // The clouds' few large cells do not average out: here they are made to.
+    let mean = texels.iter().map(|t| t[1]).sum::<f32>() / texels.len() as f32;
+    texels.iter_mut().for_each(|t| t[1] += 0.5 - mean);
     texels
+}
+
+/// Grass as one looks down on it: tufts of blades that lean outwards, dark at the foot and light at the tip, each tuft over
+/// the ones before. Tiles; mean 0.5.
+fn blades() -> Vec<f32> {
+    const TUFTS: usize = 1500;
+    const BLADES: usize = 15;
+    let mut random = rng::stream(0, "render.grain.blades");
+    let mut draw = |low: f32, high: f32| random.uniform(f64::from(low), f64::from(high)) as f32;
+    let mut picture = vec![0.15f32; SIZE * SIZE];
+    for _ in 0..TUFTS {
+        let middle = Vec2::new(draw(0.0, SIZE as f32), draw(0.0, SIZE as f32));
+        let (size, light) = (draw(0.6, 1.25), draw(0.75, 1.15));
+        for blade in 0..BLADES {
+            let way = Vec2::from_angle(std::f32::consts::TAU * (blade as f32 / BLADES as f32) + draw(-0.5, 0.5));
+            let (length, bend, own) = (draw(9.0, 26.0) * size, draw(-7.0, 7.0), light * draw(0.55, 1.0));
+            let foot = middle + way * draw(0.0, 5.0);
+            let steps = (length * 1.6) as usize;
+            for step in 0..steps {
+                let t = step as f32 / steps as f32;
+                let at = foot + way * (length * t) + way.perp() * (bend * t * t);
+                let shade = own * (0.35 + 0.65 * t);
+                let thick = 0.85 * (1.0 - 0.6 * t);
+                let cell = at.floor();
+                let f = at - cell;
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let share = (if dx == 0 { 1.0 - f.x } else { f.x }) * (if dy == 0 { 1.0 - f.y } else { f.y });
+                    let wrap = |v: f32, d: i32| (v as i32 + d).rem_euclid(SIZE as i32) as usize;
+                    let texel = &mut picture[wrap(cell.y, dy) * SIZE + wrap(cell.x, dx)];
+                    *texel += (shade - *texel) * (share * thick).min(1.0);
+                }
+            }
+        }
+    }
+    let n = picture.len() as f32;
+    let mean = picture.iter().sum::<f32>() / n;
+    let sd = (picture.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() / n).sqrt();
+    picture.iter().map(|v| (0.5 + (v - mean) * 0.21 / sd).clamp(0.0, 1.0)).collect()
 }
 
 /// A random lattice of `nx` by `ny` points, smoothly interpolated; tiles over 0..1.

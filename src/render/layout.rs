@@ -11,8 +11,12 @@ use glam::{Affine3A, Mat4, Vec3};
 pub struct Frame {
     /// World to clip space, depth reversed.
     pub clip_from_world: [[f32; 4]; 4],
-    /// World to the shadow maps: moving things, standing things near by, standing things far off.
-    pub light_from_world: [[[f32; 4]; 4]; 3],
+    /// Rows of the rotation that looks along the sunlight.
+    pub light_from_world: [[f32; 4]; 3],
+    /// From there to the shadow maps, factors: moving things, standing things near by, standing things far off.
+    pub light_scale: [[f32; 4]; 3],
+    /// And what is added after them.
+    pub light_shift: [[f32; 4]; 3],
     /// Eye, metres; w is 1 for a perspective lens, 0 for a parallel one.
     pub eye: [f32; 4],
     /// Optical axis.
@@ -65,6 +69,9 @@ pub struct Print {
     pub soften: f32,
     /// Factor on the halo; 0 for a picture without one.
     pub glow: f32,
+    /// A mirror's glass, see [`Glass`](super::develop::Glass): tangents of half its angles, curvature, share of the
+    /// drawn picture that is seen in its middle.
+    pub lens: [f32; 4],
 }
 
 /// One placed mesh: a car's body, a wheel, a tree, the road.
@@ -151,11 +158,11 @@ mod tests {
             Frame,
             "road",
             "Frame",
-            [clip_from_world, light_from_world, eye, forward, right, up, to_sun_time, shadow]
+            [clip_from_world, light_from_world, light_scale, light_shift, eye, forward, right, up, to_sun_time, shadow]
         );
         same_layout!(Air, "road", "Air", [extinction, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
-        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, glow]);
+        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, glow, lens]);
     }
 
     #[test]

@@ -6,13 +6,16 @@
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
 pub mod air;
+mod clouds;
 pub mod crowd;
 pub mod develop;
 pub mod dial;
 pub mod glow;
 pub mod gpu;
 pub mod grain;
+pub mod impostor;
 pub mod layout;
+pub mod leaves;
 pub mod lens;
 pub mod models;
 pub mod offscreen;
@@ -27,13 +30,13 @@ pub mod timing;
 pub mod ui_pass;
 
 pub use gpu::{Gpu, GpuError};
-pub use offscreen::{OFFSCREEN, render_to_image, render_with_panel};
+pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
 pub use timing::PassTimes;
 
-use crate::scene::{Stage, View, ViewKind};
+use crate::scene::{Camera, Stage, View, ViewKind};
 use air::AirPass;
-use develop::{DevelopPass, DevelopPipeline, mirror_rect};
+use develop::{DevelopPass, DevelopPipeline, Glass, mirror_rect};
 use dial::DialPass;
 use glow::{GlowPass, GlowPipelines};
 use lens::Optics;
@@ -94,7 +97,8 @@ impl Renderer {
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
         let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
-        let air = AirPass::new(device);
+        // As fine as the shadows: 512 to 1536 texels.
+        let air = AirPass::new(device, quality.shadow_size / 2);
         let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mut develop = DevelopPass::new(device, format);
@@ -131,8 +135,12 @@ impl Renderer {
         // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
         let alone = view.kind == ViewKind::Mirror;
         let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
-        let optics = Optics::new(camera, size);
-        let glass = view.mirror.as_ref().filter(|_| !alone).map(|camera| Optics::new(camera, inset));
+        let aspect = |[width, height]: [u32; 2]| width as f32 / height.max(1) as f32;
+        let glass = |camera: &Camera, size| Glass::new(camera, view.mirror_bend, aspect(size));
+        let whole = alone.then(|| glass(camera, size));
+        let optics = Optics::new(&whole.map_or(*camera, |whole| whole.behind(camera)), size);
+        let back = view.mirror.as_ref().filter(|_| !alone);
+        let framed = back.map(|camera| glass(camera, inset));
         let from_outside = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
         let ego = if from_outside { Ego::Outside } else { Ego::Inside };
 
@@ -144,8 +152,9 @@ impl Renderer {
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let lights = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
         main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego);
-        if let Some(optics) = &glass {
-            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, optics, &lights, Ego::Nowhere);
+        if let (Some(camera), Some(glass)) = (back, framed) {
+            let optics = Optics::new(&glass.behind(camera), inset);
+            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, &optics, &lights, Ego::Nowhere);
         }
         let stamp = stamps(Pass::Develop);
         let exposure = air.fit(queue, view.to_sun, view.visibility_m);
@@ -158,12 +167,13 @@ impl Renderer {
             target,
             size,
             exposure,
-            alone,
-            glass.is_some(),
+            whole,
+            framed,
             self.quality.msaa == 1,
         );
         if let Some(data) = &view.dial {
             dial.place = dial::DialPlace::of(view.kind);
+            dial.palette = view.palette;
             dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);
         }
         if let Some(Panel { ctx, output }) = panel {

@@ -2,7 +2,8 @@
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
-use super::crowd::Batches;
+use super::crowd::{Batches, Detail};
+use super::impostor::{self, Extent};
 use crate::scene::{Mesh, Stage, Vertex};
 use glam::Vec3;
 use std::ops::Range;
@@ -40,13 +41,13 @@ pub struct Models {
     pub tuft: Model,
     /// Cars without wheels, by style and level: near, mid, far.
     pub bodies: Vec<[Model; 3]>,
-    /// Windows of the near ones.
-    pub glass: Vec<Model>,
-    /// What the driver sees of the own car.
-    pub interior: Model,
+    /// Windows of the near and mid ones.
+    pub glass: Vec<[Model; 2]>,
+    /// What the driver sees of the own car: bonnet, cabin, steering wheel.
+    pub cockpit: [Model; 3],
     /// One wheel by level.
     pub wheels: [Model; 3],
-    /// Trees by kind and [`Detail`](super::crowd::Detail).
+    /// Trees by kind and [`Detail`](super::crowd::Detail); far ones are a square for a picture.
     pub trees: Vec<[Model; 4]>,
 }
 
@@ -67,10 +68,11 @@ impl Models {
         let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
         let tuft = add(&stage.tuft);
         let bodies = stage.cars.iter().map(|car| [0, 1, 2].map(|level| add(&car.levels[level]))).collect();
-        let glass = stage.cars.iter().map(|car| add(&car.glass)).collect();
-        let interior = add(&stage.interior);
+        let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
+        let cockpit = [&stage.cockpit.bonnet, &stage.cockpit.cabin, &stage.cockpit.wheel].map(&mut add);
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
-        let levels = [&stage.trees, &stage.trees_mid, &stage.trees_far, &stage.trees_shade];
+        let squares: Vec<Mesh> = stage.trees.iter().enumerate().map(|(kind, tree)| square(kind, tree)).collect();
+        let levels = [&stage.trees, &stage.trees_mid, &squares, &stage.trees_shade];
         let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
         let buffer = |label, bytes: &[u8], usage| {
             // One spare vertex, so that an empty stage is no special case (a buffer may not be empty).
@@ -90,7 +92,7 @@ impl Models {
             tuft,
             bodies,
             glass,
-            interior,
+            cockpit,
             wheels,
             trees,
         }
@@ -107,23 +109,42 @@ impl Models {
         for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
             model.draw(pass, range.clone());
         }
-        self.interior.draw(pass, batches.inside.clone());
+        for (model, range) in self.cockpit.iter().zip(&batches.inside) {
+            model.draw(pass, range.clone());
+        }
         for (model, range) in self.wheels.iter().zip(&batches.wheels) {
             model.draw(pass, range.clone());
         }
     }
 
-    /// Draws the windows of the near cars.
+    /// Draws the windows that are seen through, far ones first.
     pub fn draw_glass(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
-        for (model, [near, ..]) in self.glass.iter().zip(&batches.bodies) {
-            model.draw(pass, near.clone());
+        for level in [1, 0] {
+            for (models, ranges) in self.glass.iter().zip(&batches.bodies) {
+                models[level].draw(pass, ranges[level].clone());
+            }
         }
     }
 
-    /// Draws the trees of all kinds and details.
+    /// Draws the trees of all kinds that have leaf cards, the nearest first: what they hide is not shaded then.
     pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
-        for (model, range) in self.trees.iter().flatten().zip(ranges.iter().flatten()) {
-            model.draw(pass, range.clone());
+        self.draw_trees_of(pass, ranges, Detail::Near);
+        self.draw_trees_of(pass, ranges, Detail::Mid);
+    }
+
+    /// Draws the pictures of trees.
+    pub fn draw_far_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
+        self.draw_trees_of(pass, ranges, Detail::Far);
+    }
+
+    /// Draws what throws their shadows.
+    pub fn draw_tree_shades(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
+        self.draw_trees_of(pass, ranges, Detail::Shade);
+    }
+
+    fn draw_trees_of(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]], detail: Detail) {
+        for (models, ranges) in self.trees.iter().zip(ranges) {
+            models[detail as usize].draw(pass, ranges[detail as usize].clone());
         }
     }
 }
@@ -169,6 +190,18 @@ fn pieces(mesh: &Mesh) -> Vec<Mesh> {
         todo.extend([left, right]);
     }
     done
+}
+
+/// The square that a tree's pictures are drawn on (`Corner` in `impostor.wgsl`).
+fn square(kind: usize, tree: &Mesh) -> Mesh {
+    let Extent { half_m, middle_m } = Extent::of(tree);
+    let corner = |x: f32, z: f32| Vertex {
+        position: [x * half_m, middle_m, z * half_m],
+        normal: [(kind * impostor::VIEWS) as f32, 0.0, 0.0],
+        ..Default::default()
+    };
+    let vertices = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| corner(x, z)).into();
+    Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3] }
 }
 
 /// Some triangles of a mesh with the corners they need.

@@ -10,6 +10,21 @@ use crate::scene::View;
 /// Format of pictures that are read back.
 pub const OFFSCREEN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
+/// A texture to draw onto, of `size` pixels.
+pub fn canvas(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("off-screen"),
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
 /// Draws `view` at `size` pixels and reads the picture back.
 ///
 /// # Errors
@@ -34,25 +49,36 @@ pub fn render_with_panel(
     panel: Option<Panel>,
     size: [u32; 2],
 ) -> Result<image::RgbaImage, GpuError> {
-    let [width, height] = size;
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("off-screen"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: OFFSCREEN,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let target = canvas(gpu, OFFSCREEN, size);
     renderer.draw(view, panel, &target, size);
+    let pixels = read_back(gpu, target.texture(), 4)?;
+    Ok(image::RgbaImage::from_raw(size[0], size[1], pixels).expect("four bytes a pixel"))
+}
 
-    let row = width * 4;
+/// The light that `view` holds before tone curve and dial, red, green, blue and cover of each pixel row by row, and the
+/// size in which it was drawn: for tests of what a tone curve would hide.
+///
+/// # Errors
+/// As [`render_to_image`].
+pub fn render_to_light(
+    gpu: &Gpu,
+    renderer: &mut Renderer,
+    view: &View,
+    size: [u32; 2],
+) -> Result<Vec<[f32; 4]>, GpuError> {
+    renderer.draw(view, None, &canvas(gpu, OFFSCREEN, size), size);
+    let bytes = read_back(gpu, renderer.main.light().texture(), 8)?;
+    let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
+    Ok(bytes.chunks(8).map(|p| [half(p), half(&p[2..]), half(&p[4..]), half(&p[6..])]).collect())
+}
+
+/// All bytes of a texture of `pixel` bytes a pixel, row by row.
+fn read_back(gpu: &Gpu, texture: &wgpu::Texture, pixel: u32) -> Result<Vec<u8>, GpuError> {
+    let row = texture.width() * pixel;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read back"),
-        size: u64::from(padded) * u64::from(height),
+        size: u64::from(padded) * u64::from(texture.height()),
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
@@ -67,9 +93,7 @@ pub fn render_with_panel(
     );
     gpu.queue.submit([encoder.finish()]);
     buffer.map_async(wgpu::MapMode::Read, .., |_| ());
-    let lost = |e: String| GpuError::Lost(e);
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;
-    let mapped = buffer.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
-    let pixels: Vec<u8> = mapped.chunks(padded as usize).flat_map(|line| &line[..row as usize]).copied().collect();
-    Ok(image::RgbaImage::from_raw(width, height, pixels).expect("four bytes a pixel"))
+    gpu.finish()?;
+    let mapped = buffer.get_mapped_range(..).map_err(|e| GpuError::Lost(e.to_string()))?;
+    Ok(mapped.chunks(padded as usize).flat_map(|line| &line[..row as usize]).copied().collect())
 }

@@ -2,7 +2,7 @@
 //! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
 
 use super::{
-    air::AirPass,
+    air::{self, AirPass},
     crowd::{Around, Crowd, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
@@ -23,7 +23,10 @@ pub struct Materials {
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
+    cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
+    impostor: wgpu::RenderPipeline,
+    grass: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
 }
 
@@ -43,8 +46,10 @@ pub enum Ego {
 pub struct Bindings {
     group: wgpu::BindGroupLayout,
     pipeline: wgpu::PipelineLayout,
+    sky_pipeline: wgpu::PipelineLayout,
     shadow_sampler: wgpu::Sampler,
     grain_sampler: wgpu::Sampler,
+    leaf_sampler: wgpu::Sampler,
 }
 
 /// One picture of the scene: camera, instances and targets of its own.
@@ -55,6 +60,7 @@ pub struct PicturePass {
     grass_m: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
+    clouds: wgpu::BindGroup,
     crowd: Crowd,
     targets: Targets,
 }
@@ -91,6 +97,9 @@ impl Bindings {
             uniform,
             texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
             BindingType::Sampler(SamplerBindingType::Filtering),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
         ];
         let entries: Vec<_> = entries
             .into_iter()
@@ -104,10 +113,16 @@ impl Bindings {
             .collect();
         let group = device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries });
+        let between = if quality.fine { wgpu::MipmapFilterMode::Linear } else { wgpu::MipmapFilterMode::Nearest };
         Self {
             pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some("scene"),
                 bind_group_layouts: &[Some(&group)],
+                immediate_size: 0,
+            }),
+            sky_pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("sky"),
+                bind_group_layouts: &[Some(&group), Some(&air::clouds_layout(device))],
                 immediate_size: 0,
             }),
             group,
@@ -124,8 +139,17 @@ impl Bindings {
                 address_mode_v: wgpu::AddressMode::Repeat,
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
-                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                mipmap_filter: between,
                 anisotropy_clamp: quality.anisotropy.max(1),
+                ..Default::default()
+            }),
+            leaf_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("leaves"),
+                address_mode_u: wgpu::AddressMode::Repeat,
+                address_mode_v: wgpu::AddressMode::Repeat,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: between,
                 ..Default::default()
             }),
         }
@@ -144,6 +168,8 @@ impl Bindings {
             bias,
         };
         let mesh = mesh_buffers();
+        // Programs without sunshine leave the constant alone.
+        let soft = ("SOFT", f64::from(u8::from(quality.fine)));
         let solid = Recipe {
             program: "road",
             layout: &self.pipeline,
@@ -151,9 +177,10 @@ impl Bindings {
             colour: Some((HDR, None)),
             depth: Some(depth(true, Default::default())),
             cull: Some(wgpu::Face::Back),
+            writes: wgpu::ColorWrites::ALL,
             samples: quality.msaa,
             cut_out: false,
-            constants: &[],
+            constants: &[soft],
         };
         let shade = wgpu::BlendState::ALPHA_BLENDING;
         let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
@@ -164,16 +191,44 @@ impl Bindings {
                 program: "car",
                 colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
                 depth: Some(depth(false, Default::default())),
-                constants: &[("SEEN_THROUGH", 1.0)],
+                constants: &[soft, ("SEEN_THROUGH", 1.0)],
                 ..solid.clone()
             })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
-            tree: workshop.pipeline(&Recipe {
-                program: "tree",
+            cover: workshop.pipeline(&Recipe {
+                program: "cover",
+                writes: wgpu::ColorWrites::empty(),
                 cull: None,
                 cut_out: quality.msaa > 1,
                 constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
+                ..solid.clone()
+            })?,
+            tree: workshop.pipeline(&Recipe {
+                program: "tree",
+                depth: Some(wgpu::DepthStencilState {
+                    depth_compare: Some(wgpu::CompareFunction::Equal),
+                    ..depth(false, Default::default())
+                }),
+                cull: None,
+                ..solid.clone()
+            })?,
+            grass: workshop.pipeline(&Recipe {
+                program: "grass",
+                cull: None,
+                cut_out: quality.msaa > 1,
+                constants: &[
+                    soft,
+                    ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 }),
+                    ("REACH_M", f64::from(quality.grass_m)),
+                ],
+                ..solid.clone()
+            })?,
+            impostor: workshop.pipeline(&Recipe {
+                program: "impostor",
+                cull: None,
+                cut_out: quality.msaa > 1,
+                constants: &[soft, ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
                 ..solid.clone()
             })?,
             contact: workshop.pipeline(&Recipe {
@@ -182,10 +237,12 @@ impl Bindings {
                 colour: Some((HDR, Some(shade))),
                 depth: Some(depth(false, above)),
                 cull: None,
+                constants: &[],
                 ..solid.clone()
             })?,
             sky: workshop.pipeline(&Recipe {
                 program: "sky",
+                layout: &self.sky_pipeline,
                 buffers: &[],
                 depth: Some(depth(false, Default::default())),
                 cull: None,
@@ -219,8 +276,13 @@ impl PicturePass {
             wgpu::BindingResource::TextureView(&scenery.grain),
             wgpu::BindingResource::Sampler(&bindings.grain_sampler),
         ];
+        let leaves = [
+            wgpu::BindingResource::TextureView(&scenery.leaves),
+            wgpu::BindingResource::Sampler(&bindings.leaf_sampler),
+            wgpu::BindingResource::TextureView(&scenery.far_trees),
+        ];
         let entries: Vec<_> = (0..)
-            .zip(resources.into_iter().chain(air.resources()))
+            .zip(resources.into_iter().chain(air.resources()).chain(leaves))
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -233,6 +295,7 @@ impl PicturePass {
             samples: quality.msaa,
             grass_m: quality.grass_m,
             group,
+            clouds: air.clouds().clone(),
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
             targets: Targets::new(device, label, [1, 1], quality.msaa),
@@ -269,7 +332,7 @@ impl PicturePass {
         let frame = frame(view, optics, lights);
         scenery.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let cars = view.cars.iter().filter(|car| ego == Ego::Outside || !car.is_ego);
-        let inside = view.cockpit.as_ref().filter(|_| ego == Ego::Inside);
+        let inside = view.seat.as_ref().filter(|_| ego == Ego::Inside);
         let around = Around { forest: Some(&scenery.forest), inside };
         let gpu = (&scenery.device, &scenery.queue);
         let models = &scenery.models;
@@ -279,6 +342,11 @@ impl PicturePass {
             cars,
             around,
             |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
+            |centre, radius_m| match optics.sees(centre, radius_m) {
+                true => Detail::shares(optics.pixels(centre, radius_m)),
+                false => Default::default(),
+            },
+            optics.camera.eye,
             |centre, radius_m| {
                 optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
                     && optics.sees(centre, radius_m)
@@ -292,8 +360,13 @@ impl PicturePass {
         pass.set_pipeline(&materials.car);
         models.draw_cars(&mut pass, &batches);
         models.posts.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
-        pass.set_pipeline(&materials.tree);
-        models.draw_trees(&mut pass, &batches.trees);
+        for pipeline in [&materials.cover, &materials.tree] {
+            pass.set_pipeline(pipeline);
+            models.draw_trees(&mut pass, &batches.trees);
+        }
+        pass.set_pipeline(&materials.impostor);
+        models.draw_far_trees(&mut pass, &batches.trees);
+        pass.set_pipeline(&materials.grass);
         models.tuft.draw(&mut pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);
         models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
@@ -303,6 +376,7 @@ impl PicturePass {
         self.crowd.bind(&mut pass, 0);
         pass.draw(0..6, batches.cars.clone());
         pass.set_pipeline(&materials.sky);
+        pass.set_bind_group(1, &self.clouds, &[]);
         pass.draw(0..3, 0..1);
         // Windows over everything behind them.
         pass.set_pipeline(&materials.glass);
@@ -317,7 +391,9 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
     let [right, up] = optics.spread();
     Frame {
         clip_from_world: optics.clip_from_world().to_cols_array_2d(),
-        light_from_world: lights.clip_from_world.map(|m| m.to_cols_array_2d()),
+        light_from_world: lights.rows.map(|row| row.extend(0.0).to_array()),
+        light_scale: lights.scale.map(|scale| scale.extend(0.0).to_array()),
+        light_shift: lights.shift.map(|shift| shift.extend(0.0).to_array()),
         eye: optics.camera.eye.extend(perspective).to_array(),
         forward: optics.camera.forward.extend(0.0).to_array(),
         right: right.extend(0.0).to_array(),
@@ -346,7 +422,7 @@ impl Targets {
         Self {
             size,
             samples: (samples > 1).then(|| texture(HDR, samples, nothing)),
-            light: texture(HDR, 1, wgpu::TextureUsages::TEXTURE_BINDING),
+            light: texture(HDR, 1, wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC),
             depth: texture(DEPTH, samples, nothing),
         }
     }

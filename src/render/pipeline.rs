@@ -19,6 +19,8 @@ pub struct Recipe<'a> {
     pub buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     /// Colour format and blending; none for depth alone.
     pub colour: Option<(wgpu::TextureFormat, Option<wgpu::BlendState>)>,
+    /// What of the colour is kept; nothing where a pass is there for the depth.
+    pub writes: wgpu::ColorWrites,
     /// Depth test.
     pub depth: Option<wgpu::DepthStencilState>,
     /// Which faces are left out.
@@ -53,7 +55,7 @@ impl Workshop<'_> {
         let targets: Vec<_> = recipe
             .colour
             .iter()
-            .map(|&(format, blend)| Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL }))
+            .map(|&(format, blend)| Some(wgpu::ColorTargetState { format, blend, write_mask: recipe.writes }))
             .collect();
         self.made += 1;
         Ok(self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

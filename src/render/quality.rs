@@ -16,9 +16,17 @@ pub struct Quality {
     pub most_pixels: u32,
     /// Anisotropy of the ground's grain, 1 to 16. The renderer takes 1 where graphics run in software.
     pub anisotropy: u16,
+    /// Shadow edges are means of 4 by 4 texels and textures are filtered between their reduced sizes; otherwise of 2 by 2
+    /// and not, which software rendering draws in half the time.
+    #[serde(default = "fine")]
+    pub fine: bool,
     /// Up to this distance tufts of grass are drawn, metres.
     #[serde(default = "grass_m")]
     pub grass_m: f32,
+}
+
+fn fine() -> bool {
+    true
 }
 
 fn grass_m() -> f32 {
@@ -27,11 +35,29 @@ fn grass_m() -> f32 {
 
 impl Quality {
     /// For tests and software rendering.
-    pub const LOW: Self =
-        Self { msaa: 1, shadow_size: 1024, mirror_scale: 0.75, most_pixels: 768 * 432, anisotropy: 1, grass_m: 16.0 };
+    pub const LOW: Self = Self {
+        msaa: 1,
+        shadow_size: 1024,
+        mirror_scale: 0.75,
+        most_pixels: 768 * 432,
+        anisotropy: 1,
+        fine: false,
+        grass_m: 16.0,
+    };
     /// Smooth edges; the picture of `codrive render`.
-    pub const MEDIUM: Self =
-        Self { msaa: 4, shadow_size: 2048, mirror_scale: 1.0, most_pixels: u32::MAX, anisotropy: 1, grass_m: 30.0 };
+    pub const MEDIUM: Self = Self {
+        msaa: 4,
+        shadow_size: 2048,
+        mirror_scale: 1.0,
+        most_pixels: u32::MAX,
+        anisotropy: 1,
+        fine: true,
+        grass_m: 30.0,
+    };
+    /// Medium where the processor draws: edges are filtered when the picture is developed, and a picture of more than
+    /// 1280x720 is drawn at that size.
+    pub const MEDIUM_SOFTWARE: Self =
+        Self { msaa: 1, most_pixels: 1280 * 720, fine: false, grass_m: 24.0, ..Self::MEDIUM };
     /// For a GPU.
     pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }
@@ -42,16 +68,6 @@ impl Quality {
         let pixels = (size[0] * size[1]) as f32;
         let scale = (self.most_pixels as f32 / pixels).sqrt().min(1.0);
         size.map(|side| ((side as f32 * scale).round() as u32).max(1))
-    }
-
-    /// What an adapter can be expected to draw smoothly: software gets [`Quality::LOW`], a graphics card of its own
-    /// [`Quality::HIGH`].
-    pub fn for_adapter(info: &wgpu::AdapterInfo) -> Self {
-        match info.device_type {
-            wgpu::DeviceType::Cpu => Self::LOW,
-            wgpu::DeviceType::DiscreteGpu => Self::HIGH,
-            _ => Self::MEDIUM,
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What all passes share: the device and what stands on the stage. In: a [`Stage`]. Out: handles, lent to each draw.
 
-use super::{crowd::Forest, gpu::Gpu, grain, models::Models};
+use super::{crowd::Forest, gpu::Gpu, grain, impostor, leaves, models::Models};
 use crate::scene::Stage;
 
 /// Device, meshes, trees and grain.
@@ -16,6 +16,10 @@ pub struct Scenery {
     pub forest: Forest,
     /// Grain of the surfaces.
     pub grain: wgpu::TextureView,
+    /// What is cut out of leaf cards.
+    pub leaves: wgpu::TextureView,
+    /// What trees look like from afar.
+    pub far_trees: wgpu::TextureView,
 }
 
 impl Scenery {
@@ -27,6 +31,8 @@ impl Scenery {
             queue: gpu.queue.clone(),
             forest: Forest::new(stage, &models),
             grain: grain::upload(&gpu.device, &gpu.queue),
+            leaves: leaves::upload(&gpu.device, &gpu.queue),
+            far_trees: impostor::upload(&gpu.device, &gpu.queue, &stage.trees),
             models,
         }
     }

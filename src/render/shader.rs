@@ -9,13 +9,16 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 9] = [
+pub const PROGRAMS: [Program; 12] = [
     ("shadow", &["shadow"]),
     ("sky", &["common", "light", "sky"]),
-    ("road", &["common", "light", "mesh", "road"]),
-    ("land", &["common", "light", "mesh", "land"]),
+    ("road", &["common", "light", "mesh", "ground", "road"]),
+    ("land", &["common", "light", "mesh", "ground", "land"]),
     ("car", &["common", "light", "mesh", "car"]),
-    ("tree", &["common", "light", "mesh", "tree"]),
+    ("cover", &["common", "fade", "leaf", "cover"]),
+    ("tree", &["common", "light", "foliage", "leaf", "tree"]),
+    ("impostor", &["common", "light", "foliage", "fade", "impostor"]),
+    ("grass", &["common", "light", "grass"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
     ("develop", &["develop"]),
@@ -27,8 +30,10 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 12] =
-    built_in!["common", "light", "mesh", "shadow", "sky", "road", "land", "car", "tree", "contact", "glow", "develop",];
+const FILES: [(&str, &str); 19] = built_in![
+    "common", "light", "mesh", "shadow", "sky", "ground", "road", "land", "car", "foliage", "fade", "leaf", "cover",
+    "tree", "impostor", "grass", "contact", "glow", "develop",
+];
 
 /// The text of all shader files.
 #[derive(Clone, Debug)]

@@ -44,8 +44,12 @@ pub struct ShadowPass {
 /// What the other passes need to look up shadows.
 #[derive(Clone, Copy, Debug)]
 pub struct Lights {
-    /// World to map: moving, standing near by, standing far off.
-    pub clip_from_world: [Mat4; 3],
+    /// Rows of the rotation from the world into the sun's view.
+    pub rows: [Vec3; 3],
+    /// From the sun's view to the maps: factors. Moving, standing near by, standing far off.
+    pub scale: [Vec3; 3],
+    /// And what is added after them.
+    pub shift: [Vec3; 3],
     /// Width of a texel, metres, likewise.
     pub texel_m: [f32; 3],
     /// Texels on a side.
@@ -150,6 +154,7 @@ impl ShadowPass {
                 bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
             }),
             cull: None,
+            writes: wgpu::ColorWrites::ALL,
             samples: 1,
             cut_out: false,
             constants: &[],
@@ -178,6 +183,7 @@ impl ShadowPass {
         optics: &Optics,
     ) -> Lights {
         let covers = covers(view.to_sun, optics);
+        let lens = covers.map(|cover| cover.lens(self.size));
         let lights = covers.map(|cover| cover.clip_from_world(self.size));
         let batches = self.moving.gather(scenery, view, covers[0], lights[0], false);
         // One time for all: from the first map's begin to the last one's end.
@@ -201,8 +207,14 @@ impl ShadowPass {
                 self.drawn[i] = Some(cover);
             }
         }
-        let texel_m = covers.map(|cover| cover.texel_m(self.size));
-        Lights { clip_from_world: lights, texel_m, size: self.size }
+        let rotation = covers[0].view().transpose();
+        Lights {
+            rows: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.truncate()),
+            scale: lens.map(|lens| Vec3::new(lens.x_axis.x, lens.y_axis.y, lens.z_axis.z)),
+            shift: lens.map(|lens| lens.w_axis.truncate()),
+            texel_m: covers.map(|cover| cover.texel_m(self.size)),
+            size: self.size,
+        }
     }
 }
 
@@ -218,6 +230,8 @@ impl Layer {
             cars.iter(),
             around,
             |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
+            |centre, radius_m| [cover.touches(centre, radius_m).then_some((Detail::Shade, 1.0)), None],
+            cover.centre,
             |_, _| false,
         )
     }
@@ -245,7 +259,7 @@ impl Layer {
         scenery.models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
         scenery.models.draw_cars(&mut pass, batches);
-        scenery.models.draw_trees(&mut pass, &batches.trees);
+        scenery.models.draw_tree_shades(&mut pass, &batches.trees);
     }
 }
 
@@ -278,15 +292,20 @@ impl Cover {
         2.0 * self.half_m / size as f32
     }
 
-    /// World to map. The centre is moved to a whole texel, so that edges of shadows do not crawl while driving.
+    /// World to map.
     fn clip_from_world(&self, size: u32) -> Mat4 {
+        self.lens(size) * self.view()
+    }
+
+    /// The sun's view to the map. The centre is moved to a whole texel, so that edges of shadows do not crawl while driving.
+    fn lens(&self, size: u32) -> Mat4 {
         let view = self.view();
         let centre = view.transform_point3(self.centre);
         let texel = self.texel_m(size);
         let [x, y] = [centre.x, centre.y].map(|c| (c / texel).round() * texel);
         let h = self.half_m;
         let (near, far) = (-centre.z - h - HEIGHT_M, -centre.z + h + HEIGHT_M);
-        rh::proj::directx::orthographic(x - h, x + h, y - h, y + h, near, far) * view
+        rh::proj::directx::orthographic(x - h, x + h, y - h, y + h, near, far)
     }
 
     fn touches(&self, centre: Vec3, radius_m: f32) -> bool {

@@ -98,7 +98,7 @@ impl Sky {
             extinction_per_m: air.extinction(0.0) / 1000.0,
             harmonics,
             // As eyes do, leave some of the evening's darkness.
-            exposure: 1.8 / daylight.powf(0.85),
+            exposure: 1.8 / daylight.powf(0.6),
             air,
         }
     }

@@ -1,124 +1,256 @@
-//! What a driver sees of the own car: the bonnet and the wings, the top of the dashboard with the hood over the
-//! instruments, the lower ends of the pillars. Out: one mesh in the body's frame, metres; drawn in the driver's view only.
+//! What a driver sees of the own car. Out: three meshes in metres: bonnet, wings and scuttle; dashboard, doors and pillars
+//! (both in the body's frame); and the steering wheel about its hub, its axle along x towards the driver. Drawn in the
+//! driver's view only.
 
-use super::Material;
-use super::Mesh;
-use super::car::{CREASE_RAD, DARK, Level, Parts, TRIM};
+use super::car::{CHROME, CREASE_RAD, DARK, GLOSS, Level, Parts, TRIM};
 use super::mesh::{Finish, Soup};
 use super::shape::{self, CABIN_FRONT_M, STYLES};
-use glam::Vec3;
+use super::skin::Skin;
+use super::{Material, Mesh, fittings};
+use glam::{Affine3A, Quat, Vec3};
+use std::f32::consts::TAU;
 
-const PILLAR: Finish = Finish::grey(Material::Matt, 0.06);
-/// Half the width of a pillar, metres.
-const PILLAR_M: f32 = 0.019;
+/// Padded, grained plastic.
+const PADDED: Finish = Finish::grey(Material::Tyre, 0.030);
+const LINING: Finish = Finish::grey(Material::Tyre, 0.075);
+const LEATHER: Finish = Finish::grey(Material::Tyre, 0.020);
+/// Where the steering wheel's hub is, metres: the rim stays below the far edge of the bonnet.
+const HUB_M: Vec3 = Vec3::new(0.64, 0.36, 0.868);
+/// How far the wheel leans back from upright, radians.
+const LEAN_RAD: f32 = 0.42;
+/// Radius of the rim, metres.
+const RIM_M: f32 = 0.185;
 
-/// The interior of the ego's style.
-pub(super) fn interior() -> Mesh {
-    let lines = STYLES[0];
-    let parts = Parts::new(lines, Level::Near);
-    // What of the body lies before the windscreen or below the side windows and can be seen from above.
-    let seen = |p: &Vec3| p.z > 0.66 && (p.x > CABIN_FRONT_M - 0.01 || (p.x > 0.4 && p.z < 0.93));
-    let mut all = parts.shell.only(|corners| corners.iter().all(seen));
-    dashboard(&mut all);
-    for side in [-1.0, 1.0] {
-        pillar(&mut all, side);
-    }
-    all.into_mesh(CREASE_RAD)
+/// The own car from the seat.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cockpit {
+    /// Bonnet, wings and scuttle.
+    pub bonnet: Mesh,
+    /// Dashboard, doors, pillars.
+    pub cabin: Mesh,
+    /// Steering wheel, see [`Cockpit::body_from_wheel`].
+    pub wheel: Mesh,
 }
 
-/// A shelf from the windscreen's foot towards the driver, its edge rolled down; a hood over the instruments.
-fn dashboard(all: &mut Soup) {
-    // The first row lies under the bonnet's rear edge.
-    let rows = [(1.24, 0.0), (1.14, 0.895), (0.98, 0.918), (0.84, 0.930), (0.76, 0.924), (0.72, 0.900), (0.71, 0.80)];
-    const COLUMNS: usize = 24;
-    let place = |(x, z): (f32, f32), column: usize| {
-        let y = 1.66 * (column as f32 / COLUMNS as f32 - 0.5);
-        // Lower towards the doors and drawn back there.
-        let aside = (y / 0.75) * (y / 0.75);
-        if z == 0.0 {
-            let at = shape::at(STYLES[0], x);
-            let dome = 1.0 - (y / at.belt_y).abs().powf(2.5);
-            return Vec3::new(x, y, at.belt_z + (at.top_z - at.belt_z) * dome - 0.006);
-        }
-        Vec3::new(x - 0.10 * aside * (x - 0.7), y, z - 0.02 * aside)
+impl Cockpit {
+    /// All parts, of the ego's style.
+    pub(super) fn new() -> Self {
+        Self { bonnet: bonnet(), cabin: cabin(), wheel: wheel() }
+    }
+
+    /// The steering wheel's place in the body when it is turned by `wheel_rad`, positive to the left.
+    pub fn body_from_wheel(wheel_rad: f32) -> Affine3A {
+        // The axle points back and up at the driver; a turn to the left is a negative one about it.
+        let axle = Quat::from_rotation_y(LEAN_RAD) * Quat::from_rotation_z(std::f32::consts::PI);
+        Affine3A::from_rotation_translation(axle * Quat::from_rotation_x(wheel_rad), HUB_M)
+    }
+}
+
+fn bonnet() -> Mesh {
+    let lines = STYLES[0];
+    let mut shell = Parts::new(lines, Level::Near).shell;
+    // What of the body lies before the windscreen or beside the dashboard and can be seen from above.
+    let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M - 0.06 || (p.x > 0.5 && p.z < 0.93));
+    let mut all = shell.take(|face| face.corners.iter().all(|c| seen(c.flat))).mesh();
+    all.append(&scuttle().mesh());
+    let mut parts = Soup::default();
+    fittings::wipers(lines, &mut parts);
+    all.append(&parts.into_mesh(CREASE_RAD));
+    all
+}
+
+/// From the foot of the windscreen to below the picture: a dark shelf, rolled down at its edge.
+fn scuttle() -> Skin {
+    const COLUMNS: usize = 32;
+    let lines = STYLES[0];
+    let rows =
+        [(0.0, -0.004), (0.06, -0.010), (0.14, -0.013), (0.24, -0.014), (0.34, -0.018), (0.41, -0.032), (0.45, -0.065)];
+    let place = |(back, up): (f32, f32), column: usize| {
+        let y = 1.70 * (column as f32 / COLUMNS as f32 - 0.5);
+        let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
+        let at = shape::at(lines, CABIN_FRONT_M + 0.03);
+        Vec3::new(foot.x - back * (1.0 + 0.12 * (y / 0.8) * (y / 0.8)), y, at.crown(y.clamp(-0.8, 0.8)) + up)
     };
+    let mut skin = Skin::default();
     for pair in rows.windows(2) {
         for column in 0..COLUMNS {
-            let corner = |row: usize, column| place(pair[row], column);
-            all.quad([corner(0, column), corner(0, column + 1), corner(1, column + 1), corner(1, column)], TRIM);
+            let [a, b] = [pair[0], pair[1]];
+            let corners = [place(a, column), place(a, column + 1), place(b, column + 1), place(b, column)];
+            skin.quad(corners, |p| p, if a.0 < 0.05 { GLOSS } else { PADDED });
         }
     }
-    // The doors' upper edges, from the bonnet to beside the eye.
+    skin.smooth(0.9);
+    skin
+}
+
+fn cabin() -> Mesh {
+    let mut skin = Skin::default();
+    let lines = STYLES[0];
+    // The hood over the instruments: a smooth rise of the dashboard before the wheel.
+    let hood = |i: usize, j: usize| {
+        let (u, v) = (i as f32 / 12.0, j as f32 / 20.0 * 2.0 - 1.0);
+        let rise = (1.0 - v * v).max(0.0).sqrt();
+        let z = 0.930 + 0.034 * rise * (u * std::f32::consts::FRAC_PI_2).sin()
+            - 0.16 * ((u - 0.82).max(0.0) / 0.18).powi(2);
+        Vec3::new(1.02 - 0.30 * u, 0.36 - 0.27 * v, z - 0.012)
+    };
+    for i in 0..12 {
+        for j in 0..20 {
+            skin.quad([hood(i, j), hood(i + 1, j), hood(i + 1, j + 1), hood(i, j + 1)], |p| p, PADDED);
+        }
+    }
+    // The doors' upper edges, from the dashboard to beside the eye.
     for side in [-1.0f32, 1.0] {
-        for i in 0..14 {
-            let edge = |i: usize, z_m: f32, in_m: f32| {
-                let x = 1.26 - 0.1 * i as f32;
-                let at = shape::at(STYLES[0], x);
-                Vec3::new(x, side * (at.belt_y - in_m), at.belt_z + z_m)
-            };
-            let lines = [(0.002, 0.0), (0.006, 0.03), (-0.02, 0.06), (-0.40, 0.07)];
-            for pair in lines.windows(2) {
-                let [(z0, in0), (z1, in1)] = [pair[0], pair[1]];
-                let mut corners = [edge(i, z0, in0), edge(i, z1, in1), edge(i + 1, z1, in1), edge(i + 1, z0, in0)];
+        let edge = |i: usize, (z_m, in_m): (f32, f32)| {
+            let x = 1.16 - 0.1 * i as f32;
+            let at = shape::at(lines, x);
+            Vec3::new(x, side * (at.belt_y - in_m), at.belt_z + z_m)
+        };
+        let section = [(0.004, 0.0), (0.012, 0.025), (0.010, 0.06), (-0.012, 0.085), (-0.40, 0.095)];
+        for i in 0..13 {
+            for pair in section.windows(2) {
+                let mut corners = [edge(i, pair[0]), edge(i, pair[1]), edge(i + 1, pair[1]), edge(i + 1, pair[0])];
                 if side > 0.0 {
                     corners.reverse();
                 }
-                all.quad(corners, TRIM);
+                skin.quad(corners, |p| p, PADDED);
             }
         }
     }
-    all.ellipsoid(Vec3::new(0.76, 0.36, 0.915), Vec3::new(0.12, 0.22, 0.055), [14, 18], |_| DARK);
+    skin.smooth(0.9);
+    let mut all = skin.mesh();
+    let mut parts = Soup::default();
+    for side in [-1.0, 1.0] {
+        pillar(&mut parts, side);
+    }
+    all.append(&parts.into_mesh(1.2));
+    all
 }
 
-/// Along the edge of the windscreen, from the dashboard to the roof.
+/// Along the edge of the windscreen, from the dashboard to the roof: lined inside, with a dark seal towards the glass.
 fn pillar(all: &mut Soup, side: f32) {
-    const STEPS: usize = 10;
+    const PLACES: usize = 25;
     let middle = |i: usize| {
-        let x = CABIN_FRONT_M + 0.02 - 0.90 * i as f32 / STEPS as f32;
+        let x = CABIN_FRONT_M + 0.05 - 0.95 * i as f32 / (PLACES - 1) as f32;
         let at = shape::at(STYLES[0], x.min(CABIN_FRONT_M));
         // Its foot is in the dashboard.
-        let foot_m = if i == 0 { 0.07 } else { 0.0 };
-        Vec3::new(x + foot_m, side * (at.roof_y + 0.035), at.roof_z - 0.012 - foot_m)
+        let foot_m = 0.09 * (1.0 - i as f32 / 3.0).max(0.0).powi(2);
+        Vec3::new(x + 0.5 * foot_m, side * (at.roof_y + 0.022), at.roof_z - 0.010 - foot_m)
     };
-    let ring = |i: usize| {
-        let along = (middle((i + 1).min(STEPS)) - middle(i.max(1) - 1)).normalize();
-        let across = along.cross(Vec3::Z).normalize();
-        let up = across.cross(along);
-        std::array::from_fn::<Vec3, 8, _>(|k| {
-            let (sin, cos) = (std::f32::consts::TAU * k as f32 / 8.0).sin_cos();
-            middle(i) + (across * cos + up * sin) * PILLAR_M
-        })
-    };
-    for i in 0..STEPS {
-        let (a, b) = (ring(i), ring(i + 1));
-        for k in 0..8 {
-            let next = (k + 1) % 8;
-            all.quad([a[k], a[next], b[next], b[k]], PILLAR);
+    let ring = |half: [f32; 2], off: f32| {
+        move |i: usize| -> Vec<Vec3> {
+            let along = (middle((i + 1).min(PLACES - 1)) - middle(i.max(1) - 1)).normalize();
+            let across = along.cross(Vec3::Z).normalize();
+            let up = across.cross(along);
+            let corner = |k: usize| {
+                let (sin, cos) = (TAU * k as f32 / 16.0).sin_cos();
+                // A rounded rectangle (Lamé's curve of the fourth order).
+                let round = |v: f32| v.signum() * v.abs().sqrt();
+                middle(i) + across * (round(cos) * half[0] - off * side) + up * (round(sin) * half[1])
+            };
+            (0..16).map(corner).collect()
         }
+    };
+    all.bar(PLACES, ring([0.020, 0.016], 0.0), LINING);
+    all.bar(PLACES, ring([0.007, 0.010], 0.022), DARK);
+}
+
+fn wheel() -> Mesh {
+    let mut soup = Soup::default();
+    const PLACES: usize = 65;
+    let rim = |i: usize| -> Vec<Vec3> {
+        let turn = TAU * (i % (PLACES - 1)) as f32 / (PLACES - 1) as f32;
+        let out = Vec3::new(0.0, turn.sin(), turn.cos());
+        // Thicker where the thumbs lie.
+        let thick = 0.0145 + 0.002 * (2.0 * turn).cos().min(0.0).abs();
+        let corner = |k: usize| {
+            let (sin, cos) = (TAU * k as f32 / 14.0).sin_cos();
+            out * (RIM_M + thick * 0.88 * cos) - Vec3::X * (thick * sin)
+        };
+        (0..14).map(corner).collect()
+    };
+    soup.bar(PLACES, rim, LEATHER);
+    // A thin bright ring marks straight ahead at the top.
+    let mark = |i: usize| -> Vec<Vec3> {
+        let turn = -0.035 + 0.07 * i as f32 / 4.0;
+        let out = Vec3::new(0.0, turn.sin(), turn.cos());
+        let corner = |k: usize| {
+            let (sin, cos) = (TAU * k as f32 / 14.0).sin_cos();
+            out * (RIM_M + 0.0136 * cos) - Vec3::X * (0.0152 * sin)
+        };
+        (0..14).map(corner).collect()
+    };
+    soup.bar(5, mark, Finish::grey(Material::Tyre, 0.28));
+    // Hub and three spokes.
+    soup.ellipsoid(Vec3::new(-0.012, 0.0, -0.005), Vec3::new(0.030, 0.078, 0.070), [14, 20], |_| LEATHER);
+    soup.ellipsoid(Vec3::new(0.016, 0.0, 0.0), Vec3::new(0.008, 0.022, 0.016), [8, 14], |_| CHROME);
+    for (turn, wide) in [(TAU * 0.255, 0.030), (-TAU * 0.255, 0.030), (TAU * 0.5, 0.026)] {
+        let out = Vec3::new(0.0, turn.sin(), turn.cos());
+        let aside = Vec3::new(0.0, turn.cos(), -turn.sin());
+        let ring = |i: usize| -> Vec<Vec3> {
+            let t = i as f32 / 6.0;
+            let at = out * (0.05 + (RIM_M - 0.055) * t) - Vec3::X * (0.020 * (1.0 - t));
+            let half = wide * (1.0 - 0.35 * t);
+            let corner = |k: usize| {
+                let (sin, cos) = (TAU * k as f32 / 10.0).sin_cos();
+                at + aside * (half * cos) - Vec3::X * (0.009 * sin)
+            };
+            (0..10).map(corner).collect()
+        };
+        soup.bar(7, ring, GLOSS);
     }
+    // The column behind.
+    soup.ellipsoid(Vec3::new(-0.09, 0.0, -0.01), Vec3::new(0.07, 0.05, 0.05), [10, 14], |_| TRIM);
+    soup.into_mesh(1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::ViewOptions;
-    use super::super::mesh::tests::check;
+    use super::super::mesh::tests::{check, open_edges, volume_m3};
     use super::*;
 
     #[test]
-    fn the_interior_leaves_the_road_free() {
-        let mesh = interior();
-        check(&mesh, "interior");
+    fn the_cockpit_leaves_the_road_free() {
+        let cockpit = Cockpit::new();
         let eye = ViewOptions::default().eye;
-        let highest = |ahead: &dyn Fn(Vec3) -> bool| {
-            let seen = mesh.vertices.iter().map(|v| Vec3::from(v.position) - eye).filter(|p| ahead(*p));
-            seen.map(|p| p.z / p.x).fold(f32::MIN, f32::max)
+        let placed = |mesh: &Mesh, from: Affine3A| -> Vec<Vec3> {
+            mesh.vertices.iter().map(|v| from.transform_point3(v.position.into()) - eye).collect()
         };
+        let highest = |points: &[Vec3], ahead: &dyn Fn(Vec3) -> bool| {
+            points.iter().filter(|p| ahead(**p)).map(|p| p.z / p.x).fold(f32::MIN, f32::max)
+        };
+        check(&cockpit.bonnet, "bonnet");
+        check(&cockpit.cabin, "cabin");
+        check(&cockpit.wheel, "wheel");
         // Straight ahead the bonnet ends 9 degrees below the horizon: the asphalt shows from 7.5 m before the eye on,
         // 5 m before the bumper, and of a car 2 m ahead everything above its bumper.
-        let bonnet = highest(&|p| p.x > 0.4 && (p.y / p.x).abs() < 0.30);
-        assert!((-0.19..-0.14).contains(&bonnet), "{bonnet}");
-        // Only the pillars rise above, at the picture's edges.
-        assert!(highest(&|p| p.x > 0.2 && (p.y / p.x).abs() < 0.42) < -0.1);
-        assert!(mesh.vertices.iter().all(|v| eye.distance(v.position.into()) > 0.25), "clear of the near plane");
+        let bonnet = placed(&cockpit.bonnet, Affine3A::IDENTITY);
+        let edge = highest(&bonnet, &|p| p.x > 0.4 && (p.y / p.x).abs() < 0.30);
+        assert!((-0.19..-0.14).contains(&edge), "{edge}");
+        // Nothing of the cabin rises above it but the pillars at the picture's edges, however the wheel is turned.
+        let cabin = placed(&cockpit.cabin, Affine3A::IDENTITY);
+        assert!(highest(&cabin, &|p| p.x > 0.2 && (p.y / p.x).abs() < 0.36) < edge, "cabin");
+        for turn in [-3.0, -0.5, 0.0, 1.0, 4.0] {
+            let wheel = placed(&cockpit.wheel, Cockpit::body_from_wheel(turn));
+            assert!(highest(&wheel, &|p| p.x > 0.2) < edge, "wheel at {turn}");
+            assert!(wheel.iter().all(|p| p.length() > 0.25), "clear of the near plane");
+        }
+        assert!(bonnet.iter().chain(&cabin).all(|p| p.length() > 0.25), "clear of the near plane");
+    }
+
+    #[test]
+    fn the_steering_wheel_turns_the_way_it_is_turned() {
+        let top = Vec3::new(0.0, 0.0, RIM_M);
+        let at = |turn: f32| Cockpit::body_from_wheel(turn).transform_point3(top);
+        assert!(at(0.0).z > HUB_M.z + 0.15 && (at(0.0).y - HUB_M.y).abs() < 1e-5, "{}", at(0.0));
+        // To the left the top of the rim goes left, which is +y.
+        assert!(at(0.5).y > HUB_M.y + 0.05, "{}", at(0.5));
+        // Its face looks at the driver: backwards and up.
+        let face = Cockpit::body_from_wheel(0.0).transform_vector3(Vec3::X);
+        assert!(face.x < -0.8 && face.z > 0.3, "{face}");
+        let mesh = wheel();
+        assert_eq!(open_edges(&mesh), 0);
+        assert!(volume_m3(&mesh) > 0.0);
     }
 }

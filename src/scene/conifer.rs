@@ -22,7 +22,6 @@ fn counts(detail: Detail) -> (usize, usize, f32) {
     match detail {
         Detail::Near => (20, 9, 0.36),
         Detail::Mid => (13, 7, 0.50),
-        Detail::Far => (7, 6, 0.66),
         Detail::Shade => (5, 7, 0.0),
     }
 }
@@ -52,7 +51,7 @@ pub(super) fn spruce(seed: u64, detail: Detail) -> Mesh {
             // Low boughs hang, high ones stand up.
             let pitch = -0.42 + 0.95 * t * t + draw(-0.10, 0.10);
             let tint = draw(0.0, 1.0);
-            let colour = mix([0.034, 0.074, 0.030], [0.060, 0.115, 0.042], tint);
+            let colour = mix([0.034, 0.058, 0.031], [0.054, 0.082, 0.040], tint);
             let variant = (draw(0.0, VARIANTS as f32) as usize).min(VARIANTS - 1);
             bough(&mut mesh, &Bough { foot, azimuth, pitch, length, wide, colour, variant }, detail);
         }
@@ -94,7 +93,8 @@ fn bough(mesh: &mut Mesh, bough: &Bough, detail: Detail) {
                 let normal = (out.extend(0.0) * (0.25 + share) + Vec3::Z * 0.75 + aside * side * 0.15).normalize();
                 // Dark at the stem, light at the young tips.
                 let light = light * (0.42 + 0.85 * share) * if hang == Vec3::ZERO { 1.0 } else { 0.7 };
-                let uv = Vec2::new(0.5 + 0.5 * side, share) + 2.0 * Vec2::new(bough.variant as f32, 3.0);
+                let uv = Vec2::new(0.5 + 0.5 * side, share)
+                    + 2.0 * Vec2::new(bough.variant as f32, f32::from(Cut::Bough as u8));
                 mesh.vertex(Vertex::new(position, normal, shade(bough.colour, light), uv, Material::Leaves));
             }
         }
@@ -117,7 +117,7 @@ fn leader(mesh: &mut Mesh) {
             at: Vec3::Z * (HEIGHT_M - 0.5),
             across: across * 0.26,
             along: Vec3::Z * 0.62,
-            colour: [0.050, 0.098, 0.036],
+            colour: [0.046, 0.072, 0.036],
             variant: 1,
             cut: Cut::Bough,
         };

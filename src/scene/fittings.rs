@@ -1,22 +1,24 @@
-//! What is fixed to a body: mirrors, handles, plates, grille, third brake lamp; and what is seen through its windows:
-//! seats, dashboard, a driver. In: the body's lines. Out: loose triangles in the body's frame, metres. Nothing here
-//! reaches beyond the body's 5.00 m.
+//! What is fixed to a body: mirrors, handles, plates, grille bars, projectors, third brake lamp; and what is seen through
+//! its windows: seats, dashboard, a driver. In: the body's lines. Out: loose triangles in the body's frame, metres.
+//! Nothing here reaches beyond the body's 5.00 m.
 
 use super::Material;
-use super::car::{BRAKE, CHROME, DARK, GLASS, LAMP, Level, PAINT, TRIM, WHEELBASE_M};
+use super::car::{BRAKE, CHROME, DARK, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M};
 use super::mesh::{Finish, Soup};
-use super::shape::{self, ARCH_RADIUS_M, Lines};
+use super::panels::ARCH_RADIUS_M;
+use super::shape::{self, Lines};
 use glam::Vec3;
 
-const PLATE: Finish = Finish::grey(Material::Matt, 0.70);
+const PLATE: Finish = Finish::grey(Material::Matt, 0.66);
 const SEAT: Finish = Finish::grey(Material::Matt, 0.045);
 const CLOTH: Finish = Finish::new(Material::Matt, [0.055, 0.065, 0.095]);
-const SKIN: Finish = Finish::new(Material::Matt, [0.30, 0.19, 0.14]);
+const SKIN: Finish = Finish::new(Material::Matt, [0.36, 0.21, 0.145]);
+const HAIR: Finish = Finish::new(Material::Matt, [0.030, 0.020, 0.014]);
 
 /// Parts on the outside.
 pub(super) fn outside(lines: &Lines, level: Level) -> Soup {
     let mut all = Soup::default();
-    let left = side(level);
+    let left = side(lines, level);
     all.append(left.mirrored());
     all.append(left);
     all.append(middle(lines, level));
@@ -24,114 +26,195 @@ pub(super) fn outside(lines: &Lines, level: Level) -> Soup {
 }
 
 /// Parts that stand on both sides, left ones.
-fn side(level: Level) -> Soup {
+fn side(lines: &Lines, level: Level) -> Soup {
     let mut parts = Soup::default();
     // Mirror: the housing in the car's colour, its back dark as glass; a foot on the door.
     let fine = match level {
-        Level::Near => [10, 16],
+        Level::Near => [14, 20],
         Level::Mid => [6, 8],
-        Level::Far => [3, 4],
+        Level::Far => [4, 6],
     };
-    parts.ellipsoid(Vec3::new(0.74, 0.905, 0.985), Vec3::new(0.075, 0.085, 0.062), fine, |outwards| {
-        if outwards.x < -0.6 { GLASS } else { PAINT }
+    parts.ellipsoid(Vec3::new(0.745, 0.912, 0.992), Vec3::new(0.070, 0.088, 0.060), fine, |outwards| match outwards {
+        o if o.x < -0.62 => GLASS_BACK,
+        o if o.z < -0.45 => GLOSS,
+        _ => PAINT,
     });
     if level == Level::Far {
         return parts;
     }
-    parts.cuboid(Vec3::new(0.76, 0.835, 0.945), Vec3::new(0.03, 0.035, 0.014), TRIM);
-    for x in [0.12, -0.82] {
-        parts.cuboid(Vec3::new(x, 0.893, 0.80), Vec3::new(0.085, 0.009, 0.011), PAINT);
+    parts.cuboid(Vec3::new(0.76, 0.840, 0.950), Vec3::new(0.026, 0.045, 0.013), GLOSS);
+    let fine = if level == Level::Near { [8, 12] } else { [4, 6] };
+    for x in [0.13, -0.79] {
+        let y = shape::at(lines, x).side(0.80).x;
+        parts.ellipsoid(Vec3::new(x, y + 0.004, 0.792), Vec3::new(0.100, 0.013, 0.014), fine, |_| PAINT);
     }
-    if level == Level::Near {
-        // Reflector in the bumper, exhaust, fog lamp, sill strip.
-        let red = Finish::new(Material::Matt, [0.20, 0.008, 0.008]);
-        parts.cuboid(Vec3::new(-2.493, 0.60, 0.455), Vec3::new(0.006, 0.075, 0.014), red);
-        parts.cuboid(Vec3::new(-2.465, 0.46, 0.335), Vec3::new(0.03, 0.060, 0.022), CHROME);
-        parts.cuboid(Vec3::new(-2.489, 0.46, 0.335), Vec3::new(0.008, 0.050, 0.015), DARK);
-        parts.cuboid(Vec3::new(0.0, 0.866, 0.215), Vec3::new(0.95, 0.012, 0.012), TRIM);
-        // White reversing lamp at the inner end of the rear cluster.
-        parts.cuboid(Vec3::new(-2.500, 0.43, 0.785), Vec3::new(0.003, 0.028, 0.030), LAMP);
-        // The upright shut lines of the boot lid.
-        parts.cuboid(Vec3::new(-2.4995, 0.395, 0.74), Vec3::new(0.002, 0.003, 0.145), DARK);
+    if level != Level::Near {
+        return parts;
+    }
+    for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
+        parts.append(lip(lines, hub));
+    }
+    // Two projectors behind the clear cover, each a bowl with a lens.
+    for (y, x) in [(0.515, 2.5), (0.600, 2.5), (0.672, 2.5)] {
+        let at = shape::bend(lines, Vec3::new(x, y, 0.613)) - Vec3::new(0.050, 0.022, 0.0);
+        parts.ellipsoid(at, Vec3::new(0.022, 0.029, 0.026), [8, 12], |_| CHROME);
+        parts.ellipsoid(at + Vec3::X * 0.010, Vec3::new(0.020, 0.021, 0.019), [8, 12], |_| GLASS_BACK);
     }
     parts
+}
+
+/// Glass that nothing is seen through: mirrors, lenses of lamps.
+const GLASS_BACK: Finish = Finish::new(Material::Lamp, [0.020, 0.024, 0.028]);
+
+/// The edge of a wheel arch: a rim that stands out 4 mm.
+fn lip(lines: &Lines, hub: f32) -> Soup {
+    const PLACES: usize = 33;
+    let mut lip = Soup::default();
+    let ring = |i: usize| {
+        let turn = -0.33 + (std::f32::consts::PI + 0.66) * i as f32 / (PLACES - 1) as f32;
+        let (sin, cos) = turn.sin_cos();
+        let point = |radius_m: f32, out_m: f32| {
+            let (x, z) = (hub + radius_m * cos, WHEEL_RADIUS_M + radius_m * sin);
+            let at = shape::at(lines, x);
+            let y = at.side(((z - at.sill_z) / (at.belt_z - at.sill_z)).clamp(0.0, 1.0)).x;
+            Vec3::new(x, y + out_m, z)
+        };
+        let r = ARCH_RADIUS_M;
+        vec![
+            point(r - 0.008, -0.03),
+            point(r + 0.030, -0.004),
+            point(r + 0.012, 0.0035),
+            point(r - 0.004, 0.0035),
+            point(r - 0.008, -0.002),
+        ]
+    };
+    lip.bar(PLACES, ring, PAINT);
+    lip
 }
 
 /// Parts in the middle.
 fn middle(lines: &Lines, level: Level) -> Soup {
     let mut parts = Soup::default();
-    // Nothing stands out of the end planes, which would exceed 5.00 m, by more than 4 mm.
-    for (x, z) in [(-2.4995, 0.70), (2.4995, 0.375)] {
-        parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(0.004, 0.26, 0.056), PLATE);
-        if level == Level::Near {
-            // Letters: seven dark strokes.
-            for k in [-3.0f32, -2.0, -0.6, 0.3, 1.2, 2.1, 3.0] {
-                let half = Vec3::new(0.001, 0.014, 0.028);
-                parts.cuboid(Vec3::new(x + 0.0036 * x.signum(), k * 0.066, z), half, TRIM);
+    let near = level == Level::Near;
+    // Nothing stands out of the bumpers, which would exceed 5.00 m, by more than 2 mm.
+    let sunk_m = if near { 0.020 } else { 0.0 };
+    for (x, z) in [(-2.5 + 0.046 + sunk_m, 0.692), (2.4985, 0.442)] {
+        parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(0.0035, 0.26, 0.052), PLATE);
+        if near {
+            // Letters: dark strokes of several widths and heights.
+            let out = Vec3::X * 0.0036 * x.signum();
+            let blue = Finish::new(Material::Matt, [0.010, 0.045, 0.26]);
+            let aside = -0.243 * x.signum();
+            parts.cuboid(Vec3::new(x, aside, z) + out, Vec3::new(0.0008, 0.016, 0.050), blue);
+            for (k, wide) in [(-2.75f32, 2), (-2.0, 1), (-0.75, 3), (0.0, 2), (1.1, 1), (1.8, 3), (2.5, 2)] {
+                let bar = |y: f32, up: f32, half: [f32; 2], parts: &mut Soup| {
+                    let at = Vec3::new(x, (k * 0.073 + y + 0.012) * x.signum(), z + up) + out;
+                    parts.cuboid(at, Vec3::new(0.0008, half[0], half[1]), TRIM);
+                };
+                bar(-0.013, 0.0, [0.004, 0.033], &mut parts);
+                for j in 0..wide {
+                    bar(0.0, [0.029, -0.029, 0.0][j], [0.016, 0.004], &mut parts);
+                }
+                if wide > 1 {
+                    bar(0.013, 0.015, [0.004, 0.018], &mut parts);
+                }
             }
         }
     }
     let lamp_x = lines.rear_glass[1] + 0.03;
     let lamp_z = shape::at(lines, lamp_x).top_z - 0.003;
     parts.cuboid(Vec3::new(lamp_x, 0.0, lamp_z), Vec3::new(0.018, 0.15, 0.009), BRAKE);
-    // Nobody sees through the wheel arches to the other side.
-    for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
-        parts.cuboid(Vec3::new(hub, 0.0, 0.45), Vec3::new(ARCH_RADIUS_M - 0.01, 0.55, 0.25), DARK);
-    }
-    if level == Level::Far {
+    if !near {
         return parts;
     }
-    parts.cuboid(Vec3::new(-2.4985, 0.0, 0.80), Vec3::new(0.005, 0.42, 0.010), CHROME);
-    // The bumper's upper edge.
-    parts.cuboid(Vec3::new(-2.4985, 0.0, 0.575), Vec3::new(0.003, 0.62, 0.004), DARK);
-    // Grille: bars over the dark opening, a badge.
-    for z in [0.462, 0.490, 0.518, 0.546] {
-        parts.cuboid(Vec3::new(2.4985, 0.0, z), Vec3::new(0.0035, 0.33, 0.005), CHROME);
+    // Grille: bars across the dark opening, bowed as the nose is; a badge.
+    for z in [0.532, 0.558, 0.584, 0.610] {
+        let reach = 0.37 - 0.9 * (z - 0.572f32).abs();
+        let ring = |i: usize| {
+            let y = reach * (1.0 - 2.0 * i as f32 / 12.0);
+            let at = shape::bend(lines, Vec3::new(2.5, y, z)) - Vec3::X * 0.020;
+            [(0.012, 0.0), (0.0, -0.005), (-0.012, 0.0), (0.0, 0.005)].map(|(x, z)| at + Vec3::new(x, 0.0, z)).into()
+        };
+        parts.bar(13, ring, GLOSS);
     }
-    parts.ellipsoid(Vec3::new(2.498, 0.0, 0.508), Vec3::new(0.006, 0.050, 0.034), [6, 10], |_| CHROME);
-    if level == Level::Near {
-        // Wipers lie along the foot of the windscreen; an aerial on the roof.
-        for y in [-0.38, 0.22] {
-            let z = shape::at(lines, 1.08).top_z + 0.004;
-            parts.cuboid(Vec3::new(1.08, y, z), Vec3::new(0.010, 0.27, 0.006), DARK);
-        }
-        let x = lines.rear_glass[1] + 0.22;
-        let z = shape::at(lines, x).top_z - 0.01;
-        parts.ellipsoid(Vec3::new(x, 0.0, z), Vec3::new(0.075, 0.016, 0.022), [6, 8], |_| PAINT);
-    }
+    let badge = shape::bend(lines, Vec3::new(2.5, 0.0, 0.572)) - Vec3::X * 0.006;
+    parts.ellipsoid(badge, Vec3::new(0.010, 0.050, 0.036), [10, 18], |_| CHROME);
+    let badge = shape::bend(lines, Vec3::new(-2.5, 0.0, 0.858)) + Vec3::X * 0.002;
+    parts.ellipsoid(badge, Vec3::new(0.006, 0.036, 0.018), [8, 14], |_| CHROME);
+    wipers(lines, &mut parts);
+    // An aerial on the roof.
+    let x = lines.rear_glass[1] + 0.26;
+    let z = shape::at(lines, x).top_z - 0.006;
+    parts.ellipsoid(Vec3::new(x, 0.0, z), Vec3::new(0.075, 0.016, 0.026), [8, 10], |_| PAINT);
     parts
 }
 
+/// Wipers at rest along the foot of the windscreen.
+pub(super) fn wipers(lines: &Lines, parts: &mut Soup) {
+    for (from, to) in [(0.58, 0.02), (-0.02, -0.52)] {
+        let ring = |i: usize| {
+            let t = i as f32 / 8.0;
+            let x = 1.105 - 0.03 * t;
+            let y = from + (to - from) * t;
+            let z = shape::at(lines, x).top_z - 0.05 * (y / 0.7) * (y / 0.7);
+            let at = shape::bend(lines, Vec3::new(x, y, z)) + Vec3::Z * 0.010;
+            [(-0.008, -0.004), (0.008, -0.006), (0.005, 0.006), (-0.006, 0.008)]
+                .map(|(x, z)| at + Vec3::new(x, 0.0, z))
+                .into()
+        };
+        parts.bar(9, ring, GLOSS);
+    }
+}
+
 /// What is seen through the windows; closed below by a dark floor.
-pub(super) fn cabin(lines: &Lines) -> Soup {
+pub(super) fn cabin(lines: &Lines, level: Level) -> Soup {
     let mut all = Soup::default();
-    let (rear, front) = (lines.cabin_rear_m + 0.05, 1.05);
+    let fine = |rings: usize, sides: usize| if level == Level::Near { [rings, sides] } else { [rings / 2, sides / 2] };
+    let (rear, front) = (lines.cabin_rear_m + 0.12, 1.05);
     let floor = Vec3::new((rear + front) / 2.0, 0.0, 0.78);
     all.cuboid(floor, Vec3::new((front - rear) / 2.0, 0.80, 0.02), DARK);
-    // Dashboard and parcel shelf.
-    all.cuboid(Vec3::new(0.86, 0.0, 0.86), Vec3::new(0.16, 0.72, 0.06), TRIM);
+    // Dashboard, parcel shelf, steering wheel.
+    all.ellipsoid(Vec3::new(0.90, 0.0, 0.84), Vec3::new(0.26, 0.74, 0.085), fine(12, 14), |_| TRIM);
     all.cuboid(Vec3::new(-1.42, 0.0, 0.88), Vec3::new(0.22, 0.62, 0.05), TRIM);
     for y in [-0.36, 0.36] {
-        seat(&mut all, Vec3::new(-0.16, y, 0.0));
+        seat(&mut all, Vec3::new(-0.16, y, 0.0), fine(10, 12));
     }
     for y in [-0.40, 0.0, 0.40] {
-        seat(&mut all, Vec3::new(-1.05, y, -0.05));
+        seat(&mut all, Vec3::new(-1.05, y, -0.05), fine(8, 10));
     }
-    // The driver, and the wheel in front.
-    all.ellipsoid(Vec3::new(0.02, 0.36, 0.98), Vec3::new(0.13, 0.21, 0.20), [8, 10], |_| CLOTH);
-    all.ellipsoid(Vec3::new(0.05, 0.36, 1.25), Vec3::new(0.095, 0.078, 0.115), [8, 10], |out| {
-        if out.y > 0.3 || out.x < -0.2 { Finish::new(Material::Matt, [0.03, 0.02, 0.015]) } else { SKIN }
-    });
-    for k in 0..12 {
-        let (sin, cos) = (k as f32 * std::f32::consts::TAU / 12.0).sin_cos();
-        let at = Vec3::new(0.55 - 0.07 * sin, 0.36 + 0.17 * cos, 0.95 + 0.16 * sin);
-        all.ellipsoid(at, Vec3::new(0.018, 0.05, 0.05), [3, 4], |_| DARK);
-    }
+    driver(&mut all, fine(14, 18));
+    let n = fine(24, 6)[0];
+    let rim = |i: usize| {
+        let (sin, cos) = (std::f32::consts::TAU * (i % n) as f32 / n as f32).sin_cos();
+        let (out, up) = (Vec3::new(-0.40 * sin, cos, 0.92 * sin), Vec3::new(-0.92, 0.0, -0.40));
+        let at = Vec3::new(0.52, 0.36, 0.93) + out * 0.175;
+        [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)].map(|(a, b)| at + (out * a + up * b) * 0.014).into()
+    };
+    all.bar(n + 1, rim, DARK);
     all
 }
 
+/// Somebody at the wheel: torso, shoulders, arms, neck, a head with hair.
+fn driver(all: &mut Soup, fine: [usize; 2]) {
+    let y = 0.36;
+    let mut ball = |at: [f32; 3], half: [f32; 3], finish: Finish| {
+        all.ellipsoid(Vec3::from(at), Vec3::from(half), fine, |_| finish);
+    };
+    ball([-0.03, y, 0.92], [0.120, 0.185, 0.200], CLOTH);
+    ball([-0.04, y, 1.055], [0.085, 0.215, 0.062], CLOTH);
+    for side in [-1.0, 1.0] {
+        ball([0.11, y + 0.205 * side, 0.945], [0.150, 0.045, 0.050], CLOTH);
+        ball([0.32, y + 0.185 * side, 0.935], [0.120, 0.034, 0.036], CLOTH);
+        ball([0.45, y + 0.165 * side, 0.965], [0.045, 0.030, 0.034], SKIN);
+    }
+    ball([-0.02, y, 1.125], [0.050, 0.050, 0.075], SKIN);
+    ball([0.02, y, 1.245], [0.092, 0.072, 0.112], SKIN);
+    ball([-0.012, y, 1.272], [0.098, 0.082, 0.104], HAIR);
+    ball([0.105, y, 1.235], [0.018, 0.013, 0.022], SKIN);
+}
+
 /// Back and headrest; cushions are below the windows.
-fn seat(all: &mut Soup, at: Vec3) {
-    all.ellipsoid(at + Vec3::new(-0.05, 0.0, 0.90), Vec3::new(0.09, 0.23, 0.24), [6, 10], |_| SEAT);
-    all.ellipsoid(at + Vec3::new(-0.11, 0.0, 1.20), Vec3::new(0.05, 0.12, 0.075), [6, 8], |_| SEAT);
+fn seat(all: &mut Soup, at: Vec3, fine: [usize; 2]) {
+    all.ellipsoid(at + Vec3::new(-0.07, 0.0, 0.90), Vec3::new(0.085, 0.235, 0.235), fine, |_| SEAT);
+    all.ellipsoid(at + Vec3::new(-0.13, 0.0, 1.20), Vec3::new(0.048, 0.125, 0.078), fine, |_| SEAT);
 }

@@ -8,7 +8,7 @@ use super::noise::shade;
 use super::{Material, Mesh, Vertex};
 use glam::{Vec2, Vec3};
 
-/// What the shader cuts out of a card (`tree.wgsl` has the same numbers).
+/// What the shader cuts out of a card (`render/leaves.rs` has the same numbers).
 #[repr(u8)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
@@ -16,8 +16,8 @@ pub(super) enum Cut {
     Spray = 0,
     /// The same with leaves half as large, on cards twice as large.
     Mass = 1,
-    /// With leaves a third as large.
-    Heap = 2,
+    /// A spray of small leaves.
+    Fine = 2,
     /// A conifer's bough: the stem runs along `v`, twigs and needles to either side.
     Bough = 3,
     /// Blades of grass that stand on `v` 0.
@@ -107,7 +107,8 @@ pub(super) fn stem(mesh: &mut Mesh, path: &[Vec3], radii: &[f32], sides: u32, co
             let out = x * cos + y * sin;
             // Patches of light and dark as bark has.
             let patch = 0.85 + 0.15 * ((i as u32 * 7 + k * 3) % 5) as f32 / 2.0;
-            let uv = Vec2::new(k as f32 / sides as f32, at.z);
+            // There and back, so that the bark has no seam.
+            let uv = Vec2::new((2.0 * k as f32 / sides as f32 - 1.0).abs(), at.z * 0.45);
             mesh.vertex(Vertex::new(at + out * radius, out, shade(colour, patch), uv, Material::Bark));
         }
     }

@@ -17,6 +17,9 @@ pub const FOREST_M: f32 = 120.0;
 /// The most trees of a stage.
 pub const MOST_TREES: usize = 5000;
 
+/// Trees on the horizon, at most.
+const MOST_DISTANT: usize = 3000;
+
 /// Side of the lattice on which seedlings fall, one to a square, metres.
 const SEEDLING_M: f32 = 4.2;
 
@@ -105,10 +108,38 @@ fn thin(seedlings: Vec<Seedling>, most: usize) -> Vec<TreePlace> {
     places
 }
 
+/// Woods on the hills around, in drifts with open land between them; none where a stage has no trees at all.
+pub(super) fn horizon(near: &Near, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
+    let mut random = rng::stream(seed, "horizon");
+    let mut places = Vec::new();
+    for _ in 0..MOST_DISTANT * 10 {
+        let [far, turn, luck, size, yaw, pick] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
+        let beyond = 118.0 + 720.0 * far.powf(1.15);
+        let point = near.centre() + Vec2::from_angle(turn * std::f32::consts::TAU) * (near.radius_m() + beyond);
+        let wood = noise::fractal(seed ^ 7, point / 130.0) + 0.25 * smoothstep(300.0, 600.0, beyond);
+        if luck > smoothstep(0.0, 0.22, wood) || places.len() == MOST_DISTANT.min(most) {
+            continue;
+        }
+        let conifers = noise::value(seed ^ 0x5b0c, point / 90.0);
+        let kind = match pick {
+            p if p < 0.30 + 0.6 * smoothstep(-0.1, 0.3, conifers) => tree::SPRUCE,
+            p if p < 0.72 => 0,
+            p if p < 0.92 => 1,
+            _ => 2,
+        };
+        // Further ones stand for more trees.
+        let scale = (0.85 + 0.5 * size) * (1.0 + beyond / 1300.0);
+        let position = point.extend(relief.height_m(point) - 0.4);
+        places.push(TreePlace { position, yaw_rad: yaw * std::f32::consts::TAU, scale, tint: [1.0; 3], kind });
+    }
+    tint(&mut places, &mut random);
+    places
+}
+
 /// No two trees have one green.
 fn tint(places: &mut [TreePlace], random: &mut Stream) {
     for place in places {
-        let (bright, warm) = (random.uniform(0.80, 1.18) as f32, random.uniform(-0.14, 0.16) as f32);
+        let (bright, warm) = (random.uniform(0.78, 1.15) as f32, random.uniform(-0.12, 0.12) as f32);
         place.tint = [bright * (1.0 + warm), bright, bright * (1.0 - 0.6 * warm)];
     }
 }

@@ -1,23 +1,22 @@
-//! The land around the road: meadow, flat near the road and rolling further out, hills on the horizon and the woods on
-//! them. In: the road's place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
+//! The land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's
+//! place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
 
 use super::near::Near;
 use super::noise::{self, mix, shade, smoothstep};
 use super::{Material, Mesh, Vertex};
-use crate::rng;
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Meadow, linear albedo.
-pub(super) const MEADOW: [f32; 3] = [0.105, 0.165, 0.040];
+pub(super) const MEADOW: [f32; 3] = [0.098, 0.128, 0.044];
 /// Height of the meadow beside the road, metres: below the asphalt, above the foot of the verge.
 pub(super) const BESIDE_ROAD_M: f32 = -0.045;
 /// Up to this distance from the centre line the land is flat, metres.
 pub(super) const FLAT_M: f32 = 15.0;
 /// How far the land reaches beyond the road network, metres.
 const REACH_M: f32 = 1300.0;
-/// Woods on the horizon: crowns that stand for them.
-const FAR_CROWNS: usize = 1200;
+/// How far hills reach beyond the road network, metres.
+const RANGES_M: f32 = 9000.0;
 
 /// The shape of the ground.
 pub(super) struct Relief<'a> {
@@ -40,7 +39,10 @@ impl<'a> Relief<'a> {
         let beyond = (point.distance(self.near.centre()) - self.near.radius_m()).min(distance);
         let hills = smoothstep(110.0, 620.0, beyond);
         let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
-        BESIDE_ROAD_M + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
+        // Ranges on the horizon, some kilometres away, the further the higher.
+        let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
+        let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
+        BESIDE_ROAD_M + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
     }
 
     /// Unit normal, from the heights around.
@@ -55,18 +57,22 @@ impl<'a> Relief<'a> {
         let small = noise::fractal(self.seed ^ 5, point / 7.0);
         let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
         let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
-        let colour = mix(mix(MEADOW, [0.165, 0.170, 0.060], 0.7 * dry), [0.065, 0.135, 0.030], 0.7 * lush);
+        let colour = mix(mix(MEADOW, [0.150, 0.142, 0.066], 0.55 * dry), [0.066, 0.104, 0.034], 0.55 * lush);
         let far = smoothstep(150.0, 500.0, point.distance(self.near.centre()) - self.near.radius_m());
         let field = noise::value(self.seed ^ 6, point / 120.0);
-        let hill = mix([0.075, 0.120, 0.035], [0.170, 0.165, 0.070], smoothstep(0.1, 0.5, field));
-        shade(mix(colour, hill, far), 1.0 + 0.12 * small)
+        let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
+        // From afar woods lie over the hills, with fields between them.
+        let distant = smoothstep(700.0, 1600.0, point.distance(self.near.centre()) - self.near.radius_m());
+        let clearing = noise::fractal(self.seed ^ 8, point / 700.0);
+        let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.12, 0.26, clearing));
+        shade(mix(mix(colour, hill, far), wooded, distant), 1.0 + 0.10 * small)
     }
 }
 
 /// The whole land.
 pub(super) fn land(relief: &Relief) -> Mesh {
     let mut mesh = ground(relief);
-    far_woods(&mut mesh, relief);
+    ranges(&mut mesh, relief);
     mesh
 }
 
@@ -126,53 +132,36 @@ fn ground(relief: &Relief) -> Mesh {
     mesh
 }
 
-/// Woods too far away to be trees: crowns in drifts on the hills, dark and blunt, so that the horizon is a treeline.
-fn far_woods(mesh: &mut Mesh, relief: &Relief) {
-    let mut random = rng::stream(relief.seed, "far woods");
-    let near = relief.near;
-    let mut planted = 0;
-    for _ in 0..FAR_CROWNS * 12 {
-        let beyond = 150.0 + 600.0 * random.uniform(0.0, 1.0).powf(1.3) as f32;
-        let angle = random.uniform(0.0, std::f64::consts::TAU) as f32;
-        let point = near.centre() + Vec2::from_angle(angle) * (near.radius_m() + beyond);
-        let wood = noise::fractal(relief.seed ^ 7, point / 130.0) + 0.25 * smoothstep(300.0, 600.0, beyond);
-        let luck = random.uniform(0.0, 1.0) as f32;
-        let [size, slim, tint] = [0.0, 0.0, 0.0].map(|_: f64| random.uniform(0.0, 1.0) as f32);
-        if luck > smoothstep(-0.05, 0.30, wood) || planted == FAR_CROWNS {
-            continue;
-        }
-        planted += 1;
-        // Further crowns stand for more trees.
-        let width = (2.6 + 2.2 * size) * (1.0 + beyond / 500.0);
-        let height = (7.0 + 6.0 * slim + 3.0 * size) * (1.0 + beyond / 1500.0);
-        let colour = mix([0.030, 0.060, 0.018], [0.055, 0.085, 0.022], tint);
-        crown(mesh, point.extend(relief.height_m(point) - 0.5), width, height, colour, angle * 37.0);
-    }
-}
-
-/// A blunt crown: three rings of five corners and a tip, open below.
-fn crown(mesh: &mut Mesh, foot: Vec3, width_m: f32, height_m: f32, colour: [f32; 3], turn: f32) {
-    const SIDES: u32 = 5;
+/// Hills beyond the squares up to [`RANGES_M`]: rings of quads about the centre, as fine from there to the horizon as its
+/// outline needs. The first ring lies under the squares' rim.
+fn ranges(mesh: &mut Mesh, relief: &Relief) {
+    const RINGS: u32 = 13;
+    const SIDES: u32 = 216;
     let first = mesh.vertices.len() as u32;
-    for (ring, (radius, height)) in [(0.70, 0.0), (1.0, 0.40), (0.68, 0.80)].into_iter().enumerate() {
-        for k in 0..SIDES {
-            let angle = turn + std::f32::consts::TAU * (k as f32 + 0.5 * ring as f32) / SIDES as f32;
-            // Uneven, so that no two crowns have one outline.
-            let uneven = 1.0 + 0.22 * (turn * 3.1 + k as f32 * 2.4 + ring as f32 * 1.7).sin();
-            let out = Vec2::from_angle(angle);
-            let position = foot + (out * (width_m * radius * uneven)).extend(height_m * height * (0.9 + 0.1 * uneven));
-            let normal = out.extend(-0.15 + 0.9 * height).normalize();
-            let shaded = shade(colour, 0.70 + 0.5 * height);
-            mesh.vertex(Vertex::new(position, normal, shaded, Vec2::new(k as f32 / 5.0, height), Material::Leaves));
+    let start = relief.near.radius_m() + REACH_M * 0.92;
+    let stretch = ((relief.near.radius_m() + RANGES_M) / start).powf(1.0 / RINGS as f32);
+    for ring in 0..=RINGS {
+        let radius = start * stretch.powi(ring as i32);
+        for side in 0..SIDES {
+            let way = Vec2::from_angle(std::f32::consts::TAU * (side as f32 + 0.5 * (ring % 2) as f32) / SIDES as f32);
+            let point = relief.near.centre() + way * radius;
+            let sunk = if ring == 0 { 12.0 } else { 0.0 };
+            let position = point.extend(relief.height_m(point) - sunk);
+            let normal = relief.normal(point, 0.03 * radius);
+            mesh.vertex(Vertex::new(position, normal, relief.colour(point), point, Material::Grass));
         }
     }
-    let top = foot + Vec3::Z * height_m;
-    let tip = mesh.vertex(Vertex::new(top, Vec3::Z, shade(colour, 1.2), Vec2::new(0.5, 1.0), Material::Leaves));
-    for k in 0..SIDES {
-        let [a, b] = [k, (k + 1) % SIDES].map(|k| first + k);
-        let [c, d] = [a + SIDES, b + SIDES];
-        let [e, f] = [c + SIDES, d + SIDES];
-        mesh.indices.extend([a, b, c, b, d, c, c, d, e, d, f, e, e, f, tip]);
+    for ring in 0..RINGS {
+        for side in 0..SIDES {
+            let [a, b] = [side, (side + 1) % SIDES].map(|side| first + ring * SIDES + side);
+            let [c, d] = [a + SIDES, b + SIDES];
+            // The outer ring is half a side further on where its number is odd.
+            if ring % 2 == 0 {
+                mesh.indices.extend([a, c, b, b, c, d]);
+            } else {
+                mesh.indices.extend([a, c, d, a, d, b]);
+            }
+        }
     }
 }
 

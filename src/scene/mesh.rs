@@ -103,9 +103,33 @@ impl Soup {
         Self { triangles: self.triangles.iter().map(|&([a, b, c], f)| ([flip(a), flip(c), flip(b)], f)).collect() }
     }
 
-    /// The triangles for which `wanted` holds.
-    pub fn only(self, wanted: impl Fn(&[Vec3; 3]) -> bool) -> Self {
-        Self { triangles: self.triangles.into_iter().filter(|(corners, _)| wanted(corners)).collect() }
+    /// The corners of all triangles.
+    #[cfg(test)]
+    pub fn corners(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        self.triangles.iter().map(|(corners, _)| *corners)
+    }
+
+    /// A closed bar with a cross-section of the same number of corners at each of its places along a way; `ring(i)` gives
+    /// them counter-clockwise seen from before its beginning.
+    pub fn bar(&mut self, places: usize, ring: impl Fn(usize) -> Vec<Vec3>, finish: Finish) {
+        let rings: Vec<Vec<Vec3>> = (0..places).map(ring).collect();
+        for pair in rings.windows(2) {
+            let n = pair[0].len();
+            for k in 0..n {
+                let next = (k + 1) % n;
+                self.quad([pair[0][k], pair[1][k], pair[1][next], pair[0][next]], finish);
+            }
+        }
+        let mut cap = |ring: &[Vec3], first: bool| {
+            for k in 1..ring.len().saturating_sub(1) {
+                let [a, b, c] = [ring[0], ring[k], ring[k + 1]];
+                self.triangle(if first { [a, b, c] } else { [a, c, b] }, finish);
+            }
+        };
+        if let (Some(first), Some(last)) = (rings.first(), rings.last()) {
+            cap(first, true);
+            cap(last, false);
+        }
     }
 
     /// Takes in all triangles of another soup.

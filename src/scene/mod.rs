@@ -3,7 +3,7 @@
 
 pub mod camera;
 pub mod car;
-mod cockpit;
+pub mod cockpit;
 mod conifer;
 mod fittings;
 mod foliage;
@@ -13,17 +13,21 @@ mod mesh;
 mod near;
 mod noise;
 mod options;
+mod panels;
 mod road;
 mod shape;
+mod skin;
 mod stage;
 mod tree;
 mod verge;
 mod view;
 pub mod wheel;
 
+pub use cockpit::Cockpit;
 pub use options::{MirrorOptions, ViewOptions};
 pub use view::view;
 
+use crate::hud::Palette;
 use glam::{Quat, Vec2, Vec3};
 
 /// A corner of a triangle.
@@ -100,10 +104,10 @@ pub struct TreePlace {
 /// A body style without wheels: x forward, y left, z up, origin on the ground under the centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CarModel {
-    /// Near, without windows; mid and far, with windows that are not seen through.
+    /// Near and mid, without windows; far, with windows that are not seen through.
     pub levels: [Mesh; 3],
-    /// The windows of the near one, to be drawn over what is behind them.
-    pub glass: Mesh,
+    /// The windows of near and mid, to be drawn over what is behind them.
+    pub glass: [Mesh; 2],
 }
 
 /// Everything that stands still during a drive.
@@ -117,12 +121,12 @@ pub struct Stage {
     pub trees: Vec<Mesh>,
     /// The same models with about a quarter of the triangles, for trees some way off.
     pub trees_mid: Vec<Mesh>,
-    /// With at most 100 triangles, for trees far away.
-    pub trees_far: Vec<Mesh>,
     /// Solid, for their shadows.
     pub trees_shade: Vec<Mesh>,
     /// Where trees stand.
     pub tree_places: Vec<TreePlace>,
+    /// Where trees stand on the horizon, too far away to be more than a picture.
+    pub far_tree_places: Vec<TreePlace>,
     /// A tuft of grass, foot at the origin.
     pub tuft: Mesh,
     /// Where tufts stand; their `kind` is 0.
@@ -131,8 +135,8 @@ pub struct Stage {
     pub posts: Mesh,
     /// Body styles; [`CarInstance::style`] is an index into them.
     pub cars: Vec<CarModel>,
-    /// What the driver sees of the own car; same frame.
-    pub interior: Mesh,
+    /// What the driver sees of the own car.
+    pub cockpit: Cockpit,
     /// One wheel, near, mid and far: axle along y through the origin, outer side towards +y.
     pub wheels: [Mesh; 3],
     /// Hubs of the four wheels in the body's frame at rest: front left, front right, rear left, rear right.
@@ -230,8 +234,8 @@ pub struct View {
     pub mirror: Option<Camera>,
     /// All cars, the ego among them.
     pub cars: Vec<CarInstance>,
-    /// The own car around the driver's eye, drawn with [`Stage::interior`]; steadied as the camera is.
-    pub cockpit: Option<CarInstance>,
+    /// The own car around the driver's eye.
+    pub seat: Option<Seat>,
     /// Unit direction **towards** the sun.
     pub to_sun: Vec3,
     /// Distance at which haze leaves 2 % of a contrast, metres.
@@ -240,4 +244,17 @@ pub struct View {
     pub time_s: f32,
     /// The speedometer, if the view has one.
     pub dial: Option<crate::hud::Dial>,
+    /// The speedometer's colours.
+    pub palette: Palette,
+    /// How strongly the mirror is curved, see [`MirrorOptions::bend`]; 0 is flat.
+    pub mirror_bend: f32,
+}
+
+/// The own car as its driver sees it, drawn with [`Stage::cockpit`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seat {
+    /// The body, steadied as the camera is.
+    pub car: CarInstance,
+    /// Angle of the steering wheel, radians, positive to the left; `None` shows the bonnet alone.
+    pub steering_wheel_rad: Option<f32>,
 }

@@ -2,6 +2,8 @@
 //! settings, metres and degrees. Out: [`ViewOptions`], which `view` reads.
 
 use super::ViewKind;
+use crate::hud::Palette;
+use crate::sim::CockpitView;
 use crate::traffic::{CarId, EGO};
 use glam::Vec3;
 use std::collections::BTreeMap;
@@ -17,8 +19,10 @@ pub struct ViewOptions {
     pub eye_distance_m: f32,
     /// How much of the body's pitch and roll the driver's camera takes part in, 0..1: less is easier on the stomach.
     pub body_motion: f32,
-    /// In the driver's view, the own bonnet, dashboard and pillars are seen.
-    pub cockpit: bool,
+    /// What is seen of the own car in the driver's view.
+    pub cockpit: CockpitView,
+    /// Colours of the speedometer.
+    pub palette: Palette,
     /// The rear-view mirror.
     pub mirror: MirrorOptions,
     /// Direction of the sun: compass degrees, 0 north, clockwise.
@@ -44,10 +48,24 @@ pub struct ViewOptions {
 pub struct MirrorOptions {
     /// Place in the body's frame, metres: the top of the windscreen.
     pub position: Vec3,
-    /// Horizontal angle of view, degrees.
+    /// Horizontal angle of view of the flat mirror, degrees.
     pub fov_x_deg: f32,
-    /// Tilt downwards, degrees: shows the bonnet of a follower 2 m away.
-    pub tilt_deg: f32,
+    /// Turn, degrees: more shows more of what is behind on the left.
+    pub yaw_deg: f32,
+    /// Tilt upwards, degrees: -2.5 shows the bonnet of a follower 2 m away.
+    pub pitch_deg: f32,
+    /// Radius of the convex glass, metres; 0 is flat.
+    pub radius_m: f32,
+}
+
+impl MirrorOptions {
+    /// Curvature as the picture needs it: the eye's distance from the glass over the glass's radius. A ray that meets the
+    /// glass at the angle `a` off its middle leaves it at `a + 2 asin(d tan(a) / R)`, because the glass there is turned by
+    /// `asin(x / R)`, `x = d tan(a)`, and a turned mirror turns its ray twice as far (law of reflection; Hecht, Optics,
+    /// 5.4).
+    pub fn bend(&self, eye: Vec3) -> f32 {
+        if self.radius_m > 0.0 { eye.distance(self.position) / self.radius_m } else { 0.0 }
+    }
 }
 
 impl Default for ViewOptions {
@@ -58,12 +76,19 @@ impl Default for ViewOptions {
             screen_width_m: 1.2176,
             eye_distance_m: 1.0,
             body_motion: 0.3,
-            cockpit: true,
-            mirror: MirrorOptions { position: Vec3::new(0.30, 0.0, 1.26), fov_x_deg: 30.0, tilt_deg: 2.5 },
+            cockpit: CockpitView::default(),
+            palette: Palette::default(),
+            mirror: MirrorOptions {
+                position: Vec3::new(0.30, 0.0, 1.26),
+                fov_x_deg: 30.0,
+                yaw_deg: 0.0,
+                pitch_deg: -2.5,
+                radius_m: 0.0,
+            },
             sun_azimuth_deg: 130.0,
             sun_elevation_deg: 42.0,
             visibility_m: 30_000.0,
-            ego_paint: [0.62, 0.020, 0.018],
+            ego_paint: [0.479, 0.008, 0.006],
             traffic_paint: [0.030, 0.36, 0.060],
             ordinary_paints: true,
             paint_overrides: BTreeMap::new(),

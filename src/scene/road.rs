@@ -1,7 +1,9 @@
 //! The road as a mesh: strips side by side from verge to verge along the closed route, so that no marking lies on top of
-//! asphalt and nothing flickers. In: the route. Out: triangles in world axes; `uv` is (`s_m`, `offset_m`).
+//! asphalt and nothing flickers. In: the route, and the land's colours. Out: triangles in world axes; `uv` is (`s_m`,
+//! `offset_m`).
 
-use super::noise::{self, mix, shade};
+use super::land::Relief;
+use super::noise::{self, shade};
 use super::{Material, Mesh, Vertex};
 use crate::map::Route;
 use glam::{DVec2, Vec2, Vec3};
@@ -18,7 +20,6 @@ pub const VERGE_M: f32 = 1.7;
 
 const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
 const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
-const GRAVEL: [f32; 3] = [0.23, 0.205, 0.165];
 
 /// One strip between two columns: offset from the lane's edge (negative inside the lane as a fraction of the half width,
 /// see `Column`), height and colour at both.
@@ -55,10 +56,9 @@ fn left_half() -> Vec<Strip> {
     let line = |beyond_m| column(1.0, beyond_m, PAINT);
     let shoulder = column(1.0, LINE_STRIP_M[1], shade(ASPHALT, 1.10));
     let asphalt_end = column(1.0, SHOULDER_M, shade(ASPHALT, 1.22));
-    let gravel = Column { colour: GRAVEL, ..asphalt_end };
-    let gravel_end = Column { z_m: -0.02, ragged_m: 0.16, ..column(1.0, SHOULDER_M + 0.42, shade(GRAVEL, 0.75)) };
-    let grass = Column { colour: mix(super::land::MEADOW, GRAVEL, 0.35), ..gravel_end };
-    let under = Column { z_m: -0.14, colour: super::land::MEADOW, ..column(1.0, SHOULDER_M + VERGE_M, GRAVEL) };
+    // The colour of the grass that grows there is the land's own; the shader knows that of gravel.
+    let gravel_end = Column { z_m: -0.02, ragged_m: 0.16, ..column(1.0, SHOULDER_M + 0.42, [0.0; 3]) };
+    let under = Column { z_m: -0.14, ..column(1.0, SHOULDER_M + VERGE_M, [0.0; 3]) };
     let strip = |material, from, to| Strip { material, from, to };
     vec![
         strip(Material::Asphalt, middle, track),
@@ -66,13 +66,13 @@ fn left_half() -> Vec<Strip> {
         strip(Material::Asphalt, outside, edge),
         strip(Material::Marking, line(-LINE_STRIP_M[0]), line(LINE_STRIP_M[1])),
         strip(Material::Asphalt, shoulder, asphalt_end),
-        strip(Material::Matt, gravel, gravel_end),
-        strip(Material::Grass, grass, under),
+        strip(Material::Matt, asphalt_end, gravel_end),
+        strip(Material::Grass, gravel_end, under),
     ]
 }
 
 /// The whole road, closed: the last row lies on the first.
-pub(super) fn road(route: &Route, seed: u64) -> Mesh {
+pub(super) fn road(route: &Route, relief: &Relief, seed: u64) -> Mesh {
     let rows = rows(route);
     let mut mesh = Mesh::default();
     for strip in left_half() {
@@ -82,7 +82,7 @@ pub(super) fn road(route: &Route, seed: u64) -> Mesh {
             let columns = if side > 0.0 { [&strip.from, &strip.to] } else { [&strip.to, &strip.from] };
             for &s_m in &rows {
                 for column in columns {
-                    mesh.vertex(corner(route, s_m, column, side, strip.material, seed));
+                    mesh.vertex(corner(route, relief, s_m, column, side, strip.material, seed));
                 }
             }
             for row in 0..rows.len() as u32 - 1 {
@@ -94,7 +94,15 @@ pub(super) fn road(route: &Route, seed: u64) -> Mesh {
     mesh
 }
 
-fn corner(route: &Route, s_m: f64, column: &Column, side: f32, material: Material, seed: u64) -> Vertex {
+fn corner(
+    route: &Route,
+    relief: &Relief,
+    s_m: f64,
+    column: &Column,
+    side: f32,
+    material: Material,
+    seed: u64,
+) -> Vertex {
     // The last row has to be the first to the bit, noise included.
     let wrapped = route.wrap(s_m);
     let wobble = noise::value(seed ^ 0x51de, Vec2::new(wrapped as f32 * 0.45, side * 100.0 + column.beyond_m * 31.0));
@@ -113,7 +121,10 @@ fn corner(route: &Route, s_m: f64, column: &Column, side: f32, material: Materia
     let normal = (Vec3::Z + (outwards * lean).extend(0.0)).normalize();
     let patch = noise::fractal(seed ^ 0x0a5f, place.as_vec2() / 9.0);
     let amount = if material == Material::Marking { 0.05 } else { 0.10 };
-    let mut colour = shade(column.colour, 1.0 + amount * patch);
+    let mut colour = match material {
+        Material::Matt | Material::Grass => relief.colour(place.as_vec2()),
+        _ => shade(column.colour, 1.0 + amount * patch),
+    };
     if material == Material::Marking {
         // Paint is grey enough to spare a channel, which tells how far into the strip this is, metres.
         colour[2] = column.beyond_m + LINE_STRIP_M[0];
@@ -144,6 +155,7 @@ fn rows(route: &Route) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::mesh::tests::{check, faces};
+    use super::super::near::Near;
     use super::super::stage::tests::{circuit, ring};
     use super::*;
 
@@ -154,7 +166,8 @@ mod tests {
     #[test]
     fn the_road_faces_up_and_closes() {
         for map in [ring(250.0), circuit()] {
-            let mesh = road(&map.route, 1);
+            let near = Near::new(&map.route);
+            let mesh = road(&map.route, &Relief::new(&near, 1), 1);
             check(&mesh, "road");
             assert!(faces(&mesh).all(|(_, face)| face.z > 0.0));
             let length = map.route.length_m() as f32;
@@ -170,7 +183,8 @@ mod tests {
     #[test]
     fn asphalt_covers_the_lane_and_lines_stand_at_its_edges() {
         for map in [ring(250.0), ring(641.0), circuit()] {
-            let mesh = road(&map.route, 1);
+            let near = Near::new(&map.route);
+            let mesh = road(&map.route, &Relief::new(&near, 1), 1);
             let mut s_m = 0.0;
             while s_m < map.route.length_m() {
                 let half = half_width_m(&map.route, s_m);

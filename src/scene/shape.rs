@@ -1,11 +1,8 @@
 //! The lines of the bodies: how wide and how high each part is along x. All styles are one car from the doors forwards. Metres in the body's frame. Our own
 //! drawing of a common mid-size car; smooth between the listed stations (monotone cubic, so nothing overshoots).
 
-use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
-/// Radius of a wheel arch around the hub: 5 cm around the tyre.
-pub(super) const ARCH_RADIUS_M: f32 = 0.38;
 /// Foot of the windscreen.
 pub(super) const CABIN_FRONT_M: f32 = 1.12;
 
@@ -18,19 +15,59 @@ pub(super) struct Lines {
     pub cabin_rear_m: f32,
     /// Rear window along x.
     pub rear_glass: [f32; 2],
-    /// Side windows along x.
-    pub side_glass: [f32; 2],
+    /// How far the middle of the rear window's foot stands out behind its corners, metres.
+    rear_bow_m: f32,
+    /// Upper and rear edge of the side windows as (x, z), from the foot of the windscreen to the rear end of the belt.
+    pub side_glass: &'static [(f32, f32)],
     boot: Table,
     top: Table,
     roof_z: Table,
     roof_y: Table,
 }
 
+const SALOON_GLASS: [(f32, f32); 10] = [
+    (0.90, 0.932),
+    (0.60, 1.138),
+    (0.34, 1.262),
+    (0.10, 1.316),
+    (-0.20, 1.341),
+    (-0.55, 1.341),
+    (-0.85, 1.318),
+    (-1.12, 1.238),
+    (-1.34, 1.115),
+    (-1.46, 0.995),
+];
+const ESTATE_GLASS: [(f32, f32); 10] = [
+    (0.90, 0.932),
+    (0.60, 1.138),
+    (0.34, 1.262),
+    (0.10, 1.320),
+    (-0.20, 1.345),
+    (-0.90, 1.348),
+    (-1.50, 1.330),
+    (-1.90, 1.300),
+    (-2.06, 1.200),
+    (-2.13, 1.010),
+];
+const LIFTBACK_GLASS: [(f32, f32); 10] = [
+    (0.90, 0.932),
+    (0.60, 1.138),
+    (0.34, 1.262),
+    (0.10, 1.318),
+    (-0.20, 1.341),
+    (-0.55, 1.340),
+    (-0.95, 1.308),
+    (-1.35, 1.215),
+    (-1.68, 1.095),
+    (-1.82, 1.000),
+];
+
 /// Three boxes.
 const SALOON: Lines = Lines {
     cabin_rear_m: -1.80,
     rear_glass: [-1.77, -0.93],
-    side_glass: [-1.28, 0.80],
+    rear_bow_m: 0.09,
+    side_glass: &SALOON_GLASS,
     boot: BOOT,
     top: TOP,
     roof_z: ROOF_Z,
@@ -40,8 +77,9 @@ const SALOON: Lines = Lines {
 /// Roof to the end, steep tail.
 const ESTATE: Lines = Lines {
     cabin_rear_m: -2.40,
-    rear_glass: [-2.37, -2.18],
-    side_glass: [-2.06, 0.80],
+    rear_glass: [-2.37, -2.16],
+    rear_bow_m: 0.0,
+    side_glass: &ESTATE_GLASS,
     boot: &[(-2.5, 0.915), (-2.47, 0.985), (-2.43, 1.030), (-2.40, 1.055)],
     top: &[
         (-2.40, 1.055),
@@ -85,7 +123,8 @@ const ESTATE: Lines = Lines {
 const LIFTBACK: Lines = Lines {
     cabin_rear_m: -2.28,
     rear_glass: [-2.20, -1.05],
-    side_glass: [-1.62, 0.80],
+    rear_bow_m: 0.0,
+    side_glass: &LIFTBACK_GLASS,
     boot: &[(-2.5, 0.915), (-2.47, 0.980), (-2.40, 1.030), (-2.28, 1.062)],
     top: &[
         (-2.28, 1.062),
@@ -130,10 +169,8 @@ pub(super) const STYLES: [&Lines; 3] = [&SALOON, &ESTATE, &LIFTBACK];
 pub(super) struct Measures {
     /// Where the side is fullest.
     pub half_width: f32,
-    /// Underside, as if there were no wheel.
+    /// Underside.
     pub sill_z: f32,
-    /// Underside; the lip inside a wheel arch.
-    pub floor_z: f32,
     /// Edge under the side windows, and along bonnet and boot.
     pub belt_y: f32,
     /// See `belt_y`.
@@ -144,11 +181,42 @@ pub(super) struct Measures {
     pub roof_z: f32,
     /// Top in the middle.
     pub top_z: f32,
-    /// 1 in the cabin, 0 on bonnet and boot.
-    cabin: bool,
+    /// In the cabin; not on bonnet and boot.
+    pub cabin: bool,
 }
 
 impl Measures {
+    /// A point of the side between sill (0) and belt (1): a sill that turns under, full doors, a hollow and over it the
+    /// shoulder, a line that runs from lamp to lamp.
+    pub fn side(&self, t: f32) -> Vec2 {
+        const INSET: &[(f32, f32)] = &[
+            (0.0, 0.050),
+            (0.05, 0.026),
+            (0.16, 0.010),
+            (0.34, 0.0),
+            (0.50, 0.003),
+            (0.64, 0.0115),
+            (0.73, 0.0145),
+            (0.79, 0.006),
+            (0.84, 0.0055),
+            (0.90, 0.020),
+            (0.95, 0.036),
+        ];
+        let z = self.sill_z + (self.belt_z - self.sill_z) * t;
+        let top = (0.95, 0.036);
+        let inset = if t > top.0 {
+            top.1 + (self.half_width - self.belt_y - top.1) * (t - top.0) / (1.0 - top.0)
+        } else {
+            curve(INSET, t)
+        };
+        Vec2::new(self.half_width - inset, z)
+    }
+
+    /// Height of bonnet or boot beside the middle.
+    pub fn crown(&self, y: f32) -> f32 {
+        dome(y / self.belt_y, self.belt_z, self.top_z)
+    }
+
     /// A point between belt (0) and roof edge (1).
     pub fn shoulder(&self, t: f32) -> Vec2 {
         let (belt, roof) = (Vec2::new(self.belt_y, self.belt_z), Vec2::new(self.roof_y, self.roof_z));
@@ -158,7 +226,7 @@ impl Measures {
             straight + Vec2::new(0.02 * 4.0 * t * (1.0 - t) * ((self.roof_z - self.belt_z) / 0.4).min(1.0), 0.0)
         } else {
             let y = straight.x;
-            Vec2::new(y, dome(y / self.belt_y, self.belt_z, self.top_z))
+            Vec2::new(y, self.crown(y))
         }
     }
 }
@@ -166,13 +234,6 @@ impl Measures {
 /// The cross-section at `x`.
 pub(super) fn at(lines: &Lines, x: f32) -> Measures {
     let half_width = curve(WIDTH, x);
-    let hub = WHEELBASE_M / 2.0;
-    let from_hub = (x.abs() - hub).abs();
-    let arch = if from_hub <= ARCH_RADIUS_M + 1e-4 {
-        WHEEL_RADIUS_M + (ARCH_RADIUS_M * ARCH_RADIUS_M - from_hub * from_hub).max(0.0).sqrt()
-    } else {
-        0.0
-    };
     let belt_y = half_width - curve(BELT_INSET, x);
     let belt_z = curve(BELT, x);
     let cabin = (lines.cabin_rear_m..=CABIN_FRONT_M).contains(&x);
@@ -184,7 +245,55 @@ pub(super) fn at(lines: &Lines, x: f32) -> Measures {
         (roof_y, dome(0.86, belt_z, top_z), top_z)
     };
     let sill_z = curve(FLOOR, x);
-    Measures { half_width, sill_z, floor_z: sill_z.max(arch), belt_y, belt_z, roof_y, roof_z, top_z, cabin }
+    Measures { half_width, sill_z, belt_y, belt_z, roof_y, roof_z, top_z, cabin }
+}
+
+/// Bends a body that is made of flat cross-sections: nose and tail are bowed and modelled, the feet of windscreen and rear
+/// window stand out in the middle. Wheel arches, doors and the places at y = 0 of the bumpers stay where they are.
+pub(super) fn bend(lines: &Lines, p: Vec3) -> Vec3 {
+    /// How far nose and tail lie behind the bumper, by height.
+    const NOSE: &[(f32, f32)] = &[
+        (0.18, 0.10),
+        (0.25, 0.060),
+        (0.33, 0.012),
+        (0.42, 0.0),
+        (0.50, 0.0),
+        (0.58, 0.012),
+        (0.66, 0.030),
+        (0.74, 0.060),
+        (0.82, 0.085),
+    ];
+    const TAIL: &[(f32, f32)] = &[
+        (0.20, 0.14),
+        (0.30, 0.085),
+        (0.40, 0.018),
+        (0.46, 0.0),
+        (0.57, 0.0),
+        (0.615, 0.010),
+        (0.65, 0.042),
+        (0.76, 0.052),
+        (0.88, 0.034),
+        (0.95, 0.014),
+        (1.05, 0.020),
+    ];
+    let side = (p.y.abs() / 0.8).min(1.1);
+    let end = smooth((p.x.abs() - 1.84) / (2.5 - 1.84));
+    let (table, sweep) = if p.x > 0.0 { (NOSE, 0.17) } else { (TAIL, 0.115) };
+    let clamped = p.z.clamp(table[0].0, table[table.len() - 1].0);
+    let back = (sweep * side.powf(2.3) + curve(table, clamped)) * end;
+    let bow = |middle: f32, [rear, front]: [f32; 2], most: f32| {
+        let along = if p.x < middle { (p.x - rear) / (middle - rear) } else { (front - p.x) / (front - middle) };
+        let across = (1.0 - side * side).max(0.0);
+        most * smooth(along) * across * across
+    };
+    let bows = bow(CABIN_FRONT_M, [0.2, 2.0], 0.12) - bow(lines.cabin_rear_m, [-2.46, -0.95], lines.rear_bow_m);
+    let high = smooth((p.z - 0.6) / 0.2);
+    Vec3::new(p.x - back * p.x.signum() + bows * high, p.y, p.z)
+}
+
+fn smooth(t: f32) -> f32 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// Height of a crowned panel at the fraction `y` of its half width.
@@ -213,34 +322,34 @@ fn curve(points: &[(f32, f32)], x: f32) -> f32 {
 }
 
 const WIDTH: &[(f32, f32)] = &[
-    (-2.5, 0.735),
-    (-2.47, 0.785),
-    (-2.40, 0.825),
-    (-2.25, 0.857),
-    (-1.8, 0.888),
+    (-2.5, 0.760),
+    (-2.47, 0.800),
+    (-2.40, 0.838),
+    (-2.25, 0.866),
+    (-1.8, 0.892),
     (-1.2, 0.90),
     (1.2, 0.90),
-    (1.8, 0.888),
-    (2.1, 0.858),
-    (2.3, 0.800),
-    (2.42, 0.715),
-    (2.48, 0.62),
-    (2.5, 0.54),
+    (1.8, 0.890),
+    (2.1, 0.868),
+    (2.3, 0.832),
+    (2.42, 0.790),
+    (2.48, 0.745),
+    (2.5, 0.700),
 ];
 const FLOOR: &[(f32, f32)] = &[
-    (-2.5, 0.36),
-    (-2.46, 0.30),
-    (-2.35, 0.255),
-    (-2.0, 0.225),
+    (-2.5, 0.30),
+    (-2.46, 0.265),
+    (-2.35, 0.235),
+    (-2.0, 0.215),
     (-1.5, 0.20),
     (1.5, 0.185),
-    (2.1, 0.19),
-    (2.35, 0.21),
-    (2.45, 0.25),
-    (2.5, 0.31),
+    (2.1, 0.185),
+    (2.35, 0.195),
+    (2.45, 0.215),
+    (2.5, 0.245),
 ];
 const BELT_INSET: &[(f32, f32)] =
-    &[(-2.5, 0.06), (-2.2, 0.075), (-1.0, 0.055), (0.9, 0.052), (1.6, 0.075), (2.5, 0.06)];
+    &[(-2.5, 0.06), (-2.2, 0.075), (-1.0, 0.055), (0.9, 0.052), (1.6, 0.075), (2.5, 0.07)];
 const BELT: &[(f32, f32)] = &[
     (-2.5, 0.885),
     (-2.47, 0.93),
@@ -249,16 +358,16 @@ const BELT: &[(f32, f32)] = &[
     (-1.8, 0.98),
     (-1.0, 0.962),
     (0.0, 0.935),
-    (1.0, 0.90),
-    (1.6, 0.850),
-    (2.0, 0.800),
-    (2.25, 0.752),
-    (2.4, 0.700),
-    (2.47, 0.652),
-    (2.5, 0.600),
+    (1.0, 0.905),
+    (1.6, 0.866),
+    (2.0, 0.826),
+    (2.25, 0.786),
+    (2.4, 0.744),
+    (2.47, 0.712),
+    (2.5, 0.675),
 ];
 const BONNET: &[(f32, f32)] =
-    &[(1.12, 0.955), (1.6, 0.922), (2.0, 0.868), (2.25, 0.812), (2.4, 0.750), (2.47, 0.692), (2.5, 0.625)];
+    &[(1.12, 0.970), (1.6, 0.938), (2.0, 0.890), (2.25, 0.842), (2.4, 0.790), (2.47, 0.746), (2.5, 0.700)];
 const BOOT: &[(f32, f32)] =
     &[(-2.5, 0.915), (-2.47, 0.97), (-2.40, 1.012), (-2.28, 1.032), (-2.0, 1.040), (-1.8, 1.045)];
 const TOP: &[(f32, f32)] = &[

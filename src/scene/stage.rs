@@ -2,7 +2,7 @@
 
 use super::near::Near;
 use super::tree::Detail;
-use super::{Stage, car, cockpit, forest, land, road, tree, verge, wheel};
+use super::{Cockpit, Stage, car, forest, land, road, tree, verge, wheel};
 use crate::map::RoadMap;
 
 /// Distance of the curvatures kept in [`Stage::bends`], metres at most.
@@ -24,18 +24,18 @@ impl Stage {
         let n = (length_m / BEND_STEP_M).ceil().max(1.0);
         let bends = (0..n as usize).map(|k| map.route.curvature_at(k as f64 * length_m / n, 4.0) as f32).collect();
         Self {
-            road: road::road(&map.route, seed),
+            road: road::road(&map.route, &relief, seed),
             land: land::land(&relief),
             trees,
             trees_mid: tree::models(seed, Detail::Mid),
-            trees_far: tree::models(seed, Detail::Far),
             trees_shade: tree::models(seed, Detail::Shade),
             tree_places,
+            far_tree_places: forest::horizon(&near, &relief, seed, most_trees),
             tuft: verge::tuft(seed),
             tuft_places: verge::sow(&near, &relief, seed),
             posts: verge::posts(&map.route),
             cars: car::models(),
-            interior: cockpit::interior(),
+            cockpit: Cockpit::new(),
             wheels: wheel::wheels(),
             hubs: car::hubs(),
             centre: near.centre(),
@@ -105,15 +105,14 @@ pub(super) mod tests {
     fn every_mesh_is_sound() {
         for map in [ring(250.0), circuit()] {
             let stage = Stage::build(&map, 1);
-            let cars = stage.cars.iter().flat_map(|car| car.levels.iter().chain([&car.glass]));
-            let all = [&stage.road, &stage.land, &stage.interior, &stage.tuft, &stage.posts];
+            let cars = stage.cars.iter().flat_map(|car| car.levels.iter().chain(&car.glass));
+            let all = [&stage.road, &stage.land, &stage.cockpit.bonnet, &stage.tuft, &stage.posts];
             for mesh in all
                 .into_iter()
                 .chain(&stage.wheels)
                 .chain(cars)
                 .chain(&stage.trees)
                 .chain(&stage.trees_mid)
-                .chain(&stage.trees_far)
                 .chain(&stage.trees_shade)
             {
                 super::super::mesh::tests::check(mesh, "stage");

@@ -1,5 +1,5 @@
 //! Tree models, foot at the origin, metres: an oak, a maple, a birch, a spruce and a hazel bush, each grown once and drawn
-//! at four [`Detail`]s from the same boughs, so that near and far trees have one shape. Broad-leaved trees: a wandering
+//! at three [`Detail`]s from the same boughs, so that near and far trees have one shape. Broad-leaved trees: a wandering
 //! stem, boughs by the golden angle whose reach follows the species' outline, twigs on them, leaf cards along the twigs.
 
 use super::conifer;
@@ -17,8 +17,6 @@ pub(super) enum Detail {
     Near,
     /// Boughs: at most 400.
     Mid,
-    /// At most 100.
-    Far,
     /// What throws the shadow: solid, because the shadow's pass cuts nothing out.
     Shade,
 }
@@ -57,6 +55,8 @@ struct Broad {
     cards: usize,
     /// Half the side of a leaf card, metres.
     card_m: f32,
+    /// What is cut out of the cards near by.
+    cut: Cut,
     bark: [f32; 3],
     leaf: [f32; 3],
 }
@@ -74,8 +74,9 @@ const OAK: Broad = Broad {
     droop: -0.10,
     cards: 560,
     card_m: 0.60,
+    cut: Cut::Spray,
     bark: [0.075, 0.058, 0.042],
-    leaf: [0.076, 0.142, 0.030],
+    leaf: [0.064, 0.096, 0.030],
 };
 const MAPLE: Broad = Broad {
     name: "maple",
@@ -90,8 +91,9 @@ const MAPLE: Broad = Broad {
     droop: 0.05,
     cards: 520,
     card_m: 0.50,
+    cut: Cut::Spray,
     bark: [0.090, 0.075, 0.060],
-    leaf: [0.098, 0.165, 0.034],
+    leaf: [0.078, 0.112, 0.036],
 };
 const BIRCH: Broad = Broad {
     name: "birch",
@@ -106,8 +108,9 @@ const BIRCH: Broad = Broad {
     droop: 0.42,
     cards: 480,
     card_m: 0.44,
+    cut: Cut::Fine,
     bark: [0.52, 0.50, 0.46],
-    leaf: [0.116, 0.182, 0.048],
+    leaf: [0.096, 0.128, 0.050],
 };
 const HAZEL: Broad = Broad {
     name: "hazel",
@@ -122,8 +125,9 @@ const HAZEL: Broad = Broad {
     droop: 0.15,
     cards: 330,
     card_m: 0.27,
+    cut: Cut::Fine,
     bark: [0.07, 0.055, 0.04],
-    leaf: [0.090, 0.158, 0.038],
+    leaf: [0.072, 0.104, 0.036],
 };
 
 /// A stem, bough or twig.
@@ -217,19 +221,18 @@ impl Grown {
         let sides: [u32; 3] = match detail {
             Detail::Near => [8, 3, 0],
             Detail::Mid => [5, 0, 0],
-            Detail::Far | Detail::Shade => [3, 0, 0],
+            Detail::Shade => [3, 0, 0],
         };
         for limb in self.limbs.iter().filter(|limb| sides[limb.order] > 0) {
-            // Far away and in the shade, of several stems only one is seen.
+            // In the shade, of several stems only one is seen.
             if matches!(detail, Detail::Near | Detail::Mid) || mesh.vertices.is_empty() {
                 stem(&mut mesh, &limb.path, &limb.radii, sides[limb.order], self.kind.bark);
             }
         }
         // Of every so many cards one stands for all, so much larger.
         let (every, times, cut) = match detail {
-            Detail::Near => (1, 1.0, Cut::Spray),
+            Detail::Near => (1, 1.0, self.kind.cut),
             Detail::Mid => (4, 1.85, Cut::Mass),
-            Detail::Far => (14, 2.9, Cut::Heap),
             Detail::Shade => {
                 let mut random = rng::stream(0, self.kind.name);
                 self.lumps.iter().for_each(|&(at, size)| lump(&mut mesh, &mut random, at, size));
@@ -330,14 +333,14 @@ fn leaves(kind: &Broad, limbs: &[Limb], random: &mut Stream) -> Vec<Card> {
             along: (y * cos - x * sin) * size,
             colour: tinted(kind.leaf, tint),
             variant: random.index(VARIANTS),
-            cut: Cut::Spray,
+            cut: kind.cut,
         });
     }
     cards
 }
 
 fn tinted(leaf: [f32; 3], tint: f32) -> [f32; 3] {
-    mix(shade(leaf, 0.82), [leaf[0] * 1.28, leaf[1] * 1.12, leaf[2] * 1.02], tint)
+    mix(shade(leaf, 0.80), [leaf[0] * 1.20, leaf[1] * 1.12, leaf[2] * 1.04], tint)
 }
 
 /// A solid lump of leaves for the shadow: a dented ball.
@@ -390,8 +393,7 @@ mod tests {
     fn trees_are_sound_and_as_small_as_their_distance_allows() {
         let near = models(1, Detail::Near);
         assert_eq!(near.len(), KINDS);
-        let levels =
-            [(Detail::Near, 500, 1500), (Detail::Mid, 100, 400), (Detail::Far, 30, 100), (Detail::Shade, 60, 450)];
+        let levels = [(Detail::Near, 500, 1500), (Detail::Mid, 100, 400), (Detail::Shade, 60, 450)];
         for (detail, least, most) in levels {
             for (kind, (mesh, near)) in models(1, detail).iter().zip(&near).enumerate() {
                 check(mesh, "tree");
@@ -406,7 +408,7 @@ mod tests {
 
     #[test]
     fn a_card_says_its_cut_its_variant_and_its_place() {
-        for mesh in models(1, Detail::Near).iter().chain(&models(1, Detail::Far)) {
+        for mesh in models(1, Detail::Near).iter().chain(&models(1, Detail::Mid)) {
             for v in mesh.vertices.iter().filter(|v| v.material == Material::Leaves as u32) {
                 let [variant, cut] = v.uv.map(|c| (c / 2.0).floor());
                 assert!((0.0..VARIANTS as f32).contains(&variant) && (0.0..=4.0).contains(&cut), "{v:?}");

@@ -20,35 +20,40 @@ const POST_BESIDE_M: f32 = 0.75;
 /// Height of a post, metres.
 const POST_HEIGHT_M: f32 = 1.0;
 /// Tufts grow up to this far from the asphalt, metres.
-const TUFTS_M: f32 = 12.0;
+const TUFTS_M: f32 = 45.0;
+/// They stand close up to this far from it, metres; further out each is larger.
+const CLOSE_M: f32 = 9.0;
+/// The variant of cards that carry stalks with ears and flowers (`grass.wgsl` has the same number).
+const STALKS: usize = VARIANTS - 1;
 /// Side of the lattice on which tufts are sown, metres.
-const TUFT_EVERY_M: f32 = 0.8;
+const TUFT_EVERY_M: f32 = 0.46;
 /// The most tufts of a stage.
-const MOST_TUFTS: usize = 40_000;
+const MOST_TUFTS: usize = 60_000;
 
 /// A tuft: upright cards about a common foot.
 pub(super) fn tuft(seed: u64) -> Mesh {
     let mut random = rng::stream(seed, "tuft");
     let mut draw = |low: f32, high: f32| random.uniform(f64::from(low), f64::from(high)) as f32;
     let mut mesh = Mesh::default();
-    for k in 0..7 {
+    for k in 0..9 {
+        let stalks = k >= 7;
         let out = Vec2::from_angle(TAU * k as f32 * 0.618 + draw(-0.5, 0.5)) * draw(0.05, 0.42);
-        let across = Vec2::from_angle(draw(0.0, TAU)) * draw(0.20, 0.34);
-        let height = draw(0.14, 0.30) * (1.15 - out.length());
-        let lean = Vec2::from_angle(draw(0.0, TAU)) * height * 0.35;
+        let across = Vec2::from_angle(draw(0.0, TAU)) * draw(0.22, 0.36);
+        let height = if stalks { draw(0.40, 0.58) } else { draw(0.16, 0.34) * (1.15 - out.length()) };
+        let lean = Vec2::from_angle(draw(0.0, TAU)) * height * if stalks { 0.12 } else { 0.30 };
         let card = Card {
             at: out.extend(height / 2.0),
             across: across.extend(0.0),
             along: lean.extend(height / 2.0),
-            colour: shade([0.100, 0.150, 0.040], draw(0.85, 1.2)),
-            variant: (draw(0.0, VARIANTS as f32) as usize).min(VARIANTS - 1),
+            colour: shade(super::land::MEADOW, draw(0.88, 1.18)),
+            variant: if stalks { STALKS } else { draw(0.0, STALKS as f32) as usize % STALKS },
             cut: Cut::Blades,
         };
         let first = mesh.vertices.len() as u32;
         for place in [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y] {
             let position = card.at + card.across * (2.0 * place.x - 1.0) + card.along * (2.0 * place.y - 1.0);
             // Dark at the foot, where blades shade each other; lit as the ground is.
-            let colour = shade(card.colour, 0.50 + 0.75 * place.y);
+            let colour = shade(card.colour, 0.52 + 0.78 * place.y);
             let normal = (Vec3::Z + (out * 0.5).extend(0.0)).normalize();
             mesh.vertex(Vertex::new(position, normal, colour, card.uv(place), Material::Leaves));
         }
@@ -79,17 +84,20 @@ pub(super) fn sow(near: &Near, relief: &Relief, seed: u64) -> Vec<TreePlace> {
             let beyond = near.distance_m(point) - near.half_lane_m() - SHOULDER_M;
             let drift = noise::fractal(seed ^ 0x67a5, point / 5.0);
             let edge = smoothstep(2.6, 0.7, beyond);
-            let density = (0.25 + 0.6 * smoothstep(-0.3, 0.4, drift) + 0.4 * edge) * smoothstep(TUFTS_M, 4.0, beyond);
+            let far = smoothstep(0.6 * CLOSE_M, 1.8 * CLOSE_M, beyond);
+            let density = (0.30 + 0.6 * smoothstep(-0.3, 0.4, drift) + 0.4 * edge)
+                * (1.0 - 0.80 * far)
+                * smoothstep(TUFTS_M, 0.6 * TUFTS_M, beyond);
             if beyond < 0.55 || luck > density {
                 continue;
             }
             let sunk = if beyond < 2.5 { 0.05 } else { 0.0 };
             let base = relief.colour(point);
-            let tint = [0, 1, 2].map(|i| (0.35 + 0.65 * base[i] / super::land::MEADOW[i]) * (0.88 + 0.3 * tone));
+            let tint = [0, 1, 2].map(|i| (0.15 + 0.85 * base[i] / super::land::MEADOW[i]) * (0.86 + 0.28 * tone));
             places.push(TreePlace {
                 position: point.extend(relief.height_m(point) - sunk),
                 yaw_rad: turn,
-                scale: (0.65 + 0.55 * size) * (0.75 + 0.25 * smoothstep(0.6, 2.0, beyond)),
+                scale: (0.65 + 0.55 * size + 0.45 * far) * (0.75 + 0.25 * smoothstep(0.6, 2.0, beyond)),
                 tint,
                 kind: 0,
             });

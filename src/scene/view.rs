@@ -2,9 +2,9 @@
 //! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
-use super::{Camera, CarInstance, Lens, Stage, View, ViewKind, ViewOptions};
-use crate::ego::EgoState;
-use crate::sim::{CarView, Snapshot};
+use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions};
+use crate::ego::{EgoState, STEERING_RATIO};
+use crate::sim::{CarView, CockpitView, Snapshot};
 use crate::space::wrap_angle;
 use crate::traffic::{CarId, EGO};
 use glam::{EulerRot, Quat, Vec2, Vec3};
@@ -15,8 +15,10 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
     let ego = EgoAt::new(snapshot, fraction);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
-    let cockpit = (options.cockpit && kind == ViewKind::Driver)
-        .then(|| CarInstance { rotation: ego.steadied(options.body_motion), ..cars[0] });
+    let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| Seat {
+        car: CarInstance { rotation: ego.steadied(options.body_motion), ..cars[0] },
+        steering_wheel_rad: (options.cockpit == CockpitView::Full).then_some(ego.steer_rad * STEERING_RATIO),
+    });
     let camera = match kind {
         ViewKind::Driver => driver_camera(&ego, options),
         ViewKind::Mirror => mirror_camera(&ego, options),
@@ -29,11 +31,13 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
         cars,
-        cockpit,
+        seat,
         to_sun: options.to_sun(),
         visibility_m: options.visibility_m,
         time_s: (snapshot.tick.seconds() - before_s).max(0.0) as f32,
         dial: None,
+        palette: options.palette,
+        mirror_bend: options.mirror.bend(options.eye),
     }
 }
 
@@ -101,12 +105,14 @@ fn traffic_car(car: &CarView, fraction: f32, colour: [f32; 3], stage: &Stage) ->
     let spin = ((car.odometer_m - rest_m) / f64::from(WHEEL_RADIUS_M)).rem_euclid(TAU);
     // Ackermann: the angle that rolls the car round the bend under its centre.
     let bend_per_m = stage.bend_per_m(car.s_m - crate::space::CAR_LENGTH_M / 2.0);
+    let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     CarInstance {
         position: pose.position.as_vec2().extend(0.0),
-        rotation: Quat::from_rotation_z(pose.yaw_rad as f32),
+        rotation: Quat::from_rotation_z(pose.yaw_rad as f32) * lean,
         colour,
         brake: f32::from(u8::from(car.braking)),
-        hubs: stage.hubs,
+        // The wheels stay on the road.
+        hubs: stage.hubs.map(|hub| lean.inverse() * hub),
         steer_rad: (WHEELBASE_M * bend_per_m).atan(),
         spin_rad: spin as f32,
         style: style(car.id, stage),
@@ -132,11 +138,13 @@ fn driver_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
 
 fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
     let rotation = ego.steadied(options.body_motion);
-    let (sin, cos) = options.mirror.tilt_deg.to_radians().sin_cos();
+    let (yaw, pitch) = (options.mirror.yaw_deg.to_radians(), options.mirror.pitch_deg.to_radians());
+    // Backwards, tilted up, then turned towards the left side of the road behind.
+    let turned = rotation * Quat::from_rotation_z(-yaw) * Quat::from_rotation_y(pitch);
     Camera {
         eye: ego.position + rotation * options.mirror.position,
-        forward: rotation * Vec3::new(-cos, 0.0, -sin),
-        up: rotation * Vec3::new(-sin, 0.0, cos),
+        forward: turned * Vec3::NEG_X,
+        up: turned * Vec3::Z,
         lens: Lens::Perspective { fov_x_rad: options.mirror.fov_x_deg.to_radians() },
     }
 }
@@ -201,6 +209,7 @@ mod tests {
             accel_mps2: 0.0,
             odometer_m: 100.0,
             braking: k == 0,
+            pitch: Default::default(),
         };
         Snapshot {
             tick: Tick(200),

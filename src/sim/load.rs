@@ -1,7 +1,7 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
-use super::{Field, Scenario, fields::fields_of};
+use super::{Field, Scenario, colour, fields::fields_of};
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
@@ -105,6 +105,15 @@ impl Settings for Scenario {
             );
             return Err(("hold_s", text));
         }
+        for (key, value) in [("ego_colour", &self.ego_colour), ("traffic_colour", &self.traffic_colour)] {
+            if let Err(allowed) = colour::srgb(value) {
+                return Err((key, format!("{key} is \"{value}\"; allowed: {allowed}")));
+            }
+        }
+        if self.mirror_radius_m > 0.0 && self.mirror_radius_m < 0.8 {
+            let text = format!("mirror_radius_m is {}; allowed: 0 (flat) or 0.8 to 20 m", self.mirror_radius_m);
+            return Err(("mirror_radius_m", text));
+        }
         Ok(())
     }
 }
@@ -181,6 +190,14 @@ mod tests {
         assert!(
             fault("hold_s = 0.25").starts_with("trial.toml:1:10: hold_s is 0.25; allowed: a whole number of steps")
         );
+        assert!(
+            fault("seed = 2\nego_colour = \"rde\"")
+                .starts_with("trial.toml:2:14: ego_colour is \"rde\"; allowed: #rrggbb")
+        );
+        assert!(
+            fault("mirror_radius_m = 0.3").starts_with("trial.toml:1:19: mirror_radius_m is 0.3; allowed: 0 (flat)")
+        );
+        assert!(fault("cockpit = \"none\"").contains("`off`, `bonnet`, `full`"));
         assert!(
             fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000")
         );

@@ -1,6 +1,7 @@
 //! The simulation. In: a [`Scenario`] and [`Controls`](crate::ego::Controls) once a tick. Out: events, and a
 //! [`Snapshot`] of all there is to see, record or hash.
 
+pub mod colour;
 mod event;
 mod fields;
 mod ground;
@@ -13,7 +14,7 @@ mod world;
 pub use event::{EndReason, Event, EventKind};
 pub use fields::{Field, Kind, fields, fields_of};
 pub use load::{ScenarioError, Settings, settings_from_file, settings_from_toml, settings_with};
-pub use scenario::{OnContact, QualityLevel, Scenario, StartLayout};
-pub use snapshot::{CarView, Leader, Snapshot};
+pub use scenario::{CockpitView, DialPalette, OnContact, QualityLevel, Scenario, StartLayout};
+pub use snapshot::{CarView, HASH_START, Leader, Pitch, Snapshot};
 pub use summary::{ContactRecord, Summary, Tally};
 pub use world::{ExpectedSpeeds, World, WorldError};

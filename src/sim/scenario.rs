@@ -62,8 +62,26 @@ pub struct Scenario {
     /// Haze: how far one sees
     #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
     pub visibility_km: f64,
-    /// Own bonnet, dashboard and left pillar in the driver's view
-    pub cockpit: bool,
+    /// Paint of the own car: a name or #rrggbb
+    pub ego_colour: String,
+    /// Paint of the other cars where they wear one colour: a name or #rrggbb
+    pub traffic_colour: String,
+    /// What is seen of the own car in the driver's view
+    pub cockpit: CockpitView,
+    /// Colours of the speedometer
+    pub palette: DialPalette,
+    /// Mirror turned sideways; more shows more of what is behind on the left
+    #[schemars(range(min = -30.0, max = 30.0), extend("unit" = "deg"))]
+    pub mirror_yaw_deg: f64,
+    /// Mirror tilted; more looks higher
+    #[schemars(range(min = -20.0, max = 20.0), extend("unit" = "deg"))]
+    pub mirror_pitch_deg: f64,
+    /// Horizontal angle that the mirror shows if it is flat
+    #[schemars(range(min = 10.0, max = 60.0), extend("unit" = "deg"))]
+    pub mirror_fov_deg: f64,
+    /// Radius of a convex mirror, at least 0.8: shows more, and smaller; 0 is flat
+    #[schemars(range(min = 0.0, max = 20.0), extend("unit" = "m"))]
+    pub mirror_radius_m: f64,
     /// Effort put into the picture; sizes, positions and lamps are the same in all
     pub quality: QualityLevel,
 
@@ -97,6 +115,30 @@ pub enum OnContact {
     Continue,
     /// It is recorded and the drive ends
     End,
+}
+
+/// What is seen of the own car in the driver's view.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum CockpitView {
+    /// Nothing
+    Off,
+    /// Bonnet and scuttle: where the car ends, while the wheel and the dashboard are the rig's own
+    #[default]
+    Bonnet,
+    /// Dashboard, pillars and a steering wheel that turns, too: for a screen without a wheel before it
+    Full,
+}
+
+/// Colours of the speedometer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DialPalette {
+    /// Red line, green band, as in HC22
+    #[default]
+    Standard,
+    /// Orange line, blue band: for people who confuse red and green
+    ColourBlindSafe,
 }
 
 /// Effort put into the picture.
@@ -138,7 +180,14 @@ impl Default for Scenario {
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,
-            cockpit: true,
+            ego_colour: "red".into(),
+            traffic_colour: "green".into(),
+            cockpit: CockpitView::default(),
+            palette: DialPalette::default(),
+            mirror_yaw_deg: 0.0,
+            mirror_pitch_deg: -2.5,
+            mirror_fov_deg: 30.0,
+            mirror_radius_m: 0.0,
             time_h: 9.75,
             visibility_km: 30.0,
             quality: QualityLevel::Auto,

@@ -201,6 +201,7 @@ impl World {
             view.speed_mps = from.speed_mps + (to.speed_mps - from.speed_mps) * fraction;
             view.accel_mps2 = to.accel_mps2;
             view.braking = to.braking;
+            view.pitch = view.pitch.step(view.accel_mps2, crate::time::TICK_S);
             self.obstacles.push(Obstacle { pose: view.pose, speed_mps: view.speed_mps });
         }
     }

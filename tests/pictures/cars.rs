@@ -4,6 +4,7 @@ use crate::{pixels::*, place::*};
 use codrive::{
     render::{Quality, develop::mirror_rect},
     scene::{Camera, ViewKind, ViewOptions},
+    sim::CockpitView,
     space::Pose,
 };
 use glam::{Vec2, Vec3};
@@ -73,7 +74,7 @@ fn a_car_behind_shows_in_the_mirror_on_its_own_side_and_only_there() {
 fn the_ego_is_seen_from_outside_only() {
     let snapshot = full_ring();
     for kind in [ViewKind::Driver, ViewKind::Mirror, ViewKind::Chase, ViewKind::Birdseye] {
-        let options = ViewOptions { cockpit: false, ..marked_ego() };
+        let options = ViewOptions { cockpit: CockpitView::Off, ..marked_ego() };
         let image = draw(&view(&snapshot, kind, &options), true, SIZE);
         let seen = pixels(&image, is_magenta).len();
         let outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);

@@ -2,6 +2,8 @@
 //! which differ between drivers. All tests share one device; without one they fail.
 
 mod cars;
+mod ground;
 mod light;
 mod pixels;
 mod place;
+mod poses;

@@ -62,6 +62,7 @@ pub fn car(id: u32, pose: Pose) -> CarView {
         accel_mps2: 0.0,
         odometer_m: s_m,
         braking: false,
+        pitch: Default::default(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Measurements of training on this machine. In: nothing. Out: [`LearningTimes`]: the fast ring on one core, and an update
 //! of TRPO and an iteration of training at the sizes that peers are measured with (`benches/peers`).
 
-use super::bench::{Times, now};
+use super::{Times, now};
 use crate::{
     idm::IdmParams,
     rng,

@@ -1,0 +1,54 @@
+// Corners of trees and tufts, and what is cut out of their leaf cards (`render/leaves.rs`).
+
+struct Corner {
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) colour: vec3f,
+    @location(3) uv: vec2f,
+    @location(4) material: u32,
+}
+
+struct Surface {
+    // The depth pass and the colour pass must find the same depth to the bit.
+    @invariant @builtin(position) clip: vec4f,
+    @location(0) world: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) colour: vec3f,
+    // Place on the layer.
+    @location(3) uv: vec2f,
+    // Layer of the leaves' texture.
+    @location(4) @interpolate(flat) layer: i32,
+    // Tint of the leaves; how much of the tree is there in w, see `faded`.
+    @location(5) @interpolate(flat) tint: vec4f,
+}
+
+const LEAVES = 10u;
+// Cards of one cut that differ, and the layer after all of them (`render/leaves.rs`).
+const VARIANTS = 8;
+const BARK_LAYER = 40;
+
+// Share of a pixel that leaves must cover to be drawn: one half without multisampling, less with it.
+override LEAST_COVER: f32 = 0.5;
+
+@group(0) @binding(9) var leaves: texture_2d_array<f32>;
+@group(0) @binding(10) var leaf_sampler: sampler;
+
+@vertex
+fn vertex(corner: Corner, at: Placed) -> Surface {
+    var out: Surface;
+    let leafy = corner.material == LEAVES;
+    let whole = floor(corner.uv * 0.5);
+    out.world = place(at, corner.position);
+    out.clip = frame.clip_from_world * vec4f(out.world, 1.0);
+    out.normal = turn(at, corner.normal);
+    out.colour = corner.colour * select(vec3f(1.0), at.colour_brake.rgb, leafy);
+    out.uv = select(corner.uv, corner.uv - 2.0 * whole, leafy);
+    out.layer = select(BARK_LAYER, i32(whole.y) * VARIANTS + i32(whole.x), leafy);
+    out.tint = at.colour_brake;
+    return out;
+}
+
+// Edges as sharp as the picture's pixels, however large a texel is there.
+fn sharpened(inside: f32) -> f32 {
+    return clamp((inside - 0.5) / max(fwidth(inside), 0.02) + 0.5, 0.0, 1.0);
+}

@@ -1,0 +1,178 @@
+//! Pictures: from the start to the first one, every view at every size, and a drive of minutes with its hitches. In: a
+//! scenario. Out: times, and what the device's memory holds.
+
+use super::{Times, now};
+use crate::{
+    app::{AppError, Instruments, offline::Run, quality, view_options},
+    render::{Gpu, OFFSCREEN, Renderer, canvas},
+    scene::{self, Stage, ViewKind},
+    sim::{QualityLevel, Scenario},
+};
+use serde::Serialize;
+use std::time::Duration;
+
+/// Sizes of the pictures that are measured, smallest first.
+pub const SIZES: [[u32; 2]; 4] = [[640, 360], [1280, 720], [1920, 1080], [3840, 2160]];
+
+/// From nothing to the first picture, milliseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Startup {
+    /// Map, traffic, ego.
+    pub world_ms: f64,
+    /// Graphics device.
+    pub device_ms: f64,
+    /// Road, land, trees, models.
+    pub stage_ms: f64,
+    /// Pipelines, textures, upload.
+    pub renderer_ms: f64,
+    /// The first picture, read back.
+    pub frame_ms: f64,
+    /// All of it.
+    pub total_ms: f64,
+}
+
+/// Times of one view at one size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FrameTimes {
+    /// Name of the view.
+    pub view: &'static str,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Level of quality.
+    pub quality: QualityLevel,
+    /// Draw and wait until the device is done.
+    pub times: Times,
+    /// Last frame's shadow, main, mirror and develop pass on the device, milliseconds, where it has timestamps.
+    pub passes: Option<[f32; 4]>,
+    /// What textures and buffers take on the device, megabytes, where the driver tells.
+    pub device_mb: Option<f64>,
+}
+
+/// A drive of minutes, a picture every sixtieth of a second of simulation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Drive {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Seconds of simulation.
+    pub seconds: f64,
+    /// Simulation and picture of each frame, until the device is done.
+    pub times: Times,
+    /// Frames that took more than twice the median.
+    pub hitches: usize,
+}
+
+/// A drive ready to be drawn.
+pub struct Picture {
+    gpu: Gpu,
+    run: Run,
+    stage: Stage,
+    renderer: Renderer,
+    instruments: Instruments,
+    /// What is drawn onto, and its size.
+    target: Option<(wgpu::TextureView, [u32; 2])>,
+}
+
+/// Starts as `codrive drive` does, up to the first picture.
+///
+/// # Errors
+/// The world cannot start or there is no graphics adapter.
+pub fn startup(scenario: &Scenario) -> Result<(Startup, Picture), AppError> {
+    let mut laps = vec![now()];
+    let run = Run::new(scenario, [0.0, f64::INFINITY])?;
+    laps.push(now());
+    let gpu = Gpu::headless()?;
+    laps.push(now());
+    let stage = Stage::build(run.world().map(), scenario.seed);
+    laps.push(now());
+    let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
+    laps.push(now());
+    let instruments = Instruments::new(run.world());
+    let mut picture = Picture { gpu, run, stage, renderer, instruments, target: None };
+    picture.draw(ViewKind::Driver, [1280, 720])?;
+    laps.push(now());
+    let ms = |from: usize, to: usize| (laps[to] - laps[from]).as_secs_f64() * 1e3;
+    let startup = Startup {
+        world_ms: ms(0, 1),
+        device_ms: ms(1, 2),
+        stage_ms: ms(2, 3),
+        renderer_ms: ms(3, 4),
+        frame_ms: ms(4, 5),
+        total_ms: ms(0, 5),
+    };
+    Ok((startup, picture))
+}
+
+impl Picture {
+    /// Draws every view at every size `n` times, a step of the drive before each; one more before, not counted, for
+    /// everything that is made at a first use.
+    ///
+    /// # Errors
+    /// The drive cannot go on or the device is lost.
+    pub fn frames(&mut self, sizes: &[[u32; 2]], n: u32) -> Result<Vec<FrameTimes>, AppError> {
+        let views = [
+            ("driver", ViewKind::Driver),
+            ("mirror", ViewKind::Mirror),
+            ("birdseye", ViewKind::Birdseye),
+            ("chase", ViewKind::Chase),
+        ];
+        let mut rows = Vec::new();
+        for &size in sizes {
+            for (view, kind) in views {
+                self.draw(kind, size)?;
+                let mut times = Vec::new();
+                for _ in 0..n {
+                    self.run.step()?;
+                    times.push(self.draw(kind, size)?);
+                }
+                let passes = self.renderer.pass_times().map(|p| [p.shadow_ms, p.main_ms, p.mirror_ms, p.develop_ms]);
+                let quality = self.run.world().scenario().quality;
+                let device_mb = self.gpu.memory_mb();
+                rows.push(FrameTimes { view, size, quality, times: Times::of(times), passes, device_mb });
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Drives on for `seconds` of simulation (less where the scenario ends before) and draws the driver's view 60 times
+    /// in each; `progress` hears the share that is done.
+    ///
+    /// # Errors
+    /// As [`Picture::frames`].
+    pub fn drive(&mut self, seconds: f64, size: [u32; 2], mut progress: impl FnMut(f64)) -> Result<Drive, AppError> {
+        const FRAME_S: f64 = 1.0 / 60.0;
+        self.draw(ViewKind::Driver, size)?;
+        let start_s = self.run.world().snapshot().tick.seconds();
+        let mut times = Vec::new();
+        while self.run.world().ended().is_none() && (times.len() as f64) * FRAME_S < seconds {
+            let begin = now();
+            self.run.until(start_s + (times.len() + 1) as f64 * FRAME_S)?;
+            self.draw(ViewKind::Driver, size)?;
+            times.push(begin.elapsed());
+            progress(times.len() as f64 * FRAME_S / seconds);
+        }
+        let seconds = times.len() as f64 * FRAME_S;
+        let all = Times::of(times.clone());
+        let hitches = times.iter().filter(|t| t.as_secs_f64() * 1e6 > 2.0 * all.median_us).count();
+        Ok(Drive { size, seconds, times: all, hitches })
+    }
+
+    /// The adapter, in words.
+    pub fn adapter(&self) -> String {
+        self.gpu.description()
+    }
+
+    /// Draws one picture and waits until the device is done, as a window would that shows every frame.
+    fn draw(&mut self, kind: ViewKind, size: [u32; 2]) -> Result<Duration, AppError> {
+        let world = self.run.world();
+        if self.target.as_ref().is_none_or(|(_, old)| *old != size) {
+            self.target = Some((canvas(&self.gpu, OFFSCREEN, size), size));
+        }
+        let (target, _) = self.target.as_ref().expect("just made");
+        let begin = now();
+        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.stage);
+        view.dial = kind.has_dial().then(|| self.instruments.read(world.snapshot()));
+        self.renderer.draw(&view, None, target, size);
+        self.gpu.finish()?;
+        Ok(begin.elapsed())
+    }
+}

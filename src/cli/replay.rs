@@ -1,0 +1,171 @@
+//! `codrive replay`: a recorded drive once more, with the proof that it is the same; a picture of it, or all of them.
+
+use super::{CliError, render, stop_on_ctrl_c};
+use crate::{
+    app::replay::{Easel, Replay},
+    time::Tick,
+};
+use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use std::{
+    path::{Path, PathBuf},
+    process,
+    sync::atomic::Ordering,
+};
+
+pub(super) fn command() -> Command {
+    let path =
+        |name, value, help| Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help);
+    Command::new("replay")
+        .about("Drive a recording again from its inputs and prove that every tick is the same; draw it")
+        .after_help("Exit code 1 where a tick differs. Without --png, --frames and --video nothing is drawn.")
+        .arg(
+            Arg::new("recording")
+                .value_name("DIR")
+                .required(true)
+                .value_parser(value_parser!(PathBuf))
+                .help("A recording"),
+        )
+        .arg(path("png", "FILE.png", "One picture, at --at"))
+        .arg(path("frames", "DIR", "All pictures, numbered, in a new folder"))
+        .arg(path("video", "FILE.mp4", "All pictures as a video; needs ffmpeg"))
+        .arg(
+            Arg::new("at")
+                .long("at")
+                .value_name("SECS")
+                .default_value("60")
+                .value_parser(value_parser!(f64))
+                .help("When --png is drawn, seconds from the start of the drive"),
+        )
+        .arg(
+            Arg::new("view")
+                .long("view")
+                .default_value("driver")
+                .value_parser(PossibleValuesParser::new(["driver", "mirror", "birdseye", "chase"]))
+                .help("From where"),
+        )
+        .arg(
+            Arg::new("size")
+                .long("size")
+                .value_name("WxH")
+                .default_value("1280x720")
+                .value_parser(render::size)
+                .help("Width and height, pixels, up to 8192 each"),
+        )
+        .arg(
+            Arg::new("rate")
+                .long("rate")
+                .value_name("HZ")
+                .default_value("25")
+                .value_parser(value_parser!(u32).range(1..=100))
+                .help("Pictures in a second of simulation, 1 to 100"),
+        )
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let path = |name: &str| matches.get_one::<PathBuf>(name);
+    let Some(recording) = path("recording") else { return Ok(()) };
+    let size = matches.get_one::<[u32; 2]>("size").copied().unwrap_or([1280, 720]);
+    let rate = matches.get_one::<u32>("rate").copied().unwrap_or(25);
+    let at = Tick::at_seconds(matches.get_one::<f64>("at").copied().unwrap_or_default());
+    let kind = render::view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
+    let mut replay = Replay::open(recording)?;
+    let drawn = [path("png"), path("frames"), path("video")].iter().any(Option::is_some);
+    let mut easel = drawn.then(|| Easel::new(&replay, kind, size)).transpose()?;
+    let mut film = path("video").map(|file| Film::begin(file, size, rate)).transpose()?;
+    let frames = path("frames").map(|folder| new_folder(folder)).transpose()?;
+
+    let stop = stop_on_ctrl_c();
+    let bar = super::progress(replay.len(), "driving again".into());
+    let mut frame = 0;
+    while !replay.over() && !stop.load(Ordering::Relaxed) {
+        replay.advance(1)?;
+        let tick = replay.world().snapshot().tick;
+        bar.set_position(tick.0);
+        // The last tick of each picture's time.
+        let due = tick.0 * u64::from(rate) / 100 > frame;
+        if let (true, Some(easel)) = (due && (film.is_some() || frames.is_some()), &mut easel) {
+            let picture = easel.draw(&replay)?;
+            if let Some(folder) = frames {
+                save(&picture, &folder.join(format!("{frame:06}.png")))?;
+            }
+            if let Some(film) = &mut film {
+                film.add(&picture)?;
+            }
+            frame += 1;
+        }
+        if let (Some(file), Some(easel), true) = (path("png"), &mut easel, tick == at) {
+            save(&easel.draw(&replay)?, file)?;
+        }
+    }
+    bar.finish_and_clear();
+    if let Some(film) = film {
+        film.end()?;
+    }
+    if path("png").is_some() && at.0 > replay.len() {
+        let end_s = Tick(replay.len()).seconds();
+        return Err(CliError::Input(format!(
+            "--at is {} s, after the end of the recording at {end_s} s",
+            at.seconds()
+        )));
+    }
+    let found = replay.verdict();
+    match (found.first_difference, found.by) {
+        (Some(tick), Some([speed, place])) => Err(CliError::Failed(format!(
+            "{}: tick {tick} ({:.2} s) is not as recorded: the ego's speed differs by {speed:.3e} m/s, its place by {place:.3e} m. \
+             Another version of the program or of SUMO, another map or changed inputs do that: compare manifest.json",
+            recording.display(),
+            Tick(tick).seconds()
+        ))),
+        _ => {
+            println!("{}: all {} ticks are the same to the bit", recording.display(), found.ticks);
+            Ok(())
+        }
+    }
+}
+
+fn save(picture: &image::RgbaImage, file: &Path) -> Result<(), CliError> {
+    picture.save(file).map_err(|error| CliError::Failed(format!("{}: {error}", file.display())))
+}
+
+fn new_folder(folder: &Path) -> Result<&Path, CliError> {
+    std::fs::create_dir(folder).map_err(|error| CliError::Input(format!("{}: {error}", folder.display())))?;
+    Ok(folder)
+}
+
+/// ffmpeg, fed with raw pictures.
+struct Film {
+    ffmpeg: process::Child,
+}
+
+impl Film {
+    fn begin(file: &Path, [width, height]: [u32; 2], rate: u32) -> Result<Self, CliError> {
+        if file.exists() {
+            return Err(CliError::Input(format!("{} exists; nothing is overwritten", file.display())));
+        }
+        let (size, rate) = (format!("{width}x{height}"), rate.to_string());
+        let raw = ["-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &size, "-r", &rate, "-i", "-"];
+        let ffmpeg = process::Command::new("ffmpeg")
+            .args(raw)
+            .args(["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
+            .arg(file)
+            .stdin(process::Stdio::piped())
+            .spawn();
+        ffmpeg.map(|ffmpeg| Self { ffmpeg }).map_err(|error| {
+            CliError::Failed(format!("ffmpeg cannot be started: {error}; install it, or take --frames"))
+        })
+    }
+
+    fn add(&mut self, picture: &image::RgbaImage) -> Result<(), CliError> {
+        let input = self.ffmpeg.stdin.as_mut().expect("piped");
+        std::io::Write::write_all(input, picture).map_err(|e| CliError::Failed(format!("ffmpeg takes no more: {e}")))
+    }
+
+    fn end(mut self) -> Result<(), CliError> {
+        drop(self.ffmpeg.stdin.take());
+        match self.ffmpeg.wait() {
+            Ok(status) if status.success() => Ok(()),
+            Ok(status) => Err(CliError::Failed(format!("ffmpeg failed: {status}"))),
+            Err(error) => Err(CliError::Failed(format!("ffmpeg: {error}"))),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Files that are made once, for the user alone, and reach the disk. In: paths. Out: files, or the system's own words.
+
+use super::RecordError;
+use std::{
+    fs::{self, DirBuilder, File, OpenOptions},
+    io::Write,
+    path::Path,
+};
+
+/// Makes a folder and those above it, private to the user. One that is there already is left as it is.
+///
+/// # Errors
+/// The system refuses.
+pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
+    let mut builder = DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(path).map_err(RecordError::file(path))
+}
+
+/// A new file, private to the user.
+///
+/// # Errors
+/// There is one already, or the system refuses.
+pub(super) fn new_file(path: &Path) -> Result<File, RecordError> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path).map_err(RecordError::file(path))
+}
+
+/// Writes a whole file so that at every moment either the old one or the new one is there, also after a power cut.
+///
+/// # Errors
+/// The system refuses.
+pub(super) fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
+    let beside = path.with_extension("new");
+    if beside.exists() {
+        // What a cut left behind; it was never part of the recording.
+        fs::remove_file(&beside).map_err(RecordError::file(&beside))?;
+    }
+    let mut file = new_file(&beside)?;
+    file.write_all(text).and_then(|()| file.sync_all()).map_err(RecordError::file(&beside))?;
+    fs::rename(&beside, path).map_err(RecordError::file(path))?;
+    sync_dir(path)
+}
+
+/// Makes names in the folder of `path` last.
+pub(super) fn sync_dir(path: &Path) -> Result<(), RecordError> {
+    #[cfg(unix)]
+    if let Some(folder) = path.parent() {
+        File::open(folder).and_then(|folder| folder.sync_all()).map_err(RecordError::file(folder))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! What was driven, where and by which program: all that another lab needs to judge a recording or to make it again. In:
+//! facts of the loop. Out: `manifest.json`.
+
+use super::{RecordError, files};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// Name of its file.
+pub const FILE: &str = "manifest.json";
+
+/// All about one recording. Unknown keys are kept out: a later program says its own version.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Name and version of the program.
+    pub program: String,
+    /// How it was built: release or dev.
+    pub build: String,
+    /// Traffic engine and its version.
+    pub traffic: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// The map and the fingerprint of its network file.
+    pub map: Hashed,
+    /// The policy and, for one from a file, its fingerprint.
+    pub policy: Hashed,
+    /// Who drove: devices, or the name of a simulated driver.
+    pub driver: String,
+    /// Participant code, in a study; never a name.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub participant: Option<String>,
+    /// When it began, UTC.
+    pub began: String,
+    /// Operating system, processor, cores.
+    pub machine: String,
+    /// Graphics adapter and driver; `None` without a picture.
+    pub graphics: Option<String>,
+    /// Width of the visible picture and distance of the eyes from it, metres.
+    pub display_m: [f64; 2],
+    /// How it ended; `None` while it lasts, and after a cut.
+    pub ended: Option<String>,
+    /// Fingerprint of all snapshots, at the end.
+    pub hash: Option<String>,
+}
+
+/// A name and the SHA-256 of what it stands for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hashed {
+    /// Its name.
+    pub name: String,
+    /// SHA-256 of its file, hexadecimal; `None` if it has none.
+    pub sha256: Option<String>,
+}
+
+impl Hashed {
+    /// A name and its file, if there is one that can be read.
+    pub fn of(name: &str, file: Option<&Path>) -> Self {
+        let bytes = file.and_then(|file| std::fs::read(file).ok());
+        Self { name: name.into(), sha256: bytes.map(|bytes| hex(&Sha256::digest(bytes))) }
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Manifest {
+    /// Reads that of a recording.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be read.
+    pub fn load(recording: &Path) -> Result<Self, RecordError> {
+        let path = recording.join(FILE);
+        if !path.exists() {
+            return Err(RecordError::Absent(recording.into()));
+        }
+        let text = std::fs::read_to_string(&path).map_err(RecordError::file(&path))?;
+        serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
+    }
+
+    pub(super) fn save(&self, recording: &Path) -> Result<(), RecordError> {
+        let text = serde_json::to_string_pretty(self).expect("numbers and words");
+        files::replace(&recording.join(FILE), (text + "\n").as_bytes())
+    }
+}

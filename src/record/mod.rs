@@ -1,0 +1,90 @@
+//! Recordings: every tick of a drive on disk, while it happens. In: the world after each tick, frames, marks. Out: a folder.
+//!
+//! ```text
+//! manifest.json   what was driven, on what, by which program; how it ended
+//! scenario.toml   the scenario, to be driven again
+//! journal/        one Arrow IPC stream a table while the drive lasts: cut at any byte it loses one batch at most
+//! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events
+//! summary.json    the drive in numbers
+//! ```
+//! Rows carry their tick, so that a row of one table joins to its tick in another exactly; [`tables`] names every column
+//! with its unit. Nothing is ever overwritten, and files are the user's alone. Names and contact data never come in here.
+
+mod files;
+mod journal;
+pub mod manifest;
+mod recorder;
+pub mod recover;
+pub mod table;
+pub mod tables;
+
+pub use files::new_private_dir;
+pub use manifest::Manifest;
+pub use recorder::{Recorder, Table};
+pub use recover::{Recovered, recover};
+pub use table::{Column, Reader};
+
+use std::path::PathBuf;
+
+/// Why a recording cannot begin, go on or be read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The folder holds a recording already.
+    #[error("{folder} holds a recording already ({file}); nothing is overwritten: name another folder")]
+    Taken {
+        /// The folder.
+        folder: PathBuf,
+        /// What was found in it.
+        file: String,
+    },
+    /// The system refused a file.
+    #[error("{path}: {why}{}", remedy(why))]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        why: std::io::Error,
+    },
+    /// The writer could not keep up with the drive.
+    #[error(
+        "the recording came to an end: the disk takes nothing any more ({0} s of rows wait); everything before is kept"
+    )]
+    Full(u64),
+    /// The writing thread stopped.
+    #[error("the recording came to an end: {0}; everything before is kept")]
+    Stopped(String),
+    /// A table is not as this program writes it.
+    #[error("{path}: {why}")]
+    Table {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+    },
+    /// There is no recording.
+    #[error("{0} holds no recording: there is no manifest.json in it")]
+    Absent(PathBuf),
+}
+
+fn remedy(why: &std::io::Error) -> &'static str {
+    match why.kind() {
+        std::io::ErrorKind::StorageFull => "; make room on the disk and begin again in another folder",
+        std::io::ErrorKind::PermissionDenied => "; choose a folder that you may write to",
+        _ => "",
+    }
+}
+
+impl RecordError {
+    fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |why| Self::File { path, why }
+    }
+
+    fn table(path: impl Into<PathBuf>) -> impl FnOnce(arrow_schema::ArrowError) -> Self {
+        let path = path.into();
+        move |why| match why {
+            arrow_schema::ArrowError::IoError(_, why) => Self::File { path, why },
+            other => Self::Table { path, why: other.to_string() },
+        }
+    }
+}

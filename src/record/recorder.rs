@@ -1,0 +1,256 @@
+//! The loop's side of a recording: rows are gathered, and handed to the writing thread in batches. In: the world after a
+//! tick, a frame, a mark. Out: nothing that waits; a full queue or disk is an error at the next call.
+
+use super::{
+    Manifest, RecordError, files,
+    journal::{self, Journal},
+    recover,
+    tables::{AdviceRow, CarRow, EgoRow, EventRow, FrameRow},
+};
+use crate::{
+    ego::Controls,
+    sim::{EventKind, HASH_START, Scenario, Snapshot, Summary, World},
+    time::Tick,
+};
+use std::{
+    fs::File,
+    path::{Path, PathBuf},
+    sync::mpsc::{self, SyncSender, TrySendError},
+    thread::JoinHandle,
+};
+
+/// Batches that may wait for the disk. A window sends two a second.
+const QUEUE: usize = 32;
+/// A batch is sent at the latest with this many ticks: full speed without a clock.
+const MOST_TICKS: usize = 2_000;
+
+/// A table of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// One row a tick.
+    Ego,
+    /// One row a car and step.
+    Cars,
+    /// One row an advice.
+    Advice,
+    /// One row a frame.
+    Frames,
+    /// One row an event.
+    Events,
+}
+
+impl Table {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ego => "ego",
+            Self::Cars => "cars",
+            Self::Advice => "advice",
+            Self::Frames => "frames",
+            Self::Events => "events",
+        }
+    }
+
+    /// Its stream, in the journal's folder.
+    pub(super) fn journal(self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.arrows", self.name()))
+    }
+
+    /// Its file in a recording that has ended.
+    pub fn parquet(self, recording: &Path) -> PathBuf {
+        recording.join(format!("{}.parquet", self.name()))
+    }
+}
+
+/// Rows on their way to the disk.
+#[derive(Debug, Default)]
+pub(super) struct Batch {
+    pub ego: Vec<EgoRow>,
+    pub cars: Vec<CarRow>,
+    pub advice: Vec<AdviceRow>,
+    pub frames: Vec<FrameRow>,
+    pub events: Vec<EventRow>,
+}
+
+/// Records one drive.
+#[derive(Debug)]
+pub struct Recorder {
+    folder: PathBuf,
+    manifest: Manifest,
+    hash: u64,
+    batch: Batch,
+    /// Advices that no frame has shown yet.
+    unseen: Vec<AdviceRow>,
+    queue: Option<SyncSender<Batch>>,
+    writer: Option<JoinHandle<Result<(), RecordError>>>,
+}
+
+impl Recorder {
+    /// Begins a recording in `folder`, which is made; `scenario` is what is driven.
+    ///
+    /// # Errors
+    /// The folder holds one already, or the system refuses.
+    pub fn begin(folder: &Path, scenario: &Scenario, manifest: Manifest) -> Result<Self, RecordError> {
+        Self::begin_with(folder, scenario, manifest, journal::new_stream)
+    }
+
+    fn begin_with(
+        folder: &Path,
+        scenario: &Scenario,
+        manifest: Manifest,
+        open: impl Fn(&Path) -> Result<File, RecordError>,
+    ) -> Result<Self, RecordError> {
+        files::new_private_dir(folder)?;
+        let names = ["manifest.json", "scenario.toml", "summary.json", "journal"].map(str::to_owned);
+        let tables = Table::ALL.map(|table| format!("{}.parquet", table.name()));
+        if let Some(file) = names.into_iter().chain(tables).find(|name| folder.join(name).exists()) {
+            return Err(RecordError::Taken { folder: folder.into(), file });
+        }
+        manifest.save(folder)?;
+        files::replace(&folder.join("scenario.toml"), scenario.to_toml().as_bytes())?;
+        let streams = folder.join("journal");
+        files::new_private_dir(&streams)?;
+        let journal = Journal::begin(&streams, open)?;
+        files::sync_dir(&streams.join("ego.arrows"))?;
+        let (queue, batches) = mpsc::sync_channel(QUEUE);
+        let writer = std::thread::Builder::new().name("recorder".into()).spawn(move || journal.write(&batches));
+        let writer = writer.map_err(RecordError::file(folder))?;
+        Ok(Self {
+            folder: folder.into(),
+            manifest,
+            hash: HASH_START,
+            batch: Batch::default(),
+            unseen: Vec::new(),
+            queue: Some(queue),
+            writer: Some(writer),
+        })
+    }
+
+    /// The world has made a tick with these controls.
+    ///
+    /// # Errors
+    /// The disk is full or too slow; everything before is kept.
+    pub fn tick(&mut self, world: &World, controls: &Controls) -> Result<(), RecordError> {
+        let (snapshot, scenario) = (world.snapshot(), world.scenario());
+        for event in world.events() {
+            if let EventKind::Advice(advice) = event.kind {
+                let speed_mps = snapshot.ego_before.speed_mps;
+                let step_s = scenario.step_s;
+                self.unseen.push(AdviceRow { advice, step_s, speed_mps, shown_frame: None, shown_wall_s: None });
+            }
+            self.batch.events.extend(EventRow::of(event));
+        }
+        self.add(snapshot, controls, scenario.step_ticks())?;
+        Ok(())
+    }
+
+    fn add(&mut self, snapshot: &Snapshot, controls: &Controls, step_ticks: u64) -> Result<(), RecordError> {
+        self.hash = snapshot.hash(self.hash);
+        self.batch.ego.push(EgoRow::of(snapshot, &controls.sane(), self.hash));
+        if snapshot.tick.0.is_multiple_of(step_ticks) {
+            self.batch.cars.push(CarRow::ego(snapshot));
+            self.batch.cars.extend(snapshot.cars.iter().map(|car| CarRow::of(snapshot.tick, car)));
+        }
+        if self.batch.ego.len() >= MOST_TICKS { self.hand_over(true) } else { Ok(()) }
+    }
+
+    /// A frame has been handed to the screen.
+    pub fn frame(&mut self, frame: FrameRow) {
+        for mut row in self.unseen.drain(..) {
+            row.shown_frame = u32::try_from(frame.frame).ok();
+            row.shown_wall_s = Some(frame.wall_s);
+            self.batch.advice.push(row);
+        }
+        self.batch.frames.push(frame);
+    }
+
+    /// Something that the world does not know of: a mark, a pause, a note.
+    pub fn event(&mut self, tick: Tick, kind: &str, detail: &str) {
+        self.batch.events.push(EventRow { tick, kind: kind.into(), detail: detail.into(), car: None, value: None });
+    }
+
+    /// Hands what was gathered to the writing thread; to be called twice a second by whoever has a clock.
+    ///
+    /// # Errors
+    /// The disk is full or too slow; everything before is kept.
+    pub fn flush(&mut self) -> Result<(), RecordError> {
+        self.hand_over(false)
+    }
+
+    /// The same where nobody watches: waits for room in the queue, so that full speed goes as fast as the disk.
+    ///
+    /// # Errors
+    /// The disk is full; everything before is kept.
+    pub fn flush_waiting(&mut self) -> Result<(), RecordError> {
+        self.hand_over(true)
+    }
+
+    fn hand_over(&mut self, wait: bool) -> Result<(), RecordError> {
+        self.batch.advice.append(&mut self.unseen);
+        let Some(queue) = &self.queue else { return Err(self.why_stopped()) };
+        let batch = std::mem::take(&mut self.batch);
+        let sent =
+            if wait { queue.send(batch).map_err(|e| TrySendError::Disconnected(e.0)) } else { queue.try_send(batch) };
+        match sent {
+            Ok(()) => Ok(()),
+            Err(TrySendError::Full(_)) => Err(RecordError::Full(QUEUE as u64 / 2)),
+            Err(TrySendError::Disconnected(_)) => Err(self.why_stopped()),
+        }
+    }
+
+    /// The writer's own error, once it has stopped.
+    fn why_stopped(&mut self) -> RecordError {
+        self.queue = None;
+        let end = self.writer.take().map(JoinHandle::join);
+        match end {
+            Some(Ok(Err(error))) => error,
+            _ => RecordError::Stopped("its thread is gone".into()),
+        }
+    }
+
+    /// The drive is over: everything to the disk, tables as Parquet, summary, and the manifest says how it ended.
+    ///
+    /// # Errors
+    /// The disk is full; the journal stays, `recover` reads it.
+    pub fn finish(mut self, summary: &Summary) -> Result<PathBuf, RecordError> {
+        self.hand_over(true)?;
+        self.queue = None;
+        if let Some(writer) = self.writer.take() {
+            writer.join().map_err(|_| RecordError::Stopped("its thread failed".into()))??;
+        }
+        recover::close(&self.folder)?;
+        let text = serde_json::to_string_pretty(summary).expect("numbers and words");
+        files::replace(&self.folder.join("summary.json"), text.as_bytes())?;
+        let reason = summary.ended.map_or("stopped".to_owned(), |end| format!("{end:?}").to_lowercase());
+        self.manifest.ended = Some(reason);
+        self.manifest.hash = Some(format!("{:016x}", self.hash));
+        self.manifest.save(&self.folder)?;
+        recover::drop_journal(&self.folder)?;
+        Ok(std::mem::take(&mut self.folder))
+    }
+
+    /// Where it is written.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+}
+
+impl Drop for Recorder {
+    /// A drive that ends by an error keeps what there is; `recover` makes tables of it.
+    fn drop(&mut self) {
+        if self.queue.is_some() {
+            let _ = self.hand_over(false);
+            self.queue = None;
+        }
+        if let Some(writer) = self.writer.take() {
+            let _ = writer.join();
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "recorder_tests.rs"]
+mod tests;

@@ -1,0 +1,144 @@
+//! A table as a list of columns: name, unit, meaning, and where the value comes from. In: rows of one type. Out: Arrow
+//! batches; and back, columns by name from a file. Every list is the only place that names a column.
+
+use super::RecordError;
+use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
+use arrow_schema::{DataType, Field, Schema};
+use std::{collections::BTreeMap, fs::File, path::Path, sync::Arc};
+
+/// Where a row's value comes from.
+pub enum Get<R> {
+    /// A number; what is not there is empty.
+    Number(fn(&R) -> Option<f64>),
+    /// A count, a tick, a fingerprint.
+    Whole(fn(&R) -> u64),
+    /// A small whole number: which car.
+    Id(fn(&R) -> Option<u32>),
+    /// Yes or no.
+    Flag(fn(&R) -> Option<bool>),
+    /// A word.
+    Word(fn(&R) -> String),
+}
+
+/// One column.
+pub struct Column<R> {
+    /// Its name, with its unit.
+    pub name: &'static str,
+    /// Its unit in words, empty where it has none.
+    pub unit: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// Its value in a row.
+    pub get: Get<R>,
+}
+
+impl<R> Column<R> {
+    fn kind(&self) -> DataType {
+        match self.get {
+            Get::Number(_) => DataType::Float64,
+            Get::Whole(_) => DataType::UInt64,
+            Get::Id(_) => DataType::UInt32,
+            Get::Flag(_) => DataType::Boolean,
+            Get::Word(_) => DataType::Utf8,
+        }
+    }
+
+    fn array(&self, rows: &[R]) -> ArrayRef {
+        match self.get {
+            Get::Number(get) => Arc::new(rows.iter().map(get).collect::<Float64Array>()),
+            Get::Whole(get) => Arc::new(UInt64Array::from_iter_values(rows.iter().map(get))),
+            Get::Id(get) => Arc::new(rows.iter().map(get).collect::<UInt32Array>()),
+            Get::Flag(get) => Arc::new(rows.iter().map(get).collect::<BooleanArray>()),
+            Get::Word(get) => Arc::new(StringArray::from_iter_values(rows.iter().map(get))),
+        }
+    }
+}
+
+/// The columns as Arrow knows them; unit and meaning go along as metadata.
+pub fn schema<R>(columns: &[Column<R>]) -> Arc<Schema> {
+    let field = |column: &Column<R>| {
+        let facts = [("unit", column.unit), ("description", column.about)];
+        Field::new(column.name, column.kind(), true).with_metadata(facts)
+    };
+    Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()))
+}
+
+/// Rows as a batch.
+pub fn batch<R>(schema: &Arc<Schema>, columns: &[Column<R>], rows: &[R]) -> RecordBatch {
+    let arrays = columns.iter().map(|column| column.array(rows)).collect();
+    RecordBatch::try_new(Arc::clone(schema), arrays).expect("columns of one list of rows are equally long")
+}
+
+/// A table that has been read.
+#[derive(Clone, Debug, Default)]
+pub struct Reader {
+    columns: BTreeMap<String, Vec<ArrayRef>>,
+    rows: usize,
+}
+
+impl Reader {
+    /// Reads a Parquet file.
+    ///
+    /// # Errors
+    /// There is none, or it is not one.
+    pub fn parquet(path: &Path) -> Result<Self, RecordError> {
+        let file = File::open(path).map_err(RecordError::file(path))?;
+        let fault = |why: String| RecordError::Table { path: path.into(), why };
+        let reader = parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder::try_new(file)
+            .and_then(|builder| builder.build())
+            .map_err(|e| fault(format!("no Parquet file: {e}")))?;
+        let mut table = Self::default();
+        for batch in reader {
+            table.push(&batch.map_err(|e| fault(e.to_string()))?);
+        }
+        Ok(table)
+    }
+
+    pub(super) fn push(&mut self, batch: &RecordBatch) {
+        for (field, array) in batch.schema().fields().iter().zip(batch.columns()) {
+            self.columns.entry(field.name().clone()).or_default().push(Arc::clone(array));
+        }
+        self.rows += batch.num_rows();
+    }
+
+    /// How many rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    fn column<A: Array + 'static>(&self, name: &str) -> Option<Vec<&A>> {
+        self.columns.get(name)?.iter().map(|array| array.as_any().downcast_ref()).collect()
+    }
+
+    /// A column of numbers; `None` for what is empty. No such column: all empty.
+    pub fn numbers(&self, name: &str) -> Vec<Option<f64>> {
+        let parts = self.column::<Float64Array>(name).unwrap_or_default();
+        let mut values: Vec<_> = parts.iter().flat_map(|part| part.iter()).collect();
+        values.resize(self.rows, None);
+        values
+    }
+
+    /// A column of counts.
+    pub fn wholes(&self, name: &str) -> Vec<u64> {
+        let parts = self.column::<UInt64Array>(name).unwrap_or_default();
+        parts.iter().flat_map(|part| part.values().iter().copied()).collect()
+    }
+
+    /// A column of ids; `None` for what is empty.
+    pub fn ids(&self, name: &str) -> Vec<Option<u32>> {
+        let parts = self.column::<UInt32Array>(name).unwrap_or_default();
+        parts.iter().flat_map(|part| part.iter()).collect()
+    }
+
+    /// A column of yes and no; `None` for what is empty.
+    pub fn flags(&self, name: &str) -> Vec<Option<bool>> {
+        let parts = self.column::<BooleanArray>(name).unwrap_or_default();
+        parts.iter().flat_map(|part| part.iter()).collect()
+    }
+
+    /// A column of words.
+    pub fn words(&self, name: &str) -> Vec<String> {
+        let parts = self.column::<StringArray>(name).unwrap_or_default();
+        parts.iter().flat_map(|part| part.iter()).map(|word| word.unwrap_or_default().to_owned()).collect()
+    }
+}

@@ -1,0 +1,342 @@
+//! The tables of a recording and their columns. In: what the loop has at a tick or a frame. Out: rows. SI units; places in
+//! world axes (x east, y north).
+
+use super::table::{Column, Get};
+use crate::{
+    ego::{Controls, EgoState, Selector},
+    policy::{Action, Advice},
+    sim::{CarView, Event, EventKind, Snapshot},
+    space::CAR_LENGTH_M,
+    time::{TICK_S, Tick},
+};
+use glam::EulerRot;
+
+/// The ego at a tick, with the controls that led to it.
+#[derive(Clone, Copy, Debug)]
+pub struct EgoRow {
+    /// When.
+    pub tick: Tick,
+    /// Chain of fingerprints of all snapshots to this one.
+    pub hash: u64,
+    /// What the driver asked for in this tick.
+    pub controls: Controls,
+    /// The car.
+    pub ego: EgoState,
+    /// Acceleration one tick before, m/s2.
+    pub accel_before_mps2: f64,
+    /// Front bumper along the route, metres.
+    pub s_m: f64,
+    /// Offset from the lane's middle, metres, positive to the left.
+    pub lane_offset_m: f64,
+    /// The car ahead: which, gap in metres, speed in m/s.
+    pub leader: Option<(u32, f64, f64)>,
+    /// What stands on the speedometer.
+    pub advice: Option<Advice>,
+    /// Mean speed of all vehicles, m/s.
+    pub mean_speed_mps: f64,
+}
+
+impl EgoRow {
+    /// The row of this snapshot.
+    pub fn of(snapshot: &Snapshot, controls: &Controls, hash: u64) -> Self {
+        Self {
+            tick: snapshot.tick,
+            hash,
+            controls: *controls,
+            ego: snapshot.ego,
+            accel_before_mps2: snapshot.ego_before.accel_mps2,
+            s_m: snapshot.ego_s_m,
+            lane_offset_m: snapshot.lane_offset_m,
+            leader: snapshot.leader.map(|l| (l.id.0, l.gap_m, l.speed_mps)),
+            advice: snapshot.advice,
+            mean_speed_mps: snapshot.mean_speed_mps,
+        }
+    }
+
+    /// Time to collision, seconds, while the gap closes (SAE J2944: gap over closing speed).
+    fn ttc_s(&self) -> Option<f64> {
+        let (_, gap_m, leader_mps) = self.leader?;
+        let closing_mps = self.ego.speed_mps - leader_mps;
+        (closing_mps > 0.0).then(|| gap_m / closing_mps)
+    }
+
+    fn angles(&self) -> [f64; 3] {
+        let (yaw, pitch, roll) = self.ego.rotation.to_euler(EulerRot::ZYX);
+        [yaw, pitch, roll].map(f64::from)
+    }
+}
+
+/// A selector's word.
+pub fn selector_word(selector: Selector) -> &'static str {
+    match selector {
+        Selector::Drive => "drive",
+        Selector::Neutral => "neutral",
+        Selector::Reverse => "reverse",
+    }
+}
+
+const fn number<R>(
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+    get: fn(&R) -> Option<f64>,
+) -> Column<R> {
+    Column { name, unit, about, get: Get::Number(get) }
+}
+
+const fn column<R>(name: &'static str, unit: &'static str, about: &'static str, get: Get<R>) -> Column<R> {
+    Column { name, unit, about, get }
+}
+
+/// One row a tick (100 Hz).
+pub const EGO: &[Column<EgoRow>] = &[
+    column("tick", "", "tick, 10 ms each, since the start of the drive", Get::Whole(|r| r.tick.0)),
+    number("time_s", "s", "time since the start of the drive", |r| Some(r.tick.seconds())),
+    column("hash", "", "fingerprint of every snapshot up to this tick", Get::Whole(|r| r.hash)),
+    number("throttle", "", "accelerator, 0 released to 1 floored", |r| Some(r.controls.throttle.into())),
+    number("brake", "", "brake pedal, 0 released to 1 full force", |r| Some(r.controls.brake.into())),
+    number("steering_wheel_rad", "rad", "angle of the steering wheel, positive to the left", |r| {
+        Some(r.controls.steering_wheel_rad.into())
+    }),
+    column(
+        "selector",
+        "",
+        "selector: drive, neutral or reverse",
+        Get::Word(|r| selector_word(r.controls.selector).into()),
+    ),
+    number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego.position.x)),
+    number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego.position.y)),
+    number("z_m", "m", "centre of the car, up from the ground", |r| Some(r.ego.position.z)),
+    number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.angles()[0])),
+    number("pitch_rad", "rad", "pitch of the body, positive nose down", |r| Some(r.angles()[1])),
+    number("roll_rad", "rad", "roll of the body, positive right side down", |r| Some(r.angles()[2])),
+    number("speed_mps", "m/s", "speed along the car, negative in reverse", |r| Some(r.ego.speed_mps)),
+    number("accel_mps2", "m/s2", "acceleration along the car", |r| Some(r.ego.accel_mps2)),
+    number("lateral_accel_mps2", "m/s2", "acceleration to the left", |r| Some(r.ego.lateral_accel_mps2)),
+    number("jerk_mps3", "m/s3", "change of accel_mps2 since the tick before, over the tick", |r| {
+        Some((r.ego.accel_mps2 - r.accel_before_mps2) / TICK_S)
+    }),
+    number("yaw_rate_radps", "rad/s", "yaw rate, positive to the left", |r| Some(r.ego.yaw_rate)),
+    number("gear", "", "gear: -1 reverse, 0 neutral, 1.. forwards", |r| Some(r.ego.gear.into())),
+    number("engine_rpm", "1/min", "engine speed", |r| Some(r.ego.engine_rpm.into())),
+    number("steering_torque_nm", "N m", "self-aligning torque at the wheel, positive to the left", |r| {
+        Some(r.ego.steering_torque_nm.into())
+    }),
+    column("braking", "", "the brake lamps are lit", Get::Flag(|r| Some(r.ego.braking))),
+    number("s_m", "m", "front bumper along the route", |r| Some(r.s_m)),
+    number("lane_offset_m", "m", "offset of the middle from the lane's middle, positive to the left", |r| {
+        Some(r.lane_offset_m)
+    }),
+    column("leader", "", "number of the car ahead", Get::Id(|r| r.leader.map(|l| l.0))),
+    number("gap_m", "m", "own front bumper to the leader's rear bumper", |r| r.leader.map(|l| l.1)),
+    number("headway_m", "m", "own front bumper to the leader's front bumper (SAE J2944)", |r| {
+        r.leader.map(|l| l.1 + CAR_LENGTH_M)
+    }),
+    number("leader_speed_mps", "m/s", "speed of the leader", |r| r.leader.map(|l| l.2)),
+    number("ttc_s", "s", "time to collision, gap over closing speed; empty while the gap does not close", |r| {
+        r.ttc_s()
+    }),
+    number("target_mps", "m/s", "advised speed", |r| r.advice.map(|a| a.target_mps)),
+    number("range_low_mps", "m/s", "lower edge of the acceptable range", |r| r.advice.map(|a| a.band_mps().0)),
+    number("range_high_mps", "m/s", "upper edge of the acceptable range", |r| r.advice.map(|a| a.band_mps().1)),
+    column(
+        "in_range",
+        "",
+        "the speed is in the acceptable range",
+        Get::Flag(|r| Some(r.advice?.accepts(r.ego.speed_mps))),
+    ),
+    number("mean_speed_mps", "m/s", "mean speed of all vehicles, the ego included", |r| Some(r.mean_speed_mps)),
+];
+
+/// A car at a step; the ego is car 0.
+#[derive(Clone, Copy, Debug)]
+pub struct CarRow {
+    /// When.
+    pub tick: Tick,
+    /// Which.
+    pub car: u32,
+    /// Front bumper along the route, metres.
+    pub s_m: f64,
+    /// Centre, metres.
+    pub x_m: f64,
+    /// Centre, metres.
+    pub y_m: f64,
+    /// Heading, radians.
+    pub yaw_rad: f64,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+    /// Acceleration, m/s2.
+    pub accel_mps2: f64,
+    /// Brake lamps.
+    pub braking: bool,
+}
+
+impl CarRow {
+    /// A car of the traffic.
+    pub fn of(tick: Tick, car: &CarView) -> Self {
+        let at = car.pose;
+        Self {
+            tick,
+            car: car.id.0,
+            s_m: car.s_m,
+            x_m: at.position.x,
+            y_m: at.position.y,
+            yaw_rad: at.yaw_rad,
+            speed_mps: car.speed_mps,
+            accel_mps2: car.accel_mps2,
+            braking: car.braking,
+        }
+    }
+
+    /// The ego.
+    pub fn ego(snapshot: &Snapshot) -> Self {
+        let (ego, pose) = (&snapshot.ego, snapshot.ego.pose());
+        Self {
+            tick: snapshot.tick,
+            car: crate::traffic::EGO.0,
+            s_m: snapshot.ego_s_m,
+            x_m: pose.position.x,
+            y_m: pose.position.y,
+            yaw_rad: pose.yaw_rad,
+            speed_mps: ego.speed_mps,
+            accel_mps2: ego.accel_mps2,
+            braking: ego.braking,
+        }
+    }
+}
+
+/// One row a car and step.
+pub const CARS: &[Column<CarRow>] = &[
+    column("tick", "", "tick at the end of the step", Get::Whole(|r| r.tick.0)),
+    column("car", "", "number of the car; 0 is the ego", Get::Id(|r| Some(r.car))),
+    number("s_m", "m", "front bumper along the route", |r| Some(r.s_m)),
+    number("x_m", "m", "centre, to the east", |r| Some(r.x_m)),
+    number("y_m", "m", "centre, to the north", |r| Some(r.y_m)),
+    number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.yaw_rad)),
+    number("speed_mps", "m/s", "speed", |r| Some(r.speed_mps)),
+    number("accel_mps2", "m/s2", "acceleration", |r| Some(r.accel_mps2)),
+    column("braking", "", "the brake lamps are lit", Get::Flag(|r| Some(r.braking))),
+];
+
+/// An advice.
+#[derive(Clone, Copy, Debug)]
+pub struct AdviceRow {
+    /// What was advised.
+    pub advice: Advice,
+    /// Length of a step, seconds.
+    pub step_s: f64,
+    /// The ego's speed when it was issued, m/s.
+    pub speed_mps: f64,
+    /// Number of the first frame that showed it; `None` without a screen.
+    pub shown_frame: Option<u32>,
+    /// When that frame was handed to the screen, seconds of wall time since the first frame.
+    pub shown_wall_s: Option<f64>,
+}
+
+/// One row an advice.
+pub const ADVICE: &[Column<AdviceRow>] = &[
+    column("tick", "", "tick at which it was issued", Get::Whole(|r| r.advice.issued.0)),
+    column("action", "", "what the policy put out: speed or acceleration", Get::Word(|r| action(&r.advice).0.into())),
+    number("action_value", "m/s or m/s2", "the policy's own number", |r| Some(action(&r.advice).1)),
+    number("target_mps", "m/s", "advised speed", |r| Some(r.advice.target_mps)),
+    number("range_low_mps", "m/s", "lower edge of the acceptable range", |r| Some(r.advice.band_mps().0)),
+    number("range_high_mps", "m/s", "upper edge of the acceptable range", |r| Some(r.advice.band_mps().1)),
+    number("hold_s", "s", "how long it stands", |r| Some(f64::from(r.advice.hold_steps) * r.step_s)),
+    number("speed_mps", "m/s", "the ego's speed at that tick", |r| Some(r.speed_mps)),
+    column("in_range", "", "that speed is in the new range", Get::Flag(|r| Some(r.advice.accepts(r.speed_mps)))),
+    column(
+        "fallback",
+        "",
+        "the policy gave no number: what was advised before stands",
+        Get::Flag(|r| Some(r.advice.is_fallback)),
+    ),
+    column("shown_frame", "", "number of the first frame that showed it", Get::Id(|r| r.shown_frame)),
+    number("shown_wall_s", "s", "when that frame was handed over, wall time since the first frame", |r| r.shown_wall_s),
+];
+
+fn action(advice: &Advice) -> (&'static str, f64) {
+    match advice.action {
+        Action::Speed(value) => ("speed", value),
+        Action::Acceleration(value) => ("acceleration", value),
+    }
+}
+
+/// A frame on the screen.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameRow {
+    /// Its number, from 0.
+    pub frame: u64,
+    /// The last tick before it.
+    pub tick: Tick,
+    /// How far it stands from that tick to the next, 0..1.
+    pub fraction: f64,
+    /// When it was handed to the screen, seconds of wall time since the first.
+    pub wall_s: f64,
+    /// Time since the frame before, seconds.
+    pub elapsed_s: f64,
+    /// Simulation that was given up because it came too late, seconds.
+    pub dropped_s: f64,
+    /// From the newest input that it used to its handing over, seconds, where the device tells times.
+    pub latency_s: Option<f64>,
+}
+
+/// One row a frame.
+pub const FRAMES: &[Column<FrameRow>] = &[
+    column("frame", "", "number of the frame", Get::Whole(|r| r.frame)),
+    column("tick", "", "last tick before it", Get::Whole(|r| r.tick.0)),
+    number("fraction", "", "how far it stands from that tick to the next", |r| Some(r.fraction)),
+    number("wall_s", "s", "when it was handed to the screen, wall time since the first frame", |r| Some(r.wall_s)),
+    number("elapsed_s", "s", "time since the frame before", |r| Some(r.elapsed_s)),
+    number("dropped_s", "s", "simulation that was given up because the frame came too late", |r| Some(r.dropped_s)),
+    number("latency_s", "s", "newest input to handing over, where the device tells times", |r| r.latency_s),
+];
+
+/// Something that happened.
+#[derive(Clone, Debug)]
+pub struct EventRow {
+    /// When.
+    pub tick: Tick,
+    /// What kind, a word.
+    pub kind: String,
+    /// The rest, in words.
+    pub detail: String,
+    /// The other car.
+    pub car: Option<u32>,
+    /// Speed at which two cars closed in, m/s, or offset in metres.
+    pub value: Option<f64>,
+}
+
+impl EventRow {
+    /// The row of an event of the world; advice has a table of its own.
+    pub fn of(event: &Event) -> Option<Self> {
+        let row = |kind: &str, detail: String, car: Option<u32>, value: Option<f64>| {
+            Some(Self { tick: event.tick, kind: kind.into(), detail, car, value })
+        };
+        match event.kind {
+            EventKind::Advice(_) => None,
+            EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
+                let detail = format!("ego at {ego_speed_mps:.3} m/s, car at {car_speed_mps:.3} m/s");
+                row("contact", detail, Some(car.0), Some(closing_mps))
+            }
+            EventKind::LeftRoad { s_m, offset_m } => {
+                row("left_road", format!("at {s_m:.2} m of the route"), None, Some(offset_m))
+            }
+            EventKind::BackOnRoad => row("back_on_road", String::new(), None, None),
+            EventKind::Ended(reason) => row("ended", format!("{reason:?}").to_lowercase(), None, None),
+        }
+    }
+}
+
+/// One row an event.
+pub const EVENTS: &[Column<EventRow>] = &[
+    column("tick", "", "when", Get::Whole(|r| r.tick.0)),
+    column(
+        "event",
+        "",
+        "contact, left_road, back_on_road, ended, mark, note, pause, ...",
+        Get::Word(|r| r.kind.clone()),
+    ),
+    column("detail", "", "the rest in words", Get::Word(|r| r.detail.clone())),
+    column("car", "", "the other car", Get::Id(|r| r.car)),
+    number("value", "m/s or m", "closing speed of a contact, offset where the road was left", |r| r.value),
+];

@@ -1,0 +1,262 @@
+//! The sky as it is seen, with fair-weather clouds, painted once an hour on the CPU. In: the light of the hour ([`Sky`]).
+//! Out: a picture of the upper half of the sky, and how much of it clouds hide. Lengths are kilometres.
+//!
+//! Cumulus is marched through as a volume: flat bases at one height, tops that a noise of three dimensions breaks into
+//! heaps, lit by the sun through their own depth (Beer's law, with a second, thinner exponential for light that is
+//! scattered many times). Cirrus is a thin sheet far above. The clouds stand still: nothing on the screen moves that a
+//! driver could take for motion of the car.
+
+use super::sky::{self, Sky};
+use crate::rng;
+use glam::{Vec2, Vec3, Vec4};
+
+/// Radius of the horizon in the picture as a share of half its side.
+pub const RIM: f32 = 0.98;
+
+/// Heights of the cumulus' bases and of the highest tops above them.
+const BASE_KM: f32 = 1.25;
+const DEPTH_KM: f32 = 0.85;
+/// What a kilometre of dense cloud takes from a ray, as an exponent.
+const DENSITY_PER_KM: f32 = 16.0;
+/// Height of the cirrus.
+const CIRRUS_KM: f32 = 7.0;
+/// Repetition of the map of heaps, and of the noise that breaks them.
+const MAP_KM: f32 = 17.0;
+const NOISE_KM: f32 = 1.5;
+/// Sides of the two tables.
+const MAP: usize = 256;
+const NOISE: usize = 48;
+/// Distances towards the sun at which a cloud's own shade is looked at.
+const TOWARDS_SUN_KM: [f32; 4] = [0.05, 0.14, 0.30, 0.62];
+
+/// Tables from which clouds are made.
+struct Weather {
+    /// Where heaps stand, 0..1, periodic.
+    map: Vec<f32>,
+    /// Billows, 0..1, periodic in three dimensions.
+    noise: Vec<f32>,
+}
+
+/// The picture, `side` by `side`: the zenith in the middle, east to the right, north downwards, stereographic: radiance, and
+/// the opacity of the clouds in w. Beyond the rim, the horizon.
+pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
+    let weather = Weather::new();
+    let clear = sky.picture();
+    let mut picture = vec![Vec4::ZERO; side * side];
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(16);
+    // Bands of rows, taken in turn, so that each thread gets as much sky; every texel stands for itself.
+    let mut bands: Vec<Vec<(usize, &mut [Vec4])>> = (0..threads).map(|_| Vec::new()).collect();
+    for (y, row) in picture.chunks_mut(side).enumerate() {
+        bands[y % threads].push((y, row));
+    }
+    std::thread::scope(|scope| {
+        for band in bands {
+            let (weather, clear) = (&weather, &clear);
+            scope.spawn(move || {
+                for (y, row) in band {
+                    for (x, texel) in row.iter_mut().enumerate() {
+                        let half = side as f32 / 2.0;
+                        let at = (Vec2::new(x as f32, y as f32) + 0.5 - half) / (half * RIM);
+                        let at = at.clamp_length_max(1.0);
+                        let r2 = at.length_squared();
+                        let direction = (at * 2.0).extend(1.0 - r2) / (1.0 + r2);
+                        let open = smooth_between(clear, (0.5 + 0.5 * sky::RIM * at) * sky::SIZE as f32 - 0.5);
+                        let cloud = weather.seen(direction, open, sky);
+                        *texel = (open * (1.0 - cloud.w) + cloud.truncate()).extend(cloud.w);
+                    }
+                }
+            });
+        }
+    });
+    picture
+}
+
+impl Weather {
+    fn new() -> Self {
+        let mut random = rng::stream(0, "render.clouds");
+        let mut white = |n: usize| -> Vec<f32> { (0..n).map(|_| random.uniform(0.0, 1.0) as f32).collect() };
+        let octaves = [9usize, 17, 35, 71].map(|n| (n, white(n * n)));
+        let map = (0..MAP * MAP)
+            .map(|i| {
+                let p = Vec2::new((i % MAP) as f32, (i / MAP) as f32) / MAP as f32;
+                let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
+                for (n, lattice) in &octaves {
+                    sum += weight * plane(lattice, *n, p * *n as f32);
+                    total += weight;
+                    weight *= 0.52;
+                }
+                0.5 + 1.9 * (sum / total - 0.5)
+            })
+            .collect();
+        let octaves = [6usize, 12, 24].map(|n| (n, white(n * n * n)));
+        let noise = (0..NOISE * NOISE * NOISE)
+            .map(|i| {
+                let p = Vec3::new((i % NOISE) as f32, (i / NOISE % NOISE) as f32, (i / NOISE / NOISE) as f32);
+                let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
+                for (n, lattice) in &octaves {
+                    // Folded, so that heaps are round above and creased between.
+                    let v = solid(lattice, *n, p * (*n as f32 / NOISE as f32));
+                    sum += weight * (1.0 - (2.0 * v - 1.0).abs() * 1.6);
+                    total += weight;
+                    weight *= 0.5;
+                }
+                (sum / total).clamp(0.0, 1.0)
+            })
+            .collect();
+        Self { map, noise }
+    }
+
+    /// Density of cumulus at a place, 0..1.
+    fn density(&self, p: Vec3) -> f32 {
+        let h = (p.z - BASE_KM) / DEPTH_KM;
+        let heap = plane(&self.map, MAP, p.truncate() * (MAP as f32 / MAP_KM)) - 0.61;
+        // Tops are as high as heaps are wide; bases are flat.
+        let body = heap * 4.2 - h * 1.15;
+        if heap <= 0.0 || body <= 0.0 || h <= 0.0 {
+            return 0.0;
+        }
+        let coarse = solid(&self.noise, NOISE, p * (NOISE as f32 / NOISE_KM));
+        let fine = solid(&self.noise, NOISE, Vec3::new(p.y, p.z, p.x) * (3.1 * NOISE as f32 / NOISE_KM));
+        let left =
+            body - 0.95 * (1.0 - coarse) * (0.25 + h.min(1.0)) - 0.40 * (1.0 - fine) * (0.35 + 0.65 * h.min(1.0));
+        (left * 2.6).clamp(0.0, 1.0) * (h * 9.0).min(1.0)
+    }
+
+    /// Light, weighted with the opacity in w, of the clouds in a direction where the open sky's light is `open`.
+    fn seen(&self, direction: Vec3, open: Vec3, sky: &Sky) -> Vec4 {
+        let up = direction.z;
+        // Clouds behind the horizon's haze are left to the haze.
+        let clear = ((up - 0.018) / 0.09).clamp(0.0, 1.0);
+        if clear == 0.0 {
+            return Vec4::ZERO;
+        }
+        let cosine = direction.dot(sky.to_sun);
+        let forward = |g: f32| (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
+        // Of a thick cloud, light from all sides and some from the sun's own side; 1 is that of a white sheet.
+        let phase = 0.52 + 0.10 * forward(0.55).min(3.0);
+        let sky_above = sky.ambient(Vec3::Z);
+        let ground = sky.ambient(-Vec3::Z);
+        let steps = (22.0 / up.max(0.12)).clamp(30.0, 100.0) as usize;
+        let step_km = DEPTH_KM / up / steps as f32;
+        let (mut light, mut left) = (Vec3::ZERO, 1.0f32);
+        for i in 0..steps {
+            let h = (i as f32 + 0.5) / steps as f32;
+            let p = direction * ((BASE_KM + DEPTH_KM * h) / up);
+            let density = self.density(p);
+            if density <= 0.0 {
+                continue;
+            }
+            let mut before = 0.0;
+            let mut last = 0.0;
+            for way in TOWARDS_SUN_KM {
+                before += self.density(p + sky.to_sun * way) * (way - last);
+                last = way;
+            }
+            let depth = before * DENSITY_PER_KM;
+            let arrives = 0.62 * (-depth).exp() + 0.38 * (-0.22 * depth).exp();
+            let around = sky_above * (0.42 + 0.50 * h) + ground * 0.30 * (1.0 - h);
+            let own = sky.sun * (phase * arrives) + around * 0.72;
+            let through = (-density * DENSITY_PER_KM * step_km.min(0.25)).exp();
+            light += left * (1.0 - through) * own;
+            left *= through;
+            if left < 0.02 {
+                left = 0.0;
+                break;
+            }
+        }
+        let opacity = 1.0 - left;
+        let cirrus = self.cirrus(direction);
+        let behind = (sky.sun * (0.42 + 0.05 * forward(0.7).min(6.0)) + sky_above * 0.6) * cirrus;
+        let whole = (light + left * behind).extend(opacity + left * cirrus);
+        // The air in between, most of whose haze lies below the clouds.
+        let far_m = 1000.0 * BASE_KM / up;
+        let clean = (-sky.extinction_per_m * (far_m * 0.35)).exp();
+        let colour = whole.truncate() * clean + open * (Vec3::ONE - clean) * whole.w;
+        colour.extend(whole.w) * (clear * clear * (3.0 - 2.0 * clear))
+    }
+
+    /// Opacity of the high sheet: threads drawn out by the wind, in fields.
+    fn cirrus(&self, direction: Vec3) -> f32 {
+        let p = direction.truncate() * (CIRRUS_KM / (direction.z + 0.06));
+        let along = Vec2::new(0.83 * p.x + 0.56 * p.y, 0.83 * p.y - 0.56 * p.x);
+        let at = |q: Vec2| plane(&self.map, MAP, q * MAP as f32);
+        let bend = at(along / 90.0);
+        let threads = at(Vec2::new(along.x / 70.0, along.y / 17.0 + 0.22 * bend));
+        let fine = at(Vec2::new(along.x / 24.0 + 0.3, along.y / 5.0 + 0.8 * bend));
+        let field = ((at(along / 130.0 + Vec2::splat(0.37)) - 0.42) * 3.0).clamp(0.0, 1.0);
+        ((threads * 0.7 + fine * 0.5 - 0.52) * 1.2).clamp(0.0, 1.0) * field * 0.34
+    }
+}
+
+/// The sky's own picture at a place in texels by cubic B-splines: between texels so far apart a straight line shows its
+/// bends.
+fn smooth_between(picture: &[Vec3], p: Vec2) -> Vec3 {
+    let cell = p.floor();
+    let weights = |t: f32| {
+        let (u, t2) = (1.0 - t, t * t);
+        [u * u * u, 4.0 - 6.0 * t2 + 3.0 * t2 * t, 4.0 - 6.0 * u * u + 3.0 * u * u * u, t2 * t].map(|w| w / 6.0)
+    };
+    let (across, down) = (weights(p.x - cell.x), weights(p.y - cell.y));
+    let at = |i: f32| (i.max(0.0) as usize).min(sky::SIZE - 1);
+    let row = |y: f32| -> Vec3 {
+        let texel = |k: usize| picture[at(y) * sky::SIZE + at(cell.x + k as f32 - 1.0)];
+        (0..4).map(|k| texel(k) * across[k]).sum()
+    };
+    (0..4).map(|k| row(cell.y + k as f32 - 1.0) * down[k]).sum()
+}
+
+/// A periodic lattice of `n` by `n`, smoothly interpolated at a place in cells.
+fn plane(lattice: &[f32], n: usize, p: Vec2) -> f32 {
+    let cell = p.floor();
+    let f = p - cell;
+    let f = f * f * (Vec2::splat(3.0) - 2.0 * f);
+    let wrap = |v: f32| (v as i32).rem_euclid(n as i32) as usize;
+    let (x, y) = (wrap(cell.x), wrap(cell.y));
+    let (x1, y1) = ((x + 1) % n, (y + 1) % n);
+    let row = |y: usize| lattice[y * n + x] + (lattice[y * n + x1] - lattice[y * n + x]) * f.x;
+    let (low, high) = (row(y), row(y1));
+    low + (high - low) * f.y
+}
+
+/// The same in three dimensions.
+fn solid(lattice: &[f32], n: usize, p: Vec3) -> f32 {
+    let cell = p.z.floor();
+    let f = p.z - cell;
+    let f = f * f * (3.0 - 2.0 * f);
+    let z = (cell as i32).rem_euclid(n as i32) as usize;
+    let layer = |z: usize| plane(&lattice[z * n * n..(z + 1) * n * n], n, p.truncate());
+    let (low, high) = (layer(z), layer((z + 1) % n));
+    low + (high - low) * f
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clouds_leave_most_of_the_sky_free_and_are_lit_but_not_burnt() {
+        for (height, visibility_m) in [(0.65f32, 30_000.0), (0.2, 30_000.0), (0.65, 3000.0)] {
+            let sky = Sky::new(Vec3::new((1.0 - height * height).sqrt(), 0.0, height), visibility_m);
+            let side = 128;
+            let picture = paint(&sky, side);
+            assert!(picture == paint(&sky, side), "the same clouds every time");
+            let hidden: f32 = picture.iter().map(|t| t.w).sum();
+            let cover = hidden / (picture.len() as f32 * std::f32::consts::PI / 4.0 * RIM * RIM);
+            assert!((0.08..0.45).contains(&cover), "{cover}");
+            for texel in &picture {
+                assert!(texel.is_finite() && (0.0..=1.001).contains(&texel.w), "{texel}");
+            }
+            // On the side away from the sun's own glare, clouds are no brighter than half as much again as a white sheet
+            // that faces the sun.
+            let west = picture.iter().enumerate().filter(|(i, t)| i % side < side / 2 && t.w > 0.9);
+            let brightest = west.fold(Vec3::ZERO, |most, (_, t)| most.max(t.truncate()));
+            let sheet = sky.sun + sky.ambient(Vec3::Z);
+            assert!((brightest / sheet).max_element() < 1.5, "{brightest} {sheet}");
+            // They end in the haze before the horizon does, and the open sky is the air's own.
+            assert!(picture[side / 2].w < 0.02 && picture[side / 2 * side].w < 0.02);
+            let middle = (side / 2) * side + side / 2;
+            let open = |k: usize| (picture[k].truncate() / sky.radiance(Vec3::Z) - 1.0).abs().max_element();
+            assert!(picture[middle].w > 0.01 || open(middle) < 0.05, "{}", open(middle));
+        }
+    }
+}

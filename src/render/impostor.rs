@@ -1,0 +1,250 @@
+//! Far trees: what a tree looks like from eight sides and from above, painted once from its finest model. In: meshes and
+//! their leaves ([`leaves`]). Out: an array texture; a tree some 50 pixels high is two triangles with a picture of the
+//! thousand that it has near by, in the same light.
+//!
+//! Layers come in pairs: the square root of the albedo with the cover in a, then the normal in the tree's own frame. Pair
+//! `kind * VIEWS + view`; a view's eye stands at the azimuth `view / SIDES` of a turn, the last one's above. The picture
+//! holds the tree's ball: its middle is the middle of the model's height, its half side [`Extent::half_m`].
+
+use super::leaves::{self, Layers};
+use crate::scene::{Material, Mesh, Vertex};
+use glam::{Vec2, Vec3, vec2};
+use std::f32::consts::TAU;
+
+/// Pictures around a tree.
+pub const SIDES: usize = 8;
+/// And one from above.
+pub const VIEWS: usize = SIDES + 1;
+/// Side of a picture, texels; a power of two.
+const SIZE: usize = 64;
+/// Painted so much larger, then reduced.
+const FINER: usize = 2;
+const LEVELS: u32 = SIZE.ilog2();
+
+/// Cover, albedo, normal.
+type Texel = [f32; 7];
+
+/// Half the side of a model's pictures, metres, and the height of their middle.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Half the side, metres.
+    pub half_m: f32,
+    /// Height of the middle above the foot, metres.
+    pub middle_m: f32,
+}
+
+impl Extent {
+    /// Of a model with its foot at the origin.
+    pub fn of(mesh: &Mesh) -> Self {
+        let reach = mesh.vertices.iter().map(|v| Vec2::new(v.position[0], v.position[1]).length()).fold(0.0, f32::max);
+        let high = mesh.vertices.iter().map(|v| v.position[2]).fold(0.0, f32::max);
+        Self { half_m: reach.max(high / 2.0) * 1.02, middle_m: high / 2.0 }
+    }
+}
+
+/// The pictures of all `trees` as a texture view.
+pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, trees: &[Mesh]) -> wgpu::TextureView {
+    let pictures = pictures(trees);
+    let layers = 2 * pictures.len().max(1) as u32;
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("far trees"),
+        size: wgpu::Extent3d { width: SIZE as u32, height: SIZE as u32, depth_or_array_layers: layers },
+        mip_level_count: LEVELS,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for level in 0..LEVELS as usize {
+        let side = (SIZE >> level) as u32;
+        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let mut bytes = Vec::new();
+        for picture in &pictures {
+            bytes.extend(picture[level].iter().flat_map(|t| [t[1].sqrt(), t[2].sqrt(), t[3].sqrt(), t[0]].map(byte)));
+            bytes.extend(
+                picture[level]
+                    .iter()
+                    .flat_map(|t| [0.5 + 0.5 * t[4], 0.5 + 0.5 * t[5], 0.5 + 0.5 * t[6], 1.0].map(byte)),
+            );
+        }
+        if bytes.is_empty() {
+            continue;
+        }
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo { mip_level: level as u32, ..texture.as_image_copy() },
+            &bytes,
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 4), rows_per_image: Some(side) },
+            wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+        );
+    }
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    })
+}
+
+/// Every picture in all its sizes, kinds one after the other; a thread for each kind.
+fn pictures(trees: &[Mesh]) -> Vec<Vec<Vec<Texel>>> {
+    let layers = leaves::layers();
+    std::thread::scope(|scope| {
+        let kind = |mesh| scope.spawn(move || (0..VIEWS).map(|view| reduced(picture(mesh, layers, view))).collect());
+        let kinds: Vec<std::thread::ScopedJoinHandle<Vec<Vec<Vec<Texel>>>>> = trees.iter().map(kind).collect();
+        kinds.into_iter().flat_map(|kind| kind.join().expect("painting does not panic")).collect()
+    })
+}
+
+/// Right, up and towards the eye of a view, tree's frame.
+fn axes(view: usize) -> [Vec3; 3] {
+    if view == SIDES {
+        return [Vec3::X, Vec3::Y, Vec3::Z];
+    }
+    let out = Vec2::from_angle(TAU * view as f32 / SIDES as f32);
+    [out.perp().extend(0.0), Vec3::Z, out.extend(0.0)]
+}
+
+/// A model seen from one side: triangles over one another by depth, cut out as the tree shader cuts them.
+fn picture(mesh: &Mesh, layers: &Layers, view: usize) -> Vec<Texel> {
+    const SIDE: usize = SIZE * FINER;
+    let extent = Extent::of(mesh);
+    let [right, up, towards] = axes(view);
+    let scale = SIDE as f32 / (2.0 * extent.half_m);
+    // Pixels and depth.
+    let place = |v: &Vertex| {
+        let p = Vec3::from(v.position) - Vec3::Z * extent.middle_m;
+        Vec3::new(p.dot(right) * scale, -p.dot(up) * scale, p.dot(towards)) + Vec2::splat(SIDE as f32 / 2.0).extend(0.0)
+    };
+    let mut depth = vec![f32::MIN; SIDE * SIDE];
+    let mut texels = vec![[0.0; 7]; SIDE * SIDE];
+    for t in mesh.indices.chunks_exact(3) {
+        let corners = [0, 1, 2].map(|k| &mesh.vertices[t[k] as usize]);
+        let [a, b, c] = corners.map(place);
+        let area = (b - a).truncate().perp_dot((c - a).truncate());
+        if area.abs() < 1e-6 {
+            continue;
+        }
+        let low = a.min(b).min(c).max(Vec3::ZERO);
+        let high = a.max(b).max(c).min(Vec3::splat(SIDE as f32 - 1.0));
+        for y in low.y as usize..=high.y.max(0.0) as usize {
+            for x in low.x as usize..=high.x.max(0.0) as usize {
+                let p = vec2(x as f32 + 0.5, y as f32 + 0.5);
+                let [u, v] = [c, a].map(|from| {
+                    let to = if from == c { a } else { b };
+                    (to.truncate() - from.truncate()).perp_dot(p - from.truncate()) / area
+                });
+                let weights = [1.0 - u - v, u, v];
+                if weights.iter().any(|w| *w < 0.0) {
+                    continue;
+                }
+                let z = weights[0] * a.z + weights[1] * b.z + weights[2] * c.z;
+                if z <= depth[y * SIDE + x] {
+                    continue;
+                }
+                if let Some(texel) = shade(corners, weights, layers) {
+                    depth[y * SIDE + x] = z;
+                    texels[y * SIDE + x] = texel;
+                }
+            }
+        }
+    }
+    halve(&texels, SIDE)
+}
+
+/// What is at a place of a triangle; nothing between leaves.
+fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &Layers) -> Option<Texel> {
+    let mean = |of: &dyn Fn(&Vertex) -> f32| -> f32 { corners.iter().zip(weights).map(|(v, w)| of(v) * w).sum() };
+    let uv = vec2(mean(&|v| v.uv[0]), mean(&|v| v.uv[1]));
+    let normal = Vec3::new(mean(&|v| v.normal[0]), mean(&|v| v.normal[1]), mean(&|v| v.normal[2]));
+    let leafy = corners[0].material == Material::Leaves as u32;
+    let (mut tone, mut lean) = (1.0, Vec3::ZERO);
+    if leafy {
+        let whole = (Vec2::from(corners[0].uv) * 0.5).floor();
+        let leaf = leaves::at(layers, whole, uv - 2.0 * whole);
+        if leaf[0] < 0.5 {
+            return None;
+        }
+        tone = 2.0 * leaf[1];
+        let flat = vec2(leaf[2], leaf[3]) * 2.0 - 1.0;
+        lean = 0.6 * flat.extend(0.5 * (flat.x - flat.y));
+    }
+    let normal = (normal.normalize_or(Vec3::Z) + lean).normalize_or(Vec3::Z);
+    let [r, g, b] = [0, 1, 2].map(|i| mean(&|v| v.colour[i]) * tone);
+    Some([1.0, r, g, b, normal.x, normal.y, normal.z])
+}
+
+/// Means of four; colour and normal weighted by cover.
+fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
+    let half = side / 2;
+    let mut out = Vec::with_capacity(half * half);
+    for i in 0..half * half {
+        let (x, y) = (i % half, i / half);
+        let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| texels[(2 * y + dy) * side + 2 * x + dx]);
+        let cover: f32 = four.iter().map(|t| t[0]).sum();
+        let mut mean = [0.0; 7];
+        for t in &four {
+            (1..7).for_each(|k| mean[k] += t[k] * (t[0] + 1e-4) / (cover + 4e-4));
+        }
+        mean[0] = cover / 4.0;
+        out.push(mean);
+    }
+    out
+}
+
+/// A picture in all its sizes; each covers the same share, and gaps have their surroundings' colour.
+fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
+    let mut plain = vec![full];
+    for level in 1..LEVELS as usize {
+        plain.push(halve(&plain[level - 1], SIZE >> (level - 1)));
+    }
+    // From the coarsest to the finest: where nothing is, what the coarser one has there.
+    for level in (0..LEVELS as usize - 1).rev() {
+        let side = SIZE >> level;
+        for i in 0..side * side {
+            if plain[level][i][0] < 0.02 {
+                let from = plain[level + 1][(i / side / 2) * (side / 2) + i % side / 2];
+                plain[level][i][1..].copy_from_slice(&from[1..]);
+            }
+        }
+    }
+    let mean = |texels: &[Texel]| texels.iter().map(|t| t[0]).sum::<f32>() / texels.len() as f32;
+    let share = mean(&plain[0]);
+    for texels in &mut plain {
+        let (mut low, mut high) = (0.5, 4.0);
+        for _ in 0..16 {
+            let middle = 0.5 * (low + high);
+            let covered = texels.iter().filter(|t| t[0] * middle > 0.5).count() as f32 / texels.len() as f32;
+            if covered < share { low = middle } else { high = middle }
+        }
+        texels.iter_mut().for_each(|t| t[0] = (t[0] * high).min(1.0));
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_the_models_outline() {
+        // A triangle that faces +x, 4 m wide and 6 m high: seen from +x it is there, from +y it is an edge.
+        let corner = |y: f32, z: f32| Vertex {
+            position: [0.0, y, z],
+            normal: [1.0, 0.0, 0.0],
+            colour: [0.25; 3],
+            material: Material::Bark as u32,
+            ..Default::default()
+        };
+        let mesh =
+            Mesh { vertices: vec![corner(-2.0, 0.0), corner(2.0, 0.0), corner(0.0, 6.0)], indices: vec![0, 1, 2] };
+        let seen = |view: usize| picture(&mesh, leaves::layers(), view);
+        let share = |texels: &[Texel]| texels.iter().map(|t| t[0]).sum::<f32>() / texels.len() as f32;
+        let side = 2.0 * Extent::of(&mesh).half_m;
+        assert!((share(&seen(0)) - 12.0 / (side * side)).abs() < 0.02, "{}", share(&seen(0)));
+        assert!(share(&seen(SIDES / 4)) < 0.03);
+        let middle = seen(0)[SIZE / 2 * SIZE + SIZE / 2];
+        assert!(middle[0] > 0.9 && (middle[1] - 0.25).abs() < 0.01 && middle[4] > 0.9, "{middle:?}");
+        // Up is up: the tip is narrow.
+        let row = |y: usize| seen(0)[y * SIZE..(y + 1) * SIZE].iter().map(|t| t[0]).sum::<f32>();
+        assert!(row(SIZE - 6) > 3.0 * row(6), "{} {}", row(SIZE - 6), row(6));
+    }
+}

@@ -1,0 +1,67 @@
+//! Colours as a person writes them: a name or `#rrggbb`. In: text. Out: sRGB bytes, or linear RGB for the picture.
+
+/// Names that are understood, with their sRGB values.
+pub const NAMES: [(&str, [u8; 3]); 12] = [
+    ("red", [0xb8, 0x16, 0x12]),
+    ("green", [0x30, 0xa2, 0x45]),
+    ("blue", [0x1c, 0x4e, 0x9e]),
+    ("yellow", [0xe6, 0xb8, 0x10]),
+    ("orange", [0xd9, 0x66, 0x10]),
+    ("violet", [0x5a, 0x2e, 0x8a]),
+    ("white", [0xdc, 0xdc, 0xda]),
+    ("silver", [0xa6, 0xaa, 0xad]),
+    ("grey", [0x60, 0x64, 0x68]),
+    ("black", [0x1c, 0x1c, 0x1e]),
+    ("brown", [0x56, 0x38, 0x22]),
+    ("magenta", [0xe1, 0x00, 0xe1]),
+];
+
+/// The sRGB bytes of a name or of `#rrggbb`.
+///
+/// # Errors
+/// What is allowed.
+pub fn srgb(text: &str) -> Result<[u8; 3], String> {
+    if let Some((_, bytes)) = NAMES.iter().find(|(name, _)| *name == text) {
+        return Ok(*bytes);
+    }
+    let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()));
+    let byte = |i: usize| digits.and_then(|d| u8::from_str_radix(&d[2 * i..2 * i + 2], 16).ok());
+    match (byte(0), byte(1), byte(2)) {
+        (Some(r), Some(g), Some(b)) => Ok([r, g, b]),
+        _ => {
+            let names: Vec<&str> = NAMES.iter().map(|(name, _)| *name).collect();
+            Err(format!("#rrggbb (six hexadecimal digits) or one of {}", names.join(", ")))
+        }
+    }
+}
+
+/// The same as linear RGB, 0..1 (IEC 61966-2-1).
+///
+/// # Errors
+/// As [`srgb`].
+pub fn linear(text: &str) -> Result<[f32; 3], String> {
+    srgb(text).map(|bytes| {
+        bytes.map(|byte| {
+            let v = f32::from(byte) / 255.0;
+            if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_colour_is_a_name_or_six_digits_and_anything_else_is_told_what_is_allowed() {
+        assert_eq!(srgb("#ff8000"), Ok([255, 128, 0]));
+        assert_eq!(srgb("#FF8000"), Ok([255, 128, 0]));
+        assert_eq!(srgb("red"), Ok(NAMES[0].1));
+        for bad in ["", "#12345", "#1234567", "#+12345", "123456", "rad", "Red", "#ffé00"] {
+            let allowed = srgb(bad).expect_err(bad);
+            assert!(allowed.contains("#rrggbb") && allowed.contains("silver"), "{allowed}");
+        }
+        let [r, g, b] = linear("#ff8000").expect("a colour");
+        assert!(r == 1.0 && (g - 0.2159).abs() < 1e-3 && b == 0.0, "{r} {g} {b}");
+    }
+}
