@@ -138,6 +138,14 @@ fn speed_advice_reaches_4_2_at_every_hold_up_to_30_s() {
 }
 
 #[test]
+fn to_the_letter_speed_advice_exceeds_the_published_series_at_every_hold() {
+    for [hold_s, published_mps] in codrive::train::figures::PUBLISHED.into_iter().filter(|p| p[0] <= 24.0) {
+        let speed = mean(&driven_by("ring-250-speed-exact", &paper_ring(hold_s)), |v| v.mean_mps);
+        assert!(speed >= published_mps, "hold {hold_s} s: {speed}, published {published_mps}");
+    }
+}
+
+#[test]
 fn acceleration_advice_lets_nobody_stand_for_good() {
     // The first policy that shipped advised 0.00 m/s for ever to a driver who answered late.
     for hold_s in [0.1, 1.0, 10.0, 30.0] {
