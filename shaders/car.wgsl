@@ -45,7 +45,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         metal = 0.3;
         rough = 0.42;
         shine = 0.55;
-        coat = 1.5;
+        coat = 1.15;
     } else if material == GLASS {
         // What is seen of the interior is dim.
         albedo *= 0.35;
@@ -81,11 +81,11 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     light += shine * (around * (f0 * share.x + share.y) + sun * sun_gloss(facet, view, rough, f0));
 
     // The coat lies over all that.
-    let coat_rough = steadied(0.06, facet);
+    let coat_rough = steadied(0.05, facet);
     let reflected = min(coat * fresnel(facet, view, 0.045), 1.0);
     let image = around_car(bounced, above, ground, coat_rough * coat_rough) * occluded;
     light = light * (1.0 - reflected) + reflected * image;
-    light += min(coat, 0.8) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04));
+    light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04));
 
     // Lamps: green and blue of a brake lamp's colour are its shares of the running and of the braking light.
     let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);

@@ -8,6 +8,7 @@ struct Frame {
     light_shift: array<vec4f, 3>,
     // xyz eye; w 1 for a perspective lens, 0 for a parallel one
     eye: vec4f,
+    // w: speed of the wind, m/s
     forward: vec4f,
     right: vec4f,
     up: vec4f,

@@ -33,12 +33,28 @@ override LEAST_COVER: f32 = 0.5;
 @group(0) @binding(9) var leaves: texture_2d_array<f32>;
 @group(0) @binding(10) var leaf_sampler: sampler;
 
+// How far the wind has moved a place of a tree: the stem slowly as one, more above; twigs and their leaves by themselves. A
+// light breeze (3 m/s, Beaufort 2) moves the top of a tree of 12 m by some 4 cm and a leaf by 2 cm.
+fn swayed(world: vec3f, foot: vec3f, leafy: bool) -> vec3f {
+    let wind = frame.forward.w;
+    let t = frame.to_sun_time.w;
+    let high = max(world.z - foot.z, 0.0);
+    // Gusts travel over the land at the wind's speed.
+    let phase = 0.13 * (foot.x + 0.6 * foot.y);
+    let gust = 0.6 + 0.4 * sin(0.37 * t - 0.5 * phase);
+    let stem = 0.00010 * wind * gust * high * high * (sin(1.3 * t - phase) + 0.4 * sin(2.9 * t - 1.7 * phase));
+    let own = dot(world - foot, vec3f(2.3, 3.1, 2.7));
+    let flutter = select(0.0, 0.006, leafy) * wind * gust;
+    let leaf = flutter * vec3f(sin(2.7 * t + own), sin(3.3 * t + 1.3 * own), 0.6 * sin(4.1 * t + 0.7 * own));
+    return world + stem * vec3f(0.8, 0.5, 0.0) + leaf;
+}
+
 @vertex
 fn vertex(corner: Corner, at: Placed) -> Surface {
     var out: Surface;
     let leafy = corner.material == LEAVES;
     let whole = floor(corner.uv * 0.5);
-    out.world = place(at, corner.position);
+    out.world = swayed(place(at, corner.position), vec3f(at.x.w, at.y.w, at.z.w), leafy);
     out.clip = frame.clip_from_world * vec4f(out.world, 1.0);
     out.normal = turn(at, corner.normal);
     out.colour = corner.colour * select(vec3f(1.0), at.colour_brake.rgb, leafy);

@@ -25,7 +25,7 @@
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot, Scenario / TRPO on the fast ring
 //! hud                          the dial as data
 //! scene  record                what is to be seen, on the CPU / every tick on disk: journal, tables, manifest
-//! render                       wgpu passes
+//! render  study                wgpu passes / study files, orders, plans, questionnaires
 //! panel                        egui: the experimenter's panel
 //! app                          the one loop: window, off-line
 //! cli  main
@@ -55,6 +55,7 @@ pub mod rng;
 pub mod scene;
 pub mod sim;
 pub mod space;
+pub mod study;
 pub mod time;
 pub mod traffic;
 pub mod train;

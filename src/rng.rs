@@ -33,6 +33,15 @@ impl Stream {
     pub fn index(&mut self, n: usize) -> usize {
         (self.uniform(0.0, n as f64) as usize).min(n.saturating_sub(1))
     }
+
+    /// The numbers `0..n` in an order in which every one is equally likely everywhere (Fisher and Yates).
+    pub fn permutation(&mut self, n: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..n).collect();
+        for place in (1..n).rev() {
+            order.swap(place, self.index(place + 1));
+        }
+        order
+    }
 }
 
 #[cfg(test)]

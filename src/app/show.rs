@@ -41,7 +41,7 @@ impl Show {
     /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, AppError> {
         let drive = Drive::new(scenario, pace)?;
-        let stage = Stage::build(drive.world.map(), scenario.seed);
+        let stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
         Ok(Self::with(drive, stage, Devices::open(), ViewKind::Driver))
     }
 
@@ -132,10 +132,10 @@ impl Show {
                 return Err(error.into());
             }
         };
-        let moved = old.map != scenario.map || old.seed != scenario.seed;
+        let moved = old.map != scenario.map || old.seed != scenario.seed || old.trees != scenario.trees;
         let redraw = moved || old.quality != scenario.quality;
         if moved {
-            self.stage = Stage::build(drive.world.map(), scenario.seed);
+            self.stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
         }
         self.options = view_options(scenario);
         self.instruments = Instruments::new(&drive.world);
@@ -233,6 +233,7 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
         ego_paint: colour::linear(&scenario.ego_colour).unwrap_or(usual.ego_paint),
         traffic_paint: colour::linear(&scenario.traffic_colour).unwrap_or(usual.traffic_paint),
         visibility_m: (1000.0 * scenario.visibility_km) as f32,
+        wind_mps: scenario.wind_mps as f32,
         ..usual
     }
     .at_hour(scenario.time_h as f32)

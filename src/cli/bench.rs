@@ -1,7 +1,7 @@
 //! `codrive bench`: measurements of this program on this machine.
 
 use super::{CliError, flags};
-use crate::app::bench::{self, Drive, FrameTimes, LearningTimes, Report, Startup, Times};
+use crate::app::bench::{self, Drive, FrameTimes, Growth, LearningTimes, Report, Startup, Times};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
@@ -32,15 +32,16 @@ pub(super) fn command() -> Command {
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let scenario = flags::scenario(matches)?;
-    let frames = matches.get_one::<u32>("frames").copied().unwrap_or(20);
+    let count = matches.get_one::<u32>("frames").copied().unwrap_or(20);
     let sizes: &[[u32; 2]] = if matches.get_flag("small") { &bench::SIZES[..1] } else { &bench::SIZES };
     // Start-up first: later the shader cache and the map are warm.
     let (startup, mut picture) = bench::startup(&scenario)?;
-    let frames = picture.frames(sizes, frames)?;
+    let frames = picture.frames(sizes, count)?;
     let minutes = matches.get_one::<u32>("minutes").copied().unwrap_or(0);
     let drive = (minutes > 0).then(|| drive(&mut picture, minutes, sizes[sizes.len() - 1])).transpose()?;
     let adapter = picture.adapter();
     drop(picture);
+    let growth = bench::growth(&scenario, sizes[0], count)?;
     let simulation = bench::simulation(&scenario)?;
     let learning = bench::learning();
     let memory_mb = bench::peak_memory_mb();
@@ -53,16 +54,25 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "startup": startup,
             "frames": frames,
             "drive": drive,
+            "growth": growth,
             "simulation": simulation,
             "learning": learning,
             "peak_memory_mb": memory_mb,
         });
         println!("{report:#}");
     } else {
-        print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &simulation, memory_mb));
+        print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb));
         print!("{}", learning_words(&learning));
     }
     Ok(())
+}
+
+/// Drives on, with a bar where someone watches.
+fn drive(picture: &mut bench::Picture, minutes: u32, size: [u32; 2]) -> Result<Drive, CliError> {
+    let bar = super::progress(1000, format!("{minutes} min of driving"));
+    let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
+    bar.finish_and_clear();
+    Ok(drive)
 }
 
 fn learning_words(times: &LearningTimes) -> String {
@@ -81,19 +91,12 @@ fn learning_words(times: &LearningTimes) -> String {
     )
 }
 
-/// Drives on, with a bar where someone watches.
-fn drive(picture: &mut bench::Picture, minutes: u32, size: [u32; 2]) -> Result<Drive, CliError> {
-    let bar = super::progress(1000, format!("{minutes} min of driving"));
-    let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
-    bar.finish_and_clear();
-    Ok(drive)
-}
-
 fn words(
     adapter: &str,
     startup: &Startup,
     frames: &[FrameTimes],
     drive: Option<&Drive>,
+    growth: &[Growth],
     simulation: &Report,
     memory_mb: Option<f64>,
 ) -> String {
@@ -124,6 +127,12 @@ fn words(
             "{:.0} s of driving at {}x{}: median {median:.2} ms, 99 % below {p99:.2}, longest {max:.2}; {} of {} frames above \
              twice the median",
             drive.seconds, drive.size[0], drive.size[1], drive.hitches, drive.times.samples
+        ));
+    }
+    for row in growth {
+        lines.push(format!(
+            "{:<9} {:>4}x{:<4} 40 cars and 5000 trees on ring-641 over 22 and 1000 on ring-250: {:.2} over {:.2} ms, ratio {:.2}",
+            row.view, row.size[0], row.size[1], row.large_ms, row.small_ms, row.ratio
         ));
     }
     if let Some(sumo) = &simulation.sumo_step {

@@ -10,6 +10,7 @@ mod recover;
 mod render;
 mod replay;
 mod run;
+mod study;
 mod train;
 
 use crate::{
@@ -55,6 +56,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("drive", m)) => drive::main(m),
         Some(("run", m)) => run::main(m),
         Some(("render", m)) => render::main(m),
+        Some(("study", m)) => study::main(m),
         Some(("replay", m)) => replay::main(m),
         Some(("recover", m)) => recover::main(m),
         Some(("map", m)) => map::main(m),
@@ -85,6 +87,7 @@ pub fn command() -> Command {
         .subcommand(flags::add(drive::command()))
         .subcommand(flags::add(run::command()))
         .subcommand(flags::add(render::command()))
+        .subcommand(study::command())
         .subcommand(replay::command())
         .subcommand(recover::command())
         .subcommand(train::command())

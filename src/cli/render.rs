@@ -86,7 +86,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut run = Run::new(&scenario, [0.0, f64::INFINITY])?;
     run.until(at_s)?;
     let world = run.world();
-    let stage = Stage::build(world.map(), scenario.seed);
+    let stage = Stage::with_trees(world.map(), scenario.seed, scenario.trees as usize);
     let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
     let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(&scenario), &stage);
     if kind.has_dial() {

@@ -23,9 +23,9 @@ const CIRRUS_KM: f32 = 7.0;
 /// Repetition of the map of heaps, and of the noise that breaks them.
 const MAP_KM: f32 = 17.0;
 const NOISE_KM: f32 = 1.5;
-/// Sides of the two tables.
+/// Sides of the two tables, powers of two.
 const MAP: usize = 256;
-const NOISE: usize = 48;
+const NOISE: usize = 64;
 /// Distances towards the sun at which a cloud's own shade is looked at.
 const TOWARDS_SUN_KM: [f32; 4] = [0.05, 0.14, 0.30, 0.62];
 
@@ -106,17 +106,22 @@ impl Weather {
         Self { map, noise }
     }
 
+    /// Over what share of the map's range a heap stands at a place; negative between heaps.
+    fn heap(&self, p: Vec3) -> f32 {
+        fast_plane::<MAP>(&self.map, p.truncate() * (MAP as f32 / MAP_KM)) - 0.61
+    }
+
     /// Density of cumulus at a place, 0..1.
     fn density(&self, p: Vec3) -> f32 {
         let h = (p.z - BASE_KM) / DEPTH_KM;
-        let heap = plane(&self.map, MAP, p.truncate() * (MAP as f32 / MAP_KM)) - 0.61;
+        let heap = self.heap(p);
         // Tops are as high as heaps are wide; bases are flat.
         let body = heap * 4.2 - h * 1.15;
         if heap <= 0.0 || body <= 0.0 || h <= 0.0 {
             return 0.0;
         }
-        let coarse = solid(&self.noise, NOISE, p * (NOISE as f32 / NOISE_KM));
-        let fine = solid(&self.noise, NOISE, Vec3::new(p.y, p.z, p.x) * (3.1 * NOISE as f32 / NOISE_KM));
+        let coarse = fast_solid::<NOISE>(&self.noise, p * (NOISE as f32 / NOISE_KM));
+        let fine = fast_solid::<NOISE>(&self.noise, Vec3::new(p.y, p.z, p.x) * (3.1 * NOISE as f32 / NOISE_KM));
         let left =
             body - 0.95 * (1.0 - coarse) * (0.25 + h.min(1.0)) - 0.40 * (1.0 - fine) * (0.35 + 0.65 * h.min(1.0));
         (left * 2.6).clamp(0.0, 1.0) * (h * 9.0).min(1.0)
@@ -136,13 +141,17 @@ impl Weather {
         let phase = 0.52 + 0.10 * forward(0.55).min(3.0);
         let sky_above = sky.ambient(Vec3::Z);
         let ground = sky.ambient(-Vec3::Z);
-        let steps = (22.0 / up.max(0.12)).clamp(30.0, 100.0) as usize;
+        let steps = (15.0 / up.max(0.12)).clamp(22.0, 72.0) as usize;
         let step_km = DEPTH_KM / up / steps as f32;
         let (mut light, mut left) = (Vec3::ZERO, 1.0f32);
-        for i in 0..steps {
-            let h = (i as f32 + 0.5) / steps as f32;
+        let mut step = 0;
+        while step < steps {
+            let h = (step as f32 + 0.5) / steps as f32;
             let p = direction * ((BASE_KM + DEPTH_KM * h) / up);
-            let density = self.density(p);
+            // The further from a heap on the map, the further to the next.
+            let heap = self.heap(p);
+            step += 1 + (-heap * 6.0).max(0.0) as usize;
+            let density = if heap > 0.0 { self.density(p) } else { 0.0 };
             if density <= 0.0 {
                 continue;
             }
@@ -179,7 +188,7 @@ impl Weather {
     fn cirrus(&self, direction: Vec3) -> f32 {
         let p = direction.truncate() * (CIRRUS_KM / (direction.z + 0.06));
         let along = Vec2::new(0.83 * p.x + 0.56 * p.y, 0.83 * p.y - 0.56 * p.x);
-        let at = |q: Vec2| plane(&self.map, MAP, q * MAP as f32);
+        let at = |q: Vec2| fast_plane::<MAP>(&self.map, q * MAP as f32);
         let bend = at(along / 90.0);
         let threads = at(Vec2::new(along.x / 70.0, along.y / 17.0 + 0.22 * bend));
         let fine = at(Vec2::new(along.x / 24.0 + 0.3, along.y / 5.0 + 0.8 * bend));
@@ -216,6 +225,27 @@ fn plane(lattice: &[f32], n: usize, p: Vec2) -> f32 {
     let row = |y: usize| lattice[y * n + x] + (lattice[y * n + x1] - lattice[y * n + x]) * f.x;
     let (low, high) = (row(y), row(y1));
     low + (high - low) * f.y
+}
+
+/// The tables' own lookups, millions of them: straight lines between texels, and a side of a power of two.
+#[inline]
+fn fast_plane<const N: usize>(table: &[f32], p: Vec2) -> f32 {
+    let cell = p.floor();
+    let f = p - cell;
+    let (x, y) = (cell.x as i32 as usize & (N - 1), cell.y as i32 as usize & (N - 1));
+    let (x1, y1) = ((x + 1) & (N - 1), (y + 1) & (N - 1));
+    let low = table[y * N + x] + (table[y * N + x1] - table[y * N + x]) * f.x;
+    let high = table[y1 * N + x] + (table[y1 * N + x1] - table[y1 * N + x]) * f.x;
+    low + (high - low) * f.y
+}
+
+#[inline]
+fn fast_solid<const N: usize>(table: &[f32], p: Vec3) -> f32 {
+    let cell = p.z.floor();
+    let z = cell as i32 as usize & (N - 1);
+    let layer = |z: usize| fast_plane::<N>(&table[z * N * N..(z + 1) * N * N], p.truncate());
+    let (low, high) = (layer(z), layer((z + 1) & (N - 1)));
+    low + (high - low) * (p.z - cell)
 }
 
 /// The same in three dimensions.

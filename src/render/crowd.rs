@@ -23,6 +23,8 @@ pub struct Batches {
     pub wheels: [Range<u32>; 3],
     /// Tufts of grass.
     pub tufts: Range<u32>,
+    /// Patches of shade at the feet of trees.
+    pub roots: Range<u32>,
     /// Trees by kind and [`Detail`].
     pub trees: Vec<[Range<u32>; 4]>,
 }
@@ -43,11 +45,14 @@ pub enum Detail {
 /// Number of details.
 const LEVELS: usize = 4;
 /// Radius in the picture from which a tree is drawn with every twig, pixels.
-const NEAR_PX: f32 = 75.0;
+const NEAR_PX: f32 = 85.0;
 /// Radius from which it is drawn with its boughs, pixels.
-const MID_PX: f32 = 26.0;
+const MID_PX: f32 = 36.0;
 /// Share of these radii over which one level gives way to the other.
 const BAND: f32 = 0.22;
+/// Radius of the shade at a tree's foot as a share of the tree's, and how far away it is drawn, metres.
+const ROOT: f32 = 0.62;
+const ROOTS_M: f32 = 90.0;
 /// Radius of a ball that holds a car with its wheels, metres.
 const REACH_M: f32 = 3.3;
 /// Radius that stands for a car where its detail is chosen, metres: near up to some 27 m in a picture of 1280 pixels.
@@ -99,6 +104,8 @@ struct Tree {
     kind: usize,
     /// Stands on the horizon, where it is only ever a picture.
     distant: bool,
+    /// The patch of shade at its foot.
+    root: Option<Instance>,
 }
 
 impl Tree {
@@ -111,7 +118,17 @@ impl Tree {
             instance: Instance::new(world, place.tint, 1.0),
             kind: place.kind,
             distant,
+            root: None,
         }
+    }
+
+    /// With shade on the ground, whose normal this is.
+    fn rooted(self, ground: Vec3) -> Self {
+        let turn = Quat::from_rotation_arc(Vec3::Z, ground);
+        let foot = self.instance.origin() + 0.08 * ground;
+        let reach = Vec3::splat(ROOT * self.radius_m);
+        let world = Affine3A::from_scale_rotation_translation(reach, turn, foot);
+        Self { root: Some(Instance::new(world, [0.0; 3], 1.0)), ..self }
     }
 }
 
@@ -128,6 +145,7 @@ impl Forest {
     pub fn new(stage: &Stage, models: &Models) -> Self {
         let grown = |distant: bool| move |place: &TreePlace| Tree::new(place, &models.trees[place.kind][0], distant);
         let near = stage.tree_places.iter().map(grown(false));
+        let near = near.zip(&stage.tree_grounds).map(|(tree, ground)| tree.rooted(*ground));
         let trees = near.chain(stage.far_tree_places.iter().map(grown(true))).collect();
         let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft, false)).collect();
         Self { kinds: models.trees.len(), trees, tufts }
@@ -160,7 +178,7 @@ impl Crowd {
     /// Room for all trees and for `cars` cars.
     pub fn new(device: &wgpu::Device, forest: &Forest, cars: usize) -> Self {
         // A tree between two levels is drawn twice.
-        let capacity = 1 + 5 * cars + 2 * forest.count();
+        let capacity = 1 + 5 * cars + 3 * forest.count();
         Self {
             buffer: instance_buffer(device, capacity),
             instances: Vec::with_capacity(capacity),
@@ -209,16 +227,34 @@ impl Crowd {
         let wanted = |tuft: &&Tree| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.iter().filter(wanted).map(|tuft| tuft.instance)));
         let trees = around.forest.map_or(Vec::new(), |forest| self.trees(forest, levels, eye));
+        let roots = self.roots(around.forest, eye);
         if (self.instances.len() * size_of::<Instance>()) as u64 > self.buffer.size() {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        Batches { inside, cars: all, bodies, wheels, tufts, trees }
+        Batches { inside, cars: all, bodies, wheels, tufts, roots, trees }
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.
     pub fn bind(&self, pass: &mut wgpu::RenderPass, slot: u32) {
         pass.set_vertex_buffer(slot, self.buffer.slice(..));
+    }
+
+    /// Shade at the feet of the trees found, fainter with distance.
+    fn roots(&mut self, forest: Option<&Forest>, eye: Vec3) -> Range<u32> {
+        let start = self.instances.len() as u32;
+        for &(_, _, number, share) in forest.iter().flat_map(|_| &self.found) {
+            let Some(tree) = forest.map(|forest| &forest.trees[number as usize]) else { break };
+            // Parallel pictures are taken from far above.
+            let distance = tree.centre.truncate().distance(eye.truncate());
+            let strength = (2.0 - 2.0 * distance / ROOTS_M).clamp(0.0, 1.0);
+            // Of a tree between two levels only one has the shade.
+            if let Some(mut root) = tree.root.filter(|_| share > 0.0 && strength > 0.0) {
+                root.colour_brake[3] = strength;
+                self.instances.push(root);
+            }
+        }
+        start..self.instances.len() as u32
     }
 
     /// Instances of the trees by kind and level, the nearest first.

@@ -16,9 +16,7 @@ pub const SIDES: usize = 8;
 /// And one from above.
 pub const VIEWS: usize = SIDES + 1;
 /// Side of a picture, texels; a power of two.
-const SIZE: usize = 64;
-/// Painted so much larger, then reduced.
-const FINER: usize = 2;
+const SIZE: usize = 128;
 const LEVELS: u32 = SIZE.ilog2();
 
 /// Cover, albedo, normal.
@@ -105,17 +103,16 @@ fn axes(view: usize) -> [Vec3; 3] {
 
 /// A model seen from one side: triangles over one another by depth, cut out as the tree shader cuts them.
 fn picture(mesh: &Mesh, layers: &Layers, view: usize) -> Vec<Texel> {
-    const SIDE: usize = SIZE * FINER;
     let extent = Extent::of(mesh);
     let [right, up, towards] = axes(view);
-    let scale = SIDE as f32 / (2.0 * extent.half_m);
+    let scale = SIZE as f32 / (2.0 * extent.half_m);
     // Pixels and depth.
     let place = |v: &Vertex| {
         let p = Vec3::from(v.position) - Vec3::Z * extent.middle_m;
-        Vec3::new(p.dot(right) * scale, -p.dot(up) * scale, p.dot(towards)) + Vec2::splat(SIDE as f32 / 2.0).extend(0.0)
+        Vec3::new(p.dot(right) * scale, -p.dot(up) * scale, p.dot(towards)) + Vec2::splat(SIZE as f32 / 2.0).extend(0.0)
     };
-    let mut depth = vec![f32::MIN; SIDE * SIDE];
-    let mut texels = vec![[0.0; 7]; SIDE * SIDE];
+    let mut depth = vec![f32::MIN; SIZE * SIZE];
+    let mut texels = vec![[0.0; 7]; SIZE * SIZE];
     for t in mesh.indices.chunks_exact(3) {
         let corners = [0, 1, 2].map(|k| &mesh.vertices[t[k] as usize]);
         let [a, b, c] = corners.map(place);
@@ -124,7 +121,7 @@ fn picture(mesh: &Mesh, layers: &Layers, view: usize) -> Vec<Texel> {
             continue;
         }
         let low = a.min(b).min(c).max(Vec3::ZERO);
-        let high = a.max(b).max(c).min(Vec3::splat(SIDE as f32 - 1.0));
+        let high = a.max(b).max(c).min(Vec3::splat(SIZE as f32 - 1.0));
         for y in low.y as usize..=high.y.max(0.0) as usize {
             for x in low.x as usize..=high.x.max(0.0) as usize {
                 let p = vec2(x as f32 + 0.5, y as f32 + 0.5);
@@ -137,17 +134,17 @@ fn picture(mesh: &Mesh, layers: &Layers, view: usize) -> Vec<Texel> {
                     continue;
                 }
                 let z = weights[0] * a.z + weights[1] * b.z + weights[2] * c.z;
-                if z <= depth[y * SIDE + x] {
+                if z <= depth[y * SIZE + x] {
                     continue;
                 }
                 if let Some(texel) = shade(corners, weights, layers) {
-                    depth[y * SIDE + x] = z;
-                    texels[y * SIDE + x] = texel;
+                    depth[y * SIZE + x] = z;
+                    texels[y * SIZE + x] = texel;
                 }
             }
         }
     }
-    halve(&texels, SIDE)
+    texels
 }
 
 /// What is at a place of a triangle; nothing between leaves.
@@ -190,8 +187,23 @@ fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
     out
 }
 
+/// The outline made soft, one texel to either side, so that the filter finds its edge between texels.
+fn softened(texels: &[Texel]) -> Vec<Texel> {
+    let at = |x: usize, y: usize| if x < SIZE && y < SIZE { texels[y * SIZE + x][0] } else { 0.0 };
+    let mut out = texels.to_vec();
+    for (i, texel) in out.iter_mut().enumerate() {
+        let (x, y) = (i % SIZE, i / SIZE);
+        // Beyond the lower edge the sum wraps to a huge number, which is outside too.
+        let row = |y: usize| at(x.wrapping_sub(1), y) + 2.0 * at(x, y) + at(x + 1, y);
+        texel[0] = (row(y.wrapping_sub(1)) + 2.0 * row(y) + row(y + 1)) / 16.0;
+    }
+    out
+}
+
 /// A picture in all its sizes; each covers the same share, and gaps have their surroundings' colour.
 fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
+    let share = full.iter().map(|t| t[0]).sum::<f32>() / full.len() as f32;
+    let soft = softened(&full);
     let mut plain = vec![full];
     for level in 1..LEVELS as usize {
         plain.push(halve(&plain[level - 1], SIZE >> (level - 1)));
@@ -206,8 +218,7 @@ fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
             }
         }
     }
-    let mean = |texels: &[Texel]| texels.iter().map(|t| t[0]).sum::<f32>() / texels.len() as f32;
-    let share = mean(&plain[0]);
+    plain[0].iter_mut().zip(soft).for_each(|(texel, soft)| texel[0] = soft[0]);
     for texels in &mut plain {
         let (mut low, mut high) = (0.5, 4.0);
         for _ in 0..16 {

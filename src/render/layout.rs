@@ -19,7 +19,7 @@ pub struct Frame {
     pub light_shift: [[f32; 4]; 3],
     /// Eye, metres; w is 1 for a perspective lens, 0 for a parallel one.
     pub eye: [f32; 4],
-    /// Optical axis.
+    /// Optical axis; w is the speed of the wind, m/s.
     pub forward: [f32; 4],
     /// To the right edge of the picture at distance 1 along the axis (zero for a parallel lens).
     pub right: [f32; 4],

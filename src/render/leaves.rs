@@ -199,7 +199,7 @@ fn grass(random: &mut Stream) -> Vec<Blade> {
     let count = 26;
     let blade = |k: usize, random: &mut Stream| {
         let x = 0.08 + 0.84 * (k as f32 + draw(random, 0.0, 1.0)) / count as f32;
-        let height = draw(random, 0.45, 0.97) * (1.0 - 1.1 * (x - 0.5) * (x - 0.5));
+        let height = draw(random, 0.45, 0.95) * (1.0 - 1.5 * (x - 0.5) * (x - 0.5));
         let lean = draw(random, -0.20, 0.20) + 0.25 * (x - 0.5);
         let tip = (x + lean * height).clamp(0.03, 0.97) - x;
         Blade {

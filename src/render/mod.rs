@@ -96,9 +96,9 @@ impl Renderer {
         let device = &gpu.device;
         let scenery = Scenery::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
-        let shadow = ShadowPass::new(device, &scenery, quality.shadow_size);
-        // As fine as the shadows: 512 to 1536 texels.
-        let air = AirPass::new(device, quality.shadow_size / 2);
+        let shadow = ShadowPass::new(device, &scenery, &quality);
+        // A quarter as fine as the shadows: 256 to 768 texels, painted in a fraction of a second.
+        let air = AirPass::new(device, quality.shadow_size / 4);
         let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);
         let mut develop = DevelopPass::new(device, format);

@@ -14,6 +14,9 @@ use super::{
 use crate::scene::View;
 use glam::Vec3;
 
+/// Where corners are dear, trees get their coarser levels at a size larger by the inverse of this.
+const COARSER: f32 = 0.7;
+
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
 #[derive(Debug)]
@@ -23,8 +26,10 @@ pub struct Materials {
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
+    root: wgpu::RenderPipeline,
     cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
+    far_cover: wgpu::RenderPipeline,
     impostor: wgpu::RenderPipeline,
     grass: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
@@ -58,6 +63,8 @@ pub struct PicturePass {
     label: &'static str,
     samples: u32,
     grass_m: f32,
+    /// Factor on the size by which a tree's level is chosen.
+    detail: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
     clouds: wgpu::BindGroup,
@@ -182,6 +189,23 @@ impl Bindings {
             cut_out: false,
             constants: &[soft],
         };
+        // Depth first, then colour where the depth is the same.
+        let cover = Recipe {
+            program: "cover",
+            writes: wgpu::ColorWrites::empty(),
+            cull: None,
+            cut_out: quality.msaa > 1,
+            constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
+            ..solid.clone()
+        };
+        let covered = Recipe {
+            depth: Some(wgpu::DepthStencilState {
+                depth_compare: Some(wgpu::CompareFunction::Equal),
+                ..depth(false, Default::default())
+            }),
+            cull: None,
+            ..solid.clone()
+        };
         let shade = wgpu::BlendState::ALPHA_BLENDING;
         let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
         let instances = [Some(instance_buffer())];
@@ -196,23 +220,10 @@ impl Bindings {
             })?,
             road: workshop.pipeline(&solid)?,
             land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
-            cover: workshop.pipeline(&Recipe {
-                program: "cover",
-                writes: wgpu::ColorWrites::empty(),
-                cull: None,
-                cut_out: quality.msaa > 1,
-                constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
-                ..solid.clone()
-            })?,
-            tree: workshop.pipeline(&Recipe {
-                program: "tree",
-                depth: Some(wgpu::DepthStencilState {
-                    depth_compare: Some(wgpu::CompareFunction::Equal),
-                    ..depth(false, Default::default())
-                }),
-                cull: None,
-                ..solid.clone()
-            })?,
+            cover: workshop.pipeline(&cover)?,
+            tree: workshop.pipeline(&Recipe { program: "tree", ..covered.clone() })?,
+            far_cover: workshop.pipeline(&Recipe { program: "far_cover", ..cover.clone() })?,
+            impostor: workshop.pipeline(&Recipe { program: "impostor", ..covered.clone() })?,
             grass: workshop.pipeline(&Recipe {
                 program: "grass",
                 cull: None,
@@ -224,18 +235,21 @@ impl Bindings {
                 ],
                 ..solid.clone()
             })?,
-            impostor: workshop.pipeline(&Recipe {
-                program: "impostor",
-                cull: None,
-                cut_out: quality.msaa > 1,
-                constants: &[soft, ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
-                ..solid.clone()
-            })?,
             contact: workshop.pipeline(&Recipe {
                 program: "contact",
                 buffers: &instances,
                 colour: Some((HDR, Some(shade))),
                 depth: Some(depth(false, above)),
+                cull: None,
+                constants: &[],
+                ..solid.clone()
+            })?,
+            root: workshop.pipeline(&Recipe {
+                program: "root",
+                buffers: &instances,
+                colour: Some((HDR, Some(shade))),
+                // Over ground that is not quite the plane under the tree: 1.8 % of the distance nearer.
+                depth: Some(depth(false, wgpu::DepthBiasState { constant: 150_000, ..above })),
                 cull: None,
                 constants: &[],
                 ..solid.clone()
@@ -294,6 +308,7 @@ impl PicturePass {
             label,
             samples: quality.msaa,
             grass_m: quality.grass_m,
+            detail: if quality.fine { 1.0 } else { COARSER },
             group,
             clouds: air.clouds().clone(),
             frame,
@@ -343,7 +358,7 @@ impl PicturePass {
             around,
             |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
             |centre, radius_m| match optics.sees(centre, radius_m) {
-                true => Detail::shares(optics.pixels(centre, radius_m)),
+                true => Detail::shares(optics.pixels(centre, radius_m) * self.detail),
                 false => Default::default(),
             },
             optics.camera.eye,
@@ -364,8 +379,10 @@ impl PicturePass {
             pass.set_pipeline(pipeline);
             models.draw_trees(&mut pass, &batches.trees);
         }
-        pass.set_pipeline(&materials.impostor);
-        models.draw_far_trees(&mut pass, &batches.trees);
+        for pipeline in [&materials.far_cover, &materials.impostor] {
+            pass.set_pipeline(pipeline);
+            models.draw_far_trees(&mut pass, &batches.trees);
+        }
         pass.set_pipeline(&materials.grass);
         models.tuft.draw(&mut pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);
@@ -375,6 +392,8 @@ impl PicturePass {
         pass.set_pipeline(&materials.contact);
         self.crowd.bind(&mut pass, 0);
         pass.draw(0..6, batches.cars.clone());
+        pass.set_pipeline(&materials.root);
+        pass.draw(0..6, batches.roots.clone());
         pass.set_pipeline(&materials.sky);
         pass.set_bind_group(1, &self.clouds, &[]);
         pass.draw(0..3, 0..1);
@@ -395,7 +414,7 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
         light_scale: lights.scale.map(|scale| scale.extend(0.0).to_array()),
         light_shift: lights.shift.map(|shift| shift.extend(0.0).to_array()),
         eye: optics.camera.eye.extend(perspective).to_array(),
-        forward: optics.camera.forward.extend(0.0).to_array(),
+        forward: optics.camera.forward.extend(view.wind_mps).to_array(),
         right: right.extend(0.0).to_array(),
         up: up.extend(0.0).to_array(),
         to_sun_time: view.to_sun.extend(view.time_s).to_array(),

@@ -27,7 +27,8 @@ pub struct Recipe<'a> {
     pub cull: Option<wgpu::Face>,
     /// Samples a pixel.
     pub samples: u32,
-    /// True if the colour's alpha says how many of a pixel's samples are covered.
+    /// True if the colour's alpha says how many of a pixel's samples are covered, or without a colour if the program leaves
+    /// out pixels.
     pub cut_out: bool,
     /// Values of the shader's `override` constants.
     pub constants: &'a [(&'static str, f64)],
@@ -71,10 +72,10 @@ impl Workshop<'_> {
             depth_stencil: recipe.depth.clone(),
             multisample: wgpu::MultisampleState {
                 count: recipe.samples,
-                alpha_to_coverage_enabled: recipe.cut_out,
+                alpha_to_coverage_enabled: recipe.cut_out && recipe.colour.is_some(),
                 ..Default::default()
             },
-            fragment: recipe.colour.is_some().then_some(wgpu::FragmentState {
+            fragment: (recipe.colour.is_some() || recipe.cut_out).then_some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some("fragment"),
                 compilation_options: options,

@@ -9,15 +9,18 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 12] = [
+pub const PROGRAMS: [Program; 15] = [
     ("shadow", &["shadow"]),
+    ("leaf_shadow", &["leaf_shadow"]),
+    ("root", &["common", "root"]),
     ("sky", &["common", "light", "sky"]),
     ("road", &["common", "light", "mesh", "ground", "road"]),
     ("land", &["common", "light", "mesh", "ground", "land"]),
     ("car", &["common", "light", "mesh", "car"]),
     ("cover", &["common", "fade", "leaf", "cover"]),
     ("tree", &["common", "light", "foliage", "leaf", "tree"]),
-    ("impostor", &["common", "light", "foliage", "fade", "impostor"]),
+    ("far_cover", &["common", "fade", "far", "far_cover"]),
+    ("impostor", &["common", "light", "foliage", "fade", "far", "impostor"]),
     ("grass", &["common", "light", "grass"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
@@ -30,9 +33,30 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 19] = built_in![
-    "common", "light", "mesh", "shadow", "sky", "ground", "road", "land", "car", "foliage", "fade", "leaf", "cover",
-    "tree", "impostor", "grass", "contact", "glow", "develop",
+const FILES: [(&str, &str); 23] = built_in![
+    "common",
+    "light",
+    "mesh",
+    "shadow",
+    "leaf_shadow",
+    "root",
+    "sky",
+    "ground",
+    "road",
+    "land",
+    "car",
+    "foliage",
+    "fade",
+    "leaf",
+    "cover",
+    "tree",
+    "far",
+    "far_cover",
+    "impostor",
+    "grass",
+    "contact",
+    "glow",
+    "develop",
 ];
 
 /// The text of all shader files.

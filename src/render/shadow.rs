@@ -10,6 +10,7 @@ use super::{
     layout::{Light, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, Recipe, Workshop},
+    quality::Quality,
     scenery::Scenery,
     timing,
 };
@@ -22,12 +23,20 @@ const MOVING_M: f32 = 32.0;
 const STANDING_M: [f32; 2] = [64.0, 184.0];
 /// Grids on which the maps of standing things follow the camera, metres.
 const STEP_M: [f32; 2] = [12.0, 36.0];
+/// What throws those shadows where leaves do.
+const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
+/// Width of a texel from which cars throw the shadow of their coarsest body, metres.
+const COARSE_M: f32 = 0.10;
 /// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
 const HEIGHT_M: f32 = 40.0;
 
 /// The pipeline; made anew when shaders are reloaded.
 #[derive(Debug)]
-pub struct ShadowPipeline(wgpu::RenderPipeline);
+pub struct ShadowPipeline {
+    solid: wgpu::RenderPipeline,
+    /// For leaf cards; none where trees throw the shadows of solid lumps.
+    leaves: Option<wgpu::RenderPipeline>,
+}
 
 /// The pass.
 #[derive(Debug)]
@@ -37,6 +46,8 @@ pub struct ShadowPass {
     moving: Layer,
     standing: [Layer; 2],
     size: u32,
+    /// Leaf cards throw shadows with gaps; otherwise solid lumps do, at a tenth of the work.
+    fine: bool,
     /// Where the standing maps were last drawn.
     drawn: [Option<Cover>; 2],
 }
@@ -73,20 +84,40 @@ struct Cover {
 }
 
 impl ShadowPass {
-    /// Maps of `size` texels a side.
-    pub fn new(device: &wgpu::Device, scenery: &Scenery, size: u32) -> Self {
+    /// Maps of the size and fineness that the quality asks for.
+    pub fn new(device: &wgpu::Device, scenery: &Scenery, quality: &Quality) -> Self {
+        let size = quality.shadow_size;
+        let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
         let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("light"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
+            entries: &[
+                entry(
+                    0,
+                    wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                ),
+                entry(
+                    1,
+                    wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                        view_dimension: wgpu::TextureViewDimension::D2Array,
+                        multisampled: false,
+                    },
+                ),
+                entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            ],
+        });
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("leaves"),
+            address_mode_u: wgpu::AddressMode::Repeat,
+            address_mode_v: wgpu::AddressMode::Repeat,
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
         });
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("shadow maps"),
@@ -108,7 +139,11 @@ impl ShadowPass {
             let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("light"),
                 layout: &group_layout,
-                entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&scenery.leaves) },
+                    wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
+                ],
             });
             let view = texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2),
@@ -131,6 +166,7 @@ impl ShadowPass {
             moving: layer(0),
             standing: [layer(1), layer(2)],
             size,
+            fine: quality.fine,
             drawn: [None; 2],
         }
     }
@@ -159,7 +195,9 @@ impl ShadowPass {
             cut_out: false,
             constants: &[],
         };
-        workshop.pipeline(&recipe).map(ShadowPipeline)
+        let leaves = Recipe { program: "leaf_shadow", cut_out: true, ..recipe.clone() };
+        let leaves = if self.fine { Some(workshop.pipeline(&leaves)?) } else { None };
+        Ok(ShadowPipeline { solid: workshop.pipeline(&recipe)?, leaves })
     }
 
     /// All maps, for binding.
@@ -185,7 +223,8 @@ impl ShadowPass {
         let covers = covers(view.to_sun, optics);
         let lens = covers.map(|cover| cover.lens(self.size));
         let lights = covers.map(|cover| cover.clip_from_world(self.size));
-        let batches = self.moving.gather(scenery, view, covers[0], lights[0], false);
+        let fine = self.fine;
+        let batches = self.moving.gather(scenery, view, covers[0], lights[0], None, self.size);
         // One time for all: from the first map's begin to the last one's end.
         let stale = [0, 1].map(|i| self.drawn[i] != Some(covers[i + 1]));
         let last = stale.iter().rposition(|stale| *stale).map_or(0, |i| i + 1);
@@ -202,7 +241,14 @@ impl ShadowPass {
         for (i, layer) in self.standing.iter_mut().enumerate() {
             let cover = covers[i + 1];
             if stale[i] {
-                let batches = layer.gather(scenery, view, cover, lights[i + 1], true);
+                let batches = layer.gather(
+                    scenery,
+                    view,
+                    cover,
+                    lights[i + 1],
+                    Some(if fine { SHADES[i] } else { Detail::Shade }),
+                    self.size,
+                );
                 layer.draw(encoder, stamp(i + 1), pipeline, scenery, &batches);
                 self.drawn[i] = Some(cover);
             }
@@ -219,18 +265,29 @@ impl ShadowPass {
 }
 
 impl Layer {
-    fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, light: Mat4, trees: bool) -> Batches {
+    fn gather(
+        &mut self,
+        scenery: &Scenery,
+        view: &View,
+        cover: Cover,
+        light: Mat4,
+        trees: Option<Detail>,
+        size: u32,
+    ) -> Batches {
         let queue = &scenery.queue;
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
-        let around = Around { forest: trees.then_some(&scenery.forest), inside: None };
-        let cars = if trees { &[][..] } else { &view.cars };
+        let around = Around { forest: trees.map(|_| &scenery.forest), inside: None };
+        let cars = if trees.is_some() { &[][..] } else { &view.cars };
+        let detail = trees.unwrap_or(Detail::Shade);
+        // Where a texel is as wide as a mirror, the coarsest body has the same shadow.
+        let car = if cover.texel_m(size) > COARSE_M { Detail::Far } else { Detail::Shade };
         self.crowd.gather(
             (&scenery.device, queue),
             &scenery.models,
             cars.iter(),
             around,
-            |centre, radius_m| cover.touches(centre, radius_m).then_some(Detail::Shade),
-            |centre, radius_m| [cover.touches(centre, radius_m).then_some((Detail::Shade, 1.0)), None],
+            |centre, radius_m| cover.touches(centre, radius_m).then_some(car),
+            |centre, radius_m| [cover.touches(centre, radius_m).then_some((detail, 1.0)), None],
             cover.centre,
             |_, _| false,
         )
@@ -254,12 +311,16 @@ impl Layer {
             timestamp_writes: stamps,
             ..Default::default()
         });
-        pass.set_pipeline(&pipeline.0);
+        pass.set_pipeline(&pipeline.solid);
         pass.set_bind_group(0, &self.group, &[]);
         scenery.models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
         scenery.models.draw_cars(&mut pass, batches);
         scenery.models.draw_tree_shades(&mut pass, &batches.trees);
+        if let Some(leaves) = &pipeline.leaves {
+            pass.set_pipeline(leaves);
+            scenery.models.draw_trees(&mut pass, &batches.trees);
+        }
     }
 }
 

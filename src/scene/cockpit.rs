@@ -11,8 +11,8 @@ use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::TAU;
 
 /// Padded, grained plastic.
-const PADDED: Finish = Finish::grey(Material::Tyre, 0.030);
-const LINING: Finish = Finish::grey(Material::Tyre, 0.075);
+const PADDED: Finish = Finish::grey(Material::Matt, 0.011);
+const LINING: Finish = Finish::grey(Material::Matt, 0.070);
 const LEATHER: Finish = Finish::grey(Material::Tyre, 0.020);
 /// Where the steering wheel's hub is, metres: the rim stays below the far edge of the bonnet.
 const HUB_M: Vec3 = Vec3::new(0.64, 0.36, 0.868);
@@ -50,11 +50,11 @@ fn bonnet() -> Mesh {
     let lines = STYLES[0];
     let mut shell = Parts::new(lines, Level::Near).shell;
     // What of the body lies before the windscreen or beside the dashboard and can be seen from above.
-    let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M - 0.06 || (p.x > 0.5 && p.z < 0.93));
+    let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > 0.5 && p.z < 0.93));
     let mut all = shell.take(|face| face.corners.iter().all(|c| seen(c.flat))).mesh();
     all.append(&scuttle().mesh());
     let mut parts = Soup::default();
-    fittings::wipers(lines, &mut parts);
+    fittings::wipers(lines, -0.022, &mut parts);
     all.append(&parts.into_mesh(CREASE_RAD));
     all
 }
@@ -63,10 +63,20 @@ fn bonnet() -> Mesh {
 fn scuttle() -> Skin {
     const COLUMNS: usize = 32;
     let lines = STYLES[0];
-    let rows =
-        [(0.0, -0.004), (0.06, -0.010), (0.14, -0.013), (0.24, -0.014), (0.34, -0.018), (0.41, -0.032), (0.45, -0.065)];
+    let rows = [
+        (-0.28, -0.030),
+        (-0.05, -0.036),
+        (0.02, -0.042),
+        (0.10, -0.062),
+        (0.22, -0.080),
+        (0.34, -0.088),
+        (0.44, -0.105),
+        (0.50, -0.16),
+    ];
     let place = |(back, up): (f32, f32), column: usize| {
-        let y = 1.70 * (column as f32 / COLUMNS as f32 - 0.5);
+        // Narrower where it runs on under the bonnet.
+        let width = if back < 0.0 { 1.25 } else { 1.70 };
+        let y = width * (column as f32 / COLUMNS as f32 - 0.5);
         let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
         let at = shape::at(lines, CABIN_FRONT_M + 0.03);
         Vec3::new(foot.x - back * (1.0 + 0.12 * (y / 0.8) * (y / 0.8)), y, at.crown(y.clamp(-0.8, 0.8)) + up)
@@ -76,7 +86,7 @@ fn scuttle() -> Skin {
         for column in 0..COLUMNS {
             let [a, b] = [pair[0], pair[1]];
             let corners = [place(a, column), place(a, column + 1), place(b, column + 1), place(b, column)];
-            skin.quad(corners, |p| p, if a.0 < 0.05 { GLOSS } else { PADDED });
+            skin.quad(corners, |p| p, if a.0 < 0.02 { DARK } else { PADDED });
         }
     }
     skin.smooth(0.9);
@@ -90,7 +100,7 @@ fn cabin() -> Mesh {
     let hood = |i: usize, j: usize| {
         let (u, v) = (i as f32 / 12.0, j as f32 / 20.0 * 2.0 - 1.0);
         let rise = (1.0 - v * v).max(0.0).sqrt();
-        let z = 0.930 + 0.034 * rise * (u * std::f32::consts::FRAC_PI_2).sin()
+        let z = 0.885 + 0.050 * rise * (u * std::f32::consts::FRAC_PI_2).sin()
             - 0.16 * ((u - 0.82).max(0.0) / 0.18).powi(2);
         Vec3::new(1.02 - 0.30 * u, 0.36 - 0.27 * v, z - 0.012)
     };

@@ -21,7 +21,7 @@ const BARK: [f32; 3] = [0.075, 0.052, 0.038];
 fn counts(detail: Detail) -> (usize, usize, f32) {
     match detail {
         Detail::Near => (20, 9, 0.36),
-        Detail::Mid => (13, 7, 0.50),
+        Detail::Mid => (12, 8, 0.52),
         Detail::Shade => (5, 7, 0.0),
     }
 }
@@ -73,7 +73,7 @@ struct Bough {
     variant: usize,
 }
 
-/// A strip from the stem outwards, near by bent in the middle and with a curtain of twigs under it.
+/// A strip from the stem outwards, near by bent in the middle, with a curtain of twigs under it.
 fn bough(mesh: &mut Mesh, bough: &Bough, detail: Detail) {
     let out = Vec2::from_angle(bough.azimuth);
     let point = |share: f32| {
@@ -104,9 +104,8 @@ fn bough(mesh: &mut Mesh, bough: &Bough, detail: Detail) {
         }
     };
     strip(aside, 0.0, 1.0);
-    if detail == Detail::Near {
-        strip(aside * 0.18, 0.30, 0.85);
-    }
+    // Fewer boughs have more under them.
+    strip(aside * 0.18, if detail == Detail::Near { 0.30 } else { 0.50 }, 0.85);
 }
 
 /// The tip: two upright cards that cross.

@@ -30,9 +30,9 @@ fn side(lines: &Lines, level: Level) -> Soup {
     let mut parts = Soup::default();
     // Mirror: the housing in the car's colour, its back dark as glass; a foot on the door.
     let fine = match level {
-        Level::Near => [14, 20],
-        Level::Mid => [6, 8],
-        Level::Far => [4, 6],
+        Level::Near => [10, 16],
+        Level::Mid => [5, 7],
+        Level::Far => [3, 5],
     };
     parts.ellipsoid(Vec3::new(0.745, 0.912, 0.992), Vec3::new(0.070, 0.088, 0.060), fine, |outwards| match outwards {
         o if o.x < -0.62 => GLASS_BACK,
@@ -43,10 +43,10 @@ fn side(lines: &Lines, level: Level) -> Soup {
         return parts;
     }
     parts.cuboid(Vec3::new(0.76, 0.840, 0.950), Vec3::new(0.026, 0.045, 0.013), GLOSS);
-    let fine = if level == Level::Near { [8, 12] } else { [4, 6] };
+    let fine = if level == Level::Near { [8, 12] } else { [3, 4] };
     for x in [0.13, -0.79] {
         let y = shape::at(lines, x).side(0.80).x;
-        parts.ellipsoid(Vec3::new(x, y + 0.004, 0.792), Vec3::new(0.100, 0.013, 0.014), fine, |_| PAINT);
+        parts.ellipsoid(Vec3::new(x, y - 0.002, 0.792), Vec3::new(0.100, 0.011, 0.014), fine, |_| PAINT);
     }
     if level != Level::Near {
         return parts;
@@ -57,8 +57,8 @@ fn side(lines: &Lines, level: Level) -> Soup {
     // Two projectors behind the clear cover, each a bowl with a lens.
     for (y, x) in [(0.515, 2.5), (0.600, 2.5), (0.672, 2.5)] {
         let at = shape::bend(lines, Vec3::new(x, y, 0.613)) - Vec3::new(0.050, 0.022, 0.0);
-        parts.ellipsoid(at, Vec3::new(0.022, 0.029, 0.026), [8, 12], |_| CHROME);
-        parts.ellipsoid(at + Vec3::X * 0.010, Vec3::new(0.020, 0.021, 0.019), [8, 12], |_| GLASS_BACK);
+        parts.ellipsoid(at, Vec3::new(0.022, 0.029, 0.026), [6, 10], |_| CHROME);
+        parts.ellipsoid(at + Vec3::X * 0.010, Vec3::new(0.020, 0.021, 0.019), [6, 10], |_| GLASS_BACK);
     }
     parts
 }
@@ -68,7 +68,7 @@ const GLASS_BACK: Finish = Finish::new(Material::Lamp, [0.020, 0.024, 0.028]);
 
 /// The edge of a wheel arch: a rim that stands out 4 mm.
 fn lip(lines: &Lines, hub: f32) -> Soup {
-    const PLACES: usize = 33;
+    const PLACES: usize = 25;
     let mut lip = Soup::default();
     let ring = |i: usize| {
         let turn = -0.33 + (std::f32::consts::PI + 0.66) * i as f32 / (PLACES - 1) as f32;
@@ -141,7 +141,7 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     parts.ellipsoid(badge, Vec3::new(0.010, 0.050, 0.036), [10, 18], |_| CHROME);
     let badge = shape::bend(lines, Vec3::new(-2.5, 0.0, 0.858)) + Vec3::X * 0.002;
     parts.ellipsoid(badge, Vec3::new(0.006, 0.036, 0.018), [8, 14], |_| CHROME);
-    wipers(lines, &mut parts);
+    wipers(lines, 0.010, &mut parts);
     // An aerial on the roof.
     let x = lines.rear_glass[1] + 0.26;
     let z = shape::at(lines, x).top_z - 0.006;
@@ -149,15 +149,15 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     parts
 }
 
-/// Wipers at rest along the foot of the windscreen.
-pub(super) fn wipers(lines: &Lines, parts: &mut Soup) {
+/// Wipers at rest along the foot of the windscreen, `up_m` above the sheet.
+pub(super) fn wipers(lines: &Lines, up_m: f32, parts: &mut Soup) {
     for (from, to) in [(0.58, 0.02), (-0.02, -0.52)] {
         let ring = |i: usize| {
             let t = i as f32 / 8.0;
             let x = 1.105 - 0.03 * t;
             let y = from + (to - from) * t;
             let z = shape::at(lines, x).top_z - 0.05 * (y / 0.7) * (y / 0.7);
-            let at = shape::bend(lines, Vec3::new(x, y, z)) + Vec3::Z * 0.010;
+            let at = shape::bend(lines, Vec3::new(x, y, z)) + Vec3::Z * up_m;
             [(-0.008, -0.004), (0.008, -0.006), (0.005, 0.006), (-0.006, 0.008)]
                 .map(|(x, z)| at + Vec3::new(x, 0.0, z))
                 .into()
@@ -177,12 +177,12 @@ pub(super) fn cabin(lines: &Lines, level: Level) -> Soup {
     all.ellipsoid(Vec3::new(0.90, 0.0, 0.84), Vec3::new(0.26, 0.74, 0.085), fine(12, 14), |_| TRIM);
     all.cuboid(Vec3::new(-1.42, 0.0, 0.88), Vec3::new(0.22, 0.62, 0.05), TRIM);
     for y in [-0.36, 0.36] {
-        seat(&mut all, Vec3::new(-0.16, y, 0.0), fine(10, 12));
+        seat(&mut all, Vec3::new(-0.16, y, 0.0), fine(8, 10));
     }
     for y in [-0.40, 0.0, 0.40] {
-        seat(&mut all, Vec3::new(-1.05, y, -0.05), fine(8, 10));
+        seat(&mut all, Vec3::new(-1.05, y, -0.05), fine(6, 8));
     }
-    driver(&mut all, fine(14, 18));
+    driver(&mut all, fine(8, 12));
     let n = fine(24, 6)[0];
     let rim = |i: usize| {
         let (sin, cos) = (std::f32::consts::TAU * (i % n) as f32 / n as f32).sin_cos();

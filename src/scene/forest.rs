@@ -18,7 +18,7 @@ pub const FOREST_M: f32 = 120.0;
 pub const MOST_TREES: usize = 5000;
 
 /// Trees on the horizon, at most.
-const MOST_DISTANT: usize = 3000;
+const MOST_DISTANT: usize = 3200;
 
 /// Side of the lattice on which seedlings fall, one to a square, metres.
 const SEEDLING_M: f32 = 4.2;
@@ -106,6 +106,17 @@ fn thin(seedlings: Vec<Seedling>, most: usize) -> Vec<TreePlace> {
         }
     }
     places
+}
+
+/// Unit normals of the ground around trees, over the width of a crown.
+pub(super) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Vec3> {
+    const SPAN_M: f32 = 1.5;
+    let normal = |place: &TreePlace| {
+        let at = place.position.truncate();
+        let rise = |d: Vec2| (relief.height_m(at + d) - relief.height_m(at - d)) / (2.0 * SPAN_M);
+        Vec3::new(-rise(Vec2::X * SPAN_M), -rise(Vec2::Y * SPAN_M), 1.0).normalize()
+    };
+    places.iter().map(normal).collect()
 }
 
 /// Woods on the hills around, in drifts with open land between them; none where a stage has no trees at all.

@@ -251,9 +251,14 @@ pub(super) mod tests {
         })
     }
 
-    /// Smallest cosine between a face and its corners' normals.
+    /// Smallest cosine between a face and its corners' normals, but for splinters thinner than the quarter of a millimetre
+    /// by which healing a cut may move a corner.
     pub fn worst_agreement(mesh: &Mesh) -> f32 {
         faces(mesh)
+            .filter(|(corners, face)| {
+                let [a, b, c] = corners.map(|v| Vec3::from(v.position));
+                face.length() > 2.5e-4 * a.distance(b).max(b.distance(c)).max(c.distance(a))
+            })
             .flat_map(|(corners, face)| corners.map(|v| face.normalize_or_zero().dot(v.normal.into())))
             .fold(1.0, f32::min)
     }
@@ -265,15 +270,28 @@ pub(super) mod tests {
 
     /// Edges that are not shared by exactly two triangles of opposite sense.
     pub fn open_edges(mesh: &Mesh) -> usize {
+        open(mesh).len()
+    }
+
+    /// Where the first of them are, for messages.
+    pub fn open_places(mesh: &Mesh) -> String {
+        format!("{:?}", open(mesh).iter().take(4).collect::<Vec<_>>())
+    }
+
+    fn open(mesh: &Mesh) -> Vec<[Vec3; 2]> {
         let mut count: BTreeMap<[[i32; 3]; 2], i32> = BTreeMap::new();
         for (corners, _) in faces(mesh) {
             let keys = corners.map(|v| super::key(v.position.into()));
             for k in 0..3 {
                 let (a, b) = (keys[k], keys[(k + 1) % 3]);
-                *count.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+                // Closer than the lattice: no edge.
+                if a != b {
+                    *count.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+                }
             }
         }
-        count.values().filter(|&&c| c != 0).count()
+        let place = |key: [i32; 3]| Vec3::from_array(key.map(|v| v as f32 * WELD_M));
+        count.into_iter().filter(|(_, c)| *c != 0).map(|(edge, _)| edge.map(place)).collect()
     }
 
     #[test]

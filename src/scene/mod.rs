@@ -125,6 +125,8 @@ pub struct Stage {
     pub trees_shade: Vec<Mesh>,
     /// Where trees stand.
     pub tree_places: Vec<TreePlace>,
+    /// Unit normals of the ground under them.
+    pub tree_grounds: Vec<Vec3>,
     /// Where trees stand on the horizon, too far away to be more than a picture.
     pub far_tree_places: Vec<TreePlace>,
     /// A tuft of grass, foot at the origin.
@@ -242,6 +244,8 @@ pub struct View {
     pub visibility_m: f32,
     /// Seconds since the start of the drive, for wind.
     pub time_s: f32,
+    /// Speed of the wind, m/s; at 0 nothing sways.
+    pub wind_mps: f32,
     /// The speedometer, if the view has one.
     pub dial: Option<crate::hud::Dial>,
     /// The speedometer's colours.

@@ -31,6 +31,8 @@ pub struct ViewOptions {
     pub sun_elevation_deg: f32,
     /// Distance at which haze leaves 2 % of a contrast, metres.
     pub visibility_m: f32,
+    /// Speed of the wind in trees, m/s.
+    pub wind_mps: f32,
     /// The ego's paint, linear.
     pub ego_paint: [f32; 3],
     /// The others' paint from above, and everywhere if `ordinary_paints` is off.
@@ -88,6 +90,7 @@ impl Default for ViewOptions {
             sun_azimuth_deg: 130.0,
             sun_elevation_deg: 42.0,
             visibility_m: 30_000.0,
+            wind_mps: 2.5,
             ego_paint: [0.479, 0.008, 0.006],
             traffic_paint: [0.030, 0.36, 0.060],
             ordinary_paints: true,

@@ -57,8 +57,8 @@ pub(super) fn dress(skin: &mut Skin, lines: &Lines, level: Level) -> Skin {
 /// The wheel houses, and the black sill between them.
 fn arches(skin: &mut Skin, level: Level) {
     let sides = match level {
-        Level::Near => 36,
-        Level::Mid => 20,
+        Level::Near => 30,
+        Level::Mid => 16,
         Level::Far => 10,
     };
     for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
@@ -90,6 +90,8 @@ fn windows(skin: &mut Skin, lines: &Lines, level: Level) {
     let back = framed(lines.rear_glass, 0.99, 0.1);
     if level != Level::Far {
         skin.paint(&side.clone().grown(0.016), GLOSS);
+    }
+    if level == Level::Near {
         skin.paint(&screen.clone().grown(0.020), GLOSS);
         skin.paint(&back.clone().grown(0.020), GLOSS);
     }
@@ -107,7 +109,9 @@ fn windows(skin: &mut Skin, lines: &Lines, level: Level) {
     };
     // The pillar between the doors; the window's own division behind.
     bar(-0.01, 0.03, 0.050);
-    bar(lines.side_glass[9].0 + 0.52, 0.06, 0.016);
+    if level == Level::Near {
+        bar(lines.side_glass[9].0 + 0.52, 0.06, 0.016);
+    }
 }
 
 /// Grille, intakes and head lamps.
@@ -137,7 +141,12 @@ fn front(skin: &mut Skin, covers: &mut Skin, level: Level) {
             skin.recess(cell, back(depth), DARK, GLOSS);
         }
     } else {
-        [&grille, &intake, &vent].into_iter().for_each(|cell| skin.paint(cell, DARK));
+        skin.paint(&grille, DARK);
+        skin.paint(&intake, DARK);
+        // 3 pixels by 1 where a car becomes far.
+        if level == Level::Mid {
+            skin.paint(&vent, DARK);
+        }
     }
     // The lamp rises along the wing and ends in a point.
     let lamp = across([(0.405, 0.55), (0.98, 0.55), (0.98, 0.85), (0.565, 0.85)])

@@ -38,6 +38,13 @@ pub(super) struct Face {
 }
 
 impl Face {
+    /// True if it is more than a line.
+    fn is_real(&self) -> bool {
+        let [a, b, c] = self.corners.map(|corner| corner.at);
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        self.cross().length() > 2e-4 * longest
+    }
+
     fn cross(&self) -> Vec3 {
         let [a, b, c] = self.corners.map(|corner| corner.at);
         (b - a).cross(c - a)
@@ -98,8 +105,6 @@ pub(super) struct Skin {
     pub faces: Vec<Face>,
 }
 
-/// Bits of place, steps of direction and look: what two corners must have in common to be one vertex.
-type Shared = ([u32; 3], [i32; 3], [u32; 4]);
 
 impl Skin {
     /// Four corners, counter-clockwise, with their places before and after bending.
@@ -158,15 +163,22 @@ impl Skin {
                 continue;
             }
             let mut piece = face.corners.to_vec();
+            let mut cut_off = Vec::new();
             for &(normal, reach) in &cell.planes {
                 let (within, beyond) = part(&piece, normal, reach);
-                fan(&beyond, face.finish, &mut rest);
+                fan(&beyond, face.finish, &mut cut_off);
                 piece = within;
                 if piece.is_empty() {
                     break;
                 }
             }
-            fan(&piece, face.finish, &mut inside);
+            if piece.is_empty() {
+                // Beside a corner of the cell: stays whole.
+                rest.push(face);
+            } else {
+                rest.extend(cut_off);
+                fan(&piece, face.finish, &mut inside);
+            }
         }
         self.faces = rest;
         inside
@@ -193,7 +205,10 @@ impl Skin {
         let mut walls = Self::default();
         for (count, [a, b]) in open.into_values() {
             let middle = a.at.y.abs() < 1e-4 && b.at.y.abs() < 1e-4;
-            if count != 0 && !middle {
+            let on = |&&(normal, reach): &&(Vec3, f32)| {
+                [a, b].iter().all(|corner| (normal.dot(corner.flat) - reach).abs() < 2e-5)
+            };
+            if count != 0 && !middle && cell.planes.iter().any(|plane| on(&plane)) {
                 walls.quad([a.at, b.at, sink(b.at), sink(a.at)], |p| p, wall);
             }
         }
@@ -202,7 +217,9 @@ impl Skin {
             face.finish = floor;
             face.corners = face.corners.map(|corner| Corner { at: sink(corner.at), ..corner });
         }
-        sunk.faces.retain(|face| face.cross().length() > 1e-9);
+        // Faces along the way of sinking are lines now; their neighbours meet without them.
+        sunk.faces.retain(Face::is_real);
+        walls.faces.retain(Face::is_real);
         sunk.smooth(0.7);
         walls.smooth(0.7);
         self.faces.extend(sunk.faces);
@@ -357,6 +374,9 @@ impl Skin {
         mesh
     }
 }
+
+/// What makes two corners of a mesh one: place, normal, colour and material.
+type Shared = ([u32; 3], [i32; 3], [u32; 4]);
 
 /// Corners closer than this are one, metres.
 const WELD_M: f32 = 6e-5;

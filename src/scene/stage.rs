@@ -14,7 +14,7 @@ impl Stage {
         Self::with_trees(map, seed, forest::MOST_TREES)
     }
 
-    /// The same with at most `most_trees` trees (weak machines, long maps).
+    /// The same with at most `most_trees` trees, those on the horizon included (weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
         let near = Near::new(&map.route);
         let relief = land::Relief::new(&near, seed);
@@ -29,8 +29,9 @@ impl Stage {
             trees,
             trees_mid: tree::models(seed, Detail::Mid),
             trees_shade: tree::models(seed, Detail::Shade),
+            tree_grounds: forest::grounds(&tree_places, &relief),
+            far_tree_places: forest::horizon(&near, &relief, seed, most_trees - tree_places.len()),
             tree_places,
-            far_tree_places: forest::horizon(&near, &relief, seed, most_trees),
             tuft: verge::tuft(seed),
             tuft_places: verge::sow(&near, &relief, seed),
             posts: verge::posts(&map.route),

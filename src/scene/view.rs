@@ -34,6 +34,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         seat,
         to_sun: options.to_sun(),
         visibility_m: options.visibility_m,
+        wind_mps: options.wind_mps,
         time_s: (snapshot.tick.seconds() - before_s).max(0.0) as f32,
         dial: None,
         palette: options.palette,

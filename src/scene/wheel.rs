@@ -30,7 +30,7 @@ fn wheel(level: Level) -> Mesh {
     let tyre = Finish::grey(Material::Tyre, 0.022);
     let rim = Finish::grey(Material::Metal, 0.46);
     // Painted, not polished: spokes have to be seen turning in any light.
-    let alloy = Finish::grey(Material::Matt, 0.36);
+    let alloy = Finish::grey(Material::Matt, 0.24);
     let well = Finish::grey(Material::Matt, 0.02);
     let inside = Finish::grey(Material::Matt, 0.015);
     // From the middle of the inner side over the tread into the dish of the rim: (y, radius), finish up to the next.

@@ -118,18 +118,31 @@ impl Settings for Scenario {
     }
 }
 
+/// `message` with file, line and column of a key's value and a mark under it. Keys in tables are joined by dots, entries of
+/// a list are numbers from 0; what is not in the file is marked at what holds it.
+pub fn located_key(text: &str, name: &str, key: &str, message: &str) -> String {
+    located(text, name, span_of(text, key), message)
+}
+
+/// The same for the character at `start`.
+pub fn located_at(text: &str, name: &str, start: usize, message: &str) -> String {
+    located(text, name, start..start, message)
+}
+
 /// Where the value of a key stands in the file; the start of the file if the key is not in it.
 fn span_of(text: &str, path: &str) -> std::ops::Range<usize> {
+    use toml::de::DeValue;
     let Ok(document) = toml::de::DeTable::parse(text) else { return 0..0 };
-    let mut table = document.get_ref();
     let mut span = 0..0;
-    for key in path.split('.') {
-        let Some(value) = table.get(key) else { return span };
-        span = value.span();
-        match value.get_ref() {
-            toml::de::DeValue::Table(inner) => table = inner,
-            _ => return span,
-        }
+    let mut keys = path.split('.');
+    let mut value = keys.next().and_then(|key| document.get_ref().get(key));
+    while let Some(here) = value {
+        span = here.span();
+        value = keys.next().and_then(|key| match here.get_ref() {
+            DeValue::Table(inner) => inner.get(key),
+            DeValue::Array(list) => list.get(key.parse::<usize>().ok()?),
+            _ => None,
+        });
     }
     span
 }

@@ -62,6 +62,12 @@ pub struct Scenario {
     /// Haze: how far one sees
     #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
     pub visibility_km: f64,
+    /// Wind in the trees
+    #[schemars(range(min = 0.0, max = 15.0), extend("unit" = "m/s"))]
+    pub wind_mps: f64,
+    /// Trees around the road and on the horizon, at most
+    #[schemars(range(min = 0, max = 20_000))]
+    pub trees: u32,
     /// Paint of the own car: a name or #rrggbb
     pub ego_colour: String,
     /// Paint of the other cars where they wear one colour: a name or #rrggbb
@@ -180,6 +186,8 @@ impl Default for Scenario {
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,
+            wind_mps: 2.5,
+            trees: 5000,
             ego_colour: "red".into(),
             traffic_colour: "green".into(),
             cockpit: CockpitView::default(),

@@ -3,7 +3,7 @@
 use crate::{pixels::*, place::*};
 use codrive::{
     render::{Quality, develop::mirror_rect},
-    scene::{Camera, ViewKind, ViewOptions},
+    scene::{self, Camera, ViewKind, ViewOptions},
     sim::CockpitView,
     space::Pose,
 };
@@ -155,4 +155,77 @@ fn every_level_of_quality_shows_a_car_at_the_same_place() {
             assert!(place.distance(places[0]) < 0.5, "gap {gap_m} m: {places:?}");
         }
     }
+}
+
+/// A follower 9.5 m behind the ego's middle, in magenta.
+fn followed() -> codrive::sim::Snapshot {
+    let ego = on_lane(0.0, 0.0);
+    snapshot(vec![car(1, Pose::new(ego.rear(5.0) - ego.forward() * 9.5, ego.yaw_rad))])
+}
+
+#[test]
+fn the_flat_mirror_shows_the_rear_view_flipped() {
+    let mirror = view(&followed(), ViewKind::Mirror, &marked());
+    // The same camera without a mirror: the driver's view, looking back, nothing of the own car.
+    let rear = scene::View { kind: ViewKind::Driver, mirror: None, seat: None, ..mirror.clone() };
+    let (mirror, rear) = (draw(&mirror, true, SIZE), draw(&rear, true, SIZE));
+    let flipped = image::imageops::flip_horizontal(&rear);
+    // Two steps of 255: rounding, and the noise against bands, which is not flipped.
+    let most = mirror.pixels().zip(flipped.pixels()).map(|(a, b)| difference(a, b)).max().unwrap_or(255);
+    assert!(most <= 2, "{most}");
+    assert!(rear != flipped, "a picture that is its own mirror image proves nothing");
+}
+
+#[test]
+fn a_convex_mirror_shows_the_follower_smaller_by_what_its_radius_says() {
+    let seen = |radius_m: f32| {
+        let mut options = marked();
+        options.mirror.radius_m = radius_m;
+        options.mirror.pitch_deg = -4.0;
+        let image = draw(&view(&followed(), ViewKind::Mirror, &options), false, [640, 360]);
+        (pixels(&image, is_magenta).len() as f32, options.mirror.bend(options.eye))
+    };
+    let (flat, _) = seen(0.0);
+    for radius_m in [1.2, 2.4] {
+        let (convex, bend) = seen(radius_m);
+        // A convex mirror makes far things smaller by 1 + 2 d / R on both sides; off its middle a little more.
+        let expected = (1.0 + 2.0 * bend).powi(-2);
+        let ratio = convex / flat;
+        assert!((0.80 * expected..1.10 * expected).contains(&ratio), "R {radius_m}: {ratio}, not {expected}");
+    }
+}
+
+#[test]
+fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
+    let size = [1280, 720];
+    let mut drawing = renderer(false, Quality { msaa: 4, ..Quality::LOW });
+    // Straight ahead of the camera, seen from behind, whatever the road does.
+    let mut light = |braking: bool, level_gap_m: f64| {
+        let ego = on_lane(0.0, 0.0);
+        let pose = Pose::new(ego.position + ego.forward() * (5.0 + level_gap_m), ego.yaw_rad);
+        let mut leader = car(1, pose);
+        leader.braking = braking;
+        let mut options = ViewOptions { cockpit: CockpitView::Off, ..Default::default() };
+        options.paint_overrides.insert(leader.id, [0.03; 3]);
+        let view = view(&snapshot(vec![leader]), ViewKind::Driver, &options);
+        let image = draw_with(&mut drawing, &view, size);
+        let at = pose.rear(5.0).as_vec2();
+        let left = pose.left().as_vec2();
+        let lamp = |side: f32| {
+            let point = (at + left * (0.66 * side)).extend(0.82);
+            let place = view.camera.project(point, size[0] as f32 / size[1] as f32).expect("ahead");
+            let [x, y] = [place.x * size[0] as f32, place.y * size[1] as f32];
+            // The brightest red of the few pixels that a lamp has.
+            let (xs, ys) = (x as u32 - 3..x as u32 + 4, y as u32 - 2..y as u32 + 3);
+            let red = xs.flat_map(|x| ys.clone().map(move |y| (x, y))).map(|(x, y)| {
+                let [r, g, _] = rgb(image.get_pixel(x, y)).map(|v| v.powf(2.2));
+                r - g
+            });
+            red.fold(0.0, f32::max)
+        };
+        lamp(-1.0).min(lamp(1.0))
+    };
+    let (running, braking) = (light(false, 60.0), light(true, 60.0));
+    assert!(running > 0.004, "running lamps can be seen: {running}");
+    assert!(braking > 5.0 * running, "{braking} braking, {running} running, in linear red above green");
 }

@@ -7,3 +7,4 @@ mod light;
 mod pixels;
 mod place;
 mod poses;
+mod trees;

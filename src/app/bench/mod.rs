@@ -6,7 +6,7 @@ mod picture;
 mod simulation;
 
 pub use learning::{LearningTimes, learning};
-pub use picture::{Drive, FrameTimes, Picture, SIZES, Startup, startup};
+pub use picture::{Drive, FrameTimes, Growth, Picture, SIZES, Startup, growth, startup};
 pub use simulation::{Report, SumoTimes, simulation};
 
 use serde::Serialize;

@@ -72,6 +72,54 @@ pub struct Picture {
     target: Option<(wgpu::TextureView, [u32; 2])>,
 }
 
+/// How cost grows with what exists: 40 cars and 5,000 trees on ring-641 over 22 cars and 1,000 trees on ring-250.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Growth {
+    /// Name of the view.
+    pub view: &'static str,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Median of a picture of the small place, milliseconds.
+    pub small_ms: f64,
+    /// Of the large one.
+    pub large_ms: f64,
+    /// Median of large over small, of pictures taken in turn.
+    pub ratio: f64,
+}
+
+/// Draws the small and the large place in turn, `n` times each.
+///
+/// # Errors
+/// As [`startup`] and [`Picture::frames`].
+pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<Growth>, AppError> {
+    let place = |map: &str, vehicles, trees| {
+        let (map, traffic) = (map.into(), "native".into());
+        startup(&Scenario { map, vehicles, trees, traffic, ..scenario.clone() }).map(|(_, picture)| picture)
+    };
+    let mut places = [place("ring-250", 22, 1000)?, place("ring-641", 40, 5000)?];
+    let mut rows = Vec::new();
+    for (view, kind) in [("driver", ViewKind::Driver), ("birdseye", ViewKind::Birdseye)] {
+        let mut times = [Vec::new(), Vec::new()];
+        for turn in 0..=n {
+            for (picture, times) in places.iter_mut().zip(&mut times) {
+                picture.run.step()?;
+                let time_ms = picture.draw(kind, size)?.as_secs_f64() * 1e3;
+                if turn > 0 {
+                    times.push(time_ms);
+                }
+            }
+        }
+        let median = |mut list: Vec<f64>| {
+            list.sort_by(f64::total_cmp);
+            list[list.len() / 2]
+        };
+        let [small, large] = times;
+        let ratio = median(small.iter().zip(&large).map(|(small, large)| large / small).collect());
+        rows.push(Growth { view, size, small_ms: median(small), large_ms: median(large), ratio });
+    }
+    Ok(rows)
+}
+
 /// Starts as `codrive drive` does, up to the first picture.
 ///
 /// # Errors
@@ -82,7 +130,7 @@ pub fn startup(scenario: &Scenario) -> Result<(Startup, Picture), AppError> {
     laps.push(now());
     let gpu = Gpu::headless()?;
     laps.push(now());
-    let stage = Stage::build(run.world().map(), scenario.seed);
+    let stage = Stage::with_trees(run.world().map(), scenario.seed, scenario.trees as usize);
     laps.push(now());
     let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
     laps.push(now());

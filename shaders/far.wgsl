@@ -1,0 +1,67 @@
+// Far trees: a picture of the tree that turns towards the eye (`render/impostor.rs`).
+
+struct Corner {
+    // x and z: -1..1 on the picture, times half its side in metres; y: height of its middle, metres
+    @location(0) position: vec3f,
+    // x: number of the first picture
+    @location(1) first: vec3f,
+}
+
+struct Surface {
+    // The depth pass and the colour pass must find the same depth to the bit.
+    @invariant @builtin(position) clip: vec4f,
+    @location(0) world: vec3f,
+    @location(1) uv: vec2f,
+    // The two nearest pictures and the share of the second.
+    @location(2) @interpolate(flat) pictures: vec3f,
+    @location(3) @interpolate(flat) tint: vec4f,
+    // Tree's frame to world, without its size: cosine and sine of the turn; half the width of the crown, metres.
+    @location(4) @interpolate(flat) turn: vec3f,
+}
+
+const SIDES = 8.0;
+const TAU = 6.2831853;
+
+override LEAST_COVER: f32 = 0.5;
+
+@group(0) @binding(9) var leaves: texture_2d_array<f32>;
+@group(0) @binding(10) var leaf_sampler: sampler;
+@group(0) @binding(11) var pictures: texture_2d_array<f32>;
+
+@vertex
+fn vertex(corner: Corner, at: Placed) -> Surface {
+    let size = length(at.z.xyz);
+    let foot = vec3f(at.x.w, at.y.w, at.z.w);
+    let flat_way = mix(-frame.forward.xy, frame.eye.xy - foot.xy, frame.eye.w);
+    let out = flat_way * inverseSqrt(max(dot(flat_way, flat_way), 1e-8));
+    let from_above = frame.forward.z < -0.8;
+    let cosine = at.x.x / size;
+    let sine = at.y.x / size;
+    var right = vec3f(-out.y, out.x, 0.0);
+    var up = vec3f(0.0, 0.0, 1.0);
+    if from_above {
+        right = vec3f(cosine, sine, 0.0);
+        up = vec3f(-sine, cosine, 0.0);
+    }
+    let half_side = abs(corner.position.x);
+    var s: Surface;
+    s.world = foot + size * (right * corner.position.x + up * corner.position.z + vec3f(0.0, 0.0, corner.position.y));
+    s.clip = frame.clip_from_world * vec4f(s.world, 1.0);
+    s.uv = vec2f(0.5, 0.5) + vec2f(0.5, -0.5) * corner.position.xz / half_side;
+    // The eye's azimuth in the tree's frame.
+    let local = vec2f(out.x * cosine + out.y * sine, out.y * cosine - out.x * sine);
+    let place = fract(atan2(local.y, local.x) / TAU) * SIDES;
+    let before = floor(place);
+    let a = select(before, SIDES, from_above);
+    let b = select((before + 1.0) % SIDES, SIDES, from_above);
+    s.pictures = vec3f(corner.first.x + a % (SIDES + 1.0), corner.first.x + b, place - before);
+    s.tint = at.colour_brake;
+    s.turn = vec3f(cosine, sine, 0.5 * half_side * size);
+    return s;
+}
+
+// Number of the picture for a pixel: from one to the next over the middle third between their directions.
+fn chosen(in: Surface) -> i32 {
+    let share = smoothstep(0.33, 0.67, in.pictures.z);
+    return 2 * i32(select(in.pictures.x, in.pictures.y, dithered(in.clip.xy + 31.0) < share) + 0.5);
+}

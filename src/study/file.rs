@@ -1,0 +1,381 @@
+//! The file of a study. In: TOML (`assets/studies/`). Out: a [`Study`] in which every scenario can be driven, or a message
+//! that names file, line, column, value and what is allowed.
+
+use super::{Questionnaire, StudyError, order};
+use crate::sim::{Field, Scenario, ScenarioError, World, fields, located_at, located_key};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+/// Scenario settings that differ from those before, by their keys.
+type Changes = Map<String, Value>;
+
+/// What a person writes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StudyFile {
+    /// What the study is called.
+    pub title: String,
+    /// How many participants are planned.
+    #[schemars(range(min = 1, max = 1000))]
+    pub participants: u32,
+    /// Seed of all orders and drives.
+    #[serde(default)]
+    pub seed: u64,
+    /// In which order participants meet the conditions.
+    #[serde(default)]
+    pub order: order::Design,
+    /// Settings of every drive that differ from the program's own (keys of a scenario file).
+    #[serde(default)]
+    pub base: Changes,
+    /// Factors by name, each with its levels by name; all combinations are conditions.
+    #[serde(default)]
+    pub factors: BTreeMap<String, Vec<Level>>,
+    /// Conditions one by one, instead of factors.
+    #[serde(default)]
+    pub condition: Vec<Level>,
+    /// What comes one after the other.
+    pub segment: Vec<Segment>,
+    /// Sentences that the program says, in any language; what is not here is said in English.
+    #[serde(default)]
+    pub texts: Texts,
+}
+
+/// A level of a factor, or a condition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Level {
+    /// Its name, in data and figures.
+    pub name: String,
+    /// Settings that it changes (keys of a scenario file).
+    #[serde(default)]
+    pub set: Changes,
+}
+
+/// Kinds of segments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A page to read.
+    Text,
+    /// A drive that is the same for everyone: familiarisation, a baseline.
+    Drive,
+    /// A trial for each condition, in the participant's own order.
+    Trials,
+    /// A questionnaire.
+    Questions,
+    /// A rest with a timer.
+    Break,
+}
+
+/// One segment. Which keys it needs is by its kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Segment {
+    /// What it is.
+    pub kind: Kind,
+    /// Its name, in data: small letters, digits, hyphens.
+    pub name: String,
+    /// Markdown that is shown (text, break) or shown before (drive, trials, questions).
+    #[serde(default)]
+    pub text: String,
+    /// Settings of its drives (drive, trials).
+    #[serde(default)]
+    pub set: Changes,
+    /// A drive ends sooner once the speed was in the range for this long in all, seconds (drive).
+    #[schemars(range(min = 1.0, max = 3600.0))]
+    pub until_in_range_s: Option<f64>,
+    /// Rest between two trials (trials), or length of the break, seconds.
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    pub rest_s: Option<f64>,
+    /// Questionnaire: a file beside the study, or the name of one that is shipped.
+    pub questionnaire: Option<String>,
+}
+
+/// What the program says to a participant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Texts {
+    /// Below a page.
+    pub go_on: String,
+    /// Before a drive.
+    pub ready: String,
+    /// After a drive.
+    pub drive_over: String,
+    /// In a break.
+    pub rest: String,
+    /// At the end.
+    pub thanks: String,
+}
+
+impl Default for Texts {
+    fn default() -> Self {
+        Self {
+            go_on: "Press a button on the wheel to go on.".into(),
+            ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
+            drive_over: "This drive is over.".into(),
+            rest: "Take a rest.".into(),
+            thanks: "That was all. Thank you!".into(),
+        }
+    }
+}
+
+/// A study that can be run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Study {
+    /// As it was written.
+    pub file: StudyFile,
+    /// The scenario that all drives begin from.
+    pub base: Scenario,
+    /// Conditions: name, level of each factor, settings.
+    pub conditions: Vec<Condition>,
+    /// Questionnaires by the word in the file.
+    pub questionnaires: BTreeMap<String, Questionnaire>,
+    /// The text as it was, for the data set.
+    pub source: String,
+}
+
+/// One condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    /// Its name: the names of its levels, joined by `+`.
+    pub name: String,
+    /// Level of each factor by the factor's name; `condition` where there are no factors.
+    pub levels: BTreeMap<String, String>,
+    /// Settings that it changes, and where they stand in the file.
+    changes: Vec<(String, Changes)>,
+}
+
+impl Study {
+    /// Reads and checks a study: every scenario, map, policy and questionnaire in it.
+    ///
+    /// # Errors
+    /// What is wrong, where, and what is allowed.
+    pub fn load(path: &Path) -> Result<Self, StudyError> {
+        let source = std::fs::read_to_string(path)
+            .map_err(|e| StudyError(format!("{}: cannot be read: {e}", path.display())))?;
+        Self::parse(source, path)
+    }
+
+    /// The same for text that stands in `path`.
+    ///
+    /// # Errors
+    /// As [`Study::load`].
+    pub fn parse(source: String, path: &Path) -> Result<Self, StudyError> {
+        let name = path.display().to_string();
+        let file: StudyFile = toml::from_str(&source).map_err(|e| {
+            let message = e.message().replace("unknown field", "unknown key");
+            let start = e.span().map_or(0, |span| span.start);
+            StudyError(located_at(&source, &name, start, &message))
+        })?;
+        let mut study =
+            Self { base: Scenario::default(), conditions: Vec::new(), questionnaires: BTreeMap::new(), file, source };
+        let fault = |key: &str, message: String| StudyError(located_key(&study.source, &name, key, &message));
+        study.check_shape().map_err(|(key, message)| fault(&key, message))?;
+        let base = changed(&Scenario::default(), "base", &study.file.base).map_err(|(key, m)| fault(&key, m))?;
+        let conditions = conditions(&study.file);
+        let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+        let mut questionnaires = BTreeMap::new();
+        for (i, segment) in study.file.segment.iter().enumerate() {
+            if let Some(word) = &segment.questionnaire {
+                let found = Questionnaire::find(word, &folder)
+                    .map_err(|e| fault(&format!("segment.{i}.questionnaire"), e.0))?;
+                questionnaires.insert(word.clone(), found);
+            }
+        }
+        study.base = base;
+        study.conditions = conditions;
+        study.questionnaires = questionnaires;
+        study.check_drives(&name)?;
+        Ok(study)
+    }
+
+    /// JSON Schema of the file, for editors.
+    pub fn schema() -> Value {
+        schemars::schema_for!(StudyFile).to_value()
+    }
+
+    /// What does not depend on other files. The key at fault and the message.
+    fn check_shape(&self) -> Result<(), (String, String)> {
+        let file = &self.file;
+        let wrong = |key: String, message: String| Err((key, message));
+        if !(1..=1000).contains(&file.participants) {
+            return wrong("participants".into(), format!("participants is {}; allowed: 1 to 1000", file.participants));
+        }
+        if !file.factors.is_empty() && !file.condition.is_empty() {
+            return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());
+        }
+        let mut levels: Vec<(String, &[Level])> =
+            file.factors.iter().map(|(name, levels)| (format!("factors.{name}"), levels.as_slice())).collect();
+        levels.push(("condition".into(), &file.condition));
+        for (key, list) in levels {
+            if list.is_empty() && key != "condition" {
+                return wrong(key.clone(), format!("{key} has no levels"));
+            }
+            for (i, level) in list.iter().enumerate() {
+                let here = format!("{key}.{i}.name");
+                check_word(&level.name).map_err(|message| (here.clone(), message))?;
+                if list[..i].iter().any(|other| other.name == level.name) {
+                    return wrong(here, format!("the name \"{}\" comes twice", level.name));
+                }
+            }
+        }
+        let trials = file.segment.iter().any(|segment| segment.kind == Kind::Trials);
+        let count = conditions(file).len();
+        if trials && file.factors.is_empty() && file.condition.is_empty() {
+            return wrong("segment".into(), "there are trials but no [factors] and no [[condition]]".into());
+        }
+        if file.order == order::Design::Full && count > order::MOST_FULL {
+            let text = format!("{count} conditions have too many orders; \"full\" is for at most {}", order::MOST_FULL);
+            return wrong("order".into(), text);
+        }
+        for (i, segment) in file.segment.iter().enumerate() {
+            let key = |key: &str| format!("segment.{i}.{key}");
+            check_word(&segment.name).map_err(|message| (key("name"), message))?;
+            if file.segment[..i].iter().any(|other| other.name == segment.name) {
+                return wrong(key("name"), format!("the name \"{}\" comes twice", segment.name));
+            }
+            segment.check().map_err(|(at, message)| (key(at), message))?;
+        }
+        Ok(())
+    }
+
+    /// Every drive of every condition is a scenario that can begin: made once, on the native engine.
+    fn check_drives(&self, name: &str) -> Result<(), StudyError> {
+        for (i, segment) in self.file.segment.iter().enumerate() {
+            let none = [None];
+            let all: Vec<Option<&Condition>> = self.conditions.iter().map(Some).collect();
+            let conditions: &[Option<&Condition>] = match segment.kind {
+                Kind::Drive => &none,
+                Kind::Trials => &all,
+                Kind::Text | Kind::Questions | Kind::Break => &[],
+            };
+            for condition in conditions {
+                let begun = self.drive(i, *condition).and_then(|scenario| {
+                    let key = condition.and_then(|c| c.changes.last()).map_or(format!("segment.{i}"), |c| c.0.clone());
+                    let quiet = Scenario { traffic: "native".into(), warm_up_s: 0.0, ..scenario };
+                    World::new(&quiet).map(drop).map_err(|error| (key, error.to_string()))
+                });
+                begun.map_err(|(key, message)| StudyError(located_key(&self.source, name, &key, &message)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The scenario of a drive: base, then the segment's settings, then the condition's. A key at fault and the message.
+    pub(super) fn drive(&self, segment: usize, condition: Option<&Condition>) -> Result<Scenario, (String, String)> {
+        let set = &self.file.segment[segment].set;
+        let mut scenario = changed(&self.base, &format!("segment.{segment}.set"), set)?;
+        for (key, changes) in condition.iter().flat_map(|condition| &condition.changes) {
+            scenario = changed(&scenario, key, changes)?;
+        }
+        if scenario.duration_s <= 0.0 {
+            return Err((format!("segment.{segment}"), "duration_s is 0; a drive of a study needs an end".into()));
+        }
+        Ok(scenario)
+    }
+}
+
+impl Segment {
+    /// Keys that its kind needs and those that it has no use for.
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        let drives = matches!(self.kind, Kind::Drive | Kind::Trials);
+        let kind = format!("{:?}", self.kind).to_lowercase();
+        let rules = [
+            ("set", !self.set.is_empty(), drives, false),
+            ("until_in_range_s", self.until_in_range_s.is_some(), self.kind == Kind::Drive, false),
+            (
+                "rest_s",
+                self.rest_s.is_some(),
+                matches!(self.kind, Kind::Trials | Kind::Break),
+                self.kind == Kind::Break,
+            ),
+            ("questionnaire", self.questionnaire.is_some(), self.kind == Kind::Questions, self.kind == Kind::Questions),
+            ("text", !self.text.is_empty(), true, self.kind == Kind::Text),
+        ];
+        for (key, is_there, allowed, needed) in rules {
+            if is_there && !allowed {
+                return Err((key, format!("a segment of kind \"{kind}\" has no `{key}`")));
+            }
+            if needed && !is_there {
+                return Err(("kind", format!("a segment of kind \"{kind}\" needs `{key}`")));
+            }
+        }
+        for (key, value, low) in [("until_in_range_s", self.until_in_range_s, 1.0), ("rest_s", self.rest_s, 0.0)] {
+            if value.is_some_and(|v| !(low..=3600.0).contains(&v)) {
+                let value = value.unwrap_or_default();
+                return Err((key, format!("{key} is {value}; allowed: a number from {low} to 3600 s")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Names are parts of file names and of data.
+pub(super) fn check_word(word: &str) -> Result<(), String> {
+    let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if !word.is_empty() && word.len() <= 40 && word.chars().all(fine) {
+        return Ok(());
+    }
+    Err(format!("the name \"{word}\" cannot be used; allowed: 1 to 40 small letters, digits and hyphens"))
+}
+
+/// All combinations of levels, the last factor fastest; or the conditions as they are.
+fn conditions(file: &StudyFile) -> Vec<Condition> {
+    let condition = |key: String, factor: &str, level: &Level| Condition {
+        name: level.name.clone(),
+        levels: BTreeMap::from([(factor.to_owned(), level.name.clone())]),
+        changes: vec![(key, level.set.clone())],
+    };
+    if file.factors.is_empty() {
+        let list = file.condition.iter().enumerate();
+        return list.map(|(i, level)| condition(format!("condition.{i}.set"), "condition", level)).collect();
+    }
+    let mut all: Vec<Condition> = Vec::new();
+    for (factor, levels) in &file.factors {
+        let each: Vec<Condition> = levels
+            .iter()
+            .enumerate()
+            .map(|(i, level)| condition(format!("factors.{factor}.{i}.set"), factor, level))
+            .collect();
+        if all.is_empty() {
+            all = each;
+            continue;
+        }
+        let both = |a: &Condition, b: &Condition| Condition {
+            name: format!("{}+{}", a.name, b.name),
+            levels: a.levels.iter().chain(&b.levels).map(|(k, v)| (k.clone(), v.clone())).collect(),
+            changes: a.changes.iter().chain(&b.changes).cloned().collect(),
+        };
+        all = all.iter().flat_map(|a| each.iter().map(move |b| both(a, b))).collect();
+    }
+    all
+}
+
+/// `scenario` with settings changed; `key` is where they stand. The key at fault and the message.
+fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Result<Scenario, (String, String)> {
+    let known = fields();
+    let mut list: Vec<(Field, Value)> = Vec::new();
+    for (name, value) in changes {
+        let inner: Vec<(String, &Value)> = match value {
+            Value::Object(table) => table.iter().map(|(k, v)| (format!("{name}.{k}"), v)).collect(),
+            value => vec![(name.clone(), value)],
+        };
+        for (path, value) in inner {
+            let at = format!("{key}.{path}");
+            let Some(field) = known.iter().find(|field| field.path == path) else {
+                let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
+                return Err((at, format!("unknown key `{path}`, expected one of {}", names.join(", "))));
+            };
+            if let Some(fault) = field.fault(value) {
+                return Err((at, fault));
+            }
+            list.push((field.clone(), value.clone()));
+        }
+    }
+    scenario.with(&list).map_err(|ScenarioError(message)| (key.to_owned(), message))
+}

@@ -1,0 +1,141 @@
+//! In which order a participant meets the conditions. In: a design, how many conditions, the participant's number. Out: a
+//! permutation. Balanced designs repeat after a whole square: then every order has come equally often.
+
+use crate::rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How orders are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Design {
+    /// Balanced Latin square (Williams 1949): every condition as often at every place, and as often right after every other.
+    #[default]
+    Williams,
+    /// All orders in turn (full counterbalance).
+    Full,
+    /// Blocks of as many participants as there are conditions; within a block every condition stands once at every place.
+    Block,
+    /// As the file has them, for everyone.
+    Fixed,
+}
+
+/// The most conditions of a full counterbalance: 720 orders.
+pub const MOST_FULL: usize = 6;
+
+impl Design {
+    /// After how many participants every order has come equally often.
+    pub fn period(self, conditions: usize) -> usize {
+        match self {
+            Self::Williams if conditions < 3 => conditions.max(1),
+            Self::Williams => conditions * (1 + conditions % 2),
+            Self::Full => (1..=conditions).product(),
+            Self::Block => conditions.max(1),
+            Self::Fixed => 1,
+        }
+    }
+
+    /// The order for participant number `index` (from 0): a permutation of `0..conditions`.
+    pub fn order(self, conditions: usize, index: usize, seed: u64) -> Vec<usize> {
+        match self {
+            Self::Fixed => (0..conditions).collect(),
+            Self::Williams => williams(conditions, index % self.period(conditions)),
+            Self::Full => nth_permutation(conditions, index % self.period(conditions)),
+            Self::Block => {
+                // A cyclic square whose rows and words are drawn anew for each block.
+                let (block, row) = (index / conditions.max(1), index % conditions.max(1));
+                let mut random = rng::stream(seed, &format!("order {block}"));
+                let words = random.permutation(conditions);
+                let rows = random.permutation(conditions);
+                (0..conditions).map(|place| words[(rows[row] + place) % conditions]).collect()
+            }
+        }
+    }
+}
+
+/// Row of Williams' square: 0, 1, n-1, 2, n-2, ... shifted by the row; for an odd number each row also backwards.
+fn williams(n: usize, row: usize) -> Vec<usize> {
+    let shift = row % n.max(1);
+    let zigzag = (0..n).map(|place| if place % 2 == 1 { place.div_ceil(2) } else { (n - place / 2) % n });
+    let order: Vec<usize> = zigzag.map(|word| (word + shift) % n).collect();
+    if row < n { order } else { order.into_iter().rev().collect() }
+}
+
+/// The permutations in lexical order.
+fn nth_permutation(n: usize, mut index: usize) -> Vec<usize> {
+    let mut left: Vec<usize> = (0..n).collect();
+    (0..n)
+        .map(|place| {
+            let block: usize = (1..n - place).product();
+            let at = index / block;
+            index %= block;
+            left.remove(at)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    fn orders(design: Design, n: usize, participants: usize) -> Vec<Vec<usize>> {
+        (0..participants).map(|index| design.order(n, index, 7)).collect()
+    }
+
+    /// How often each condition stands at each place.
+    fn places(orders: &[Vec<usize>]) -> BTreeMap<(usize, usize), usize> {
+        let mut counts = BTreeMap::new();
+        for order in orders {
+            for (place, word) in order.iter().enumerate() {
+                *counts.entry((place, *word)).or_default() += 1;
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn williams_square_is_balanced_for_place_and_for_what_comes_before() {
+        for n in 2..=9 {
+            let period = Design::Williams.period(n);
+            let orders = orders(Design::Williams, n, period);
+            let counts = places(&orders);
+            assert!(counts.len() == n * n && counts.values().all(|count| *count == period / n), "{n}: {counts:?}");
+            let mut after: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+            for order in &orders {
+                order.windows(2).for_each(|pair| *after.entry((pair[0], pair[1])).or_default() += 1);
+            }
+            let every = after.values().next().copied();
+            assert!(after.len() == n * (n - 1) && after.values().all(|count| Some(*count) == every), "{n}: {after:?}");
+        }
+        assert_eq!((Design::Williams.period(3), Design::Williams.period(4)), (6, 4));
+    }
+
+    #[test]
+    fn a_full_counterbalance_has_every_order_once() {
+        for n in 1..=5 {
+            let period = Design::Full.period(n);
+            let all: BTreeSet<Vec<usize>> = orders(Design::Full, n, period).into_iter().collect();
+            assert_eq!(all.len(), period);
+        }
+    }
+
+    #[test]
+    fn every_block_has_every_condition_once_at_every_place() {
+        let orders = orders(Design::Block, 4, 20);
+        for block in orders.chunks(4) {
+            assert!(places(block).len() == 16, "{block:?}");
+        }
+        let first: BTreeSet<_> = orders.chunks(4).map(|block| block[0].clone()).collect();
+        assert!(first.len() > 1, "blocks are drawn, not repeated");
+        assert_eq!(orders[3], Design::Block.order(4, 3, 7), "the same for the same seed");
+    }
+
+    #[test]
+    fn one_condition_and_a_fixed_order_are_what_they_are() {
+        for design in [Design::Williams, Design::Full, Design::Block, Design::Fixed] {
+            assert_eq!(design.order(1, 5, 1), [0]);
+        }
+        assert_eq!(Design::Fixed.order(3, 8, 1), [0, 1, 2]);
+    }
+}

@@ -1,0 +1,172 @@
+//! One participant's visit, step by step. In: a study and the participant's number. Out: a [`Plan`] in which each drive is
+//! a complete scenario with a seed of its own.
+
+use super::{
+    Study,
+    file::{Condition, Kind},
+};
+use crate::sim::Scenario;
+use std::{collections::BTreeMap, fmt::Write};
+
+/// What comes at one point of a visit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    /// A page, Markdown.
+    Text(String),
+    /// A drive.
+    Drive {
+        /// What is driven.
+        scenario: Box<Scenario>,
+        /// Level of each factor; empty for a drive that is the same for everyone.
+        levels: BTreeMap<String, String>,
+        /// Ends sooner once the speed was this long in the range, seconds.
+        until_in_range_s: Option<f64>,
+    },
+    /// A questionnaire: the word in the study's file.
+    Questions(String),
+    /// A rest of this many seconds.
+    Break(f64),
+}
+
+/// One point of a visit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planned {
+    /// Name, unique in the plan: `familiarisation`, `trial-2-wide`.
+    pub name: String,
+    /// What is shown before it, Markdown; may be empty.
+    pub text: String,
+    /// What it is.
+    pub item: Item,
+}
+
+/// A whole visit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The participant's number in the study, from 0.
+    pub index: usize,
+    /// The conditions' names in the participant's order.
+    pub order: Vec<String>,
+    /// What comes, in order.
+    pub items: Vec<Planned>,
+}
+
+/// Seconds that a questionnaire and a page are reckoned with.
+const QUESTIONS_S: f64 = 120.0;
+const PAGE_S: f64 = 30.0;
+
+impl Study {
+    /// The visit of participant number `index`, from 0. The same file and number give the same plan.
+    pub fn plan(&self, index: usize) -> Plan {
+        let order = self.file.order.order(self.conditions.len(), index, self.file.seed);
+        let mut items = Vec::new();
+        let mut drives = 0;
+        for (i, segment) in self.file.segment.iter().enumerate() {
+            let mut put = |name: String, text: &str, item: Item| items.push(Planned { name, text: text.into(), item });
+            let mut drive = |condition: Option<&Condition>| {
+                let scenario = self.drive(i, condition).expect("checked when the study was read");
+                drives += 1;
+                Item::Drive {
+                    scenario: Box::new(Scenario { seed: self.seed_of(index, drives), ..scenario }),
+                    levels: condition.map(|c| c.levels.clone()).unwrap_or_default(),
+                    until_in_range_s: segment.until_in_range_s,
+                }
+            };
+            match segment.kind {
+                Kind::Text => put(segment.name.clone(), "", Item::Text(segment.text.clone())),
+                Kind::Break => put(segment.name.clone(), &segment.text, Item::Break(segment.rest_s.unwrap_or(0.0))),
+                Kind::Questions => {
+                    let word = segment.questionnaire.clone().unwrap_or_default();
+                    put(segment.name.clone(), &segment.text, Item::Questions(word));
+                }
+                Kind::Drive => {
+                    let item = drive(None);
+                    put(segment.name.clone(), &segment.text, item);
+                }
+                Kind::Trials => {
+                    for (place, &which) in order.iter().enumerate() {
+                        let condition = &self.conditions[which];
+                        let number = place + 1;
+                        if let (true, Some(rest_s)) = (place > 0, segment.rest_s.filter(|s| *s > 0.0)) {
+                            put(format!("{}-rest-{place}", segment.name), "", Item::Break(rest_s));
+                        }
+                        let text = if place == 0 { segment.text.as_str() } else { "" };
+                        let item = drive(Some(condition));
+                        put(format!("{}-{number}-{}", segment.name, condition.name), text, item);
+                    }
+                }
+            }
+        }
+        let order = order.into_iter().map(|which| self.conditions[which].name.clone()).collect();
+        Plan { index, order, items }
+    }
+
+    /// A seed for each drive of each participant, below 2^53 so that every reader keeps it exactly.
+    fn seed_of(&self, index: usize, drive: u64) -> u64 {
+        (self.file.seed % 1_000_000) * 1_000_000 + (index as u64 % 10_000) * 100 + drive
+    }
+
+    /// The plan for `participants` people as a table: order of conditions, drives, reckoned minutes.
+    pub fn table(&self, participants: usize) -> String {
+        let mut out = format!("{}\n", self.file.title);
+        let period = self.file.order.period(self.conditions.len());
+        let _ = writeln!(
+            out,
+            "{} participants, {} conditions, order {}: balanced after every {period}",
+            participants,
+            self.conditions.len(),
+            serde_json::to_value(self.file.order).unwrap_or_default().as_str().unwrap_or_default()
+        );
+        let first = self.plan(0);
+        let _ = writeln!(out, "\nA visit, about {:.0} min:", first.minutes());
+        for (i, planned) in first.items.iter().enumerate() {
+            let _ = writeln!(out, "  {:>2}  {:<32} {}", i + 1, planned.name, planned.item.words());
+        }
+        let _ = writeln!(out, "\nparticipant   order of conditions");
+        for index in 0..participants {
+            let _ = writeln!(out, "{:>11}   {}", index + 1, self.plan(index).order.join(", "));
+        }
+        if !participants.is_multiple_of(period) {
+            let next = participants.next_multiple_of(period);
+            let _ = writeln!(out, "\nNot every order comes equally often with {participants}; with {next} it does.");
+        }
+        out
+    }
+}
+
+impl Plan {
+    /// How long the visit is reckoned to last, minutes.
+    pub fn minutes(&self) -> f64 {
+        self.items.iter().map(|planned| planned.item.seconds()).sum::<f64>() / 60.0
+    }
+}
+
+impl Item {
+    fn seconds(&self) -> f64 {
+        match self {
+            Self::Text(_) => PAGE_S,
+            Self::Questions(_) => QUESTIONS_S,
+            Self::Break(seconds) => *seconds,
+            Self::Drive { scenario, .. } => scenario.duration_s,
+        }
+    }
+
+    fn words(&self) -> String {
+        match self {
+            Self::Text(_) => "a page to read".into(),
+            Self::Questions(word) => format!("questions: {word}"),
+            Self::Break(seconds) => format!("rest, {seconds} s"),
+            Self::Drive { scenario, until_in_range_s, .. } => {
+                let sooner = until_in_range_s.map_or(String::new(), |s| format!(", sooner after {s} s in range"));
+                format!(
+                    "{} s on {}, {} cars, policy {}, hold {} s, range +-{} mph{sooner}",
+                    scenario.duration_s,
+                    scenario.map,
+                    scenario.vehicles,
+                    scenario.policy,
+                    scenario.hold_s,
+                    scenario.range_mph
+                )
+            }
+        }
+    }
+}

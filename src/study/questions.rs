@@ -1,0 +1,448 @@
+//! Questionnaires: a strict subset of SurveyJS JSON. In: a file, or one that is shipped (`assets/questionnaires/`); answers.
+//! Out: which questions are to be seen, what is still missing, scores.
+//!
+//! Elements: `radiogroup`, `checkbox`, `rating`, `boolean`, `matrix`, `text`, `comment`, `html`. Of each: `name`, `title`,
+//! `description`, `isRequired`, `visibleIf`, `choices`, `rateMin`, `rateMax`, `rateStep`, `minRateDescription`,
+//! `maxRateDescription`, `columns`, `rows`, `html`. `visibleIf` compares `{name}` with a word or number by `=`, `<>`, `<`,
+//! `<=`, `>`, `>=` or `contains`, joined by `and` or `or` (`and` binds stronger). One thing is our own: `scores`, sums and
+//! means of answers with a weight.
+
+use super::StudyError;
+use serde::{Deserialize, Deserializer, Serialize, de};
+use serde_json::Value;
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+/// Answers by the name of the question; of a matrix by `name.row`.
+pub type Answers = BTreeMap<String, Value>;
+
+/// A questionnaire.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Questionnaire {
+    /// Shown above.
+    pub title: String,
+    /// Where it is from: source and licence, for the data set.
+    #[serde(default)]
+    pub description: String,
+    /// One page after the other.
+    pub pages: Vec<Page>,
+    /// Figures that are computed from the answers.
+    #[serde(default)]
+    pub scores: Vec<Score>,
+}
+
+/// What is on the screen at once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "camelCase")]
+pub struct Page {
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// Shown above.
+    #[serde(default)]
+    pub title: String,
+    /// Shown only if this holds.
+    #[serde(default)]
+    pub visible_if: Option<Condition>,
+    /// Questions.
+    pub elements: Vec<Element>,
+}
+
+/// A question.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "camelCase")]
+pub struct Element {
+    /// Kind.
+    #[serde(rename = "type")]
+    pub kind: ElementKind,
+    /// Name in the data.
+    pub name: String,
+    /// The question.
+    #[serde(default)]
+    pub title: String,
+    /// What explains it.
+    #[serde(default)]
+    pub description: String,
+    /// Must be answered.
+    #[serde(default)]
+    pub is_required: bool,
+    /// Shown only if this holds.
+    #[serde(default)]
+    pub visible_if: Option<Condition>,
+    /// Words to choose from (radiogroup, checkbox).
+    #[serde(default)]
+    pub choices: Vec<Choice>,
+    /// Ends and step of a rating.
+    #[serde(default = "one")]
+    pub rate_min: f64,
+    /// Largest.
+    #[serde(default = "five")]
+    pub rate_max: f64,
+    /// Step.
+    #[serde(default = "one")]
+    pub rate_step: f64,
+    /// Word at its lower end.
+    #[serde(default)]
+    pub min_rate_description: String,
+    /// Word at its upper end.
+    #[serde(default)]
+    pub max_rate_description: String,
+    /// Answers of a matrix.
+    #[serde(default)]
+    pub columns: Vec<Choice>,
+    /// Questions of a matrix.
+    #[serde(default)]
+    pub rows: Vec<Choice>,
+    /// Text of an html element: shown as it is, without tags.
+    #[serde(default)]
+    pub html: String,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn five() -> f64 {
+    5.0
+}
+
+/// Kinds of questions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ElementKind {
+    /// One of several.
+    Radiogroup,
+    /// Any of several.
+    Checkbox,
+    /// A number on a scale.
+    Rating,
+    /// Yes or no.
+    Boolean,
+    /// One of several for each row.
+    Matrix,
+    /// A line.
+    Text,
+    /// Several lines.
+    Comment,
+    /// Nothing is asked.
+    Html,
+}
+
+/// A word to choose, and what is written for it in the data.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Choice {
+    /// In the data.
+    pub value: Value,
+    /// On the screen.
+    pub text: String,
+}
+
+impl<'de> Deserialize<'de> for Choice {
+    /// A word, a number, or both as `{ "value": 3, "text": "severe" }`.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Both {
+            value: Value,
+            text: String,
+        }
+        let value = Value::deserialize(deserializer)?;
+        match &value {
+            Value::String(word) => Ok(Self { text: word.clone(), value }),
+            Value::Number(number) => Ok(Self { text: number.to_string(), value }),
+            Value::Object(_) => {
+                let both: Both = serde_json::from_value(value).map_err(de::Error::custom)?;
+                Ok(Self { value: both.value, text: both.text })
+            }
+            other => {
+                Err(de::Error::custom(format!("a choice is {other}; allowed: a word, a number or value and text")))
+            }
+        }
+    }
+}
+
+/// A figure computed from answers: `weight * (sum or mean) of the answers to `of`; empty while one is missing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Score {
+    /// Its name in the data.
+    pub name: String,
+    /// Sum or mean.
+    pub method: Method,
+    /// Names of questions, `name.row` for those of a matrix.
+    pub of: Vec<String>,
+    /// Factor.
+    #[serde(default = "one")]
+    pub weight: f64,
+}
+
+/// How answers make a score.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// All added.
+    Sum,
+    /// All added, over how many they are.
+    Mean,
+}
+
+/// `{name} = 'word' and {other} > 3`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    text: String,
+    /// Any of these, each of which is all of its parts.
+    any: Vec<Vec<Comparison>>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Comparison {
+    name: String,
+    by: &'static str,
+    with: Value,
+}
+
+impl Serialize for Condition {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.text)
+    }
+}
+
+impl<'de> Deserialize<'de> for Condition {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let any = text.split(" or ").map(|all| all.split(" and ").map(comparison).collect()).collect::<Result<_, _>>();
+        any.map(|any| Self { text: text.clone(), any }).map_err(de::Error::custom)
+    }
+}
+
+fn comparison(text: &str) -> Result<Comparison, String> {
+    let fault = || {
+        format!(
+            "visibleIf has \"{}\"; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains",
+            text.trim()
+        )
+    };
+    let (name, rest) = text.trim().strip_prefix('{').and_then(|rest| rest.split_once('}')).ok_or_else(fault)?;
+    let rest = rest.trim();
+    let by =
+        ["<>", "<=", ">=", "=", "<", ">", "contains"].into_iter().find(|by| rest.starts_with(by)).ok_or_else(fault)?;
+    let with = rest[by.len()..].trim();
+    let value = if let Some(word) = with.strip_prefix('\'').and_then(|w| w.strip_suffix('\'')) {
+        Value::from(word)
+    } else {
+        match with {
+            "true" => Value::from(true),
+            "false" => Value::from(false),
+            number => number.parse::<f64>().map(Value::from).map_err(|_| fault())?,
+        }
+    };
+    Ok(Comparison { name: name.into(), by, with: value })
+}
+
+impl Condition {
+    /// True if it holds; what is not answered equals nothing.
+    pub fn holds(&self, answers: &Answers) -> bool {
+        self.any.iter().any(|all| all.iter().all(|one| one.holds(answers)))
+    }
+
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.any.iter().flatten().map(|one| one.name.as_str())
+    }
+}
+
+impl Comparison {
+    fn holds(&self, answers: &Answers) -> bool {
+        let Some(answer) = answers.get(&self.name) else { return self.by == "<>" };
+        let equal = |a: &Value, b: &Value| match (a.as_f64(), b.as_f64()) {
+            (Some(a), Some(b)) => a == b,
+            _ => a == b,
+        };
+        let order = answer.as_f64().zip(self.with.as_f64());
+        match self.by {
+            "=" => equal(answer, &self.with),
+            "<>" => !equal(answer, &self.with),
+            "<" => order.is_some_and(|(a, b)| a < b),
+            "<=" => order.is_some_and(|(a, b)| a <= b),
+            ">" => order.is_some_and(|(a, b)| a > b),
+            ">=" => order.is_some_and(|(a, b)| a >= b),
+            _ => answer.as_array().is_some_and(|list| list.iter().any(|item| equal(item, &self.with))),
+        }
+    }
+}
+
+impl Element {
+    /// Names under which its answers stand in the data.
+    pub fn answer_names(&self) -> Vec<String> {
+        match self.kind {
+            ElementKind::Html => Vec::new(),
+            ElementKind::Matrix => self.rows.iter().map(|row| format!("{}.{}", self.name, word(&row.value))).collect(),
+            _ => vec![self.name.clone()],
+        }
+    }
+
+    /// The numbers of a rating, lowest first.
+    pub fn rates(&self) -> Vec<f64> {
+        let n = ((self.rate_max - self.rate_min) / self.rate_step).round() as usize;
+        (0..=n).map(|i| self.rate_min + self.rate_step * i as f64).collect()
+    }
+
+    /// Whether this is an answer that its kind allows.
+    pub fn accepts(&self, answer: &Value) -> bool {
+        let one_of = |choices: &[Choice], value: &Value| choices.iter().any(|choice| choice.value == *value);
+        match self.kind {
+            ElementKind::Radiogroup => one_of(&self.choices, answer),
+            ElementKind::Checkbox => answer.as_array().is_some_and(|l| l.iter().all(|v| one_of(&self.choices, v))),
+            ElementKind::Rating => answer.as_f64().is_some_and(|v| self.rates().iter().any(|r| (r - v).abs() < 1e-9)),
+            ElementKind::Boolean => answer.is_boolean(),
+            ElementKind::Matrix => one_of(&self.columns, answer),
+            ElementKind::Text | ElementKind::Comment => answer.is_string(),
+            ElementKind::Html => false,
+        }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let needs = |list: &[Choice], what: &str| {
+            if list.is_empty() { Err(format!("\"{}\" has no {what}", self.name)) } else { Ok(()) }
+        };
+        match self.kind {
+            ElementKind::Radiogroup | ElementKind::Checkbox => needs(&self.choices, "choices"),
+            ElementKind::Matrix => needs(&self.columns, "columns").and_then(|()| needs(&self.rows, "rows")),
+            ElementKind::Rating => {
+                let steps = (self.rate_max - self.rate_min) / self.rate_step;
+                let whole = (steps - steps.round()).abs() < 1e-9;
+                if self.rate_step > 0.0 && whole && (1.0..=100.0).contains(&steps) {
+                    return Ok(());
+                }
+                Err(format!(
+                    "\"{}\" rates from {} to {} by {}; allowed: 1 to 100 whole steps",
+                    self.name, self.rate_min, self.rate_max, self.rate_step
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A value as a part of a name.
+fn word(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+/// Folder of those that are shipped, below the project's root.
+const SHIPPED: &str = "assets/questionnaires";
+
+impl Questionnaire {
+    /// By a file's name beside the study, or by the word of one that is shipped.
+    ///
+    /// # Errors
+    /// There is none, or it has a mistake; both with place and remedy.
+    pub fn find(name: &str, beside: &Path) -> Result<Self, StudyError> {
+        let own = beside.join(name);
+        let shipped = crate::map::project_root().join(SHIPPED);
+        let path = if name.ends_with(".json") { own } else { shipped.join(format!("{name}.json")) };
+        if !path.exists() {
+            let list = words(&shipped).join(", ");
+            return Err(StudyError(format!(
+                "{}: there is no such questionnaire; allowed: a .json file beside the study, or one of {list}",
+                path.display()
+            )));
+        }
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| StudyError(format!("{}: cannot be read: {e}", path.display())))?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// From JSON text; `name` is what messages call it.
+    ///
+    /// # Errors
+    /// What is wrong, with line and column where the JSON itself is at fault.
+    pub fn parse(text: &str, name: &str) -> Result<Self, StudyError> {
+        let found: Self = serde_json::from_str(text).map_err(|e| {
+            let message = e.to_string().replace("unknown field", "unknown key");
+            let message = message.split(" at line ").next().unwrap_or_default().to_owned();
+            StudyError(format!("{name}:{}:{}: {message}", e.line(), e.column()))
+        })?;
+        found.check().map_err(|message| StudyError(format!("{name}: {message}")))?;
+        Ok(found)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let mut seen: Vec<&str> = Vec::new();
+        let mut answers: Vec<String> = Vec::new();
+        for page in &self.pages {
+            let conditions = page.visible_if.iter().chain(page.elements.iter().flat_map(|e| &e.visible_if));
+            for element in &page.elements {
+                element.check()?;
+                if seen.contains(&element.name.as_str()) {
+                    return Err(format!("the name \"{}\" comes twice", element.name));
+                }
+                seen.push(&element.name);
+                answers.extend(element.answer_names());
+            }
+            for name in conditions.flat_map(Condition::names) {
+                if !answers.iter().any(|answer| answer == name) {
+                    return Err(format!("visibleIf asks for \"{name}\", which no question before or beside it has"));
+                }
+            }
+        }
+        for score in &self.scores {
+            if let Some(missing) = score.of.iter().find(|name| !answers.contains(name)) {
+                return Err(format!("the score \"{}\" is of \"{missing}\", which no question has", score.name));
+            }
+        }
+        Ok(())
+    }
+
+    /// Pages that are to be seen with these answers.
+    pub fn visible_pages<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a Page> {
+        self.pages.iter().filter(move |page| {
+            page.visible_if.as_ref().is_none_or(|c| c.holds(answers)) && page.visible_elements(answers).next().is_some()
+        })
+    }
+
+    /// Figures from these answers; `None` while an answer is missing or no number.
+    pub fn scores(&self, answers: &Answers) -> Vec<(String, Option<f64>)> {
+        let number = |name: &String| answers.get(name).and_then(|v| v.as_f64().or_else(|| v.as_bool().map(f64::from)));
+        self.scores
+            .iter()
+            .map(|score| {
+                let values: Option<Vec<f64>> = score.of.iter().map(number).collect();
+                let figure = values.map(|values| {
+                    let sum: f64 = values.iter().sum();
+                    let over = if score.method == Method::Mean { values.len().max(1) as f64 } else { 1.0 };
+                    score.weight * sum / over
+                });
+                (score.name.clone(), figure)
+            })
+            .collect()
+    }
+}
+
+impl Page {
+    /// Questions of it that are to be seen with these answers.
+    pub fn visible_elements<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a Element> {
+        self.elements.iter().filter(move |e| e.visible_if.as_ref().is_none_or(|condition| condition.holds(answers)))
+    }
+
+    /// Names of required answers that are missing.
+    pub fn missing(&self, answers: &Answers) -> Vec<String> {
+        self.visible_elements(answers)
+            .filter(|element| element.is_required)
+            .flat_map(Element::answer_names)
+            .filter(|name| !answers.contains_key(name))
+            .collect()
+    }
+}
+
+/// Names of the questionnaires in a folder, sorted.
+fn words(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files =
+        entries.map(|entry| PathBuf::from(entry.file_name())).filter(|f| f.extension().is_some_and(|e| e == "json"));
+    let mut names: Vec<String> = files.filter_map(|f| Some(f.file_stem()?.to_string_lossy().into_owned())).collect();
+    names.sort();
+    names
+}

@@ -1,0 +1,202 @@
+//! A study file is checked whole before anything starts, and its plan is balanced.
+
+use codrive::{
+    sim::Scenario,
+    study::{Item, Questionnaire, Study, questions::Answers},
+};
+use serde_json::{Value, json};
+use std::{collections::BTreeMap, path::Path};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn shipped() -> Study {
+    Study::load(&root().join("assets/studies/congestion.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn questionnaire(name: &str) -> Questionnaire {
+    Questionnaire::find(name, Path::new(".")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The message about a study in which `from` of a good one is replaced.
+fn fault(from: &str, to: &str) -> String {
+    let good = r#"title = "t"
+participants = 4
+[base]
+traffic = "native"
+duration_s = 10.0
+[[condition]]
+name = "a"
+set = { range_mph = 1.0 }
+[[condition]]
+name = "b"
+set = { hold_s = 5.0, idm = { T = 1.5 } }
+[[segment]]
+kind = "trials"
+name = "trial"
+[[segment]]
+kind = "questions"
+name = "tlx"
+questionnaire = "raw-tlx"
+"#;
+    assert!(good.contains(from), "{from}");
+    let path = Path::new("trial.toml");
+    Study::parse(good.to_owned(), path).unwrap_or_else(|e| panic!("{e}"));
+    Study::parse(good.replacen(from, to, 1), path).expect_err("a mistake").0
+}
+
+#[test]
+fn the_shipped_study_is_that_of_the_paper() {
+    let study = shipped();
+    let plan = study.plan(0);
+    let drives: Vec<(&str, &Scenario)> = plan
+        .items
+        .iter()
+        .filter_map(|planned| match &planned.item {
+            Item::Drive { scenario, .. } => Some((planned.name.as_str(), &**scenario)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(drives.iter().map(|d| d.1.duration_s).collect::<Vec<_>>(), [420.0, 300.0, 300.0, 300.0]);
+    assert_eq!(
+        drives.iter().map(|d| d.1.map.as_str()).collect::<Vec<_>>(),
+        ["practice", "ring-250", "ring-250", "ring-250"]
+    );
+    assert_eq!(study.file.participants, 25);
+    assert!((25.0..40.0).contains(&plan.minutes()), "{} min", plan.minutes());
+}
+
+#[test]
+fn every_condition_comes_as_often_at_every_place_and_every_drive_has_its_own_seed() {
+    let study = shipped();
+    let mut places: BTreeMap<(usize, String), usize> = BTreeMap::new();
+    let mut seeds = Vec::new();
+    for index in 0..24 {
+        let plan = study.plan(index);
+        for (place, name) in plan.order.iter().enumerate() {
+            *places.entry((place, name.clone())).or_default() += 1;
+        }
+        seeds.extend(plan.items.iter().filter_map(|p| match &p.item {
+            Item::Drive { scenario, .. } => Some(scenario.seed),
+            _ => None,
+        }));
+        assert_eq!(plan, study.plan(index), "the same number, the same plan");
+    }
+    assert!(places.len() == 9 && places.values().all(|n| *n == 8), "{places:?}");
+    let count = seeds.len();
+    seeds.sort_unstable();
+    seeds.dedup();
+    assert_eq!(seeds.len(), count);
+}
+
+#[test]
+fn factors_make_all_combinations() {
+    let text = r#"title = "t"
+participants = 4
+[base]
+traffic = "native"
+[factors]
+density = [{ name = "dense" }, { name = "loose", set = { vehicles = 18 } }]
+range = [{ name = "narrow", set = { range_mph = 0.5 } }, { name = "wide", set = { range_mph = 2.0 } }]
+[[segment]]
+kind = "trials"
+name = "trial"
+rest_s = 30
+"#;
+    let study = Study::parse(text.into(), Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let names: Vec<&str> = study.conditions.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["dense+narrow", "dense+wide", "loose+narrow", "loose+wide"]);
+    let plan = study.plan(0);
+    assert_eq!(plan.items.iter().filter(|p| matches!(p.item, Item::Break(s) if s == 30.0)).count(), 3);
+    for planned in &plan.items {
+        let Item::Drive { scenario, levels, .. } = &planned.item else { continue };
+        assert_eq!(scenario.vehicles, if levels["density"] == "loose" { 18 } else { 22 });
+        assert_eq!(scenario.range_mph, if levels["range"] == "wide" { 2.0 } else { 0.5 });
+    }
+}
+
+#[test]
+fn every_mistake_is_named_with_its_place() {
+    for (from, to, begins, has) in [
+        ("participants = 4", "particpants = 4", "trial.toml:2:1: ", "unknown key `particpants`"),
+        ("participants = 4", "participants = 0", "trial.toml:2:16: ", "allowed: 1 to 1000"),
+        ("range_mph = 1.0", "range_mph = 99", "trial.toml:8:21: ", "0.1 to 50 mph"),
+        ("range_mph = 1.0", "rnge_mph = 1", "trial.toml:8:", "unknown key `rnge_mph`, expected one of map"),
+        ("T = 1.5", "T = 99", "trial.toml:11:", "idm.T is 99"),
+        ("hold_s = 5.0", "hold_s = 0.25", "trial.toml:11:", "whole number of steps"),
+        ("name = \"b\"", "name = \"a\"", "trial.toml:10:8: ", "comes twice"),
+        ("name = \"b\"", "name = \"B b\"", "trial.toml:10:8: ", "small letters"),
+        ("kind = \"trials\"", "kind = \"trial\"", "trial.toml:13:8: ", "unknown variant `trial`"),
+        ("kind = \"trials\"", "kind = \"break\"", "trial.toml:13:8: ", "needs `rest_s`"),
+        ("\"raw-tlx\"", "\"tlx\"", "trial.toml:18:17: ", "one of acceptance, driving-experience, raw-tlx, ssq"),
+        ("traffic = \"native\"", "map = \"nowhere\"", "trial.toml:", "nowhere"),
+        ("traffic = \"native\"", "vehicles = 900", "trial.toml:", "do not fit"),
+        ("traffic = \"native\"", "policy = \"wisdom\"", "trial.toml:", "wisdom"),
+        ("duration_s = 10.0", "duration_s = 0.0", "trial.toml:", "needs an end"),
+        ("title = \"t\"", "title = ", "trial.toml:1:", "\n  1 | title = "),
+    ] {
+        let message = fault(from, to);
+        assert!(message.starts_with(begins) && message.contains(has), "{from} -> {to}: {message}");
+    }
+}
+
+#[test]
+fn scores_are_those_of_their_authors() {
+    // All symptoms slight: seven of each scale, so 7 x 9.54, 7 x 7.58, 7 x 13.92 and 21 x 3.74.
+    let ssq = questionnaire("ssq");
+    let mut answers: Answers = BTreeMap::new();
+    for element in ssq.pages.iter().flat_map(|page| &page.elements) {
+        answers.extend(element.answer_names().into_iter().map(|name| (name, json!(1))));
+    }
+    assert_eq!(answers.len(), 16);
+    let figure = |scores: &[(String, Option<f64>)], name: &str| scores.iter().find(|s| s.0 == name).expect(name).1;
+    let scores = ssq.scores(&answers);
+    for (name, wanted) in [("nausea", 66.78), ("oculomotor", 53.06), ("disorientation", 97.44), ("total", 78.54)] {
+        assert!((figure(&scores, name).expect("all answered") - wanted).abs() < 1e-9, "{name}: {scores:?}");
+    }
+    answers.remove("symptom.nausea");
+    let scores = ssq.scores(&answers);
+    assert!(figure(&scores, "nausea").is_none() && figure(&scores, "oculomotor").is_some());
+
+    let tlx = questionnaire("raw-tlx");
+    let rated = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
+    let answers: Answers = rated.iter().zip([10, 20, 30, 40, 50, 75]).map(|(n, v)| ((*n).into(), json!(v))).collect();
+    assert_eq!(figure(&tlx.scores(&answers), "raw-tlx"), Some(37.5));
+    assert_eq!(tlx.pages[0].elements[0].rates().len(), 21);
+}
+
+#[test]
+fn questions_appear_by_earlier_answers_and_required_ones_are_missed() {
+    let experience = questionnaire("driving-experience");
+    let page = &experience.pages[0];
+    let names = |answers: &Answers| -> Vec<String> { page.visible_elements(answers).map(|e| e.name.clone()).collect() };
+    let mut answers: Answers = BTreeMap::new();
+    assert_eq!(names(&answers), ["licence", "jams", "simulator"]);
+    answers.insert("licence".into(), Value::Bool(true));
+    assert_eq!(names(&answers), ["licence", "licence-years", "yearly", "jams", "simulator"]);
+    assert_eq!(page.missing(&answers), ["licence-years", "yearly", "jams", "simulator"]);
+    let years = page.elements.iter().find(|e| e.name == "licence-years").expect("there");
+    assert!(years.accepts(&json!("3-10")) && !years.accepts(&json!("3")) && !years.accepts(&json!(3)));
+}
+
+#[test]
+fn a_mistake_in_a_questionnaire_is_named() {
+    let good = r#"{"title":"q","pages":[{"elements":[{"type":"rating","name":"a","title":"A?","visibleIf":"{b} = 1"},{"type":"text","name":"b"}]}],"scores":[{"name":"s","method":"sum","of":["a"]}]}"#;
+    Questionnaire::parse(good, "q.json").unwrap_or_else(|e| panic!("{e}"));
+    for (from, to, has) in [
+        ("\"rating\"", "\"slider\"", "unknown variant `slider`"),
+        ("\"title\":\"A?\"", "\"titel\":\"A?\"", "unknown key `titel`"),
+        ("{b} = 1", "b == 1", "visibleIf has"),
+        ("{b} = 1", "{c} = 1", "asks for \"c\""),
+        ("\"of\":[\"a\"]", "\"of\":[\"z\"]", "is of \"z\""),
+        ("\"name\":\"b\"", "\"name\":\"a\"", "comes twice"),
+        ("\"type\":\"rating\"", "\"type\":\"radiogroup\"", "has no choices"),
+        ("\"title\":\"A?\"", "\"rateStep\":0.3", "whole steps"),
+        ("]}]}", "]}", "q.json:1:"),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let message = Questionnaire::parse(&good.replacen(from, to, 1), "q.json").expect_err(to).0;
+        assert!(message.starts_with("q.json:") && message.contains(has), "{from} -> {to}: {message}");
+    }
+}
