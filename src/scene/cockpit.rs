@@ -101,7 +101,7 @@ fn scuttle() -> Skin {
     ];
     let place = |(back, up): (f32, f32), column: usize| {
         // Narrower and deeper where it runs on under the bonnet and the wings.
-        let (width, up) = if back < 0.0 { (1.56, up - 0.02) } else { (1.70, up) };
+        let (width, up) = if back < 0.0 { (1.52, up - 0.004) } else { (1.70, up) };
         let y = width * (column as f32 / COLUMNS as f32 - 0.5);
         let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
         let at = shape::at(lines, CABIN_FRONT_M + 0.03);
