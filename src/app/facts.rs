@@ -20,13 +20,18 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
         policy: Hashed::of(&policy, policy::file_of(&policy).as_deref()),
         driver,
         participant: None,
-        began: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
+        began: now(),
         machine: machine(),
         graphics: gpu.map(Gpu::description),
         display_m: [scenario.screen_width_m, scenario.eye_distance_m],
         ended: None,
         hash: None,
     }
+}
+
+/// The time, UTC.
+pub fn now() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 /// Operating system and processor.
