@@ -202,8 +202,10 @@ impl Calibration {
     /// The axis that moved most and stands still now.
     fn turned(&self) -> Option<(u16, i32)> {
         let free = |code: &u16| Some(*code) != self.steering && self.pedals.iter().all(|(taken, _)| taken != code);
-        let most = self.axes.iter().filter(|(code, _)| free(code)).max_by(|a, b| a.1.way().abs().total_cmp(&b.1.way().abs()));
-        most.filter(|(_, axis)| axis.way().abs() >= ANSWER && axis.still(self.now_s)).map(|(code, axis)| (*code, axis.raw))
+        let most =
+            self.axes.iter().filter(|(code, _)| free(code)).max_by(|a, b| a.1.way().abs().total_cmp(&b.1.way().abs()));
+        most.filter(|(_, axis)| axis.way().abs() >= ANSWER && axis.still(self.now_s))
+            .map(|(code, axis)| (*code, axis.raw))
     }
 
     fn turned_back(&self) -> Option<i32> {
@@ -352,7 +354,11 @@ mod tests {
         );
         let brake = profile.brake.as_ref().unwrap();
         assert_eq!((profile.accelerator.axis, brake.axis, brake.pressed), (2, 5, 90));
-        assert_eq!((brake.effect(255), brake.effect(254), brake.effect(90)), (0.0, 0.0, 1.0), "noise at rest is no brake");
+        assert_eq!(
+            (brake.effect(255), brake.effect(254), brake.effect(90)),
+            (0.0, 0.0, 1.0),
+            "noise at rest is no brake"
+        );
         assert_eq!(profile.buttons.reverse, [293], "as shipped for the same product");
         assert!(profile.is_for(0x046d, 0xc24f));
     }
@@ -368,7 +374,9 @@ mod tests {
         let mut calibration = Calibration::new(device, 0.0).unwrap();
         let mut now_s = 2.1;
         calibration.time(now_s);
-        for (code, from, to) in [(3, 0, 511), (3, 511, -512), (3, -512, 2), (7, 0, 1000), (7, 1000, 0), (6, 0, 800), (6, 800, 0)] {
+        for (code, from, to) in
+            [(3, 0, 511), (3, 511, -512), (3, -512, 2), (7, 0, 1000), (7, 1000, 0), (6, 0, 800), (6, 800, 0)]
+        {
             hold(&mut calibration, &mut now_s, code, from, to);
         }
         let profile = calibration.profile("other").unwrap();

@@ -27,7 +27,8 @@ use std::{
 nix::ioctl_write_ptr!(set_clock, b'E', 0xa0, nix::libc::c_int);
 
 /// The rule that lets the person at the screen open wheels and set their range.
-pub const UDEV_RULE: &str = r#"SUBSYSTEM=="input", KERNEL=="event*", ENV{ID_INPUT_JOYSTICK}=="1", TAG+="uaccess", MODE="0660", GROUP="input""#;
+pub const UDEV_RULE: &str =
+    r#"SUBSYSTEM=="input", KERNEL=="event*", ENV{ID_INPUT_JOYSTICK}=="1", TAG+="uaccess", MODE="0660", GROUP="input""#;
 /// Where it belongs: before 73-seat-late.rules, which acts on the tag.
 pub const UDEV_FILE: &str = "/etc/udev/rules.d/70-codrive-wheel.rules";
 /// SYN_DROPPED: the kernel's queue ran over.
@@ -57,7 +58,8 @@ pub fn wheels() -> Vec<Node> {
         .filter_map(|entry| {
             let file = entry.file_name().into_string().ok()?;
             let number = number(&file)?;
-            let text = |what: &str| Some(fs::read_to_string(entry.path().join("device").join(what)).ok()?.trim().to_owned());
+            let text =
+                |what: &str| Some(fs::read_to_string(entry.path().join("device").join(what)).ok()?.trim().to_owned());
             let name = text("name")?;
             let hex = |what: &str| u16::from_str_radix(&text(what)?, 16).ok();
             let id = (hex("id/vendor").unwrap_or(0), hex("id/product").unwrap_or(0));
@@ -125,7 +127,8 @@ impl OpenWheel {
                 EventType::ABSOLUTE => self.moved(event.code(), event.value(), at, told),
                 EventType::KEY if event.value() == 1 => told.push(Told::Button { code: event.code(), at }),
                 EventType::SYNCHRONIZATION if event.code() == SYN_DROPPED => {
-                    let now: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
+                    let now: Vec<(u16, i32)> =
+                        self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
                     now.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
                 }
                 _ => {}
@@ -286,7 +289,10 @@ impl EvdevForce {
     /// Opens it, switches its own centring off and uploads the effect at level 0.
     fn open(node: &Node, autocentre_after: f64) -> Result<Self, String> {
         let refuse = |what: &str| {
-            format!("{} gives no force ({what}); the drive goes on without\n  remedy: codrive doctor tells more", node.name)
+            format!(
+                "{} gives no force ({what}); the drive goes on without\n  remedy: codrive doctor tells more",
+                node.name
+            )
         };
         let mut device = RawDevice::open(&node.path).map_err(|e| refuse(&e.to_string()))?;
         let can = capabilities_of(&device);

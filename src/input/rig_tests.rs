@@ -75,7 +75,11 @@ fn five_hundred_times_unplugged_and_plugged_in_again() {
         assert!(driving.throttle > 0.5 && driving.brake > 0.5 && driving.steering_wheel_rad < 0.0);
         assert!(reader.turn());
         assert_eq!(rig.poll(), (false, vec![RigNews::Lost("G29".into())]));
-        assert_eq!(rig.controls(), Controls { throttle: 0.0, brake: 0.0, ..driving }, "pedals up, no jerk of the wheel");
+        assert_eq!(
+            rig.controls(),
+            Controls { throttle: 0.0, brake: 0.0, ..driving },
+            "pedals up, no jerk of the wheel"
+        );
         assert_eq!(rig.describe(), "wheel unplugged");
     }
     assert!(!reader.turn() && !reader.turn());

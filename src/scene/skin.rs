@@ -105,7 +105,6 @@ pub(super) struct Skin {
     pub faces: Vec<Face>,
 }
 
-
 impl Skin {
     /// Four corners, counter-clockwise, with their places before and after bending.
     pub fn quad(&mut self, flat: [Vec3; 4], bend: impl Fn(Vec3) -> Vec3, finish: Finish) {
