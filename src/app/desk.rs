@@ -117,6 +117,9 @@ impl Desk {
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, show: &Show, times: Option<PassTimes>, frame_ms: f64) -> Notes {
         let middle = match phase(show) {
+            Phase::Paused if show.waits_for_wheel() => {
+                "The wheel was unplugged. The drive goes on when it is back; Space goes on without it."
+            }
             Phase::Paused | Phase::Ready => "Paused. Space goes on.",
             Phase::Ended => "The drive is over. Backspace begins again.",
             Phase::Running => "",
