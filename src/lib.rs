@@ -27,12 +27,12 @@
 //! scene  record                what is to be seen, on the CPU / every tick on disk: journal, tables, manifest
 //! render  study  analysis      wgpu passes / study files, orders, sessions, questionnaires, data set / measures,
 //!                              figures, report
-//! panel                        egui: the experimenter's panel
+//! panel  doctor                egui: the experimenter's panel / is this rig fit for a study
 //! app                          the one loop: window, off-line
 //! cli  main
 //! ```
-//! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs; nothing but `traffic::sumo`
-//! knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
+//! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs and evdev; nothing but
+//! `traffic::sumo` knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
 //! Arrow and Parquet.
 //!
 //! # Conventions
@@ -43,6 +43,7 @@
 pub mod analysis;
 pub mod app;
 pub mod cli;
+pub mod doctor;
 pub mod driver;
 pub mod ego;
 pub mod hud;

@@ -16,16 +16,17 @@ const ROWS: [&[&str]; 10] = [
     &["hud"],
     &["scene", "record"],
     &["render", "study", "analysis"],
-    &["panel"],
+    &["panel", "doctor"],
     &["app"],
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 9] = [
+const ROOMS: [(&str, &[&str]); 10] = [
     ("wgpu", &["render", "app", "cli"]),
     ("winit", &["app"]),
     ("egui", &["render", "panel", "app"]),
     ("gilrs", &["input"]),
+    ("evdev", &["input"]),
     ("libloading", &["traffic"]),
     ("rapier3d", &["ego"]),
     ("clap", &["cli"]),

@@ -117,6 +117,9 @@ impl Desk {
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, show: &Show, times: Option<PassTimes>, frame_ms: f64) -> Notes {
         let middle = match phase(show) {
+            Phase::Paused if show.waits_for_wheel() => {
+                "The wheel was unplugged. The drive goes on when it is back; Space goes on without it."
+            }
             Phase::Paused | Phase::Ready => "Paused. Space goes on.",
             Phase::Ended => "The drive is over. Backspace begins again.",
             Phase::Running => "",
@@ -233,12 +236,18 @@ fn single_step(show: &mut Show, ticks: u64) {
     }
 }
 
+/// Policies by name.
+fn policies() -> Vec<String> {
+    let own = std::iter::once(policy::AUTO).chain(policy::NAMES).map(str::to_owned);
+    own.chain(policy::shipped()).collect()
+}
+
 /// Words for the settings that are texts.
 fn choices() -> Choices {
     let maps: Vec<String> = map::list().into_iter().map(|info| info.name).collect();
     Choices::default()
         .with("map", maps, None)
         .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
-        .with("policy", policy::NAMES, None)
+        .with("policy", policies(), None)
         .with("driver", driver::PRESETS, None)
 }

@@ -3,8 +3,9 @@
 
 use super::{AppError, Drive, Instruments, facts, words};
 use crate::{
+    ego::Surface,
     hud::Palette,
-    input::Devices,
+    input::{Action, Devices, Feel, RigNews, Stamp},
     record::{Recorder, tables::FrameRow},
     render::Gpu,
     scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
@@ -32,6 +33,13 @@ pub struct Show {
     lane_help: bool,
     recorder: Option<Recorder>,
     frames: u64,
+    /// Time of the newest input that no tick has used yet, and of the newest that one of this frame's has.
+    unused_input: Option<Stamp>,
+    used_input: Option<Stamp>,
+    /// True while the drive stands because the wheel was unplugged.
+    waiting: bool,
+    /// What the desk has to say.
+    news: Vec<String>,
 }
 
 impl Show {
@@ -39,10 +47,10 @@ impl Show {
     ///
     /// # Errors
     /// The world cannot start.
-    pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, AppError> {
+    pub fn new(scenario: &Scenario, pace: Pace, devices: Devices) -> Result<Self, AppError> {
         let drive = Drive::new(scenario, pace)?;
         let stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
-        Ok(Self::with(drive, stage, Devices::open(), ViewKind::Driver))
+        Ok(Self::with(drive, stage, devices, ViewKind::Driver))
     }
 
     fn with(drive: Drive, stage: Stage, devices: Devices, kind: ViewKind) -> Self {
@@ -58,6 +66,10 @@ impl Show {
             kind,
             recorder: None,
             frames: 0,
+            unused_input: None,
+            used_input: None,
+            waiting: false,
+            news: Vec::new(),
         }
     }
 
@@ -66,9 +78,12 @@ impl Show {
     /// # Errors
     /// The folder holds a recording, or the system refuses.
     pub fn record(&mut self, folder: &Path, gpu: &Gpu) -> Result<(), AppError> {
+        // What is plugged in already is in the manifest.
+        self.hear_devices();
         let world = &self.drive.world;
         let manifest = facts::manifest(world, self.devices.describe(), Some(gpu));
         self.recorder = Some(Recorder::begin(folder, world.scenario(), manifest)?);
+        self.note_profile();
         Ok(())
     }
 
@@ -82,7 +97,7 @@ impl Show {
             wall_s: wall.as_secs_f64(),
             elapsed_s: elapsed.as_secs_f64(),
             dropped_s: due.dropped.as_secs_f64(),
-            latency_s: None,
+            latency_s: self.used_input.take().map(|input| input.until(Stamp::now()).as_secs_f64()),
         });
         self.frames += 1;
     }
@@ -150,7 +165,7 @@ impl Show {
     /// # Errors
     /// The traffic engine failed.
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, AppError> {
-        self.devices.poll();
+        self.hear_devices();
         let Self { drive, devices, tally, lane_help, recorder, .. } = self;
         let mut recorded = Ok(());
         let due = drive.frame(
@@ -165,7 +180,93 @@ impl Show {
             },
         )?;
         recorded?;
+        if due.ticks > 0 {
+            self.used_input = self.unused_input.take();
+        }
+        self.devices.feel(self.feel());
         Ok(due)
+    }
+
+    /// What the hands are to feel of the present moment.
+    fn feel(&self) -> Feel {
+        let world = &self.drive.world;
+        let ego = &world.snapshot().ego;
+        let on_grass = ego.wheels[..2].iter().filter(|wheel| wheel.surface == Surface::Grass).count();
+        Feel {
+            aligning_nm: ego.steering_torque_nm.into(),
+            speed_mps: ego.speed_mps,
+            grass: on_grass as f64 / 2.0,
+            running: self.drive.clock.pace() != Pace::Paused && world.ended().is_none(),
+        }
+    }
+
+    /// Reads the devices: a wheel that is unplugged holds time until it is back, buttons do what they stand for.
+    fn hear_devices(&mut self) {
+        if self.drive.clock.pace() != Pace::Paused {
+            self.waiting = false;
+        }
+        for news in self.devices.poll() {
+            match news {
+                RigNews::Found(name) => {
+                    self.note("wheel plugged in", &self.devices.describe());
+                    self.note_profile();
+                    if std::mem::take(&mut self.waiting) {
+                        self.drive.clock.set_pace(Pace::RealTime);
+                        self.news.push(format!("{name} is back: the drive goes on"));
+                    }
+                }
+                RigNews::Lost(name) => {
+                    self.note("wheel unplugged", &name);
+                    self.news.push(format!("{name} was unplugged: pedals are released"));
+                    if self.drive.clock.pace() == Pace::RealTime {
+                        self.drive.clock.set_pace(Pace::Paused);
+                        self.waiting = true;
+                    }
+                }
+                RigNews::Pressed(action) => self.pressed(action),
+                RigNews::Trouble(text) => {
+                    self.note("wheel trouble", &text);
+                    self.news.push(text);
+                }
+            }
+        }
+        self.unused_input = self.unused_input.max(self.devices.newest_input());
+    }
+
+    /// The participant pressed a button.
+    fn pressed(&mut self, action: Action) {
+        match action {
+            Action::Reverse => {}
+            Action::Start => self.drive.clock.set_pace(Pace::RealTime),
+            Action::Recentre => self.kind = ViewKind::Driver,
+            Action::Mark => {
+                self.note("mark", "button");
+                self.news.push("marked".into());
+            }
+            Action::Answer => self.note("answer", "button"),
+            Action::Abort => {
+                self.note("abort asked for", "button");
+                self.drive.clock.set_pace(Pace::Paused);
+                self.news.push("the participant asks to end the drive: Esc ends it, Space goes on".into());
+            }
+        }
+    }
+
+    /// The wheel's whole profile into the recording.
+    fn note_profile(&mut self) {
+        if let Some(profile) = self.devices.wheel_profile().map(crate::input::Profile::to_toml) {
+            self.note("wheel profile", &profile);
+        }
+    }
+
+    /// True while the drive stands because the wheel was unplugged.
+    pub fn waits_for_wheel(&self) -> bool {
+        self.waiting && self.drive.clock.pace() == Pace::Paused
+    }
+
+    /// What has happened to the devices since the last call, for the desk to say.
+    pub fn take_news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
     }
 
     /// What is to be seen now.
@@ -190,6 +291,7 @@ impl Show {
 
     /// Pauses, or goes on in real time.
     pub fn toggle_pause(&mut self) {
+        self.waiting = false;
         let paused = self.drive.clock.pace() == Pace::Paused;
         self.drive.clock.set_pace(if paused { Pace::RealTime } else { Pace::Paused });
     }

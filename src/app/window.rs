@@ -9,6 +9,7 @@ use super::{
     surface::Surface,
 };
 use crate::{
+    input::{Devices, Profile},
     render::{Gpu, Panel, Renderer},
     sim::Scenario,
     time::Pace,
@@ -46,6 +47,8 @@ pub struct WindowOptions {
     pub paused: bool,
     /// Record the drive there.
     pub out: Option<PathBuf>,
+    /// Profile of the wheel; `None` takes the one for the wheel that is found.
+    pub wheel: Option<Profile>,
     /// Becomes true when the program is to end (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
@@ -59,7 +62,7 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
     event_loop.set_control_flow(ControlFlow::Poll);
     // The world first: what is wrong with a scenario is said before a window opens.
     let pace = if options.paused { Pace::Paused } else { Pace::RealTime };
-    let show = Show::new(&options.scenario, pace)?;
+    let show = Show::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
     let mut app = App { options, show: Some(show), frame: None, failure: None };
     event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
     if let Some(mut frame) = app.frame.take() {
@@ -179,6 +182,9 @@ impl Frame {
         let first = self.last.is_none();
         let elapsed = self.lap();
         let due = self.show.advance(elapsed, |world| self.desk.watch(world))?;
+        if let Some(news) = self.show.take_news().pop() {
+            self.desk.say(news);
+        }
         if !due.dropped.is_zero() && self.show.drive.clock.stalls() == 1 {
             log::warn!(
                 "a frame came too late and {:.0} ms were dropped; F3 shows the sum (--quality low is faster)",

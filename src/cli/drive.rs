@@ -1,7 +1,10 @@
 //! `codrive drive`: the window.
 
 use super::{CliError, flags, stop_on_ctrl_c};
-use crate::app::{AppError, window};
+use crate::{
+    app::{AppError, window},
+    input::profiles,
+};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -18,12 +21,20 @@ pub(super) fn command() -> Command {
                 .help("Record the drive there; a folder with a recording is refused"),
         )
         .arg(
+            Arg::new("wheel")
+                .long("wheel")
+                .value_name("NAME|FILE.toml")
+                .help("Profile of the steering wheel: one saved by codrive calibrate, or a shipped one; without it the one for the wheel that is found"),
+        )
+        .arg(
             Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space before the drive begins"),
         )
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name));
     let options = window::WindowOptions {
+        wheel: wheel.transpose().map_err(|error| CliError::Input(error.to_string()))?,
         scenario: flags::scenario(matches)?,
         fullscreen: matches.get_flag("fullscreen"),
         panel: matches.get_flag("panel"),

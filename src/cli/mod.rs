@@ -3,6 +3,8 @@
 
 mod analyse;
 mod bench;
+mod calibrate;
+mod doctor;
 mod drive;
 mod evaluate;
 mod flags;
@@ -64,6 +66,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("recover", m)) => recover::main(m),
         Some(("map", m)) => map::main(m),
         Some(("bench", m)) => bench::main(m),
+        Some(("calibrate", m)) => calibrate::main(m),
+        Some(("doctor", m)) => doctor::main(m),
         Some(("train", m)) => train::main(m),
         Some(("evaluate", m)) => evaluate::main(m),
         _ => unreachable!("clap requires a command and with_default_command adds one"),
@@ -97,6 +101,8 @@ pub fn command() -> Command {
         .subcommand(train::command())
         .subcommand(evaluate::command())
         .subcommand(map::command())
+        .subcommand(calibrate::command())
+        .subcommand(flags::add(doctor::command()))
         .subcommand(flags::add(bench::command()))
 }
 

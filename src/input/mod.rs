@@ -1,13 +1,29 @@
-//! Devices. In: keys (told by `app`), pads and wheels (read by gilrs). Out: [`Controls`]. Nothing acts before its first
-//! event: a pedal that has not been read counts as released. The device touched last drives.
+//! Devices. In: keys (told by `app`), wheels (read by evdev on Linux), pads (read by gilrs, which also reads the wheels of
+//! other systems). Out: [`Controls`], actions of buttons, time of the newest input; and the force of the wheel. Nothing
+//! acts before it is known: a pedal that has not been read counts as released. The device touched last drives.
 
+pub mod calibrate;
+mod clock;
+pub mod feel;
+pub mod force;
 mod keyboard;
+#[cfg(target_os = "linux")]
+pub mod linux;
+mod other;
 mod pads;
-mod wheel;
+pub mod profile;
+pub mod profiles;
+pub mod reader;
+mod rig;
+pub mod wheel;
 
+pub use clock::Stamp;
+pub use force::Feel;
 pub use keyboard::{DriveKey, Keyboard, LaneHint};
+pub use other::{WheelAxis, known_wheel};
 pub use pads::Pads;
-pub use wheel::{WheelAxis, WheelState, known_wheel};
+pub use profile::{Action, Profile};
+pub use rig::{Rig, RigNews};
 
 use crate::ego::Controls;
 
@@ -16,6 +32,7 @@ pub struct Devices {
     /// The keyboard, fed by the window.
     pub keyboard: Keyboard,
     pads: Pads,
+    rig: Rig,
     source: Source,
 }
 
@@ -24,24 +41,41 @@ pub struct Devices {
 pub enum Source {
     /// The keyboard.
     Keyboard,
-    /// A pad or wheel.
+    /// A pad, or a wheel on a system without evdev.
     Pad,
+    /// A wheel.
+    Wheel,
 }
 
 impl Devices {
     /// Opens what is plugged in; a machine without any device is fine.
     pub fn open() -> Self {
-        Self { keyboard: Keyboard::default(), pads: Pads::open(), source: Source::Keyboard }
+        Self::open_with(None)
+    }
+
+    /// The same with the profile that a person named for the wheel.
+    pub fn open_with(profile: Option<Profile>) -> Self {
+        Self::with_rig(Rig::open(profile))
+    }
+
+    /// The same with this wheel.
+    pub fn with_rig(rig: Rig) -> Self {
+        Self { keyboard: Keyboard::default(), pads: Pads::open(), rig, source: Source::Keyboard }
     }
 
     /// Reads what happened since the last call; once a frame.
-    pub fn poll(&mut self) {
+    pub fn poll(&mut self) -> Vec<RigNews> {
         if self.pads.poll() {
             self.source = Source::Pad;
+        }
+        let (touched, news) = self.rig.poll();
+        if touched || news.iter().any(|news| matches!(news, RigNews::Found(_))) {
+            self.source = Source::Wheel;
         }
         if self.keyboard.any_down() {
             self.source = Source::Keyboard;
         }
+        news
     }
 
     /// The controls of one tick. `hint` is what lane help needs, `None` where it is off.
@@ -50,7 +84,23 @@ impl Devices {
         match self.source {
             Source::Keyboard => typed,
             Source::Pad => self.pads.controls().unwrap_or(typed),
+            Source::Wheel => self.rig.controls(),
         }
+    }
+
+    /// What the hands are to feel from now on; at least ten times a second, or the force goes.
+    pub fn feel(&self, feel: Feel) {
+        self.rig.feel(feel);
+    }
+
+    /// When the newest input came that has not been asked for yet, where the device tells times.
+    pub fn newest_input(&mut self) -> Option<Stamp> {
+        self.rig.newest_input()
+    }
+
+    /// The profile of the wheel that is plugged in.
+    pub fn wheel_profile(&self) -> Option<&Profile> {
+        self.rig.profile()
     }
 
     /// Who drives, as words.
@@ -58,6 +108,7 @@ impl Devices {
         match self.source {
             Source::Pad => self.pads.name().unwrap_or("pad unplugged").to_owned(),
             Source::Keyboard => "keyboard".into(),
+            Source::Wheel => self.rig.describe(),
         }
     }
 }

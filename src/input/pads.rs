@@ -1,7 +1,10 @@
-//! Pads and wheels through gilrs, its filters off: they round a wheel's steering to 4.5 degrees and couple it with the
-//! clutch (FACTS 7). In: gilrs' events. Out: [`Controls`] of the device that was touched last.
+//! Pads through gilrs, and wheels on systems without evdev; its filters are off: they round a wheel's steering to 4.5
+//! degrees and couple it with the clutch (FACTS 7). In: gilrs' events. Out: [`Controls`] of the device that was touched last.
 
-use super::wheel::{WheelAxis, WheelState, known_wheel};
+use super::{
+    other::{WheelAxis, WheelState, known_wheel},
+    profiles::{self, Kind},
+};
 use crate::ego::{Controls, STEERING_LOCK_RAD, Selector};
 use gilrs::{Axis, Button, EventType, GamepadId, Gilrs, GilrsBuilder};
 use std::collections::BTreeMap;
@@ -87,6 +90,11 @@ impl Pads {
     fn connect(&mut self, id: GamepadId) {
         let Some(pad) = self.gilrs.as_ref().map(|g| g.gamepad(id)) else { return };
         let name = pad.name().to_owned();
+        let ids = (pad.vendor_id().unwrap_or(0), pad.product_id().unwrap_or(0));
+        if cfg!(target_os = "linux") && profiles::kind(ids.0, ids.1, pad.os_name()) != Kind::Other {
+            // Evdev has it: never two readers for one wheel.
+            return;
+        }
         let kind = match known_wheel(pad.vendor_id(), pad.product_id(), pad.os_name()) {
             Some(axes) => DeviceKind::Wheel { axes, state: WheelState::default() },
             None => DeviceKind::Pad(PadState::default()),

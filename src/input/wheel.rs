@@ -1,119 +1,215 @@
-//! Steering wheels as numbers (FACTS 7). In: raw axis codes and values of gilrs (-1..1). Out: wheel angle and pedals.
-//! Raw codes, because a wheel has no gamepad mapping and its names in gilrs are arbitrary.
+//! A steering wheel as the car sees it. In: what the reading thread tells ([`Told`]). Out: [`Controls`], actions of
+//! buttons, time of the newest input. Nothing acts before it is known: a pedal counts as released until it has been seen
+//! at rest once, since a driver reports a pedal that it has not read as floored, and a foot may rest on one.
 
-use crate::ego::{Controls, STEERING_LOCK_RAD, Selector};
+use super::{
+    clock::Stamp,
+    feel::{Angle, ForceDevice},
+    profile::{Action, Profile},
+};
+use crate::ego::{Controls, Selector};
+use std::{collections::BTreeMap, sync::Arc};
 
-/// What an axis of a wheel is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WheelAxis {
-    /// Steering: -1 full left to 1 full right.
-    Steering,
-    /// Accelerator: 1 released to -1 floored.
-    Accelerator,
-    /// Brake: 1 released to -1 pressed.
-    Brake,
-    /// Clutch; not used by an automatic car.
-    Clutch,
+/// Way of a pedal below which it counts as seen at rest.
+const AT_REST: f64 = 0.15;
+/// Share of a pedal's way, and turn of the wheel in radians, that count as a hand or foot: more than a worn sensor's noise.
+const TOUCH_WAY: f64 = 0.03;
+const TOUCH_RAD: f64 = 0.02;
+
+/// What the reading thread tells.
+pub enum Told {
+    /// A wheel is there.
+    Found(Box<Found>),
+    /// An axis moved.
+    Axis {
+        /// evdev code.
+        code: u16,
+        /// Raw value.
+        raw: i32,
+        /// When, by the kernel.
+        at: Option<Stamp>,
+    },
+    /// A button went down.
+    Button {
+        /// evdev code.
+        code: u16,
+        /// When, by the kernel.
+        at: Option<Stamp>,
+    },
+    /// The wheel was unplugged.
+    Lost,
+    /// Something to tell a person, once.
+    Trouble(String),
 }
 
-/// Axes of a wheel by evdev code (type 3 in the upper half, as gilrs writes it), if the device is known to be one.
-/// Logitech's native modes (FACTS 7): G27 c29b, G29 c24f, G923 c266; the G920 c262 and the Xbox G923 c26e order their pedals
-/// otherwise (kernel driver hid-logitech-hidpp).
-pub fn known_wheel(vendor: Option<u16>, product: Option<u16>, name: &str) -> Option<&'static [(u32, WheelAxis)]> {
-    const EV_ABS: u32 = 3 << 16;
-    const G29: &[(u32, WheelAxis)] = &[
-        (EV_ABS, WheelAxis::Steering),
-        (EV_ABS + 1, WheelAxis::Clutch),
-        (EV_ABS + 2, WheelAxis::Accelerator),
-        (EV_ABS + 5, WheelAxis::Brake),
-    ];
-    const G920: &[(u32, WheelAxis)] = &[
-        (EV_ABS, WheelAxis::Steering),
-        (EV_ABS + 1, WheelAxis::Accelerator),
-        (EV_ABS + 2, WheelAxis::Brake),
-        (EV_ABS + 5, WheelAxis::Clutch),
-    ];
-    match (vendor, product) {
-        (Some(0x046d), Some(0xc262 | 0xc26e)) => Some(G920),
-        (Some(0x046d), Some(0xc29b | 0xc24f | 0xc266)) => Some(G29),
-        _ if ["wheel", "racing", "driving force"].iter().any(|word| name.to_lowercase().contains(word)) => Some(G29),
-        _ => None,
-    }
+/// A wheel that was found.
+pub struct Found {
+    /// The device's own name.
+    pub name: String,
+    /// Its profile.
+    pub profile: Profile,
+    /// Values of the axes when it was opened.
+    pub values: BTreeMap<u16, i32>,
+    /// What takes its force, if it has any.
+    pub force: Option<Box<dyn ForceDevice>>,
+    /// Its turn, kept by the reading thread.
+    pub angle: Arc<Angle>,
 }
 
-/// What is known of a wheel so far; an axis without an event is `None` and does nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What is known of a wheel so far.
+#[derive(Clone, Debug)]
 pub struct WheelState {
-    steering: Option<f32>,
-    accelerator: Option<f32>,
-    brake: Option<f32>,
+    profile: Profile,
+    /// Last raw values; an axis that is not known has none.
+    raw: BTreeMap<u16, i32>,
+    /// Pedals that were seen at rest, by axis.
+    armed: Vec<u16>,
+    /// Values at the last touch.
+    touched: BTreeMap<u16, i32>,
     reverse: bool,
 }
 
 impl WheelState {
-    /// An axis moved to `value`, -1..1.
-    pub fn moved(&mut self, axis: WheelAxis, value: f32) {
-        match axis {
-            WheelAxis::Steering => self.steering = Some(value),
-            WheelAxis::Accelerator => self.accelerator = Some(value),
-            WheelAxis::Brake => self.brake = Some(value),
-            WheelAxis::Clutch => {}
-        }
+    /// A wheel with the values that were read when it was opened. If all of them are 0 the driver has not read any.
+    pub fn new(profile: Profile, values: BTreeMap<u16, i32>) -> Self {
+        let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
+        let mut state = Self { profile, touched: raw.clone(), raw, armed: Vec::new(), reverse: false };
+        state.arm();
+        state
     }
 
-    /// Drive to reverse and back.
-    pub fn toggle_reverse(&mut self) {
-        self.reverse = !self.reverse;
+    /// Its profile.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// An axis moved. True if a hand or foot moved it.
+    pub fn moved(&mut self, code: u16, raw: i32) -> bool {
+        self.raw.insert(code, raw);
+        self.arm();
+        let before = *self.touched.entry(code).or_insert(raw);
+        let touched = if code == self.profile.steering.axis {
+            (self.profile.steering.wheel_rad(raw) - self.profile.steering.wheel_rad(before)).abs() > TOUCH_RAD
+        } else {
+            let way = |pedal: &super::profile::Pedal| (pedal.way(raw) - pedal.way(before)).abs() > TOUCH_WAY;
+            self.profile.pedals().any(|(_, pedal)| pedal.axis == code && way(pedal))
+        };
+        if touched {
+            self.touched.insert(code, raw);
+        }
+        touched
+    }
+
+    /// A button went down: what it does. Drive and reverse are changed here.
+    pub fn pressed(&mut self, code: u16) -> Option<Action> {
+        let action = self.profile.buttons.action(code);
+        if action == Some(Action::Reverse) {
+            self.reverse = !self.reverse;
+        }
+        action
+    }
+
+    /// The selector, as it is kept when a wheel comes back.
+    pub fn set_reverse(&mut self, reverse: bool) {
+        self.reverse = reverse;
+    }
+
+    /// True while the selector is in reverse.
+    pub fn reverse(&self) -> bool {
+        self.reverse
+    }
+
+    /// Turn of the wheel itself, radians, positive to the left.
+    pub fn wheel_rad(&self) -> f64 {
+        self.raw.get(&self.profile.steering.axis).map_or(0.0, |raw| self.profile.steering.wheel_rad(*raw))
     }
 
     /// What the wheel asks of the car.
     pub fn controls(&self) -> Controls {
+        let steering = self.raw.get(&self.profile.steering.axis);
         Controls {
-            throttle: self.accelerator.map_or(0.0, pedal),
-            brake: self.brake.map_or(0.0, pedal),
-            steering_wheel_rad: -self.steering.unwrap_or(0.0) * STEERING_LOCK_RAD,
+            throttle: self.effect(Some(&self.profile.accelerator)),
+            brake: self.effect(self.profile.brake.as_ref()),
+            steering_wheel_rad: steering.map_or(0.0, |raw| self.profile.steering.car_rad(*raw)),
             selector: if self.reverse { Selector::Reverse } else { Selector::Drive },
+        }
+    }
+
+    fn effect(&self, pedal: Option<&super::profile::Pedal>) -> f32 {
+        pedal
+            .filter(|pedal| self.armed.contains(&pedal.axis))
+            .and_then(|pedal| Some(pedal.effect(*self.raw.get(&pedal.axis)?)))
+            .unwrap_or(0.0)
+    }
+
+    fn arm(&mut self) {
+        let Self { profile, raw, armed, .. } = self;
+        for (_, pedal) in profile.pedals() {
+            let rests = raw.get(&pedal.axis).is_some_and(|raw| pedal.way(*raw) < AT_REST);
+            if rests && !armed.contains(&pedal.axis) {
+                armed.push(pedal.axis);
+            }
         }
     }
 }
 
-/// A pedal whose raw range 255..0 gilrs maps to 1..-0.992 (it centres 127), as 0 released to 1 floored.
-fn pedal(value: f32) -> f32 {
-    ((1.0 - value) / 1.99).clamp(0.0, 1.0)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::profiles, *};
+    use crate::ego::STEERING_LOCK_RAD;
+
+    fn g29(values: &[(u16, i32)]) -> WheelState {
+        WheelState::new(profiles::named("g29").unwrap(), values.iter().copied().collect())
+    }
+
+    const REST: [(u16, i32); 4] = [(0, 32_767), (1, 255), (2, 255), (5, 255)];
 
     #[test]
-    fn no_pedal_acts_before_its_first_event() {
-        let mut wheel = WheelState::default();
-        assert_eq!(wheel.controls(), Controls::default());
-        wheel.moved(WheelAxis::Accelerator, -0.992);
-        let controls = wheel.controls();
-        assert_eq!((controls.throttle, controls.brake), (1.0, 0.0), "the brake has not been touched");
+    fn a_wheel_at_rest_asks_for_nothing_without_any_event() {
+        assert_eq!(g29(&REST).controls(), Controls::default());
     }
 
     #[test]
-    fn a_released_pedal_is_zero_and_a_pressed_one_is_one() {
-        assert_eq!(pedal(1.0), 0.0);
-        assert_eq!(pedal(-0.9922), 1.0);
-        assert!((pedal(0.0) - 0.5).abs() < 0.01);
+    fn a_wheel_that_the_driver_has_not_read_asks_for_nothing() {
+        // Raw 0 would be both pedals floored and full left.
+        assert_eq!(g29(&[(0, 0), (1, 0), (2, 0), (5, 0)]).controls(), Controls::default());
+        assert_eq!(g29(&[]).controls(), Controls::default());
     }
 
     #[test]
-    fn full_left_on_a_g29_is_the_cars_lock_to_the_left() {
-        let axes = known_wheel(Some(0x046d), Some(0xc24f), "Logitech G29").unwrap();
-        assert_eq!(axes[0], (196_608, WheelAxis::Steering));
-        assert_eq!(axes[3], (196_613, WheelAxis::Brake));
-        let mut wheel = WheelState::default();
-        wheel.moved(WheelAxis::Steering, -1.0);
+    fn a_pedal_acts_only_after_it_was_seen_at_rest() {
+        let mut wheel = g29(&[(0, 32_767), (2, 0), (5, 255)]);
+        assert_eq!(wheel.controls().throttle, 0.0, "a foot stood on it at the start");
+        wheel.moved(2, 10);
+        assert_eq!(wheel.controls().throttle, 0.0);
+        wheel.moved(2, 250);
+        wheel.moved(2, 0);
+        assert_eq!(wheel.controls().throttle, 1.0);
+        wheel.moved(5, 0);
+        assert_eq!(wheel.controls().brake, 1.0);
+    }
+
+    #[test]
+    fn full_left_is_the_cars_lock_to_the_left() {
+        let mut wheel = g29(&REST);
+        wheel.moved(0, 0);
         assert_eq!(wheel.controls().steering_wheel_rad, STEERING_LOCK_RAD);
     }
 
     #[test]
-    fn a_gamepad_is_no_wheel() {
-        assert_eq!(known_wheel(Some(0x045e), Some(0x028e), "Xbox 360 Controller"), None);
+    fn noise_is_no_touch_and_a_hand_is() {
+        let mut wheel = g29(&REST);
+        assert!(!wheel.moved(0, 32_790) && !wheel.moved(2, 253) && !wheel.moved(17, 1));
+        assert!(wheel.moved(0, 33_200));
+        assert!(wheel.moved(2, 240));
+    }
+
+    #[test]
+    fn buttons_do_what_the_profile_says() {
+        let mut wheel = g29(&REST);
+        assert_eq!(wheel.pressed(293), Some(Action::Reverse));
+        assert_eq!(wheel.controls().selector, Selector::Reverse);
+        assert_eq!(wheel.pressed(297), Some(Action::Start));
+        assert_eq!(wheel.pressed(999), None);
     }
 }

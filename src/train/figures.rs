@@ -78,19 +78,21 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
     if !below.is_empty() {
         note.push_str(&format!("\npublished values below the axis, m/s: {}", below.join(", ")));
     }
-    picture(&[Chart { lines, ..Chart::new("Mean speed against the hold", x, y, [620.0, 360.0]) }], &note)
+    picture(&[Chart { lines, ..Chart::new("Mean speed against the hold", x, y, [720.0, 360.0]) }], &note)
 }
 
 /// Mean speed against something of the driver, one chart for each.
 pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
-    let all: Vec<Line> = charts.iter().flat_map(|(_, series)| measured(series)).collect();
-    let range = around(&all);
-    let chart = |(label, series): &(&str, Vec<Series>)| {
-        let lines = measured(series);
-        let x = Axis::even(label, ends_of(&lines, 0));
-        Chart { lines, ..Chart::new("", x, Axis::even("mean speed of all cars, m/s", range), [560.0, 210.0]) }
+    let chart = |(i, (label, series)): (usize, &(&str, Vec<Series>))| {
+        let mut lines = measured(series);
+        // One legend for all, under the last.
+        if i + 1 < charts.len() {
+            lines.iter_mut().for_each(|line| line.name.clear());
+        }
+        let (x, y) = (Axis::even(label, ends_of(&lines, 0)), Axis::even("mean speed, m/s", around(&lines)));
+        Chart { lines, ..Chart::new("", x, y, [640.0, 220.0]) }
     };
-    picture(&charts.iter().map(chart).collect::<Vec<_>>(), note)
+    picture(&charts.iter().enumerate().map(chart).collect::<Vec<_>>(), note)
 }
 
 /// What the time of a ring counts from.

@@ -136,7 +136,7 @@ impl Chart {
     fn legend_columns(&self) -> Vec<Vec<&Line>> {
         let named: Vec<&Line> = self.lines.iter().filter(|line| !line.name.is_empty()).collect();
         let longest = named.iter().map(|line| line.name.chars().count()).max().unwrap_or(0) as f64;
-        let columns = ((self.field[0] / (longest * 6.6 + 44.0)) as usize).max(1);
+        let columns = ((self.field[0] / (longest * 6.2 + 40.0)) as usize).max(1);
         named.chunks(columns).map(<[&Line]>::to_vec).collect()
     }
 

@@ -229,7 +229,12 @@ fn note(plan: &Plan, config: &TrainConfig) -> String {
 fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
     let mut series: Vec<figures::Series> = Vec::new();
     for row in rows {
+        // Without advice all drivers are alike.
+        if row.case.policy == "none" && row.case.driver != plan.drivers[0] {
+            continue;
+        }
         let name = match plan.drivers.len() {
+            _ if row.case.policy == "none" => "no advice".into(),
             1 => row.case.label(),
             _ => format!("{}, {}", row.case.label(), row.case.driver.name()),
         };

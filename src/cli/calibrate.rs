@@ -1,0 +1,131 @@
+//! `codrive calibrate`: learns a wheel by asking, with wheel and pedals alone, and saves its profile.
+
+use super::CliError;
+use clap::{Arg, ArgMatches, Command, value_parser};
+use std::path::PathBuf;
+
+pub(super) fn command() -> Command {
+    Command::new("calibrate")
+        .about("Learn a steering wheel by asking: turn it and press each pedal; saves a named profile")
+        .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the profile; without it the device's"))
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("FILE.toml")
+                .value_parser(value_parser!(PathBuf))
+                .help("Save it there instead of among your own profiles"),
+        )
+}
+
+#[cfg(not(target_os = "linux"))]
+pub(super) fn main(_matches: &ArgMatches) -> Result<(), CliError> {
+    let text = "wheels are calibrated on Linux only\n  remedy: on this system the wheel's own driver sets its range";
+    Err(CliError::Failed(text.into()))
+}
+
+#[cfg(target_os = "linux")]
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    use crate::input::{
+        Stamp,
+        calibrate::{Calibration, Step},
+        linux::{self, OpenWheel},
+        profiles::{self, Kind},
+        wheel::Told,
+    };
+    use std::time::Duration;
+
+    let nodes = linux::wheels();
+    if let Some(text) = nodes.iter().find_map(|node| if let Kind::Unfit(text) = node.kind { Some(text) } else { None })
+    {
+        eprintln!("{text}");
+    }
+    let node = nodes.iter().find(|node| node.kind == Kind::Wheel).ok_or_else(|| {
+        CliError::Failed(
+            "no steering wheel is plugged in\n  remedy: plug it in, wait for its turn, and begin again".into(),
+        )
+    })?;
+    let failed = |error: &std::io::Error| CliError::Failed(linux::trouble(node, error));
+    let (mut wheel, device) = OpenWheel::open(node).map_err(|e| failed(&e))?;
+    let name = matches.get_one::<String>("name").cloned().unwrap_or_else(|| device.name.clone());
+    let begin = Stamp::now();
+    let seconds = || begin.until(Stamp::now()).as_secs_f64();
+    let mut calibration = Calibration::new(device, 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
+    let mut screen = Screen::new();
+    println!("{}", node.name);
+    while calibration.step() != Step::Done {
+        screen.show(calibration.step().question(), &calibration.bars());
+        let mut told = Vec::new();
+        wheel.read(Duration::from_millis(40), &mut told).map_err(|e| failed(&e))?;
+        for told in told {
+            if let Told::Axis { code, raw, .. } = told {
+                calibration.moved(code, raw, seconds());
+            }
+        }
+        calibration.time(seconds());
+    }
+    screen.show(Step::Done.question(), &calibration.bars());
+    let profile = calibration.profile(&name).map_err(|e| CliError::Failed(e.to_string()))?;
+    let path = matches.get_one::<PathBuf>("out").map(PathBuf::as_path);
+    let path = profiles::save(&profile, path).map_err(|e| CliError::Failed(e.to_string()))?;
+    println!("\n{}\nsaved in {}", summary(&profile), path.display());
+    Ok(())
+}
+
+/// The questions, and bars that live where someone watches.
+#[cfg(target_os = "linux")]
+struct Screen {
+    question: &'static str,
+    live: bool,
+}
+
+#[cfg(target_os = "linux")]
+impl Screen {
+    fn new() -> Self {
+        use std::io::IsTerminal;
+        Self { question: "", live: std::io::stdout().is_terminal() }
+    }
+
+    fn show(&mut self, question: &'static str, bars: &[(u16, String, f64)]) {
+        use std::io::Write;
+        if question != self.question {
+            self.question = question;
+            println!("{}{question}", if self.live { "\n" } else { "" });
+        }
+        if self.live {
+            let bars: Vec<String> = bars.iter().map(|(_, name, share)| format!("{name} {}", bar(*share))).collect();
+            print!("\r\x1b[K  {}", bars.join("  "));
+        }
+        let _ = std::io::stdout().flush();
+    }
+}
+
+/// Ten places, filled from the left.
+#[cfg(target_os = "linux")]
+fn bar(share: f64) -> String {
+    let full = (share.clamp(0.0, 1.0) * 10.0).round() as usize;
+    format!("{}{}", "#".repeat(full), ".".repeat(10 - full))
+}
+
+/// What was learnt, with the curve of each pedal at quarters of its way.
+#[cfg(target_os = "linux")]
+fn summary(profile: &crate::input::Profile) -> String {
+    let s = &profile.steering;
+    let mut lines = vec![format!(
+        "{}: steering axis {}, {} left, {} straight, {} right, {} deg",
+        profile.name, s.axis, s.left, s.centre, s.right, s.range_deg
+    )];
+    for (name, pedal) in profile.pedals() {
+        let way = |share: f64| pedal.released + ((f64::from(pedal.pressed - pedal.released)) * share) as i32;
+        let curve: Vec<String> =
+            [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| format!("{:.2}", pedal.effect(way(share)))).into();
+        lines.push(format!(
+            "{name}: axis {}, {} released, {} pressed, dead {:.1} %, curve {}",
+            pedal.axis,
+            pedal.released,
+            pedal.pressed,
+            100.0 * pedal.dead,
+            curve.join(" ")
+        ));
+    }
+    lines.join("\n")
+}

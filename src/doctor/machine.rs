@@ -1,0 +1,188 @@
+//! Sound, disk, clock, power. In: files of the system. Out: [`Line`]s. What another system keeps elsewhere is unknown.
+
+use super::Line;
+use crate::input::Stamp;
+use std::{
+    fs::{self, File},
+    io::Write,
+    path::Path,
+};
+
+/// Bytes written to measure the disk.
+const TRIAL_BYTES: usize = 16 << 20;
+/// A recording takes less than 0.2 MB/s; a disk below this many MB/s has other troubles.
+const SLOW_MBPS: f64 = 10.0;
+/// Free space, GB: a session of an hour takes less than 1 GB.
+const LITTLE_GB: f64 = 5.0;
+const TOO_LITTLE_GB: f64 = 1.0;
+
+pub(super) fn examine(recordings: &Path) -> Vec<Line> {
+    vec![sound(), disk_speed(recordings), disk_space(free_gb(recordings)), clock(), power()]
+}
+
+fn sound() -> Line {
+    match fs::read_to_string("/proc/asound/cards") {
+        Ok(text) => match card(&text) {
+            Some(card) => Line::ok("sound", card),
+            None => Line::warning("sound", "none: no card", "connect one, or drive without sound"),
+        },
+        Err(_) if cfg!(target_os = "linux") => {
+            Line::warning("sound", "none: the kernel has no sound", "connect a card, or drive without sound")
+        }
+        Err(_) => Line::warning("sound", "unknown on this system", "listen before the first participant"),
+    }
+}
+
+/// The first card of `/proc/asound/cards`.
+fn card(text: &str) -> Option<String> {
+    let line = text.lines().find(|line| line.trim_start().starts_with(|c: char| c.is_ascii_digit()))?;
+    Some(line.split_once("]: ").map_or(line, |(_, name)| name).trim().to_owned())
+}
+
+fn disk_speed(folder: &Path) -> Line {
+    let path = folder.join(".codrive-doctor");
+    let trial = || -> std::io::Result<f64> {
+        let bytes: Vec<u8> =
+            (0..TRIAL_BYTES).map(|i| (i as u32).wrapping_mul(2_654_435_761).to_le_bytes()[3]).collect();
+        let mut file = File::create(&path)?;
+        let begin = Stamp::now();
+        file.write_all(&bytes)?;
+        file.sync_data()?;
+        Ok(TRIAL_BYTES as f64 / 1e6 / begin.until(Stamp::now()).as_secs_f64().max(1e-6))
+    };
+    let speed = trial();
+    let _ = fs::remove_file(&path);
+    match speed {
+        Ok(mbps) if mbps >= SLOW_MBPS => Line::ok("disk speed", format!("{mbps:.0} MB/s, written through")),
+        Ok(mbps) => {
+            Line::warning("disk speed", format!("{mbps:.1} MB/s, written through"), "record on another disk: --out DIR")
+        }
+        Err(error) => {
+            let found = format!("{} cannot be written to: {error}", folder.display());
+            Line::fault("disk speed", found, "name a folder that can: --out DIR")
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn free_gb(folder: &Path) -> Option<f64> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let stat = nix::sys::statvfs::statvfs(folder).ok()?;
+    Some(stat.blocks_available() as f64 * stat.fragment_size() as f64 / 1e9)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn free_gb(_folder: &Path) -> Option<f64> {
+    None
+}
+
+fn disk_space(free_gb: Option<f64>) -> Line {
+    let remedy = "make room, or record on another disk: --out DIR";
+    match free_gb {
+        None => Line::warning("disk space", "unknown", "see that 5 GB are free"),
+        Some(gb) if gb < TOO_LITTLE_GB => Line::fault("disk space", format!("{gb:.1} GB free"), remedy),
+        Some(gb) if gb < LITTLE_GB => Line::warning("disk space", format!("{gb:.1} GB free"), remedy),
+        Some(gb) => Line::ok("disk space", format!("{gb:.0} GB free")),
+    }
+}
+
+fn clock() -> Line {
+    let source = fs::read_to_string("/sys/devices/system/clocksource/clocksource0/current_clocksource").ok();
+    // The smallest step of the clock that stamps inputs and frames.
+    let step = (0..1000)
+        .filter_map(|_| {
+            let begin = Stamp::now();
+            let step = begin.until(Stamp::now());
+            (!step.is_zero()).then_some(step)
+        })
+        .min();
+    judge_clock(source.as_deref().map(str::trim), step.map(|step| step.as_secs_f64()))
+}
+
+/// By the kernel's source and the smallest step seen, seconds.
+fn judge_clock(source: Option<&str>, step_s: Option<f64>) -> Line {
+    let name = source.unwrap_or("unknown source");
+    let Some(step_s) = step_s else {
+        return Line::fault("clock", format!("{name}: it does not move"), "start the computer again");
+    };
+    let found = format!("{name}, steps of {:.1} us", step_s * 1e6);
+    match name {
+        _ if step_s > 1e-3 => Line::fault("clock", found, "steps above 1 ms hide latencies: use another computer"),
+        "hpet" | "acpi_pm" | "jiffies" => {
+            let remedy =
+                "slow to read: the kernel distrusts the processor's own clock (tsc); see dmesg, update the BIOS";
+            Line::warning("clock", found, remedy)
+        }
+        _ => Line::ok("clock", found),
+    }
+}
+
+fn power() -> Line {
+    let entries = fs::read_dir("/sys/devices/system/cpu").into_iter().flatten().flatten();
+    let mut governors: Vec<String> = entries
+        .filter_map(|entry| fs::read_to_string(entry.path().join("cpufreq/scaling_governor")).ok())
+        .map(|text| text.trim().to_owned())
+        .collect();
+    governors.sort();
+    governors.dedup();
+    let supplies = fs::read_dir("/sys/class/power_supply").into_iter().flatten().flatten();
+    let discharging = supplies
+        .filter_map(|entry| fs::read_to_string(entry.path().join("status")).ok())
+        .any(|status| status.trim() == "Discharging");
+    judge_power(&governors, discharging)
+}
+
+fn judge_power(governors: &[String], discharging: bool) -> Line {
+    if discharging {
+        return Line::warning("power", "on battery, which slows processor and graphics", "plug in the mains");
+    }
+    match governors {
+        [] => Line::ok("power", "the system does not govern the processor's speed here"),
+        [one] if one == "performance" => Line::ok("power", "governor performance"),
+        all => {
+            let remedy =
+                "for a study: sudo cpupower frequency-set -g performance (or powerprofilesctl set performance)";
+            Line::warning("power", format!("governor {}: frames may come late", all.join(", ")), remedy)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::Grade, *};
+
+    #[test]
+    fn a_saving_governor_or_a_battery_is_a_warning_with_its_remedy() {
+        let of = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+        assert_eq!(judge_power(&of(&["performance"]), false).grade, Grade::Ok);
+        let saving = judge_power(&of(&["performance", "powersave"]), false);
+        assert!(saving.grade == Grade::Warning && saving.remedy.unwrap().contains("cpupower"));
+        assert_eq!(judge_power(&of(&["performance"]), true).grade, Grade::Warning);
+    }
+
+    #[test]
+    fn a_coarse_clock_is_a_fault_and_a_full_disk_too() {
+        assert_eq!(judge_clock(Some("tsc"), Some(4e-8)).grade, Grade::Ok);
+        assert_eq!(judge_clock(Some("hpet"), Some(1e-6)).grade, Grade::Warning);
+        assert_eq!(judge_clock(Some("tsc"), Some(4e-3)).grade, Grade::Fault);
+        assert_eq!(judge_clock(None, None).grade, Grade::Fault);
+        let grades = [Some(100.0), Some(3.0), Some(0.5), None].map(|gb| disk_space(gb).grade);
+        assert_eq!(grades, [Grade::Ok, Grade::Warning, Grade::Fault, Grade::Warning]);
+    }
+
+    #[test]
+    fn a_card_is_read_off_the_kernels_list() {
+        let text =
+            " 0 [PCH            ]: HDA-Intel - HDA Intel PCH\n                      HDA Intel PCH at 0xf7 irq 32\n";
+        assert_eq!(card(text).as_deref(), Some("HDA-Intel - HDA Intel PCH"));
+        assert_eq!(card("--- no soundcards ---\n"), None);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_a_fault_and_nothing_is_left_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_ne!(disk_speed(folder.path()).grade, Grade::Fault);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert_eq!(disk_speed(&folder.path().join("absent")).grade, Grade::Fault);
+    }
+}

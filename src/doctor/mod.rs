@@ -1,0 +1,115 @@
+//! Is this rig fit for a study? In: the machine. Out: [`Line`]s, each ok, a warning or a fault with its remedy. What
+//! cannot be found out is said, never assumed.
+
+mod machine;
+mod picture;
+mod wheel;
+
+use crate::sim::Scenario;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// What is checked.
+pub struct Options {
+    /// The drive that is to be driven.
+    pub scenario: Scenario,
+    /// Size of its picture, pixels.
+    pub size: [u32; 2],
+    /// Folder of the recordings.
+    pub recordings: PathBuf,
+}
+
+/// How good something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Grade {
+    /// Fit.
+    Ok,
+    /// A study can be driven, with care.
+    Warning,
+    /// A study must not be driven.
+    Fault,
+}
+
+/// One finding.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// What was looked at.
+    pub what: &'static str,
+    /// How good it is.
+    pub grade: Grade,
+    /// What was found.
+    pub found: String,
+    /// What to do about it; nothing where all is well.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<String>,
+}
+
+impl Line {
+    fn ok(what: &'static str, found: impl Into<String>) -> Self {
+        Self { what, grade: Grade::Ok, found: found.into(), remedy: None }
+    }
+
+    fn warning(what: &'static str, found: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { what, grade: Grade::Warning, found: found.into(), remedy: Some(remedy.into()) }
+    }
+
+    fn fault(what: &'static str, found: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { what, grade: Grade::Fault, found: found.into(), remedy: Some(remedy.into()) }
+    }
+
+    /// A message of the form `found\n  remedy: ...` as a line.
+    fn told(what: &'static str, grade: Grade, message: &str) -> Self {
+        let (found, remedy) = message.split_once("\n  remedy: ").unwrap_or((message, ""));
+        let remedy = (!remedy.is_empty()).then(|| remedy.to_owned());
+        Self { what, grade, found: found.to_owned(), remedy }
+    }
+}
+
+/// Looks at everything; some seconds.
+pub fn examine(options: &Options) -> Vec<Line> {
+    let mut lines = picture::examine(options);
+    lines.extend(wheel::examine());
+    lines.extend(machine::examine(&options.recordings));
+    lines
+}
+
+/// The page.
+pub fn words(lines: &[Line]) -> String {
+    let mut page = String::new();
+    for line in lines {
+        let grade = match line.grade {
+            Grade::Ok => "ok     ",
+            Grade::Warning => "WARNING",
+            Grade::Fault => "FAULT  ",
+        };
+        page += &format!("{grade}  {:<12} {}\n", line.what, line.found.replace('\n', "\n                      "));
+        if let Some(remedy) = &line.remedy {
+            page += &format!("                      remedy: {}\n", remedy.replace('\n', "\n                      "));
+        }
+    }
+    page
+}
+
+/// The same for a manifest.
+pub fn json(lines: &[Line]) -> Value {
+    let worst = lines.iter().map(|line| line.grade).max().unwrap_or(Grade::Ok);
+    json!({ "program": concat!("codrive ", env!("CARGO_PKG_VERSION")), "grade": worst, "checks": lines })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_has_a_line_and_a_remedy_for_each_finding_and_json_says_the_worst() {
+        let lines =
+            [Line::ok("disk", "fast"), Line::told("wheel", Grade::Fault, "at PS4\n  remedy: move it\n    to PS3")];
+        let page = words(&lines);
+        assert!(page.starts_with("ok       disk         fast\nFAULT    wheel        at PS4\n"), "{page}");
+        assert!(page.contains("remedy: move it\n"), "{page}");
+        let json = json(&lines);
+        assert_eq!((json["grade"].as_str(), json["checks"][0].get("remedy")), (Some("fault"), None));
+    }
+}

@@ -1,0 +1,109 @@
+//! Graphics, time of a frame, SUMO. In: the scenario to be driven and the size of its picture. Out: [`Line`]s.
+
+use super::{Grade, Line, Options};
+use crate::{
+    input::Stamp,
+    render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
+    scene::{self, Stage, ViewKind, ViewOptions},
+    sim::{QualityLevel, Scenario, World},
+};
+
+/// Pictures that are measured, after one that makes what is made at a first use.
+const PICTURES: usize = 30;
+/// A frame of a 60 Hz screen, and the longest that keeps the median latency below 50 ms (FACTS 8), milliseconds.
+const FRAME_MS: f64 = 1000.0 / 60.0;
+const LONGEST_MS: f64 = 1000.0 / 30.0;
+
+pub(super) fn examine(options: &Options) -> Vec<Line> {
+    let mut lines = Vec::new();
+    let sumo = World::new(&Scenario { traffic: "sumo".into(), ..options.scenario.clone() });
+    let (sumo, world) = match sumo {
+        Ok(world) => (Line::ok("SUMO", world.traffic_engine()), Ok(world)),
+        Err(error) => {
+            let native = Scenario { traffic: "native".into(), ..options.scenario.clone() };
+            (Line::told("SUMO", Grade::Fault, &error.to_string()), World::new(&native))
+        }
+    };
+    match (Gpu::headless(), world) {
+        (Err(error), _) => lines.push(Line::fault("graphics", error.to_string(), "install the card's driver")),
+        (Ok(gpu), world) => {
+            lines.push(if gpu.is_software() {
+                let remedy = "a graphics card and its driver; for Vulkan on Debian: apt install mesa-vulkan-drivers";
+                Line::warning("graphics", format!("{}: the processor draws", gpu.description()), remedy)
+            } else {
+                Line::ok("graphics", gpu.description())
+            });
+            lines.push(match world.map(|world| frames(&gpu, &world, options)) {
+                Ok(Ok(times_ms)) => judge(options.size, &times_ms),
+                Ok(Err(error)) => Line::fault("frame time", error.to_string(), "update the card's driver"),
+                Err(error) => Line::told("frame time", Grade::Fault, &format!("not measured: {error}")),
+            });
+        }
+    }
+    lines.push(sumo);
+    lines
+}
+
+/// Times of pictures of the driver's view, milliseconds, shortest first.
+fn frames(gpu: &Gpu, world: &World, options: &Options) -> Result<Vec<f64>, GpuError> {
+    let scenario = world.scenario();
+    let stage = Stage::with_trees(world.map(), scenario.seed, scenario.trees as usize);
+    let quality = match scenario.quality {
+        QualityLevel::Auto | QualityLevel::Low if gpu.is_software() => Quality::LOW,
+        QualityLevel::Low => Quality::LOW,
+        QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,
+        QualityLevel::Medium => Quality::MEDIUM,
+        QualityLevel::High | QualityLevel::Auto => Quality::HIGH,
+    };
+    let mut renderer = Renderer::new(gpu, &stage, OFFSCREEN, quality);
+    let view_options = ViewOptions {
+        screen_width_m: scenario.screen_width_m as f32,
+        eye_distance_m: scenario.eye_distance_m as f32,
+        cockpit: scenario.cockpit,
+        ..ViewOptions::default()
+    };
+    let view = scene::view(world.snapshot(), 0.0, ViewKind::Driver, &view_options, &stage);
+    let target = canvas(gpu, OFFSCREEN, options.size);
+    let mut times_ms = Vec::new();
+    for _ in 0..=PICTURES {
+        let begin = Stamp::now();
+        renderer.draw(&view, None, &target, options.size);
+        gpu.finish()?;
+        times_ms.push(begin.until(Stamp::now()).as_secs_f64() * 1e3);
+    }
+    times_ms.remove(0);
+    times_ms.sort_by(f64::total_cmp);
+    Ok(times_ms)
+}
+
+/// `times_ms` are sorted.
+fn judge(size: [u32; 2], times_ms: &[f64]) -> Line {
+    let at = |share: f64| times_ms[((times_ms.len() - 1) as f64 * share).round() as usize];
+    let (median, late) = (at(0.5), at(0.99));
+    let found = format!("{}x{}: median {median:.1} ms, 99 % below {late:.1} ms", size[0], size[1]);
+    let remedy = "--quality low, a smaller --size and screen, or a faster graphics card";
+    if median > LONGEST_MS {
+        Line::fault("frame time", format!("{found}: latency cannot stay below 50 ms"), remedy)
+    } else if late > FRAME_MS {
+        Line::warning("frame time", format!("{found}: a 60 Hz screen will miss frames"), remedy)
+    } else {
+        Line::ok("frame time", found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn late_pictures_are_a_warning_and_slow_ones_a_fault() {
+        let of = |median: f64, last: f64| {
+            let mut times = vec![median; 29];
+            times.push(last);
+            judge([1920, 1080], &times).grade
+        };
+        assert_eq!(of(4.0, 9.0), Grade::Ok);
+        assert_eq!(of(4.0, 25.0), Grade::Warning);
+        assert_eq!(of(40.0, 41.0), Grade::Fault);
+    }
+}

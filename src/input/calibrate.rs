@@ -1,0 +1,400 @@
+//! Learning a wheel by asking. In: raw values of its axes with their times, seconds. Out: what to ask next, bars of all
+//! axes, and in the end a [`Profile`]. Every answer is given with wheel and pedals alone: turn or press, hold for a moment.
+
+use super::{
+    profile::{AxisRanges, Pedal, Profile, ProfileError, Steering},
+    profiles::{self, Device},
+};
+use std::collections::BTreeMap;
+
+/// How long an answer is held, seconds.
+pub const HOLD_S: f64 = 0.8;
+/// Hands and feet off at the start, seconds.
+pub const REST_S: f64 = 2.0;
+/// Share of an axis's range within which it stands still.
+const STILL: f64 = 0.01;
+/// Share of the range that an axis has to move for an answer.
+const ANSWER: f64 = 0.25;
+/// Share of the way from rest to floor below which a pedal is up again.
+const UP: f64 = 0.15;
+/// Share of the range around the middle of both ends in which straight ahead may lie.
+const STRAIGHT: f64 = 0.15;
+/// Codes from here on are hats.
+const FIRST_HAT: u16 = 16;
+
+/// What is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Nobody touches anything.
+    Rest,
+    /// Full left.
+    Left,
+    /// Full right.
+    Right,
+    /// Straight ahead.
+    Straight,
+    /// Accelerator to the floor.
+    Accelerator,
+    /// And up again.
+    AcceleratorUp,
+    /// Brake to the floor.
+    Brake,
+    /// And up again.
+    BrakeUp,
+    /// All is known.
+    Done,
+}
+
+impl Step {
+    /// The question, as a sentence.
+    pub fn question(self) -> &'static str {
+        match self {
+            Self::Rest => "Wheel straight, hands and feet off.",
+            Self::Left => "Turn the wheel fully to the left and hold it there.",
+            Self::Right => "Turn the wheel fully to the right and hold it there.",
+            Self::Straight => "Bring the wheel back to straight ahead and hold it.",
+            Self::Accelerator => "Press the accelerator to the floor and hold it.",
+            Self::AcceleratorUp => "Let the accelerator go.",
+            Self::Brake => "Press the brake as hard as for an emergency stop and hold it.",
+            Self::BrakeUp => "Let the brake go.",
+            Self::Done => "Thank you.",
+        }
+    }
+}
+
+/// One axis under observation.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    range: [i32; 2],
+    raw: i32,
+    rest: i32,
+    /// Smallest and largest value at rest.
+    noise: [i32; 2],
+    /// Value around which it stands still, and since when.
+    anchor: i32,
+    since_s: f64,
+}
+
+impl Axis {
+    fn span(&self) -> f64 {
+        (f64::from(self.range[1]) - f64::from(self.range[0])).max(1.0)
+    }
+
+    /// Way from rest, as a share of the range, with its sign.
+    fn way(&self) -> f64 {
+        (f64::from(self.raw) - f64::from(self.rest)) / self.span()
+    }
+
+    fn still(&self, now_s: f64) -> bool {
+        now_s - self.since_s >= HOLD_S
+    }
+}
+
+/// The questions and what was learnt.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    device: Device,
+    axes: BTreeMap<u16, Axis>,
+    step: Step,
+    began_s: f64,
+    now_s: f64,
+    steering: Option<u16>,
+    ends: [i32; 2],
+    centre: i32,
+    pedals: Vec<(u16, i32)>,
+}
+
+impl Calibration {
+    /// Begins with a device and its values of this moment.
+    ///
+    /// # Errors
+    /// It has less than two axes.
+    pub fn new(device: Device, now_s: f64) -> Result<Self, ProfileError> {
+        let axes: BTreeMap<u16, Axis> = device
+            .axes
+            .iter()
+            .filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1])
+            .map(|(code, range)| {
+                let raw = device.values.get(code).copied().unwrap_or(range[0]);
+                (*code, Axis { range: *range, raw, rest: raw, noise: [raw; 2], anchor: raw, since_s: now_s })
+            })
+            .collect();
+        if axes.len() < 2 {
+            let text = format!("{} has less than two axes\n  remedy: a wheel with pedals of its own", device.name);
+            return Err(ProfileError(text));
+        }
+        let (steering, ends, centre, pedals) = (None, [0; 2], 0, Vec::new());
+        Ok(Self { device, axes, step: Step::Rest, began_s: now_s, now_s, steering, ends, centre, pedals })
+    }
+
+    /// What is asked now.
+    pub fn step(&self) -> Step {
+        self.step
+    }
+
+    /// An axis moved.
+    pub fn moved(&mut self, code: u16, raw: i32, at_s: f64) {
+        self.time(at_s);
+        let Some(axis) = self.axes.get_mut(&code) else { return };
+        axis.raw = raw;
+        if (f64::from(raw) - f64::from(axis.anchor)).abs() > STILL * axis.span() {
+            (axis.anchor, axis.since_s) = (raw, at_s);
+        }
+        if self.step == Step::Rest {
+            axis.noise = [axis.noise[0].min(raw), axis.noise[1].max(raw)];
+        }
+        self.answer();
+    }
+
+    /// Time has passed.
+    pub fn time(&mut self, now_s: f64) {
+        self.now_s = self.now_s.max(now_s);
+        self.answer();
+    }
+
+    fn answer(&mut self) {
+        let next = match self.step {
+            Step::Rest => self.rested().then_some(Step::Left),
+            Step::Left => self.turned().map(|(code, raw)| {
+                (self.steering, self.ends[0]) = (Some(code), raw);
+                Step::Right
+            }),
+            Step::Right => self.turned_back().map(|raw| {
+                self.ends[1] = raw;
+                Step::Straight
+            }),
+            Step::Straight => self.straight().map(|raw| {
+                self.centre = raw;
+                Step::Accelerator
+            }),
+            Step::Accelerator | Step::Brake => self.pressed().map(|pedal| {
+                self.pedals.push(pedal);
+                if self.step == Step::Brake { Step::BrakeUp } else { Step::AcceleratorUp }
+            }),
+            Step::AcceleratorUp => self.released().then(|| match self.axes.len() {
+                2 => Step::Done,
+                _ => Step::Brake,
+            }),
+            Step::BrakeUp => self.released().then_some(Step::Done),
+            Step::Done => None,
+        };
+        if let Some(next) = next {
+            self.step = next;
+            self.began_s = self.now_s;
+        }
+    }
+
+    /// Nothing has moved since the start; what moves begins the rest again.
+    fn rested(&mut self) -> bool {
+        for axis in self.axes.values_mut() {
+            if axis.since_s > self.began_s {
+                self.began_s = axis.since_s;
+                axis.noise = [axis.raw; 2];
+            }
+        }
+        let rested = self.now_s - self.began_s >= REST_S;
+        if rested {
+            self.axes.values_mut().for_each(|axis| axis.rest = axis.raw);
+        }
+        rested
+    }
+
+    /// The axis that moved most and stands still now.
+    fn turned(&self) -> Option<(u16, i32)> {
+        let free = |code: &u16| Some(*code) != self.steering && self.pedals.iter().all(|(taken, _)| taken != code);
+        let most =
+            self.axes.iter().filter(|(code, _)| free(code)).max_by(|a, b| a.1.way().abs().total_cmp(&b.1.way().abs()));
+        most.filter(|(_, axis)| axis.way().abs() >= ANSWER && axis.still(self.now_s))
+            .map(|(code, axis)| (*code, axis.raw))
+    }
+
+    fn turned_back(&self) -> Option<i32> {
+        let axis = self.axes[&self.steering?];
+        let left = f64::from(self.ends[0]) - f64::from(axis.rest);
+        let opposite = axis.way() * left.signum() <= -ANSWER;
+        (opposite && axis.still(self.now_s)).then_some(axis.raw)
+    }
+
+    fn straight(&self) -> Option<i32> {
+        let axis = self.axes[&self.steering?];
+        let middle = (f64::from(self.ends[0]) + f64::from(self.ends[1])) / 2.0;
+        let near = (f64::from(axis.raw) - middle).abs() < STRAIGHT * axis.span();
+        (near && axis.still(self.now_s)).then_some(axis.raw)
+    }
+
+    fn pressed(&self) -> Option<(u16, i32)> {
+        self.turned()
+    }
+
+    fn released(&self) -> bool {
+        let Some((code, pressed)) = self.pedals.last() else { return false };
+        let axis = self.axes[code];
+        axis.way().abs() < UP * (f64::from(*pressed) - f64::from(axis.rest)).abs() / axis.span()
+    }
+
+    /// All axes as bars: code, name, share of its range.
+    pub fn bars(&self) -> Vec<(u16, String, f64)> {
+        let name = |code: u16| match self.pedals.iter().position(|(taken, _)| *taken == code) {
+            _ if self.steering == Some(code) => "steering".into(),
+            Some(0) => "accelerator".into(),
+            Some(_) => "brake".into(),
+            None => format!("axis {code}"),
+        };
+        let share = |axis: &Axis| (f64::from(axis.raw) - f64::from(axis.range[0])) / axis.span();
+        self.axes.iter().map(|(code, axis)| (*code, name(*code), share(axis))).collect()
+    }
+
+    /// What was learnt, under this name; buttons and force as for the shipped profile of the same product, if there is one.
+    ///
+    /// # Errors
+    /// Not everything was answered.
+    pub fn profile(&self, name: &str) -> Result<Profile, ProfileError> {
+        let steering = self.steering.filter(|_| self.step == Step::Done).ok_or_else(|| {
+            ProfileError(format!("not everything was answered: {}\n  remedy: begin again", self.step.question()))
+        })?;
+        let (vendor, product) = self.device.id;
+        let like = profiles::shipped().find(|profile| profile.is_for(vendor, product));
+        let curve = |of: fn(&Profile) -> Option<f64>, otherwise: f64| like.as_ref().and_then(of).unwrap_or(otherwise);
+        let curves = [curve(|p| Some(p.accelerator.curve), 1.0), curve(|p| Some(p.brake.as_ref()?.curve), 1.6)];
+        let mut pedals = self.pedals.iter().zip(curves).map(|((code, pressed), curve)| {
+            let axis = &self.axes[code];
+            let way = (f64::from(*pressed) - f64::from(axis.rest)).abs();
+            let noise = (f64::from(axis.noise[1]) - f64::from(axis.noise[0])) / way;
+            // Twice the noise at rest, and the floor a little before where it was held.
+            let dead = (2.0 * noise).clamp(0.02, 0.2);
+            Pedal { axis: *code, released: axis.rest, pressed: *pressed, dead: round(dead), end: 0.03, curve }
+        });
+        let accelerator = pedals.next().ok_or_else(|| ProfileError("no pedal was pressed".into()))?;
+        let brake = pedals.next();
+        drop(pedals);
+        let noise = self.axes[&steering].noise;
+        let half = (f64::from(self.ends[1]) - f64::from(self.ends[0])).abs() / 2.0;
+        let profile = Profile {
+            name: name.into(),
+            products: vec![format!("{vendor:04x}:{product:04x}")],
+            steering: Steering {
+                axis: steering,
+                left: self.ends[0],
+                centre: self.centre,
+                right: self.ends[1],
+                range_deg: like.as_ref().map_or(900.0, |p| p.steering.range_deg),
+                ratio: f64::from(crate::ego::STEERING_RATIO),
+                dead: round((f64::from(noise[1] - noise[0]) / half).min(0.05)),
+            },
+            accelerator,
+            brake,
+            buttons: like.as_ref().map(|p| p.buttons.clone()).unwrap_or_default(),
+            force: like.map(|p| p.force).unwrap_or_default(),
+        };
+        // The way through its own file: what is saved can be read.
+        Profile::from_toml(&profile.to_toml(), name)
+    }
+
+    /// Ranges of all axes of the device.
+    pub fn ranges(&self) -> &AxisRanges {
+        &self.device.axes
+    }
+}
+
+fn round(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn g29() -> Device {
+        let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1])];
+        let values = [(0, 32_900), (1, 255), (2, 255), (5, 255), (16, 0)];
+        Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
+    }
+
+    /// Moves an axis there within half a second and holds it for a second.
+    fn hold(calibration: &mut Calibration, now_s: &mut f64, code: u16, from: i32, to: i32) {
+        for i in 1..=20 {
+            *now_s += 0.025;
+            calibration.moved(code, from + (to - from) * i / 20, *now_s);
+        }
+        for _ in 0..20 {
+            *now_s += 0.05;
+            calibration.time(*now_s);
+        }
+    }
+
+    #[test]
+    fn a_g29_is_learnt_by_turning_and_pressing_alone() {
+        let mut calibration = Calibration::new(g29(), 0.0).unwrap();
+        let mut now_s = 0.0;
+        calibration.moved(5, 254, 0.5);
+        calibration.moved(5, 255, 0.6);
+        calibration.time(1.9);
+        assert_eq!(calibration.step(), Step::Rest);
+        now_s += 2.1;
+        calibration.time(now_s);
+        let moves = [
+            (0, 32_900, 120, Step::Left, Step::Right),
+            (0, 120, 65_400, Step::Right, Step::Straight),
+            (0, 65_400, 32_700, Step::Straight, Step::Accelerator),
+            (2, 255, 3, Step::Accelerator, Step::AcceleratorUp),
+            (2, 3, 255, Step::AcceleratorUp, Step::Brake),
+            (5, 255, 90, Step::Brake, Step::BrakeUp),
+            (5, 90, 254, Step::BrakeUp, Step::Done),
+        ];
+        for (code, from, to, during, after) in moves {
+            assert_eq!(calibration.step(), during);
+            hold(&mut calibration, &mut now_s, code, from, to);
+            assert_eq!(calibration.step(), after);
+        }
+        let profile = calibration.profile("Rig 1").unwrap();
+        assert_eq!(
+            (profile.steering.left, profile.steering.centre, profile.steering.right),
+            (120, 32_700, 65_400),
+            "{profile:?}"
+        );
+        let brake = profile.brake.as_ref().unwrap();
+        assert_eq!((profile.accelerator.axis, brake.axis, brake.pressed), (2, 5, 90));
+        assert_eq!(
+            (brake.effect(255), brake.effect(254), brake.effect(90)),
+            (0.0, 0.0, 1.0),
+            "noise at rest is no brake"
+        );
+        assert_eq!(profile.buttons.reverse, [293], "as shipped for the same product");
+        assert!(profile.is_for(0x046d, 0xc24f));
+    }
+
+    #[test]
+    fn a_wheel_whose_axes_run_the_other_way_and_whose_pedals_rest_low_is_learnt_too() {
+        let device = Device {
+            name: "Other".into(),
+            id: (1, 2),
+            axes: [(3, [-512, 511]), (6, [0, 1023]), (7, [0, 1023])].into(),
+            values: [(3, 0), (6, 0), (7, 0)].into(),
+        };
+        let mut calibration = Calibration::new(device, 0.0).unwrap();
+        let mut now_s = 2.1;
+        calibration.time(now_s);
+        for (code, from, to) in
+            [(3, 0, 511), (3, 511, -512), (3, -512, 2), (7, 0, 1000), (7, 1000, 0), (6, 0, 800), (6, 800, 0)]
+        {
+            hold(&mut calibration, &mut now_s, code, from, to);
+        }
+        let profile = calibration.profile("other").unwrap();
+        assert!(profile.steering.wheel_rad(400) > 0.0 && profile.steering.wheel_rad(-400) < 0.0);
+        assert_eq!((profile.accelerator.axis, profile.accelerator.pressed, profile.accelerator.released), (7, 1000, 0));
+    }
+
+    #[test]
+    fn a_foot_that_moves_at_rest_begins_the_rest_again_and_nothing_half_done_is_saved() {
+        let mut calibration = Calibration::new(g29(), 0.0).unwrap();
+        calibration.moved(2, 100, 1.5);
+        calibration.moved(2, 255, 1.6);
+        calibration.time(2.5);
+        assert_eq!(calibration.step(), Step::Rest);
+        calibration.time(3.7);
+        assert_eq!(calibration.step(), Step::Left);
+        assert!(calibration.profile("x").unwrap_err().0.contains("not everything was answered"));
+        let pad = Device { axes: [(0, [0, 255])].into(), ..g29() };
+        assert!(Calibration::new(pad, 0.0).unwrap_err().0.contains("less than two axes"));
+    }
+}

@@ -1,0 +1,58 @@
+//! The clock of input. In: the kernel's times of events. Out: times on the monotonic clock, which all threads and the
+//! kernel share, so that their differences are latencies.
+
+use std::time::Duration;
+
+/// A moment on the system's monotonic clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Stamp(pub Duration);
+
+/// An input older than this was not meant for this moment: it is no latency, but a device that replays or a broken
+/// clock.
+const PLAUSIBLE: Duration = Duration::from_secs(1);
+
+impl Stamp {
+    /// Now.
+    pub fn now() -> Self {
+        Self(monotonic())
+    }
+
+    /// Time from `self` to `later`, zero if it is the other way round.
+    pub fn until(self, later: Self) -> Duration {
+        later.0.saturating_sub(self.0)
+    }
+
+    /// The stamp of an event, `None` if it cannot be one of the last second before `now`.
+    pub fn plausible(event: Duration, now: Self) -> Option<Self> {
+        let age = now.0.checked_sub(event)?;
+        (age <= PLAUSIBLE).then_some(Self(event))
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn monotonic() -> Duration {
+    // The clock that EVIOCSCLOCKID makes the kernel stamp its events with.
+    nix::time::clock_gettime(nix::time::ClockId::CLOCK_MONOTONIC).map(Duration::from).unwrap_or_default()
+}
+
+#[cfg(not(target_os = "linux"))]
+fn monotonic() -> Duration {
+    use std::{sync::OnceLock, time::Instant};
+    static START: OnceLock<Instant> = OnceLock::new();
+    #[allow(clippy::disallowed_methods, reason = "input is where the time of devices enters")]
+    let now = Instant::now;
+    START.get_or_init(now).elapsed()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_an_event_of_the_last_second_has_an_age() {
+        let now = Stamp(Duration::from_secs(100));
+        assert_eq!(Stamp::plausible(Duration::from_millis(99_990), now).unwrap().until(now), Duration::from_millis(10));
+        assert_eq!(Stamp::plausible(Duration::from_millis(100), now), None, "a replayed event from 1970");
+        assert_eq!(Stamp::plausible(Duration::from_secs(101), now), None, "an event from the future");
+    }
+}

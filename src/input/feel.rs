@@ -1,0 +1,157 @@
+//! The thread that keeps the wheel's force. In: what the loop last said of the car, the wheel's angle from the reading
+//! thread. Out: levels for the device, only when they change. If the loop stalls, pauses or ends, the force is gone
+//! within 100 ms; if the program is killed, the kernel takes the effect from the device with the file that it belongs to.
+
+use super::{
+    clock::Stamp,
+    force::{Feel, ForceModel},
+    profile::Profile,
+};
+use crate::ego::{STEERING_LOCK_RAD, STEERING_RATIO};
+use std::{
+    io,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    thread::JoinHandle,
+    time::Duration,
+};
+
+/// Time from one force to the next: 167 Hz. The wheel's driver waits for the USB frame in each write.
+pub const PERIOD: Duration = Duration::from_millis(6);
+
+/// What takes levels: the wheel, or what records them.
+pub trait ForceDevice: Send {
+    /// One constant level, held until the next.
+    ///
+    /// # Errors
+    /// The device is gone or refuses.
+    fn set(&mut self, level: i16) -> io::Result<()>;
+
+    /// The end: no force, and the device's own centring as the profile wants it.
+    fn end(&mut self);
+}
+
+/// An angle that one thread writes and another reads.
+#[derive(Debug, Default)]
+pub struct Angle(AtomicU64);
+
+impl Angle {
+    /// Radians, positive to the left.
+    pub fn set(&self, rad: f64) {
+        self.0.store(rad.to_bits(), Ordering::Relaxed);
+    }
+
+    /// The last one.
+    pub fn get(&self) -> f64 {
+        f64::from_bits(self.0.load(Ordering::Relaxed))
+    }
+}
+
+/// What the loop last said, and when.
+#[derive(Debug, Default)]
+struct Said {
+    feel: Mutex<(Feel, Stamp)>,
+    torque: Angle,
+    stop: AtomicBool,
+}
+
+/// The running thread; it ends with this.
+pub struct ForceThread {
+    said: Arc<Said>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// One turn of the thread, without its clock.
+pub struct ForceLoop {
+    device: Box<dyn ForceDevice>,
+    model: ForceModel,
+    left_is_low: bool,
+    sent: Option<i16>,
+    last: Option<Stamp>,
+}
+
+impl ForceLoop {
+    /// For this wheel; nothing is sent yet.
+    pub fn new(device: Box<dyn ForceDevice>, profile: &Profile) -> Self {
+        let lock_rad = f64::from(STEERING_LOCK_RAD) * profile.steering.ratio / f64::from(STEERING_RATIO);
+        let end_rad = (profile.steering.range_deg / 2.0).to_radians().min(lock_rad);
+        let model = ForceModel::new(&profile.force, end_rad);
+        Self { device, model, left_is_low: profile.steering.left < profile.steering.right, sent: None, last: None }
+    }
+
+    /// Sends the force of the moment `now` if it is another than before. Returns the torque, N m.
+    ///
+    /// # Errors
+    /// The device is gone or refuses.
+    pub fn turn(&mut self, now: Stamp, wheel_rad: f64, feel: &Feel, said: Stamp) -> io::Result<f64> {
+        let dt_s = self.last.map_or(PERIOD, |last| last.until(now)).as_secs_f64().clamp(1e-4, 0.05);
+        self.last = Some(now);
+        let torque_nm = self.model.step(dt_s, wheel_rad, feel, said.until(now).as_secs_f64());
+        let level = self.model.level(torque_nm, self.left_is_low);
+        if self.sent != Some(level) {
+            self.device.set(level)?;
+            self.sent = Some(level);
+        }
+        Ok(torque_nm)
+    }
+}
+
+impl Drop for ForceLoop {
+    fn drop(&mut self) {
+        self.device.end();
+    }
+}
+
+impl ForceThread {
+    /// Begins; `angle` is the wheel's, kept by the reading thread.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn start(mut force: ForceLoop, angle: Arc<Angle>) -> io::Result<Self> {
+        let said = Arc::new(Said::default());
+        let shared = Arc::clone(&said);
+        let thread = std::thread::Builder::new().name("force".into()).spawn(move || {
+            let mut next = Stamp::now();
+            while !shared.stop.load(Ordering::Relaxed) {
+                let (feel, at) = *shared.feel.lock().unwrap_or_else(PoisonError::into_inner);
+                match force.turn(Stamp::now(), angle.get(), &feel, at) {
+                    Ok(torque_nm) => shared.torque.set(torque_nm),
+                    Err(error) => {
+                        // ENODEV is the unplugged wheel, which the reading thread tells.
+                        log::warn!("the wheel takes no more force ({error}); the drive goes on without");
+                        break;
+                    }
+                }
+                next.0 += PERIOD;
+                let now = Stamp::now();
+                if next < now {
+                    next = now;
+                }
+                std::thread::sleep(now.until(next));
+            }
+            shared.torque.set(0.0);
+        })?;
+        Ok(Self { said, thread: Some(thread) })
+    }
+
+    /// What the car feels now.
+    pub fn tell(&self, feel: Feel) {
+        *self.said.feel.lock().unwrap_or_else(PoisonError::into_inner) = (feel, Stamp::now());
+    }
+
+    /// The torque that was last sent, N m, positive to the left.
+    pub fn torque_nm(&self) -> f64 {
+        self.said.torque.get()
+    }
+}
+
+impl Drop for ForceThread {
+    fn drop(&mut self) {
+        self.said.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}

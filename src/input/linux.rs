@@ -1,0 +1,352 @@
+//! Wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: the reader's [`Port`], and a
+//! [`ForceDevice`]. Devices are recognised by sysfs, so that keyboards and mice are never opened; events carry the
+//! kernel's monotonic time.
+
+use super::{
+    clock::Stamp,
+    feel::{Angle, ForceDevice},
+    profile::Profile,
+    profiles::{self, Device, Kind},
+    reader::Port,
+    wheel::{Found, Told},
+};
+use evdev::{
+    EventType, FFEffect, FFEffectCode, FFEffectData, FFEffectKind, FFEnvelope, FFReplay, FFTrigger, InputEvent,
+    raw_stream::RawDevice,
+};
+use nix::poll::{PollFd, PollFlags, PollTimeout};
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    os::fd::{AsFd, AsRawFd},
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
+
+nix::ioctl_write_ptr!(set_clock, b'E', 0xa0, nix::libc::c_int);
+
+/// The rule that lets the person at the screen open wheels and set their range.
+pub const UDEV_RULE: &str =
+    r#"SUBSYSTEM=="input", KERNEL=="event*", ENV{ID_INPUT_JOYSTICK}=="1", TAG+="uaccess", MODE="0660", GROUP="input""#;
+/// Where it belongs: before 73-seat-late.rules, which acts on the tag.
+pub const UDEV_FILE: &str = "/etc/udev/rules.d/70-codrive-wheel.rules";
+/// SYN_DROPPED: the kernel's queue ran over.
+const SYN_DROPPED: u16 = 3;
+/// Towards greater values of the first axis, see `ForceModel::level`.
+const TO_GREATER: u16 = 0xC000;
+
+/// An input device as sysfs tells it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Node {
+    /// Its file.
+    pub path: PathBuf,
+    /// Its name.
+    pub name: String,
+    /// Vendor and product.
+    pub id: (u16, u16),
+    /// Whether it is a wheel.
+    pub kind: Kind,
+}
+
+/// All event devices that are wheels, usable or not, in the order of their numbers.
+pub fn wheels() -> Vec<Node> {
+    let Ok(entries) = fs::read_dir("/sys/class/input") else { return Vec::new() };
+    let number = |name: &str| name.strip_prefix("event")?.parse::<u32>().ok();
+    let mut found: Vec<(u32, Node)> = entries
+        .flatten()
+        .filter_map(|entry| {
+            let file = entry.file_name().into_string().ok()?;
+            let number = number(&file)?;
+            let text =
+                |what: &str| Some(fs::read_to_string(entry.path().join("device").join(what)).ok()?.trim().to_owned());
+            let name = text("name")?;
+            let hex = |what: &str| u16::from_str_radix(&text(what)?, 16).ok();
+            let id = (hex("id/vendor").unwrap_or(0), hex("id/product").unwrap_or(0));
+            let kind = profiles::kind(id.0, id.1, &name);
+            (kind != Kind::Other).then(|| (number, Node { path: Path::new("/dev/input").join(&file), name, id, kind }))
+        })
+        .collect();
+    found.sort_by_key(|(number, _)| *number);
+    found.into_iter().map(|(_, node)| node).collect()
+}
+
+/// A wheel of this machine, opened for reading.
+pub struct OpenWheel {
+    device: RawDevice,
+    /// Whether the kernel stamps events with the monotonic clock.
+    monotonic: bool,
+    /// Axis, and from raw to angle.
+    profile: Option<Profile>,
+    angle: Arc<Angle>,
+}
+
+impl OpenWheel {
+    /// Opens an event device. Returns it and what is known of it.
+    ///
+    /// # Errors
+    /// It cannot be opened or asked.
+    pub fn open(node: &Node) -> io::Result<(Self, Device)> {
+        let device = RawDevice::open(&node.path)?;
+        let clock = nix::time::ClockId::CLOCK_MONOTONIC.as_raw();
+        // SAFETY: the file is open and the kernel reads one int.
+        let monotonic = unsafe { set_clock(device.as_fd().as_raw_fd(), &raw const clock) }.is_ok();
+        let mut known = Device { name: node.name.clone(), id: node.id, ..Device::default() };
+        for (code, info) in device.get_absinfo()? {
+            known.axes.insert(code.0, [info.minimum(), info.maximum()]);
+            known.values.insert(code.0, info.value());
+        }
+        Ok((Self { device, monotonic, profile: None, angle: Arc::default() }, known))
+    }
+
+    /// Waits up to `patience` for events, and adds them to `told`.
+    ///
+    /// # Errors
+    /// The device is gone.
+    pub fn read(&mut self, patience: Duration, told: &mut Vec<Told>) -> io::Result<()> {
+        let mut polled = [PollFd::new(self.device.as_fd(), PollFlags::POLLIN)];
+        let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
+        match nix::poll::poll(&mut polled, timeout) {
+            Ok(0) | Err(nix::errno::Errno::EINTR) => return Ok(()),
+            Ok(_) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let state = polled[0].revents().unwrap_or(PollFlags::empty());
+        if !state.contains(PollFlags::POLLIN) && state.intersects(PollFlags::POLLERR | PollFlags::POLLHUP) {
+            return Err(io::ErrorKind::NotConnected.into());
+        }
+        let now = Stamp::now();
+        let real = (!self.monotonic).then(now_real);
+        let events: Vec<InputEvent> = self.device.fetch_events()?.collect();
+        if events.is_empty() {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        for event in events {
+            let at = stamp(event.timestamp(), now, real);
+            match event.event_type() {
+                EventType::ABSOLUTE => self.moved(event.code(), event.value(), at, told),
+                EventType::KEY if event.value() == 1 => told.push(Told::Button { code: event.code(), at }),
+                EventType::SYNCHRONIZATION if event.code() == SYN_DROPPED => {
+                    let now: Vec<(u16, i32)> =
+                        self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
+                    now.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn moved(&self, code: u16, raw: i32, at: Option<Stamp>, told: &mut Vec<Told>) {
+        if let Some(steering) = self.profile.as_ref().map(|p| &p.steering).filter(|s| s.axis == code) {
+            self.angle.set(steering.wheel_rad(raw));
+        }
+        told.push(Told::Axis { code, raw, at });
+    }
+}
+
+/// The kernel's time of an event on the monotonic clock. Where the kernel keeps to the clock of the day (`real` is its
+/// time now), the age is the same on both.
+fn stamp(event: SystemTime, now: Stamp, real: Option<Duration>) -> Option<Stamp> {
+    let event = event.duration_since(UNIX_EPOCH).ok()?;
+    match real {
+        None => Stamp::plausible(event, now),
+        Some(real) => Stamp::plausible(now.0.checked_sub(real.checked_sub(event)?)?, now),
+    }
+}
+
+fn now_real() -> Duration {
+    nix::time::clock_gettime(nix::time::ClockId::CLOCK_REALTIME).map(Duration::from).unwrap_or_default()
+}
+
+/// The wheels of this machine.
+pub struct EvdevPort {
+    asked: Option<Profile>,
+    /// Devices at the last look that came to nothing: looked at again only when they change, or could not be opened.
+    seen: Option<Vec<Node>>,
+}
+
+impl EvdevPort {
+    /// All wheels; `asked` is the profile that a person named.
+    pub fn new(asked: Option<Profile>) -> Self {
+        Self { asked, seen: None }
+    }
+}
+
+impl Port for EvdevPort {
+    type Wheel = OpenWheel;
+
+    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(Found, OpenWheel)> {
+        let nodes = wheels();
+        if self.seen.as_ref() == Some(&nodes) {
+            return None;
+        }
+        let mut again = false;
+        let usable: Vec<&Node> = nodes.iter().filter(|node| node.kind == Kind::Wheel).collect();
+        for node in &nodes {
+            if let Kind::Unfit(text) = node.kind {
+                say(text.to_owned());
+            }
+        }
+        if let [first, second, ..] = usable[..] {
+            say(format!(
+                "two wheels are plugged in, {} and {}: the first drives\n  remedy: unplug the other",
+                first.name, second.name
+            ));
+        }
+        for node in usable {
+            let opened = OpenWheel::open(node).map_err(|e| {
+                again = true;
+                trouble(node, &e)
+            });
+            let chosen = opened.and_then(|(wheel, device)| {
+                let (profile, faults) = profiles::choose(&device, self.asked.as_ref()).map_err(|e| e.to_string())?;
+                Ok((wheel, device, profile, faults))
+            });
+            match chosen {
+                Ok((mut wheel, device, profile, faults)) => {
+                    faults.into_iter().for_each(&mut *say);
+                    let force = match EvdevForce::open(node, profile.force.autocentre_after) {
+                        _ if profile.force.strength == 0.0 => None,
+                        Ok(force) => Some(Box::new(force) as Box<dyn ForceDevice>),
+                        Err(text) => {
+                            say(text);
+                            None
+                        }
+                    };
+                    if let Some(raw) = device.values.get(&profile.steering.axis) {
+                        wheel.angle.set(profile.steering.wheel_rad(*raw));
+                    }
+                    wheel.profile = Some(profile.clone());
+                    let (name, values, angle) = (device.name, device.values, Arc::clone(&wheel.angle));
+                    self.seen = None;
+                    return Some((Found { name, profile, values, force, angle }, wheel));
+                }
+                Err(text) => say(text),
+            }
+        }
+        self.seen = (!again).then_some(nodes);
+        None
+    }
+
+    fn read(&mut self, wheel: &mut OpenWheel, told: &mut Vec<Told>) -> io::Result<()> {
+        wheel.read(Duration::from_millis(100), told)
+    }
+}
+
+/// Why a wheel cannot be opened, with the remedy.
+pub fn trouble(node: &Node, error: &io::Error) -> String {
+    let (path, name) = (node.path.display(), &node.name);
+    if error.kind() == io::ErrorKind::PermissionDenied {
+        return format!(
+            "{name} may not be opened ({path}: permission denied)\n  remedy: write this line into {UDEV_FILE}\n    \
+             {UDEV_RULE}\n  then: sudo udevadm control --reload && sudo udevadm trigger, and plug the wheel in again"
+        );
+    }
+    format!("{name} cannot be opened ({path}: {error})\n  remedy: unplug it and plug it in again")
+}
+
+/// What a wheel can do with force.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Constant force.
+    pub constant: bool,
+    /// Strength of all forces.
+    pub gain: bool,
+    /// A centring spring of its own.
+    pub autocentre: bool,
+    /// Effects at the same time.
+    pub effects: usize,
+}
+
+/// Asks a wheel.
+///
+/// # Errors
+/// It cannot be opened.
+pub fn capabilities(node: &Node) -> io::Result<Capabilities> {
+    Ok(capabilities_of(&RawDevice::open(&node.path)?))
+}
+
+fn capabilities_of(device: &RawDevice) -> Capabilities {
+    let has = |code| device.supported_ff().is_some_and(|all| all.contains(code));
+    Capabilities {
+        constant: has(FFEffectCode::FF_CONSTANT),
+        gain: has(FFEffectCode::FF_GAIN),
+        autocentre: has(FFEffectCode::FF_AUTOCENTER),
+        effects: device.max_ff_effects(),
+    }
+}
+
+/// Force of a wheel: one constant effect, updated in place. A file of its own, since a write waits for the USB frame.
+struct EvdevForce {
+    device: RawDevice,
+    can: Capabilities,
+    effect: FFEffect,
+    autocentre_after: f64,
+}
+
+impl EvdevForce {
+    /// Opens it, switches its own centring off and uploads the effect at level 0.
+    fn open(node: &Node, autocentre_after: f64) -> Result<Self, String> {
+        let refuse = |what: &str| {
+            format!(
+                "{} gives no force ({what}); the drive goes on without\n  remedy: codrive doctor tells more",
+                node.name
+            )
+        };
+        let mut device = RawDevice::open(&node.path).map_err(|e| refuse(&e.to_string()))?;
+        let can = capabilities_of(&device);
+        if !can.constant {
+            return Err(refuse("its driver has no constant force"));
+        }
+        let upload = device.upload_ff_effect(constant(0)).map_err(|e| refuse(&format!("upload: {e}")))?;
+        let mut force = Self { device, can, effect: upload, autocentre_after };
+        force.prepare().map_err(|e| refuse(&e.to_string()))?;
+        Ok(force)
+    }
+
+    fn prepare(&mut self) -> io::Result<()> {
+        if self.can.gain {
+            self.device.set_ff_gain(u16::MAX)?;
+        }
+        if self.can.autocentre {
+            self.device.set_ff_autocenter(0)?;
+        }
+        self.effect.play(1)
+    }
+}
+
+impl ForceDevice for EvdevForce {
+    fn set(&mut self, level: i16) -> io::Result<()> {
+        self.effect.update(constant(level))
+    }
+
+    fn end(&mut self) {
+        let _ = self.effect.update(constant(0));
+        let _ = self.effect.stop();
+        if self.can.autocentre {
+            // The kernel does not tell what it was; the profile says what it is to be.
+            let _ = self.device.set_ff_autocenter((self.autocentre_after * f64::from(u16::MAX)) as u16);
+        }
+    }
+}
+
+/// A constant force without end.
+fn constant(level: i16) -> FFEffectData {
+    let envelope = FFEnvelope { attack_length: 0, attack_level: 0, fade_length: 0, fade_level: 0 };
+    FFEffectData {
+        direction: TO_GREATER,
+        trigger: FFTrigger::default(),
+        replay: FFReplay { length: 0, delay: 0 },
+        kind: FFEffectKind::Constant { level, envelope },
+    }
+}
+
+/// Current values and ranges of a node, for those who only look.
+///
+/// # Errors
+/// It cannot be opened.
+pub fn look(node: &Node) -> io::Result<BTreeMap<u16, (i32, [i32; 2])>> {
+    let (_, device) = OpenWheel::open(node)?;
+    Ok(device.axes.iter().map(|(code, range)| (*code, (device.values[code], *range))).collect())
+}

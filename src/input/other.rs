@@ -1,0 +1,119 @@
+//! Steering wheels through gilrs, on systems without evdev (FACTS 7). In: raw axis codes and values of gilrs (-1..1). Out:
+//! wheel angle and pedals. Raw codes, because a wheel has no gamepad mapping and its names in gilrs are arbitrary.
+
+use crate::ego::{Controls, STEERING_LOCK_RAD, Selector};
+
+/// What an axis of a wheel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WheelAxis {
+    /// Steering: -1 full left to 1 full right.
+    Steering,
+    /// Accelerator: 1 released to -1 floored.
+    Accelerator,
+    /// Brake: 1 released to -1 pressed.
+    Brake,
+    /// Clutch; not used by an automatic car.
+    Clutch,
+}
+
+/// Axes of a wheel by evdev code (type 3 in the upper half, as gilrs writes it), if the device is known to be one.
+/// Logitech's native modes (FACTS 7): G27 c29b, G29 c24f, G923 c266; the G920 c262 and the Xbox G923 c26e order their pedals
+/// otherwise (kernel driver hid-logitech-hidpp).
+pub fn known_wheel(vendor: Option<u16>, product: Option<u16>, name: &str) -> Option<&'static [(u32, WheelAxis)]> {
+    const EV_ABS: u32 = 3 << 16;
+    const G29: &[(u32, WheelAxis)] = &[
+        (EV_ABS, WheelAxis::Steering),
+        (EV_ABS + 1, WheelAxis::Clutch),
+        (EV_ABS + 2, WheelAxis::Accelerator),
+        (EV_ABS + 5, WheelAxis::Brake),
+    ];
+    const G920: &[(u32, WheelAxis)] = &[
+        (EV_ABS, WheelAxis::Steering),
+        (EV_ABS + 1, WheelAxis::Accelerator),
+        (EV_ABS + 2, WheelAxis::Brake),
+        (EV_ABS + 5, WheelAxis::Clutch),
+    ];
+    match (vendor, product) {
+        (Some(0x046d), Some(0xc262 | 0xc26e)) => Some(G920),
+        (Some(0x046d), Some(0xc29b | 0xc24f | 0xc266)) => Some(G29),
+        _ if ["wheel", "racing", "driving force"].iter().any(|word| name.to_lowercase().contains(word)) => Some(G29),
+        _ => None,
+    }
+}
+
+/// What is known of a wheel so far; an axis without an event is `None` and does nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelState {
+    steering: Option<f32>,
+    accelerator: Option<f32>,
+    brake: Option<f32>,
+    reverse: bool,
+}
+
+impl WheelState {
+    /// An axis moved to `value`, -1..1.
+    pub fn moved(&mut self, axis: WheelAxis, value: f32) {
+        match axis {
+            WheelAxis::Steering => self.steering = Some(value),
+            WheelAxis::Accelerator => self.accelerator = Some(value),
+            WheelAxis::Brake => self.brake = Some(value),
+            WheelAxis::Clutch => {}
+        }
+    }
+
+    /// Drive to reverse and back.
+    pub fn toggle_reverse(&mut self) {
+        self.reverse = !self.reverse;
+    }
+
+    /// What the wheel asks of the car.
+    pub fn controls(&self) -> Controls {
+        Controls {
+            throttle: self.accelerator.map_or(0.0, pedal),
+            brake: self.brake.map_or(0.0, pedal),
+            steering_wheel_rad: -self.steering.unwrap_or(0.0) * STEERING_LOCK_RAD,
+            selector: if self.reverse { Selector::Reverse } else { Selector::Drive },
+        }
+    }
+}
+
+/// A pedal whose raw range 255..0 gilrs maps to 1..-0.992 (it centres 127), as 0 released to 1 floored.
+fn pedal(value: f32) -> f32 {
+    ((1.0 - value) / 1.99).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_pedal_acts_before_its_first_event() {
+        let mut wheel = WheelState::default();
+        assert_eq!(wheel.controls(), Controls::default());
+        wheel.moved(WheelAxis::Accelerator, -0.992);
+        let controls = wheel.controls();
+        assert_eq!((controls.throttle, controls.brake), (1.0, 0.0), "the brake has not been touched");
+    }
+
+    #[test]
+    fn a_released_pedal_is_zero_and_a_pressed_one_is_one() {
+        assert_eq!(pedal(1.0), 0.0);
+        assert_eq!(pedal(-0.9922), 1.0);
+        assert!((pedal(0.0) - 0.5).abs() < 0.01);
+    }
+
+    #[test]
+    fn full_left_on_a_g29_is_the_cars_lock_to_the_left() {
+        let axes = known_wheel(Some(0x046d), Some(0xc24f), "Logitech G29").unwrap();
+        assert_eq!(axes[0], (196_608, WheelAxis::Steering));
+        assert_eq!(axes[3], (196_613, WheelAxis::Brake));
+        let mut wheel = WheelState::default();
+        wheel.moved(WheelAxis::Steering, -1.0);
+        assert_eq!(wheel.controls().steering_wheel_rad, STEERING_LOCK_RAD);
+    }
+
+    #[test]
+    fn a_gamepad_is_no_wheel() {
+        assert_eq!(known_wheel(Some(0x045e), Some(0x028e), "Xbox 360 Controller"), None);
+    }
+}

@@ -1,0 +1,274 @@
+//! Where profiles come from. In: a device's ids, names given by people. Out: the [`Profile`] for it: the person's own
+//! before a shipped one, and that before a guess.
+
+use super::profile::{AxisRanges, Profile, ProfileError};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+/// Profiles of known wheels.
+const SHIPPED: [(&str, &str); 4] = [
+    ("g29", include_str!("../../assets/wheels/g29.toml")),
+    ("g27", include_str!("../../assets/wheels/g27.toml")),
+    ("g920", include_str!("../../assets/wheels/g920.toml")),
+    ("g923", include_str!("../../assets/wheels/g923.toml")),
+];
+
+/// What is known of a device by its ids and name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A steering wheel.
+    Wheel,
+    /// A wheel that cannot be used as it stands; what to do.
+    Unfit(&'static str),
+    /// A pad or something else.
+    Other,
+}
+
+/// Wheels that a switch has put into a mode without pedals or force of their own, by vendor and product.
+const UNFIT: [(u16, u16, &str); 2] = [
+    (
+        0x046d,
+        0xc260,
+        "the Logitech G29 stands at PS4, where Linux gives it neither force nor full range\n  remedy: move the switch on \
+         its base to PS3; it is found by itself a moment later",
+    ),
+    (
+        0x046d,
+        0xc267,
+        "the Logitech G923 is in its PlayStation mode, where Linux gives it no force\n  remedy: install \
+         usb_modeswitch with its udev rules, which put it into its native mode (046d:c266)",
+    ),
+];
+
+/// What a device is.
+pub fn kind(vendor: u16, product: u16, name: &str) -> Kind {
+    if let Some((.., remedy)) = UNFIT.iter().find(|(v, p, _)| (*v, *p) == (vendor, product)) {
+        return Kind::Unfit(remedy);
+    }
+    let named = ["wheel", "racing", "driving force"].iter().any(|word| name.to_lowercase().contains(word));
+    if named || shipped().any(|p| p.is_for(vendor, product)) { Kind::Wheel } else { Kind::Other }
+}
+
+/// All shipped profiles.
+pub fn shipped() -> impl Iterator<Item = Profile> {
+    SHIPPED.iter().filter_map(|(name, text)| Profile::from_toml(text, name).ok())
+}
+
+/// The folder of the person's own profiles; `None` without a home.
+pub fn own_folder() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let config = set("XDG_CONFIG_HOME").or_else(|| set("APPDATA")).or_else(|| Some(set("HOME")?.join(".config")))?;
+    Some(config.join("codrive").join("wheels"))
+}
+
+/// Reads a profile.
+///
+/// # Errors
+/// The file cannot be read, or is no profile.
+pub fn load(path: &Path) -> Result<Profile, ProfileError> {
+    let shown = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        ProfileError(format!("{shown}: cannot be read: {e}\n  remedy: codrive calibrate --name NAME makes one"))
+    })?;
+    Profile::from_toml(&text, &shown)
+}
+
+/// The profile of this name: a file, one of the person's own, or a shipped one.
+///
+/// # Errors
+/// There is none, or it is wrong.
+pub fn named(name: &str) -> Result<Profile, ProfileError> {
+    if name.ends_with(".toml") {
+        return load(Path::new(name));
+    }
+    if let Some(path) = own_folder().map(|folder| folder.join(format!("{name}.toml"))).filter(|path| path.exists()) {
+        return load(&path);
+    }
+    match SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
+        Some((name, text)) => Profile::from_toml(text, name),
+        None => {
+            let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
+            names.extend(own().into_iter().filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())));
+            let names = names.join(", ");
+            Err(ProfileError(format!(
+                "there is no wheel profile \"{name}\"; there are {names}\n  remedy: name one of them or a FILE.toml, or \
+                 make it with codrive calibrate --name {name}"
+            )))
+        }
+    }
+}
+
+/// Files of the person's own profiles, by name.
+fn own() -> Vec<PathBuf> {
+    let entries = own_folder().and_then(|folder| std::fs::read_dir(folder).ok());
+    let mut paths: Vec<PathBuf> = entries.into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    paths.sort();
+    paths
+}
+
+/// Saves a profile as the person's own. Returns where.
+///
+/// # Errors
+/// There is no home, or the disk refuses.
+pub fn save(profile: &Profile, path: Option<&Path>) -> Result<PathBuf, ProfileError> {
+    let file = format!("{}.toml", file_name(&profile.name));
+    let path = path.map(Path::to_owned).or_else(|| own_folder().map(|folder| folder.join(file)));
+    let path = path.ok_or_else(|| ProfileError("no home folder is set\n  remedy: --out FILE.toml".into()))?;
+    let refuse = |e: std::io::Error| ProfileError(format!("{}: cannot be written: {e}", path.display()));
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(refuse)?;
+    }
+    // Beside it and then in its place: a cut leaves the old profile, not half of the new one.
+    let partial = path.with_extension("toml.partial");
+    std::fs::write(&partial, profile.to_toml()).and_then(|()| std::fs::rename(&partial, &path)).map_err(refuse)?;
+    Ok(path)
+}
+
+/// A name as that of a file: small letters, digits and dashes.
+fn file_name(name: &str) -> String {
+    let words: Vec<String> = name
+        .to_lowercase()
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_owned)
+        .collect();
+    if words.is_empty() { "wheel".into() } else { words.join("-") }
+}
+
+/// A device that asks for its profile.
+#[derive(Clone, Debug, Default)]
+pub struct Device {
+    /// Its name.
+    pub name: String,
+    /// Vendor and product.
+    pub id: (u16, u16),
+    /// Its axes.
+    pub axes: AxisRanges,
+    /// Their values now.
+    pub values: BTreeMap<u16, i32>,
+}
+
+/// The profile for a device, and what is wrong with profiles that were passed over. `asked` is one that a person named.
+///
+/// # Errors
+/// The named profile does not fit, or the device is no wheel.
+pub fn choose(device: &Device, asked: Option<&Profile>) -> Result<(Profile, Vec<String>), ProfileError> {
+    let mut faults = Vec::new();
+    if let Some(profile) = asked {
+        return profile.fits(&device.axes).map(|()| (profile.clone(), faults));
+    }
+    let (vendor, product) = device.id;
+    for path in own() {
+        match load(&path) {
+            Ok(profile) if profile.is_for(vendor, product) => match profile.fits(&device.axes) {
+                Ok(()) => return Ok((profile, faults)),
+                Err(error) => faults.push(error.to_string()),
+            },
+            Ok(_) => {}
+            Err(error) => faults.push(error.to_string()),
+        }
+    }
+    if let Some(mut profile) = shipped().find(|profile| profile.is_for(vendor, product)) {
+        profile.fits(&device.axes)?;
+        scale(&mut profile, &device.axes);
+        return Ok((profile, faults));
+    }
+    let profile = Profile::generic(&device.name, &device.axes, &device.values)?;
+    faults.push(format!("{} is not known: its first axes are taken; codrive calibrate learns them", device.name));
+    Ok((profile, faults))
+}
+
+/// Puts a shipped profile onto the device's own range where a driver reports another resolution.
+fn scale(profile: &mut Profile, axes: &AxisRanges) {
+    let s = &mut profile.steering;
+    if let Some([low, high]) = axes.get(&s.axis).filter(|range| [s.left, s.right] != **range && range[0] < range[1]) {
+        (s.left, s.right, s.centre) = (*low, *high, ((i64::from(*low) + i64::from(*high)) / 2) as i32);
+    }
+    for pedal in [Some(&mut profile.accelerator), profile.brake.as_mut()].into_iter().flatten() {
+        if let Some([low, high]) = axes.get(&pedal.axis).filter(|range| range[0] < range[1]) {
+            let high_rest = pedal.released > pedal.pressed;
+            (pedal.released, pedal.pressed) = if high_rest { (*high, *low) } else { (*low, *high) };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn g29() -> Device {
+        let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1]), (17, [-1, 1])];
+        let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)];
+        Device {
+            name: "Logitech G29 Driving Force Racing Wheel".into(),
+            id: (0x046d, 0xc24f),
+            axes: axes.into(),
+            values: values.into(),
+        }
+    }
+
+    #[test]
+    fn every_shipped_profile_is_sound() {
+        assert_eq!(shipped().count(), SHIPPED.len());
+        for (name, text) in SHIPPED {
+            let profile = Profile::from_toml(text, name).unwrap();
+            assert_eq!(Profile::from_toml(&profile.to_toml(), name).unwrap(), profile);
+            assert!(!profile.products.is_empty());
+        }
+    }
+
+    #[test]
+    fn a_g29_is_known_unasked_and_one_at_the_ps4_switch_is_told() {
+        let (profile, faults) = choose(&g29(), None).unwrap();
+        assert_eq!((profile.name.as_str(), faults.len()), ("Logitech G29", 0));
+        assert_eq!(profile.brake.unwrap().axis, 5);
+        assert_eq!(kind(0x046d, 0xc24f, "G29"), Kind::Wheel);
+        assert!(matches!(kind(0x046d, 0xc260, "Logitech G29"), Kind::Unfit(text) if text.contains("PS3")));
+    }
+
+    #[test]
+    fn a_pad_is_no_wheel_and_an_unknown_wheel_is() {
+        assert_eq!(kind(0x045e, 0x028e, "Xbox 360 Controller"), Kind::Other);
+        assert_eq!(kind(0x1234, 0x5678, "Some Racing Wheel"), Kind::Wheel);
+    }
+
+    #[test]
+    fn an_unknown_wheel_gets_a_guess_whose_pedals_rest_where_they_are() {
+        let values = [(0, 512), (1, 3), (2, 1020)].into();
+        let axes = [(0, [0, 1023]), (1, [0, 1023]), (2, [0, 1023])].into();
+        let device = Device { name: "Some Racing Wheel".into(), id: (1, 2), axes, values };
+        let (profile, faults) = choose(&device, None).unwrap();
+        assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (0, 1023));
+        assert_eq!(profile.brake.map(|b| (b.released, b.pressed)), Some((1023, 0)));
+        assert!(faults[0].contains("codrive calibrate"));
+        let one_axis = Device { axes: [(0, [0, 1023])].into(), ..device };
+        assert!(choose(&one_axis, None).unwrap_err().0.contains("less than two axes"));
+    }
+
+    #[test]
+    fn a_profile_of_an_axis_that_vanished_names_it_and_the_remedy() {
+        let mut device = g29();
+        device.axes.remove(&5);
+        let message = choose(&device, None).unwrap_err().0;
+        assert!(message.contains("brake is axis 5") && message.contains("codrive calibrate"), "{message}");
+    }
+
+    #[test]
+    fn a_driver_with_another_resolution_reaches_the_full_range_too() {
+        let mut device = g29();
+        device.axes.insert(0, [0, 16_383]);
+        device.axes.insert(2, [0, 1023]);
+        let (profile, _) = choose(&device, None).unwrap();
+        assert_eq!((profile.steering.right, profile.steering.centre), (16_383, 8191));
+        assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (1023, 0));
+    }
+
+    #[test]
+    fn a_name_becomes_the_name_of_a_file() {
+        assert_eq!(file_name("Rig 1 / left, G29"), "rig-1-left-g29");
+        assert_eq!(file_name("../.."), "wheel");
+    }
+}

@@ -1,0 +1,121 @@
+//! The reading of wheels, apart from the system's own way to them. In: a [`Port`]. Out: [`Told`] to whoever polls. One
+//! turn finds a wheel or waits a moment for its events; a wheel that fails to be read is lost, and looked for again.
+
+use super::wheel::{Found, Told};
+use std::{
+    io,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, Receiver, Sender},
+    },
+    thread::JoinHandle,
+    time::Duration,
+};
+
+/// While there is no wheel, the system is asked so often.
+const LOOK_AGAIN: Duration = Duration::from_millis(500);
+
+/// A way to wheels.
+pub trait Port: Send + 'static {
+    /// An open wheel.
+    type Wheel;
+
+    /// Looks for a wheel and opens it. `say` takes what a person has to know, again and again.
+    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(Found, Self::Wheel)>;
+
+    /// Waits a moment for events, at most a tenth of a second, and adds them to `told`.
+    ///
+    /// # Errors
+    /// The wheel is gone.
+    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<Told>) -> io::Result<()>;
+}
+
+/// Finds, reads, loses.
+pub struct Reader<P: Port> {
+    port: P,
+    wheel: Option<P::Wheel>,
+    to: Sender<Told>,
+    /// What was said already, so that each is said once until a wheel is found.
+    said: Vec<String>,
+}
+
+impl<P: Port> Reader<P> {
+    /// A reader, and where it tells what it reads.
+    pub fn new(port: P) -> (Self, Receiver<Told>) {
+        let (to, told) = mpsc::channel();
+        (Self { port, wheel: None, to, said: Vec::new() }, told)
+    }
+
+    /// One turn. False if there is no wheel, so that there is time to wait.
+    pub fn turn(&mut self) -> bool {
+        let Self { port, wheel, to, said } = self;
+        let Some(open) = wheel else {
+            let found = port.find(&mut |text| {
+                if !said.contains(&text) {
+                    let _ = to.send(Told::Trouble(text.clone()));
+                    said.push(text);
+                }
+            });
+            if let Some((found, open)) = found {
+                said.clear();
+                let _ = to.send(Told::Found(Box::new(found)));
+                *wheel = Some(open);
+            }
+            return wheel.is_some();
+        };
+        let mut told = Vec::new();
+        let read = port.read(open, &mut told);
+        for told in told {
+            let _ = to.send(told);
+        }
+        if read.is_err() {
+            *wheel = None;
+            let _ = to.send(Told::Lost);
+        }
+        true
+    }
+}
+
+/// The reading thread; it ends with this.
+pub struct ReadingThread {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl ReadingThread {
+    /// Reads on a thread of its own.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn start<P: Port>(port: P) -> io::Result<(Self, Receiver<Told>)>
+    where
+        P::Wheel: Send,
+    {
+        let (mut reader, told) = Reader::new(port);
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let thread = std::thread::Builder::new().name("wheel".into()).spawn(move || {
+            while !flag.load(Ordering::Relaxed) {
+                if !reader.turn() {
+                    // In small pieces, so that the end of the program need not wait.
+                    for _ in 0..10 {
+                        if !flag.load(Ordering::Relaxed) {
+                            std::thread::sleep(LOOK_AGAIN / 10);
+                        }
+                    }
+                }
+            }
+        })?;
+        Ok((Self { stop, thread: Some(thread) }, told))
+    }
+}
+
+impl Drop for ReadingThread {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The wheel over a session, with a port that stands for the system: start-up, 500 times unplugged, force to the device.
+
+use super::super::{
+    feel::{Angle, ForceDevice},
+    profiles,
+    reader::{Port, Reader},
+};
+use super::*;
+use std::{
+    collections::BTreeMap,
+    io,
+    sync::{Arc, Mutex},
+};
+
+/// Values of a G29 at rest.
+fn rest() -> BTreeMap<u16, i32> {
+    [(0, 32_767), (1, 255), (2, 255), (5, 255)].into()
+}
+
+/// What a wheel was told, in order.
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<Option<i16>>>>);
+
+impl ForceDevice for Log {
+    fn set(&mut self, level: i16) -> io::Result<()> {
+        self.0.lock().unwrap().push(Some(level));
+        Ok(())
+    }
+
+    fn end(&mut self) {
+        self.0.lock().unwrap().push(None);
+    }
+}
+
+/// A system whose wheel is pulled out after each batch of events.
+struct Pulled {
+    batches: Vec<Vec<(u16, i32)>>,
+    force: Option<Log>,
+}
+
+impl Port for Pulled {
+    type Wheel = Option<Vec<(u16, i32)>>;
+
+    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(Found, Self::Wheel)> {
+        if self.batches.is_empty() {
+            say("nothing is plugged in".into());
+            return None;
+        }
+        let force = self.force.clone().map(|log| Box::new(log) as Box<dyn ForceDevice>);
+        let profile = profiles::named("g29").unwrap();
+        let found = Found { name: "G29".into(), profile, values: rest(), force, angle: Arc::new(Angle::default()) };
+        Some((found, Some(self.batches.remove(0))))
+    }
+
+    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<Told>) -> io::Result<()> {
+        let events = wheel.take().ok_or(io::ErrorKind::NotConnected)?;
+        told.extend(events.into_iter().map(|(code, raw)| Told::Axis { code, raw, at: None }));
+        Ok(())
+    }
+}
+
+#[test]
+fn five_hundred_times_unplugged_and_plugged_in_again() {
+    let log = Log::default();
+    let batches = vec![vec![(0, 40_000), (2, 100), (5, 30)]; 500];
+    let (mut reader, told) = Reader::new(Pulled { batches, force: Some(log.clone()) });
+    let mut rig = Rig::fed_by(told);
+    for _ in 0..500 {
+        assert!(reader.turn());
+        assert_eq!(rig.poll(), (false, vec![RigNews::Found("G29".into())]));
+        assert_eq!((rig.controls().throttle, rig.controls().brake), (0.0, 0.0), "at rest before any event");
+        assert!(reader.turn());
+        assert_eq!(rig.poll(), (true, vec![]));
+        let driving = rig.controls();
+        assert!(driving.throttle > 0.5 && driving.brake > 0.5 && driving.steering_wheel_rad < 0.0);
+        assert!(reader.turn());
+        assert_eq!(rig.poll(), (false, vec![RigNews::Lost("G29".into())]));
+        assert_eq!(
+            rig.controls(),
+            Controls { throttle: 0.0, brake: 0.0, ..driving },
+            "pedals up, no jerk of the wheel"
+        );
+        assert_eq!(rig.describe(), "wheel unplugged");
+    }
+    assert!(!reader.turn() && !reader.turn());
+    assert_eq!(rig.poll().1, [RigNews::Trouble("nothing is plugged in".into())], "said once");
+    let log = log.0.lock().unwrap();
+    assert_eq!(log.iter().filter(|entry| entry.is_none()).count(), 500, "every force was ended");
+}
+
+#[test]
+fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
+    let (to, told) = std::sync::mpsc::channel();
+    let mut rig = Rig::fed_by(told);
+    let plug = || {
+        let profile = profiles::named("g29").unwrap();
+        Told::Found(Box::new(Found { name: "G29".into(), profile, values: rest(), force: None, angle: Arc::default() }))
+    };
+    to.send(plug()).unwrap();
+    to.send(Told::Button { code: 293, at: None }).unwrap();
+    to.send(Told::Button { code: 297, at: None }).unwrap();
+    let (touched, news) = rig.poll();
+    assert!(touched);
+    assert_eq!(news[1..], [RigNews::Pressed(Action::Reverse), RigNews::Pressed(Action::Start)]);
+    to.send(Told::Lost).unwrap();
+    to.send(plug()).unwrap();
+    rig.poll();
+    assert_eq!(rig.controls().selector, Selector::Reverse);
+}
+
+#[test]
+fn the_newest_time_is_told_once() {
+    let (to, told) = std::sync::mpsc::channel();
+    let mut rig = Rig::fed_by(told);
+    let profile = profiles::named("g29").unwrap();
+    let found = Found { name: "G29".into(), profile, values: rest(), force: None, angle: Arc::default() };
+    to.send(Told::Found(Box::new(found))).unwrap();
+    let at = |ms| Some(Stamp(std::time::Duration::from_millis(ms)));
+    for (raw, ms) in [(40_000, 500), (41_000, 510), (41_500, 505)] {
+        to.send(Told::Axis { code: 0, raw, at: at(ms) }).unwrap();
+    }
+    rig.poll();
+    assert_eq!(rig.newest_input(), at(510));
+    assert_eq!(rig.newest_input(), None);
+}
+
+#[test]
+fn the_running_thread_ends_with_no_force_and_the_devices_own_centring_back() {
+    let log = Log::default();
+    let profile = profiles::named("g29").unwrap();
+    let force = ForceLoop::new(Box::new(log.clone()), &profile);
+    let angle = Arc::new(Angle::default());
+    let thread = ForceThread::start(force, angle).unwrap();
+    thread.tell(Feel { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+    drop(thread);
+    assert_eq!(log.0.lock().unwrap().last(), Some(&None));
+}
