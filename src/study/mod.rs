@@ -1,7 +1,7 @@
 //! A study as one file: segments in order, conditions and their balance, questionnaires. In: TOML and JSON. Out: for every
 //! participant a plan of what comes when, checked whole before anything starts.
 //!
-//! * [`file`]: what a person writes, and every mistake with its line.
+//! * [`mod@file`]: what a person writes, and every mistake with its line.
 //! * [`order`]: who meets the conditions in which order.
 //! * [`plan`]: one participant's visit, step by step, each drive a complete scenario.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
