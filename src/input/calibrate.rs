@@ -171,10 +171,10 @@ impl Calibration {
                 self.pedals.push(pedal);
                 if self.step == Step::Brake { Step::BrakeUp } else { Step::AcceleratorUp }
             }),
-            Step::AcceleratorUp => self.released().then(|| match self.axes.len() {
-                2 => Step::Done,
-                _ => Step::Brake,
-            }),
+            Step::AcceleratorUp => {
+                let pedals_left = self.axes.len() != 2;
+                self.released().then_some(if pedals_left { Step::Brake } else { Step::Done })
+            }
             Step::BrakeUp => self.released().then_some(Step::Done),
             Step::Done => None,
         };
