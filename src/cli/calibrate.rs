@@ -15,6 +15,13 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(PathBuf))
                 .help("Save it there instead of among your own profiles"),
         )
+        .arg(
+            Arg::new("replay")
+                .long("replay")
+                .value_name("FILE")
+                .value_parser(value_parser!(PathBuf))
+                .help("Take the answers from a file of evemu-record, by its own times, instead of from hands and feet"),
+        )
 }
 
 #[cfg(not(target_os = "linux"))]
@@ -52,7 +59,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut calibration = Calibration::new(device, 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
     let mut screen = Screen::new();
     println!("{}", node.name);
-    while calibration.step() != Step::Done {
+    if let Some(path) = matches.get_one::<PathBuf>("replay") {
+        for (at_s, code, raw) in events(path)? {
+            screen.show(calibration.step().question(), &calibration.bars());
+            calibration.moved(code, raw, at_s);
+        }
+    }
+    while calibration.step() != Step::Done && !matches.contains_id("replay") {
         screen.show(calibration.step().question(), &calibration.bars());
         let mut told = Vec::new();
         wheel.read(Duration::from_millis(40), &mut told).map_err(|e| failed(&e))?;
@@ -69,6 +82,33 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let path = profiles::save(&profile, path).map_err(|e| CliError::Failed(e.to_string()))?;
     println!("\n{}\nsaved in {}", summary(&profile), path.display());
     Ok(())
+}
+
+/// Axis events of a file of evemu-record: seconds, code, value. The other lines are the device's own.
+#[cfg(target_os = "linux")]
+fn events(path: &std::path::Path) -> Result<Vec<(f64, u16, i32)>, CliError> {
+    /// Type of axis events.
+    const EV_ABS: u16 = 3;
+    let shown = path.display();
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        CliError::Input(format!("{shown}: cannot be read: {e}\n  remedy: evemu-record makes such a file"))
+    })?;
+    let mut found = Vec::new();
+    for (row, line) in text.lines().enumerate() {
+        let Some(event) = line.strip_prefix("E: ") else { continue };
+        let mut words = event.split_whitespace();
+        let mut word = || words.next().unwrap_or_default();
+        let hex = |text: &str| u16::from_str_radix(text, 16);
+        match (word().parse(), hex(word()), hex(word()), word().parse()) {
+            (Ok(at_s), Ok(EV_ABS), Ok(code), Ok(raw)) => found.push((at_s, code, raw)),
+            (Ok(_), Ok(_), Ok(_), Ok(_)) => {}
+            _ => {
+                let text = format!("{shown}:{}: \"{line}\" is no event; allowed: E: SECONDS TYPE CODE VALUE", row + 1);
+                return Err(CliError::Input(text));
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// The questions, and bars that live where someone watches.

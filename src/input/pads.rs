@@ -42,6 +42,10 @@ struct PadState {
 impl Pads {
     /// Opens gilrs; where it cannot be opened there are no pads, which is said once.
     pub fn open() -> Self {
+        if wheel_is_here() {
+            // gilrs opens every joystick there is, and a wheel has one reader.
+            return Self { gilrs: None, devices: BTreeMap::new(), active: None };
+        }
         let gilrs = GilrsBuilder::new().with_default_filters(false).build();
         let gilrs = gilrs.map_err(|e| log::info!("no pads or wheels: {e}")).ok();
         let mut pads = Self { gilrs, devices: BTreeMap::new(), active: None };
@@ -102,6 +106,16 @@ impl Pads {
         log::info!("found {name} ({})", if matches!(kind, DeviceKind::Pad(_)) { "pad" } else { "wheel" });
         self.devices.insert(usize::from(id), Device { name, kind });
     }
+}
+
+#[cfg(target_os = "linux")]
+fn wheel_is_here() -> bool {
+    super::linux::wheels().iter().any(|node| node.kind == Kind::Wheel)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn wheel_is_here() -> bool {
+    false
 }
 
 /// True for events that come from a hand or foot.

@@ -1,0 +1,186 @@
+//! A G29 by umockdev (`tests/g29/`): its ids, axes, ranges and force bits as the kernel tells them, events replayed. What
+//! umockdev cannot do: unplug it while it is open, stamp events with the monotonic clock, take an uploaded force; those are
+//! tested with ports and devices of our own in `src/input/`. Where umockdev is missing this is said, and nothing tested.
+#![cfg(target_os = "linux")]
+
+use codrive::{
+    ego::Controls,
+    input::{Action, Devices, Profile, RigNews, profiles},
+};
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+    thread::sleep,
+    time::Duration,
+};
+
+/// Set for the process that runs within umockdev.
+const WITHIN: &str = "CODRIVE_TEST_WITHIN_UMOCKDEV";
+
+/// Runs a program with a virtual G29 of this product id, and events. `None` where umockdev is missing.
+fn with_wheel(product: &str, events: Option<&str>, program: &Path, arguments: &[&str]) -> Option<Output> {
+    if Command::new("umockdev-run").arg("--version").output().is_err() {
+        eprintln!("skipped: umockdev-run is missing (Debian, Ubuntu: apt install umockdev)");
+        return None;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/g29");
+    let file = |name: &str| folder.path().join(name);
+    let device = fs::read_to_string(here.join("wheel.umockdev")).unwrap().replace("c24f", product);
+    fs::write(file("device"), device).unwrap();
+    fs::write(file("events"), events.unwrap_or_default()).unwrap();
+    let node = |what: &Path| format!("/dev/input/event0={}", what.display());
+    let mut command = Command::new("umockdev-run");
+    command.arg("--device").arg(file("device")).arg("--ioctl").arg(node(&here.join("wheel.ioctl")));
+    if events.is_some() {
+        command.arg("--evemu-events").arg(node(&file("events")));
+    }
+    command.env(WITHIN, "1").env("XDG_CONFIG_HOME", folder.path()).env("RUST_LOG", "error");
+    Some(command.arg("--").arg(program).args(arguments).output().unwrap())
+}
+
+fn codrive() -> &'static Path {
+    Path::new(env!("CARGO_BIN_EXE_codrive"))
+}
+
+/// Runs one test of this file within umockdev.
+fn again_within(test: &str, events: Option<&str>) {
+    let this = std::env::current_exe().unwrap();
+    if let Some(output) = with_wheel("c24f", events, &this, &["--exact", test, "--nocapture"]) {
+        let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && text.contains("1 passed"), "{text}");
+    }
+}
+
+/// Polls until `what` holds, for up to 60 s: a slow machine is no failure.
+fn wait(devices: &mut Devices, news: &mut Vec<RigNews>, what: impl Fn(&Controls, &[RigNews]) -> bool) {
+    for _ in 0..12_000 {
+        news.extend(devices.poll());
+        if what(&devices.controls(5.0, None), news) {
+            return;
+        }
+        sleep(Duration::from_millis(5));
+    }
+    panic!("it did not come within 60 s: {:?}, {news:?}", devices.controls(5.0, None));
+}
+
+#[test]
+fn a_g29_drives_unasked() {
+    if std::env::var_os(WITHIN).is_none() {
+        again_within("a_g29_drives_unasked", Some(include_str!("g29/drive.events")));
+        return;
+    }
+    let mut devices = Devices::open();
+    let mut news = Vec::new();
+    assert_eq!(devices.controls(5.0, None), Controls::default(), "nothing acts before it is known");
+    wait(&mut devices, &mut news, |c, _| c.steering_wheel_rad < 0.0 && c.throttle > 0.5 && c.brake == 1.0);
+    assert!(news.iter().any(|n| matches!(n, RigNews::Found(name) if name.contains("G29"))), "{news:?}");
+    assert!(news.contains(&RigNews::Pressed(Action::Answer)), "{news:?}");
+    assert_eq!(devices.wheel_profile().map(|p| p.name.as_str()), Some("Logitech G29"));
+    // (40000 - 32767) / 32768 of 450 degrees to the right.
+    let angle = devices.controls(5.0, None).steering_wheel_rad.to_degrees();
+    assert!((angle + 99.33).abs() < 0.05, "{angle}");
+    // umockdev takes no uploaded effect: said once, and the wheel drives on.
+    let told = news.iter().filter(|n| matches!(n, RigNews::Trouble(text) if text.contains("gives no force"))).count();
+    assert_eq!(told, 1, "{news:?}");
+    assert!(devices.describe().contains("without force"));
+    // umockdev's events carry the times of their file, which are no latencies.
+    assert_eq!(devices.newest_input(), None);
+}
+
+#[test]
+fn a_g29_at_rest_stays_at_rest_without_any_event() {
+    if std::env::var_os(WITHIN).is_none() {
+        again_within("a_g29_at_rest_stays_at_rest_without_any_event", None);
+        return;
+    }
+    let mut devices = Devices::open();
+    let mut news = Vec::new();
+    wait(&mut devices, &mut news, |_, news| news.iter().any(|n| matches!(n, RigNews::Found(_))));
+    for _ in 0..50 {
+        devices.poll();
+        assert_eq!(devices.controls(5.0, None), Controls::default());
+        sleep(Duration::from_millis(2));
+    }
+}
+
+/// A person at the wheel, as evemu events: holds each answer for 1.5 s.
+fn answers() -> String {
+    let mut text = String::new();
+    let mut at_s = 3.5;
+    for (code, raw) in [(0, 150), (0, 65_400), (0, 32_700), (2, 3), (2, 255), (5, 90), (5, 255)] {
+        text += &format!("E: {at_s:.6} 0003 {code:04x} {raw}\nE: {at_s:.6} 0000 0000 0\n");
+        at_s += 1.5;
+    }
+    text
+}
+
+#[test]
+fn calibrate_learns_a_g29_and_saves_what_a_drive_can_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("rig.toml");
+    let answered = folder.path().join("answers.events");
+    fs::write(&answered, answers()).unwrap();
+    let [out, replay] = [&file, &answered].map(|path| path.to_str().unwrap());
+    let arguments = ["calibrate", "--name", "Rig 1", "--out", out, "--replay", replay];
+    let Some(output) = with_wheel("c24f", None, codrive(), &arguments) else { return };
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    for question in ["hands and feet off", "fully to the left", "fully to the right", "straight ahead", "brake go"] {
+        assert!(text.contains(question), "{text}");
+    }
+    let profile: Profile = profiles::load(&file).unwrap();
+    let s = &profile.steering;
+    assert_eq!((s.axis, s.left, s.centre, s.right), (0, 150, 32_700, 65_400));
+    let brake = profile.brake.as_ref().unwrap();
+    assert_eq!((profile.accelerator.axis, profile.accelerator.pressed, brake.axis, brake.pressed), (2, 3, 5, 90));
+    assert!(profile.name == "Rig 1" && profile.is_for(0x046d, 0xc24f));
+}
+
+#[test]
+fn calibrate_without_a_wheel_says_what_to_do() {
+    if Path::new("/dev/input").exists() && codrive::input::linux::wheels().iter().any(|_| true) {
+        eprintln!("skipped: a wheel is plugged in");
+        return;
+    }
+    let output = Command::new(codrive()).arg("calibrate").output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(text.contains("no steering wheel is plugged in\n  remedy: plug it in"), "{text}");
+}
+
+/// The doctor's checks by name: grade, found, remedy.
+fn doctor(product: &str) -> Option<Vec<(String, String, String, String)>> {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let arguments = ["doctor", "--json", "--size", "64x36", "--trees", "0", "--quality", "low", "--out", out];
+    let output = with_wheel(product, None, codrive(), &arguments)?;
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
+        panic!("{e}: {}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+    });
+    let worst = json["grade"].as_str().unwrap();
+    assert_eq!(output.status.code(), Some(i32::from(worst == "fault")), "exit 1 on a fault, and only then");
+    let checks = json["checks"].as_array().unwrap();
+    let text = |line: &serde_json::Value, key: &str| line[key].as_str().unwrap_or_default().to_owned();
+    Some(checks.iter().map(|l| (text(l, "what"), text(l, "grade"), text(l, "found"), text(l, "remedy"))).collect())
+}
+
+#[test]
+fn doctor_finds_the_wheel_and_its_force_and_leaves_nothing_out() {
+    let Some(checks) = doctor("c24f") else { return };
+    let of = |what: &str| checks.iter().find(|line| line.0 == what).unwrap_or_else(|| panic!("no line on {what}"));
+    assert_eq!((of("wheel").1.as_str(), of("force").1.as_str()), ("ok", "ok"));
+    assert!(of("force").2.contains("constant force yes, gain yes, autocentre yes, 16 effects"), "{:?}", of("force"));
+    for what in ["graphics", "frame time", "SUMO", "sound", "disk speed", "disk space", "clock", "power"] {
+        let (_, grade, found, remedy) = of(what);
+        assert!(!found.is_empty() && (grade == "ok") == remedy.is_empty(), "{what}: {grade}, {found}, {remedy}");
+    }
+}
+
+#[test]
+fn doctor_tells_a_g29_at_the_ps4_switch_to_be_moved() {
+    let Some(checks) = doctor("c260") else { return };
+    let (_, grade, found, remedy) = checks.iter().find(|line| line.0 == "wheel").unwrap();
+    assert!(grade == "fault" && found.contains("stands at PS4") && remedy.contains("to PS3"), "{found}, {remedy}");
+}
