@@ -149,7 +149,8 @@ pub fn distribution(drives: &[Analysed], measure: usize) -> Option<String> {
     let label = if what.unit.is_empty() { what.title.to_owned() } else { format!("{}, {}", what.title, what.unit) };
     let span = (high - low).max(if high.abs() > 0.0 { 0.02 * high.abs() } else { 1.0 });
     // Room above for the names of the conditions.
-    let y = Axis::even(&label, [low - 0.08 * span, high + 0.24 * span]);
+    let mut y = Axis::even(&label, [low - 0.08 * span, high + 0.24 * span]);
+    y.ticks.retain(|tick| *tick <= high + 0.08 * span);
     let width = (110.0 * conditions.len() as f64).clamp(220.0, 700.0);
     let x =
         Axis { label: String::new(), range: [0.5, conditions.len() as f64 + 0.5], ticks: Vec::new(), is_log: false };

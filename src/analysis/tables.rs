@@ -15,7 +15,9 @@ fn cell(value: Option<f64>) -> String {
 }
 
 fn line(cells: impl IntoIterator<Item = String>) -> String {
-    let quoted = cells.into_iter().map(|c| if c.contains([',', '"', '\n']) { format!("{c:?}") } else { c });
+    // RFC 4180: a quote within a cell is doubled.
+    let quote = |c: String| format!("\"{}\"", c.replace('"', "\"\""));
+    let quoted = cells.into_iter().map(|c| if c.contains([',', '"', '\n']) { quote(c) } else { c });
     quoted.collect::<Vec<_>>().join(",") + "\n"
 }
 
@@ -204,4 +206,67 @@ pub fn power(drives: &[Analysed], measure: usize) -> Vec<Power> {
         }
     }
     list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::{Found, Measures};
+
+    /// A trial with a mean speed, which is the first measure.
+    fn drive(participant: &str, condition: &str, rank: usize, mean_speed_mps: f64) -> Analysed {
+        let mut values = vec![None; MEASURES.len()];
+        values[0] = Some(mean_speed_mps);
+        Analysed {
+            found: Found {
+                participant: participant.into(),
+                segment: "trial".into(),
+                condition: condition.into(),
+                rank,
+                levels: vec![("range".into(), format!("a \"{condition}\", so"))],
+                ..Found::default()
+            },
+            measures: Measures { values, responses: Vec::new() },
+            per_second_mps: vec![mean_speed_mps],
+            baseline_per_second_mps: Vec::new(),
+            duration_s: 1.0,
+            ended: "duration".into(),
+        }
+    }
+
+    #[test]
+    fn differences_are_paired_within_participants_and_reckoned_by_hand() {
+        // Differences of 1, 2 and 3 m/s: mean 2, SD 1. The fourth participant has but one trial.
+        let mut drives = vec![drive("sub-4", "wide", 0, 9.0)];
+        for (i, (wide, narrow)) in [(3.0, 4.0), (2.0, 4.0), (5.0, 8.0)].into_iter().enumerate() {
+            drives.push(drive(&format!("sub-{i}"), "narrow", 1, narrow));
+            drives.push(drive(&format!("sub-{i}"), "wide", 0, wide));
+        }
+        let names: Vec<(String, usize)> = conditions(&drives).into_iter().map(|(name, of)| (name, of.len())).collect();
+        assert_eq!(names, [("wide".into(), 4), ("narrow".into(), 3)], "in the study's order");
+        let found = power(&drives, 0);
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].n, found[0].mean, found[0].sd), (3, 2.0, 1.0));
+        assert!((found[0].detectable(4) - 1.4).abs() < 1e-12);
+        assert_eq!(found[0].needed(), Some(2.0), "(2.80 / 2)^2 = 1.96");
+        let text = by_condition(&drives);
+        assert!(text.contains("wide,mean_speed_mps,m/s,4,4.75,"), "{text}");
+        assert!(text.contains("narrow,mean_speed_mps,m/s,3,5.333333333333333,2.309401076758503,4,"), "{text}");
+    }
+
+    #[test]
+    fn cells_with_commas_and_quotes_stay_one_cell() {
+        let text = trials(&[drive("sub-1", "wide", 0, 4.5)]);
+        let mut lines = text.lines();
+        assert!(
+            lines
+                .next()
+                .unwrap()
+                .starts_with("participant,segment,place,condition,range,duration_s,ended,mean_speed_mps,")
+        );
+        assert!(
+            lines.next().unwrap().starts_with("sub-1,trial,,wide,\"a \"\"wide\"\", so\",1,duration,4.5,,"),
+            "{text}"
+        );
+    }
 }
