@@ -171,10 +171,9 @@ impl Calibration {
                 self.pedals.push(pedal);
                 if self.step == Step::Brake { Step::BrakeUp } else { Step::AcceleratorUp }
             }),
-            Step::AcceleratorUp => self.released().then(|| match self.axes.len() {
-                2 => Step::Done,
-                _ => Step::Brake,
-            }),
+            Step::AcceleratorUp => {
+                self.released().then_some(if self.axes.len() == 2 { Step::Done } else { Step::Brake })
+            }
             Step::BrakeUp => self.released().then_some(Step::Done),
             Step::Done => None,
         };
