@@ -10,14 +10,6 @@ override REACH_M: f32 = 30.0;
 const STALKS = 7.0;
 const COLUMNS = 15.0;
 
-struct Corner {
-    @location(0) position: vec3f,
-    @location(1) normal: vec3f,
-    @location(2) colour: vec3f,
-    @location(3) uv: vec2f,
-    @location(4) material: u32,
-}
-
 struct Blade {
     @builtin(position) clip: vec4f,
     // Place on the card, 0..1.

@@ -1,12 +1,4 @@
-// Corners of trees and tufts, and what is cut out of their leaf cards (`render/leaves.rs`).
-
-struct Corner {
-    @location(0) position: vec3f,
-    @location(1) normal: vec3f,
-    @location(2) colour: vec3f,
-    @location(3) uv: vec2f,
-    @location(4) material: u32,
-}
+// Surfaces of trees, and what is cut out of their leaf cards (`render/leaves.rs`).
 
 struct Surface {
     // The depth pass and the colour pass must find the same depth to the bit.

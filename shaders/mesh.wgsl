@@ -1,12 +1,4 @@
-// Corners of placed meshes.
-
-struct Corner {
-    @location(0) position: vec3f,
-    @location(1) normal: vec3f,
-    @location(2) colour: vec3f,
-    @location(3) uv: vec2f,
-    @location(4) material: u32,
-}
+// Surfaces of placed meshes.
 
 struct Surface {
     @builtin(position) clip: vec4f,

@@ -25,7 +25,8 @@
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot, Scenario / TRPO on the fast ring
 //! hud                          the dial as data
 //! scene  record                what is to be seen, on the CPU / every tick on disk: journal, tables, manifest
-//! render  study                wgpu passes / study files, orders, plans, questionnaires
+//! render  study  analysis      wgpu passes / study files, orders, sessions, questionnaires, data set / measures,
+//!                              figures, report
 //! panel  doctor                egui: the experimenter's panel / is this rig fit for a study
 //! app                          the one loop: window, off-line
 //! cli  main
@@ -39,6 +40,7 @@
 //! map and traffic, `f32` in physics and picture. Seconds, metres, m/s inside; mph and km/h only at the edge
 //! ([`units`]). Same seed, same inputs, same bits: named random streams ([`rng`]), no wall clock below [`app`].
 
+pub mod analysis;
 pub mod app;
 pub mod cli;
 pub mod doctor;

@@ -15,7 +15,7 @@ const ROWS: [&[&str]; 10] = [
     &["sim", "train"],
     &["hud"],
     &["scene", "record"],
-    &["render", "study"],
+    &["render", "study", "analysis"],
     &["panel", "doctor"],
     &["app"],
 ];

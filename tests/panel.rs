@@ -97,7 +97,7 @@ fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> 
 
 /// High enough for the whole panel, so that no test has to scroll.
 fn tall(bench: Bench) -> Harness<'static, Bench> {
-    harness(bench, [900.0, 1700.0], 1.0)
+    harness(bench, [900.0, 2200.0], 1.0)
 }
 
 /// Opens a section that is closed at first.

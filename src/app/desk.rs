@@ -236,12 +236,18 @@ fn single_step(show: &mut Show, ticks: u64) {
     }
 }
 
+/// Policies by name.
+fn policies() -> Vec<String> {
+    let own = std::iter::once(policy::AUTO).chain(policy::NAMES).map(str::to_owned);
+    own.chain(policy::shipped()).collect()
+}
+
 /// Words for the settings that are texts.
 fn choices() -> Choices {
     let maps: Vec<String> = map::list().into_iter().map(|info| info.name).collect();
     Choices::default()
         .with("map", maps, None)
         .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
-        .with("policy", policy::NAMES, None)
+        .with("policy", policies(), None)
         .with("driver", driver::PRESETS, None)
 }

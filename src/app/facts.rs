@@ -1,31 +1,37 @@
 //! What a recording says of its circumstances. In: the world, who drives, the graphics device. Out: a [`Manifest`].
 
 use crate::{
+    policy,
     record::{Manifest, manifest::Hashed},
     render::Gpu,
     sim::World,
 };
-use std::path::Path;
 
 /// The facts of a drive that begins now.
 pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
     let scenario = world.scenario();
+    let policy = policy::meant(&scenario.policy, &scenario.map);
     Manifest {
         program: concat!("codrive ", env!("CARGO_PKG_VERSION")).into(),
         build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
         traffic: world.traffic_engine(),
         seed: scenario.seed,
         map: Hashed::of(&scenario.map, Some(&world.map().net_file)),
-        policy: Hashed::of(&scenario.policy, Some(Path::new(&scenario.policy))),
+        policy: Hashed::of(&policy, policy::file_of(&policy).as_deref()),
         driver,
         participant: None,
-        began: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
+        began: now(),
         machine: machine(),
         graphics: gpu.map(Gpu::description),
         display_m: [scenario.screen_width_m, scenario.eye_distance_m],
         ended: None,
         hash: None,
     }
+}
+
+/// The time, UTC.
+pub fn now() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 /// Operating system and processor.

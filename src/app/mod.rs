@@ -9,6 +9,7 @@ mod facts;
 mod instruments;
 mod keys;
 pub mod offline;
+pub mod rehearsal;
 pub mod replay;
 mod show;
 mod surface;
@@ -37,6 +38,9 @@ pub enum AppError {
     /// The recording was cut and not yet recovered.
     #[error("{0}: the recording was cut before its end\n  remedy: codrive recover {0}")]
     CutRecording(std::path::PathBuf),
+    /// A session of a study cannot begin or go on.
+    #[error(transparent)]
+    Session(#[from] crate::study::SessionError),
     /// The simulated driver is unknown.
     #[error(transparent)]
     Driver(#[from] crate::driver::DriverError),

@@ -3,9 +3,10 @@
 
 use super::{AppError, Drive, facts, words};
 use crate::{
-    driver::{self, SimulatedDriver},
-    record::Recorder,
+    driver::{self, DriverParams, SimulatedDriver},
+    record::{Manifest, Recorder},
     sim::{Scenario, Summary, Tally, World},
+    study::Code,
     time::{Pace, Tick},
 };
 use std::{
@@ -32,10 +33,17 @@ impl Run {
     /// # Errors
     /// The world cannot start or the driver is unknown.
     pub fn new(scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, AppError> {
-        let params = driver::preset(&scenario.driver)?;
+        Self::by(&driver::preset(&scenario.driver)?, scenario, window_s)
+    }
+
+    /// The same by a driver with these numbers.
+    ///
+    /// # Errors
+    /// The world cannot start or the driver cannot be simulated.
+    pub fn by(params: &DriverParams, scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, AppError> {
         let drive = Drive::new(scenario, Pace::Paused)?;
         Ok(Self {
-            driver: SimulatedDriver::new(&params, drive.world.ego_params(), scenario.seed)?,
+            driver: SimulatedDriver::new(params, drive.world.ego_params(), scenario.seed)?,
             drive,
             tally: Tally::new(window_s),
             recorder: None,
@@ -50,9 +58,26 @@ impl Run {
     /// The folder holds a recording, or the system refuses.
     pub fn record(&mut self, folder: &Path) -> Result<(), AppError> {
         let driver = format!("simulated: {}", self.drive.world.scenario().driver);
-        let manifest = facts::manifest(&self.drive.world, driver, None);
+        self.record_of(folder, driver, None)
+    }
+
+    /// The same for a participant of a study; `driver` says who drives.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record_of(&mut self, folder: &Path, driver: String, participant: Option<&Code>) -> Result<(), AppError> {
+        let participant = participant.map(|code| code.as_str().to_owned());
+        let manifest = Manifest { participant, ..facts::manifest(&self.drive.world, driver, None) };
         self.recorder = Some(Recorder::begin(folder, self.drive.world.scenario(), manifest)?);
         Ok(())
+    }
+
+    /// Notes something in the recording that the world does not know of.
+    pub fn note(&mut self, kind: &str, detail: &str) {
+        let tick = self.drive.world.snapshot().tick;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(tick, kind, detail);
+        }
     }
 
     /// Ends the recording, if there is one: tables, summary, manifest.

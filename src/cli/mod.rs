@@ -1,6 +1,7 @@
 //! The command line. In: arguments. Out: an exit code: 0 done; 1 failed, with one clear message; 2 bad input, naming
 //! what is wrong and what is allowed.
 
+mod analyse;
 mod bench;
 mod calibrate;
 mod doctor;
@@ -20,6 +21,7 @@ use crate::{
     map::MapError,
     record::RecordError,
     sim::{ScenarioError, WorldError},
+    study::SessionError,
     traffic::TrafficError,
 };
 use clap::Command;
@@ -59,6 +61,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("run", m)) => run::main(m),
         Some(("render", m)) => render::main(m),
         Some(("study", m)) => study::main(m),
+        Some(("analyse", m)) => analyse::main(m),
         Some(("replay", m)) => replay::main(m),
         Some(("recover", m)) => recover::main(m),
         Some(("map", m)) => map::main(m),
@@ -92,6 +95,7 @@ pub fn command() -> Command {
         .subcommand(flags::add(run::command()))
         .subcommand(flags::add(render::command()))
         .subcommand(study::command())
+        .subcommand(analyse::command())
         .subcommand(replay::command())
         .subcommand(recover::command())
         .subcommand(train::command())
@@ -148,6 +152,8 @@ impl From<app::AppError> for CliError {
             app::AppError::Driver(error) => Self::Input(error.to_string()),
             app::AppError::Scenario(error) => error.into(),
             app::AppError::Record(error) => error.into(),
+            app::AppError::Session(SessionError::Refused(text)) => Self::Input(text),
+            app::AppError::Session(SessionError::Record(error)) => error.into(),
             app::AppError::CutRecording(_) => Self::Input(error.to_string()),
             other => Self::Failed(other.to_string()),
         }

@@ -24,21 +24,7 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(f64))
                 .help("When, seconds from the start of the drive, 0 to 36000"),
         )
-        .arg(
-            Arg::new("view")
-                .long("view")
-                .default_value("driver")
-                .value_parser(PossibleValuesParser::new(["driver", "mirror", "birdseye", "chase"]))
-                .help("From where"),
-        )
-        .arg(
-            Arg::new("size")
-                .long("size")
-                .value_name("WxH")
-                .default_value("1280x720")
-                .value_parser(size)
-                .help("Width and height, pixels, up to 8192 each"),
-        )
+        .args(picture_arguments())
         .arg(
             Arg::new("out")
                 .long("out")
@@ -49,8 +35,24 @@ pub(super) fn command() -> Command {
         )
 }
 
+/// `--view` and `--size` of commands that draw.
+pub(super) fn picture_arguments() -> [Arg; 2] {
+    let view = Arg::new("view")
+        .long("view")
+        .default_value("driver")
+        .value_parser(PossibleValuesParser::new(["driver", "mirror", "birdseye", "chase"]))
+        .help("From where");
+    let size = Arg::new("size")
+        .long("size")
+        .value_name("WxH")
+        .default_value("1280x720")
+        .value_parser(size)
+        .help("Width and height, pixels, up to 8192 each");
+    [view, size]
+}
+
 /// A size as the command line has it, for example 1280x720.
-pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
+fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides
         .filter(|sides: &[u32; 2]| sides.iter().all(|side| (1..=MAX_SIDE).contains(side)))

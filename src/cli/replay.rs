@@ -5,7 +5,7 @@ use crate::{
     app::replay::{Easel, Replay},
     time::Tick,
 };
-use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use clap::{Arg, ArgMatches, Command, value_parser};
 use std::{
     path::{Path, PathBuf},
     process,
@@ -36,21 +36,7 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(f64))
                 .help("When --png is drawn, seconds from the start of the drive"),
         )
-        .arg(
-            Arg::new("view")
-                .long("view")
-                .default_value("driver")
-                .value_parser(PossibleValuesParser::new(["driver", "mirror", "birdseye", "chase"]))
-                .help("From where"),
-        )
-        .arg(
-            Arg::new("size")
-                .long("size")
-                .value_name("WxH")
-                .default_value("1280x720")
-                .value_parser(render::size)
-                .help("Width and height, pixels, up to 8192 each"),
-        )
+        .args(render::picture_arguments())
         .arg(
             Arg::new("rate")
                 .long("rate")

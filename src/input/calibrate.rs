@@ -172,7 +172,8 @@ impl Calibration {
                 if self.step == Step::Brake { Step::BrakeUp } else { Step::AcceleratorUp }
             }),
             Step::AcceleratorUp => {
-                self.released().then_some(if self.axes.len() == 2 { Step::Done } else { Step::Brake })
+                let pedals_left = self.axes.len() != 2;
+                self.released().then_some(if pedals_left { Step::Brake } else { Step::Done })
             }
             Step::BrakeUp => self.released().then_some(Step::Done),
             Step::Done => None,

@@ -178,9 +178,22 @@ mod tests {
     fn a_misspelt_policy_is_answered_with_the_names_that_exist() {
         let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
-        assert_eq!(
-            error,
-            "policy `folower-stopper` is unknown; known are none, constant, two-phase, follower-stopper, pi, or the FILE.toml or FILE.onnx of a trained one"
-        );
+        let begins =
+            "policy `folower-stopper` is unknown; known are none, constant, two-phase, follower-stopper, pi, ring-250-";
+        assert!(error.starts_with(begins) && error.contains("ring-250-speed, "), "{error}");
+        assert!(error.ends_with("or the FILE.toml or FILE.onnx of a trained one"), "{error}");
+    }
+    #[test]
+    fn auto_is_the_shipped_speed_policy_of_the_map_and_two_phase_elsewhere() {
+        use super::super::{file_of, meant, shipped};
+        assert_eq!(meant("auto", "ring-250"), "ring-250-speed");
+        assert_eq!(meant("auto", "ring-641"), "ring-641-speed");
+        assert_eq!(meant("auto", "practice"), "two-phase");
+        assert_eq!(meant("pi", "ring-250"), "pi");
+        let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
+        for name in shipped() {
+            assert!(file_of(&name).is_some_and(|file| file.exists()));
+            assert!(build(&name, &settings).is_ok_and(|policy| policy.is_some()), "{name}");
+        }
     }
 }

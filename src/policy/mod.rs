@@ -17,7 +17,8 @@ pub use onnx::OnnxPolicy;
 pub use open_loop::{Constant, TwoPhase};
 pub use pi_saturation::PiSaturation;
 
-use crate::time::Tick;
+use crate::{map::project_root, time::Tick};
+use std::path::PathBuf;
 
 /// What a policy may know: HC22's four numbers first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -122,7 +123,10 @@ pub const NAMES: [&str; 5] = ["none", "constant", "two-phase", "follower-stopper
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PolicyError {
     /// No policy has this name.
-    #[error("policy `{name}` is unknown; known are {}, or the FILE.toml or FILE.onnx of a trained one", NAMES.join(", "))]
+    #[error(
+        "policy `{name}` is unknown; known are {}, {}, or the FILE.toml or FILE.onnx of a trained one",
+        NAMES.join(", "), shipped().join(", ")
+    )]
     Unknown {
         /// The name as given.
         name: String,
@@ -132,10 +136,42 @@ pub enum PolicyError {
     File(#[from] PolicyFileError),
 }
 
-/// A policy by name or by the path of its file (`.toml`, `.onnx`); `None` for `none`.
+/// Stands for the shipped speed policy of the map, or for two-phase advice where there is none.
+pub const AUTO: &str = "auto";
+
+/// Names of the policies in `assets/policies`, sorted.
+pub fn shipped() -> Vec<String> {
+    let folders = std::fs::read_dir(project_root().join(SHIPPED)).into_iter().flatten().flatten();
+    let whole = folders.filter(|folder| folder.path().join("policy.toml").exists());
+    let mut names: Vec<String> = whole.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Where the shipped policies lie, below the project's root.
+const SHIPPED: &str = "assets/policies";
+
+/// The policy that a name stands for on a map: that of [`AUTO`], otherwise itself.
+pub fn meant(name: &str, map: &str) -> String {
+    if name != AUTO {
+        return name.into();
+    }
+    let own = format!("{map}-speed");
+    if shipped().contains(&own) { own } else { "two-phase".into() }
+}
+
+/// The file of a policy that has one: as it is given, or that of a shipped one.
+pub fn file_of(name: &str) -> Option<PathBuf> {
+    if name.ends_with(".onnx") || name.ends_with(".toml") {
+        return Some(name.into());
+    }
+    shipped().iter().any(|own| own == name).then(|| project_root().join(SHIPPED).join(name).join("policy.toml"))
+}
+
+/// A policy by name, a shipped one's included, or by the path of its file (`.toml`, `.onnx`); `None` for `none`.
 ///
 /// # Errors
-/// The name is not among [`NAMES`], or the file cannot be used.
+/// The name is neither among [`NAMES`] nor shipped, or the file cannot be used.
 pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, PolicyError> {
     let aim_mps = settings.aim_or_automatic_mps();
     Ok(Some(match name {
@@ -144,8 +180,10 @@ pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Pol
         "two-phase" => Box::new(TwoPhase::for_ring(settings.equilibrium_mps, aim_mps)),
         "follower-stopper" => Box::new(FollowerStopper { aim_mps }),
         "pi" => Box::new(PiSaturation::new(settings.step_s)),
-        file if file.ends_with(".onnx") => Box::new(OnnxPolicy::from_file(file.as_ref())?),
-        file if file.ends_with(".toml") => Box::new(Network::from_file(file.as_ref())?),
-        _ => return Err(PolicyError::Unknown { name: name.into() }),
+        name => match file_of(name) {
+            Some(file) if name.ends_with(".onnx") => Box::new(OnnxPolicy::from_file(&file)?),
+            Some(file) => Box::new(Network::from_file(&file)?),
+            None => return Err(PolicyError::Unknown { name: name.into() }),
+        },
     }))
 }

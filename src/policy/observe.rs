@@ -115,7 +115,7 @@ pub const FIELD_INPUTS: [Input; 4] = [
     Input { feature: Feature::Circumference, from: 200.0, to: 300.0 },
 ];
 
-/// Own mean speed: a first-order average over [`MEMORY_S`] that begins with the first speed seen.
+/// Own mean speed: a first-order average over `MEMORY_S` that begins with the first speed seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanSpeed(Option<f64>);
 

@@ -35,7 +35,7 @@ pub(super) fn new_file(path: &Path) -> Result<File, RecordError> {
 ///
 /// # Errors
 /// The system refuses.
-pub(super) fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
+pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     let beside = path.with_extension("new");
     if beside.exists() {
         // What a cut left behind; it was never part of the recording.

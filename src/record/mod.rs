@@ -18,7 +18,7 @@ pub mod recover;
 pub mod table;
 pub mod tables;
 
-pub use files::new_private_dir;
+pub use files::{new_private_dir, replace};
 pub use manifest::Manifest;
 pub use recorder::{Recorder, Table};
 pub use recover::{Recovered, recover};

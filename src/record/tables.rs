@@ -244,6 +244,12 @@ pub const ADVICE: &[Column<AdviceRow>] = &[
     number("hold_s", "s", "how long it stands", |r| Some(f64::from(r.advice.hold_steps) * r.step_s)),
     number("speed_mps", "m/s", "the ego's speed at that tick", |r| Some(r.speed_mps)),
     column("in_range", "", "that speed is in the new range", Get::Flag(|r| Some(r.advice.accepts(r.speed_mps)))),
+    column(
+        "fallback",
+        "",
+        "the policy gave no number: what was advised before stands",
+        Get::Flag(|r| Some(r.advice.is_fallback)),
+    ),
     column("shown_frame", "", "number of the first frame that showed it", Get::Id(|r| r.shown_frame)),
     number("shown_wall_s", "s", "when that frame was handed over, wall time since the first frame", |r| r.shown_wall_s),
 ];

@@ -3,7 +3,7 @@
 //! function that finds the leaves anew for every pixel took a third of the frame.
 //!
 //! Channels: r how far inside a leaf (0.5 is its edge), g its tone around 0.5, b and a which way it leans around 0.5.
-//! Layers: the number of the cut times [`VARIANTS`] plus that of the variant (`scene/foliage.rs`), then bark. Reduced
+//! Layers: the number of the cut times `VARIANTS` plus that of the variant (`scene/foliage.rs`), then bark. Reduced
 //! sizes keep the share of the card that is covered (after Castano 2010), or crowns would grow thin with distance.
 
 use crate::rng::{self, Stream};

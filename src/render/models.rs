@@ -47,7 +47,7 @@ pub struct Models {
     pub cockpit: [Model; 3],
     /// One wheel by level.
     pub wheels: [Model; 3],
-    /// Trees by kind and [`Detail`](super::crowd::Detail); far ones are a square for a picture.
+    /// Trees by kind and [`Detail`]; far ones are a square for a picture.
     pub trees: Vec<[Model; 4]>,
 }
 

@@ -14,14 +14,14 @@ pub const PROGRAMS: [Program; 15] = [
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
     ("sky", &["common", "light", "sky"]),
-    ("road", &["common", "light", "mesh", "ground", "road"]),
-    ("land", &["common", "light", "mesh", "ground", "land"]),
-    ("car", &["common", "light", "mesh", "car"]),
-    ("cover", &["common", "fade", "leaf", "cover"]),
-    ("tree", &["common", "light", "foliage", "leaf", "tree"]),
+    ("road", &["common", "light", "corner", "mesh", "ground", "road"]),
+    ("land", &["common", "light", "corner", "mesh", "ground", "land"]),
+    ("car", &["common", "light", "corner", "mesh", "car"]),
+    ("cover", &["common", "fade", "corner", "leaf", "cover"]),
+    ("tree", &["common", "light", "foliage", "corner", "leaf", "tree"]),
     ("far_cover", &["common", "fade", "far", "far_cover"]),
     ("impostor", &["common", "light", "foliage", "fade", "far", "impostor"]),
-    ("grass", &["common", "light", "grass"]),
+    ("grass", &["common", "light", "corner", "grass"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
     ("develop", &["develop"]),
@@ -33,9 +33,10 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 23] = built_in![
+const FILES: [(&str, &str); 24] = built_in![
     "common",
     "light",
+    "corner",
     "mesh",
     "shadow",
     "leaf_shadow",

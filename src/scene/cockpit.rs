@@ -53,10 +53,36 @@ fn bonnet() -> Mesh {
     let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > 0.5 && p.z < 0.93));
     let mut all = shell.take(|face| face.corners.iter().all(|c| seen(c.flat))).mesh();
     all.append(&scuttle().mesh());
+    all.append(&doors().mesh());
     let mut parts = Soup::default();
     fittings::wipers(lines, -0.022, &mut parts);
     all.append(&parts.into_mesh(CREASE_RAD));
     all
+}
+
+/// The doors below their windows, seen from within: they hide the road beside the scuttle.
+fn doors() -> Skin {
+    const PARTS: usize = 8;
+    const REAR_M: f32 = 0.40;
+    let lines = STYLES[0];
+    let mut skin = Skin::default();
+    for side in [-1.0, 1.0] {
+        // From the belt inwards, then down.
+        let place = |i: usize, row: usize| {
+            let x = REAR_M + (CABIN_FRONT_M + 0.28 - REAR_M) * i as f32 / PARTS as f32;
+            let at = shape::at(lines, x);
+            let (inwards, z) = [(0.010, at.belt_z - 0.002), (0.060, at.belt_z - 0.010), (0.110, 0.55)][row];
+            Vec3::new(x, side * (at.belt_y - inwards), z)
+        };
+        for i in 0..PARTS {
+            for row in 0..2 {
+                let [a, b, c, d] = [place(i, row), place(i, row + 1), place(i + 1, row + 1), place(i + 1, row)];
+                skin.quad(if side > 0.0 { [a, b, c, d] } else { [d, c, b, a] }, |p| p, PADDED);
+            }
+        }
+    }
+    skin.smooth(0.9);
+    skin
 }
 
 /// From the foot of the windscreen to below the picture: a dark shelf, rolled down at its edge.
@@ -74,8 +100,8 @@ fn scuttle() -> Skin {
         (0.50, -0.16),
     ];
     let place = |(back, up): (f32, f32), column: usize| {
-        // Narrower where it runs on under the bonnet.
-        let width = if back < 0.0 { 1.25 } else { 1.70 };
+        // Narrower and deeper where it runs on under the bonnet and the wings.
+        let (width, up) = if back < 0.0 { (1.52, up - 0.004) } else { (1.70, up) };
         let y = width * (column as f32 / COLUMNS as f32 - 0.5);
         let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
         let at = shape::at(lines, CABIN_FRONT_M + 0.03);

@@ -202,7 +202,7 @@ fn rear(skin: &mut Skin, level: Level) {
     if level == Level::Near {
         let ahead = |depth: f32| move |p: Vec3| p + Vec3::X * depth;
         skin.paint(&behind(across([(-0.1, 0.827), (0.35, 0.827), (0.35, 0.833), (-0.1, 0.833)]), -2.3), CHROME);
-        skin.recess(&plate, ahead(0.020), PAINT, PAINT);
+        skin.recess(&plate, ahead(0.034), PAINT, PAINT);
         skin.paint(&pipe.clone().grown(0.007), CHROME);
         skin.recess(&pipe, ahead(0.06), DARK, CHROME);
         let diffuser = behind(across([(-0.1, 0.313), (0.38, 0.313), (0.40, 0.350), (-0.1, 0.350)]), -2.2);

@@ -34,7 +34,8 @@ pub struct Scenario {
     #[schemars(range(min = 0, max = 9007199254740991_u64))]
     pub seed: u64,
 
-    /// Who advises: none, constant, two-phase, follower-stopper, pi, or the FILE.toml of a trained one
+    /// Who advises: auto (the policy shipped for the map, two-phase where there is none), none, constant, two-phase,
+    /// follower-stopper, pi, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
     pub policy: String,
     /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
     #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
@@ -175,7 +176,7 @@ impl Default for Scenario {
             step_s: 0.1,
             duration_s: 300.0,
             seed: 1,
-            policy: "two-phase".into(),
+            policy: crate::policy::AUTO.into(),
             policy_speed_mps: 0.0,
             // HC22 holds for one step of 0.1 s; a person cannot follow ten new targets a second.
             hold_s: 1.0,

@@ -89,7 +89,7 @@ impl World {
         let map = Arc::new(RoadMap::load(&scenario.map)?);
         let engine: EngineChoice = scenario.traffic.parse()?;
         let settings = policy_settings(scenario, &map.route);
-        let policy = policy::build(&scenario.policy, &settings)?;
+        let policy = policy::build(&policy::meant(&scenario.policy, &scenario.map), &settings)?;
         let expected = ExpectedSpeeds {
             equilibrium_mps: settings.equilibrium_mps,
             advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),

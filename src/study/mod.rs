@@ -1,21 +1,44 @@
 //! A study as one file: segments in order, conditions and their balance, questionnaires. In: TOML and JSON. Out: for every
 //! participant a plan of what comes when, checked whole before anything starts.
 //!
-//! * [`file`]: what a person writes, and every mistake with its line.
+//! * [`mod@file`]: what a person writes, and every mistake with its line.
 //! * [`order`]: who meets the conditions in which order.
 //! * [`plan`]: one participant's visit, step by step, each drive a complete scenario.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
+//! * [`code`]: what a participant is called in files.
+//! * [`session`]: one participant's visit as it goes: what comes next, what was done; on the disk after every step.
+//! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
+//! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
 
+pub mod bids;
+pub mod code;
+pub mod dataset;
 pub mod file;
 pub mod order;
 pub mod plan;
 pub mod questions;
+pub mod session;
+pub mod simulated;
 
+pub use code::Code;
+pub use dataset::DataSet;
 pub use file::Study;
 pub use plan::{Item, Plan, Planned};
 pub use questions::Questionnaire;
+pub use session::{Outcome, Session};
 
 /// A mistake in a study, a questionnaire or a participant's code; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct StudyError(pub String);
+
+/// Why a session cannot begin or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// It must not; the message says why and what to do.
+    #[error("{0}")]
+    Refused(String),
+    /// The disk refuses.
+    #[error(transparent)]
+    Record(#[from] crate::record::RecordError),
+}

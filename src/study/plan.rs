@@ -33,6 +33,12 @@ pub enum Item {
 pub struct Planned {
     /// Name, unique in the plan: `familiarisation`, `trial-2-wide`.
     pub name: String,
+    /// Name of its segment: `familiarisation`, `trial`.
+    pub segment: String,
+    /// Place among the trials of its segment, from 1; `None` for what is no trial.
+    pub run: Option<usize>,
+    /// Name of its condition, if it has one.
+    pub condition: Option<String>,
     /// What is shown before it, Markdown; may be empty.
     pub text: String,
     /// What it is.
@@ -61,7 +67,11 @@ impl Study {
         let mut items = Vec::new();
         let mut drives = 0;
         for (i, segment) in self.file.segment.iter().enumerate() {
-            let mut put = |name: String, text: &str, item: Item| items.push(Planned { name, text: text.into(), item });
+            let mut add = |name: String, text: &str, item: Item, trial: Option<(usize, &Condition)>| {
+                let (run, condition) = trial.map(|(run, condition)| (run, condition.name.clone())).unzip();
+                let segment = segment.name.clone();
+                items.push(Planned { name, segment, run, condition, text: text.into(), item });
+            };
             let mut drive = |condition: Option<&Condition>| {
                 let scenario = self.drive(i, condition).expect("checked when the study was read");
                 drives += 1;
@@ -72,26 +82,33 @@ impl Study {
                 }
             };
             match segment.kind {
-                Kind::Text => put(segment.name.clone(), "", Item::Text(segment.text.clone())),
-                Kind::Break => put(segment.name.clone(), &segment.text, Item::Break(segment.rest_s.unwrap_or(0.0))),
+                Kind::Text => add(segment.name.clone(), "", Item::Text(segment.text.clone()), None),
+                Kind::Break => {
+                    add(segment.name.clone(), &segment.text, Item::Break(segment.rest_s.unwrap_or(0.0)), None);
+                }
                 Kind::Questions => {
                     let word = segment.questionnaire.clone().unwrap_or_default();
-                    put(segment.name.clone(), &segment.text, Item::Questions(word));
+                    add(segment.name.clone(), &segment.text, Item::Questions(word), None);
                 }
                 Kind::Drive => {
                     let item = drive(None);
-                    put(segment.name.clone(), &segment.text, item);
+                    add(segment.name.clone(), &segment.text, item, None);
                 }
                 Kind::Trials => {
                     for (place, &which) in order.iter().enumerate() {
                         let condition = &self.conditions[which];
                         let number = place + 1;
                         if let (true, Some(rest_s)) = (place > 0, segment.rest_s.filter(|s| *s > 0.0)) {
-                            put(format!("{}-rest-{place}", segment.name), "", Item::Break(rest_s));
+                            add(format!("{}-rest-{place}", segment.name), "", Item::Break(rest_s), None);
                         }
                         let text = if place == 0 { segment.text.as_str() } else { "" };
                         let item = drive(Some(condition));
-                        put(format!("{}-{number}-{}", segment.name, condition.name), text, item);
+                        add(
+                            format!("{}-{number}-{}", segment.name, condition.name),
+                            text,
+                            item,
+                            Some((number, condition)),
+                        );
                     }
                 }
             }

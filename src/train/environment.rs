@@ -157,8 +157,8 @@ impl EnvBlock {
                 let ego_mps = block.follower.step(&block.ring);
                 block.ring.step(Some(&ego_mps));
                 totals.add(&block.ring, &block.follower.missed_mps(&ego_mps, range_mps));
-                for l in 0..LANES {
-                    block.mean_ego_mps[l] += (ego_mps[l] - block.mean_ego_mps[l]) * fresh;
+                for (mean, now) in block.mean_ego_mps.iter_mut().zip(&ego_mps) {
+                    *mean += (now - *mean) * fresh;
                 }
             }
             totals
@@ -262,11 +262,11 @@ impl Totals {
     /// their model.
     #[inline(always)]
     fn add(&mut self, ring: &RingBlock, missed_mps: &Lane) {
-        for l in 0..LANES {
+        for (l, missed) in missed_mps.iter().enumerate() {
             let (gap_m, ego_mps) = (ring.gap_m()[l], ring.ego_mps()[l]);
             self.mean_mps[l] += ring.mean_mps()[l];
             self.ego_mps[l] += ego_mps;
-            self.missed_mps[l] += missed_mps[l];
+            self.missed_mps[l] += missed;
             self.least_gap_m[l] = self.least_gap_m[l].min(gap_m).min(ring.gap_behind_m()[l]);
             // The missing part of a time gap of 1 s, as in Flow's environments.
             self.short_headway[l] += (1.0 - gap_m / ego_mps.max(0.1)).max(0.0);

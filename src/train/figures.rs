@@ -78,27 +78,32 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
     if !below.is_empty() {
         note.push_str(&format!("\npublished values below the axis, m/s: {}", below.join(", ")));
     }
-    picture(&[Chart { lines, ..Chart::new("Mean speed against the hold", x, y, [620.0, 360.0]) }], &note)
+    picture(&[Chart { lines, ..Chart::new("Mean speed against the hold", x, y, [720.0, 360.0]) }], &note)
 }
 
 /// Mean speed against something of the driver, one chart for each.
 pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
-    let all: Vec<Line> = charts.iter().flat_map(|(_, series)| measured(series)).collect();
-    let range = around(&all);
-    let chart = |(label, series): &(&str, Vec<Series>)| {
-        let lines = measured(series);
-        let x = Axis::even(label, ends_of(&lines, 0));
-        Chart { lines, ..Chart::new("", x, Axis::even("mean speed of all cars, m/s", range), [560.0, 210.0]) }
+    let chart = |(i, (label, series)): (usize, &(&str, Vec<Series>))| {
+        let mut lines = measured(series);
+        // One legend for all, under the last.
+        if i + 1 < charts.len() {
+            lines.iter_mut().for_each(|line| line.name.clear());
+        }
+        let (x, y) = (Axis::even(label, ends_of(&lines, 0)), Axis::even("mean speed, m/s", around(&lines)));
+        Chart { lines, ..Chart::new("", x, y, [640.0, 220.0]) }
     };
-    picture(&charts.iter().map(chart).collect::<Vec<_>>(), note)
+    picture(&charts.iter().enumerate().map(chart).collect::<Vec<_>>(), note)
 }
 
-/// Trajectories of all cars, coloured by their speed, for each of these rings.
-pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, note: &str) -> String {
+/// What the time of a ring counts from.
+pub const SINCE_ADVICE: &str = "time since the first advice, s";
+
+/// Trajectories of all cars, coloured by their speed, for each of these rings. `time` labels the axis.
+pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &str) -> String {
     let chart = |(title, trace): &(&str, &Trace)| {
         let range = [trace.time_s[0].round(), trace.time_s[trace.time_s.len() - 1].round()];
         let y = Axis::even("place on the ring, m", [0.0, trace.circumference_m]);
-        let mut chart = Chart::new(title, Axis::even("time since the first advice, s", range), y, [700.0, 230.0]);
+        let mut chart = Chart::new(title, Axis::even(time, range), y, [700.0, 230.0]);
         chart.below = ways(trace, &chart, top_mps);
         chart
     };
@@ -122,7 +127,7 @@ pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, note: &str) -> String
     }
     let _ = write!(
         key,
-        "<text x=\"{:.0}\" y=\"{:.0}\" font-size=\"11\">m/s; thick: ego</text>",
+        "<text x=\"{:.0}\" y=\"{:.0}\" font-size=\"11\">m/s; edged: ego</text>",
         58.0 + 62.0 * 9.0,
         height + 14.0
     );
@@ -163,11 +168,16 @@ fn ways(trace: &Trace, chart: &Chart, top_mps: f64) -> String {
         let width = if i < SHADES.len() { 1.0 } else { 2.4 };
         format!("<path d=\"{d}\" stroke=\"{}\" stroke-width=\"{width}\" fill=\"none\"/>\n", SHADES[i % SHADES.len()])
     };
-    paths.iter().enumerate().filter(|(_, d)| !d.is_empty()).map(path).collect()
+    let drawn: Vec<String> = paths.iter().enumerate().filter(|(_, d)| !d.is_empty()).map(path).collect();
+    // The ego is set off from the others by a dark edge.
+    let ego = paths[SHADES.len()..].concat();
+    let edge = format!("<path d=\"{ego}\" stroke=\"#111\" stroke-width=\"4.6\" fill=\"none\"/>\n");
+    let others = paths[..SHADES.len()].iter().filter(|d| !d.is_empty()).count();
+    drawn[..others].concat() + &edge + &drawn[others..].concat()
 }
 
-/// What is shown to the ego's driver, what the ego drives, and what the others do.
-pub fn speeds(title: &str, trace: &Trace, range_mps: f64, note: &str) -> String {
+/// What is shown to the ego's driver, what the ego drives, and what the others do. `time` labels the axis.
+pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str) -> String {
     let every = (trace.time_s.len() / 1200).max(1);
     let steps = || (0..trace.time_s.len()).step_by(every);
     let line = |name: &str, style: Style, of: &dyn Fn(usize) -> Option<f64>| Line {
@@ -189,7 +199,7 @@ pub fn speeds(title: &str, trace: &Trace, range_mps: f64, note: &str) -> String 
     let ego =
         line("ego", Style { width: 1.2, ..Style::solid(COLOURS[1]) }, &|i| Some(f64::from(trace.speed_mps[i][0])));
     let lines = vec![spread, shown, ego];
-    let x = Axis::even("time since the first advice, s", ends_of(&lines[..1], 0));
+    let x = Axis::even(time, ends_of(&lines[..1], 0));
     let high = lines.iter().flat_map(|l| l.band.iter().map(|b| b[1])).fold(1.0, f64::max);
     let chart = Chart { lines, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), [700.0, 260.0]) };
     picture(&[chart], note)
@@ -270,8 +280,8 @@ mod tests {
             against_hold(&series(3), 4.362, true, "20 rings"),
             against_hold(&series(1), 4.362, false, ""),
             adherence(&[("reaction, s", series(4)), ("error, m/s", series(2))], "two lines\nof notes"),
-            space_time(&[("before", &trace()), ("after", &trace())], 9.0, "a note"),
-            speeds("one ring", &trace(), 0.447, ""),
+            space_time(&[("before", &trace()), ("after", &trace())], 9.0, SINCE_ADVICE, "a note"),
+            speeds("one ring", &trace(), 0.447, SINCE_ADVICE, ""),
         ] {
             roxmltree::Document::parse(&text).unwrap();
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
@@ -285,6 +295,7 @@ mod tests {
         let chart = Chart::new("", x, Axis::even("", [0.0, 100.0]), [200.0, 100.0]);
         // 13 pieces each; the first car crosses the end within one at step 100, the second, which starts at -20 m, at step 20.
         let pieces = ways(&trace, &chart, 9.0).matches('M').count();
-        assert_eq!(pieces, 2 * 13 + 2);
+        // The ego's are drawn twice: an edge and its colour.
+        assert_eq!(pieces, 3 * 13 + 3);
     }
 }

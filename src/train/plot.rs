@@ -51,9 +51,9 @@ fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, four to nine of them.
+/// Multiples of 1, 2 or 5 times a power of ten, three to eight of them.
 fn round_ticks(low: f64, high: f64) -> Vec<f64> {
-    let rough = (high - low) / 5.0;
+    let rough = (high - low) / 6.0;
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= rough * 0.999).unwrap_or(rough);
     let first = (low / step - 1e-6).ceil() as i64;
@@ -136,7 +136,7 @@ impl Chart {
     fn legend_columns(&self) -> Vec<Vec<&Line>> {
         let named: Vec<&Line> = self.lines.iter().filter(|line| !line.name.is_empty()).collect();
         let longest = named.iter().map(|line| line.name.chars().count()).max().unwrap_or(0) as f64;
-        let columns = ((self.field[0] / (longest * 6.6 + 44.0)) as usize).max(1);
+        let columns = ((self.field[0] / (longest * 6.2 + 40.0)) as usize).max(1);
         named.chunks(columns).map(<[&Line]>::to_vec).collect()
     }
 

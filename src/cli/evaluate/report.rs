@@ -196,8 +196,14 @@ fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, Str
         let file = slug(&title);
         let top_mps = 2.2 * plan.settings.equilibrium_mps;
         let rings = [("No advice", &without), (title.as_str(), &with)];
-        out.push((format!("space-time-{file}.svg"), figures::space_time(&rings, top_mps, &note)));
-        out.push((format!("speeds-{file}.svg"), figures::speeds(&title, &with, config.range_mps, &note)));
+        out.push((
+            format!("space-time-{file}.svg"),
+            figures::space_time(&rings, top_mps, figures::SINCE_ADVICE, &note),
+        ));
+        out.push((
+            format!("speeds-{file}.svg"),
+            figures::speeds(&title, &with, config.range_mps, figures::SINCE_ADVICE, &note),
+        ));
     }
     if plan.adherence {
         out.push(("adherence.svg".into(), adherence(plan, config)));
@@ -223,7 +229,12 @@ fn note(plan: &Plan, config: &TrainConfig) -> String {
 fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
     let mut series: Vec<figures::Series> = Vec::new();
     for row in rows {
+        // Without advice all drivers are alike.
+        if row.case.policy == "none" && row.case.driver != plan.drivers[0] {
+            continue;
+        }
         let name = match plan.drivers.len() {
+            _ if row.case.policy == "none" => "no advice".into(),
             1 => row.case.label(),
             _ => format!("{}, {}", row.case.label(), row.case.driver.name()),
         };

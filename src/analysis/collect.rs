@@ -1,0 +1,206 @@
+//! Which recordings a folder holds. In: a recording, a participant's folder or a whole data set. Out: what to analyse, with
+//! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
+
+use super::{AnalysisError, Measures, Trial, response::Response};
+use crate::time::TICKS_PER_S;
+use rayon::prelude::*;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// A recording to analyse.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Found {
+    /// `sub-P03`; empty outside of a study.
+    pub participant: String,
+    /// Segment of the study.
+    pub segment: String,
+    /// Place among the trials.
+    pub place: String,
+    /// Condition; empty for a drive that is the same for everyone.
+    pub condition: String,
+    /// Place of the condition in the study.
+    pub rank: usize,
+    /// Level of each factor.
+    pub levels: Vec<(String, String)>,
+    /// Its folder.
+    pub recording: PathBuf,
+    /// Folder of the same drive without advice.
+    pub baseline: Option<PathBuf>,
+}
+
+impl Found {
+    /// In words.
+    pub fn title(&self) -> String {
+        if self.participant.is_empty() {
+            return self.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        let parts = [&self.participant, &self.segment, &self.place, &self.condition];
+        parts.into_iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// What a folder holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Holdings {
+    /// Recordings, in the order of participants and places.
+    pub found: Vec<Found>,
+    /// Where tables and report go.
+    pub out: PathBuf,
+    /// Name of the whole.
+    pub title: String,
+}
+
+/// Looks what there is in a folder.
+///
+/// # Errors
+/// Nothing that can be analysed.
+pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
+    if folder.join("manifest.json").exists() {
+        let name = folder.file_name().unwrap_or_default().to_owned();
+        let beside = |ending: &str| {
+            let mut name = name.clone();
+            name.push(ending);
+            folder.with_file_name(name)
+        };
+        let baseline = Some(beside("-baseline")).filter(|path| path.exists());
+        let found = Found { recording: folder.into(), baseline, ..Found::default() };
+        let title = found.title();
+        return Ok(Holdings { found: vec![found], out: folder.join("analysis"), title });
+    }
+    let nothing = || {
+        AnalysisError::Input(format!(
+            "{} holds nothing to analyse; name a recording, a participant of a study (.../sub-P03) or the study's folder",
+            folder.display()
+        ))
+    };
+    let is_root = |path: &Path| path.join("dataset_description.json").exists();
+    let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let (root, subjects) = if is_root(folder) {
+        (folder, subjects(folder))
+    } else {
+        let root = folder.ancestors().skip(1).find(|path| is_root(path)).ok_or_else(nothing)?;
+        if !name.starts_with("sub-") {
+            return Err(nothing());
+        }
+        (root, vec![name.clone()])
+    };
+    let mut found = Vec::new();
+    for subject in &subjects {
+        found.extend(scans(root, subject)?);
+    }
+    if found.is_empty() {
+        return Err(AnalysisError::Input(format!(
+            "{} holds no drive that came to its end; look into sourcedata/*/session.json",
+            folder.display()
+        )));
+    }
+    let whole = is_root(folder);
+    let out = root.join("derivatives").join("codrive");
+    let title = if whole { study_title(root) } else { name.clone() };
+    Ok(Holdings { found, out: if whole { out } else { out.join(name) }, title })
+}
+
+fn subjects(root: &Path) -> Vec<String> {
+    let entries = fs::read_dir(root).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.retain(|name| name.starts_with("sub-"));
+    names.sort();
+    names
+}
+
+fn study_title(root: &Path) -> String {
+    let text = fs::read_to_string(root.join("dataset_description.json")).unwrap_or_default();
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    value["Name"].as_str().unwrap_or("Study").to_owned()
+}
+
+/// The drives of one participant.
+fn scans(root: &Path, subject: &str) -> Result<Vec<Found>, AnalysisError> {
+    let path = root.join(subject).join(format!("{subject}_scans.tsv"));
+    let Ok(text) = fs::read_to_string(&path) else { return Ok(Vec::new()) };
+    let mut lines = text.lines().map(|line| line.split('\t').collect::<Vec<_>>());
+    let names = lines.next().unwrap_or_default();
+    let fault = |what: &str| AnalysisError::Input(format!("{}: {what}", path.display()));
+    let column = |name: &str| {
+        names.iter().position(|n| *n == name).ok_or_else(|| fault(&format!("there is no column \"{name}\"")))
+    };
+    let known = [column("segment")?, column("place")?, column("condition")?, column("recording")?, column("baseline")?];
+    let (seed, condition) = (column("seed")?, known[2]);
+    let sidecar = fs::read_to_string(path.with_extension("json")).unwrap_or_default();
+    let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap_or_default();
+    let order: Vec<&String> =
+        sidecar["condition"]["Levels"].as_object().map(|l| l.keys().collect()).unwrap_or_default();
+    lines
+        .enumerate()
+        .map(|(i, cells)| {
+            if cells.len() != names.len() {
+                return Err(fault(&format!("line {} has {} cells instead of {}", i + 2, cells.len(), names.len())));
+            }
+            let cell = |at: usize| if cells[at] == "n/a" { String::new() } else { cells[at].to_owned() };
+            let [segment, place, condition_cell, recording, baseline] = known.map(cell);
+            Ok(Found {
+                rank: order.iter().position(|name| **name == condition_cell).unwrap_or(order.len()),
+                participant: subject.into(),
+                segment,
+                place,
+                condition: condition_cell,
+                levels: (condition + 1..seed).map(|at| (names[at].to_owned(), cell(at))).collect(),
+                recording: root.join(recording),
+                baseline: (!baseline.is_empty()).then(|| root.join(baseline)),
+            })
+        })
+        .collect()
+}
+
+/// A recording that was analysed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Analysed {
+    /// Which.
+    pub found: Found,
+    /// In numbers.
+    pub measures: Measures,
+    /// Mean speed of all vehicles, second by second, m/s; and without advice.
+    pub per_second_mps: Vec<f64>,
+    /// The same without advice; empty if there is no such drive.
+    pub baseline_per_second_mps: Vec<f64>,
+    /// Length, seconds.
+    pub duration_s: f64,
+    /// How it ended.
+    pub ended: String,
+}
+
+impl Analysed {
+    /// Changes of the advice and their answers.
+    pub fn responses(&self) -> &[Response] {
+        &self.measures.responses
+    }
+}
+
+/// Analyses recordings, in parallel; `done` hears of each.
+///
+/// # Errors
+/// One of them cannot be read.
+pub fn analyse(found: &[Found], done: &(impl Fn() + Sync)) -> Result<Vec<Analysed>, AnalysisError> {
+    let one = |found: &Found| {
+        let trial = Trial::load(&found.recording)?;
+        let baseline = found.baseline.as_deref().map(Trial::load).transpose()?;
+        let analysed = Analysed {
+            measures: Measures::of(&trial, baseline.as_ref()),
+            per_second_mps: per_second(&trial.ego.mean_speed_mps),
+            baseline_per_second_mps: baseline.map(|b| per_second(&b.ego.mean_speed_mps)).unwrap_or_default(),
+            duration_s: trial.duration_s(),
+            ended: trial.ended,
+            found: found.clone(),
+        };
+        done();
+        Ok(analysed)
+    };
+    found.par_iter().map(one).collect()
+}
+
+/// Means over whole seconds.
+fn per_second(ticks: &[f64]) -> Vec<f64> {
+    ticks.chunks_exact(TICKS_PER_S as usize).map(|second| second.iter().sum::<f64>() / second.len() as f64).collect()
+}

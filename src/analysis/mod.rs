@@ -1,0 +1,31 @@
+//! From recordings to measures, tables and figures. In: one recording, a participant, or a whole data set. Out: CSV, SVG
+//! and one HTML page that opens off-line. SI units.
+//!
+//! * [`trial`]: one recorded drive as columns.
+//! * [`response`]: what a driver does about each change of the advice (SAE J2944).
+//! * [`measures`]: one drive in numbers; every definition with its options is in [`measures::MEASURES`].
+//! * [`collect`]: which recordings a folder holds, and which condition each is of.
+//! * [`tables`], [`figures`], [`report`]: what is written.
+
+pub mod collect;
+pub mod figures;
+pub mod measures;
+pub mod report;
+pub mod response;
+pub mod tables;
+pub mod trial;
+
+pub use collect::{Analysed, Found, find};
+pub use measures::{MEASURES, Measures};
+pub use trial::Trial;
+
+/// Why a folder cannot be analysed.
+#[derive(Debug, thiserror::Error)]
+pub enum AnalysisError {
+    /// It holds nothing to analyse, or something that is not as this program writes it; the message is complete.
+    #[error("{0}")]
+    Input(String),
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Record(#[from] crate::record::RecordError),
+}

@@ -1,0 +1,192 @@
+//! Tables and sidecars as BIDS wants them (`beh`, version 1.10): tab-separated, `n/a` for what is not there, every column
+//! described in JSON with its unit and levels. In: rows. Out: text; events of a recorded drive.
+
+use crate::record::{Reader, RecordError, Table as Recorded};
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// A column: name, meaning, unit (empty for none), words that stand in it with their meanings.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Col {
+    /// Name.
+    pub name: String,
+    /// What it is.
+    pub about: String,
+    /// Unit.
+    pub unit: String,
+    /// Words and what they mean.
+    pub levels: Vec<(String, String)>,
+}
+
+impl Col {
+    /// A column without levels.
+    pub fn new(name: &str, about: &str, unit: &str) -> Self {
+        Self { name: name.into(), about: about.into(), unit: unit.into(), levels: Vec::new() }
+    }
+
+    /// The same with levels.
+    #[must_use]
+    pub fn with(mut self, levels: impl IntoIterator<Item = (String, String)>) -> Self {
+        self.levels = levels.into_iter().collect();
+        self
+    }
+}
+
+/// A table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tsv {
+    /// Columns in order.
+    pub columns: Vec<Col>,
+    /// A cell for each column; empty is `n/a`.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Tsv {
+    /// A table without rows.
+    pub fn new(columns: Vec<Col>) -> Self {
+        Self { columns, rows: Vec::new() }
+    }
+
+    /// The table's text.
+    pub fn text(&self) -> String {
+        let names: Vec<String> = self.columns.iter().map(|c| c.name.clone()).collect();
+        let line = |cells: &Vec<String>| {
+            let cells: Vec<String> = cells.iter().map(|cell| cell_text(cell)).collect();
+            cells.join("\t") + "\n"
+        };
+        std::iter::once(&names).chain(&self.rows).map(line).collect()
+    }
+
+    /// Its sidecar: `more` comes first.
+    pub fn sidecar(&self, more: Value) -> String {
+        let mut out = more.as_object().cloned().unwrap_or_default();
+        for column in &self.columns {
+            let mut about = Map::new();
+            about.insert("Description".into(), column.about.clone().into());
+            if !column.unit.is_empty() {
+                about.insert("Units".into(), column.unit.clone().into());
+            }
+            if !column.levels.is_empty() {
+                let levels = column.levels.iter().map(|(word, text)| (word.clone(), text.clone().into()));
+                about.insert("Levels".into(), Value::Object(levels.collect()));
+            }
+            out.insert(column.name.clone(), about.into());
+        }
+        format!("{:#}\n", Value::Object(out))
+    }
+}
+
+fn cell_text(cell: &str) -> String {
+    if cell.is_empty() { "n/a".into() } else { cell.replace(['\t', '\n', '\r'], " ") }
+}
+
+/// A number as a cell.
+pub fn number(value: Option<f64>) -> String {
+    value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
+}
+
+/// A JSON value as a cell: words without quotes, lists joined by semicolons.
+pub fn value(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(word) => word.clone(),
+        Value::Array(list) => list.iter().map(self::value).collect::<Vec<_>>().join(";"),
+        other => other.to_string(),
+    }
+}
+
+/// A name of the study as a label of BIDS, letters and digits alone: `ssq-before` is `ssqBefore`.
+pub fn label(name: &str) -> String {
+    let mut parts = name.split('-');
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |label, part| {
+        let mut chars = part.chars();
+        let head = chars.next().map(|c| c.to_ascii_uppercase());
+        label + &head.into_iter().chain(chars).collect::<String>()
+    })
+}
+
+/// Facts of a task for a sidecar.
+pub fn task(name: &str, description: &str, instructions: &str) -> Value {
+    json!({
+        "TaskName": name,
+        "TaskDescription": description,
+        "Instructions": if instructions.is_empty() { "none" } else { instructions },
+        "StimulusPresentation": {
+            "SoftwareName": "codrive",
+            "SoftwareVersion": env!("CARGO_PKG_VERSION"),
+        },
+    })
+}
+
+/// Advice and events of a recorded drive as `_events.tsv`: onset from the start of the drive.
+///
+/// # Errors
+/// A table of it cannot be read.
+pub fn events(recording: &Path) -> Result<Tsv, RecordError> {
+    let words = [
+        ("advice", "a new target stands on the speedometer"),
+        ("contact", "the car began to touch another one"),
+        ("left_road", "the middle of the car left its lane"),
+        ("back_on_road", "the middle of the car is back in the lane"),
+        ("ended", "the drive is over"),
+        ("mark", "a mark by the experimenter"),
+        ("note", "a note by the experimenter"),
+        ("criterion", "the criterion of a practice drive is met"),
+    ];
+    let mut table = Tsv::new(vec![
+        Col::new("onset", "time since the start of the drive, in simulation", "s"),
+        Col::new("duration", "how long an advice stands; n/a for what has no length", "s"),
+        Col::new("trial_type", "what happened", "").with(words.map(|(w, t)| (w.to_owned(), t.to_owned()))),
+        Col::new("tick", "tick of the recording, 10 ms each: joins to its tables", ""),
+        Col::new("target_speed", "advised speed", "m/s"),
+        Col::new("range_low", "lower edge of the acceptable range", "m/s"),
+        Col::new("range_high", "upper edge of the acceptable range", "m/s"),
+        Col::new("speed", "speed of the participant's car at that moment", "m/s"),
+        Col::new("value", "closing speed of a contact, or offset where the road was left", "m/s or m"),
+        Col::new("detail", "the rest in words", ""),
+    ]);
+    let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
+    let advice = Reader::parquet(&Recorded::Advice.parquet(recording))?;
+    let columns = ["hold_s", "target_mps", "range_low_mps", "range_high_mps", "speed_mps"].map(|n| advice.numbers(n));
+    for (i, tick) in advice.wholes("tick").into_iter().enumerate() {
+        let [hold, target, low, high, speed] = [0, 1, 2, 3, 4].map(|k: usize| number(columns[k][i]));
+        let tick_cells = vec![onset(tick), hold, "advice".into(), tick.to_string(), target, low, high, speed];
+        rows.push((tick, tick_cells.into_iter().chain([String::new(), String::new()]).collect()));
+    }
+    let events = Reader::parquet(&Recorded::Events.parquet(recording))?;
+    let (kinds, details, values) = (events.words("event"), events.words("detail"), events.numbers("value"));
+    for (i, tick) in events.wholes("tick").into_iter().enumerate() {
+        let mut cells = vec![onset(tick), String::new(), kinds[i].clone(), tick.to_string()];
+        cells.extend([const { String::new() }; 4]);
+        cells.extend([number(values[i]), details[i].clone()]);
+        rows.push((tick, cells));
+    }
+    rows.sort_by_key(|row| row.0);
+    table.rows = rows.into_iter().map(|row| row.1).collect();
+    Ok(table)
+}
+
+fn onset(tick: u64) -> String {
+    format!("{}.{:02}", tick / 100, tick % 100)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_keep_to_their_line_and_what_is_missing_says_so() {
+        let mut table = Tsv::new(vec![Col::new("a", "first", "s"), Col::new("b", "second", "")]);
+        table.rows.push(vec!["1\t2\n3".into(), String::new()]);
+        assert_eq!(table.text(), "a\tb\n1 2 3\tn/a\n");
+        let sidecar: Value = serde_json::from_str(&table.sidecar(json!({ "TaskName": "x" }))).unwrap();
+        assert_eq!(
+            sidecar,
+            json!({"TaskName": "x", "a": {"Description": "first", "Units": "s"}, "b": {"Description": "second"}})
+        );
+        assert_eq!((label("ssq-before"), label("trial")), ("ssqBefore".into(), "trial".into()));
+        assert_eq!(value(&json!(["a", 2])), "a;2");
+        assert_eq!((onset(1205), onset(7)), ("12.05".into(), "0.07".into()));
+    }
+}

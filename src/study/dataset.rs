@@ -1,0 +1,388 @@
+//! The folder of a study. In: sessions and their recordings. Out: a data set as BIDS has it.
+//!
+//! ```text
+//! dataset_description.json  README.md  .bidsignore  study.toml (a copy of the study's file)
+//! participants.tsv          one row a participant: number, order, complete or not
+//! phenotype/SEGMENT.tsv     one row a participant: answers and scores of one questionnaire
+//! sub-CODE/sub-CODE_scans.tsv          its drives: condition, levels, where the recording lies
+//! sub-CODE/beh/*_events.tsv, *_beh.tsv advice and events of a drive; answers with their times
+//! sourcedata/sub-CODE/session.json     what was when (see `session`)
+//! sourcedata/sub-CODE/ITEM/            the recording of a drive; ITEM-baseline the same without advice
+//! ```
+//! All but `sourcedata` can be made again from it, and is, after every participant. Files are the user's alone.
+
+use super::{
+    Code, Item, Planned, SessionError, Study,
+    bids::{self, Col, Tsv},
+    questions::{Element, ElementKind, Questionnaire},
+    session::{self, Answered, Log, Who},
+};
+use crate::record::{self, RecordError};
+use serde_json::{Value, json};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// The baseline of a drive lies beside it, under its name and this.
+pub const BASELINE: &str = "-baseline";
+/// The copy of the study's file.
+const STUDY: &str = "study.toml";
+
+/// A study's folder.
+#[derive(Clone, Debug)]
+pub struct DataSet {
+    root: PathBuf,
+}
+
+impl DataSet {
+    /// Opens the data set in `root`, or makes a new one in a folder that is not there or empty.
+    ///
+    /// # Errors
+    /// The folder holds something else, or another study.
+    pub fn open(root: &Path, study: &Study) -> Result<Self, SessionError> {
+        let data = Self { root: root.into() };
+        record::new_private_dir(root)?;
+        let copy = root.join(STUDY);
+        if copy.exists() {
+            let was = fs::read_to_string(&copy).map_err(|why| RecordError::File { path: copy.clone(), why })?;
+            if was != study.source {
+                return Err(SessionError::Refused(format!(
+                    "{} is not the study that this data set was begun with; name a new folder, or put the file back as it was",
+                    copy.display()
+                )));
+            }
+            return Ok(data);
+        }
+        let found = fs::read_dir(root).map_err(|why| RecordError::File { path: root.into(), why })?;
+        if let Some(other) = found.flatten().next() {
+            return Err(SessionError::Refused(format!(
+                "{} holds {} and is no data set of a study; name a new or an empty folder",
+                root.display(),
+                other.file_name().display()
+            )));
+        }
+        data.put("dataset_description.json", &description(study))?;
+        data.put("README.md", &readme(study))?;
+        data.put(".bidsignore", "study.toml\nreport/\nanalysis/\n")?;
+        data.put(STUDY, &study.source)?;
+        Ok(data)
+    }
+
+    /// Its folder.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Folder of a participant's raw data.
+    pub fn source(&self, code: &Code) -> PathBuf {
+        self.root.join("sourcedata").join(code.subject())
+    }
+
+    /// Codes that differ only by case would be one folder on some systems.
+    pub(super) fn check_new_code(&self, code: &Code) -> Result<(), SessionError> {
+        let like = |other: &Code| other != code && other.as_str().eq_ignore_ascii_case(code.as_str());
+        match self.codes().into_iter().find(like) {
+            Some(other) => Err(SessionError::Refused(format!(
+                "participant {code} differs from {other} only by capital letters; take another code"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    fn codes(&self) -> Vec<Code> {
+        let entries = fs::read_dir(self.root.join("sourcedata")).into_iter().flatten().flatten();
+        let mut codes: Vec<Code> =
+            entries.filter_map(|entry| Code::new(entry.file_name().to_str()?.strip_prefix("sub-")?).ok()).collect();
+        codes.sort();
+        codes
+    }
+
+    /// All sessions, by number and code.
+    ///
+    /// # Errors
+    /// One of them cannot be read.
+    pub fn logs(&self) -> Result<Vec<Log>, SessionError> {
+        let paths = self.codes().into_iter().map(|code| self.source(&code).join(session::FILE));
+        let mut logs: Vec<Log> =
+            paths.filter(|path| path.exists()).map(|path| Log::load(&path)).collect::<Result<_, _>>()?;
+        logs.sort_by(|a, b| a.index.cmp(&b.index).then(a.participant.cmp(&b.participant)));
+        Ok(logs)
+    }
+
+    /// The lowest number that no participant has: the next order of the balanced design.
+    ///
+    /// # Errors
+    /// A session cannot be read.
+    pub fn next_index(&self) -> Result<usize, SessionError> {
+        let logs = self.logs()?;
+        Ok((0..).find(|index| logs.iter().all(|log| log.index != *index)).unwrap_or(0))
+    }
+
+    fn put(&self, name: &str, text: &str) -> Result<(), SessionError> {
+        let path = self.root.join(name);
+        if let Some(folder) = path.parent() {
+            record::new_private_dir(folder)?;
+        }
+        Ok(record::replace(&path, text.as_bytes())?)
+    }
+
+    fn put_table(&self, name: &str, table: &Tsv, more: Value) -> Result<(), SessionError> {
+        self.put(&format!("{name}.tsv"), &table.text())?;
+        self.put(&format!("{name}.json"), &table.sidecar(more))
+    }
+
+    /// Makes the tables of the data set from the sessions: of one participant's drives and answers, and of all.
+    ///
+    /// # Errors
+    /// A recording or session cannot be read, or the disk refuses.
+    pub fn publish(&self, study: &Study, code: &Code) -> Result<(), SessionError> {
+        // Two programs may end a visit in the same moment.
+        let path = self.root.join("sourcedata").join("lock");
+        let lock = session::lock_file(&path)?;
+        lock.lock().map_err(|why| RecordError::File { path, why })?;
+        let logs = self.logs()?;
+        if let Some(log) = logs.iter().find(|log| log.participant == *code) {
+            self.publish_one(study, log)?;
+        }
+        self.put_table("participants", &participants(&logs), json!({}))?;
+        for planned in study.plan(0).items.iter() {
+            let Item::Questions(word) = &planned.item else { continue };
+            let Some(questionnaire) = study.questionnaires.get(word) else { continue };
+            let table = phenotype(questionnaire, &planned.name, &logs);
+            let more = json!({ "MeasurementToolMetadata": {
+                "Description": format!("{}. {}", questionnaire.title, questionnaire.description) } });
+            self.put_table(&format!("phenotype/{}", planned.name.replace('-', "_")), &table, more)?;
+        }
+        Ok(())
+    }
+
+    /// Drives and answers of one participant.
+    fn publish_one(&self, study: &Study, log: &Log) -> Result<(), SessionError> {
+        let subject = log.participant.subject();
+        let plan = study.plan(log.index);
+        let mut scans = scans(study);
+        for planned in &plan.items {
+            let Some(passage) = log.done(&planned.name) else { continue };
+            let name = format!("{subject}/beh/{}", file_name(&subject, planned));
+            match &planned.item {
+                Item::Drive { scenario, levels, .. } => {
+                    let Some(folder) = &passage.recording else { continue };
+                    let about = format!("Driving on {} in traffic of {} cars", scenario.map, scenario.vehicles);
+                    let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text);
+                    self.put_table(
+                        &format!("{name}_events"),
+                        &bids::events(&self.source(&log.participant).join(folder))?,
+                        facts,
+                    )?;
+                    let recording = format!("sourcedata/{subject}/{folder}");
+                    let baseline = format!("{recording}{BASELINE}");
+                    let baseline = if self.root.join(&baseline).exists() { baseline } else { String::new() };
+                    let file = format!("beh/{}_events.tsv", file_name(&subject, planned));
+                    let place = planned.run.map_or(String::new(), |run| run.to_string());
+                    let mut row =
+                        vec![file, planned.segment.clone(), place, planned.condition.clone().unwrap_or_default()];
+                    row.extend(factors(study).map(|factor| levels.get(factor).cloned().unwrap_or_default()));
+                    row.extend([scenario.seed.to_string(), recording, baseline]);
+                    scans.rows.push(row);
+                }
+                Item::Questions(word) => {
+                    let (Some(answers), Some(q)) = (log.answers.get(&planned.name), study.questionnaires.get(word))
+                    else {
+                        continue;
+                    };
+                    let facts = bids::task(&bids::label(&planned.segment), &q.title, &planned.text);
+                    self.put_table(&format!("{name}_beh"), &timed(answers), facts)?;
+                }
+                Item::Text(_) | Item::Break(_) => {}
+            }
+        }
+        if scans.rows.is_empty() {
+            return Ok(());
+        }
+        self.put_table(&format!("{subject}/{subject}_scans"), &scans, json!({}))
+    }
+}
+
+/// `sub-P03_task-trial_run-2`.
+fn file_name(subject: &str, planned: &Planned) -> String {
+    let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
+    format!("{subject}_task-{}{run}", bids::label(&planned.segment))
+}
+
+fn description(study: &Study) -> String {
+    let text = json!({
+        "Name": study.file.title,
+        "BIDSVersion": "1.10.0",
+        "DatasetType": "raw",
+        "GeneratedBy": [{ "Name": "codrive", "Version": env!("CARGO_PKG_VERSION") }],
+    });
+    format!("{text:#}\n")
+}
+
+fn readme(study: &Study) -> String {
+    format!(
+        "# {}\n\nDrives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`).\n\n\
+         * `participants.tsv`: who took part (codes only), in which order of conditions, and whether to the end.\n\
+         * `phenotype/`: answers and scores of the questionnaires, one row a participant.\n\
+         * `sub-*/sub-*_scans.tsv`: drives with their condition, and where their recordings lie.\n\
+         * `sub-*/beh/`: advice and events of every drive; answers with the time that each took.\n\
+         * `sourcedata/`: recordings as Parquet tables (units in each column's metadata), and the log of every visit.\n  \
+         A folder that ends in `{BASELINE}` is the same drive from the same seed without advice.\n\
+         * `study.toml`: the study itself, to be run again.\n\n\
+         `codrive analyse` makes tables of measures and a report of it.\n",
+        study.file.title
+    )
+}
+
+/// Names of the factors, or `condition` for none (left out: the condition has its own column).
+fn factors(study: &Study) -> impl Iterator<Item = &String> {
+    study.file.factors.keys()
+}
+
+fn scans(study: &Study) -> Tsv {
+    let mut columns = vec![
+        Col::new("filename", "events of the drive", ""),
+        Col::new("segment", "segment of the study", ""),
+        Col::new("place", "place among the trials of the segment, from 1", ""),
+        Col::new("condition", "condition of the trial: its levels joined by +", "")
+            .with(study.conditions.iter().map(|c| (c.name.clone(), format!("condition {} of the study", c.name)))),
+    ];
+    for (factor, levels) in &study.file.factors {
+        let words = levels.iter().map(|level| {
+            let set: Vec<String> = level.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+            (level.name.clone(), if set.is_empty() { "as the base of the study".into() } else { set.join(", ") })
+        });
+        columns.push(Col::new(factor, &format!("level of the factor {factor}"), "").with(words));
+    }
+    columns.extend([
+        Col::new("seed", "seed of everything random in the drive", ""),
+        Col::new("recording", "folder of the recording", ""),
+        Col::new("baseline", "folder of the same drive without advice", ""),
+    ]);
+    Tsv::new(columns)
+}
+
+fn participants(logs: &[Log]) -> Tsv {
+    let levels = |words: &[(&str, &str)]| words.iter().map(|(w, t)| ((*w).into(), (*t).into())).collect::<Vec<_>>();
+    let mut table = Tsv::new(vec![
+        Col::new("participant_id", "code of the participant", ""),
+        Col::new("number", "number in the study, from 1: it gives the order of conditions", ""),
+        Col::new("kind", "who drove", "")
+            .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
+        Col::new("order", "conditions in this participant's order, joined by commas", ""),
+        Col::new("state", "how far the visit came", "").with(levels(&[
+            ("complete", "to the end"),
+            ("stopped", "stopped for good before the end"),
+            ("open", "not over yet"),
+        ])),
+    ]);
+    let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();
+    traits.sort();
+    traits.dedup();
+    for name in &traits {
+        let unit = if name.ends_with("_mps") {
+            "m/s"
+        } else if name.ends_with("_s") {
+            "s"
+        } else {
+            ""
+        };
+        table.columns.push(Col::new(&format!("true_{name}"), "number of the simulated participant", unit));
+    }
+    for log in logs {
+        let state = match &log.end {
+            Some(end) if end.complete => "complete",
+            Some(_) => "stopped",
+            None => "open",
+        };
+        let kind = if log.who == Who::Person { "person" } else { "simulated" };
+        let mut row = vec![
+            log.participant.subject(),
+            (log.index + 1).to_string(),
+            kind.into(),
+            log.order.join(","),
+            state.into(),
+        ];
+        row.extend(traits.iter().map(|name| bids::number(log.traits.get(*name).copied())));
+        table.rows.push(row);
+    }
+    table
+}
+
+/// Answers and scores of one questionnaire.
+fn phenotype(questionnaire: &Questionnaire, item: &str, logs: &[Log]) -> Tsv {
+    let mut table = Tsv::new(vec![Col::new("participant_id", "code of the participant", "")]);
+    for element in questionnaire.pages.iter().flat_map(|page| &page.elements) {
+        table.columns.extend(columns(element));
+    }
+    for score in &questionnaire.scores {
+        let how = serde_json::to_value(score.method).unwrap_or_default();
+        let about = format!("score: {} times the {} of {}", score.weight, bids::value(&how), score.of.join(", "));
+        table.columns.push(Col::new(&format!("score_{}", score.name), &about, ""));
+    }
+    for log in logs {
+        let Some(answered) = log.answers.get(item).filter(|_| log.done(item).is_some()) else { continue };
+        let answers = session::as_map(answered);
+        let mut row = vec![log.participant.subject()];
+        for element in questionnaire.pages.iter().flat_map(|page| &page.elements) {
+            let cells =
+                element.answer_names().into_iter().map(|name| answers.get(&name).map_or(String::new(), bids::value));
+            row.extend(cells);
+        }
+        // Sums of decimal weights end in 3e-15 otherwise.
+        let round = |figure: f64| (figure * 1e6).round() / 1e6;
+        row.extend(questionnaire.scores(&answers).into_iter().map(|(_, figure)| bids::number(figure.map(round))));
+        table.rows.push(row);
+    }
+    table
+}
+
+/// The columns of a question: one, or one for each row of a matrix.
+fn columns(element: &Element) -> Vec<Col> {
+    let words = |list: &[super::questions::Choice]| {
+        list.iter().map(|choice| (bids::value(&choice.value), choice.text.clone())).collect::<Vec<_>>()
+    };
+    let mut title = [element.title.as_str(), element.description.as_str()].join(" ").trim().to_owned();
+    let levels = match element.kind {
+        ElementKind::Radiogroup => words(&element.choices),
+        ElementKind::Matrix => words(&element.columns),
+        ElementKind::Boolean => vec![("true".into(), "yes".into()), ("false".into(), "no".into())],
+        // Levels are all values that a cell may have: not the ends of a scale alone, nor the parts of a list.
+        ElementKind::Rating => {
+            let end = |word: &str| if word.is_empty() { String::new() } else { format!(" ({word})") };
+            let (low, high) = (end(&element.min_rate_description), end(&element.max_rate_description));
+            title += &format!(" From {}{low} to {}{high}", element.rate_min, element.rate_max);
+            Vec::new()
+        }
+        ElementKind::Checkbox => {
+            let list: Vec<String> =
+                words(&element.choices).into_iter().map(|(w, text)| format!("{w}: {text}")).collect();
+            title += &format!(" Any of these, joined by semicolons: {}", list.join("; "));
+            Vec::new()
+        }
+        _ => Vec::new(),
+    };
+    let mut names = element.answer_names().into_iter();
+    if element.kind == ElementKind::Matrix {
+        return names
+            .zip(&element.rows)
+            .map(|(name, row)| Col::new(&name, &format!("{title} {}", row.text), "").with(levels.clone()))
+            .collect();
+    }
+    names.next().map(|name| Col::new(&name, &title, "").with(levels)).into_iter().collect()
+}
+
+/// Answers with the time that each took.
+fn timed(answers: &[Answered]) -> Tsv {
+    let mut table = Tsv::new(vec![
+        Col::new("question", "name of the question", ""),
+        Col::new("answer", "the answer; several are joined by semicolons", ""),
+        Col::new("response_time", "from seeing the page to this answer", "s"),
+    ]);
+    table.rows = answers
+        .iter()
+        .map(|a| vec![a.question.clone(), bids::value(&a.answer), bids::number(Some(a.time_s))])
+        .collect();
+    table
+}

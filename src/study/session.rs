@@ -1,0 +1,454 @@
+//! One participant's visit as it goes. In: the plan, what the participant did, what the experimenter decides, and the time
+//! as whoever has a clock reads it. Out: what comes next; a small file that says so after every step, so that a visit
+//! goes on at the right place after a crash, a power cut or a closed window.
+//!
+//! The file is `sourcedata/sub-CODE/session.json`; recordings lie beside it, each attempt in a folder of its own. An item
+//! is settled when its last passage was done or skipped; the first that is not settled comes next. A lock keeps a second
+//! program away.
+
+use super::{Code, DataSet, Plan, Planned, SessionError, Study, questions::Answers};
+use crate::record::{self, RecordError};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::{
+    collections::BTreeMap,
+    fs::{self, File, OpenOptions},
+    path::{Path, PathBuf},
+};
+
+/// Name of the file.
+pub const FILE: &str = "session.json";
+
+/// How a passage through an item ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// To its end.
+    Done,
+    /// Broken off; the item comes again.
+    Aborted,
+    /// The program or the power went away; the item comes again.
+    Cut,
+    /// Left out by the experimenter.
+    Skipped,
+    /// It was done, and the experimenter wants it once more.
+    Repeat,
+}
+
+impl Outcome {
+    fn settles(self) -> bool {
+        matches!(self, Self::Done | Self::Skipped)
+    }
+}
+
+/// One passage through an item.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Passage {
+    /// Name of the item in the plan.
+    pub item: String,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why, in the experimenter's words; empty where nothing is to be said.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub reason: String,
+    /// When it began and ended, UTC.
+    pub began: String,
+    /// When it ended, UTC.
+    pub ended: String,
+    /// Folder of its recording, beside the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording: Option<String>,
+}
+
+/// What happens now.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Running {
+    /// Name of the item.
+    pub item: String,
+    /// Folder for its recording, beside the file.
+    pub recording: String,
+    /// When it began, UTC.
+    pub began: String,
+}
+
+/// Something that an experimenter writes down: a note, a mark, an extension.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Note {
+    /// When, UTC.
+    pub at: String,
+    /// The item that was running.
+    pub item: Option<String>,
+    /// note, mark, extend, ...
+    pub kind: String,
+    /// In words.
+    pub text: String,
+}
+
+/// One answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Answered {
+    /// Name of the question; of a matrix `name.row`.
+    pub question: String,
+    /// The answer.
+    pub answer: Value,
+    /// From seeing the page to this answer, seconds.
+    pub time_s: f64,
+}
+
+/// How a visit ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct End {
+    /// All items are settled; false: stopped before, as after sickness.
+    pub complete: bool,
+    /// Why it was stopped.
+    pub reason: String,
+    /// When, UTC.
+    pub at: String,
+}
+
+/// Who drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Who {
+    /// A person.
+    Person,
+    /// A simulated participant.
+    Simulated,
+}
+
+/// What the file holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Log {
+    /// Whose visit.
+    pub participant: Code,
+    /// The participant's number in the study, from 0: which order of conditions.
+    pub index: usize,
+    /// A person, or a rehearsal.
+    pub who: Who,
+    /// Numbers of a simulated participant, by name with unit.
+    #[serde(default)]
+    pub traits: BTreeMap<String, f64>,
+    /// Conditions in this participant's order.
+    pub order: Vec<String>,
+    /// Now running; what stands here when the file is opened was cut.
+    #[serde(default)]
+    pub running: Option<Running>,
+    /// What was, in order.
+    pub passages: Vec<Passage>,
+    /// What was written down.
+    #[serde(default)]
+    pub notes: Vec<Note>,
+    /// Answers by the item's name: of its last passage.
+    #[serde(default)]
+    pub answers: BTreeMap<String, Vec<Answered>>,
+    /// Set once the visit is over for good.
+    #[serde(default)]
+    pub end: Option<End>,
+}
+
+impl Log {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn load(path: &Path) -> Result<Self, SessionError> {
+        let refused = |why: String| {
+            SessionError::Refused(format!(
+                "{}: {why}; put back a copy of it, or begin with another participant code",
+                path.display()
+            ))
+        };
+        let text = fs::read_to_string(path).map_err(|e| refused(format!("cannot be read: {e}")))?;
+        serde_json::from_str(&text).map_err(|e| refused(format!("is no session of this program: {e}")))
+    }
+
+    /// The last passage through an item.
+    pub fn last(&self, item: &str) -> Option<&Passage> {
+        self.passages.iter().rfind(|passage| passage.item == item)
+    }
+
+    /// True if the item was done or skipped and not called back.
+    pub fn settled(&self, item: &str) -> bool {
+        self.last(item).is_some_and(|passage| passage.outcome.settles())
+    }
+
+    /// The last passage through an item that went to its end, unless it was called back or skipped.
+    pub fn done(&self, item: &str) -> Option<&Passage> {
+        self.last(item).filter(|passage| passage.outcome == Outcome::Done)
+    }
+}
+
+/// A visit.
+#[derive(Debug)]
+pub struct Session {
+    folder: PathBuf,
+    plan: Plan,
+    log: Log,
+    /// Held as long as the session is open; the system lets go of it when the program is gone.
+    _lock: File,
+}
+
+impl Session {
+    /// Opens a participant's visit, a new one or one that was interrupted. `index` is the place in the study's orders
+    /// that a new participant takes. What a cut left running is noted as cut and its recording is made whole.
+    ///
+    /// # Errors
+    /// The visit is over, another program runs it, or its files are not of this study.
+    pub fn open(
+        data: &DataSet,
+        study: &Study,
+        code: &Code,
+        who: Who,
+        index: usize,
+        now: &str,
+    ) -> Result<Self, SessionError> {
+        data.check_new_code(code)?;
+        let folder = data.source(code);
+        record::new_private_dir(&folder)?;
+        let lock = lock(&folder, code)?;
+        let path = folder.join(FILE);
+        let log = if path.exists() { Log::load(&path)? } else { Self::first(&folder, study, code, who, index)? };
+        let refused = |why: String| Err(SessionError::Refused(why));
+        if log.participant != *code {
+            return refused(format!("{}: is of participant {}", path.display(), log.participant));
+        }
+        if log.who != who {
+            let is = if log.who == Who::Person { "a person" } else { "simulated" };
+            return refused(format!("participant {code} is {is}; take another code"));
+        }
+        if let Some(end) = &log.end {
+            return refused(if end.complete {
+                format!("participant {code} has been through the whole study ({}); nobody takes part twice", end.at)
+            } else {
+                format!("the visit of participant {code} was stopped for good ({}, {})", end.reason, end.at)
+            });
+        }
+        let plan = study.plan(log.index);
+        let mut session = Self { folder, plan, log, _lock: lock };
+        if let Some(running) = session.log.running.take() {
+            let recording = session.folder.join(&running.recording);
+            match record::recover(&recording) {
+                Ok(_) | Err(RecordError::Absent(_)) => {}
+                Err(error) => return Err(error.into()),
+            }
+            let recording = recording.exists().then_some(running.recording);
+            let (item, began) = (running.item, running.began);
+            let reason = "the program ended".into();
+            session.log.passages.push(Passage {
+                item,
+                outcome: Outcome::Cut,
+                reason,
+                began,
+                ended: now.into(),
+                recording,
+            });
+        }
+        session.save()?;
+        Ok(session)
+    }
+
+    fn first(folder: &Path, study: &Study, code: &Code, who: Who, index: usize) -> Result<Log, SessionError> {
+        let left = fs::read_dir(folder).map_err(|why| RecordError::File { path: folder.into(), why })?;
+        let left = left.flatten().map(|entry| entry.file_name()).find(|name| name != LOCK);
+        if let Some(left) = left {
+            return Err(SessionError::Refused(format!(
+                "{} holds {} but no {FILE}: put that back, or begin with another participant code",
+                folder.display(),
+                left.display()
+            )));
+        }
+        Ok(Log {
+            participant: code.clone(),
+            index,
+            who,
+            traits: BTreeMap::new(),
+            order: study.plan(index).order,
+            running: None,
+            passages: Vec::new(),
+            notes: Vec::new(),
+            answers: BTreeMap::new(),
+            end: None,
+        })
+    }
+
+    fn save(&self) -> Result<(), SessionError> {
+        let text = serde_json::to_string_pretty(&self.log).expect("numbers and words");
+        Ok(record::replace(&self.folder.join(FILE), (text + "\n").as_bytes())?)
+    }
+
+    /// What was so far.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// The whole visit.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Folder of the participant's recordings.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// What comes next, and its place in the plan; `None` when all is settled.
+    pub fn next(&self) -> Option<(usize, &Planned)> {
+        self.plan.items.iter().enumerate().find(|(_, planned)| !self.log.settled(&planned.name))
+    }
+
+    /// The next item begins. Returns the folder for its recording, which is not there yet.
+    ///
+    /// # Errors
+    /// Nothing is left to do, or the disk refuses.
+    pub fn begin(&mut self, now: &str) -> Result<PathBuf, SessionError> {
+        let Some((_, planned)) = self.next() else { return Err(nothing_left(&self.log.participant)) };
+        let item = planned.name.clone();
+        let before = self.log.passages.iter().filter(|p| p.item == item && p.recording.is_some()).count();
+        let recording = if before == 0 { item.clone() } else { format!("{item}-again-{before}") };
+        let folder = self.folder.join(&recording);
+        self.log.running = Some(Running { item, recording, began: now.into() });
+        self.save()?;
+        Ok(folder)
+    }
+
+    /// The running item has ended.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn end(&mut self, outcome: Outcome, reason: &str, now: &str) -> Result<(), SessionError> {
+        let Some(running) = self.log.running.take() else { return Ok(()) };
+        let recording = self.folder.join(&running.recording).exists().then_some(running.recording);
+        self.log.passages.push(Passage {
+            item: running.item,
+            outcome,
+            reason: reason.into(),
+            began: running.began,
+            ended: now.into(),
+            recording,
+        });
+        self.save()
+    }
+
+    /// The running questionnaire was answered.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn end_answered(&mut self, answers: Vec<Answered>, now: &str) -> Result<(), SessionError> {
+        if let Some(running) = &self.log.running {
+            self.log.answers.insert(running.item.clone(), answers);
+        }
+        self.end(Outcome::Done, "", now)
+    }
+
+    /// The experimenter leaves out what comes next, or what runs.
+    ///
+    /// # Errors
+    /// Nothing is left to do, or the disk refuses.
+    pub fn skip(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
+        if self.log.running.is_none() {
+            self.begin(now)?;
+        }
+        self.end(Outcome::Skipped, reason, now)
+    }
+
+    /// The experimenter wants an item of the plan once more; it comes next.
+    ///
+    /// # Errors
+    /// There is no such item, it has not been yet, or the disk refuses.
+    pub fn repeat(&mut self, item: &str, reason: &str, now: &str) -> Result<(), SessionError> {
+        if !self.log.settled(item) {
+            let done: Vec<&str> =
+                self.plan.items.iter().map(|p| p.name.as_str()).filter(|n| self.log.settled(n)).collect();
+            let list = if done.is_empty() { "nothing yet".into() } else { done.join(", ") };
+            return Err(SessionError::Refused(format!("{item:?} cannot be repeated; what has been is {list}")));
+        }
+        self.log.passages.push(Passage {
+            item: item.into(),
+            outcome: Outcome::Repeat,
+            reason: reason.into(),
+            began: now.into(),
+            ended: now.into(),
+            recording: None,
+        });
+        self.save()
+    }
+
+    /// The experimenter writes something down: `kind` is note, mark, extend or another word.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn note(&mut self, kind: &str, text: &str, now: &str) -> Result<(), SessionError> {
+        let item = self.log.running.as_ref().map(|running| running.item.clone());
+        self.log.notes.push(Note { at: now.into(), item, kind: kind.into(), text: text.into() });
+        self.save()
+    }
+
+    /// Numbers of a simulated participant.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn set_traits(&mut self, traits: BTreeMap<String, f64>) -> Result<(), SessionError> {
+        self.log.traits = traits;
+        self.save()
+    }
+
+    /// All is settled: the visit is over.
+    ///
+    /// # Errors
+    /// Something is left to do, or the disk refuses.
+    pub fn finish(&mut self, now: &str) -> Result<(), SessionError> {
+        if let Some((_, planned)) = self.next() {
+            return Err(SessionError::Refused(format!("\"{}\" is left to do", planned.name)));
+        }
+        self.close(true, "", now)
+    }
+
+    /// The visit is over before its end and cannot go on, as after sickness. What runs is aborted.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn stop(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
+        self.end(Outcome::Aborted, reason, now)?;
+        self.close(false, reason, now)
+    }
+
+    fn close(&mut self, complete: bool, reason: &str, now: &str) -> Result<(), SessionError> {
+        self.log.end = Some(End { complete, reason: reason.into(), at: now.into() });
+        self.save()
+    }
+}
+
+/// Answers as scores want them.
+pub fn as_map(answered: &[Answered]) -> Answers {
+    answered.iter().map(|a| (a.question.clone(), a.answer.clone())).collect()
+}
+
+fn nothing_left(code: &Code) -> SessionError {
+    SessionError::Refused(format!("nothing is left to do for participant {code}"))
+}
+
+/// Name of the lock's file.
+const LOCK: &str = "lock";
+
+/// Keeps other programs away from a participant.
+fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
+    let path = folder.join(LOCK);
+    let file = lock_file(&path)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(fs::TryLockError::WouldBlock) => {
+            Err(SessionError::Refused(format!("participant {code} is being run by another program; end that first")))
+        }
+        Err(fs::TryLockError::Error(why)) => Err(RecordError::File { path, why }.into()),
+    }
+}
+
+/// An empty file, private to the user, that a lock is held on.
+pub(super) fn lock_file(path: &Path) -> Result<File, RecordError> {
+    let mut options = OpenOptions::new();
+    options.create(true).truncate(false).write(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path).map_err(|why| RecordError::File { path: path.into(), why })
+}

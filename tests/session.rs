@@ -1,0 +1,361 @@
+//! A rehearsed study: every order as often as it should be, a data set whose files are whole, a cut that costs one drive,
+//! the same bits for the same seed, and a message for whatever must not be.
+
+use assert_cmd::Command;
+use codrive::{
+    record::{Reader, Table},
+    study::{
+        Code, DataSet, Outcome, Session, SessionError, Study,
+        session::{Log, Who},
+    },
+};
+use serde_json::Value;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    os::unix::fs::PermissionsExt,
+    path::{Path, PathBuf},
+};
+
+const STUDY: &str = r#"title = "Short"
+participants = 6
+seed = 7
+[base]
+traffic = "native"
+warm_up_s = 5.0
+duration_s = 6.0
+hold_s = 2.0
+[factors]
+range = [{ name = "narrow", set = { range_mph = 0.5 } }, { name = "middle" }, { name = "wide", set = { range_mph = 2.0 } }]
+[[segment]]
+kind = "text"
+name = "welcome"
+text = "Hello"
+[[segment]]
+kind = "questions"
+name = "ssq-before"
+questionnaire = "ssq"
+[[segment]]
+kind = "drive"
+name = "practice"
+set = { duration_s = 30.0, policy = "constant", warm_up_s = 0.0 }
+until_in_range_s = 1.0
+[[segment]]
+kind = "trials"
+name = "trial"
+rest_s = 10.0
+text = "Drive on the ring."
+[[segment]]
+kind = "questions"
+name = "workload"
+questionnaire = "raw-tlx"
+"#;
+
+fn study() -> Study {
+    Study::parse(STUDY.into(), Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn codrive(arguments: &[&str]) -> (i32, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    let output = command.args(arguments).env("RUST_LOG", "error").output().unwrap();
+    let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    (output.status.code().unwrap(), text)
+}
+
+/// A folder with the study's file, and where its data go.
+fn place() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("short.toml"), folder.path().join("data"));
+    fs::write(&file, STUDY).unwrap();
+    (folder, file, out)
+}
+
+fn rehearse(file: &Path, out: &Path, participants: &str) -> (i32, String) {
+    let [file, out] = [file, out].map(|path| path.to_str().unwrap());
+    codrive(&["study", file, "--rehearse", "--participants", participants, "--out", out])
+}
+
+/// Names of all files below a folder.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut list = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() { list.extend(files(&path)) } else { list.push(path) }
+    }
+    list.sort();
+    list
+}
+
+/// Rows of a table by its columns' names; every row has every cell.
+fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
+    let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let separator = if path.extension().is_some_and(|e| e == "csv") { ',' } else { '\t' };
+    let mut lines = text.lines().map(|line| line.split(separator).map(str::to_owned).collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    let row = |cells: Vec<String>| {
+        assert_eq!(cells.len(), head.len(), "{}: {cells:?}", path.display());
+        assert!(separator == ',' || cells.iter().all(|cell| !cell.is_empty()), "{}: {cells:?}", path.display());
+        head.iter().cloned().zip(cells).collect()
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set() {
+    let (_folder, file, out) = place();
+    let (code, text) = rehearse(&file, &out, "6");
+    assert!(code == 0 && text.contains("6 of 6 participants are through"), "{text}");
+
+    let participants = table(&out.join("participants.tsv"));
+    let orders: BTreeSet<&String> = participants.iter().map(|row| &row["order"]).collect();
+    assert_eq!(orders.len(), 6, "Williams' square of three conditions has six orders: {orders:?}");
+    assert!(participants.iter().all(|row| row["state"] == "complete" && row["kind"] == "simulated"));
+
+    // Every table has a sidecar that names each of its columns; all files are the user's alone.
+    for path in files(&out) {
+        let mode = fs::metadata(&path).unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode & 0o077, 0, "{}: {mode:o}", path.display());
+        if path.extension().is_some_and(|e| e == "tsv") {
+            let sidecar: Value = serde_json::from_slice(&fs::read(path.with_extension("json")).unwrap()).unwrap();
+            for name in table(&path)[0].keys() {
+                assert!(sidecar[name]["Description"].is_string(), "{}: {name}", path.display());
+            }
+        }
+    }
+
+    for (number, row) in participants.iter().enumerate() {
+        let subject = &row["participant_id"];
+        let scans = table(&out.join(subject).join(format!("{subject}_scans.tsv")));
+        let driven: Vec<&str> = scans.iter().skip(1).map(|scan| scan["condition"].as_str()).collect();
+        assert_eq!((scans.len(), driven.join(",")), (4, row["order"].clone()));
+        for scan in &scans {
+            let events = table(&out.join(subject).join(&scan["filename"]));
+            let advice = Reader::parquet(&Table::Advice.parquet(&out.join(&scan["recording"]))).unwrap();
+            assert_eq!(events.iter().filter(|event| event["trial_type"] == "advice").count(), advice.rows());
+        }
+        // The practice ends by its criterion, sooner than its 30 s.
+        let ended = |event: &BTreeMap<String, String>| event["trial_type"] == "criterion";
+        assert!(table(&out.join(subject).join(&scans[0]["filename"])).iter().any(ended));
+        // The baseline is of the same seed, and nobody advises in it.
+        let scenario = |name: &str| {
+            let text = fs::read_to_string(out.join(&scans[1][name]).join("scenario.toml")).unwrap();
+            toml::from_str::<toml::Table>(&text).unwrap()
+        };
+        let (trial, baseline) = (scenario("recording"), scenario("baseline"));
+        assert!(trial["seed"] == baseline["seed"] && trial["range_mph"] == baseline["range_mph"]);
+        assert_eq!((baseline["policy"].as_str(), baseline["driver"].as_str()), (Some("none"), Some("idm")));
+        let manifest = fs::read_to_string(out.join(&scans[1]["recording"]).join("manifest.json")).unwrap();
+        assert!(manifest.contains(&format!("\"participant\": \"R{:02}\"", number + 1)), "{manifest}");
+    }
+    let workload = table(&out.join("phenotype/workload.tsv"));
+    for row in &workload {
+        let rated = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
+        let mean = rated.iter().map(|name| row[*name].parse::<f64>().unwrap()).sum::<f64>() / 6.0;
+        assert!((row["score_raw-tlx"].parse::<f64>().unwrap() - mean).abs() < 1e-6);
+    }
+    assert_eq!((workload.len(), table(&out.join("phenotype/ssq_before.tsv")).len()), (6, 6));
+
+    // The analysis finds all of it.
+    let (code, text) = codrive(&["analyse", out.to_str().unwrap()]);
+    assert!(code == 0 && text.contains("24 drives"), "{text}");
+    let report = out.join("derivatives/codrive");
+    let trials = table(&report.join("trials.csv"));
+    assert_eq!(trials.iter().filter(|row| row["condition"] == "wide").count(), 6);
+    for row in trials.iter().filter(|row| row["segment"] == "trial") {
+        let [with, without, gain] =
+            ["mean_speed_mps", "baseline_speed_mps", "speed_gain_mps"].map(|n| row[n].parse::<f64>().unwrap());
+        assert!((with - without - gain).abs() < 1e-9);
+    }
+    let html = fs::read_to_string(report.join("report.html")).unwrap();
+    // Nothing is fetched: the only addresses are the names of SVG's format.
+    assert_eq!(html.matches("http").count(), html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());
+    assert!(!html.contains("<script") && !html.contains("NaN") && html.contains("narrow (n = 6)"));
+    let (code, text) = codrive(&["analyse", out.join("sub-R02").to_str().unwrap()]);
+    assert!(code == 0 && text.contains("4 drives"), "{text}");
+
+    // Who is through is not run again, and nothing changes.
+    let before = fs::read(out.join("sourcedata/sub-R01/session.json")).unwrap();
+    let (code, _) = rehearse(&file, &out, "6");
+    assert!(code == 0 && fs::read(out.join("sourcedata/sub-R01/session.json")).unwrap() == before);
+}
+
+/// Everything that must be equal between two runs: all files but those with times of day.
+fn contents(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let timed = |path: &Path| ["session.json", "manifest.json"].iter().any(|name| path.ends_with(name));
+    let list = files(out).into_iter().filter(|path| !timed(path));
+    list.map(|path| (path.strip_prefix(out).unwrap().to_owned(), fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn the_same_seed_gives_the_same_files_also_after_a_cut() {
+    let (_folder, file, out) = place();
+    let second = out.with_file_name("second");
+    assert_eq!((rehearse(&file, &out, "2").0, rehearse(&file, &second, "1").0), (0, 0));
+    // The second participant is cut within the first trial: its journal is left, its session says running.
+    let (study, code) = (study(), Code::new("R02").unwrap());
+    let data = DataSet::open(&second, &study).unwrap();
+    let mut session = Session::open(&data, &study, &code, Who::Simulated, 1, "then").unwrap();
+    let names: Vec<String> = session.plan().items.iter().map(|planned| planned.name.clone()).collect();
+    assert_eq!(names[..4], ["welcome", "ssq-before", "practice", "trial-1-middle"]);
+    for _ in 0..1 {
+        session.begin("then").unwrap();
+        session.end(Outcome::Done, "", "then").unwrap();
+    }
+    session.begin("then").unwrap();
+    drop(session);
+    let (code, text) = rehearse(&file, &second, "2");
+    assert!(code == 0 && text.contains("2 of 2"), "{text}");
+    let log = Log::load(&second.join("sourcedata/sub-R02/session.json")).unwrap();
+    let passages: Vec<(&str, Outcome)> = log.passages.iter().map(|p| (p.item.as_str(), p.outcome)).collect();
+    assert_eq!(
+        passages[..3],
+        [("welcome", Outcome::Done), ("ssq-before", Outcome::Cut), ("ssq-before", Outcome::Done)]
+    );
+    let (a, b) = (contents(&out), contents(&second));
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (path, bytes) in &a {
+        assert!(b[path] == *bytes, "{}", path.display());
+    }
+}
+
+#[test]
+fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
+    let (_folder, file, out) = place();
+    let long = STUDY.replace("duration_s = 6.0", "duration_s = 600.0");
+    fs::write(&file, long).unwrap();
+    let rehearse = || {
+        let [file, out] = [&file, &out].map(|path| path.to_str().unwrap());
+        std::process::Command::new(env!("CARGO_BIN_EXE_codrive"))
+            .args(["study", file, "--rehearse", "--participants", "1", "--out", out])
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    let until = |child: &mut std::process::Child, path: &Path| {
+        while !path.exists() {
+            assert!(child.try_wait().unwrap().is_none(), "ended by itself");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+    };
+    let mut child = rehearse();
+    let source = out.join("sourcedata/sub-R01");
+    until(&mut child, &source.join("trial-1-narrow/journal/ego.arrows"));
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success() && child.wait().unwrap().code() == Some(1));
+    let log = Log::load(&source.join("session.json")).unwrap();
+    let last = log.passages.last().unwrap();
+    assert_eq!((last.item.as_str(), last.outcome, log.running.is_none()), ("trial-1-narrow", Outcome::Aborted, true));
+    let rows = Reader::parquet(&Table::Ego.parquet(&source.join("trial-1-narrow"))).unwrap().rows();
+    assert!(rows < 60_000 && !source.join("trial-1-narrow/journal").exists());
+    // The next attempt takes a folder of its own.
+    let long = fs::read_to_string(&file).unwrap();
+    let study = Study::parse(long, &file).unwrap();
+    let data = DataSet::open(&out, &study).unwrap();
+    let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
+    let again = source.join("trial-1-narrow-again-1");
+    assert_eq!(session.begin("now").unwrap(), again);
+    drop(session);
+
+    // Killed without a word within it, it is made whole, and the next attempt has a folder of its own once more.
+    let mut child = rehearse();
+    until(&mut child, &again.join("journal/ego.arrows"));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
+    let cut = session.log().passages.last().unwrap();
+    assert_eq!((cut.outcome, cut.recording.as_deref()), (Outcome::Cut, Some("trial-1-narrow-again-1")));
+    Reader::parquet(&Table::Ego.parquet(&again)).unwrap();
+    assert_eq!(session.begin("later").unwrap(), source.join("trial-1-narrow-again-2"));
+}
+
+#[test]
+fn a_visit_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
+    let (_folder, _, out) = place();
+    let study = study();
+    let data = DataSet::open(&out, &study).unwrap();
+    let code = Code::new("P03").unwrap();
+    let open = |who, code: &Code| Session::open(&data, &study, code, who, data.next_index().unwrap_or(0), "t0");
+    let refused = |found: Result<Session, SessionError>, has: &str| {
+        let text = found.expect_err(has).to_string();
+        assert!(text.contains(has), "{text}");
+    };
+    let mut session = open(Who::Person, &code).unwrap();
+    refused(open(Who::Person, &code), "is being run by another program");
+    refused(open(Who::Person, &Code::new("p03").unwrap()), "only by capital letters");
+    assert!(session.repeat("welcome", "", "t1").unwrap_err().to_string().contains("nothing yet"));
+    session.begin("t1").unwrap();
+    session.note("mark", "coughs", "t2").unwrap();
+    session.end(Outcome::Done, "", "t3").unwrap();
+    session.skip("no time", "t4").unwrap();
+    assert_eq!(session.next().unwrap().1.name, "practice");
+    session.repeat("welcome", "did not read it", "t5").unwrap();
+    assert_eq!(session.next().unwrap().1.name, "welcome");
+    session.begin("t6").unwrap();
+    session.end(Outcome::Aborted, "phone", "t7").unwrap();
+    assert_eq!(session.next().unwrap().1.name, "welcome", "what was broken off comes again");
+    assert!(session.finish("t8").unwrap_err().to_string().contains("\"welcome\" is left to do"));
+    drop(session);
+
+    let mut session = open(Who::Person, &code).unwrap();
+    assert_eq!((session.log().index, session.log().notes[0].item.as_deref()), (0, Some("welcome")));
+    session.stop("sick", "t9").unwrap();
+    drop(session);
+    refused(open(Who::Person, &code), "stopped for good (sick, t9)");
+    data.publish(&study, &code).unwrap();
+    assert_eq!(table(&out.join("participants.tsv"))[0]["state"], "stopped");
+
+    let other = Code::new("P04").unwrap();
+    let mut session = open(Who::Person, &other).unwrap();
+    assert_eq!(session.log().index, 1, "the next order");
+    while session.next().is_some() {
+        session.skip("", "t").unwrap();
+    }
+    assert!(session.skip("", "t").unwrap_err().to_string().contains("nothing is left to do"));
+    session.finish("t").unwrap();
+    drop(session);
+    refused(open(Who::Person, &other), "nobody takes part twice");
+    refused(open(Who::Simulated, &other), "is a person");
+
+    let file = out.join("sourcedata/sub-P04/session.json");
+    fs::write(&file, "{").unwrap();
+    refused(open(Who::Person, &other), "is no session of this program");
+    fs::remove_file(&file).unwrap();
+    fs::write(out.join("sourcedata/sub-P04/trial"), "").unwrap();
+    refused(open(Who::Person, &other), "but no session.json");
+}
+
+#[test]
+fn folders_that_are_something_else_are_refused_and_left_alone() {
+    let (folder, file, out) = place();
+    let (code, text) = rehearse(&file, folder.path(), "1");
+    assert!(code == 2 && text.contains("is no data set of a study"), "{text}");
+    assert_eq!(files(folder.path()), std::slice::from_ref(&file));
+
+    let data = DataSet::open(&out, &study()).unwrap();
+    drop(Session::open(&data, &study(), &Code::new("P01").unwrap(), Who::Person, 0, "t").unwrap());
+    let (code, text) = rehearse(&file, &out, "1");
+    assert!(code == 2 && text.contains("holds data of a person (P01)"), "{text}");
+    fs::write(&file, STUDY.replace("seed = 7", "seed = 8")).unwrap();
+    let (code, text) = rehearse(&file, &out, "1");
+    assert!(code == 2 && text.contains("is not the study that this data set was begun with"), "{text}");
+    let (code, text) = codrive(&["study", file.to_str().unwrap(), "--rehearse"]);
+    assert!(code == 2 && text.contains("--out"), "{text}");
+
+    for (path, has) in [(folder.path(), "holds nothing to analyse"), (&out, "holds no drive that came to its end")] {
+        let (code, text) = codrive(&["analyse", path.to_str().unwrap()]);
+        assert!(code == 2 && text.contains(has), "{text}");
+    }
+    let cut = folder.path().join("cut");
+    let drive = ["run", "--traffic", "native", "--duration", "1", "--out", cut.to_str().unwrap()];
+    assert_eq!(codrive(&drive).0, 0);
+    fs::create_dir(cut.join("journal")).unwrap();
+    let (code, text) = codrive(&["analyse", cut.to_str().unwrap()]);
+    assert!(code == 2 && text.contains("codrive recover"), "{text}");
+    fs::remove_dir(cut.join("journal")).unwrap();
+    let (code, text) = codrive(&["analyse", cut.to_str().unwrap()]);
+    assert!(code == 0 && text.contains("of 1 drives"), "{text}");
+    fs::write(cut.join("ego.parquet"), "no").unwrap();
+    let (code, text) = codrive(&["analyse", cut.to_str().unwrap()]);
+    assert!(code == 1 && text.contains("ego.parquet: no Parquet file"), "{text}");
+}
