@@ -127,7 +127,9 @@ fn calibrate_learns_a_g29_and_saves_what_a_drive_can_read() {
     let Some(output) = with_wheel("c24f", None, codrive(), &arguments) else { return };
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
-    for question in ["hands and feet off", "fully to the left", "fully to the right", "straight ahead", "brake go"] {
+    for question in
+        ["hands and feet off", "fully to the left", "fully to the right", "straight ahead", "emergency stop"]
+    {
         assert!(text.contains(question), "{text}");
     }
     let profile: Profile = profiles::load(&file).unwrap();
