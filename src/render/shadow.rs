@@ -26,7 +26,7 @@ const STEP_M: [f32; 2] = [12.0, 36.0];
 /// What throws those shadows where leaves do.
 const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
 /// Width of a texel from which cars throw the shadow of their coarsest body, metres.
-const COARSE_M: f32 = 0.10;
+const COARSE_M: f32 = 0.05;
 /// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
 const HEIGHT_M: f32 = 40.0;
 
@@ -279,7 +279,7 @@ impl Layer {
         let around = Around { forest: trees.map(|_| &scenery.forest), inside: None };
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
         let detail = trees.unwrap_or(Detail::Shade);
-        // Where a texel is as wide as a mirror, the coarsest body has the same shadow.
+        // Where a texel is as wide as a pillar, the coarsest body has the same shadow.
         let car = if cover.texel_m(size) > COARSE_M { Detail::Far } else { Detail::Shade };
         self.crowd.gather(
             (&scenery.device, queue),
