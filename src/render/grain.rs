@@ -115,7 +115,7 @@ fn blades() -> Vec<f32> {
 }
 
 /// A random lattice of `nx` by `ny` points, smoothly interpolated; tiles over 0..1.
-fn smooth(lattice: &[f32], nx: usize, ny: usize, u: f32, v: f32) -> f32 {
+pub(super) fn smooth(lattice: &[f32], nx: usize, ny: usize, u: f32, v: f32) -> f32 {
     let (x, y) = (u * nx as f32, v * ny as f32);
     let (ix, iy) = (x as usize, y as usize);
     let ease = |t: f32| t * t * (3.0 - 2.0 * t);

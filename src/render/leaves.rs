@@ -6,6 +6,7 @@
 //! Layers: the number of the cut times `VARIANTS` plus that of the variant (`scene/foliage.rs`), then bark. Reduced
 //! sizes keep the share of the card that is covered (after Castano 2010), or crowns would grow thin with distance.
 
+use super::grain::smooth;
 use crate::rng::{self, Stream};
 use glam::{Vec2, vec2};
 use std::{f32::consts::TAU, sync::OnceLock};
@@ -355,18 +356,6 @@ fn bark() -> Vec<Texel> {
         ]
     };
     (0..SIZE * SIZE).map(texel).collect()
-}
-
-/// A random lattice of `nx` by `ny` points, smoothly interpolated; tiles over 0..1.
-fn smooth(lattice: &[f32], nx: usize, ny: usize, u: f32, v: f32) -> f32 {
-    let (x, y) = (u * nx as f32, v * ny as f32);
-    let (ix, iy) = (x as usize, y as usize);
-    let ease = |t: f32| t * t * (3.0 - 2.0 * t);
-    let (fx, fy) = (ease(x - ix as f32), ease(y - iy as f32));
-    let at = |i: usize, j: usize| lattice[(j % ny) * nx + i % nx];
-    let low = at(ix, iy) + (at(ix + 1, iy) - at(ix, iy)) * fx;
-    let high = at(ix, iy + 1) + (at(ix + 1, iy + 1) - at(ix, iy + 1)) * fx;
-    low + (high - low) * fy
 }
 
 fn reduced_bark(full: Vec<Texel>) -> Vec<Vec<Texel>> {
