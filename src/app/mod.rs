@@ -14,6 +14,7 @@ pub mod replay;
 mod show;
 mod surface;
 pub mod trial;
+pub mod visit;
 pub mod window;
 mod words;
 

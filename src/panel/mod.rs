@@ -5,11 +5,15 @@ mod editor;
 mod help;
 mod history;
 mod readout;
+pub mod screens;
 pub mod theme;
+pub mod visit;
 
 pub use editor::Choices;
 pub use history::{History, Sample};
 pub use readout::Readings;
+pub use screens::{Screen, ScreenState, Screens};
+pub use visit::{ItemState, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState};
 
 use std::time::Duration;
 

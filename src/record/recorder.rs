@@ -232,6 +232,14 @@ impl Recorder {
         Ok(std::mem::take(&mut self.folder))
     }
 
+    /// The scenario has changed while it is driven, as by a longer duration: what is driven again is the whole.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn set_scenario(&self, scenario: &Scenario) -> Result<(), RecordError> {
+        files::replace(&self.folder.join("scenario.toml"), scenario.to_toml().as_bytes())
+    }
+
     /// Where it is written.
     pub fn folder(&self) -> &Path {
         &self.folder

@@ -108,8 +108,40 @@ pub struct Texts {
     pub drive_over: String,
     /// In a break.
     pub rest: String,
+    /// When a break is over.
+    pub rest_over: String,
     /// At the end.
     pub thanks: String,
+    /// After a visit that was stopped before its end.
+    pub stopped: String,
+    /// While the experimenter has something to do.
+    pub wait: String,
+    /// While a drive is held.
+    pub paused: String,
+    /// After the participant asked for an end.
+    pub asked: String,
+    /// At a question that has to be answered.
+    pub required: String,
+    /// The answers of a yes-or-no question.
+    pub yes: String,
+    /// Its other answer.
+    pub no: String,
+    /// Of a list of which several can be taken: no more of them.
+    pub no_more: String,
+    /// On the button to the next page, and what a button does.
+    pub next: String,
+    /// On the button to the page before.
+    pub back: String,
+    /// What arrows and wheel do.
+    pub choose: String,
+    /// What Enter and the answer button do.
+    pub answer: String,
+    /// How a wheel is turned, a button that answers and one that goes back, as keys are named.
+    pub wheel: String,
+    /// The button of the wheel that answers.
+    pub answer_button: String,
+    /// The button of the wheel that goes back.
+    pub back_button: String,
 }
 
 impl Default for Texts {
@@ -119,7 +151,23 @@ impl Default for Texts {
             ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
             drive_over: "This drive is over.".into(),
             rest: "Take a rest.".into(),
+            rest_over: "The rest is over.".into(),
             thanks: "That was all. Thank you!".into(),
+            stopped: "We stop here. Thank you for taking part!".into(),
+            wait: "Please wait a moment.".into(),
+            paused: "A short pause. The drive goes on soon.".into(),
+            asked: "You asked to stop. The experimenter is with you in a moment.".into(),
+            required: "Please answer this question.".into(),
+            yes: "Yes".into(),
+            no: "No".into(),
+            no_more: "That is all".into(),
+            next: "Next".into(),
+            back: "Back".into(),
+            choose: "choose".into(),
+            answer: "answer".into(),
+            wheel: "turn the wheel".into(),
+            answer_button: "cross".into(),
+            back_button: "triangle".into(),
         }
     }
 }

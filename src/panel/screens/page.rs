@@ -1,0 +1,102 @@
+//! Pages to read, rests, and what stands over the picture of a drive.
+
+use super::style::{self, Look};
+use crate::study::{Input, Texts};
+use egui::{Align2, Color32, Id, Rect, Response, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
+
+/// A page in Markdown, in the middle of the height where it fits; with a button where the participant goes on.
+pub fn page(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str, button: Option<&str>) -> Option<Input> {
+    let mut pressed = false;
+    centred(ui, Id::unique("page"), |ui| {
+        CommonMarkViewer::new().show(ui, cache, text);
+        if let Some(word) = button {
+            ui.add_space(0.8 * look.em);
+            pressed = self::button(ui, look, word, true).clicked();
+        }
+    });
+    pressed.then_some(Input::Next)
+}
+
+/// A rest: words, and minutes and seconds that are left.
+pub fn rest(
+    ui: &mut Ui,
+    look: &Look,
+    cache: &mut CommonMarkCache,
+    text: &str,
+    left_s: f64,
+    texts: &Texts,
+) -> Option<Input> {
+    let over = left_s <= 0.0;
+    let mut pressed = false;
+    centred(ui, Id::unique("rest"), |ui| {
+        CommonMarkViewer::new().show(ui, cache, if over { &texts.rest_over } else { text });
+        ui.add_space(0.6 * look.em);
+        if over {
+            pressed = button(ui, look, &texts.next, true).clicked();
+        } else {
+            let left = left_s.ceil() as u64;
+            let time = egui::RichText::new(format!("{}:{:02}", left / 60, left % 60));
+            ui.label(time.font(look.font(4.0)).color(style::DIM));
+        }
+    });
+    pressed.then_some(Input::Next)
+}
+
+/// In the middle of the height if it fits, else from the top, to be scrolled.
+fn centred(ui: &mut Ui, id: Id, add: impl FnOnce(&mut Ui)) {
+    let room = ui.available_height();
+    let before: f32 = ui.data(|data| data.get_temp(id)).unwrap_or(0.0);
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.add_space((0.5 * (room - before)).max(0.0));
+        let height = ui.scope(add).response.rect.height();
+        if (height - before).abs() > 0.5 {
+            ui.data_mut(|data| data.insert_temp(id, height));
+            ui.ctx().request_repaint();
+        }
+    });
+}
+
+/// A large button; `here` is where the hand is.
+pub fn button(ui: &mut Ui, look: &Look, word: &str, here: bool) -> Response {
+    let galley = ui.painter().layout_no_wrap(word.to_owned(), look.font(1.0), Color32::WHITE);
+    let size = galley.size() + vec2(2.4 * look.em, 0.9 * look.em);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, word));
+    let fill = if here { style::CHOSEN } else { style::CARD };
+    ui.painter().rect_filled(rect, look.round(), if response.hovered() { fill.gamma_multiply(1.15) } else { fill });
+    if here {
+        ui.painter().rect_stroke(rect, look.round(), look.ring(), egui::StrokeKind::Outside);
+    }
+    ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, Color32::WHITE);
+    response
+}
+
+/// Words in a box over the picture.
+pub fn words_over(ui: &Ui, look: &Look, words: &str) {
+    let whole = ui.max_rect();
+    let painter = ui.painter();
+    let galley = painter.layout(words.to_owned(), look.font(1.2), style::TEXT, 0.7 * whole.width());
+    let at = pos2(whole.center().x, whole.top() + 0.38 * whole.height());
+    let rect = Align2::CENTER_CENTER.anchor_size(at, galley.size());
+    painter.rect_filled(rect.expand2(vec2(1.2 * look.em, 0.8 * look.em)), look.round(), Color32::from_black_alpha(185));
+    painter.galley(rect.min, galley, style::TEXT);
+}
+
+/// Seconds to the start, over the picture.
+pub fn countdown(ui: &Ui, look: &Look, words: &str, left: u32) {
+    let whole = ui.max_rect();
+    let painter = ui.painter();
+    let galley = painter.layout(words.to_owned(), look.font(1.0), style::TEXT, 0.7 * whole.width());
+    let number = painter.layout_no_wrap(left.to_string(), look.font(5.0), Color32::WHITE);
+    let size = vec2(galley.size().x.max(number.size().x), galley.size().y + number.size().y);
+    let rect = Align2::CENTER_CENTER.anchor_size(pos2(whole.center().x, whole.top() + 0.4 * whole.height()), size);
+    painter.rect_filled(rect.expand2(vec2(1.2 * look.em, 0.8 * look.em)), look.round(), Color32::from_black_alpha(185));
+    let top = |galley: &egui::Galley, y: f32| pos2(rect.center().x - 0.5 * galley.size().x, y);
+    painter.galley(top(&galley, rect.top()), galley.clone(), style::TEXT);
+    painter.galley(top(&number, rect.top() + galley.size().y), number.clone(), Color32::WHITE);
+    // Painted words say nothing to whoever cannot see them.
+    let spoken =
+        ui.interact(Rect::from_center_size(rect.center(), size), egui::Id::unique("countdown"), Sense::hover());
+    spoken.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{words} {left}")));
+}
