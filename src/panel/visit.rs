@@ -122,6 +122,8 @@ pub enum VisitCommand {
     Resume,
     /// End the visit for good, as after sickness.
     Stop(String),
+    /// Close the windows of a visit that is over.
+    Close,
 }
 
 /// Commands that ask for words first.
@@ -227,10 +229,12 @@ impl VisitPanel {
             (VisitCommand::Pause, "Pause", "Hold the drive")
         };
         let go = !matches!(phase, VisitPhase::Over | VisitPhase::Driving);
+        let over = phase == VisitPhase::Over;
         let plain = [
             (VisitCommand::Go, "Go", Key::G, "Go on, also in the participant's place", go),
             (hold, hold_word, Key::P, hold_tip, matches!(phase, VisitPhase::Driving | VisitPhase::Held)),
-            (VisitCommand::Mark(String::new()), "Mark", Key::M, "Mark this moment", phase != VisitPhase::Over),
+            (VisitCommand::Mark(String::new()), "Mark", Key::M, "Mark this moment", !over),
+            (VisitCommand::Close, "Close", Key::Q, "Close the windows: the visit is over", over),
         ];
         ui.horizontal_wrapped(|ui| {
             for (command, word, key, tip, can) in plain {

@@ -136,7 +136,9 @@ pub struct Texts {
     pub choose: String,
     /// What Enter and the answer button do.
     pub answer: String,
-    /// How a wheel is turned, a button that answers and one that goes back, as keys are named.
+    /// The keys that choose.
+    pub arrows: String,
+    /// What a hand does with a wheel to choose.
     pub wheel: String,
     /// The button of the wheel that answers.
     pub answer_button: String,
@@ -165,6 +167,7 @@ impl Default for Texts {
             back: "Back".into(),
             choose: "choose".into(),
             answer: "answer".into(),
+            arrows: "arrow keys".into(),
             wheel: "turn the wheel".into(),
             answer_button: "cross".into(),
             back_button: "triangle".into(),

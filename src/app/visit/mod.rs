@@ -11,8 +11,9 @@
 pub mod baselines;
 mod command;
 pub mod hands;
+mod lead;
 pub mod road;
-// pub mod window;
+pub mod window;
 
 use super::AppError;
 use crate::{
@@ -145,6 +146,11 @@ impl Visit {
         &self.session
     }
 
+    /// What the study is called.
+    pub fn title(&self) -> &str {
+        &self.study.file.title
+    }
+
     /// True when nothing comes any more.
     pub fn is_over(&self) -> bool {
         matches!(self.at, At::End | At::Stopped)
@@ -227,6 +233,15 @@ impl Visit {
         self.session.end(Outcome::Aborted, &error.to_string(), &(self.utc)())?;
         self.see(At::Hold);
         Ok(())
+    }
+
+    /// The program ends before the visit: what runs is broken off and comes again.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn close(&mut self, reason: &str, road: &mut dyn Road) -> Result<(), AppError> {
+        self.leave("closed", reason, road)?;
+        Ok(self.session.end(Outcome::Cut, reason, &(self.utc)())?)
     }
 
     /// The participant does something.

@@ -1,11 +1,10 @@
-//! Drives of a visit as its window shows them. In: scenarios, frames. Out: a [`Show`] while a drive is there, its renderer,
-//! and a [`Road`] for the state machine. Devices stay open from the first screen to the last.
+//! Drives of a visit as its window shows them. In: scenarios, frames. Out: a [`Show`] while a drive is there, and a [`Road`]
+//! for the state machine. Devices stay open from the first screen to the last.
 
 use super::{Road, RoadNow, hands::Hands};
 use crate::{
-    app::{AppError, Show, renderer_that_keeps_up},
+    app::{AppError, Show, host::PictureWindow},
     input::{Devices, RigNews, Source},
-    render::{Gpu, Renderer},
     sim::{Scenario, World},
     study::{Code, Input},
     time::{Due, Pace},
@@ -16,8 +15,6 @@ use std::{path::Path, time::Duration};
 pub struct Kit {
     /// The drive, while one is there.
     pub show: Option<Show>,
-    /// Draws it.
-    pub renderer: Option<Renderer>,
     /// The devices while no drive has them.
     devices: Option<Devices>,
     hands: Hands,
@@ -34,7 +31,6 @@ impl Kit {
     pub fn new(devices: Devices, code: &Code) -> Self {
         Self {
             show: None,
-            renderer: None,
             devices: Some(devices),
             hands: Hands::default(),
             code: code.clone(),
@@ -106,12 +102,8 @@ fn at_a_screen(devices: &mut Devices, hands: &mut Hands, news: &mut Vec<String>)
 
 /// The road of a window.
 pub struct Live<'a> {
-    /// Draws the pictures.
-    pub gpu: &'a Gpu,
-    /// Pixel format and size of the pictures.
-    pub format: wgpu::TextureFormat,
-    /// Width and height, pixels.
-    pub size: [u32; 2],
+    /// Shows the pictures.
+    pub picture: &'a mut PictureWindow,
     /// What is on the road.
     pub kit: &'a mut Kit,
 }
@@ -122,16 +114,15 @@ impl Road for Live<'_> {
         let mut show = Show::led(scenario, &mut kit.devices)?;
         (kit.in_range_s, kit.began) = (0.0, false);
         let view = show.view();
-        let made = renderer_that_keeps_up(self.gpu, &show.stage, self.format, scenario.quality, &view, self.size);
+        let staged = self.picture.stage(&show.stage, &view, scenario.quality);
         kit.show = Some(show);
-        kit.renderer = Some(made?);
-        Ok(())
+        staged
     }
 
     fn begin(&mut self, folder: &Path) -> Result<(), AppError> {
         let kit = &mut *self.kit;
         if let Some(show) = &mut kit.show {
-            show.record_of(folder, self.gpu, Some(&kit.code))?;
+            show.record_of(folder, self.picture.gpu(), Some(&kit.code))?;
             show.drive.clock.set_pace(Pace::RealTime);
             kit.began = true;
         }
@@ -157,7 +148,6 @@ impl Road for Live<'_> {
     fn end(&mut self) -> Result<(), AppError> {
         let kit = &mut *self.kit;
         let Some(mut show) = kit.show.take() else { return Ok(()) };
-        kit.renderer = None;
         let finished = show.finish_recording();
         // SUMO lets go of its simulation, for the next drive of this process.
         show.drive.world.stop_traffic();

@@ -172,7 +172,7 @@ fn hint(ui: &Ui, look: &Look, state: &ScreenState<'_>) {
     let [turn, next, back] = if state.wheel {
         [texts.wheel.as_str(), texts.answer_button.as_str(), texts.back_button.as_str()]
     } else {
-        ["← →", "Enter", "Backspace"]
+        [texts.arrows.as_str(), "Enter", "Backspace"]
     };
     let acts: Vec<(&str, &str)> = match state.screen {
         Screen::Questions(form) if form.typing() => vec![("Enter", &texts.answer)],

@@ -69,7 +69,7 @@ impl Page<'_> {
             return;
         }
         let needed = if element.is_required { " *" } else { "" };
-        ui.label(RichText::new(format!("{}{needed}", element.title)).font(look.font(1.0)));
+        let title = ui.label(RichText::new(format!("{}{needed}", element.title)).font(look.font(1.0)));
         if !element.description.is_empty() {
             ui.label(RichText::new(&element.description).font(look.font(0.8)).color(style::DIM));
         }
@@ -80,7 +80,7 @@ impl Page<'_> {
                 ElementKind::Boolean => self.yes_or_no(ui, *index, stop),
                 ElementKind::Rating => self.scale(ui, *index, stop),
                 ElementKind::Matrix => self.row(ui, *index, stop),
-                ElementKind::Text | ElementKind::Comment => self.text(ui, *index, stop),
+                ElementKind::Text | ElementKind::Comment => self.text(ui, *index, stop, title.id),
                 ElementKind::Html => {}
             }
             if self.form.is_missing(&stop.name()) {
@@ -271,7 +271,7 @@ impl Page<'_> {
         }
     }
 
-    fn text(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+    fn text(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>, title: Id) {
         let name = stop.name();
         let mut text = self.form.answer(&name).and_then(Value::as_str).unwrap_or_default().to_owned();
         let several = stop.element.kind == ElementKind::Comment;
@@ -282,7 +282,7 @@ impl Page<'_> {
             .desired_rows(if several { 3 } else { 1 })
             .return_key(KeyboardShortcut::new(Modifiers::SHIFT, Key::Enter))
             .margin(egui::Margin::same((0.4 * self.look.em).min(120.0) as i8));
-        let response = ui.add(edit);
+        let response = ui.add(edit).labelled_by(title);
         if response.changed() {
             self.inputs.push(Input::Type { stop: index, text });
         }
