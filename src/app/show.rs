@@ -6,7 +6,7 @@ use crate::{
     ego::Surface,
     hud::Palette,
     input::{Action, Devices, Feel, RigNews, Stamp},
-    record::{Manifest, Recorder, tables::FrameRow},
+    record::{Gauge, Manifest, Recorder, tables::FrameRow},
     render::Gpu,
     scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
     sim::{DialPalette, Scenario, Tally, World, colour},
@@ -133,9 +133,11 @@ impl Show {
         Ok(())
     }
 
-    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
-    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) {
-        let Some(recorder) = &mut self.recorder else { return };
+    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last. Returns how old the
+    /// newest input is that it shows, where there is any.
+    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) -> Option<Duration> {
+        let latency = self.used_input.take().map(|input| input.until(Stamp::now()));
+        let Some(recorder) = &mut self.recorder else { return latency };
         recorder.frame(FrameRow {
             frame: self.frames,
             tick: self.drive.world.snapshot().tick,
@@ -143,9 +145,15 @@ impl Show {
             wall_s: wall.as_secs_f64(),
             elapsed_s: elapsed.as_secs_f64(),
             dropped_s: due.dropped.as_secs_f64(),
-            latency_s: self.used_input.take().map(|input| input.until(Stamp::now()).as_secs_f64()),
+            latency_s: latency.map(|latency| latency.as_secs_f64()),
         });
         self.frames += 1;
+        latency
+    }
+
+    /// How the recording does; `None` if the drive is not recorded.
+    pub fn gauge(&self) -> Option<&Gauge> {
+        self.recorder.as_ref().map(Recorder::gauge)
     }
 
     /// Hands to the disk what was recorded since the last time.

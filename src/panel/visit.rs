@@ -362,7 +362,8 @@ fn pressed(ui: &mut Ui, word: &str, key: Key, tip: &str, can: bool, fill: Option
         Some(fill) => Button::new(RichText::new(word).color(Color32::WHITE)).fill(fill),
         None => Button::new(word),
     };
-    let clicked = ui.add_enabled(can, button).on_hover_text(format!("{tip} ({named})")).clicked();
+    let button = button.shortcut_text(RichText::new(&named).size(10.5));
+    let clicked = ui.add_enabled(can, button).on_hover_text(tip).clicked();
     let typed = ui.input_mut(|input| input.consume_shortcut(&shortcut));
     clicked || (typed && can)
 }

@@ -194,12 +194,7 @@ impl App {
 }
 
 impl Frame {
-    fn open(
-        event_loop: &ActiveEventLoop,
-        options: &VisitOptions,
-        visit: Visit,
-        kit: Kit,
-    ) -> Result<Self, AppError> {
+    fn open(event_loop: &ActiveEventLoop, options: &VisitOptions, visit: Visit, kit: Kit) -> Result<Self, AppError> {
         let placing = Placing {
             title: format!("codrive: {}", options.study.file.title),
             fullscreen: options.fullscreen,

@@ -186,8 +186,10 @@ fn hint(ui: &Ui, look: &Look, state: &ScreenState<'_>) {
     // Laid out first, so that the line stands in the middle.
     let font = look.font(0.7);
     let lay = |text: &str, colour| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), colour);
-    let parts: Vec<_> =
-        acts.iter().map(|(key, what)| (lay(key, style::TEXT), lay(what, style::DIM), key.is_empty())).collect();
+    let parts: Vec<_> = acts
+        .iter()
+        .map(|(key, what)| (lay(key, style::TEXT), lay(&small(key, what), style::DIM), key.is_empty()))
+        .collect();
     let (cap, gap, between) = (0.35 * look.em, 0.4 * look.em, 1.4 * look.em);
     let wide = |(key, what, bare): &(std::sync::Arc<egui::Galley>, std::sync::Arc<egui::Galley>, bool)| {
         if *bare { what.size().x } else { key.size().x + 2.0 * cap + gap + what.size().x }
@@ -208,4 +210,9 @@ fn hint(ui: &Ui, look: &Look, state: &ScreenState<'_>) {
         ui.painter().galley(pos2(text_x, y - 0.5 * what.size().y), what, style::DIM);
         x += width + between;
     }
+}
+
+/// What a key does, in small letters as a hint; a sentence stays as it is.
+fn small(key: &str, what: &str) -> String {
+    if key.is_empty() { what.to_owned() } else { what.to_lowercase() }
 }

@@ -2,17 +2,17 @@
 
 use super::style::{self, Look};
 use crate::study::{Input, Texts};
-use egui::{Align2, Color32, Id, Rect, Response, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Color32, Id, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
 /// A page in Markdown, in the middle of the height where it fits; with a button where the participant goes on.
 pub fn page(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str, button: Option<&str>) -> Option<Input> {
     let mut pressed = false;
     centred(ui, Id::unique("page"), |ui| {
-        CommonMarkViewer::new().show(ui, cache, text);
+        words(ui, look, cache, text);
         if let Some(word) = button {
             ui.add_space(0.8 * look.em);
-            pressed = self::button(ui, look, word, true).clicked();
+            in_the_middle(ui, is_short(text), |ui| pressed = self::button(ui, look, word, true).clicked());
         }
     });
     pressed.then_some(Input::Next)
@@ -30,17 +30,38 @@ pub fn rest(
     let over = left_s <= 0.0;
     let mut pressed = false;
     centred(ui, Id::unique("rest"), |ui| {
-        CommonMarkViewer::new().show(ui, cache, if over { &texts.rest_over } else { text });
+        let text = if over { &texts.rest_over } else { text };
+        words(ui, look, cache, text);
         ui.add_space(0.6 * look.em);
-        if over {
-            pressed = button(ui, look, &texts.next, true).clicked();
-        } else {
-            let left = left_s.ceil() as u64;
-            let time = egui::RichText::new(format!("{}:{:02}", left / 60, left % 60));
-            ui.label(time.font(look.font(4.0)).color(style::DIM));
-        }
+        in_the_middle(ui, is_short(text), |ui| {
+            if over {
+                pressed = button(ui, look, &texts.next, true).clicked();
+            } else {
+                let left = left_s.ceil() as u64;
+                let time = RichText::new(format!("{}:{:02}", left / 60, left % 60));
+                ui.label(time.font(look.font(4.0)).color(style::DIM));
+            }
+        });
     });
     pressed.then_some(Input::Next)
+}
+
+/// A sentence, not a page.
+fn is_short(text: &str) -> bool {
+    text.chars().count() <= 90 && !text.trim().contains(['\n', '#', '*', '_', '[', '`', '>', '|'])
+}
+
+/// Markdown from the left; a sentence stands alone in the middle, larger.
+fn words(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str) {
+    if is_short(text) {
+        in_the_middle(ui, true, |ui| drop(ui.label(RichText::new(text.trim()).font(look.font(1.35)))));
+    } else {
+        CommonMarkViewer::new().show(ui, cache, text);
+    }
+}
+
+fn in_the_middle(ui: &mut Ui, is: bool, add: impl FnOnce(&mut Ui)) {
+    if is { drop(ui.vertical_centered(add)) } else { add(ui) }
 }
 
 /// In the middle of the height if it fits, else from the top, to be scrolled.

@@ -228,8 +228,11 @@ impl Page<'_> {
         } else {
             self.ticks(ui, rect, index, stop, &rates, &labels);
         }
-        let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.look.em)).1;
         let (low, high) = (&stop.element.min_rate_description, &stop.element.max_rate_description);
+        if low.is_empty() && high.is_empty() {
+            return;
+        }
+        let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.look.em)).1;
         let font = self.look.font(0.75);
         ui.painter().text(rect.left_center(), egui::Align2::LEFT_CENTER, low, font.clone(), style::DIM);
         ui.painter().text(rect.right_center(), egui::Align2::RIGHT_CENTER, high, font, style::DIM);

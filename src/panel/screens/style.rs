@@ -6,7 +6,7 @@ use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle, Ui, Vec2, vec2};
 /// Behind everything.
 pub const BACK: Color32 = Color32::from_rgb(15, 18, 23);
 /// Words.
-pub const TEXT: Color32 = Color32::from_rgb(233, 236, 240);
+pub const TEXT: Color32 = Color32::from_rgb(218, 223, 229);
 /// Words that only help.
 pub const DIM: Color32 = Color32::from_rgb(148, 158, 170);
 /// What can be chosen.
@@ -61,7 +61,8 @@ impl Look {
         style.spacing.scroll = egui::style::ScrollStyle::solid();
         style.spacing.scroll.bar_width = 0.3 * body;
         let visuals = &mut style.visuals;
-        visuals.override_text_color = Some(TEXT);
+        // The font has no bold; words that matter are brighter.
+        visuals.widgets.active.fg_stroke.color = Color32::WHITE;
         visuals.extreme_bg_color = CARD;
         visuals.widgets.noninteractive.fg_stroke.color = TEXT;
         style.interaction.selectable_labels = false;
