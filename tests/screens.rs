@@ -412,9 +412,9 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
         harness.run();
         std::mem::take(&mut harness.state_mut().commands)
     };
-    assert_eq!(press(&mut harness, "Go"), [VisitCommand::Go]);
-    assert_eq!(press(&mut harness, "Resume"), [VisitCommand::Resume]);
-    assert_eq!(press(&mut harness, "Break off"), []);
+    assert_eq!(press(&mut harness, "Go Ctrl+G"), [VisitCommand::Go]);
+    assert_eq!(press(&mut harness, "Resume Ctrl+P"), [VisitCommand::Resume]);
+    assert_eq!(press(&mut harness, "Break off Ctrl+B"), []);
     type_in(&mut harness, "too fast");
     assert_eq!(press(&mut harness, "Break it off"), [VisitCommand::Abort("too fast".into())]);
     harness.get_by_label("3:12");
@@ -423,11 +423,13 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
         assert!(harness.get_all_by_label(word).any(|node| (node.rect().center().y - line).abs() < 4.0), "{name}");
     }
     // What it was about is over: the question goes.
-    press(&mut harness, "Break off");
+    press(&mut harness, "Break off Ctrl+B");
     harness.state_mut().phase = VisitPhase::Over;
     harness.run();
     assert!(harness.query_by_label("Break it off").is_none());
-    for label in ["Go", "Skip", "Break off", "Sickness stop", "Repeat", "Extend"] {
+    for label in
+        ["Go Ctrl+G", "Skip Ctrl+S", "Break off Ctrl+B", "Sickness stop Ctrl+I", "Repeat Ctrl+R", "Extend Ctrl+E"]
+    {
         assert_eq!(press(&mut harness, label), [], "{label}");
     }
     assert!(harness.query_by_label("Cancel").is_none());

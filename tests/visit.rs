@@ -4,7 +4,11 @@
 use codrive::{
     app::{
         AppError,
-        visit::{COUNTDOWN_S, Road, RoadNow, Visit},
+        visit::{Road, RoadNow, Visit, road::Kit},
+    },
+    input::{
+        Devices, Rig as WheelRig, profiles,
+        wheel::{Found, Told},
     },
     panel::{ItemState, Screen, VisitCommand, VisitPhase},
     record::RecordError,
@@ -203,7 +207,7 @@ impl Rig {
     /// From a page before a drive to the drive itself.
     fn drive_off(&mut self) {
         self.next();
-        self.pass(COUNTDOWN_S + 0.5);
+        self.pass(3.5);
         assert!(self.sees().starts_with("drive "), "{}", self.sees());
     }
 
@@ -479,4 +483,55 @@ fn a_drive_that_cannot_start_or_go_on_is_said_and_comes_again() {
     let last = rig.log().passages.pop().unwrap();
     assert!(last.outcome == Outcome::Aborted && last.reason.contains("the disk takes nothing any more"), "{last:?}");
     assert_eq!(rig.sees(), "please wait");
+}
+
+#[test]
+fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
+    const STEERING: u16 = 0;
+    const CROSS: u16 = 288;
+    const TRIANGLE: u16 = 291;
+    const RIGHT_PADDLE: u16 = 292;
+    let (to, told) = std::sync::mpsc::channel();
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
+    let profile = profiles::named("g29").unwrap();
+    let found = Found { name: "G29".into(), profile, values, force: None, angle: Default::default() };
+    to.send(Told::Found(Box::new(found))).unwrap();
+    let mut kit = Kit::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
+    let mut rig = Rig::new();
+    let mut act = |rig: &mut Rig, told: &[Told]| {
+        rig.pass(0.5);
+        for one in told {
+            let one = match one {
+                Told::Axis { code, raw, .. } => Told::Axis { code: *code, raw: *raw, at: None },
+                Told::Button { code, .. } => Told::Button { code: *code, at: None },
+                _ => continue,
+            };
+            to.send(one).unwrap();
+            let (_, inputs) = kit.frame(Duration::ZERO, |_| ()).unwrap();
+            inputs.into_iter().for_each(|input| rig.input(input));
+        }
+    };
+    let turn = |degrees: f64| {
+        let raw = 32_767 - (degrees / 450.0 * 32_767.0) as i32;
+        Told::Axis { code: STEERING, raw, at: None }
+    };
+    let press = |code: u16| Told::Button { code, at: None };
+    act(&mut rig, &[turn(0.0), press(CROSS)]);
+    act(&mut rig, &[press(CROSS)]);
+    assert_eq!(rig.sees(), "questions before, page 1 of 2");
+    // 13 degrees to the right are a place: the middle of the scale, and one more.
+    act(&mut rig, &[turn(-13.0), turn(-26.0), press(CROSS)]);
+    // Back to the first question, one place to the left, and on; the wheel goes on from where it is.
+    act(&mut rig, &[press(TRIANGLE), turn(-11.0), press(CROSS), press(RIGHT_PADDLE)]);
+    for step in 0..5 {
+        act(&mut rig, &[turn(-40.0 - 20.0 * f64::from(step)), press(CROSS)]);
+        if step == 1 {
+            act(&mut rig, &[press(CROSS)]);
+        }
+    }
+    act(&mut rig, &[press(CROSS)]);
+    let answers = rig.log().answers["before"].clone();
+    assert_eq!((answers.len(), &answers[0].answer), (6, &serde_json::json!(50)), "{answers:?}");
+    assert_eq!(rig.running(), "practice");
+    assert!(rig.log().notes.iter().any(|note| note.kind == "mark" && note.text == "by the participant"));
 }

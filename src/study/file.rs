@@ -29,6 +29,10 @@ pub struct StudyFile {
     /// In which order participants meet the conditions.
     #[serde(default)]
     pub order: order::Design,
+    /// From the first picture of a road to the start of its drive, seconds.
+    #[serde(default = "countdown_s")]
+    #[schemars(range(min = 0.0, max = 60.0))]
+    pub countdown_s: f64,
     /// Settings of every drive that differ from the program's own (keys of a scenario file).
     #[serde(default)]
     pub base: Changes,
@@ -43,6 +47,10 @@ pub struct StudyFile {
     /// Sentences that the program says, in any language; what is not here is said in English.
     #[serde(default)]
     pub texts: Texts,
+}
+
+fn countdown_s() -> f64 {
+    3.0
 }
 
 /// A level of a factor, or a condition.
@@ -256,6 +264,10 @@ impl Study {
         let wrong = |key: String, message: String| Err((key, message));
         if !(1..=1000).contains(&file.participants) {
             return wrong("participants".into(), format!("participants is {}; allowed: 1 to 1000", file.participants));
+        }
+        if !(0.0..=60.0).contains(&file.countdown_s) {
+            let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
+            return wrong("countdown_s".into(), text);
         }
         if !file.factors.is_empty() && !file.condition.is_empty() {
             return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());

@@ -23,8 +23,6 @@ use crate::{
 };
 use std::{path::Path, path::PathBuf, time::Duration};
 
-/// From the picture of the road to the start, seconds.
-pub const COUNTDOWN_S: f64 = 3.0;
 /// A page is seen for so long at least: who presses twice does not miss one. Seconds.
 const PAGE_S: f64 = 0.4;
 /// Loading a drive takes seconds; no timer counts them. The most that counts of one frame, seconds.
@@ -180,7 +178,7 @@ impl Visit {
                     return Ok(());
                 };
                 match road.prepare(&scenario) {
-                    Ok(()) => self.see(At::Countdown(COUNTDOWN_S, false)),
+                    Ok(()) => self.see(At::Countdown(self.study.file.countdown_s, false)),
                     Err(error) => self.fail(&error, road)?,
                 }
             }

@@ -73,13 +73,14 @@ pub enum Left {
 /// No display or graphics adapter; a participant who has been through, is being run elsewhere, or whose files cannot be
 /// read; a full disk. What was done is kept.
 pub fn run(options: VisitOptions) -> Result<Left, AppError> {
+    if options.out.exists() {
+        // What is refused is refused without a display too, and before anything is made.
+        look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
+    }
     let event_loop = EventLoop::new().map_err(|error| AppError::NoDisplay(error.to_string()))?;
     event_loop.set_control_flow(ControlFlow::Poll);
     let data = DataSet::open(&options.out, &options.study)?;
-    refuse_a_rehearsal(&data)?;
-    make_up(&options, &data)?;
-    let index = data.next_index()?;
-    let session = Session::open(&data, &options.study, &options.code, Who::Person, index, &facts::now())?;
+    let session = open_session(&options, &data)?;
     let visit = Visit::new(&options.study, session, facts::now)?;
     let kit = Kit::new(Devices::open_with(options.wheel.clone()), &options.code);
     let mut app = App { options, begins: Some((visit, kit)), frame: None, failure: None };
@@ -91,31 +92,34 @@ pub fn run(options: VisitOptions) -> Result<Left, AppError> {
     }
 }
 
-fn refuse_a_rehearsal(data: &DataSet) -> Result<(), AppError> {
-    match data.logs()?.iter().find(|log| log.who == Who::Simulated) {
-        None => Ok(()),
-        Some(log) => Err(SessionError::Refused(format!(
+fn open_session(options: &VisitOptions, data: &DataSet) -> Result<Session, AppError> {
+    let index = data.next_index()?;
+    Ok(Session::open(data, &options.study, &options.code, Who::Person, index, &facts::now())?)
+}
+
+/// A rehearsal's folder is no place for people; a visit that is over may lack baselines, since its window was closed while
+/// they were driven, and is not run again.
+fn look_ahead(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
+    if let Some(log) = data.logs()?.iter().find(|log| log.who == Who::Simulated) {
+        return Err(SessionError::Refused(format!(
             "{} holds a rehearsal ({}); people take part in a folder of its own",
             data.root().display(),
             log.participant
         ))
-        .into()),
+        .into());
     }
-}
-
-/// A visit that is over may lack baselines: its window was closed while they were driven.
-fn make_up(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
     let folder = data.source(&options.code);
     let path = folder.join(session::FILE);
     if !path.exists() || Log::load(&path)?.end.is_none() {
         return Ok(());
     }
-    let _lock = session::lock(&folder, &options.code)?;
+    let lock = session::lock(&folder, &options.code)?;
     let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
     if made > 0 {
         println!("{made} baselines of participant {} were missing and have been made", options.code);
     }
-    Ok(())
+    drop(lock);
+    open_session(options, data).map(drop)
 }
 
 struct App {
@@ -306,7 +310,7 @@ impl Frame {
         for news in self.kit.take_news() {
             self.lead.say(now_there, &news);
         }
-        let Self { picture, experimenter, visit, kit, lead, making, .. } = self;
+        let Self { picture, experimenter, visit, kit, lead, making, made, data, .. } = self;
         if !experimenter.due() {
             return Vec::new();
         }
@@ -314,7 +318,8 @@ impl Frame {
             let texture = view.texture();
             (experimenter.picture(picture.gpu(), view), [texture.width(), texture.height()])
         });
-        let work = making.as_ref().map(Making::words);
+        let done = made.then(|| format!("All is written. Look at it with: codrive analyse {}", data.root().display()));
+        let work = making.as_ref().map(Making::words).or(done);
         let mut commands = Vec::new();
         experimenter.draw(picture.gpu(), |ui| {
             commands.extend(lead.show(ui, visit, kit.show.as_ref(), now_there, work.as_deref(), seen));

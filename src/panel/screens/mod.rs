@@ -100,6 +100,9 @@ impl Screens {
                 Screen::Countdown(_) | Screen::Drive(_) => {}
             }
         });
+        if let Screen::Questions(form) = state.screen {
+            inputs.extend(questionnaire::buttons(ui, &look, form, state.texts));
+        }
         inputs
     }
 }

@@ -78,19 +78,34 @@ fn centred(ui: &mut Ui, id: Id, add: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// A large button; `here` is where the hand is.
+/// A large button where the next thing stands; `here` is where the hand is.
 pub fn button(ui: &mut Ui, look: &Look, word: &str, here: bool) -> Response {
+    let (rect, response) = ui.allocate_exact_size(button_size(ui, look, word), Sense::click());
+    paint_button(ui, look, word, here, rect, &response);
+    response
+}
+
+/// The same in a place of its own.
+pub fn button_at(ui: &Ui, look: &Look, word: &str, here: bool, align: Align2, at: egui::Pos2) -> Response {
+    let rect = align.anchor_size(at, button_size(ui, look, word));
+    let response = ui.interact(rect, Id::unique(("button", word)), Sense::click());
+    paint_button(ui, look, word, here, rect, &response);
+    response
+}
+
+fn button_size(ui: &Ui, look: &Look, word: &str) -> egui::Vec2 {
     let galley = ui.painter().layout_no_wrap(word.to_owned(), look.font(1.0), Color32::WHITE);
-    let size = galley.size() + vec2(2.4 * look.em, 0.9 * look.em);
-    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    galley.size() + vec2(2.0 * look.em, 0.7 * look.em)
+}
+
+fn paint_button(ui: &Ui, look: &Look, word: &str, here: bool, rect: Rect, response: &Response) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, word));
     let fill = if here { style::CHOSEN } else { style::CARD };
     ui.painter().rect_filled(rect, look.round(), if response.hovered() { fill.gamma_multiply(1.15) } else { fill });
     if here {
         ui.painter().rect_stroke(rect, look.round(), look.ring(), egui::StrokeKind::Outside);
     }
-    ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, Color32::WHITE);
-    response
+    ui.painter().text(rect.center(), Align2::CENTER_CENTER, word, look.font(1.0), Color32::WHITE);
 }
 
 /// Words in a box over the picture.

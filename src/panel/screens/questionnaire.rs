@@ -2,7 +2,7 @@
 //! is chosen is filled; a question that waits for an answer says so where it stands.
 
 use super::{
-    page::button,
+    page::{button, button_at},
     style::{self, Look},
 };
 use crate::study::{
@@ -11,8 +11,8 @@ use crate::study::{
     questions::{Element, ElementKind},
 };
 use egui::{
-    Align, Color32, Id, Key, KeyboardShortcut, Modifiers, Rect, Response, RichText, Role, ScrollArea, Sense, TextEdit,
-    Ui, WidgetInfo, pos2, vec2,
+    Align, Align2, Color32, Id, Key, KeyboardShortcut, Modifiers, Rect, Response, RichText, Role, ScrollArea, Sense,
+    TextEdit, Ui, WidgetInfo, pos2, vec2,
 };
 use serde_json::Value;
 
@@ -44,11 +44,26 @@ pub fn show(ui: &mut Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> 
             page.question(ui, element, &of.collect::<Vec<_>>());
             ui.add_space(0.5 * look.em);
         }
-        page.buttons(ui, stops.len(), number);
-        ui.add_space(0.4 * look.em);
         page.follow(ui);
     });
     page.inputs
+}
+
+/// The buttons to the pages before and after, at both ends of the last line: always in sight.
+pub fn buttons(ui: &Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> {
+    let mut inputs = Vec::new();
+    let whole = ui.max_rect();
+    let y = whole.bottom() - 1.2 * look.em;
+    let back = pos2(whole.left() + look.em, y);
+    if form.progress().0 > 0 && button_at(ui, look, &texts.back, false, Align2::LEFT_CENTER, back).clicked() {
+        inputs.push(Input::PageBack);
+    }
+    let here = form.focus() >= form.stops().len();
+    let next = pos2(whole.right() - look.em, y);
+    if button_at(ui, look, &texts.next, here, Align2::RIGHT_CENTER, next).clicked() {
+        inputs.push(Input::PageOn);
+    }
+    inputs
 }
 
 struct Page<'a> {
@@ -234,8 +249,8 @@ impl Page<'_> {
         }
         let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.look.em)).1;
         let font = self.look.font(0.75);
-        ui.painter().text(rect.left_center(), egui::Align2::LEFT_CENTER, low, font.clone(), style::DIM);
-        ui.painter().text(rect.right_center(), egui::Align2::RIGHT_CENTER, high, font, style::DIM);
+        ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, low, font.clone(), style::DIM);
+        ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, high, font, style::DIM);
     }
 
     fn ticks(
@@ -298,22 +313,6 @@ impl Page<'_> {
             (false, true) => response.surrender_focus(),
             (true, false) => response.request_focus(),
             _ => {}
-        }
-    }
-
-    fn buttons(&mut self, ui: &mut Ui, stops: usize, number: usize) {
-        let here = self.form.focus() >= stops;
-        let top = ui.cursor().top();
-        ui.horizontal(|ui| {
-            if number > 0 && button(ui, self.look, &self.texts.back, false).clicked() {
-                self.inputs.push(Input::PageBack);
-            }
-            if button(ui, self.look, &self.texts.next, here).clicked() {
-                self.inputs.push(Input::PageOn);
-            }
-        });
-        if here {
-            self.here = Some(Rect::from_x_y_ranges(ui.max_rect().x_range(), top..=ui.cursor().top()));
         }
     }
 

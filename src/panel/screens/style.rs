@@ -66,5 +66,10 @@ impl Look {
         visuals.extreme_bg_color = CARD;
         visuals.widgets.noninteractive.fg_stroke.color = TEXT;
         style.interaction.selectable_labels = false;
+        // Sizes follow the window's, to a fraction of a point; egui marks that in builds for development.
+        #[cfg(debug_assertions)]
+        {
+            style.debug.show_unaligned = false;
+        }
     }
 }
