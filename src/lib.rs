@@ -18,7 +18,7 @@
 //! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
 //! ```text
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
-//!                              / the car-following model
+//! chart                        / the car-following model / figures as SVG and PNG
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -33,7 +33,7 @@
 //! ```
 //! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs and evdev; nothing but
 //! `traffic::sumo` knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
-//! Arrow and Parquet.
+//! Arrow and Parquet; nothing but `chart` knows resvg (and of egui the fonts).
 //!
 //! # Conventions
 //! World axes are SUMO's: x east, y north, z up, metres; angles in radians, counter-clockwise, yaw 0 = east. `f64` in
@@ -42,6 +42,7 @@
 
 pub mod analysis;
 pub mod app;
+pub mod chart;
 pub mod cli;
 pub mod doctor;
 pub mod driver;

@@ -2,7 +2,8 @@
 
 fn main() -> std::process::ExitCode {
     // SUMO and Mesa say much that is no concern of a driver; RUST_LOG=info shows ours.
-    let filter = env_logger::Env::default().default_filter_or("warn,wgpu_hal=off,wgpu_core=error,naga=error");
+    let filter =
+        env_logger::Env::default().default_filter_or("warn,wgpu_hal=off,wgpu_core=error,naga=error,egui_extras=error");
     env_logger::Builder::from_env(filter).format_timestamp(None).init();
     codrive::cli::main(std::env::args_os()).into()
 }

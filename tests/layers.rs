@@ -8,7 +8,7 @@ use std::{
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 10] = [
-    &["space", "time", "units", "rng", "idm"],
+    &["space", "time", "units", "rng", "idm", "chart"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver"],
@@ -21,10 +21,11 @@ const ROWS: [&[&str]; 10] = [
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 10] = [
+const ROOMS: [(&str, &[&str]); 11] = [
     ("wgpu", &["render", "app", "cli"]),
     ("winit", &["app"]),
-    ("egui", &["render", "panel", "app"]),
+    ("egui", &["render", "panel", "app", "chart"]),
+    ("resvg", &["chart"]),
     ("gilrs", &["input"]),
     ("evdev", &["input"]),
     ("libloading", &["traffic"]),

@@ -73,6 +73,7 @@ impl Bench {
             phase: self.phase,
             readings: self.readings,
             history: &self.history,
+            in_range: None,
             engine: "SUMO 1.24.0 (libsumo)",
             dropped: Duration::ZERO,
             stalls: 0,

@@ -121,6 +121,12 @@ fn every_mistake_is_named_with_its_place() {
     for (from, to, begins, has) in [
         ("participants = 4", "particpants = 4", "trial.toml:2:1: ", "unknown key `particpants`"),
         ("participants = 4", "participants = 0", "trial.toml:2:16: ", "allowed: 1 to 1000"),
+        (
+            "participants = 4",
+            "participants = 4\ncountdown_s = 61.0",
+            "trial.toml:3:15: ",
+            "allowed: a number from 0 to 60 s",
+        ),
         ("range_mph = 1.0", "range_mph = 99", "trial.toml:8:21: ", "0.1 to 50 mph"),
         ("range_mph = 1.0", "rnge_mph = 1", "trial.toml:8:", "unknown key `rnge_mph`, expected one of map"),
         ("T = 1.5", "T = 99", "trial.toml:11:", "idm.T is 99"),

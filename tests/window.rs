@@ -1,5 +1,7 @@
-//! A real window on a real X server (Xvfb): a key pressed through X moves the car, the screen shows a picture, closing
-//! the window and Ctrl-C end the program with 0.
+//! Real windows on a real X server (Xvfb): a key pressed through X moves the car, the screen shows a picture, closing a
+//! window and Ctrl-C end the program with 0; what is typed in the experimenter's window does not drive.
+
+use codrive::record::{Reader, Table};
 
 use std::{
     collections::BTreeSet,
@@ -23,6 +25,7 @@ use x11rb::{
 /// X key codes of a PC keyboard: evdev's plus 8.
 const KEY_W: u8 = 25;
 const KEY_V: u8 = 55;
+const KEY_F4: u8 = 70;
 
 /// Waits for `what` to become something, looking 20 times a second for up to 60 s: a slow machine is no failure.
 fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
@@ -89,6 +92,12 @@ impl Server {
     /// How many colours are on the screen.
     fn colours(&self) -> usize {
         self.screen().chunks(4).map(<[u8]>::to_vec).collect::<BTreeSet<_>>().len()
+    }
+
+    /// How many colours are in the upper left corner of a window; none while it is not to be seen.
+    fn colours_of(&self, window: Window) -> usize {
+        let image = self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, 600, 380, !0).unwrap().reply();
+        image.map_or(0, |image| image.data.chunks(4).map(<[u8]>::to_vec).collect::<BTreeSet<_>>().len())
     }
 
     /// What a window manager does when someone clicks the cross.
@@ -173,4 +182,45 @@ fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert_eq!(ego_speed_mps(&text), 0.0, "{text}");
+}
+
+#[test]
+fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_with_0() {
+    let server = Server::start();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let program = drive(&server, &["--traffic", "native", "--experimenter", "--out", out.to_str().unwrap()]);
+    server.window("codrive");
+    let experimenter = server.window("Experimenter");
+    wait_for("lamps, plots, settings", || (server.colours_of(experimenter) > 100).then_some(()));
+    for key in [KEY_W, KEY_F4] {
+        server.key(key, true);
+        sleep(Duration::from_millis(700));
+        server.key(key, false);
+    }
+    sleep(Duration::from_millis(500));
+    server.close(experimenter);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(ego_speed_mps(&text), 0.0, "{text}");
+    let events = Reader::parquet(&Table::Events.parquet(&out)).unwrap();
+    let kinds = events.words("event");
+    assert_eq!(kinds.iter().filter(|kind| *kind == "mark").count(), 1, "{kinds:?}");
+}
+
+#[test]
+fn the_driver_drives_beside_the_experimenter_and_closing_the_picture_ends_with_0() {
+    let server = Server::start();
+    let program = drive(&server, &["--traffic", "native", "--experimenter"]);
+    server.window("Experimenter");
+    let window = server.window("codrive");
+    sleep(Duration::from_secs(1));
+    server.key(KEY_W, true);
+    sleep(Duration::from_secs(2));
+    server.key(KEY_W, false);
+    sleep(Duration::from_millis(300));
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert!(ego_speed_mps(&text) > 0.05, "{text}");
 }

@@ -5,9 +5,9 @@ use super::{
     measures::median,
     tables::{conditions, values},
 };
-use crate::train::{
-    Estimate, Trace, figures,
-    plot::{Axis, COLOURS, Chart, Line, Style, picture},
+use crate::{
+    chart::{Axis, COLOURS, Chart, Line, Style, picture},
+    train::{Estimate, Trace, figures},
 };
 use std::fmt::Write;
 

@@ -1,122 +1,100 @@
-//! The experimenter's desk: panel, messages, frame times, drawn by egui on top of the picture. In: the running [`Show`],
-//! window events. Out: shapes on the screen, and what the panel asks for.
+//! The experimenter's desk: panel, messages, frame times on top of the picture, or all of it in a window of its own. In: the
+//! running [`Show`]. Out: what is to be seen, and what is asked for.
 
-use super::{Show, keys, keys::Command};
+use super::{Pulse, Show, keys, keys::Command};
 use crate::{
-    driver, map,
-    panel::{Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, theme},
+    driver,
+    input::profiles,
+    map,
+    panel::{
+        Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
+        experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Log},
+    },
     policy,
-    render::{Gpu, PassTimes},
+    render::PassTimes,
     sim::{Scenario, World},
-    time::Pace,
+    time::{Due, Pace},
 };
-use egui::{Align2, Color32, Context, FontId, FullOutput, ViewportId};
-use std::{collections::VecDeque, time::Duration};
-use winit::{event::WindowEvent, window::Window};
+use egui::{Align2, Color32, FontId, TextureId, Ui};
+use std::time::Duration;
 
-/// Frames over which frame times are averaged.
-const FRAMES: usize = 60;
-
-/// Panel and overlays of one window.
+/// Panel and overlays of a drive.
 pub struct Desk {
-    ctx: Context,
-    input: egui_winit::State,
     panel: Panel,
-    history: History,
+    experimenter: Experimenter,
+    /// True if the experimenter has a window: the driver's then says nothing of keys.
+    attended: bool,
+    log: Log,
+    pulse: Pulse,
     engine: String,
-    frames: VecDeque<Duration>,
     show_times: bool,
     message: Option<String>,
     error: Option<String>,
 }
 
 impl Desk {
-    /// A desk for this window.
-    pub fn new(gpu: &Gpu, window: &Window, scenario: &Scenario, open: bool) -> Self {
-        let ctx = Context::default();
-        theme::apply(&ctx);
-        let most = gpu.device.limits().max_texture_dimension_2d as usize;
-        let scale = Some(window.scale_factor() as f32);
-        let input = egui_winit::State::new(ctx.clone(), ViewportId::ROOT, window, scale, None, Some(most));
-        let mut panel = Panel::new(scenario, choices());
+    /// A desk for this drive, its panel on the picture open or not; `attended` if the experimenter has a window.
+    pub fn new(show: &Show, open: bool, attended: bool) -> Self {
+        let world = &show.drive.world;
+        let mut panel = Panel::new(world.scenario(), choices());
         panel.open = open;
+        // Beside the person's profiles of wheels.
+        if let Some(own) = profiles::own_folder() {
+            panel.keep_presets(Presets::in_folder(own.with_file_name("scenarios")));
+        }
         Self {
-            ctx,
-            input,
             panel,
-            history: History::default(),
-            engine: String::new(),
-            frames: VecDeque::new(),
+            experimenter: Experimenter::default(),
+            attended,
+            log: Log::new(world),
+            pulse: Pulse::default(),
+            engine: world.traffic_engine(),
             show_times: false,
             message: None,
             error: None,
         }
     }
 
-    /// Tells egui of an event; true if it is for the panel alone.
-    pub fn on_window_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
-        let response = self.input.on_window_event(window, event);
-        // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
-        matches!(event, WindowEvent::KeyboardInput { .. }) && response.consumed && self.ctx.text_edit_focused()
-    }
-
     /// Sees the world after a tick.
     pub fn watch(&mut self, world: &World) {
-        let snapshot = world.snapshot();
-        if snapshot.tick.0.is_multiple_of(world.scenario().step_ticks()) {
-            let target = snapshot.advice.map(|advice| advice.target_mps);
-            self.history.push(snapshot.tick.seconds(), snapshot.mean_speed_mps, snapshot.ego.speed_mps, target);
-        }
+        self.log.watch(world);
     }
 
-    /// One frame of what is open: its shapes, and what the panel asks for. `times` are those of the GPU's passes.
-    pub fn shapes(
+    /// A frame was shown, `elapsed` after the one before, with an input that is `latency` old.
+    pub fn frame(&mut self, elapsed: Duration, due: &Due, latency: Option<Duration>) {
+        self.pulse.frame(elapsed, due.dropped, latency);
+    }
+
+    /// What is over the picture now; what the panel asks for. `times` are those of the GPU's passes.
+    pub fn show(&mut self, ui: &mut Ui, show: &Show, times: Option<PassTimes>) -> Vec<PanelCommand> {
+        let notes = self.notes(show, times, self.pulse.frame_ms());
+        let Self { panel, log, pulse, engine, error, .. } = self;
+        let state = state(show, log, pulse, engine, error.as_deref());
+        let asked = panel.show(ui, &state, &keys::list());
+        write_notes(ui, &notes);
+        asked
+    }
+
+    /// The experimenter's window. `picture` is what the driver sees, and its size.
+    pub fn experimenter(
         &mut self,
-        window: &Window,
+        ui: &mut Ui,
         show: &Show,
-        times: Option<PassTimes>,
-        elapsed: Duration,
-    ) -> (FullOutput, Vec<PanelCommand>) {
-        self.frames.push_back(elapsed);
-        if self.frames.len() > FRAMES {
-            self.frames.pop_front();
-        }
-        let frame_ms = self.frames.iter().sum::<Duration>().as_secs_f64() * 1e3 / self.frames.len() as f64;
-        let world = &show.drive.world;
-        if self.engine.is_empty() {
-            self.engine = world.traffic_engine();
-        }
-        let state = PanelState {
-            scenario: world.scenario(),
-            phase: phase(show),
-            readings: Some(Readings::from(world.snapshot())),
-            history: &self.history,
-            engine: &self.engine,
-            dropped: show.drive.clock.dropped(),
-            stalls: show.drive.clock.stalls(),
-            frame_ms,
-            error: self.error.as_deref(),
-        };
-        let keys = keys::list();
-        let mut asked = Vec::new();
-        let notes = self.notes(show, times, frame_ms);
-        let panel = &mut self.panel;
-        let output = self.ctx.run_ui(self.input.take_egui_input(window), |ui| {
-            asked = panel.show(ui, &state, &keys);
-            write_notes(ui, &notes);
-        });
-        self.input.handle_platform_output(window, output.platform_output.clone());
-        (output, asked)
-    }
-
-    /// The context that the shapes are of.
-    pub fn context(&self) -> &Context {
-        &self.ctx
+        picture: Option<(TextureId, [u32; 2])>,
+    ) -> Vec<ExperimenterCommand> {
+        let Self { panel, experimenter, log, pulse, engine, error, .. } = self;
+        let health = pulse.health(show, engine, error.as_deref());
+        let drive = state(show, log, pulse, engine, error.as_deref());
+        let state = ExperimenterState { drive, snapshot: Some(show.drive.world.snapshot()), health: &health, picture };
+        experimenter.show(ui, &state, Some(log), panel, None)
     }
 
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, show: &Show, times: Option<PassTimes>, frame_ms: f64) -> Notes {
         let middle = match phase(show) {
+            Phase::Paused if self.attended && show.waits_for_wheel() => "The wheel was unplugged.",
+            Phase::Paused | Phase::Ready if self.attended => "Please wait.",
+            Phase::Ended if self.attended => "The drive is over.",
             Phase::Paused if show.waits_for_wheel() => {
                 "The wheel was unplugged. The drive goes on when it is back; Space goes on without it."
             }
@@ -158,7 +136,7 @@ impl Desk {
             Command::Reverse => show.devices.keyboard.toggle_reverse(),
             Command::LaneHelp => {
                 show.toggle_lane_help();
-                self.say(format!("lane help is {}", if show.lane_help() { "on" } else { "off" }));
+                self.say(format!("lane help is {}", if show.lane_help() { "on" } else { "off" }), show);
             }
             Command::Restart | Command::FullScreen | Command::ReloadShaders | Command::Quit => {}
         }
@@ -178,11 +156,13 @@ impl Desk {
 
     /// Begins a drive; if it cannot start, the one before begins again and the panel says why. True if there is a new stage.
     pub fn restart(&mut self, scenario: &Scenario, show: &mut Show) -> bool {
-        self.history.clear();
-        self.engine.clear();
         self.message = None;
         self.error = None;
-        match show.restart(scenario) {
+        let restarted = show.restart(scenario);
+        let world = &show.drive.world;
+        self.log = Log::new(world);
+        self.engine = world.traffic_engine();
+        match restarted {
             Ok(new_stage) => new_stage,
             Err(error) => {
                 self.error = Some(error.to_string());
@@ -191,9 +171,23 @@ impl Desk {
         }
     }
 
-    /// Shows a message until the next key.
-    pub fn say(&mut self, message: String) {
-        self.message = Some(message);
+    /// What the experimenter asked for. True if there is a new stage to draw.
+    pub fn heed(&mut self, command: ExperimenterCommand, show: &mut Show) -> bool {
+        match command {
+            ExperimenterCommand::Drive(command) => return self.obey(command, show),
+            ExperimenterCommand::Mark(number) => show.note("mark", &format!("experimenter, mark {number}")),
+            ExperimenterCommand::Note(text) => show.note("note", &text),
+        }
+        false
+    }
+
+    /// Shows a message: on the picture until the next key, or to the experimenter.
+    pub fn say(&mut self, message: String, show: &Show) {
+        if self.attended {
+            self.experimenter.notes.say(show.drive.world.time_s(), &message);
+        } else {
+            self.message = Some(message);
+        }
     }
 }
 
@@ -203,7 +197,7 @@ struct Notes {
     corner: Vec<String>,
 }
 
-fn write_notes(ui: &egui::Ui, notes: &Notes) {
+fn write_notes(ui: &Ui, notes: &Notes) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let screen = ui.ctx().content_rect();
     let boxed = |align: Align2, at: egui::Pos2, text: String, size: f32| {
@@ -218,6 +212,23 @@ fn write_notes(ui: &egui::Ui, notes: &Notes) {
     }
     if !notes.corner.is_empty() {
         boxed(Align2::LEFT_BOTTOM, screen.left_bottom() + egui::vec2(18.0, -16.0), notes.corner.join("\n"), 14.0);
+    }
+}
+
+/// What the panel shows of a drive.
+fn state<'a>(show: &'a Show, log: &'a Log, pulse: &Pulse, engine: &'a str, error: Option<&'a str>) -> PanelState<'a> {
+    let (world, clock) = (&show.drive.world, &show.drive.clock);
+    PanelState {
+        scenario: world.scenario(),
+        phase: phase(show),
+        readings: Some(Readings::from(world.snapshot())),
+        history: &log.history,
+        in_range: log.share_in_range(),
+        engine,
+        dropped: clock.dropped(),
+        stalls: clock.stalls(),
+        frame_ms: pulse.frame_ms(),
+        error,
     }
 }
 

@@ -35,6 +35,13 @@ pub enum Command {
     Quit,
 }
 
+impl Command {
+    /// True if it is the driver's own affair: all that the driver's window obeys while the experimenter has one.
+    pub fn is_drivers(self) -> bool {
+        matches!(self, Self::Reverse | Self::FullScreen)
+    }
+}
+
 /// All keys: the keys, their name, what they do.
 const COMMANDS: [(&[KeyCode], Command, &str, &str); 13] = [
     (&[KeyCode::F1], Command::Help, "F1", "this list"),

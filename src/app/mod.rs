@@ -6,14 +6,17 @@ mod desk;
 mod drive;
 mod effort;
 mod facts;
+pub mod host;
 mod instruments;
 mod keys;
 pub mod offline;
+mod pulse;
 pub mod rehearsal;
 pub mod replay;
 mod show;
 mod surface;
 pub mod trial;
+pub mod visit;
 pub mod window;
 mod words;
 
@@ -21,6 +24,7 @@ pub use desk::Desk;
 pub use drive::Drive;
 pub use effort::{quality, renderer_that_keeps_up};
 pub use instruments::Instruments;
+pub use pulse::Pulse;
 pub use show::{Show, view_options};
 
 /// Why a drive could not be shown or run.
@@ -52,6 +56,14 @@ pub enum AppError {
     /// The adapter cannot show pictures in the window.
     #[error("the graphics adapter cannot draw into the window: {0}. WGPU_BACKEND=vulkan|gl chooses another")]
     NoSurface(String),
+    /// The monitor that was asked for is not there.
+    #[error("there is no screen {asked:?}; there are: {there}")]
+    NoMonitor {
+        /// What was asked for.
+        asked: String,
+        /// All there are.
+        there: String,
+    },
     /// No graphics device, or it was lost.
     #[error(transparent)]
     Gpu(#[from] crate::render::GpuError),

@@ -5,6 +5,7 @@
 use super::{AppError, facts, offline::Run};
 use crate::{
     driver,
+    record::RecordError,
     sim::Scenario,
     study::{
         Code, DataSet, Item, Outcome, Planned, SessionError, Study,
@@ -144,7 +145,8 @@ impl<'a> Rehearsal<'a> {
     }
 }
 
-fn ticks(scenario: &Scenario) -> u64 {
+/// How many ticks a drive of this scenario has.
+pub fn ticks(scenario: &Scenario) -> u64 {
     Tick::at_seconds(scenario.duration_s).0
 }
 
@@ -156,7 +158,8 @@ fn planned_ticks(planned: &Planned) -> u64 {
     }
 }
 
-/// The what-if of a trial: same seed and scenario, nobody advises, the car-following model drives. Lies beside it.
+/// The what-if of a trial: same seed and scenario, nobody advises, the car-following model drives. Lies beside it once it is
+/// whole; one that was broken off holds nobody's data and is made anew.
 ///
 /// # Errors
 /// The drive cannot start or go on, or the disk refuses.
@@ -169,11 +172,20 @@ pub fn baseline(
 ) -> Result<bool, AppError> {
     let mut name = trial.file_name().unwrap_or_default().to_owned();
     name.push(BASELINE);
+    let whole = trial.with_file_name(&name);
+    name.push("-part");
     let folder = trial.with_file_name(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(|why| RecordError::File { path: folder.clone(), why })?;
+    }
     let without = Scenario { policy: "none".into(), driver: "idm".into(), ..scenario.clone() };
     let mut run = Run::by(&driver::preset(&without.driver)?, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
-    drive(&mut run, None, stop, driven)
+    let driven = drive(&mut run, None, stop, driven)?;
+    if driven {
+        std::fs::rename(&folder, &whole).map_err(|why| RecordError::File { path: whole, why })?;
+    }
+    Ok(driven)
 }
 
 /// Drives to the end, to the criterion, or until stopped (false); the recording is whole in any case.

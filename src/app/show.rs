@@ -6,10 +6,11 @@ use crate::{
     ego::Surface,
     hud::Palette,
     input::{Action, Devices, Feel, RigNews, Stamp},
-    record::{Recorder, tables::FrameRow},
+    record::{Gauge, Manifest, Recorder, tables::FrameRow},
     render::Gpu,
     scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
     sim::{DialPalette, Scenario, Tally, World, colour},
+    study::Code,
     time::{Due, Pace},
 };
 use std::{
@@ -40,6 +41,9 @@ pub struct Show {
     waiting: bool,
     /// What the desk has to say.
     news: Vec<String>,
+    /// In a visit buttons only ask: whoever leads it lets time run and holds it. What they asked for.
+    led: bool,
+    pressed: Vec<Action>,
 }
 
 impl Show {
@@ -70,7 +74,40 @@ impl Show {
             used_input: None,
             waiting: false,
             news: Vec::new(),
+            led: false,
+            pressed: Vec::new(),
         }
+    }
+
+    /// A drive of a visit, put in place and held: buttons only ask (see [`Show::take_pressed`]).
+    ///
+    /// # Errors
+    /// The world cannot start; the devices are where they were.
+    pub fn led(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, AppError> {
+        let drive = Drive::new(scenario, Pace::Paused)?;
+        let stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
+        let mut devices = devices.take().unwrap_or_else(Devices::open);
+        devices.rest();
+        Ok(Self { led: true, ..Self::with(drive, stage, devices, ViewKind::Driver) })
+    }
+
+    /// The devices, for what comes after the drive.
+    pub fn into_devices(self) -> Devices {
+        self.devices
+    }
+
+    /// Buttons that were pressed since the last call, in a visit.
+    pub fn take_pressed(&mut self) -> Vec<Action> {
+        std::mem::take(&mut self.pressed)
+    }
+
+    /// The drive lasts so many seconds longer.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn extend(&mut self, seconds: f64) -> Result<(), AppError> {
+        self.drive.world.extend(seconds);
+        Ok(self.recorder.as_ref().map_or(Ok(()), |recorder| recorder.set_scenario(self.drive.world.scenario()))?)
     }
 
     /// Records this drive in `folder` from here on.
@@ -78,18 +115,29 @@ impl Show {
     /// # Errors
     /// The folder holds a recording, or the system refuses.
     pub fn record(&mut self, folder: &Path, gpu: &Gpu) -> Result<(), AppError> {
+        self.record_of(folder, gpu, None)
+    }
+
+    /// The same for a participant of a study.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record_of(&mut self, folder: &Path, gpu: &Gpu, participant: Option<&Code>) -> Result<(), AppError> {
         // What is plugged in already is in the manifest.
         self.hear_devices();
         let world = &self.drive.world;
-        let manifest = facts::manifest(world, self.devices.describe(), Some(gpu));
+        let participant = participant.map(|code| code.as_str().to_owned());
+        let manifest = Manifest { participant, ..facts::manifest(world, self.devices.describe(), Some(gpu)) };
         self.recorder = Some(Recorder::begin(folder, world.scenario(), manifest)?);
         self.note_profile();
         Ok(())
     }
 
-    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
-    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) {
-        let Some(recorder) = &mut self.recorder else { return };
+    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last. Returns how old the
+    /// newest input is that it shows, where there is any.
+    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) -> Option<Duration> {
+        let latency = self.used_input.take().map(|input| input.until(Stamp::now()));
+        let Some(recorder) = &mut self.recorder else { return latency };
         recorder.frame(FrameRow {
             frame: self.frames,
             tick: self.drive.world.snapshot().tick,
@@ -97,9 +145,15 @@ impl Show {
             wall_s: wall.as_secs_f64(),
             elapsed_s: elapsed.as_secs_f64(),
             dropped_s: due.dropped.as_secs_f64(),
-            latency_s: self.used_input.take().map(|input| input.until(Stamp::now()).as_secs_f64()),
+            latency_s: latency.map(|latency| latency.as_secs_f64()),
         });
         self.frames += 1;
+        latency
+    }
+
+    /// How the recording does; `None` if the drive is not recorded.
+    pub fn gauge(&self) -> Option<&Gauge> {
+        self.recorder.as_ref().map(Recorder::gauge)
     }
 
     /// Hands to the disk what was recorded since the last time.
@@ -235,6 +289,10 @@ impl Show {
 
     /// The participant pressed a button.
     fn pressed(&mut self, action: Action) {
+        if self.led {
+            self.pressed.push(action);
+            return;
+        }
         match action {
             Action::Reverse => {}
             Action::Start => self.drive.clock.set_pace(Pace::RealTime),

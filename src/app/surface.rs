@@ -1,4 +1,4 @@
-//! The window's surface. In: its size. Out: a texture a frame to draw into. One frame of latency at most, no sRGB format
+//! A window's surface. In: its size. Out: a texture a frame to draw into. One frame of latency at most, no sRGB format
 //! (the tone map writes sRGB values itself).
 
 use crate::render::gpu::Gpu;
@@ -11,13 +11,14 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Configures `surface` for a window of `size` pixels; `None` if the adapter cannot show pictures in it.
-    pub fn new(gpu: &Gpu, surface: wgpu::Surface<'static>, size: [u32; 2]) -> Option<Self> {
+    /// Configures `surface` for a window of `size` pixels; `None` if the adapter cannot show pictures in it. `present` says
+    /// whether a picture waits for the screen.
+    pub fn new(gpu: &Gpu, surface: wgpu::Surface<'static>, size: [u32; 2], present: wgpu::PresentMode) -> Option<Self> {
         let mut config = surface.get_default_config(&gpu.adapter, size[0].max(1), size[1].max(1))?;
         let formats = surface.get_capabilities(&gpu.adapter).formats;
         config.format = formats.into_iter().find(|f| !f.is_srgb()).unwrap_or(config.format.remove_srgb_suffix());
-        // Wait for the screen, and never queue a picture behind another: latency is what a driver feels.
-        config.present_mode = wgpu::PresentMode::AutoVsync;
+        config.present_mode = present;
+        // Never queue a picture behind another: latency is what a driver feels.
         config.desired_maximum_frame_latency = 1;
         surface.configure(&gpu.device, &config);
         Some(Self { surface, config })

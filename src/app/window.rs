@@ -1,16 +1,15 @@
-//! The window. In: events of winit, Ctrl-C. Out: frames on the screen. `Frame::draw` is one turn of the loop (DESIGN 3);
-//! everything that needs no window lives in [`Show`] and [`Desk`].
+//! The driver's window, and the experimenter's beside it. In: events of winit, Ctrl-C. Out: frames on the screen.
+//! `Frame::draw` is one turn of the loop (DESIGN 3); everything that needs no window lives in [`Show`] and [`Desk`].
 
 use super::{
     AppError, Desk, Show,
+    host::{ExperimenterWindow, PictureWindow, Placing, now},
     keys::{self, Command},
     offline::FLUSH_EVERY,
-    renderer_that_keeps_up,
-    surface::Surface,
 };
 use crate::{
     input::{Devices, Profile},
-    render::{Gpu, Panel, Renderer},
+    panel::{experimenter::ExperimenterCommand, theme},
     sim::Scenario,
     time::Pace,
 };
@@ -24,16 +23,11 @@ use std::{
 };
 use winit::{
     application::ApplicationHandler,
-    dpi::LogicalSize,
     event::{ElementState, KeyEvent, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
     keyboard::PhysicalKey,
-    window::{Fullscreen, Window, WindowId},
+    window::WindowId,
 };
-
-/// Size of the window, and of one that the processor draws: 0.1 s a frame on two cores (codrive bench).
-const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 720);
-const SOFTWARE_SIZE: LogicalSize<u32> = LogicalSize::new(640, 360);
 
 /// How `codrive drive` was asked to start.
 pub struct WindowOptions {
@@ -41,8 +35,12 @@ pub struct WindowOptions {
     pub scenario: Scenario,
     /// Fill the screen at once.
     pub fullscreen: bool,
+    /// Monitor by number (from 1) or part of its name.
+    pub screen: Option<String>,
     /// Show the experimenter's panel at once.
     pub panel: bool,
+    /// Open the experimenter's window beside the driver's.
+    pub experimenter: bool,
     /// Wait for the space bar.
     pub paused: bool,
     /// Record the drive there.
@@ -84,10 +82,9 @@ struct App {
 
 /// A drive in its window.
 struct Frame {
-    window: Arc<Window>,
-    gpu: Gpu,
-    surface: Surface,
-    renderer: Renderer,
+    picture: PictureWindow,
+    /// Beside it, if it was asked for; then the driver's window knows driving keys only.
+    experimenter: Option<ExperimenterWindow>,
     show: Show,
     desk: Desk,
     /// When the last frame began; `None` before the first, and after another stage went to the GPU: time runs from the
@@ -107,18 +104,30 @@ impl ApplicationHandler for App {
         }
     }
 
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _id: WindowId, event: WindowEvent) {
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
         let Some(frame) = &mut self.frame else { return };
-        let taken = frame.desk.on_window_event(&frame.window, &event);
+        if let Some(experimenter) = frame.experimenter.as_mut().filter(|window| window.id() == id) {
+            experimenter.on_event(frame.picture.gpu(), &event);
+            if event == WindowEvent::CloseRequested {
+                event_loop.exit();
+            }
+            return;
+        }
+        let heard = frame.picture.on_event(&event);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::Resized(size) => frame.surface.resize(&frame.gpu, [size.width, size.height]),
             WindowEvent::Focused(false) => frame.show.devices.keyboard.release_all(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !taken => match frame.key(&event) {
-                Ok(Some(Command::Quit)) => event_loop.exit(),
-                Ok(_) => {}
-                Err(error) => self.fail(event_loop, error),
-            },
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => {
+                // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
+                if heard && frame.picture.is_typing() {
+                    return;
+                }
+                match frame.key(&event) {
+                    Ok(Some(Command::Quit)) => event_loop.exit(),
+                    Ok(_) => {}
+                    Err(error) => self.fail(event_loop, error),
+                }
+            }
             WindowEvent::RedrawRequested => {
                 if let Err(error) = frame.draw() {
                     self.fail(event_loop, error);
@@ -133,7 +142,7 @@ impl ApplicationHandler for App {
             event_loop.exit();
         }
         if let Some(frame) = &self.frame {
-            frame.window.request_redraw();
+            frame.picture.window().request_redraw();
         }
     }
 }
@@ -147,34 +156,28 @@ impl App {
 
 impl Frame {
     fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, mut show: Show) -> Result<Self, AppError> {
-        let attributes = Window::default_attributes()
-            .with_title(format!("codrive: {}", options.scenario.map))
-            .with_inner_size(SIZE)
-            .with_fullscreen(options.fullscreen.then_some(Fullscreen::Borderless(None)));
-        let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
-        let window = Arc::new(window);
-        let display = Box::new(event_loop.owned_display_handle());
-        let (gpu, surface) = Gpu::for_window(display, Arc::clone(&window))?;
-        log::info!("graphics: {}", gpu.description());
-        if gpu.is_software() && !options.fullscreen {
-            log::warn!(
-                "no graphics card was found: the processor draws, so the window is small ({})",
-                gpu.description()
-            );
-            let _ = window.request_inner_size(SOFTWARE_SIZE);
-        }
-        let size = window.inner_size();
-        let surface = Surface::new(&gpu, surface, [size.width, size.height])
-            .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
+        let placing = Placing {
+            title: format!("codrive: {}", options.scenario.map),
+            fullscreen: options.fullscreen,
+            monitor: options.screen.clone(),
+        };
+        let mut picture = PictureWindow::open(event_loop, &placing)?;
+        theme::apply(picture.ctx());
         let view = show.view();
-        let level = options.scenario.quality;
-        let renderer = renderer_that_keeps_up(&gpu, &show.stage, surface.format(), level, &view, surface.size())?;
-        let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
+        picture.stage(&show.stage, &view, options.scenario.quality)?;
         if let Some(folder) = &options.out {
-            show.record(folder, &gpu)?;
+            show.record(folder, picture.gpu())?;
         }
+        let experimenter = if options.experimenter {
+            picture.keep_miniature();
+            let title = format!("Experimenter: {}", options.scenario.map);
+            Some(ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?)
+        } else {
+            None
+        };
+        let desk = Desk::new(&show, options.panel && experimenter.is_none(), experimenter.is_some());
         let start = now();
-        Ok(Self { window, gpu, surface, renderer, show, desk, last: None, first: start, flushed: start })
+        Ok(Self { picture, experimenter, show, desk, last: None, first: start, flushed: start })
     }
 
     /// One frame: simulate what is due, look, draw, present.
@@ -183,7 +186,7 @@ impl Frame {
         let elapsed = self.lap();
         let due = self.show.advance(elapsed, |world| self.desk.watch(world))?;
         if let Some(news) = self.show.take_news().pop() {
-            self.desk.say(news);
+            self.desk.say(news, &self.show);
         }
         if !due.dropped.is_zero() && self.show.drive.clock.stalls() == 1 {
             log::warn!(
@@ -191,43 +194,53 @@ impl Frame {
                 due.dropped.as_secs_f64() * 1e3
             );
         }
-        let Some(texture) = self.surface.next(&self.gpu) else { return Ok(()) };
-        let target = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let size = self.surface.size();
         let view = self.show.view();
-        let times = self.renderer.pass_times();
-        let (output, asked) = self.desk.shapes(&self.window, &self.show, times, elapsed);
-        let panel = Panel { ctx: self.desk.context(), output };
-        self.renderer.draw(&view, Some(panel), &target, size);
-        self.window.pre_present_notify();
-        self.gpu.queue.present(texture);
+        let times = self.picture.pass_times();
+        let mut asked = Vec::new();
+        let output = self.picture.overlay(|ui| asked.extend(self.desk.show(ui, &self.show, times)));
+        let drawn = self.picture.draw(Some(&view), Some(output));
         let done = now();
         if first {
             self.last = Some(done);
             self.first = done;
         }
-        self.show.shown(done - self.first, elapsed, &due);
+        let latency = if drawn { self.show.shown(done - self.first, elapsed, &due) } else { None };
+        self.desk.frame(elapsed, &due, latency);
         if done - self.flushed > FLUSH_EVERY {
             self.flushed = done;
             self.show.flush()?;
         }
+        let mut asked: Vec<ExperimenterCommand> = asked.into_iter().map(ExperimenterCommand::Drive).collect();
+        asked.extend(self.draw_experimenter());
         for command in asked {
-            if self.desk.obey(command, &mut self.show) {
+            if self.desk.heed(command, &mut self.show) {
                 self.new_stage()?;
             }
         }
         Ok(())
     }
 
+    /// The experimenter's window, when it is due.
+    fn draw_experimenter(&mut self) -> Vec<ExperimenterCommand> {
+        let Self { experimenter: Some(window), picture, show, desk, .. } = self else { return Vec::new() };
+        if !window.due() {
+            return Vec::new();
+        }
+        let seen = picture.miniature().map(|view| {
+            let texture = view.texture();
+            (window.picture(picture.gpu(), view), [texture.width(), texture.height()])
+        });
+        let mut asked = Vec::new();
+        window.draw(picture.gpu(), |ui| asked.extend(desk.experimenter(ui, show, seen)));
+        asked
+    }
+
     /// The map has changed: its models go to the GPU.
     fn new_stage(&mut self) -> Result<(), AppError> {
         let view = self.show.view();
         let scenario = self.show.drive.world.scenario();
-        let (format, size) = (self.surface.format(), self.surface.size());
-        let renderer = renderer_that_keeps_up(&self.gpu, &self.show.stage, format, scenario.quality, &view, size)?;
-        let old = std::mem::replace(&mut self.renderer, renderer);
-        self.renderer.keep_panel_of(old);
-        self.window.set_title(&format!("codrive: {}", scenario.map));
+        self.picture.stage(&self.show.stage, &view, scenario.quality)?;
+        self.picture.window().set_title(&format!("codrive: {}", scenario.map));
         self.last = None;
         Ok(())
     }
@@ -249,14 +262,14 @@ impl Frame {
             self.show.devices.keyboard.set(key, down);
         }
         let Some(command) = keys::command(code).filter(|_| down && !event.repeat) else { return Ok(None) };
+        if self.experimenter.is_some() && !command.is_drivers() {
+            return Ok(None);
+        }
         match command {
-            Command::FullScreen => {
-                let full = self.window.fullscreen().is_some();
-                self.window.set_fullscreen((!full).then_some(Fullscreen::Borderless(None)));
-            }
-            Command::ReloadShaders => match self.renderer.reload_shaders() {
-                Ok(()) => self.desk.say("shaders read again".into()),
-                Err(error) => self.desk.say(error),
+            Command::FullScreen => self.picture.toggle_fullscreen(),
+            Command::ReloadShaders => match self.picture.reload_shaders() {
+                Ok(()) => self.desk.say("shaders read again".into(), &self.show),
+                Err(error) => self.desk.say(error, &self.show),
             },
             Command::Restart => {
                 let scenario = self.show.drive.world.scenario().clone();
@@ -268,9 +281,4 @@ impl Frame {
         }
         Ok(Some(command))
     }
-}
-
-#[allow(clippy::disallowed_methods, reason = "the loop is where wall time enters")]
-fn now() -> Instant {
-    Instant::now()
 }

@@ -12,6 +12,18 @@ pub(super) fn command() -> Command {
     Command::new("drive")
         .about("Drive in a window (F1 lists the keys)")
         .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen"))
+        .arg(
+            Arg::new("screen")
+                .long("screen")
+                .value_name("N|NAME")
+                .help("Screen for the driver's picture: its number, from 1, or part of its name (HDMI)"),
+        )
+        .arg(
+            Arg::new("experimenter")
+                .long("experimenter")
+                .action(ArgAction::SetTrue)
+                .help("Open the experimenter's window beside the driver's, which then obeys driving keys only"),
+        )
         .arg(Arg::new("panel").long("panel").action(ArgAction::SetTrue).help("Show the experimenter's panel at once"))
         .arg(
             Arg::new("out")
@@ -37,7 +49,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         wheel: wheel.transpose().map_err(|error| CliError::Input(error.to_string()))?,
         scenario: flags::scenario(matches)?,
         fullscreen: matches.get_flag("fullscreen"),
+        screen: matches.get_one("screen").cloned(),
         panel: matches.get_flag("panel"),
+        experimenter: matches.get_flag("experimenter"),
         paused: matches.get_flag("paused"),
         out: matches.get_one("out").cloned(),
         stop: stop_on_ctrl_c(),

@@ -1,16 +1,20 @@
-//! `codrive study`: a whole study from one file: its plan, or a rehearsal of it.
+//! `codrive study`: a whole study from one file: its plan, a participant's visit, or a rehearsal of it.
 
 use super::{CliError, stop_on_ctrl_c};
 use crate::{
-    app::rehearsal::Rehearsal,
-    study::{Study, StudyError},
+    app::{
+        rehearsal::Rehearsal,
+        visit::window::{self, Left, VisitOptions},
+    },
+    input::profiles,
+    study::{Code, Study, StudyError},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
     Command::new("study")
-        .about("Check a study and print its plan, or rehearse it with simulated participants")
+        .about("Lead a participant through a study, check it and print its plan, or rehearse it with simulated participants")
         .arg(
             Arg::new("file")
                 .value_name("FILE.toml")
@@ -23,6 +27,38 @@ pub(super) fn command() -> Command {
                 .long("check")
                 .action(ArgAction::SetTrue)
                 .help("Check every scenario and questionnaire in it and print who meets which condition when"),
+        )
+        .arg(
+            Arg::new("participant")
+                .long("participant")
+                .value_name("CODE")
+                .requires("out")
+                .conflicts_with_all(["check", "rehearse", "participants"])
+                .help(
+                    "Lead this participant through the whole plan, in a window for them and one for the experimenter; a code \
+                     of letters and digits, never a name. After a closed window or a crash the same command goes on",
+                ),
+        )
+        .arg(
+            Arg::new("fullscreen")
+                .long("fullscreen")
+                .action(ArgAction::SetTrue)
+                .requires("participant")
+                .help("Fill the participant's screen"),
+        )
+        .arg(
+            Arg::new("screen")
+                .long("screen")
+                .value_name("N|NAME")
+                .requires("participant")
+                .help("Screen of the participant's window: its number, from 1, or part of its name (HDMI)"),
+        )
+        .arg(
+            Arg::new("wheel")
+                .long("wheel")
+                .value_name("NAME|FILE.toml")
+                .requires("participant")
+                .help("Profile of the steering wheel, as in codrive drive"),
         )
         .arg(
             Arg::new("rehearse").long("rehearse").action(ArgAction::SetTrue).requires("out").conflicts_with("check").help(
@@ -59,6 +95,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
     let study = Study::load(file)?;
+    if let (Some(code), Some(root)) = (matches.get_one::<String>("participant"), matches.get_one::<PathBuf>("out")) {
+        return visit(study, code, root, matches);
+    }
     let participants = matches.get_one::<u32>("participants").copied().unwrap_or(study.file.participants);
     match matches.get_one::<PathBuf>("out") {
         Some(root) if matches.get_flag("rehearse") => rehearse(&study, root, participants as usize),
@@ -67,6 +106,28 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             Ok(())
         }
     }
+}
+
+fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+    let code = Code::new(code).map_err(|error| CliError::Input(error.to_string()))?;
+    let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name)).transpose();
+    let left = window::run(VisitOptions {
+        study,
+        out: root.into(),
+        code: code.clone(),
+        fullscreen: matches.get_flag("fullscreen"),
+        screen: matches.get_one("screen").cloned(),
+        wheel: wheel.map_err(|error| CliError::Input(error.to_string()))?,
+        stop: stop_on_ctrl_c(),
+    })?;
+    let state = match left {
+        Left::Complete => "has been through the whole study".into(),
+        Left::Stopped => "was stopped for good".into(),
+        Left::Open(item) => format!("goes on at {item} with the same command"),
+    };
+    println!("{}: participant {code} {state}", root.display());
+    println!("look at the data with: codrive analyse {}", root.display());
+    Ok(())
 }
 
 fn rehearse(study: &Study, root: &Path, participants: usize) -> Result<(), CliError> {

@@ -1,7 +1,7 @@
 //! Sound, disk, clock, power. In: files of the system. Out: [`Line`]s. What another system keeps elsewhere is unknown.
 
 use super::Line;
-use crate::input::Stamp;
+use crate::{input::Stamp, record};
 use std::{
     fs::{self, File},
     io::Write,
@@ -64,16 +64,8 @@ fn disk_speed(folder: &Path) -> Line {
     }
 }
 
-#[cfg(target_os = "linux")]
 fn free_gb(folder: &Path) -> Option<f64> {
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let stat = nix::sys::statvfs::statvfs(folder).ok()?;
-    Some(stat.blocks_available() as f64 * stat.fragment_size() as f64 / 1e9)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn free_gb(_folder: &Path) -> Option<f64> {
-    None
+    record::free_bytes(folder).map(|bytes| bytes as f64 / 1e9)
 }
 
 fn disk_space(free_gb: Option<f64>) -> Line {

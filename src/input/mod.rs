@@ -103,6 +103,17 @@ impl Devices {
         self.rig.profile()
     }
 
+    /// Which device was touched last.
+    pub fn source(&self) -> Source {
+        self.source
+    }
+
+    /// Before a drive: keys are up, and the selector is in drive whatever was pressed since the last one.
+    pub fn rest(&mut self) {
+        self.keyboard.rest();
+        self.rig.select_drive();
+    }
+
     /// Who drives, as words.
     pub fn describe(&self) -> String {
         match self.source {

@@ -123,6 +123,14 @@ impl Rig {
         Some(self.wheel.as_ref()?.force.as_ref()?.torque_nm())
     }
 
+    /// The selector is in drive.
+    pub fn select_drive(&mut self) {
+        self.left.selector = Selector::Drive;
+        if let Some(wheel) = &mut self.wheel {
+            wheel.state.set_reverse(false);
+        }
+    }
+
     /// When the newest input came that has not been asked for yet.
     pub fn newest_input(&mut self) -> Option<Stamp> {
         self.newest.take()

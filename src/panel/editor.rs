@@ -56,6 +56,11 @@ impl Editor {
         }
     }
 
+    /// Takes over all settings of `scenario` as edits.
+    pub fn take(&mut self, scenario: &Scenario) {
+        self.edited = json(scenario);
+    }
+
     /// True if a restart would change something.
     pub fn is_edited(&self) -> bool {
         self.edited != self.driving

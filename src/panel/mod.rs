@@ -2,14 +2,21 @@
 //! simulation, and nothing that a participant sees depends on it.
 
 mod editor;
+pub mod experimenter;
 mod help;
 mod history;
+mod presets;
 mod readout;
+pub mod screens;
 pub mod theme;
+pub mod visit;
 
 pub use editor::Choices;
 pub use history::{History, Sample};
+pub use presets::{Presets, Refusal};
 pub use readout::Readings;
+pub use screens::{Screen, ScreenState, Screens};
+pub use visit::{ItemState, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState};
 
 use std::time::Duration;
 
@@ -29,6 +36,8 @@ pub struct PanelState<'a> {
     pub readings: Option<Readings>,
     /// Speeds since the start.
     pub history: &'a History,
+    /// Share of the time with advice in which the ego was in range, 0 to 1; `None` before the first advice.
+    pub in_range: Option<f64>,
     /// Name and version of the traffic engine.
     pub engine: &'a str,
     /// Time given up in stalls.
@@ -80,6 +89,7 @@ pub enum Advance {
 /// The panel's own state: edits, and what is open.
 pub struct Panel {
     editor: Editor,
+    presets: Option<Presets>,
     /// True while the panel is to be seen.
     pub open: bool,
     /// True while the list of keys is to be seen.
@@ -92,7 +102,37 @@ pub const WIDTH: f32 = 360.0;
 impl Panel {
     /// A panel for `scenario`, closed. `choices` are the words for settings that are texts.
     pub fn new(scenario: &Scenario, choices: Choices) -> Self {
-        Self { editor: Editor::new(scenario, choices), open: false, help_open: false }
+        Self { editor: Editor::new(scenario, choices), presets: None, open: false, help_open: false }
+    }
+
+    /// Lets settings be saved and loaded under a name.
+    pub fn keep_presets(&mut self, presets: Presets) {
+        self.presets = Some(presets);
+    }
+
+    /// Presets, if there are any to be kept, and all settings.
+    fn settings(&mut self, ui: &mut Ui) {
+        if let Some(presets) = &mut self.presets {
+            presets.show(ui, &mut self.editor);
+            ui.add_space(4.0);
+        }
+        self.editor.show(ui);
+        ui.add_space(12.0);
+    }
+
+    /// Tells which scenario drives now. A new one replaces all edits.
+    pub fn follow(&mut self, scenario: &Scenario) {
+        self.editor.follow(scenario);
+    }
+
+    /// The drive's commands and its settings, in a column that somebody else has made.
+    pub fn drive(&mut self, ui: &mut Ui, state: &PanelState<'_>, commands: &mut Vec<PanelCommand>) {
+        ui.add_space(4.0);
+        self.controls(ui, state, commands);
+        ui.separator();
+        egui::ScrollArea::vertical().id_salt("settings").auto_shrink(false).show(ui, |ui| {
+            self.settings(ui);
+        });
     }
 
     /// Shows what is open, in the root [`Ui`] of a pass, and tells what was asked for. `keys` are keys and what they do.
@@ -109,8 +149,7 @@ impl Panel {
                     ui.add_space(4.0);
                     readout::plot(ui, state.history);
                     ui.add_space(6.0);
-                    self.editor.show(ui);
-                    ui.add_space(12.0);
+                    self.settings(ui);
                 });
             });
         }

@@ -69,6 +69,9 @@ pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
                 row(ui, "Range", verdict, theme::DIM);
             }
         }
+        if let Some(share) = state.in_range {
+            row(ui, "In range", &format!("{:5.1} % of the time", 100.0 * share), theme::TEXT);
+        }
         match now.leader {
             Some((gap_m, leader_mps)) => {
                 row(ui, "Gap", &format!("{gap_m:.1} m"), theme::TEXT);
@@ -103,7 +106,7 @@ fn speed(speed_mps: f64, unit: SpeedUnit) -> String {
 }
 
 /// Minutes, seconds and tenths.
-fn time(time_s: f64) -> String {
+pub fn time(time_s: f64) -> String {
     let tenths = (time_s * 10.0 + 1e-6).floor() as u64;
     format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10)
 }
@@ -116,6 +119,28 @@ fn marks(until: f64, most: f64, steps: &[f64]) -> Vec<GridMark> {
     let fits = |step: &&f64| until / **step <= most;
     let Some(&step) = steps.iter().find(fits).or(steps.last()) else { return Vec::new() };
     (0..=(until / step) as u32).map(|i| GridMark { value: f64::from(i) * step, step_size: step }).collect()
+}
+
+/// A plot of speeds over time that nobody can move, with few marks: seconds from one to the other across, m/s upwards from 0
+/// to at least 6.
+pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> {
+    const TIMES: [f64; 8] = [20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 3600.0, 7200.0];
+    let step = TIMES.into_iter().find(|step| (to_s - from_s) / step <= 3.0).unwrap_or(7200.0);
+    plot.height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .include_y(0.0)
+        .include_y(6.0)
+        .set_margin_fraction(egui::vec2(0.0, 0.04))
+        .x_grid_spacer(move |_| marks(to_s, f64::INFINITY, &[step]))
+        .y_grid_spacer(|input| marks(input.bounds.1, 6.0, &[2.0, 5.0, 10.0, 20.0]))
+        .x_axis_formatter(|mark, _| time(mark.value).trim_end_matches(".0").to_owned())
+        .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
+        .y_axis_min_width(18.0)
+        .grid_color(Color32::from_rgb(58, 64, 73))
+        .grid_fade(0.0)
 }
 
 /// Mean speed of all vehicles over time, with the ego's speed and the target.
@@ -132,25 +157,10 @@ pub fn plot(ui: &mut Ui, history: &History) {
     });
     // The first minute is shown at once, so that the first seconds do not fill the width.
     let until = samples.last().map_or(0.0, |sample| sample.time_s).max(60.0);
-    Plot::new("speeds")
-        .height(140.0)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
+    quiet(Plot::new("speeds"), 140.0, [0.0, until])
         .include_x(0.0)
         // Room for half of the last mark's text.
         .include_x(1.05 * until)
-        .include_y(0.0)
-        .include_y(6.0)
-        .set_margin_fraction(egui::vec2(0.0, 0.04))
-        .x_grid_spacer(move |_| marks(until, 3.0, &[20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 3600.0, 7200.0]))
-        .y_grid_spacer(|input| marks(input.bounds.1, 6.0, &[2.0, 5.0, 10.0, 20.0]))
-        .x_axis_formatter(|mark, _| time(mark.value).trim_end_matches(".0").to_owned())
-        .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
-        .y_axis_min_width(18.0)
-        .grid_color(Color32::from_rgb(58, 64, 73))
-        .grid_fade(0.0)
         .show(ui, |plot| {
             for (i, part) in targets(samples).into_iter().enumerate() {
                 plot.line(Line::new(LINES[2].0, part).id(("target", i)).color(LINES[2].1).width(1.0));

@@ -19,6 +19,20 @@ pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
     builder.create(path).map_err(RecordError::file(path))
 }
 
+/// Room on the disk of `folder` for this user, bytes; `None` where the system does not tell.
+#[cfg(target_os = "linux")]
+pub fn free_bytes(folder: &Path) -> Option<u64> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let stat = nix::sys::statvfs::statvfs(folder).ok()?;
+    Some(stat.blocks_available().saturating_mul(stat.fragment_size()))
+}
+
+/// Room on the disk of `folder` for this user, bytes; `None` where the system does not tell.
+#[cfg(not(target_os = "linux"))]
+pub fn free_bytes(_folder: &Path) -> Option<u64> {
+    None
+}
+
 /// A new file, private to the user.
 ///
 /// # Errors
@@ -29,6 +43,16 @@ pub(super) fn new_file(path: &Path) -> Result<File, RecordError> {
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     options.open(path).map_err(RecordError::file(path))
+}
+
+/// Writes a whole new file, private to the user, that reaches the disk.
+///
+/// # Errors
+/// There is one already, or the system refuses.
+pub fn write_new(path: &Path, text: &[u8]) -> Result<(), RecordError> {
+    let mut file = new_file(path)?;
+    file.write_all(text).and_then(|()| file.sync_all()).map_err(RecordError::file(path))?;
+    sync_dir(path)
 }
 
 /// Writes a whole file so that at every moment either the old one or the new one is there, also after a power cut.

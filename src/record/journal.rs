@@ -79,14 +79,16 @@ impl Journal {
         })
     }
 
-    /// Appends every batch that comes until there are no more. The ego last: where its row is, the others are too.
-    pub fn write(mut self, batches: &Receiver<Batch>) -> Result<(), RecordError> {
+    /// Appends every batch that comes until there are no more. The ego last: where its row is, the others are too. `done` is
+    /// told of every batch that is on the disk.
+    pub fn write(mut self, batches: &Receiver<Batch>, mut done: impl FnMut()) -> Result<(), RecordError> {
         for batch in batches {
             self.cars.append(&batch.cars)?;
             self.advice.append(&batch.advice)?;
             self.frames.append(&batch.frames)?;
             self.events.append(&batch.events)?;
             self.ego.append(&batch.ego)?;
+            done();
         }
         self.cars.end()?;
         self.advice.end()?;

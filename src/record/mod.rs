@@ -18,9 +18,9 @@ pub mod recover;
 pub mod table;
 pub mod tables;
 
-pub use files::{new_private_dir, replace};
+pub use files::{free_bytes, new_private_dir, replace, write_new};
 pub use manifest::Manifest;
-pub use recorder::{Recorder, Table};
+pub use recorder::{Gauge, Recorder, Table};
 pub use recover::{Recovered, recover};
 pub use table::{Column, Reader};
 

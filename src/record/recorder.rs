@@ -15,7 +15,11 @@ use crate::{
 use std::{
     fs::File,
     path::{Path, PathBuf},
-    sync::mpsc::{self, SyncSender, TrySendError},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, AtomicUsize, Ordering},
+        mpsc::{self, SyncSender, TrySendError},
+    },
     thread::JoinHandle,
 };
 
@@ -75,6 +79,30 @@ pub(super) struct Batch {
     pub events: Vec<EventRow>,
 }
 
+/// How the writing thread does, as the loop may read it at any time: the thread keeps it, nobody waits.
+#[derive(Debug)]
+pub struct Gauge {
+    waiting: AtomicUsize,
+    /// [`u64::MAX`] where the system does not tell.
+    free: AtomicU64,
+}
+
+impl Gauge {
+    /// Batches that wait for the disk, and how many may.
+    pub fn waiting(&self) -> [usize; 2] {
+        [self.waiting.load(Ordering::Relaxed), QUEUE]
+    }
+
+    /// Room on the disk, bytes, as it was after the last batch.
+    pub fn free_bytes(&self) -> Option<u64> {
+        Some(self.free.load(Ordering::Relaxed)).filter(|bytes| *bytes != u64::MAX)
+    }
+
+    fn look(&self, folder: &Path) {
+        self.free.store(files::free_bytes(folder).unwrap_or(u64::MAX), Ordering::Relaxed);
+    }
+}
+
 /// Records one drive.
 #[derive(Debug)]
 pub struct Recorder {
@@ -84,6 +112,7 @@ pub struct Recorder {
     batch: Batch,
     /// Advices that no frame has shown yet.
     unseen: Vec<AdviceRow>,
+    gauge: Arc<Gauge>,
     queue: Option<SyncSender<Batch>>,
     writer: Option<JoinHandle<Result<(), RecordError>>>,
 }
@@ -116,7 +145,16 @@ impl Recorder {
         let journal = Journal::begin(&streams, open)?;
         files::sync_dir(&streams.join("ego.arrows"))?;
         let (queue, batches) = mpsc::sync_channel(QUEUE);
-        let writer = std::thread::Builder::new().name("recorder".into()).spawn(move || journal.write(&batches));
+        let gauge = Arc::new(Gauge { waiting: AtomicUsize::new(0), free: AtomicU64::new(u64::MAX) });
+        gauge.look(folder);
+        let (theirs, at) = (Arc::clone(&gauge), folder.to_owned());
+        let write = move || {
+            journal.write(&batches, || {
+                theirs.waiting.fetch_sub(1, Ordering::Relaxed);
+                theirs.look(&at);
+            })
+        };
+        let writer = std::thread::Builder::new().name("recorder".into()).spawn(write);
         let writer = writer.map_err(RecordError::file(folder))?;
         Ok(Self {
             folder: folder.into(),
@@ -124,6 +162,7 @@ impl Recorder {
             hash: HASH_START,
             batch: Batch::default(),
             unseen: Vec::new(),
+            gauge,
             queue: Some(queue),
             writer: Some(writer),
         })
@@ -192,6 +231,8 @@ impl Recorder {
         self.batch.advice.append(&mut self.unseen);
         let Some(queue) = &self.queue else { return Err(self.why_stopped()) };
         let batch = std::mem::take(&mut self.batch);
+        // Before it is sent: the thread may be done with it at once.
+        self.gauge.waiting.fetch_add(1, Ordering::Relaxed);
         let sent =
             if wait { queue.send(batch).map_err(|e| TrySendError::Disconnected(e.0)) } else { queue.try_send(batch) };
         match sent {
@@ -230,6 +271,19 @@ impl Recorder {
         self.manifest.save(&self.folder)?;
         recover::drop_journal(&self.folder)?;
         Ok(std::mem::take(&mut self.folder))
+    }
+
+    /// The scenario has changed while it is driven, as by a longer duration: what is driven again is the whole.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn set_scenario(&self, scenario: &Scenario) -> Result<(), RecordError> {
+        files::replace(&self.folder.join("scenario.toml"), scenario.to_toml().as_bytes())
+    }
+
+    /// How the writing thread does.
+    pub fn gauge(&self) -> &Gauge {
+        &self.gauge
     }
 
     /// Where it is written.

@@ -17,6 +17,7 @@ pub mod impostor;
 pub mod layout;
 pub mod leaves;
 pub mod lens;
+pub mod miniature;
 pub mod models;
 pub mod offscreen;
 pub mod picture;
@@ -112,11 +113,6 @@ impl Renderer {
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
         Self { scenery, quality, bindings, pipelines, air, shadow, main, mirror, glow, develop, dial, panel, timing }
-    }
-
-    /// Goes on drawing the panel that `old` drew: its context has sent its fonts there, and sends them once.
-    pub fn keep_panel_of(&mut self, old: Self) {
-        self.panel = old.panel;
     }
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.

@@ -9,7 +9,7 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 15] = [
+pub const PROGRAMS: [Program; 16] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -25,6 +25,7 @@ pub const PROGRAMS: [Program; 15] = [
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
     ("develop", &["develop"]),
+    ("miniature", &["miniature"]),
 ];
 
 macro_rules! built_in {
@@ -33,7 +34,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 24] = built_in![
+const FILES: [(&str, &str); 25] = built_in![
     "common",
     "light",
     "corner",
@@ -58,6 +59,7 @@ const FILES: [(&str, &str); 24] = built_in![
     "contact",
     "glow",
     "develop",
+    "miniature",
 ];
 
 /// The text of all shader files.

@@ -50,15 +50,7 @@ impl UiPass {
     /// `queue.submit` would replace those of the first.
     pub fn draw(&mut self, target: Overlay<'_>, ctx: &Context, mut output: FullOutput) {
         let Overlay { device, queue, encoder, view, size } = target;
-        for id in self.done_with.drain(..) {
-            self.renderer.free_texture(&id);
-        }
-        for (id, deltas) in output.textures_delta.set.drain() {
-            for delta in &deltas {
-                self.renderer.update_texture(device, queue, id, delta);
-            }
-        }
-        self.done_with.extend(output.textures_delta.free.drain());
+        self.take_textures(device, queue, &mut output);
 
         let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: size, pixels_per_point: output.pixels_per_point };
         let meshes = ctx.tessellate(output.shapes, output.pixels_per_point);
@@ -79,5 +71,23 @@ impl UiPass {
             })
             .forget_lifetime();
         self.renderer.render(&mut pass, &meshes, &screen);
+    }
+
+    /// For an output that is not drawn, because the window takes no picture now: egui sends its textures once, so they are
+    /// kept.
+    pub fn keep_textures(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mut output: FullOutput) {
+        self.take_textures(device, queue, &mut output);
+    }
+
+    fn take_textures(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, output: &mut FullOutput) {
+        for id in self.done_with.drain(..) {
+            self.renderer.free_texture(&id);
+        }
+        for (id, deltas) in output.textures_delta.set.drain() {
+            for delta in &deltas {
+                self.renderer.update_texture(device, queue, id, delta);
+            }
+        }
+        self.done_with.extend(output.textures_delta.free.drain());
     }
 }

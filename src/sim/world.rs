@@ -305,6 +305,13 @@ impl World {
         }
     }
 
+    /// The drive lasts so many seconds longer than its scenario said; without an end it has none still.
+    pub fn extend(&mut self, seconds: f64) {
+        if self.scenario.duration_s > 0.0 {
+            self.scenario.duration_s += seconds;
+        }
+    }
+
     /// Lets go of the traffic engine, so that another drive can have it (SUMO runs once a process). This drive is over.
     pub fn stop_traffic(&mut self) {
         self.traffic = Box::new(Stopped(self.to.clone()));

@@ -133,6 +133,10 @@ pub fn events(recording: &Path) -> Result<Tsv, RecordError> {
         ("mark", "a mark by the experimenter"),
         ("note", "a note by the experimenter"),
         ("criterion", "the criterion of a practice drive is met"),
+        ("asked", "the participant asked to stop"),
+        ("paused", "the experimenter held the drive"),
+        ("resumed", "the drive went on"),
+        ("extended", "the drive lasts longer"),
     ];
     let mut table = Tsv::new(vec![
         Col::new("onset", "time since the start of the drive, in simulation", "s"),

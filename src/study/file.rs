@@ -29,6 +29,10 @@ pub struct StudyFile {
     /// In which order participants meet the conditions.
     #[serde(default)]
     pub order: order::Design,
+    /// From the first picture of a road to the start of its drive, seconds.
+    #[serde(default = "countdown_s")]
+    #[schemars(range(min = 0.0, max = 60.0))]
+    pub countdown_s: f64,
     /// Settings of every drive that differ from the program's own (keys of a scenario file).
     #[serde(default)]
     pub base: Changes,
@@ -43,6 +47,10 @@ pub struct StudyFile {
     /// Sentences that the program says, in any language; what is not here is said in English.
     #[serde(default)]
     pub texts: Texts,
+}
+
+fn countdown_s() -> f64 {
+    3.0
 }
 
 /// A level of a factor, or a condition.
@@ -108,8 +116,42 @@ pub struct Texts {
     pub drive_over: String,
     /// In a break.
     pub rest: String,
+    /// When a break is over.
+    pub rest_over: String,
     /// At the end.
     pub thanks: String,
+    /// After a visit that was stopped before its end.
+    pub stopped: String,
+    /// While the experimenter has something to do.
+    pub wait: String,
+    /// While a drive is held.
+    pub paused: String,
+    /// After the participant asked for an end.
+    pub asked: String,
+    /// At a question that has to be answered.
+    pub required: String,
+    /// The answers of a yes-or-no question.
+    pub yes: String,
+    /// Its other answer.
+    pub no: String,
+    /// Of a list of which several can be taken: no more of them.
+    pub no_more: String,
+    /// On the button to the next page, and what a button does.
+    pub next: String,
+    /// On the button to the page before.
+    pub back: String,
+    /// What arrows and wheel do.
+    pub choose: String,
+    /// What Enter and the answer button do.
+    pub answer: String,
+    /// The keys that choose.
+    pub arrows: String,
+    /// What a hand does with a wheel to choose.
+    pub wheel: String,
+    /// The button of the wheel that answers.
+    pub answer_button: String,
+    /// The button of the wheel that goes back.
+    pub back_button: String,
 }
 
 impl Default for Texts {
@@ -119,7 +161,24 @@ impl Default for Texts {
             ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
             drive_over: "This drive is over.".into(),
             rest: "Take a rest.".into(),
+            rest_over: "The rest is over.".into(),
             thanks: "That was all. Thank you!".into(),
+            stopped: "We stop here. Thank you for taking part!".into(),
+            wait: "Please wait a moment.".into(),
+            paused: "A short pause. The drive goes on soon.".into(),
+            asked: "You asked to stop. The experimenter is with you in a moment.".into(),
+            required: "Please answer this question.".into(),
+            yes: "Yes".into(),
+            no: "No".into(),
+            no_more: "That is all".into(),
+            next: "Next".into(),
+            back: "Back".into(),
+            choose: "choose".into(),
+            answer: "answer".into(),
+            arrows: "arrow keys".into(),
+            wheel: "turn the wheel".into(),
+            answer_button: "cross".into(),
+            back_button: "triangle".into(),
         }
     }
 }
@@ -205,6 +264,10 @@ impl Study {
         let wrong = |key: String, message: String| Err((key, message));
         if !(1..=1000).contains(&file.participants) {
             return wrong("participants".into(), format!("participants is {}; allowed: 1 to 1000", file.participants));
+        }
+        if !(0.0..=60.0).contains(&file.countdown_s) {
+            let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
+            return wrong("countdown_s".into(), text);
         }
         if !file.factors.is_empty() && !file.condition.is_empty() {
             return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());

@@ -5,6 +5,7 @@
 //! * [`order`]: who meets the conditions in which order.
 //! * [`plan`]: one participant's visit, step by step, each drive a complete scenario.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
+//! * [`form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`code`]: what a participant is called in files.
 //! * [`session`]: one participant's visit as it goes: what comes next, what was done; on the disk after every step.
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
@@ -14,6 +15,7 @@ pub mod bids;
 pub mod code;
 pub mod dataset;
 pub mod file;
+pub mod form;
 pub mod order;
 pub mod plan;
 pub mod questions;
@@ -22,7 +24,8 @@ pub mod simulated;
 
 pub use code::Code;
 pub use dataset::DataSet;
-pub use file::Study;
+pub use file::{Study, Texts};
+pub use form::{Form, Input};
 pub use plan::{Item, Plan, Planned};
 pub use questions::Questionnaire;
 pub use session::{Outcome, Session};

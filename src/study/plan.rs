@@ -167,7 +167,8 @@ impl Item {
         }
     }
 
-    fn words(&self) -> String {
+    /// What it is, in words.
+    pub fn words(&self) -> String {
         match self {
             Self::Text(_) => "a page to read".into(),
             Self::Questions(word) => format!("questions: {word}"),

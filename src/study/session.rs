@@ -431,8 +431,11 @@ fn nothing_left(code: &Code) -> SessionError {
 /// Name of the lock's file.
 const LOCK: &str = "lock";
 
-/// Keeps other programs away from a participant.
-fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
+/// Keeps other programs away from a participant for as long as the file is held.
+///
+/// # Errors
+/// Another program has it, or the system refuses.
+pub fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
     let path = folder.join(LOCK);
     let file = lock_file(&path)?;
     match file.try_lock() {

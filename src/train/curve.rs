@@ -1,10 +1,8 @@
 //! The learning curve as files. In: the rows of a training. Out: CSV with one line an update, and a picture (SVG) of mean
 //! speed, KL divergence and entropy over the updates.
 
-use super::{
-    learner::Row,
-    plot::{Axis, COLOURS, Chart, Line, Style, picture},
-};
+use super::learner::Row;
+use crate::chart::{Axis, COLOURS, Chart, Line, Style, picture};
 use std::fmt::Write;
 
 /// One line an update, with a head; numbers as they are, empty where there is none.

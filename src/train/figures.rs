@@ -1,11 +1,8 @@
 //! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
 //! those of FACTS 3.
 
-use super::{
-    judge::Trace,
-    plot::{Axis, COLOURS, Chart, Line, Style, picture},
-    stats::Estimate,
-};
+use super::{judge::Trace, stats::Estimate};
+use crate::chart::{Axis, COLOURS, Chart, Line, Style, picture};
 use std::fmt::Write;
 
 /// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (FACTS 3): seconds, m/s.

@@ -17,7 +17,6 @@ pub mod lanes;
 pub mod learner;
 pub mod matrix;
 pub mod net;
-pub mod plot;
 pub mod ring;
 pub mod stats;
 pub mod tally;

@@ -1,0 +1,132 @@
+//! The experimenter's window. In: what is to be seen, as egui code. Out: a window beside the driver's, drawn a few times a
+//! second, that never makes the driver's frames wait: it does not wait for its own screen either.
+//!
+//! Ctrl + and Ctrl - change the size of everything from 1.0 to 2.0, Ctrl 0 goes back.
+
+use super::{Ears, now, picture::put_on, screens};
+use crate::{
+    app::{AppError, surface::Surface},
+    panel::theme,
+    render::{Gpu, GpuError, ui_pass::UiPass},
+};
+use egui::{Context, TextureId, Ui};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
+use winit::{
+    dpi::{LogicalSize, PhysicalPosition},
+    event::WindowEvent,
+    event_loop::ActiveEventLoop,
+    window::{Window, WindowId},
+};
+
+/// Time between two pictures of it: 12.5 a second, at most.
+const EVERY: Duration = Duration::from_millis(80);
+const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 800);
+const LEAST: LogicalSize<u32> = LogicalSize::new(800, 500);
+/// Scale of everything, on top of the monitor's own.
+const ZOOM: [f32; 2] = [1.0, 2.0];
+
+/// A window for whoever runs the experiment.
+pub struct ExperimenterWindow {
+    window: Arc<Window>,
+    surface: Surface,
+    ears: Ears,
+    pass: UiPass,
+    last: Option<Instant>,
+    picture: Option<(wgpu::TextureView, TextureId)>,
+}
+
+impl ExperimenterWindow {
+    /// Opens the window, on another monitor than that of `driver` if there is one. `gpu` is the driver's window's; all
+    /// calls want the same.
+    ///
+    /// # Errors
+    /// No display, or the adapter cannot draw into this window.
+    pub fn open(event_loop: &ActiveEventLoop, gpu: &Gpu, driver: &Window, title: &str) -> Result<Self, AppError> {
+        let mut attributes =
+            Window::default_attributes().with_title(title).with_inner_size(SIZE).with_min_inner_size(LEAST);
+        if let Some(monitor) = screens::another(event_loop, driver) {
+            let PhysicalPosition { x, y } = monitor.position();
+            attributes = attributes.with_position(PhysicalPosition::new(x + 40, y + 40));
+        }
+        let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+        let window = Arc::new(window);
+        let surface =
+            gpu.instance.create_surface(Arc::clone(&window)).map_err(|error| GpuError::NoSurface(error.to_string()))?;
+        let size = window.inner_size();
+        let surface = Surface::new(gpu, surface, [size.width, size.height], wgpu::PresentMode::AutoNoVsync)
+            .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
+        let ears = Ears::new(gpu, &window);
+        theme::apply(&ears.ctx);
+        let pass = UiPass::new(&gpu.device, surface.format());
+        Ok(Self { window, surface, ears, pass, last: None, picture: None })
+    }
+
+    /// Which window this is.
+    pub fn id(&self) -> WindowId {
+        self.window.id()
+    }
+
+    /// The window itself.
+    pub fn window(&self) -> &Window {
+        &self.window
+    }
+
+    /// Its context.
+    pub fn ctx(&self) -> &Context {
+        &self.ears.ctx
+    }
+
+    /// An event of this window. Whether it closes is the loop's to say.
+    pub fn on_event(&mut self, gpu: &Gpu, event: &WindowEvent) {
+        if let WindowEvent::Resized(size) = event {
+            self.surface.resize(gpu, [size.width, size.height]);
+        }
+        self.ears.hear(&self.window, event);
+    }
+
+    /// True when it is time for another picture.
+    pub fn due(&self) -> bool {
+        self.last.is_none_or(|last| now().saturating_duration_since(last) >= EVERY)
+    }
+
+    /// A texture of ours (a miniature of the driver's picture) as egui names it, to be shown in this window. One at a
+    /// time: another takes its place.
+    pub fn picture(&mut self, gpu: &Gpu, view: &wgpu::TextureView) -> TextureId {
+        let renderer = self.pass.renderer();
+        match &self.picture {
+            Some((shown, id)) if shown == view => *id,
+            Some((_, id)) => {
+                renderer.update_egui_texture_from_wgpu_texture(&gpu.device, view, wgpu::FilterMode::Linear, *id);
+                let id = *id;
+                self.picture = Some((view.clone(), id));
+                id
+            }
+            None => {
+                let id = renderer.register_native_texture(&gpu.device, view, wgpu::FilterMode::Linear);
+                self.picture = Some((view.clone(), id));
+                id
+            }
+        }
+    }
+
+    /// One picture: `show` is run in the root [`Ui`].
+    pub fn draw(&mut self, gpu: &Gpu, show: impl FnMut(&mut Ui)) {
+        self.last = Some(now());
+        let output = self.ears.run(&self.window, show);
+        let zoom = self.ears.ctx.zoom_factor();
+        self.ears.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
+        let Gpu { device, queue, .. } = gpu;
+        let Some(texture) = self.surface.next(gpu) else {
+            self.pass.keep_textures(device, queue, output);
+            return;
+        };
+        let screen = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let clear = Some(wgpu::Color::BLACK);
+        put_on(device, queue, &mut self.pass, &self.ears.ctx, output, &screen, self.surface.size(), clear);
+        self.window.pre_present_notify();
+        queue.present(texture);
+    }
+}

@@ -1,0 +1,66 @@
+//! Windows to be had by the piece: what `codrive drive`, a session of a study and a replay have in common. In: winit's
+//! event loop, contents. Out: pictures on screens. Nothing here knows of drives or sessions.
+//!
+//! * [`PictureWindow`]: the driver's picture, alone or with something that egui draws over it; it brings the graphics
+//!   device along and is opened first.
+//! * [`ExperimenterWindow`]: a second window on the same device, all egui, drawn a few times a second behind the driver's
+//!   frames.
+//!
+//! A loop hands every window its own events (by [`WindowId`](winit::window::WindowId)), draws the picture each turn and
+//! the experimenter's window when it is [due](ExperimenterWindow::due):
+//! ```text
+//! window_event(id, event):  if id == picture.id()       { picture.on_event(&event); keys that drive ... }
+//!                           if id == experimenter.id()  { experimenter.on_event(picture.gpu(), &event); }
+//! RedrawRequested:          let output = picture.overlay(|ui| ...);          // or None
+//!                           picture.draw(Some(&view), Some(output));
+//!                           if experimenter.due() { experimenter.draw(picture.gpu(), |ui| ...); }
+//! about_to_wait:            picture.window().request_redraw();
+//! ```
+
+mod experimenter;
+mod miniature;
+mod picture;
+mod screens;
+
+pub use experimenter::ExperimenterWindow;
+pub use picture::{PictureWindow, Placing};
+
+use egui::{Context, FullOutput, Ui, ViewportId};
+use std::time::Instant;
+use winit::{event::WindowEvent, window::Window};
+
+use crate::render::Gpu;
+
+/// An egui context in a window: it hears the window's events and puts out shapes.
+struct Ears {
+    ctx: Context,
+    input: egui_winit::State,
+}
+
+impl Ears {
+    fn new(gpu: &Gpu, window: &Window) -> Self {
+        let ctx = Context::default();
+        let most = gpu.device.limits().max_texture_dimension_2d as usize;
+        let scale = Some(window.scale_factor() as f32);
+        let input = egui_winit::State::new(ctx.clone(), ViewportId::ROOT, window, scale, None, Some(most));
+        Self { ctx, input }
+    }
+
+    /// True if egui has a use for the event.
+    fn hear(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        self.input.on_window_event(window, event).consumed
+    }
+
+    /// One pass of what is to be seen.
+    fn run(&mut self, window: &Window, show: impl FnMut(&mut Ui)) -> FullOutput {
+        let mut output = self.ctx.run_ui(self.input.take_egui_input(window), show);
+        self.input.handle_platform_output(window, std::mem::take(&mut output.platform_output));
+        output
+    }
+}
+
+/// Wall time, for the loop.
+#[allow(clippy::disallowed_methods, reason = "the loop is where wall time enters")]
+pub(super) fn now() -> Instant {
+    Instant::now()
+}

@@ -1,0 +1,129 @@
+//! The experimenter's side of a visit: plan and commands on the left, the drive in pictures and numbers beside it. In: the
+//! visit, the drive while there is one. Out: [`VisitCommand`]s.
+
+use super::{RoadNow, Visit};
+use crate::{
+    app::{Pulse, Show},
+    panel::{
+        Choices, History, Panel, PanelState, Phase, Readings, VisitCommand, VisitPanel, VisitState,
+        experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Health, Log},
+    },
+    sim::{Scenario, World},
+    study::Study,
+    time::{Due, Pace},
+};
+use egui::{TextureId, Ui};
+use std::time::Duration;
+
+/// What the experimenter has before them.
+pub struct Lead {
+    panel: Panel,
+    experimenter: Experimenter,
+    visit: VisitPanel,
+    /// The drive so far; stays to be looked at until the next begins.
+    log: Option<Log>,
+    pulse: Pulse,
+    engine: String,
+    base: Scenario,
+    empty: History,
+}
+
+impl Lead {
+    /// Before the first drive of this study.
+    pub fn new(study: &Study) -> Self {
+        Self {
+            panel: Panel::new(&study.base, Choices::default()),
+            experimenter: Experimenter::default(),
+            visit: VisitPanel::default(),
+            log: None,
+            pulse: Pulse::default(),
+            engine: String::new(),
+            base: study.base.clone(),
+            empty: History::default(),
+        }
+    }
+
+    /// A drive was put in place.
+    pub fn drive_begins(&mut self, show: &Show) {
+        let world = &show.drive.world;
+        self.log = Some(Log::new(world));
+        self.engine = world.traffic_engine();
+        self.pulse = Pulse::default();
+    }
+
+    /// Sees the world after a tick.
+    pub fn watch(&mut self, world: &World) {
+        if let Some(log) = &mut self.log {
+            log.watch(world);
+        }
+    }
+
+    /// A frame was shown.
+    pub fn frame(&mut self, elapsed: Duration, due: &Due, latency: Option<Duration>) {
+        self.pulse.frame(elapsed, due.dropped, latency);
+    }
+
+    /// Tells the experimenter something.
+    pub fn say(&mut self, now: RoadNow, words: &str) {
+        self.experimenter.notes.say(now.time_s, words);
+    }
+
+    /// The whole window. `work` is what goes on beside the visit, `picture` what the participant sees and its size.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        visit: &Visit,
+        show: Option<&Show>,
+        now: RoadNow,
+        work: Option<&str>,
+        picture: Option<(TextureId, [u32; 2])>,
+    ) -> Vec<VisitCommand> {
+        let Self { panel, experimenter, visit: part, log, pulse, engine, base, empty } = self;
+        let health = show.map_or_else(Health::default, |show| pulse.health(show, engine, visit.error()));
+        let clock = show.map(|show| &show.drive.clock);
+        let drive = PanelState {
+            scenario: show.map_or(&*base, |show| show.drive.world.scenario()),
+            phase: show.map_or(Phase::Ready, phase),
+            readings: show.map(|show| Readings::from(show.drive.world.snapshot())),
+            history: log.as_ref().map_or(&*empty, |log| &log.history),
+            in_range: log.as_ref().and_then(Log::share_in_range),
+            engine,
+            dropped: clock.map_or(Duration::ZERO, |clock| clock.dropped()),
+            stalls: clock.map_or(0, |clock| clock.stalls()),
+            frame_ms: pulse.frame_ms(),
+            error: visit.error(),
+        };
+        let snapshot = show.map(|show| show.drive.world.snapshot());
+        let (items, sees) = (visit.items(), visit.sees());
+        let state = VisitState {
+            title: visit.title(),
+            code: visit.session().log().participant.as_str(),
+            items: &items,
+            sees: &sees,
+            left_s: visit.left_s(now),
+            phase: visit.phase(now),
+            asked: visit.asked(),
+            error: visit.error(),
+            work,
+        };
+        let mut commands = Vec::new();
+        let mut plan = |ui: &mut Ui| commands.extend(part.show(ui, &state));
+        let around = ExperimenterState { drive, snapshot, health: &health, picture };
+        let asked = experimenter.show(ui, &around, log.as_ref(), panel, Some(&mut plan));
+        commands.extend(asked.into_iter().filter_map(|command| match command {
+            ExperimenterCommand::Mark(number) => Some(VisitCommand::Mark(format!("by the experimenter, {number}"))),
+            ExperimenterCommand::Note(text) => Some(VisitCommand::Note(text)),
+            ExperimenterCommand::Drive(_) => None,
+        }));
+        commands
+    }
+}
+
+fn phase(show: &Show) -> Phase {
+    match show.drive.clock.pace() {
+        _ if show.drive.world.ended().is_some() => Phase::Ended,
+        Pace::Paused if show.drive.world.snapshot().tick.0 == 0 => Phase::Ready,
+        Pace::Paused => Phase::Paused,
+        _ => Phase::Running,
+    }
+}

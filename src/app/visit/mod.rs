@@ -1,0 +1,478 @@
+//! A participant's visit: one person through the whole plan of a study. In: what the participant does ([`Input`]), what the
+//! experimenter decides ([`VisitCommand`]), elapsed time. Out: screens, drives on a [`Road`], and every step on the disk
+//! (`study::Session`), so that a closed window, a crash or a power cut costs the item that was running and no more.
+//!
+//! * [`Visit`]: the state machine, without window, devices or clock.
+//! * [`hands`]: wheel, pedals and buttons as inputs.
+//! * [`road`]: drives as the window shows them.
+//! * [`baselines`]: the paired baselines of the trials, after the visit.
+//! * [`window`]: the two windows, and the one place that reads the clock.
+
+pub mod baselines;
+mod command;
+pub mod hands;
+mod lead;
+pub mod road;
+pub mod window;
+
+use super::AppError;
+use crate::{
+    panel::{ItemState, Screen, VisitItem, VisitPhase},
+    sim::Scenario,
+    study::{Form, Input, Item, Outcome, Planned, Session, SessionError, Study},
+};
+use std::{path::Path, path::PathBuf, time::Duration};
+
+/// A page is seen for so long at least: who presses twice does not miss one. Seconds.
+const PAGE_S: f64 = 0.4;
+/// Loading a drive takes seconds; no timer counts them. The most that counts of one frame, seconds.
+const MOST_FRAME_S: f64 = 0.25;
+
+/// Where drives take place.
+pub trait Road {
+    /// Puts a drive at its start and holds it there.
+    ///
+    /// # Errors
+    /// It cannot start.
+    fn prepare(&mut self, scenario: &Scenario) -> Result<(), AppError>;
+    /// Records the drive in `folder` and lets time run.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    fn begin(&mut self, folder: &Path) -> Result<(), AppError>;
+    /// Holds time, or lets it run again.
+    fn hold(&mut self, held: bool);
+    /// Notes something in the recording.
+    fn note(&mut self, kind: &str, detail: &str);
+    /// The drive lasts so many seconds longer.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    fn extend(&mut self, seconds: f64) -> Result<(), AppError>;
+    /// Ends the recording, if there is one, and lets go of the drive.
+    ///
+    /// # Errors
+    /// The disk refuses; what was recorded can be recovered.
+    fn end(&mut self) -> Result<(), AppError>;
+    /// How the drive stands.
+    fn now(&self) -> RoadNow;
+}
+
+/// A moment of a drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RoadNow {
+    /// Time since its start, seconds.
+    pub time_s: f64,
+    /// When it ends, seconds.
+    pub duration_s: f64,
+    /// How long the speed was in the range so far, seconds.
+    pub in_range_s: f64,
+    /// It is over.
+    pub ended: bool,
+    /// Time is held.
+    pub held: bool,
+}
+
+/// Where a visit is.
+#[derive(Debug)]
+enum At {
+    /// Nothing runs; the experimenter says when it goes on.
+    Hold,
+    /// A page of the plan.
+    Text(String),
+    /// The words before a drive or questions.
+    Intro(String),
+    /// The drive is being put in place; true once the participant has been told.
+    Loading(bool),
+    /// Seconds to the start, and whether they are held.
+    Countdown(f64, bool),
+    Driving,
+    /// After a drive.
+    Over,
+    /// A rest: words and seconds that are left.
+    Rest(String, f64),
+    Questions(Box<Form>),
+    /// All is settled.
+    End,
+    /// Stopped for good.
+    Stopped,
+}
+
+/// A visit as it goes.
+#[derive(Debug)]
+pub struct Visit {
+    session: Session,
+    study: Study,
+    at: At,
+    /// Since the program began, and when the screen came, seconds.
+    elapsed_s: f64,
+    seen_s: f64,
+    /// Folder for the recording of what runs.
+    folder: PathBuf,
+    asked: bool,
+    error: Option<String>,
+    /// The time of day, UTC.
+    utc: fn() -> String,
+}
+
+impl Visit {
+    /// Goes on where `session` is: a new one begins at once, one that was interrupted when the experimenter says so.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn new(study: &Study, session: Session, utc: fn() -> String) -> Result<Self, AppError> {
+        let fresh = session.log().passages.is_empty();
+        let mut visit = Self {
+            session,
+            study: study.clone(),
+            at: At::Hold,
+            elapsed_s: 0.0,
+            seen_s: 0.0,
+            folder: PathBuf::new(),
+            asked: false,
+            error: None,
+            utc,
+        };
+        if fresh {
+            visit.go_on()?;
+        }
+        Ok(visit)
+    }
+
+    /// What is on the disk.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// What the study is called.
+    pub fn title(&self) -> &str {
+        &self.study.file.title
+    }
+
+    /// True when nothing comes any more.
+    pub fn is_over(&self) -> bool {
+        matches!(self.at, At::End | At::Stopped)
+    }
+
+    /// True while the picture of a drive is seen.
+    pub fn drives(&self) -> bool {
+        matches!(self.at, At::Countdown(..) | At::Driving)
+    }
+
+    /// True if the participant asked to stop and nobody has answered.
+    pub fn asked(&self) -> bool {
+        self.asked
+    }
+
+    /// Time passes.
+    ///
+    /// # Errors
+    /// The session cannot be written.
+    pub fn tick(&mut self, elapsed: Duration, road: &mut dyn Road) -> Result<(), AppError> {
+        self.elapsed_s += elapsed.as_secs_f64();
+        let frame_s = elapsed.as_secs_f64().min(MOST_FRAME_S);
+        match &mut self.at {
+            At::Loading(told @ false) => *told = true,
+            At::Loading(true) => {
+                let Some(Item::Drive { scenario, .. }) = self.running().map(|planned| planned.item.clone()) else {
+                    return Ok(());
+                };
+                match road.prepare(&scenario) {
+                    Ok(()) => self.see(At::Countdown(self.study.file.countdown_s, false)),
+                    Err(error) => self.fail(&error, road)?,
+                }
+            }
+            At::Countdown(left_s, false) => {
+                *left_s -= frame_s;
+                if *left_s <= 0.0 {
+                    match road.begin(&self.folder) {
+                        Ok(()) => self.see(At::Driving),
+                        Err(error) => self.fail(&error, road)?,
+                    }
+                }
+            }
+            At::Driving => self.watch(road)?,
+            At::Rest(_, left_s) => *left_s = (*left_s - frame_s).max(0.0),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The drive: is its criterion met, is it over?
+    fn watch(&mut self, road: &mut dyn Road) -> Result<(), AppError> {
+        let now = road.now();
+        let criterion_s = self.criterion_s().filter(|enough_s| now.in_range_s >= enough_s - 1e-9);
+        if let Some(enough_s) = criterion_s {
+            road.note("criterion", &format!("{enough_s} s in the range"));
+        }
+        if criterion_s.is_none() && !now.ended {
+            return Ok(());
+        }
+        match road.end() {
+            Ok(()) => {
+                self.session.end(Outcome::Done, "", &(self.utc)())?;
+                self.see(At::Over);
+                Ok(())
+            }
+            Err(error) => self.fail(&error, road),
+        }
+    }
+
+    /// The drive came to an end by an error: it comes again when the experimenter says so.
+    ///
+    /// # Errors
+    /// The session cannot be written.
+    pub fn fail(&mut self, error: &AppError, road: &mut dyn Road) -> Result<(), AppError> {
+        log::error!("{error}");
+        self.error = Some(error.to_string());
+        if let Err(also) = road.end() {
+            log::error!("{also}");
+        }
+        self.session.end(Outcome::Aborted, &error.to_string(), &(self.utc)())?;
+        self.see(At::Hold);
+        Ok(())
+    }
+
+    /// The program ends before the visit: what runs is broken off and comes again.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn close(&mut self, reason: &str, road: &mut dyn Road) -> Result<(), AppError> {
+        self.leave("closed", reason, road)?;
+        Ok(self.session.end(Outcome::Cut, reason, &(self.utc)())?)
+    }
+
+    /// The participant does something.
+    ///
+    /// # Errors
+    /// The session cannot be written.
+    pub fn input(&mut self, input: Input, road: &mut dyn Road) -> Result<(), AppError> {
+        let seen_for_s = self.elapsed_s - self.seen_s;
+        match input {
+            Input::Stop => return self.ask_to_stop(road),
+            Input::Mark => return self.write("mark", "by the participant", road),
+            _ => {}
+        }
+        match &mut self.at {
+            At::Questions(form) => {
+                form.take(input, self.elapsed_s);
+                if form.is_over() {
+                    let answers = form.answered();
+                    self.session.end_answered(answers, &(self.utc)())?;
+                    self.go_on()?;
+                }
+            }
+            _ if !matches!(input, Input::Next | Input::PageOn) || seen_for_s < PAGE_S => {}
+            At::Rest(_, left_s) if *left_s > 0.0 => {}
+            At::Text(_) | At::Intro(_) | At::Over | At::Rest(..) => self.turn_page()?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// What comes after a page, a rest or the end of a drive.
+    fn turn_page(&mut self) -> Result<(), AppError> {
+        match &self.at {
+            At::Intro(_) => match self.running().map(|planned| planned.item.clone()) {
+                Some(Item::Questions(word)) => self.ask(&word),
+                _ => self.see(At::Loading(false)),
+            },
+            At::Text(_) | At::Rest(..) => {
+                self.session.end(Outcome::Done, "", &(self.utc)())?;
+                self.go_on()?;
+            }
+            _ => self.go_on()?,
+        }
+        Ok(())
+    }
+
+    fn ask(&mut self, word: &str) {
+        match self.study.questionnaires.get(word) {
+            Some(questionnaire) => self.see(At::Questions(Box::new(Form::new(questionnaire, self.elapsed_s)))),
+            None => self.see(At::Hold),
+        }
+    }
+
+    /// The next item of the plan begins; after the last the visit is over.
+    fn go_on(&mut self) -> Result<(), AppError> {
+        let Some((_, planned)) = self.session.next() else {
+            self.session.finish(&(self.utc)())?;
+            self.see(At::End);
+            return Ok(());
+        };
+        let Planned { item, text, .. } = planned.clone();
+        self.folder = self.session.begin(&(self.utc)())?;
+        let texts = &self.study.file.texts;
+        let said = |text: String, usual: &String| if text.is_empty() { usual.clone() } else { text };
+        match item {
+            Item::Text(page) => self.see(At::Text(page)),
+            Item::Break(seconds) => {
+                let words = said(text, &texts.rest);
+                self.see(At::Rest(words, seconds));
+            }
+            Item::Questions(word) if text.is_empty() => self.ask(&word),
+            Item::Questions(_) => self.see(At::Intro(text)),
+            Item::Drive { .. } => {
+                let words = said(text, &texts.ready);
+                self.see(At::Intro(words));
+            }
+        }
+        Ok(())
+    }
+
+    fn see(&mut self, at: At) {
+        self.at = at;
+        self.seen_s = self.elapsed_s;
+    }
+
+    /// What runs, as planned.
+    fn running(&self) -> Option<&Planned> {
+        let name = &self.session.log().running.as_ref()?.item;
+        self.session.plan().items.iter().find(|planned| planned.name == *name)
+    }
+
+    fn criterion_s(&self) -> Option<f64> {
+        match &self.running()?.item {
+            Item::Drive { until_in_range_s, .. } => *until_in_range_s,
+            _ => None,
+        }
+    }
+
+    fn ask_to_stop(&mut self, road: &mut dyn Road) -> Result<(), AppError> {
+        if self.asked || self.is_over() {
+            return Ok(());
+        }
+        self.asked = true;
+        match &mut self.at {
+            At::Driving => road.hold(true),
+            At::Countdown(_, held) => *held = true,
+            _ => {}
+        }
+        self.write("asked", "the participant asks to stop", road)
+    }
+
+    /// Writes something down in the session, and in the recording while one runs.
+    fn write(&mut self, kind: &str, text: &str, road: &mut dyn Road) -> Result<(), AppError> {
+        if matches!(self.at, At::Driving) {
+            road.note(kind, text);
+        }
+        Ok(self.session.note(kind, text, &(self.utc)())?)
+    }
+
+    /// What the participant sees.
+    pub fn screen(&self, now: RoadNow) -> Screen<'_> {
+        let texts = &self.study.file.texts;
+        match &self.at {
+            At::Hold => Screen::Wait(&texts.wait),
+            At::Loading(_) => Screen::Wait(&texts.ready),
+            At::Text(text) | At::Intro(text) => Screen::Page(text),
+            At::Over => Screen::Page(&texts.drive_over),
+            At::Countdown(_, true) => Screen::Drive(Some(if self.asked { &texts.asked } else { &texts.paused })),
+            At::Countdown(left_s, false) => Screen::Countdown(left_s.ceil().max(1.0) as u32),
+            At::Driving if self.asked => Screen::Drive(Some(&texts.asked)),
+            At::Driving if now.held => Screen::Drive(Some(&texts.paused)),
+            At::Driving => Screen::Drive(None),
+            At::Rest(text, left_s) => Screen::Rest(text, *left_s),
+            At::Questions(form) => Screen::Questions(form),
+            At::End => Screen::Wait(&texts.thanks),
+            At::Stopped => Screen::Wait(&texts.stopped),
+        }
+    }
+
+    /// How many points of the plan are behind, and how many there are.
+    pub fn progress(&self) -> [usize; 2] {
+        let items = &self.session.plan().items;
+        [items.iter().filter(|planned| self.session.log().settled(&planned.name)).count(), items.len()]
+    }
+
+    /// The plan with what has become of it.
+    pub fn items(&self) -> Vec<VisitItem> {
+        let log = self.session.log();
+        let running = log.running.as_ref().map(|running| running.item.as_str());
+        let items = self.session.plan().items.iter();
+        items
+            .map(|planned| {
+                let passages = log.passages.iter().filter(|p| p.item == planned.name);
+                let begun = passages.filter(|p| p.outcome != Outcome::Repeat).count();
+                let now = running == Some(planned.name.as_str());
+                let state = match log.last(&planned.name).map(|passage| passage.outcome) {
+                    _ if now => ItemState::Now,
+                    None => ItemState::Ahead,
+                    Some(Outcome::Done) => ItemState::Done,
+                    Some(Outcome::Skipped) => ItemState::Skipped,
+                    Some(Outcome::Aborted | Outcome::Cut | Outcome::Repeat) => ItemState::Again,
+                };
+                VisitItem {
+                    name: planned.name.clone(),
+                    what: planned.item.words(),
+                    condition: planned.condition.clone(),
+                    state,
+                    attempts: begun + usize::from(now),
+                }
+            })
+            .collect()
+    }
+
+    /// What the participant sees, in the experimenter's words.
+    pub fn sees(&self) -> String {
+        let name = self.session.log().running.as_ref().map_or("", |running| running.item.as_str());
+        match &self.at {
+            At::Hold => "please wait".into(),
+            At::Text(_) => format!("page {name}"),
+            At::Intro(_) => format!("words before {name}"),
+            At::Loading(_) => format!("{name} is being loaded"),
+            At::Countdown(..) => format!("countdown to {name}"),
+            At::Driving => format!("drive {name}"),
+            At::Over => "the drive is over".into(),
+            At::Rest(..) => format!("rest {name}"),
+            At::Questions(form) => {
+                let (page, pages) = form.progress();
+                format!("questions {name}, page {} of {pages}", page + 1)
+            }
+            At::End => "thanks".into(),
+            At::Stopped => "stopped, thanks".into(),
+        }
+    }
+
+    /// What the visit waits for.
+    pub fn phase(&self, now: RoadNow) -> VisitPhase {
+        match &self.at {
+            At::Hold => VisitPhase::Experimenter,
+            At::Countdown(_, held) if *held => VisitPhase::Held,
+            At::Driving if now.held => VisitPhase::Held,
+            At::Loading(_) | At::Countdown(..) | At::Driving => VisitPhase::Driving,
+            At::Rest(_, left_s) if *left_s > 0.0 => VisitPhase::Resting,
+            At::End | At::Stopped => VisitPhase::Over,
+            _ => VisitPhase::Participant,
+        }
+    }
+
+    /// Seconds that are left of what ends by itself.
+    pub fn left_s(&self, now: RoadNow) -> Option<f64> {
+        match &self.at {
+            At::Driving => Some(now.duration_s - now.time_s),
+            At::Countdown(left_s, _) | At::Rest(_, left_s) => Some(*left_s),
+            _ => None,
+        }
+    }
+
+    /// What went wrong last.
+    pub fn error(&self) -> Option<&str> {
+        self.error.as_deref()
+    }
+}
+
+impl From<SessionError> for Refused {
+    fn from(error: SessionError) -> Self {
+        match error {
+            SessionError::Refused(text) => Self::Say(text),
+            other => Self::End(other.into()),
+        }
+    }
+}
+
+/// Why a command is not obeyed: something to say, or an end.
+enum Refused {
+    Say(String),
+    End(AppError),
+}

@@ -1,0 +1,407 @@
+//! The two windows of a visit: the participant's, with screens and the picture of the drive, and the experimenter's. In:
+//! events of winit, Ctrl-C, the clock. Out: frames. The participant's window knows driving keys, those of its screens, and
+//! F11 for the whole screen; closing it, or the experimenter's, breaks off the visit, and the same command goes on there.
+
+use super::{
+    Road, Visit, baselines,
+    baselines::Making,
+    lead::Lead,
+    road::{Kit, Live},
+};
+use crate::{
+    app::{
+        AppError, facts,
+        host::{ExperimenterWindow, PictureWindow, Placing, now},
+        keys::{self, Command},
+        offline::FLUSH_EVERY,
+    },
+    input::{Devices, Profile},
+    panel::{ScreenState, Screens, VisitCommand, theme},
+    study::{
+        Code, DataSet, Input, Session, SessionError, Study,
+        session::{self, Log, Who},
+    },
+};
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+use winit::{
+    application::ApplicationHandler,
+    event::{ElementState, KeyEvent, WindowEvent},
+    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    keyboard::PhysicalKey,
+    window::WindowId,
+};
+
+/// What `codrive study --participant` was asked for.
+pub struct VisitOptions {
+    /// The study.
+    pub study: Study,
+    /// Folder of its data set.
+    pub out: PathBuf,
+    /// Who takes part.
+    pub code: Code,
+    /// Fill the participant's screen at once.
+    pub fullscreen: bool,
+    /// Monitor of the participant's window, by number (from 1) or part of its name.
+    pub screen: Option<String>,
+    /// Profile of the wheel; `None` takes the one for the wheel that is found.
+    pub wheel: Option<Profile>,
+    /// Becomes true when the program is to end (Ctrl-C).
+    pub stop: Arc<AtomicBool>,
+}
+
+/// How a visit was left.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Left {
+    /// All is settled.
+    Complete,
+    /// Stopped for good.
+    Stopped,
+    /// Something is left to do: the next item's name.
+    Open(String),
+}
+
+/// Leads a participant through the plan, from where they are to its end or until a window is closed.
+///
+/// # Errors
+/// No display or graphics adapter; a participant who has been through, is being run elsewhere, or whose files cannot be
+/// read; a full disk. What was done is kept.
+pub fn run(options: VisitOptions) -> Result<Left, AppError> {
+    if options.out.exists() {
+        // What is refused is refused without a display too, and before anything is made.
+        look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
+    }
+    let event_loop = EventLoop::new().map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    event_loop.set_control_flow(ControlFlow::Poll);
+    let data = DataSet::open(&options.out, &options.study)?;
+    let session = open_session(&options, &data)?;
+    let visit = Visit::new(&options.study, session, facts::now)?;
+    let kit = Kit::new(Devices::open_with(options.wheel.clone()), &options.code);
+    let mut app = App { options, begins: Some((visit, kit)), frame: None, failure: None };
+    event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    let left = app.frame.take().map(|mut frame| frame.leave(&data, &app.options)).transpose();
+    match (app.failure, left) {
+        (Some(failure), _) => Err(failure),
+        (None, left) => Ok(left?.unwrap_or_else(|| Left::Open("the first screen".into()))),
+    }
+}
+
+fn open_session(options: &VisitOptions, data: &DataSet) -> Result<Session, AppError> {
+    let index = data.next_index()?;
+    Ok(Session::open(data, &options.study, &options.code, Who::Person, index, &facts::now())?)
+}
+
+/// A rehearsal's folder is no place for people; a visit that is over may lack baselines, since its window was closed while
+/// they were driven, and is not run again.
+fn look_ahead(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
+    if let Some(log) = data.logs()?.iter().find(|log| log.who == Who::Simulated) {
+        return Err(SessionError::Refused(format!(
+            "{} holds a rehearsal ({}); people take part in a folder of its own",
+            data.root().display(),
+            log.participant
+        ))
+        .into());
+    }
+    let folder = data.source(&options.code);
+    let path = folder.join(session::FILE);
+    if !path.exists() || Log::load(&path)?.end.is_none() {
+        return Ok(());
+    }
+    let lock = session::lock(&folder, &options.code)?;
+    let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
+    if made > 0 {
+        println!("{made} baselines of participant {} were missing and have been made", options.code);
+    }
+    drop(lock);
+    open_session(options, data).map(drop)
+}
+
+struct App {
+    options: VisitOptions,
+    /// The visit until there are windows for it.
+    begins: Option<(Visit, Kit)>,
+    frame: Option<Frame>,
+    failure: Option<AppError>,
+}
+
+/// A visit in its windows.
+struct Frame {
+    picture: PictureWindow,
+    experimenter: ExperimenterWindow,
+    visit: Visit,
+    kit: Kit,
+    screens: Screens,
+    lead: Lead,
+    making: Option<Making>,
+    /// Baselines have been made, or there were none to make.
+    made: bool,
+    data: DataSet,
+    study: Study,
+    /// When the last frame began; `None` after something that took long and is no part of a drive.
+    last: Option<Instant>,
+    /// When the drive began, and when rows last went to the disk.
+    first: Instant,
+    flushed: Instant,
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        let Some((visit, kit)) = self.begins.take() else { return };
+        match Frame::open(event_loop, &self.options, visit, kit) {
+            Ok(frame) => self.frame = Some(frame),
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
+        let Some(frame) = &mut self.frame else { return };
+        if event == WindowEvent::CloseRequested {
+            event_loop.exit();
+        } else if frame.experimenter.id() == id {
+            frame.experimenter.on_event(frame.picture.gpu(), &event);
+        } else {
+            frame.picture.on_event(&event);
+            match event {
+                WindowEvent::Focused(false) => frame.release_keys(),
+                WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => frame.key(&event),
+                WindowEvent::RedrawRequested => match frame.draw() {
+                    Ok(true) => {}
+                    Ok(false) => event_loop.exit(),
+                    Err(error) => self.fail(event_loop, error),
+                },
+                _ => {}
+            }
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if self.options.stop.load(Ordering::Relaxed) {
+            event_loop.exit();
+        }
+        if let Some(frame) = &self.frame {
+            frame.picture.window().request_redraw();
+        }
+    }
+}
+
+impl App {
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
+        self.failure = Some(error);
+        event_loop.exit();
+    }
+}
+
+impl Frame {
+    fn open(event_loop: &ActiveEventLoop, options: &VisitOptions, visit: Visit, kit: Kit) -> Result<Self, AppError> {
+        let placing = Placing {
+            title: format!("codrive: {}", options.study.file.title),
+            fullscreen: options.fullscreen,
+            monitor: options.screen.clone(),
+        };
+        let mut picture = PictureWindow::open(event_loop, &placing)?;
+        theme::apply(picture.ctx());
+        picture.keep_miniature();
+        let title = format!("Experimenter: {}, {}", options.code, options.study.file.title);
+        let experimenter = ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?;
+        let start = now();
+        Ok(Self {
+            picture,
+            experimenter,
+            visit,
+            kit,
+            screens: Screens::default(),
+            lead: Lead::new(&options.study),
+            making: None,
+            made: false,
+            data: DataSet::open(&options.out, &options.study)?,
+            study: options.study.clone(),
+            last: None,
+            first: start,
+            flushed: start,
+        })
+    }
+
+    /// One frame: devices and drive, what the participant does, the picture, what the experimenter decides. False when the
+    /// experimenter closes the visit.
+    fn draw(&mut self) -> Result<bool, AppError> {
+        let elapsed = self.lap();
+        let Self { kit, lead, .. } = self;
+        let (due, inputs) = match kit.frame(elapsed, |world| lead.watch(world)) {
+            Ok(done) => done,
+            Err(error) => {
+                self.on_road(|visit, road| visit.fail(&error, road))?;
+                Default::default()
+            }
+        };
+        for input in inputs {
+            self.on_road(|visit, road| visit.input(input, road))?;
+        }
+        let (drove, prepared) = (self.visit.drives(), self.kit.show.is_some());
+        self.on_road(|visit, road| visit.tick(elapsed, road))?;
+        if let (Some(show), false) = (&self.kit.show, prepared) {
+            self.lead.drive_begins(show);
+            // What was loaded took long, and no timer counts it.
+            self.last = None;
+        }
+        if drove != self.visit.drives() {
+            self.picture.window().set_cursor_visible(drove);
+            self.release_keys();
+        }
+        for input in self.draw_picture(elapsed, due) {
+            self.on_road(|visit, road| visit.input(input, road))?;
+        }
+        if let (true, Some(show)) = (now() - self.flushed > FLUSH_EVERY, &mut self.kit.show) {
+            self.flushed = now();
+            if let Err(error) = show.flush() {
+                self.on_road(|visit, road| visit.fail(&error, road))?;
+            }
+        }
+        self.after_the_visit()?;
+        for command in self.draw_experimenter() {
+            if command == VisitCommand::Close {
+                return Ok(!self.visit.is_over());
+            }
+            self.on_road(|visit, road| visit.command(command, road))?;
+        }
+        Ok(true)
+    }
+
+    /// Something that the visit does with its road.
+    fn on_road<T>(&mut self, act: impl FnOnce(&mut Visit, &mut dyn Road) -> T) -> T {
+        let Self { picture, kit, visit, .. } = self;
+        act(visit, &mut Live { picture, kit })
+    }
+
+    /// The participant's window. Returns what keys and mouse did there.
+    fn draw_picture(&mut self, elapsed: Duration, due: crate::time::Due) -> Vec<Input> {
+        let now_there = self.on_road(|_, road| road.now());
+        let Self { picture, kit, visit, screens, lead, study, first, .. } = self;
+        let state = ScreenState {
+            screen: visit.screen(now_there),
+            texts: &study.file.texts,
+            progress: visit.progress(),
+            wheel: kit.wheel(),
+            asked: visit.asked() && !visit.drives(),
+        };
+        let mut inputs = Vec::new();
+        let output = picture.overlay(|ui| inputs.extend(screens.show(ui, &state)));
+        let over_picture = state.screen.is_over_picture();
+        let view = kit.show.as_mut().filter(|_| over_picture).map(|show| show.view());
+        let drawn = picture.draw(view.as_ref(), Some(output));
+        let done = now();
+        if now_there.time_s == 0.0 {
+            *first = done;
+        }
+        let Some(show) = kit.show.as_mut().filter(|_| drawn) else { return inputs };
+        let latency = show.shown(done - *first, elapsed, &due);
+        lead.frame(elapsed, &due, latency);
+        inputs
+    }
+
+    /// The experimenter's window, when it is due.
+    fn draw_experimenter(&mut self) -> Vec<VisitCommand> {
+        let now_there = self.on_road(|_, road| road.now());
+        for news in self.kit.take_news() {
+            self.lead.say(now_there, &news);
+        }
+        let Self { picture, experimenter, visit, kit, lead, making, made, data, .. } = self;
+        if !experimenter.due() {
+            return Vec::new();
+        }
+        let seen = picture.miniature().map(|view| {
+            let texture = view.texture();
+            (experimenter.picture(picture.gpu(), view), [texture.width(), texture.height()])
+        });
+        let done = made.then(|| format!("All is written. Look at it with: codrive analyse {}", data.root().display()));
+        let work = making.as_ref().map(Making::words).or(done);
+        let mut commands = Vec::new();
+        experimenter.draw(picture.gpu(), |ui| {
+            commands.extend(lead.show(ui, visit, kit.show.as_ref(), now_there, work.as_deref(), seen));
+        });
+        commands
+    }
+
+    /// When the visit is over: the data set's tables, then baselines on their thread, then the tables once more.
+    fn after_the_visit(&mut self) -> Result<(), AppError> {
+        if !self.visit.is_over() || self.made {
+            return Ok(());
+        }
+        let code = self.visit.session().log().participant.clone();
+        let busy = match &mut self.making {
+            Some(making) if making.is_busy() => true,
+            Some(making) => {
+                let whole = making.finish(false);
+                if let Err(error) = whole {
+                    self.lead.say(super::RoadNow::default(), &format!("a baseline could not be driven: {error}"));
+                }
+                false
+            }
+            None => {
+                let session = self.visit.session();
+                let trials = baselines::missing(session.folder(), session.plan(), session.log());
+                let any = !trials.is_empty();
+                if any {
+                    self.making = Some(Making::begin(&code, trials)?);
+                }
+                any
+            }
+        };
+        if !busy {
+            (self.made, self.making) = (true, None);
+            self.data.publish(&self.study, &code)?;
+        }
+        Ok(())
+    }
+
+    /// The windows close: what runs is broken off, and comes again with the same command.
+    fn leave(&mut self, data: &DataSet, options: &VisitOptions) -> Result<Left, AppError> {
+        self.on_road(|visit, road| visit.close("the window was closed", road))?;
+        if let Some(making) = &mut self.making {
+            making.finish(true)?;
+        }
+        data.publish(&options.study, &options.code)?;
+        let log = self.visit.session().log();
+        Ok(match (&log.end, self.visit.session().next()) {
+            (Some(end), _) if end.complete => Left::Complete,
+            (Some(_), _) => Left::Stopped,
+            (None, next) => Left::Open(next.map_or_else(String::new, |(_, planned)| planned.name.clone())),
+        })
+    }
+
+    /// Time since the last frame.
+    fn lap(&mut self) -> Duration {
+        let begin = now();
+        self.last.replace(begin).map_or(Duration::ZERO, |before| begin - before)
+    }
+
+    fn release_keys(&mut self) {
+        if let Some(devices) = self.kit.devices() {
+            devices.keyboard.release_all();
+        }
+    }
+
+    /// A key of the participant's window; screens hear theirs through egui.
+    fn key(&mut self, event: &KeyEvent) {
+        let PhysicalKey::Code(code) = event.physical_key else { return };
+        let down = event.state == ElementState::Pressed;
+        let drives = self.visit.drives();
+        if let (Some(key), Some(devices)) = (keys::driving(code), self.kit.devices()) {
+            devices.keyboard.set(key, down && drives);
+        }
+        match keys::command(code).filter(|_| down && !event.repeat) {
+            Some(Command::FullScreen) => self.picture.toggle_fullscreen(),
+            Some(Command::Reverse) if drives => {
+                if let Some(devices) = self.kit.devices() {
+                    devices.keyboard.toggle_reverse();
+                }
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! SVG to PNG, the same on every machine: no font of the system is asked, text is set in the sans-serif that the program
+//! brings along for its panels (Ubuntu Light, egui's). In: SVG text of our own. Out: bytes of a PNG file on white.
+
+use resvg::{
+    tiny_skia::{Color, Pixmap, Transform},
+    usvg::{Options, Tree, fontdb},
+};
+use std::sync::{Arc, OnceLock};
+
+/// Pixels for each unit of the SVG: a figure 760 wide is sharp across a page in print.
+pub const PNG_SCALE: f32 = 2.0;
+
+/// The picture that `svg` describes, [`PNG_SCALE`] pixels a unit.
+///
+/// # Errors
+/// The text is no SVG, or the picture is empty or larger than any memory.
+pub fn png(svg: &str) -> Result<Vec<u8>, String> {
+    let tree = Tree::from_str(svg, options()).map_err(|error| error.to_string())?;
+    let [width, height] = [tree.size().width(), tree.size().height()].map(|side| (side * PNG_SCALE).ceil() as u32);
+    let mut pixels = Pixmap::new(width, height).ok_or_else(|| format!("a picture of {width}x{height} pixels"))?;
+    pixels.fill(Color::WHITE);
+    resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| error.to_string())
+}
+
+/// How text is set: one family stands for all that an SVG names.
+fn options() -> &'static Options<'static> {
+    static OPTIONS: OnceLock<Options<'static>> = OnceLock::new();
+    OPTIONS.get_or_init(|| {
+        let mut fonts = fontdb::Database::new();
+        let own = egui::FontDefinitions::default();
+        for name in own.families.get(&egui::FontFamily::Proportional).into_iter().flatten() {
+            if let Some(data) = own.font_data.get(name) {
+                fonts.load_font_data((*data.font).as_ref().to_vec());
+            }
+        }
+        let family = fonts.faces().next().and_then(|face| Some(face.families.first()?.0.clone())).unwrap_or_default();
+        fonts.set_sans_serif_family(&family);
+        Options { font_family: family, fontdb: Arc::new(fonts), ..Options::default() }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pixels(svg: &str) -> image::RgbaImage {
+        image::load_from_memory(&png(svg).unwrap()).unwrap().to_rgba8()
+    }
+
+    #[test]
+    fn lines_and_text_are_drawn_on_white_at_twice_the_size() {
+        let svg = |inside: &str| {
+            format!(
+                "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 100 40\" width=\"100\" height=\"40\" \
+                 font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#222\">{inside}</svg>"
+            )
+        };
+        let empty = pixels(&svg(""));
+        assert_eq!(empty.dimensions(), (200, 80));
+        assert!(empty.pixels().all(|pixel| pixel.0 == [255; 4]));
+        let line = pixels(&svg("<path d=\"M0 20h100\" stroke=\"#d55e00\" stroke-width=\"2\"/>"));
+        assert_eq!(line.get_pixel(100, 40).0, [0xd5, 0x5e, 0x00, 255]);
+        // Text, also with signs that figures use; without a font there would be nothing.
+        for text in ["speed", "m/s²", "±–·"] {
+            let words = pixels(&svg(&format!("<text x=\"5\" y=\"20\">{text}</text>")));
+            let dark = words.pixels().filter(|pixel| pixel.0[0] < 128).count();
+            assert!(dark > 8, "{text}: {dark} dark pixels");
+        }
+    }
+
+    #[test]
+    fn what_is_no_picture_is_an_error() {
+        assert!(png("no picture").is_err());
+        assert!(png("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"0\" height=\"5\"/>").is_err());
+    }
+}

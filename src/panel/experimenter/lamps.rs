@@ -1,0 +1,297 @@
+//! Is all well? In: measured facts ([`Health`]). Out: lamps, green, amber or red, each with words and, where it is not
+//! green, what to do. The limits stand here.
+
+use crate::panel::theme;
+use egui::{Color32, RichText, Sense, Ui, vec2};
+
+/// What is measured while a drive runs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Health {
+    /// Time from frame to frame, the mean and the longest of the last second or so, milliseconds; zero before the first.
+    pub frame_ms: [f64; 2],
+    /// Time given up in stalls, seconds, since the start and in the last ten seconds.
+    pub dropped_s: [f64; 2],
+    /// Time from input to the picture that shows it, median and 99th percentile, milliseconds; `None` without input.
+    pub latency_ms: Option<[f64; 2]>,
+    /// The recording; `None` if the drive is not recorded.
+    pub recording: Option<RecordingHealth>,
+    /// What the participant steers with.
+    pub wheel: WheelHealth,
+    /// Name of the traffic engine.
+    pub engine: String,
+    /// Why the drive cannot start or go on.
+    pub error: Option<String>,
+}
+
+/// How the recorder does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RecordingHealth {
+    /// Batches that wait for the disk, and how many may.
+    pub waiting: [usize; 2],
+    /// Room on the disk, gigabytes, where the system tells.
+    pub free_gb: Option<f64>,
+}
+
+/// What the participant steers with.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum WheelHealth {
+    /// A wheel: its name.
+    There(String),
+    /// Keyboard or pad.
+    #[default]
+    None,
+    /// It was unplugged in the middle of a drive.
+    Lost,
+}
+
+/// Colour of a lamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Light {
+    /// Nothing to say yet.
+    Off,
+    /// All is well.
+    Green,
+    /// Look at it when there is time.
+    Amber,
+    /// The trial suffers.
+    Red,
+}
+
+/// A lamp.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lamp {
+    /// What it is about.
+    pub name: &'static str,
+    /// Its colour.
+    pub light: Light,
+    /// What was found, in a few words.
+    pub words: String,
+    /// What it means, its limits, what to do.
+    pub tip: &'static str,
+}
+
+impl Light {
+    /// The colour on the screen.
+    pub fn colour(self) -> Color32 {
+        match self {
+            Self::Off => Color32::from_rgb(84, 92, 102),
+            Self::Green => theme::GREEN,
+            Self::Amber => theme::AMBER,
+            Self::Red => theme::RED,
+        }
+    }
+
+    /// The colour as a word: nobody has to see it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Green => "good",
+            Self::Amber => "look",
+            Self::Red => "bad",
+        }
+    }
+
+    /// Green up to the first limit, amber up to the second.
+    fn of(value: f64, limits: [f64; 2]) -> Self {
+        if value <= limits[0] {
+            Self::Green
+        } else if value <= limits[1] {
+            Self::Amber
+        } else {
+            Self::Red
+        }
+    }
+}
+
+/// All lamps, in a fixed order.
+pub fn lamps(health: &Health) -> Vec<Lamp> {
+    vec![
+        frames(health),
+        dropped(health),
+        latency(health),
+        recorder(health),
+        disk(health),
+        wheel(health),
+        traffic(health),
+    ]
+}
+
+fn frames(health: &Health) -> Lamp {
+    let [mean, longest] = health.frame_ms;
+    let light =
+        if mean <= 0.0 { Light::Off } else { Light::of(mean, [20.0, 34.0]).max(Light::of(longest, [50.0, 250.0])) };
+    let words = if mean <= 0.0 { "no frame yet".into() } else { format!("{mean:.1} ms, longest {longest:.0} ms") };
+    let tip = "Time from one picture to the next over the last second. Good: 50 a second, none longer than 50 ms. Bad: fewer \
+               than 30 a second or one longer than 250 ms. --quality low is faster";
+    Lamp { name: "Frames", light, words, tip }
+}
+
+fn dropped(health: &Health) -> Lamp {
+    let [all, lately] = health.dropped_s;
+    let light = match (all > 0.0, lately > 0.0) {
+        (_, true) => Light::Red,
+        (true, false) => Light::Amber,
+        _ => Light::Green,
+    };
+    let words = if all > 0.0 { format!("{all:.2} s in all, {lately:.2} s lately") } else { "none".into() };
+    let tip = "Time of the drive that was given up because a picture came too late: the world stood for that long. Bad: in \
+               the last ten seconds";
+    Lamp { name: "Dropped time", light, words, tip }
+}
+
+fn latency(health: &Health) -> Lamp {
+    let tip = "From the hand's or foot's movement to the picture that shows it being handed to the screen. Good: median up to \
+               50 ms and 99th percentile up to 70 ms";
+    let name = "Input latency";
+    match health.latency_ms {
+        None => Lamp { name, light: Light::Off, words: "no input yet".into(), tip },
+        Some([median, most]) => {
+            let light = Light::of(median, [50.0, 80.0]).max(Light::of(most, [70.0, 150.0]));
+            Lamp { name, light, words: format!("{median:.0} ms, 99 %: {most:.0} ms"), tip }
+        }
+    }
+}
+
+fn recorder(health: &Health) -> Lamp {
+    let tip = "Rows that wait for the disk. Good: fewer than a quarter of the queue. A full queue ends the trial with everything \
+               before it kept";
+    let name = "Recorder";
+    match health.recording {
+        None => Lamp { name, light: Light::Amber, words: "this drive is not recorded".into(), tip },
+        Some(RecordingHealth { waiting: [waiting, most], .. }) => {
+            let light = Light::of(waiting as f64, [most as f64 / 4.0, most as f64 / 2.0]);
+            Lamp { name, light, words: format!("{waiting} of {most} batches wait"), tip }
+        }
+    }
+}
+
+fn disk(health: &Health) -> Lamp {
+    let tip = "Room where the recording lies. A visit takes a few dozen megabytes. Good: over 2 GB; bad: under 0.2 GB";
+    let name = "Disk";
+    match health.recording.and_then(|recording| recording.free_gb) {
+        None => Lamp { name, light: Light::Off, words: "not asked".into(), tip },
+        Some(gb) => Lamp { name, light: Light::of(-gb, [-2.0, -0.2]), words: format!("{gb:.1} GB free"), tip },
+    }
+}
+
+fn wheel(health: &Health) -> Lamp {
+    let (light, words) = match &health.wheel {
+        WheelHealth::There(name) => (Light::Green, name.clone()),
+        WheelHealth::None => (Light::Amber, "none: keyboard or pad drives".into()),
+        WheelHealth::Lost => (Light::Red, "unplugged: plug it in again".into()),
+    };
+    let tip = "What the participant steers with. A wheel that is unplugged holds time until it is back";
+    Lamp { name: "Wheel", light, words, tip }
+}
+
+fn traffic(health: &Health) -> Lamp {
+    let tip = "The engine that moves the other cars";
+    let (light, words) = match &health.error {
+        Some(error) => (Light::Red, error.lines().next().unwrap_or_default().to_owned()),
+        None if health.engine.is_empty() => (Light::Off, "not started".into()),
+        None => (Light::Green, health.engine.clone()),
+    };
+    Lamp { name: "Traffic", light, words, tip }
+}
+
+/// The worst of the lamps that say something.
+pub fn worst(lamps: &[Lamp]) -> Light {
+    lamps.iter().map(|lamp| lamp.light).max().unwrap_or(Light::Off)
+}
+
+/// All lamps with their words, one a line.
+pub fn show(ui: &mut Ui, lamps: &[Lamp]) {
+    for lamp in lamps {
+        let response = ui.horizontal(|ui| {
+            bulb(ui, lamp.light);
+            ui.label(RichText::new(lamp.name).color(theme::TEXT).strong());
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.label(RichText::new(lamp.light.word()).color(lamp.light.colour()).size(12.0));
+            });
+        });
+        let words = ui.label(RichText::new(&lamp.words).color(theme::DIM).size(12.5));
+        response.response.union(words).on_hover_text(lamp.tip);
+        ui.add_space(3.0);
+    }
+}
+
+/// All lamps in one line, for a window without room: bulbs, and the words of the worst.
+pub fn strip(ui: &mut Ui, lamps: &[Lamp]) {
+    for lamp in lamps {
+        bulb(ui, lamp.light).on_hover_text(format!("{}: {}\n{}", lamp.name, lamp.words, lamp.tip));
+    }
+    let worst = worst(lamps);
+    if let Some(lamp) = lamps.iter().find(|lamp| lamp.light == worst && worst >= Light::Amber) {
+        ui.add(
+            egui::Label::new(RichText::new(format!("{}: {}", lamp.name, lamp.words)).color(worst.colour())).truncate(),
+        );
+    }
+}
+
+fn bulb(ui: &mut Ui, light: Light) -> egui::Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+    ui.painter().circle(rect.center(), 5.5, light.colour(), egui::Stroke::new(1.0, Color32::from_black_alpha(120)));
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn healthy() -> Health {
+        Health {
+            frame_ms: [16.7, 18.0],
+            dropped_s: [0.0, 0.0],
+            latency_ms: Some([31.0, 44.0]),
+            recording: Some(RecordingHealth { waiting: [0, 32], free_gb: Some(120.0) }),
+            wheel: WheelHealth::There("G29 Racing Wheel".into()),
+            engine: "SUMO 1.24.0".into(),
+            error: None,
+        }
+    }
+
+    fn light(health: &Health, name: &str) -> Light {
+        lamps(health).into_iter().find(|lamp| lamp.name == name).unwrap().light
+    }
+
+    #[test]
+    fn a_rig_in_order_is_green_throughout() {
+        assert!(lamps(&healthy()).iter().all(|lamp| lamp.light == Light::Green), "{:?}", lamps(&healthy()));
+        assert_eq!(worst(&lamps(&healthy())), Light::Green);
+    }
+
+    #[test]
+    fn every_fault_lights_its_own_lamp_and_no_other() {
+        type Fault = (&'static str, Light, fn(&mut Health));
+        let cases: [Fault; 12] = [
+            ("Frames", Light::Amber, |h| h.frame_ms = [25.0, 30.0]),
+            ("Frames", Light::Red, |h| h.frame_ms = [17.0, 400.0]),
+            ("Dropped time", Light::Amber, |h| h.dropped_s = [0.4, 0.0]),
+            ("Dropped time", Light::Red, |h| h.dropped_s = [0.4, 0.4]),
+            ("Input latency", Light::Amber, |h| h.latency_ms = Some([45.0, 90.0])),
+            ("Input latency", Light::Red, |h| h.latency_ms = Some([120.0, 140.0])),
+            ("Recorder", Light::Red, |h| h.recording = h.recording.map(|r| RecordingHealth { waiting: [20, 32], ..r })),
+            ("Disk", Light::Amber, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(1.0), ..r })),
+            ("Disk", Light::Red, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(0.1), ..r })),
+            ("Wheel", Light::Amber, |h| h.wheel = WheelHealth::None),
+            ("Wheel", Light::Red, |h| h.wheel = WheelHealth::Lost),
+            ("Traffic", Light::Red, |h| h.error = Some("SUMO ended\nat once".into())),
+        ];
+        for (name, expected, spoil) in cases {
+            let mut health = healthy();
+            spoil(&mut health);
+            assert_eq!(light(&health, name), expected, "{name}: {health:?}");
+            let others = lamps(&health).into_iter().filter(|lamp| lamp.name != name);
+            assert!(others.map(|lamp| lamp.light).all(|light| light == Light::Green), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_is_off_and_an_unrecorded_drive_is_pointed_out() {
+        let health = Health { recording: None, latency_ms: None, frame_ms: [0.0; 2], ..healthy() };
+        assert_eq!(light(&health, "Input latency"), Light::Off);
+        assert_eq!(light(&health, "Frames"), Light::Off);
+        assert_eq!(light(&health, "Disk"), Light::Off);
+        assert_eq!(light(&health, "Recorder"), Light::Amber);
+    }
+}

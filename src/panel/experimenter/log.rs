@@ -1,0 +1,170 @@
+//! What has been seen of the present drive, for plots and maps. In: the world after each tick. Out: speeds over time, the
+//! space-time diagram, the share of time in range; bounded, however long the drive. Seconds, metres, m/s.
+
+use super::space_time::SpaceTime;
+use crate::{
+    panel::History,
+    sim::{Snapshot, World},
+};
+use std::collections::VecDeque;
+
+/// Length of what is shown of all cars: a trial of HC22.
+pub const WINDOW_S: f64 = 300.0;
+/// Time between two rows of all cars' speeds.
+const EVERY_S: f64 = 1.0;
+
+/// Speeds of all cars at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpeedRow {
+    /// Time since the start of the drive, seconds.
+    pub time_s: f64,
+    /// The ego's first, then the others' by ascending id, m/s.
+    pub speeds_mps: Vec<f32>,
+}
+
+/// The drive so far.
+#[derive(Clone, Debug)]
+pub struct Log {
+    /// Mean speed, the ego's, the target.
+    pub history: History,
+    /// Where all cars were.
+    pub space_time: SpaceTime,
+    /// Speeds of all cars in the last [`WINDOW_S`].
+    pub speeds: VecDeque<SpeedRow>,
+    /// Centre line of the road, closed, metres.
+    pub road: Vec<[f64; 2]>,
+    /// Width of the road, metres.
+    pub road_width_m: f64,
+    /// Speed at which colours are at their end, m/s.
+    pub top_mps: f64,
+    /// Ticks with advice, and those of them in range.
+    advised: [u64; 2],
+    began: bool,
+}
+
+impl Log {
+    /// Before the first tick of a drive in `world`.
+    pub fn new(world: &World) -> Self {
+        let route = &world.map().route;
+        let expected = world.expected_speeds();
+        // Twice the even flow: standing and flowing are far apart in colour.
+        let top_mps = (2.0 * expected.equilibrium_mps).clamp(4.0, expected.limit_mps.max(4.0));
+        let length_m = route.length_m();
+        let points = (length_m / 3.0).ceil().clamp(24.0, 2000.0) as usize;
+        let point = |i: usize| route.point_at(i as f64 / points as f64 * length_m).to_array();
+        Self::on((0..points).map(point).collect(), length_m, route.width_m(0.0), top_mps)
+    }
+
+    /// The same for a road that is given by its centre line.
+    pub fn on(road: Vec<[f64; 2]>, length_m: f64, road_width_m: f64, top_mps: f64) -> Self {
+        Self {
+            history: History::default(),
+            space_time: SpaceTime::new(length_m, top_mps),
+            speeds: VecDeque::new(),
+            road,
+            road_width_m,
+            top_mps,
+            advised: [0; 2],
+            began: false,
+        }
+    }
+
+    /// Sees the world after a tick.
+    pub fn watch(&mut self, world: &World) {
+        self.see(world.snapshot(), world.scenario().step_ticks());
+    }
+
+    /// Sees a snapshot; cars are looked at once a step.
+    pub fn see(&mut self, snapshot: &Snapshot, step_ticks: u64) {
+        if let Some(advice) = snapshot.advice {
+            self.advised[0] += 1;
+            self.advised[1] += u64::from(advice.accepts(snapshot.ego.speed_mps));
+        }
+        if self.began && !snapshot.tick.0.is_multiple_of(step_ticks) {
+            return;
+        }
+        self.began = true;
+        let time_s = snapshot.tick.seconds();
+        let target = snapshot.advice.map(|advice| advice.target_mps);
+        self.history.push(time_s, snapshot.mean_speed_mps, snapshot.ego.speed_mps, target);
+        let others = snapshot.cars.iter().map(|car| (car.s_m, car.speed_mps));
+        self.space_time.add(time_s, (snapshot.ego_s_m, snapshot.ego.speed_mps), others);
+        if self.speeds.back().is_none_or(|row| time_s - row.time_s > EVERY_S - 1e-6) {
+            let all = std::iter::once(snapshot.ego.speed_mps).chain(snapshot.cars.iter().map(|car| car.speed_mps));
+            self.speeds.push_back(SpeedRow { time_s, speeds_mps: all.map(|speed| speed as f32).collect() });
+        }
+        while self.speeds.front().is_some_and(|row| time_s - row.time_s > WINDOW_S) {
+            self.speeds.pop_front();
+        }
+    }
+
+    /// Share of the time with advice in which the ego was in range, 0 to 1; `None` before the first advice.
+    pub fn share_in_range(&self) -> Option<f64> {
+        let [all, inside] = self.advised;
+        (all > 0).then(|| inside as f64 / all as f64)
+    }
+
+    /// From when to when plots of all cars reach at `time_s`, seconds.
+    pub fn window(time_s: f64) -> [f64; 2] {
+        let end = time_s.max(WINDOW_S);
+        [end - WINDOW_S, end]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        ego::EgoState,
+        policy::{Action, Advice},
+        time::Tick,
+    };
+
+    fn at(tick: u64, speed_mps: f64, advice: Option<Advice>) -> Snapshot {
+        Snapshot {
+            tick: Tick(tick),
+            ego: EgoState { speed_mps, ..EgoState::default() },
+            ego_before: EgoState::default(),
+            ego_s_m: 0.0,
+            lane_offset_m: 0.0,
+            cars: Vec::new(),
+            leader: None,
+            advice,
+            mean_speed_mps: speed_mps,
+        }
+    }
+
+    #[test]
+    fn the_share_in_range_counts_ticks_with_advice_only() {
+        let advice = Advice {
+            issued: Tick(0),
+            hold_steps: 1,
+            action: Action::Speed(4.0),
+            target_mps: 4.0,
+            range_mps: 0.5,
+            is_fallback: false,
+        };
+        let mut log = Log::on(Vec::new(), 250.0, 4.0, 8.0);
+        assert_eq!(log.share_in_range(), None);
+        for tick in 0..100 {
+            log.see(&at(tick, 4.2, None), 10);
+        }
+        assert_eq!(log.share_in_range(), None);
+        for tick in 100..200 {
+            log.see(&at(tick, if tick < 125 { 4.2 } else { 5.0 }, Some(advice)), 10);
+        }
+        assert_eq!(log.share_in_range(), Some(0.25));
+    }
+
+    #[test]
+    fn an_hour_of_all_cars_keeps_the_last_five_minutes() {
+        let mut log = Log::on(Vec::new(), 250.0, 4.0, 8.0);
+        for step in 0..36_000 {
+            log.see(&at(step * 10, 4.0, None), 10);
+        }
+        assert!(log.speeds.len() <= 302, "{}", log.speeds.len());
+        assert_eq!(log.speeds.back().unwrap().time_s, 3599.0);
+        assert_eq!(Log::window(3599.0), [3299.0, 3599.0]);
+        assert_eq!(Log::window(20.0), [0.0, 300.0]);
+    }
+}

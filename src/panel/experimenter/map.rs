@@ -1,0 +1,144 @@
+//! The road from above with all cars. In: the centre line, a [`Snapshot`]. Out: painted shapes, north up; the ego red, the
+//! others green or coloured by their speed.
+
+use super::Log;
+use crate::{panel::theme, sim::Snapshot, space::Pose};
+use egui::{Color32, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
+
+/// Length and width of a car, metres, and the least length on the screen, points: on a long road a car stays visible.
+const CAR_M: [f64; 2] = [5.0, 1.9];
+const LEAST: f32 = 9.0;
+/// Paint of cars as in HC22's bird's-eye view.
+const EGO: Color32 = Color32::from_rgb(235, 64, 52);
+const OTHERS: Color32 = Color32::from_rgb(70, 180, 90);
+
+/// From standing to fast, as in the figures of an analysis.
+const SHADES: [[u8; 3]; 9] = [
+    [0x9c, 0x10, 0x10],
+    [0xc8, 0x24, 0x34],
+    [0xd6, 0x60, 0x4d],
+    [0xf4, 0xa5, 0x82],
+    [0xe0, 0xc9, 0x8c],
+    [0xa6, 0xd3, 0xa0],
+    [0x66, 0xbd, 0x9a],
+    [0x32, 0x88, 0xbd],
+    [0x3f, 0x66, 0xc4],
+];
+
+/// Colour of a speed, given as its share of the fastest that has a colour of its own.
+pub fn shade(share: f64) -> Color32 {
+    let at = if share.is_finite() { share.clamp(0.0, 1.0) * SHADES.len() as f64 } else { 0.0 };
+    let [r, g, b] = SHADES[(at as usize).min(SHADES.len() - 1)];
+    Color32::from_rgb(r, g, b)
+}
+
+/// The map, in a square field as large as there is room, `height` points high.
+pub fn show(ui: &mut Ui, log: &Log, snapshot: Option<&Snapshot>, by_speed: bool, width: f32, height: f32) {
+    let (response, painter) = ui.allocate_painter(vec2(width, height), Sense::hover());
+    let field = response.rect;
+    painter.rect_filled(field, 4.0, Color32::from_rgb(28, 36, 30));
+    let Some(place) = placing(&log.road, log.road_width_m, field) else { return };
+    let line: Vec<Pos2> = log.road.iter().map(|point| place.of(*point)).collect();
+    let road = (log.road_width_m as f32 * place.points_a_m).max(3.0);
+    painter.add(Shape::closed_line(line, Stroke::new(road, Color32::from_rgb(62, 66, 74))));
+    let Some(now) = snapshot else { return };
+    for car in &now.cars {
+        let fill = if by_speed { shade(car.speed_mps / log.top_mps) } else { OTHERS };
+        painter.add(car_shape(&place, &car.pose, fill, Stroke::NONE));
+    }
+    painter.add(car_shape(&place, &now.ego.pose(), EGO, Stroke::new(1.5, Color32::WHITE)));
+    response.on_hover_text(if by_speed {
+        "All cars from above, north up, red standing to blue flowing; edged in white: the participant"
+    } else {
+        "All cars from above, north up; red: the participant"
+    });
+}
+
+/// The key to the colours, as one line.
+pub fn key(ui: &mut Ui, top_mps: f64) {
+    let small = |text: String| egui::RichText::new(text).color(theme::DIM).size(11.0);
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 0.0;
+        ui.label(small("0 ".into()));
+        for i in 0..SHADES.len() {
+            let (_, rect) = ui.allocate_space(vec2(13.0, 8.0));
+            ui.painter().rect_filled(rect, 0.0, shade((i as f64 + 0.5) / SHADES.len() as f64));
+        }
+        ui.label(small(format!(" {top_mps:.0} m/s")));
+    });
+}
+
+/// From metres to points.
+struct Placing {
+    middle_m: [f64; 2],
+    middle: Pos2,
+    points_a_m: f32,
+}
+
+impl Placing {
+    fn of(&self, [x, y]: [f64; 2]) -> Pos2 {
+        let dx = (x - self.middle_m[0]) as f32 * self.points_a_m;
+        let dy = (y - self.middle_m[1]) as f32 * self.points_a_m;
+        pos2(self.middle.x + dx, self.middle.y - dy)
+    }
+}
+
+/// The whole road in the field, with a margin.
+fn placing(road: &[[f64; 2]], width_m: f64, field: Rect) -> Option<Placing> {
+    let first = road.first()?;
+    let (mut low, mut high) = (*first, *first);
+    for point in road {
+        for axis in 0..2 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+    let span = [0, 1].map(|axis| (high[axis] - low[axis] + width_m).max(10.0) as f32);
+    let room = field.shrink(10.0);
+    let points_a_m = (room.width() / span[0]).min(room.height() / span[1]);
+    let middle_m = [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0);
+    (points_a_m > 0.0).then_some(Placing { middle_m, middle: field.center(), points_a_m })
+}
+
+/// A car: a box with a pointed nose, so that its heading is seen.
+fn car_shape(place: &Placing, pose: &Pose, fill: Color32, edge: Stroke) -> Shape {
+    let middle = place.of(pose.position.to_array());
+    let length = (CAR_M[0] as f32 * place.points_a_m).max(LEAST);
+    let half = 0.5 * (CAR_M[1] as f32 * place.points_a_m).max(0.45 * LEAST);
+    let (sin, cos) = (pose.yaw_rad as f32).sin_cos();
+    let at = |along: f32, left: f32| middle + vec2(along * cos - left * sin, -(along * sin + left * cos));
+    let (nose, shoulder) = (length / 2.0, length / 6.0);
+    let outline = vec![at(-nose, half), at(shoulder, half), at(nose, 0.0), at(shoulder, -half), at(-nose, -half)];
+    Shape::convex_polygon(outline, fill, edge)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    #[test]
+    fn the_road_fills_the_field_north_up_and_cars_point_where_they_go() {
+        let road: Vec<[f64; 2]> = (0..100)
+            .map(|i| f64::from(i) / 100.0 * std::f64::consts::TAU)
+            .map(|angle| [100.0 + 40.0 * angle.cos(), 40.0 * angle.sin()])
+            .collect();
+        let field = Rect::from_min_size(pos2(10.0, 20.0), vec2(200.0, 120.0));
+        let place = placing(&road, 4.0, field).unwrap();
+        assert!(road.iter().all(|point| field.contains(place.of(*point))));
+        assert!((place.points_a_m - 100.0 / 84.0).abs() < 1e-3, "{}", place.points_a_m);
+        assert!(place.of([100.0, 40.0]).y < place.of([100.0, -40.0]).y, "north is up");
+        let pose = Pose::new(DVec2::new(100.0, 0.0), std::f64::consts::FRAC_PI_2);
+        let Shape::Path(path) = car_shape(&place, &pose, EGO, Stroke::NONE) else { panic!() };
+        let nose = path.points[2];
+        assert!(path.points.iter().all(|point| point.y >= nose.y), "heading north, the nose is on top");
+    }
+
+    #[test]
+    fn standing_is_red_flowing_is_blue_and_no_speed_is_out_of_the_scale() {
+        assert_eq!(shade(0.0), shade(-1.0));
+        assert_eq!(shade(1.0), shade(9.0));
+        assert_eq!(shade(f64::NAN), shade(0.0));
+        assert!(shade(0.0).r() > shade(0.0).b() && shade(1.0).b() > shade(1.0).r());
+    }
+}

@@ -1,0 +1,265 @@
+//! The experimenter's window: what runs, how it goes, whether all is well. In: an [`ExperimenterState`], what there is to
+//! show; in a study a closure that shows the session's plan. Out: [`ExperimenterCommand`]s. It owns no part of the
+//! simulation, and nothing that a participant sees depends on it.
+//!
+//! * [`log`]: the drive so far, fed with the world after each tick.
+//! * [`map`], [`space_time`], [`plots`]: the drive as pictures.
+//! * [`lamps`]: is all well. [`notes`]: marks and notes.
+//!
+//! Left: the plan, or the drive's commands and settings; middle: pictures and plots; right: numbers, lamps, notes. In a
+//! narrow window (or a large scale) the same as four pages. By keyboard: Tab and the arrows go from one thing to the next,
+//! F2 starts and pauses, F4 marks, F6 writes a note, Ctrl 1 to Ctrl 4 turn the pages.
+
+pub mod lamps;
+pub mod log;
+pub mod map;
+pub mod notes;
+pub mod plots;
+pub mod space_time;
+
+pub use lamps::{Health, Lamp, Light, RecordingHealth, WheelHealth};
+pub use log::Log;
+
+use super::{Panel, PanelCommand, PanelState, Phase, readout, theme};
+use crate::sim::Snapshot;
+use egui::{Event, Key, Modifiers, RichText, ScrollArea, TextureId, Ui, Vec2, vec2};
+use notes::Notes;
+
+/// Width of the window from which on everything is seen at once, points.
+const WIDE: f32 = 1060.0;
+
+/// What the window shows in one pass.
+pub struct ExperimenterState<'a> {
+    /// What drives, and its numbers.
+    pub drive: PanelState<'a>,
+    /// The present moment; `None` before there is a world.
+    pub snapshot: Option<&'a Snapshot>,
+    /// What has been measured.
+    pub health: &'a Health,
+    /// What the driver sees, and its size.
+    pub picture: Option<(TextureId, [u32; 2])>,
+}
+
+/// What the experimenter asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExperimenterCommand {
+    /// Of the drive.
+    Drive(PanelCommand),
+    /// Mark this moment in the recording; marks are numbered from 1.
+    Mark(u32),
+    /// Write this into the recording.
+    Note(String),
+}
+
+/// What is on a page of a narrow window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Page {
+    #[default]
+    Plan,
+    Picture,
+    Plots,
+    Lamps,
+}
+
+/// The window's own state.
+#[derive(Default)]
+pub struct Experimenter {
+    page: Page,
+    by_speed: bool,
+    screen: space_time::Screen,
+    /// Marks and notes.
+    pub notes: Notes,
+}
+
+impl Experimenter {
+    /// Shows the window's whole content in the root [`Ui`] of a pass, and tells what was asked for. `log` is the drive so
+    /// far, if there is one. `plan` shows what stands on the left, where a study has its plan; without it, that is
+    /// `panel`: start, pause, settings.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        state: &ExperimenterState<'_>,
+        log: Option<&Log>,
+        panel: &mut Panel,
+        mut plan: Option<&mut dyn FnMut(&mut Ui)>,
+    ) -> Vec<ExperimenterCommand> {
+        let mut commands = Vec::new();
+        let may_drive = plan.is_none();
+        self.keys(ui, state, may_drive, &mut commands);
+        panel.follow(state.drive.scenario);
+        let mut left = |ui: &mut Ui, commands: &mut Vec<ExperimenterCommand>| match &mut plan {
+            Some(plan) => plan(ui),
+            None => {
+                let mut asked = Vec::new();
+                panel.drive(ui, &state.drive, &mut asked);
+                commands.extend(asked.into_iter().map(ExperimenterCommand::Drive));
+            }
+        };
+        let lamps = lamps::lamps(state.health);
+        if ui.available_width() >= WIDE {
+            egui::Panel::left("plan").default_size(330.0).min_size(280.0).show(ui, |ui| left(ui, &mut commands));
+            egui::Panel::right("lamps").default_size(250.0).min_size(220.0).show(ui, |ui| {
+                self.right(ui, state, &lamps, &mut commands);
+            });
+            egui::CentralPanel::default().show(ui, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    self.pictures(ui, state, log);
+                    self.plots(ui, state, log);
+                });
+            });
+            return commands;
+        }
+        egui::Panel::top("pages").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                let plan = if may_drive { "Drive" } else { "Plan" };
+                for (page, name) in
+                    [(Page::Plan, plan), (Page::Picture, "Picture"), (Page::Plots, "Plots"), (Page::Lamps, "State")]
+                {
+                    ui.selectable_value(&mut self.page, page, name);
+                }
+                ui.separator();
+                lamps::strip(ui, &lamps);
+            });
+        });
+        egui::CentralPanel::default().show(ui, |ui| match self.page {
+            Page::Plan => left(ui, &mut commands),
+            Page::Lamps => self.right(ui, state, &lamps, &mut commands),
+            Page::Picture => {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.pictures(ui, state, log));
+            }
+            Page::Plots => {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.plots(ui, state, log));
+            }
+        });
+        commands
+    }
+
+    /// Keys that work wherever the focus is.
+    fn keys(
+        &mut self,
+        ui: &Ui,
+        state: &ExperimenterState<'_>,
+        may_drive: bool,
+        commands: &mut Vec<ExperimenterCommand>,
+    ) {
+        // A key that is held down repeats; it counts once.
+        let pressed = |modifiers, wanted| {
+            ui.input_mut(|input| {
+                let first = |event: &Event| matches!(event, Event::Key { key, repeat: false, pressed: true, .. } if *key == wanted);
+                let first = input.events.iter().any(first);
+                input.consume_key(modifiers, wanted) && first
+            })
+        };
+        let time_s = state.drive.readings.map_or(0.0, |now| now.time_s);
+        if pressed(Modifiers::NONE, Key::F2) && may_drive {
+            match state.drive.phase {
+                Phase::Running => commands.push(ExperimenterCommand::Drive(PanelCommand::Pause)),
+                Phase::Ready | Phase::Paused => commands.push(ExperimenterCommand::Drive(PanelCommand::Start)),
+                Phase::Ended => {}
+            }
+        }
+        if pressed(Modifiers::NONE, Key::F4) {
+            self.notes.mark(time_s, commands);
+        }
+        if pressed(Modifiers::NONE, Key::F6) {
+            self.page = Page::Lamps;
+            self.notes.focus();
+        }
+        let pages = [Page::Plan, Page::Picture, Page::Plots, Page::Lamps];
+        for (key, page) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(pages) {
+            if pressed(Modifiers::COMMAND, key) {
+                self.page = page;
+            }
+        }
+    }
+
+    /// What the driver sees, and the road from above.
+    fn pictures(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>) {
+        let room = ui.available_width();
+        // Side by side where both are large enough.
+        let beside = room > 560.0;
+        let width = if beside { (room - 8.0) * 0.58 } else { room };
+        let height = (width * 9.0 / 16.0).clamp(120.0, 300.0);
+        let both = |ui: &mut Ui, this: &mut Self| {
+            ui.allocate_ui(vec2(width, height + 22.0), |ui| {
+                ui.vertical(|ui| {
+                    title(ui, "What the participant sees");
+                    picture(ui, state.picture, vec2(width, height));
+                });
+            });
+            ui.vertical(|ui| {
+                let width = if beside { room - width - 8.0 } else { room };
+                ui.horizontal(|ui| {
+                    title(ui, "From above");
+                    ui.checkbox(&mut this.by_speed, RichText::new("by speed").size(12.0))
+                        .on_hover_text("Colour the other cars by their speed");
+                });
+                match log {
+                    Some(log) => map::show(ui, log, state.snapshot, this.by_speed, width, height),
+                    None => nothing(ui, vec2(width, height), "no drive yet"),
+                }
+            });
+        };
+        if beside {
+            ui.horizontal_top(|ui| both(ui, self));
+        } else {
+            both(ui, self);
+        }
+    }
+
+    /// Speeds over time and the space-time diagram.
+    fn plots(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>) {
+        let Some(log) = log else { return };
+        let time_s = state.drive.readings.map_or(0.0, |now| now.time_s);
+        ui.add_space(6.0);
+        readout::plot(ui, &log.history);
+        title(ui, "All cars, m/s; yellow: the participant");
+        plots::cars(ui, log, time_s, 120.0);
+        ui.horizontal(|ui| {
+            title(ui, "Space and time");
+            map::key(ui, log.top_mps);
+        });
+        log.space_time.show(ui, &mut self.screen, time_s, 190.0);
+    }
+
+    /// Numbers, lamps, notes.
+    fn right(
+        &mut self,
+        ui: &mut Ui,
+        state: &ExperimenterState<'_>,
+        lamps: &[Lamp],
+        commands: &mut Vec<ExperimenterCommand>,
+    ) {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.add_space(4.0);
+            readout::numbers(ui, &state.drive);
+            ui.separator();
+            lamps::show(ui, lamps);
+            ui.separator();
+            self.notes.show(ui, state.drive.readings.map_or(0.0, |now| now.time_s), commands);
+        });
+    }
+}
+
+fn title(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).color(theme::DIM).size(12.5));
+}
+
+/// A texture in a field, as large as its shape allows.
+fn picture(ui: &mut Ui, picture: Option<(TextureId, [u32; 2])>, room: Vec2) {
+    let Some((texture, [width, height])) = picture.filter(|(_, size)| size[0] > 0 && size[1] > 0) else {
+        nothing(ui, room, "no picture yet");
+        return;
+    };
+    let size = vec2(width as f32, height as f32);
+    let scale = (room.x / size.x).min(room.y / size.y);
+    let image = egui::Image::new((texture, size * scale)).alt_text("What the participant sees");
+    ui.allocate_ui_with_layout(room, egui::Layout::top_down(egui::Align::Center), |ui| ui.add(image));
+}
+
+fn nothing(ui: &mut Ui, room: Vec2, why: &str) {
+    let (response, painter) = ui.allocate_painter(room, egui::Sense::hover());
+    painter.rect_filled(response.rect, 4.0, egui::Color32::from_rgb(14, 16, 20));
+    let font = egui::FontId::proportional(13.0);
+    painter.text(response.rect.center(), egui::Align2::CENTER_CENTER, why, font, theme::DIM);
+}

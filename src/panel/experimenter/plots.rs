@@ -1,0 +1,27 @@
+//! Speeds of all cars over the last five minutes, one line each, the ego's thick. In: a [`Log`]. Out: a plot; m/s.
+
+use super::Log;
+use crate::panel::{readout, theme};
+use egui::{Color32, Ui};
+use egui_plot::{Line, Plot, PlotPoints};
+
+/// Lines of the others: so thin and pale that twenty make a band.
+const OTHERS: Color32 = Color32::from_rgb(64, 106, 84);
+
+/// The plot, as wide as there is room.
+pub fn cars(ui: &mut Ui, log: &Log, time_s: f64, height: f32) {
+    let [from_s, to_s] = Log::window(time_s);
+    let cars = log.speeds.back().map_or(0, |row| row.speeds_mps.len());
+    let line = |car: usize| -> PlotPoints<'_> {
+        let point = |row: &super::log::SpeedRow| Some([row.time_s, f64::from(*row.speeds_mps.get(car)?)]);
+        log.speeds.iter().filter_map(point).collect()
+    };
+    readout::quiet(Plot::new("cars"), height, [from_s, to_s]).include_x(from_s).include_x(to_s).show(ui, |plot| {
+        for car in 1..cars {
+            plot.line(Line::new("", line(car)).id(("car", car)).color(OTHERS).width(0.8));
+        }
+        if cars > 0 {
+            plot.line(Line::new("participant", line(0)).color(theme::AMBER).width(2.0));
+        }
+    });
+}

@@ -1,0 +1,219 @@
+//! Settings kept under a name: ordinary scenario files in one folder, for `codrive drive --scenario` as well. In: a
+//! scenario, a name. Out: files that are never overwritten unasked; scenarios; messages that say what is wrong.
+
+use super::{editor::Editor, theme};
+use crate::{
+    record::{new_private_dir, replace, write_new},
+    sim::Scenario,
+};
+use egui::{ComboBox, RichText, TextEdit, Ui};
+use std::path::{Path, PathBuf};
+
+/// Longest name.
+const MOST: usize = 60;
+
+/// Names that exist, and what is being typed.
+pub struct Presets {
+    folder: PathBuf,
+    names: Vec<String>,
+    chosen: String,
+    typed: String,
+    /// The name that is taken and may be replaced.
+    taken: Option<String>,
+    /// What happened last; true if it went wrong.
+    told: Option<(String, bool)>,
+}
+
+/// Why a preset was not saved.
+#[derive(Debug, PartialEq)]
+pub enum Refusal {
+    /// There is one of this name.
+    Taken(PathBuf),
+    /// Anything else, in words.
+    Other(String),
+}
+
+impl Presets {
+    /// Those in `folder`, which need not be there yet.
+    pub fn in_folder(folder: PathBuf) -> Self {
+        let mut presets =
+            Self { folder, names: Vec::new(), chosen: String::new(), typed: String::new(), taken: None, told: None };
+        presets.look();
+        presets
+    }
+
+    /// Saves `scenario`; one of the same name only if it is to be `replaced`. Returns the file.
+    ///
+    /// # Errors
+    /// The name is taken or cannot be one, or the system refuses.
+    pub fn save(&self, name: &str, scenario: &Scenario, replaced: bool) -> Result<PathBuf, Refusal> {
+        let path = self.path(name).map_err(Refusal::Other)?;
+        let other = |error: crate::record::RecordError| Refusal::Other(error.to_string());
+        new_private_dir(&self.folder).map_err(other)?;
+        let text = scenario.to_toml();
+        if replaced {
+            replace(&path, text.as_bytes()).map_err(other)?;
+        } else if path.exists() {
+            return Err(Refusal::Taken(path));
+        } else {
+            write_new(&path, text.as_bytes()).map_err(other)?;
+        }
+        Ok(path)
+    }
+
+    /// The scenario of this name.
+    ///
+    /// # Errors
+    /// There is none, or it is wrong; the message names file, line and what is allowed.
+    pub fn load(&self, name: &str) -> Result<Scenario, String> {
+        Scenario::from_file(&self.path(name)?).map_err(|error| error.to_string())
+    }
+
+    fn path(&self, name: &str) -> Result<PathBuf, String> {
+        let allowed = format!("a preset's name has 1 to {MOST} letters, digits, - and _, and is not kept by Windows");
+        let plain = name.chars().all(|c| c.is_alphanumeric() || c == '-' || c == '_');
+        let small = name.to_lowercase();
+        let numbered =
+            |word: &str| small.strip_prefix(word).is_some_and(|rest| rest.parse::<u8>().is_ok_and(|n| n < 10));
+        let device = ["con", "prn", "aux", "nul"].contains(&small.as_str()) || numbered("com") || numbered("lpt");
+        if name.is_empty() || name.chars().count() > MOST || !plain || device {
+            return Err(format!("{name:?} cannot be a name: {allowed}"));
+        }
+        Ok(self.folder.join(format!("{name}.toml")))
+    }
+
+    /// Reads the folder again.
+    fn look(&mut self) {
+        let name = |path: &Path| {
+            let name = path.file_stem()?.to_str()?.to_owned();
+            (path.extension()? == "toml").then_some(name)
+        };
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        self.names = entries.filter_map(|entry| name(&entry.path())).collect();
+        self.names.sort();
+        if !self.names.contains(&self.chosen) {
+            self.chosen = self.names.first().cloned().unwrap_or_default();
+        }
+    }
+
+    /// Lines to load and to save with, over the settings.
+    pub(super) fn show(&mut self, ui: &mut Ui, editor: &mut Editor) {
+        ui.horizontal(|ui| {
+            let label = ui.label("Preset").on_hover_text(format!("Scenario files in {}", self.folder.display()));
+            let shown = if self.names.is_empty() { "none saved yet" } else { &self.chosen };
+            let list = ComboBox::from_id_salt("preset").selected_text(shown).width(150.0);
+            let list = list.show_ui(ui, |ui| {
+                for name in &self.names {
+                    ui.selectable_value(&mut self.chosen, name.clone(), name);
+                }
+            });
+            list.response.labelled_by(label.id);
+            let may = !self.chosen.is_empty();
+            let load = ui.add_enabled(may, egui::Button::new("Load"));
+            if load.on_hover_text("Take over its settings; they drive after a restart").clicked() {
+                let chosen = self.chosen.clone();
+                self.told = Some(match self.load(&chosen) {
+                    Ok(scenario) => {
+                        editor.take(&scenario);
+                        (format!("{chosen} is loaded"), false)
+                    }
+                    Err(why) => (why, true),
+                });
+            }
+        });
+        ui.horizontal(|ui| {
+            let label = ui.label("Save as").on_hover_text("A name for the settings below");
+            let line =
+                TextEdit::singleline(&mut self.typed).id_salt("preset name").hint_text("name").desired_width(150.0);
+            let line = ui.add(line).labelled_by(label.id);
+            if line.changed() {
+                self.taken = None;
+            }
+            let entered = line.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            let ready = !self.typed.trim().is_empty();
+            if (ui.add_enabled(ready, egui::Button::new("Save")).clicked() || entered) && ready {
+                self.try_saving(editor, false);
+            }
+            if self.taken.is_some() && ui.button("Replace").on_hover_text("Write over the one of this name").clicked() {
+                self.try_saving(editor, true);
+            }
+        });
+        if let Some((words, wrong)) = &self.told {
+            let colour = if *wrong { theme::RED } else { theme::DIM };
+            ui.add(egui::Label::new(RichText::new(words).color(colour).size(12.5)).wrap());
+        }
+    }
+
+    fn try_saving(&mut self, editor: &Editor, replaced: bool) {
+        let name = self.typed.trim().to_owned();
+        let saved = match editor.scenario() {
+            Ok(scenario) => self.save(&name, &scenario, replaced),
+            Err(fault) => Err(Refusal::Other(fault.to_string())),
+        };
+        self.taken = None;
+        self.told = Some(match saved {
+            Ok(path) => {
+                self.look();
+                self.chosen = name;
+                self.typed.clear();
+                (format!("saved as {}", path.display()), false)
+            }
+            Err(Refusal::Taken(path)) => {
+                self.taken = Some(name);
+                (format!("{} exists: choose another name, or replace it", path.display()), true)
+            }
+            Err(Refusal::Other(why)) => (why, true),
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preset_comes_back_as_it_was_and_is_not_overwritten_unasked() {
+        let folder = tempfile::tempdir().unwrap();
+        let presets = Presets::in_folder(folder.path().join("scenarios"));
+        let dense = Scenario { vehicles: 24, range_mph: 2.0, ..Scenario::default() };
+        let path = presets.save("dense", &dense, false).unwrap();
+        assert_eq!(presets.load("dense").unwrap(), dense);
+        assert_eq!(Scenario::from_file(&path).unwrap(), dense, "an ordinary scenario file");
+        assert_eq!(presets.save("dense", &Scenario::default(), false), Err(Refusal::Taken(path)));
+        assert_eq!(presets.load("dense").unwrap(), dense);
+        presets.save("dense", &Scenario::default(), true).unwrap();
+        assert_eq!(presets.load("dense").unwrap(), Scenario::default());
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+            assert_eq!(mode(&folder.path().join("scenarios")), 0o700);
+            assert_eq!(mode(&folder.path().join("scenarios/dense.toml")), 0o600);
+        }
+    }
+
+    #[test]
+    fn names_that_leave_the_folder_or_that_no_system_keeps_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let presets = Presets::in_folder(folder.path().into());
+        let long = "a".repeat(MOST + 1);
+        for name in ["", "../dense", "a/b", "a b", ".hidden", "nul", "COM1", "a\0b", &long] {
+            let Err(Refusal::Other(why)) = presets.save(name, &Scenario::default(), false) else { panic!("{name:?}") };
+            assert!(why.contains("letters, digits"), "{why}");
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_wrong_file_and_an_unwritable_folder_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("bad.toml"), "vehicles = 1\n").unwrap();
+        let why = Presets::in_folder(folder.path().into()).load("bad").unwrap_err();
+        assert!(why.contains("bad.toml:1") && why.contains("vehicles"), "{why}");
+        let file = folder.path().join("bad.toml");
+        let Err(Refusal::Other(why)) = Presets::in_folder(file.clone()).save("x", &Scenario::default(), false) else {
+            panic!()
+        };
+        assert!(why.contains("bad.toml"), "{why}");
+    }
+}

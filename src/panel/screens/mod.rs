@@ -1,0 +1,221 @@
+//! What a participant sees between drives, and over them: pages, rests, questions, the countdown. In: a [`ScreenState`];
+//! keys and mouse as egui has them. Out: [`Input`]s, the same that a wheel makes. Nothing of the experimenter's is here.
+//!
+//! One column, large and calm: text is a 25th of the window's height, 2.7 cm on a television of 55 inches, four times what
+//! is needed at 1 m. What acts stands in the last line.
+
+mod page;
+mod questionnaire;
+mod style;
+
+use crate::study::{Form, Input, Texts};
+use egui::{Align2, Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
+use egui_commonmark::CommonMarkCache;
+use style::Look;
+
+/// What there is to show.
+#[derive(Clone, Copy, Debug)]
+pub struct ScreenState<'a> {
+    /// The screen.
+    pub screen: Screen<'a>,
+    /// What the program says.
+    pub texts: &'a Texts,
+    /// How many points of the visit are behind, and how many there are.
+    pub progress: [usize; 2],
+    /// A wheel is there: hints name its buttons, not keys.
+    pub wheel: bool,
+    /// The participant asked to stop and nobody has answered yet.
+    pub asked: bool,
+}
+
+/// A screen.
+#[derive(Clone, Copy, Debug)]
+pub enum Screen<'a> {
+    /// A page to read, Markdown; the participant goes on.
+    Page(&'a str),
+    /// Words; the participant waits.
+    Wait(&'a str),
+    /// A rest: words, and the seconds that are left; at 0 the participant goes on.
+    Rest(&'a str, f64),
+    /// Questions.
+    Questions(&'a Form),
+    /// The drive begins in so many seconds; over the picture.
+    Countdown(u32),
+    /// The drive, alone or with words over the picture.
+    Drive(Option<&'a str>),
+}
+
+impl Screen<'_> {
+    /// True if the picture of the drive is behind it.
+    pub fn is_over_picture(&self) -> bool {
+        matches!(self, Self::Countdown(_) | Self::Drive(_))
+    }
+}
+
+/// Draws screens.
+#[derive(Default)]
+pub struct Screens {
+    /// Pages that were laid out.
+    cache: CommonMarkCache,
+}
+
+impl Screens {
+    /// Shows a screen in the root [`Ui`] of a pass, and tells what keys and mouse did.
+    pub fn show(&mut self, ui: &mut Ui, state: &ScreenState<'_>) -> Vec<Input> {
+        let mut inputs = keys(ui, &state.screen);
+        let whole = ui.max_rect();
+        let look = Look::of(whole.size());
+        match state.screen {
+            Screen::Drive(None) => return inputs,
+            Screen::Drive(Some(words)) => {
+                page::words_over(ui, &look, words);
+                return inputs;
+            }
+            Screen::Countdown(left) => {
+                page::countdown(ui, &look, &state.texts.ready, left);
+                return inputs;
+            }
+            _ => {}
+        }
+        ui.painter().rect_filled(whole, 0, style::BACK);
+        look.dress(ui);
+        dots(ui, &look, state.progress);
+        hint(ui, &look, state);
+        let width = (30.0 * look.em).min(0.9 * whole.width());
+        let column = Rect::from_min_max(
+            pos2(whole.center().x - 0.5 * width, whole.top() + 2.2 * look.em),
+            pos2(whole.center().x + 0.5 * width, whole.bottom() - 2.6 * look.em),
+        );
+        ui.scope_builder(UiBuilder::new().max_rect(column), |ui| {
+            ui.set_clip_rect(Rect::from_x_y_ranges(whole.x_range(), column.y_range()));
+            match state.screen {
+                Screen::Page(text) => {
+                    inputs.extend(page::page(ui, &look, &mut self.cache, text, Some(&state.texts.next)));
+                }
+                Screen::Wait(text) => drop(page::page(ui, &look, &mut self.cache, text, None)),
+                Screen::Rest(text, left_s) => {
+                    inputs.extend(page::rest(ui, &look, &mut self.cache, text, left_s, state.texts));
+                }
+                Screen::Questions(form) => inputs.extend(questionnaire::show(ui, &look, form, state.texts)),
+                Screen::Countdown(_) | Screen::Drive(_) => {}
+            }
+        });
+        if let Screen::Questions(form) = state.screen {
+            inputs.extend(questionnaire::buttons(ui, &look, form, state.texts));
+        }
+        inputs
+    }
+}
+
+/// What the keys ask for. Letters and arrows belong to a text while one is typed.
+fn keys(ui: &Ui, screen: &Screen<'_>) -> Vec<Input> {
+    let form = if let Screen::Questions(form) = screen { Some(*form) } else { None };
+    let typing = form.is_some_and(Form::typing);
+    let text_is_empty = form.is_some_and(|form| {
+        let stops = form.stops();
+        stops.get(form.focus()).is_some_and(|stop| form.answer(&stop.name()).is_none())
+    });
+    let focus = form.map_or(0, Form::focus);
+    ui.input_mut(|input| {
+        let mut inputs = Vec::new();
+        let mut on = |key: Key, made: &dyn Fn() -> Input| {
+            inputs.extend((0..input.count_and_consume_key(Modifiers::NONE, key)).map(|_| made()));
+        };
+        if !typing {
+            on(Key::ArrowLeft, &|| Input::Turn(-1));
+            on(Key::ArrowUp, &|| Input::Turn(-1));
+            on(Key::ArrowRight, &|| Input::Turn(1));
+            on(Key::ArrowDown, &|| Input::Turn(1));
+            on(Key::Space, &|| Input::Next);
+            on(Key::M, &|| Input::Mark);
+        }
+        if !typing || text_is_empty {
+            on(Key::Backspace, &|| Input::Back);
+        }
+        on(Key::Enter, &|| Input::Next);
+        on(Key::Escape, &|| Input::Stop);
+        on(Key::PageDown, &|| Input::PageOn);
+        on(Key::PageUp, &|| Input::PageBack);
+        if form.is_some() {
+            on(Key::Tab, &|| Input::Focus(focus + 1));
+            if input.consume_key(Modifiers::SHIFT, Key::Tab) {
+                inputs.push(Input::Focus(focus.saturating_sub(1)));
+            }
+        }
+        inputs
+    })
+}
+
+/// One dot a point of the visit: behind, here, ahead.
+fn dots(ui: &Ui, look: &Look, [behind, all]: [usize; 2]) {
+    let whole = ui.max_rect();
+    let apart = (0.9 * look.em).min(0.8 * whole.width() / all.max(1) as f32);
+    let left = whole.center().x - 0.5 * apart * (all.max(1) - 1) as f32;
+    for i in 0..all {
+        let at = pos2(left + apart * i as f32, whole.top() + 1.1 * look.em);
+        let (radius, colour) = match i.cmp(&behind) {
+            std::cmp::Ordering::Less => (0.16, style::DIM),
+            std::cmp::Ordering::Equal => (0.26, style::CHOSEN),
+            std::cmp::Ordering::Greater => (0.16, style::CARD),
+        };
+        ui.painter().circle_filled(at, radius * look.em, colour);
+    }
+}
+
+/// The last line: which keys and buttons act, and how.
+fn hint(ui: &Ui, look: &Look, state: &ScreenState<'_>) {
+    let texts = state.texts;
+    let whole = ui.max_rect();
+    let y = whole.bottom() - 1.2 * look.em;
+    if state.asked {
+        let at = pos2(whole.center().x, y);
+        ui.painter().text(at, Align2::CENTER_CENTER, &texts.asked, look.font(0.8), style::CURSOR);
+        return;
+    }
+    let [turn, next, back] = if state.wheel {
+        [texts.wheel.as_str(), texts.answer_button.as_str(), texts.back_button.as_str()]
+    } else {
+        [texts.arrows.as_str(), "Enter", "Backspace"]
+    };
+    let acts: Vec<(&str, &str)> = match state.screen {
+        Screen::Questions(form) if form.typing() => vec![("Enter", &texts.answer)],
+        Screen::Questions(_) => vec![(turn, &texts.choose), (next, &texts.answer), (back, &texts.back)],
+        Screen::Page(_) if state.wheel => vec![("", &texts.go_on)],
+        Screen::Rest(_, left_s) if left_s <= 0.0 && state.wheel => vec![("", &texts.go_on)],
+        Screen::Page(_) => vec![(next, &texts.next)],
+        Screen::Rest(_, left_s) if left_s <= 0.0 => vec![(next, &texts.next)],
+        _ => Vec::new(),
+    };
+    // Laid out first, so that the line stands in the middle.
+    let font = look.font(0.7);
+    let lay = |text: &str, colour| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), colour);
+    let parts: Vec<_> = acts
+        .iter()
+        .map(|(key, what)| (lay(key, style::TEXT), lay(&small(key, what), style::DIM), key.is_empty()))
+        .collect();
+    let (cap, gap, between) = (0.35 * look.em, 0.4 * look.em, 1.4 * look.em);
+    let wide = |(key, what, bare): &(std::sync::Arc<egui::Galley>, std::sync::Arc<egui::Galley>, bool)| {
+        if *bare { what.size().x } else { key.size().x + 2.0 * cap + gap + what.size().x }
+    };
+    let sum: f32 = parts.iter().map(wide).sum::<f32>() + between * parts.len().saturating_sub(1) as f32;
+    let mut x = whole.center().x - 0.5 * sum;
+    for part in parts {
+        let width = wide(&part);
+        let (key, what, bare) = part;
+        let mut text_x = x;
+        if !bare {
+            let size = key.size();
+            let rect = Rect::from_min_size(pos2(x, y - 0.5 * size.y), size + vec2(2.0 * cap, 0.0));
+            ui.painter().rect_filled(rect.expand2(vec2(0.0, 0.12 * look.em)), look.round(), style::CARD);
+            ui.painter().galley(pos2(x + cap, y - 0.5 * size.y), key, style::TEXT);
+            text_x = rect.right() + gap;
+        }
+        ui.painter().galley(pos2(text_x, y - 0.5 * what.size().y), what, style::DIM);
+        x += width + between;
+    }
+}
+
+/// What a key does, in small letters as a hint; a sentence stays as it is.
+fn small(key: &str, what: &str) -> String {
+    if key.is_empty() { what.to_owned() } else { what.to_lowercase() }
+}

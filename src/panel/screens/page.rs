@@ -1,0 +1,138 @@
+//! Pages to read, rests, and what stands over the picture of a drive.
+
+use super::style::{self, Look};
+use crate::study::{Input, Texts};
+use egui::{Align2, Color32, Id, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
+
+/// A page in Markdown, in the middle of the height where it fits; with a button where the participant goes on.
+pub fn page(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str, button: Option<&str>) -> Option<Input> {
+    let mut pressed = false;
+    centred(ui, Id::unique("page"), |ui| {
+        words(ui, look, cache, text);
+        if let Some(word) = button {
+            ui.add_space(0.8 * look.em);
+            in_the_middle(ui, is_short(text), |ui| pressed = self::button(ui, look, word, true).clicked());
+        }
+    });
+    pressed.then_some(Input::Next)
+}
+
+/// A rest: words, and minutes and seconds that are left.
+pub fn rest(
+    ui: &mut Ui,
+    look: &Look,
+    cache: &mut CommonMarkCache,
+    text: &str,
+    left_s: f64,
+    texts: &Texts,
+) -> Option<Input> {
+    let over = left_s <= 0.0;
+    let mut pressed = false;
+    centred(ui, Id::unique("rest"), |ui| {
+        let text = if over { &texts.rest_over } else { text };
+        words(ui, look, cache, text);
+        ui.add_space(0.6 * look.em);
+        in_the_middle(ui, is_short(text), |ui| {
+            if over {
+                pressed = button(ui, look, &texts.next, true).clicked();
+            } else {
+                let left = left_s.ceil() as u64;
+                let time = RichText::new(format!("{}:{:02}", left / 60, left % 60));
+                ui.label(time.font(look.font(4.0)).color(style::DIM));
+            }
+        });
+    });
+    pressed.then_some(Input::Next)
+}
+
+/// A sentence, not a page.
+fn is_short(text: &str) -> bool {
+    text.chars().count() <= 90 && !text.trim().contains(['\n', '#', '*', '_', '[', '`', '>', '|'])
+}
+
+/// Markdown from the left; a sentence stands alone in the middle, larger.
+fn words(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str) {
+    if is_short(text) {
+        in_the_middle(ui, true, |ui| drop(ui.label(RichText::new(text.trim()).font(look.font(1.35)))));
+    } else {
+        CommonMarkViewer::new().show(ui, cache, text);
+    }
+}
+
+fn in_the_middle(ui: &mut Ui, is: bool, add: impl FnOnce(&mut Ui)) {
+    if is { drop(ui.vertical_centered(add)) } else { add(ui) }
+}
+
+/// In the middle of the height if it fits, else from the top, to be scrolled.
+fn centred(ui: &mut Ui, id: Id, add: impl FnOnce(&mut Ui)) {
+    let room = ui.available_height();
+    let before: f32 = ui.data(|data| data.get_temp(id)).unwrap_or(0.0);
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.add_space((0.5 * (room - before)).max(0.0));
+        let height = ui.scope(add).response.rect.height();
+        if (height - before).abs() > 0.5 {
+            ui.data_mut(|data| data.insert_temp(id, height));
+            ui.ctx().request_repaint();
+        }
+    });
+}
+
+/// A large button where the next thing stands; `here` is where the hand is.
+pub fn button(ui: &mut Ui, look: &Look, word: &str, here: bool) -> Response {
+    let (rect, response) = ui.allocate_exact_size(button_size(ui, look, word), Sense::click());
+    paint_button(ui, look, word, here, rect, &response);
+    response
+}
+
+/// The same in a place of its own.
+pub fn button_at(ui: &Ui, look: &Look, word: &str, here: bool, align: Align2, at: egui::Pos2) -> Response {
+    let rect = align.anchor_size(at, button_size(ui, look, word));
+    let response = ui.interact(rect, Id::unique(("button", word)), Sense::click());
+    paint_button(ui, look, word, here, rect, &response);
+    response
+}
+
+fn button_size(ui: &Ui, look: &Look, word: &str) -> egui::Vec2 {
+    let galley = ui.painter().layout_no_wrap(word.to_owned(), look.font(1.0), Color32::WHITE);
+    galley.size() + vec2(2.0 * look.em, 0.7 * look.em)
+}
+
+fn paint_button(ui: &Ui, look: &Look, word: &str, here: bool, rect: Rect, response: &Response) {
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, word));
+    let fill = if here { style::CHOSEN } else { style::CARD };
+    ui.painter().rect_filled(rect, look.round(), if response.hovered() { fill.gamma_multiply(1.15) } else { fill });
+    if here {
+        ui.painter().rect_stroke(rect, look.round(), look.ring(), egui::StrokeKind::Outside);
+    }
+    ui.painter().text(rect.center(), Align2::CENTER_CENTER, word, look.font(1.0), Color32::WHITE);
+}
+
+/// Words in a box over the picture.
+pub fn words_over(ui: &Ui, look: &Look, words: &str) {
+    let whole = ui.max_rect();
+    let painter = ui.painter();
+    let galley = painter.layout(words.to_owned(), look.font(1.2), style::TEXT, 0.7 * whole.width());
+    let at = pos2(whole.center().x, whole.top() + 0.38 * whole.height());
+    let rect = Align2::CENTER_CENTER.anchor_size(at, galley.size());
+    painter.rect_filled(rect.expand2(vec2(1.2 * look.em, 0.8 * look.em)), look.round(), Color32::from_black_alpha(185));
+    painter.galley(rect.min, galley, style::TEXT);
+}
+
+/// Seconds to the start, over the picture.
+pub fn countdown(ui: &Ui, look: &Look, words: &str, left: u32) {
+    let whole = ui.max_rect();
+    let painter = ui.painter();
+    let galley = painter.layout(words.to_owned(), look.font(1.0), style::TEXT, 0.7 * whole.width());
+    let number = painter.layout_no_wrap(left.to_string(), look.font(5.0), Color32::WHITE);
+    let size = vec2(galley.size().x.max(number.size().x), galley.size().y + number.size().y);
+    let rect = Align2::CENTER_CENTER.anchor_size(pos2(whole.center().x, whole.top() + 0.4 * whole.height()), size);
+    painter.rect_filled(rect.expand2(vec2(1.2 * look.em, 0.8 * look.em)), look.round(), Color32::from_black_alpha(185));
+    let top = |galley: &egui::Galley, y: f32| pos2(rect.center().x - 0.5 * galley.size().x, y);
+    painter.galley(top(&galley, rect.top()), galley.clone(), style::TEXT);
+    painter.galley(top(&number, rect.top() + galley.size().y), number.clone(), Color32::WHITE);
+    // Painted words say nothing to whoever cannot see them.
+    let spoken =
+        ui.interact(Rect::from_center_size(rect.center(), size), egui::Id::unique("countdown"), Sense::hover());
+    spoken.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{words} {left}")));
+}

@@ -1,0 +1,356 @@
+//! A page of questions. In: a [`Form`]. Out: what the mouse and a typed text do to it. Where the hand is has a ring, what
+//! is chosen is filled; a question that waits for an answer says so where it stands.
+
+use super::{
+    page::{button, button_at},
+    style::{self, Look},
+};
+use crate::study::{
+    Form, Input, Texts,
+    form::Stop,
+    questions::{Element, ElementKind},
+};
+use egui::{
+    Align, Align2, Color32, Id, Key, KeyboardShortcut, Modifiers, Rect, Response, RichText, Role, ScrollArea, Sense,
+    TextEdit, Ui, WidgetInfo, pos2, vec2,
+};
+use serde_json::Value;
+
+/// More places than these are ticks on a line, without numbers.
+const MOST_NUMBERS: usize = 11;
+
+/// Shows the page of a form.
+pub fn show(ui: &mut Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> {
+    let mut page = Page { look, form, texts, inputs: Vec::new(), here: None };
+    let (number, pages) = form.progress();
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(form.title()).font(look.font(0.75)).color(style::DIM));
+        ui.with_layout(egui::Layout::right_to_left(Align::Center), |ui| {
+            let text = format!("{} / {pages}", number + 1);
+            ui.label(RichText::new(text).font(look.font(0.75)).color(style::DIM));
+        });
+    });
+    let area = ScrollArea::vertical().auto_shrink(false).id_salt(("page", number));
+    area.show(ui, |ui| {
+        // Room for the ring at the edges.
+        ui.add_space(0.2 * look.em);
+        if !form.page().title.is_empty() {
+            ui.label(RichText::new(&form.page().title).font(look.font(1.25)));
+            ui.add_space(0.2 * look.em);
+        }
+        let stops = form.stops();
+        for element in form.elements() {
+            let of = stops.iter().enumerate().filter(|(_, stop)| std::ptr::eq(stop.element, element));
+            page.question(ui, element, &of.collect::<Vec<_>>());
+            ui.add_space(0.5 * look.em);
+        }
+        page.follow(ui);
+    });
+    page.inputs
+}
+
+/// The buttons to the pages before and after, at both ends of the last line: always in sight.
+pub fn buttons(ui: &Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> {
+    let mut inputs = Vec::new();
+    let whole = ui.max_rect();
+    let y = whole.bottom() - 1.2 * look.em;
+    let back = pos2(whole.left() + look.em, y);
+    if form.progress().0 > 0 && button_at(ui, look, &texts.back, false, Align2::LEFT_CENTER, back).clicked() {
+        inputs.push(Input::PageBack);
+    }
+    let here = form.focus() >= form.stops().len();
+    let next = pos2(whole.right() - look.em, y);
+    if button_at(ui, look, &texts.next, here, Align2::RIGHT_CENTER, next).clicked() {
+        inputs.push(Input::PageOn);
+    }
+    inputs
+}
+
+struct Page<'a> {
+    look: &'a Look,
+    form: &'a Form,
+    texts: &'a Texts,
+    inputs: Vec<Input>,
+    /// Where the hand is.
+    here: Option<Rect>,
+}
+
+impl Page<'_> {
+    fn question(&mut self, ui: &mut Ui, element: &Element, stops: &[(usize, &Stop<'_>)]) {
+        let look = *self.look;
+        let top = ui.cursor().top();
+        if element.kind == ElementKind::Html {
+            ui.label(without_tags(&element.html));
+            return;
+        }
+        let needed = if element.is_required { " *" } else { "" };
+        let title = ui.label(RichText::new(format!("{}{needed}", element.title)).font(look.font(1.0)));
+        if !element.description.is_empty() {
+            ui.label(RichText::new(&element.description).font(look.font(0.8)).color(style::DIM));
+        }
+        for (index, stop) in stops {
+            let begin = ui.cursor().top();
+            match element.kind {
+                ElementKind::Radiogroup | ElementKind::Checkbox => self.list(ui, *index, stop),
+                ElementKind::Boolean => self.yes_or_no(ui, *index, stop),
+                ElementKind::Rating => self.scale(ui, *index, stop),
+                ElementKind::Matrix => self.row(ui, *index, stop),
+                ElementKind::Text | ElementKind::Comment => self.text(ui, *index, stop, title.id),
+                ElementKind::Html => {}
+            }
+            if self.form.is_missing(&stop.name()) {
+                ui.label(RichText::new(&self.texts.required).font(look.font(0.8)).color(style::MISSING));
+            }
+            if *index == self.form.focus() {
+                // A matrix has its title above its first row alone.
+                let first = stops.first().is_some_and(|(first, _)| first == index);
+                let from = if element.kind == ElementKind::Matrix && !first { begin } else { top };
+                self.is_here(ui, Rect::from_x_y_ranges(ui.max_rect().x_range(), from..=ui.cursor().top()));
+            }
+        }
+    }
+
+    /// The hand is in this part of the page: a bar at its side.
+    fn is_here(&mut self, ui: &Ui, rect: Rect) {
+        let x = rect.left() - 0.45 * self.look.em;
+        let bar =
+            Rect::from_min_max(pos2(x, rect.top()), pos2(x + 0.14 * self.look.em, rect.bottom() - 0.3 * self.look.em));
+        // The column's own clip ends at its edge.
+        ui.ctx()
+            .layer_painter(ui.layer_id())
+            .with_clip_rect(ui.clip_rect().expand2(vec2(self.look.em, 0.0)))
+            .rect_filled(bar, 2, style::CURSOR);
+        self.here = Some(rect);
+    }
+
+    /// What can be chosen, as a card with words.
+    fn option(&mut self, ui: &mut Ui, rect: Rect, place: (usize, usize), label: &str, said: &str, many: Option<bool>) {
+        let (stop, option) = place;
+        let look = self.look;
+        let response = ui.interact(rect, Id::unique(("option", stop, option)), Sense::click());
+        let stops = self.form.stops();
+        let chosen =
+            stops.get(stop).is_some_and(|s| s.options().get(option).is_some_and(|value| self.form.is_chosen(s, value)));
+        let at = self.form.focus() == stop && self.form.cursor() == Some(option);
+        let role = if many == Some(true) { Role::CheckBox } else { Role::RadioButton };
+        response.widget_info(|| WidgetInfo::selected(role, true, chosen, said));
+        let fill = match (chosen, response.hovered()) {
+            (true, _) => style::CHOSEN,
+            (false, true) => style::CARD_HOVERED,
+            (false, false) => style::CARD,
+        };
+        let painter = ui.painter();
+        painter.rect_filled(rect, look.round(), fill);
+        if at {
+            painter.rect_stroke(rect, look.round(), look.ring(), egui::StrokeKind::Outside);
+        }
+        let colour = if chosen { Color32::WHITE } else { style::TEXT };
+        let Some(many) = many else {
+            // A cell: its words in the middle, smaller if they would not fit.
+            let mut galley = painter.layout_no_wrap(label.to_owned(), look.font(0.85), colour);
+            if galley.size().x > rect.width() - 4.0 {
+                let times = 0.85 * (rect.width() - 4.0) / galley.size().x;
+                galley = painter.layout_no_wrap(label.to_owned(), look.font(times.max(0.4)), colour);
+            }
+            painter.galley(rect.center() - 0.5 * galley.size(), galley, colour);
+            return self.picked(&response, stop, option);
+        };
+        let mark = pos2(rect.left() + 0.95 * look.em, rect.center().y);
+        let line = egui::Stroke::new(0.08 * look.em, if chosen { Color32::WHITE } else { style::DIM });
+        if many {
+            let square = Rect::from_center_size(mark, vec2(0.7, 0.7) * look.em);
+            painter.rect_stroke(square, 2, line, egui::StrokeKind::Middle);
+            if chosen {
+                painter.rect_filled(square.shrink(0.16 * look.em), 1, Color32::WHITE);
+            }
+        } else {
+            painter.circle_stroke(mark, 0.35 * look.em, line);
+            if chosen {
+                painter.circle_filled(mark, 0.19 * look.em, Color32::WHITE);
+            }
+        }
+        let galley = painter.layout(label.to_owned(), look.font(0.95), colour, rect.width() - 2.2 * look.em);
+        painter.galley(pos2(rect.left() + 1.8 * look.em, rect.center().y - 0.5 * galley.size().y), galley, colour);
+        self.picked(&response, stop, option);
+    }
+
+    fn picked(&mut self, response: &Response, stop: usize, option: usize) {
+        if response.clicked() {
+            self.inputs.push(Input::Pick { stop, option });
+        }
+    }
+
+    /// One below the other.
+    fn list(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+        let many = stop.element.kind == ElementKind::Checkbox;
+        for (i, choice) in stop.element.choices.iter().enumerate() {
+            let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
+            self.option(ui, rect, (index, i), &choice.text, &choice.text, Some(many));
+        }
+        let places = stop.element.choices.len();
+        if many && self.form.focus() == index {
+            // Where a hand without a mouse leaves the list.
+            let word = self.texts.no_more.clone();
+            if button(ui, self.look, &word, self.form.cursor() == Some(places)).clicked() {
+                self.inputs.push(Input::Focus(index + 1));
+            }
+        }
+    }
+
+    /// Side by side, evenly.
+    fn cells(&mut self, ui: &mut Ui, rect: Rect, index: usize, labels: &[(String, String)]) {
+        let gap = 0.25 * self.look.em;
+        let width = (rect.width() - gap * (labels.len().max(1) - 1) as f32) / labels.len().max(1) as f32;
+        for (i, (label, said)) in labels.iter().enumerate() {
+            let left = rect.left() + (width + gap) * i as f32;
+            let cell = Rect::from_min_size(pos2(left, rect.top()), vec2(width, rect.height()));
+            self.option(ui, cell, (index, i), label, said, None);
+        }
+    }
+
+    fn yes_or_no(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+        let width = (14.0 * self.look.em).min(ui.available_width());
+        let rect = ui.allocate_space(vec2(width, 1.65 * self.look.em)).1;
+        let say = |word: &String| (word.clone(), format!("{}: {word}", stop.element.title));
+        let labels = [say(&self.texts.yes), say(&self.texts.no)];
+        self.cells(ui, rect, index, &labels);
+    }
+
+    fn row(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+        let rect = ui.allocate_space(vec2(ui.available_width(), 1.5 * self.look.em)).1;
+        let name = stop.row.map_or("", |row| row.text.as_str());
+        let share = 0.36;
+        let missing = self.form.is_missing(&stop.name());
+        let colour = if missing { style::MISSING } else { style::TEXT };
+        let painter = ui.painter();
+        let galley =
+            painter.layout(name.to_owned(), self.look.font(0.85), colour, share * rect.width() - 0.3 * self.look.em);
+        painter.galley(pos2(rect.left(), rect.center().y - 0.5 * galley.size().y), galley, colour);
+        let columns = &stop.element.columns;
+        let labels: Vec<_> = columns.iter().map(|c| (c.text.clone(), format!("{name}: {}", c.text))).collect();
+        let right = Rect::from_min_max(pos2(rect.left() + share * rect.width(), rect.top()), rect.max);
+        self.cells(ui, right, index, &labels);
+    }
+
+    /// Numbers, or ticks on a line where they are many; the words of both ends below.
+    fn scale(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+        let rates = stop.options();
+        let labels: Vec<_> =
+            rates.iter().map(|rate| (rate.to_string(), format!("{}: {rate}", stop.element.title))).collect();
+        let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
+        if rates.len() <= MOST_NUMBERS {
+            self.cells(ui, rect, index, &labels);
+        } else {
+            self.ticks(ui, rect, index, stop, &rates, &labels);
+        }
+        let (low, high) = (&stop.element.min_rate_description, &stop.element.max_rate_description);
+        if low.is_empty() && high.is_empty() {
+            return;
+        }
+        let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.look.em)).1;
+        let font = self.look.font(0.75);
+        ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, low, font.clone(), style::DIM);
+        ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, high, font, style::DIM);
+    }
+
+    fn ticks(
+        &mut self,
+        ui: &mut Ui,
+        rect: Rect,
+        index: usize,
+        stop: &Stop<'_>,
+        rates: &[Value],
+        labels: &[(String, String)],
+    ) {
+        let em = self.look.em;
+        let inner = rect.shrink2(vec2(0.6 * em, 0.0));
+        let apart = inner.width() / (rates.len() - 1) as f32;
+        let y = rect.center().y;
+        ui.painter().rect_filled(rect, self.look.round(), style::CARD);
+        ui.painter().hline(inner.x_range(), y, (0.06 * em, style::DIM));
+        for (i, rate) in rates.iter().enumerate() {
+            let at = pos2(inner.left() + apart * i as f32, y);
+            let cell = Rect::from_center_size(at, vec2(apart, rect.height()));
+            let response = ui.interact(cell, Id::unique(("option", index, i)), Sense::click());
+            let chosen = self.form.is_chosen(stop, rate);
+            response.widget_info(|| WidgetInfo::selected(Role::RadioButton, true, chosen, &labels[i].1));
+            let painter = ui.painter();
+            let half = if i == 0 || i + 1 == rates.len() || 2 * i + 1 == rates.len() { 0.42 } else { 0.24 };
+            let colour = if response.hovered() { style::TEXT } else { style::DIM };
+            painter.vline(at.x, (y - half * em)..=(y + half * em), (0.06 * em, colour));
+            if chosen {
+                painter.circle_filled(at, 0.42 * em, style::CHOSEN);
+                painter.circle_stroke(at, 0.42 * em, (0.08 * em, Color32::WHITE));
+            }
+            if self.form.focus() == index && self.form.cursor() == Some(i) {
+                painter.circle_stroke(at, 0.6 * em, self.look.ring());
+            }
+            self.picked(&response, index, i);
+        }
+    }
+
+    fn text(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>, title: Id) {
+        let name = stop.name();
+        let mut text = self.form.answer(&name).and_then(Value::as_str).unwrap_or_default().to_owned();
+        let several = stop.element.kind == ElementKind::Comment;
+        let edit = if several { TextEdit::multiline(&mut text) } else { TextEdit::singleline(&mut text) };
+        let edit = edit
+            .id(Id::unique(("text", index)))
+            .desired_width(ui.available_width() - 0.6 * self.look.em)
+            .desired_rows(if several { 3 } else { 1 })
+            .return_key(KeyboardShortcut::new(Modifiers::SHIFT, Key::Enter))
+            .margin(egui::Margin::same((0.4 * self.look.em).min(120.0) as i8));
+        let response = ui.add(edit).labelled_by(title);
+        if response.changed() {
+            self.inputs.push(Input::Type { stop: index, text });
+        }
+        let here = self.form.focus() == index;
+        if here {
+            ui.painter().rect_stroke(response.rect, self.look.round(), self.look.ring(), egui::StrokeKind::Outside);
+        }
+        match (here, response.has_focus()) {
+            (false, true) if response.gained_focus() => self.inputs.push(Input::Focus(index)),
+            (false, true) => response.surrender_focus(),
+            (true, false) => response.request_focus(),
+            _ => {}
+        }
+    }
+
+    /// Brings the place of the hand to sight when it has gone on.
+    fn follow(&self, ui: &Ui) {
+        let id = Id::unique("questionnaire");
+        let now = (self.form.progress().0, self.form.focus());
+        let before: Option<(usize, usize)> = ui.data(|data| data.get_temp(id));
+        if before != Some(now) {
+            ui.data_mut(|data| data.insert_temp(id, now));
+            if let Some(rect) = self.here {
+                ui.scroll_to_rect(rect.expand(self.look.em), None);
+            }
+        }
+    }
+}
+
+/// The words of an html text.
+fn without_tags(html: &str) -> String {
+    let mut text = String::new();
+    let mut within = false;
+    for letter in html.chars() {
+        match letter {
+            '<' => within = true,
+            '>' if within => within = false,
+            other if !within => text.push(other),
+            _ => {}
+        }
+    }
+    text.replace("&lt;", "<").replace("&gt;", ">").replace("&nbsp;", " ").replace("&amp;", "&")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn html_is_read_without_its_tags() {
+        assert_eq!(without_tags("<p>One <b>two</b></p> 3 &lt; 4 &amp;c"), "One two 3 < 4 &c");
+    }
+}

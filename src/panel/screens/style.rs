@@ -1,0 +1,75 @@
+//! How the participant's screens look: dark, so that a room does not brighten between drives, and large. In: the window's
+//! size in points. Out: sizes and colours.
+
+use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle, Ui, Vec2, vec2};
+
+/// Behind everything.
+pub const BACK: Color32 = Color32::from_rgb(15, 18, 23);
+/// Words.
+pub const TEXT: Color32 = Color32::from_rgb(218, 223, 229);
+/// Words that only help.
+pub const DIM: Color32 = Color32::from_rgb(148, 158, 170);
+/// What can be chosen.
+pub const CARD: Color32 = Color32::from_rgb(36, 43, 53);
+/// The same under the mouse.
+pub const CARD_HOVERED: Color32 = Color32::from_rgb(50, 59, 72);
+/// What is chosen.
+pub const CHOSEN: Color32 = Color32::from_rgb(46, 116, 181);
+/// Where the hand is.
+pub const CURSOR: Color32 = Color32::from_rgb(255, 205, 110);
+/// What is missing.
+pub const MISSING: Color32 = Color32::from_rgb(255, 128, 118);
+
+/// Sizes of one window.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Height of the text, points; all sizes follow from it.
+    pub em: f32,
+}
+
+impl Look {
+    /// For a window of this size, points. A narrow window has smaller text, so that a line holds some words.
+    pub fn of(size: Vec2) -> Self {
+        Self { em: (size.y / 25.0).min(size.x / 32.0).max(9.0) }
+    }
+
+    /// The font at a multiple of the text's height.
+    pub fn font(&self, times: f32) -> FontId {
+        FontId::proportional(times * self.em)
+    }
+
+    /// Corners.
+    pub fn round(&self) -> CornerRadius {
+        CornerRadius::same((0.3 * self.em).min(255.0) as u8)
+    }
+
+    /// The ring around what the hand is at.
+    pub fn ring(&self) -> Stroke {
+        Stroke::new((0.12 * self.em).max(1.5), CURSOR)
+    }
+
+    /// Dresses what is drawn from here on.
+    pub fn dress(&self, ui: &mut Ui) {
+        let style = ui.style_mut();
+        let body = self.em;
+        for (name, size) in [(TextStyle::Body, body), (TextStyle::Button, body), (TextStyle::Small, 0.8 * body)] {
+            style.text_styles.insert(name, FontId::proportional(size));
+        }
+        style.text_styles.insert(TextStyle::Heading, FontId::proportional(1.6 * body));
+        style.text_styles.insert(TextStyle::Monospace, FontId::monospace(0.95 * body));
+        style.spacing.item_spacing = vec2(0.5 * body, 0.45 * body);
+        style.spacing.scroll = egui::style::ScrollStyle::solid();
+        style.spacing.scroll.bar_width = 0.3 * body;
+        let visuals = &mut style.visuals;
+        // The font has no bold; words that matter are brighter.
+        visuals.widgets.active.fg_stroke.color = Color32::WHITE;
+        visuals.extreme_bg_color = CARD;
+        visuals.widgets.noninteractive.fg_stroke.color = TEXT;
+        style.interaction.selectable_labels = false;
+        // Sizes follow the window's, to a fraction of a point; egui marks that in builds for development.
+        #[cfg(debug_assertions)]
+        {
+            style.debug.show_unaligned = false;
+        }
+    }
+}

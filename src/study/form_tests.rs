@@ -1,0 +1,142 @@
+use super::*;
+
+const EVERY_KIND: &str = r#"{ "title": "Every kind", "pages": [
+  { "name": "one", "elements": [
+    { "type": "html", "name": "intro", "html": "Some words." },
+    { "type": "boolean", "name": "licence", "title": "Do you have a licence?", "isRequired": true },
+    { "type": "rating", "name": "effort", "title": "How hard?", "rateMin": 0, "rateMax": 100, "rateStep": 5 },
+    { "type": "radiogroup", "name": "car", "title": "Which?", "choices": ["small", "large"], "visibleIf": "{licence} = true" }
+  ] },
+  { "name": "two", "visibleIf": "{licence} = true", "elements": [
+    { "type": "matrix", "name": "often", "isRequired": true, "columns": ["never", "often"], "rows": ["rain", "night"] },
+    { "type": "checkbox", "name": "uses", "choices": ["work", "home", "fun"] }
+  ] },
+  { "name": "three", "elements": [
+    { "type": "text", "name": "year", "isRequired": true },
+    { "type": "comment", "name": "more" }
+  ] } ] }"#;
+
+fn form() -> Form {
+    Form::new(&Questionnaire::parse(EVERY_KIND, "every.json").unwrap(), 100.0)
+}
+
+fn names(form: &Form) -> Vec<String> {
+    form.stops().iter().map(Stop::name).collect()
+}
+
+#[test]
+fn a_wheel_and_two_buttons_answer_every_kind_of_question() {
+    let mut form = form();
+    assert_eq!(names(&form), ["licence", "effort"], "html is no stop, and the car is not asked for yet");
+    form.take(Input::Turn(1), 101.0);
+    form.take(Input::Next, 102.5);
+    assert_eq!((form.answer("licence"), form.focus()), (Some(&json!(true)), 1));
+    assert_eq!(names(&form), ["licence", "effort", "car"], "the answer brings a question to sight");
+    // The first move leads to the middle of the scale, the next ones count from there.
+    form.take(Input::Turn(1), 103.0);
+    assert_eq!(form.cursor(), Some(10));
+    form.take(Input::Turn(-3), 103.5);
+    form.take(Input::Next, 104.0);
+    assert_eq!(form.answer("effort"), Some(&json!(35)));
+    form.take(Input::Turn(-1), 105.0);
+    form.take(Input::Next, 105.5);
+    assert_eq!((form.answer("car"), form.focus()), (Some(&json!("large")), 3));
+    form.take(Input::Next, 106.0);
+    assert_eq!((form.page().name.as_str(), form.progress()), ("two", (1, 3)));
+
+    for turn in [1, 9] {
+        form.take(Input::Turn(turn), 107.0);
+        form.take(Input::Next, 108.0);
+    }
+    assert_eq!((form.answer("often.rain"), form.answer("often.night")), (Some(&json!("never")), Some(&json!("often"))));
+    // Of several each is taken and given back; the place after the last goes on.
+    for input in
+        [Input::Turn(1), Input::Next, Input::Turn(2), Input::Next, Input::Turn(-2), Input::Next, Input::Turn(9)]
+    {
+        form.take(input, 109.0);
+    }
+    assert_eq!((form.answer("uses"), form.focus()), (Some(&json!(["fun"])), 2));
+    form.take(Input::Next, 110.0);
+    form.take(Input::Next, 111.0);
+    assert!(form.typing());
+    form.take(Input::Type { stop: 0, text: "1999".into() }, 113.25);
+    for _ in 0..3 {
+        form.take(Input::Next, 120.0);
+    }
+    assert!(form.is_over());
+    let times: Vec<(String, f64)> = form.answered().into_iter().map(|a| (a.question, a.time_s)).collect();
+    let expected = [
+        ("licence", 2.5),
+        ("effort", 4.0),
+        ("car", 5.5),
+        ("often.rain", 2.0),
+        ("often.night", 2.0),
+        ("uses", 3.0),
+        ("year", 2.25),
+    ];
+    assert_eq!(times, expected.map(|(name, time)| (name.to_owned(), time)), "each since its page was seen");
+}
+
+#[test]
+fn what_is_required_is_asked_for_where_it_stands_and_the_page_waits() {
+    let mut form = form();
+    form.take(Input::Next, 101.0);
+    assert!(form.is_missing("licence") && form.focus() == 0, "a press without a choice is no answer");
+    form.take(Input::PageOn, 101.0);
+    assert_eq!((form.page().name.as_str(), form.focus()), ("one", 0));
+    form.take(Input::Pick { stop: 0, option: 1 }, 102.0);
+    assert!(!form.is_missing("licence") && form.answer("licence") == Some(&json!(false)));
+    // No licence: the second page is left out.
+    form.take(Input::PageOn, 103.0);
+    assert_eq!((form.page().name.as_str(), form.progress()), ("three", (1, 2)));
+    form.take(Input::Type { stop: 0, text: "  ".into() }, 104.0);
+    form.take(Input::PageOn, 105.0);
+    assert!(form.is_missing("year") && !form.is_over(), "blanks are no text");
+}
+
+#[test]
+fn going_back_keeps_answers_and_what_is_hidden_again_is_not_handed_in() {
+    let mut form = form();
+    form.take(Input::Pick { stop: 0, option: 0 }, 101.0);
+    form.take(Input::Pick { stop: 2, option: 0 }, 102.0);
+    form.take(Input::PageOn, 103.0);
+    form.take(Input::Back, 104.0);
+    assert_eq!((form.page().name.as_str(), form.focus(), form.cursor()), ("one", 0, Some(0)));
+    form.take(Input::Back, 104.0);
+    assert_eq!((form.page().name.as_str(), form.focus()), ("one", 0), "nothing is before the first");
+    form.take(Input::Focus(9), 104.0);
+    assert_eq!(form.focus(), 3, "the button");
+    form.take(Input::Back, 104.0);
+    assert_eq!((form.focus(), form.cursor()), (2, Some(0)));
+    form.take(Input::Pick { stop: 0, option: 1 }, 105.0);
+    assert_eq!(form.answered().iter().map(|a| a.question.as_str()).collect::<Vec<_>>(), ["licence"]);
+    form.take(Input::Pick { stop: 0, option: 0 }, 106.0);
+    assert_eq!(form.answered().len(), 2, "it is there again with its answer");
+}
+
+#[test]
+fn every_answer_of_every_shipped_questionnaire_is_one_that_its_kind_accepts() {
+    for name in ["ssq", "raw-tlx", "acceptance", "driving-experience"] {
+        let questionnaire = Questionnaire::find(name, std::path::Path::new(".")).unwrap();
+        let mut form = Form::new(&questionnaire, 0.0);
+        for step in 0..500 {
+            let stop = form.focus();
+            if form.typing() {
+                form.take(Input::Type { stop, text: "some words".into() }, 1.0);
+            } else {
+                let answered = form.stops().get(stop).is_some_and(|s| form.answer(&s.name()).is_some());
+                form.take(Input::Turn(if answered { 99 } else { 1 + step % 4 }), 1.0);
+            }
+            form.take(Input::Next, 1.0);
+        }
+        assert!(form.is_over(), "{name} stands at {:?} {}", form.page().name, form.focus());
+        let answers = crate::study::session::as_map(&form.answered());
+        for page in questionnaire.visible_pages(&answers) {
+            assert_eq!(page.missing(&answers), Vec::<String>::new(), "{name}");
+            for element in page.visible_elements(&answers) {
+                let given = element.answer_names().into_iter().filter_map(|name| answers.get(&name));
+                given.for_each(|answer| assert!(element.accepts(answer), "{name} {}: {answer}", element.name));
+            }
+        }
+    }
+}

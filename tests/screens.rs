@@ -1,0 +1,454 @@
+//! The participant's screens and the experimenter's part of a visit as people use them: by the names on them, by keys, by
+//! mouse; and pictures of all of them.
+
+use codrive::{
+    panel::{
+        ItemState, Screen, ScreenState, Screens, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState, theme,
+    },
+    study::{Form, Input, Questionnaire, Texts},
+};
+use egui::{Key, Modifiers, accesskit::Role};
+use egui_kittest::{Harness, kittest::Queryable};
+use serde_json::json;
+use std::path::Path;
+
+/// A questionnaire with every kind of question, short enough to be seen at once.
+const EVERY_KIND: &str = r#"{ "title": "You and this drive", "pages": [
+  { "name": "one", "title": "About you", "elements": [
+    { "type": "html", "name": "intro", "html": "<p>There are no wrong answers.</p>" },
+    { "type": "boolean", "name": "licence", "title": "Do you hold a driving licence?", "isRequired": true },
+    { "type": "radiogroup", "name": "years", "title": "For how long?", "visibleIf": "{licence} = true",
+      "choices": ["Up to 2 years", "3 to 10 years", "Longer"] },
+    { "type": "rating", "name": "effort", "title": "How hard was it?", "description": "All in all.", "isRequired": true,
+      "rateMin": 0, "rateMax": 100, "rateStep": 5, "minRateDescription": "Very easy", "maxRateDescription": "Very hard" }
+  ] },
+  { "name": "two", "elements": [
+    { "type": "matrix", "name": "symptom", "title": "How strong is it now?", "isRequired": true,
+      "columns": ["None", "Slight", "Moderate", "Severe"], "rows": ["Headache", "Nausea"] },
+    { "type": "rating", "name": "real", "title": "Driving felt real.", "rateMin": 1, "rateMax": 7 },
+    { "type": "checkbox", "name": "seen", "title": "What did you see?", "choices": ["Waves", "Calm", "A jam"] }
+  ] },
+  { "name": "three", "elements": [
+    { "type": "text", "name": "car", "title": "Which car do you drive?", "isRequired": true },
+    { "type": "comment", "name": "more", "title": "What else?" }
+  ] } ] }"#;
+
+/// What a screen of the program has around it.
+struct Desk {
+    screens: Screens,
+    form: Option<Form>,
+    page: Option<&'static str>,
+    rest_s: Option<f64>,
+    countdown: Option<u32>,
+    words: Option<&'static str>,
+    wheel: bool,
+    asked: bool,
+    inputs: Vec<Input>,
+}
+
+impl Desk {
+    fn new() -> Self {
+        Self {
+            screens: Screens::default(),
+            form: None,
+            page: None,
+            rest_s: None,
+            countdown: None,
+            words: None,
+            wheel: false,
+            asked: false,
+            inputs: Vec::new(),
+        }
+    }
+
+    fn questions(text: &str) -> Self {
+        let questionnaire = Questionnaire::parse(text, "test.json").unwrap();
+        Self { form: Some(Form::new(&questionnaire, 0.0)), ..Self::new() }
+    }
+
+    fn shipped(name: &str) -> Self {
+        let questionnaire = Questionnaire::find(name, Path::new(".")).unwrap();
+        Self { form: Some(Form::new(&questionnaire, 0.0)), ..Self::new() }
+    }
+
+    fn form(&self) -> &Form {
+        self.form.as_ref().unwrap()
+    }
+
+    fn show(&mut self, ui: &mut egui::Ui) {
+        let texts = Texts::default();
+        let screen = match (&self.form, self.page, self.rest_s, self.countdown) {
+            (Some(form), ..) => Screen::Questions(form),
+            (_, Some(page), ..) => Screen::Page(page),
+            (_, _, Some(left_s), _) => Screen::Rest("Take a rest. Look into the distance.", left_s),
+            (_, _, _, Some(left)) => Screen::Countdown(left),
+            _ => Screen::Drive(self.words),
+        };
+        let (wheel, asked) = (self.wheel, self.asked);
+        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel, asked };
+        let inputs = self.screens.show(ui, &state);
+        for input in inputs {
+            self.inputs.push(input.clone());
+            if let Some(form) = &mut self.form {
+                form.take(input, 1.0);
+            }
+        }
+    }
+}
+
+fn harness(desk: Desk, size: [f32; 2], scale: f32) -> Harness<'static, Desk> {
+    let mut harness = Harness::builder()
+        .with_size(egui::Vec2::from(size))
+        .with_pixels_per_point(scale)
+        .with_context_setup(theme::apply)
+        .wgpu()
+        .build_ui_state(|ui, desk: &mut Desk| desk.show(ui), desk);
+    harness.run();
+    harness
+}
+
+fn tall(desk: Desk) -> Harness<'static, Desk> {
+    harness(desk, [900.0, 600.0], 1.0)
+}
+
+fn keys<State>(harness: &mut Harness<'static, State>, list: &[Key]) {
+    for key in list {
+        harness.key_press(*key);
+        harness.run();
+    }
+}
+
+fn click(harness: &mut Harness<'static, Desk>, label: &str) {
+    harness.get_by_label(label).click();
+    harness.run();
+}
+
+fn type_in<State>(harness: &mut Harness<'static, State>, text: &str) {
+    harness.event(egui::Event::Text(text.into()));
+    harness.run();
+}
+
+#[test]
+fn keys_alone_answer_every_kind_of_question() {
+    use Key::{ArrowDown, ArrowLeft, ArrowRight, Backspace, Enter, Space};
+    let mut harness = tall(Desk::questions(EVERY_KIND));
+    assert!(harness.query_by_label("For how long? *").is_none());
+    keys(&mut harness, &[ArrowRight, Enter]);
+    harness.get_by_label("For how long?");
+    keys(&mut harness, &[ArrowDown, ArrowDown, Enter, ArrowRight, ArrowLeft, Enter, Enter]);
+    let form = harness.state().form();
+    assert_eq!(form.answer("years"), Some(&json!("3 to 10 years")));
+    assert_eq!((form.answer("effort"), form.page().name.as_str()), (Some(&json!(45)), "two"));
+    keys(&mut harness, &[ArrowRight, ArrowRight, Enter, ArrowLeft, Enter, Enter]);
+    keys(&mut harness, &[ArrowDown, Space, ArrowDown, ArrowDown, Enter, ArrowDown, Enter, Enter]);
+    let form = harness.state().form();
+    assert_eq!((form.answer("symptom.Headache"), form.answer("real")), (Some(&json!("Slight")), None));
+    assert_eq!(
+        (form.answer("symptom.Nausea"), form.answer("seen")),
+        (Some(&json!("Severe")), Some(&json!(["Waves", "A jam"])))
+    );
+    // A text keeps its letters: m is no mark, and Backspace takes a letter away.
+    type_in(&mut harness, "mini");
+    keys(&mut harness, &[Backspace, Enter]);
+    assert_eq!(harness.state().form().answer("car"), Some(&json!("min")));
+    assert!(!harness.state().inputs.contains(&Input::Mark));
+    type_in(&mut harness, "two");
+    keys(&mut harness, &[Enter]);
+    // Backspace goes back where no text is.
+    keys(&mut harness, &[Key::PageUp]);
+    assert_eq!(harness.state().form().page().name, "two");
+    keys(&mut harness, &[Key::PageDown, Enter, Enter, Enter]);
+    assert!(harness.state().form().is_over());
+    assert_eq!(harness.state().form().answered().len(), 8);
+}
+
+#[test]
+fn a_mouse_answers_and_a_missing_answer_is_asked_for_at_its_question() {
+    let mut harness = tall(Desk::questions(EVERY_KIND));
+    click(&mut harness, "Next");
+    let message = Texts::default().required;
+    assert_eq!(harness.get_all_by_label(&message).count(), 2, "licence and effort");
+    let question = harness.get_by_label("Do you hold a driving licence? *").rect();
+    let first = harness.get_all_by_label(&message).map(|node| node.rect().top()).fold(f32::INFINITY, f32::min);
+    assert!(first > question.bottom() && first - question.bottom() < 60.0, "{first} {question:?}");
+    click(&mut harness, "Do you hold a driving licence?: No");
+    assert_eq!(harness.get_all_by_label(&message).count(), 1);
+    click(&mut harness, "How hard was it?: 80");
+    assert!(harness.query_by_label("Back").is_none(), "nothing is before the first page");
+    click(&mut harness, "Next");
+    for label in ["Headache: None", "Nausea: Moderate", "Driving felt real.: 6", "Waves", "Calm", "Waves"] {
+        click(&mut harness, label);
+    }
+    let chosen = harness.get_by_label("Nausea: Moderate");
+    assert!(format!("{chosen:?}").contains("Nausea"), "what is chosen says so to a reader of the screen");
+    click(&mut harness, "Next");
+    harness.get_by_role(Role::TextInput).click();
+    harness.run();
+    type_in(&mut harness, "none");
+    click(&mut harness, "Back");
+    click(&mut harness, "Next");
+    click(&mut harness, "Next");
+    let form = harness.state().form();
+    assert!(form.is_over());
+    let answers: Vec<(String, serde_json::Value)> =
+        form.answered().into_iter().map(|a| (a.question, a.answer)).collect();
+    let expected = [
+        ("licence", json!(false)),
+        ("effort", json!(80)),
+        ("symptom.Headache", json!("None")),
+        ("symptom.Nausea", json!("Moderate")),
+        ("real", json!(6)),
+        ("seen", json!(["Calm"])),
+        ("car", json!("none")),
+    ];
+    assert_eq!(answers, expected.map(|(name, value)| (name.to_owned(), value)));
+}
+
+#[test]
+fn pages_and_rests_say_which_key_acts_and_only_then() {
+    let mut harness = tall(Desk { page: Some("# Welcome\n\nYou **may** stop."), ..Desk::new() });
+    harness.get_by_label_contains("Welcome");
+    keys(&mut harness, &[Key::Enter, Key::M, Key::Escape]);
+    click(&mut harness, "Next");
+    let made = std::mem::take(&mut harness.state_mut().inputs);
+    assert_eq!(made, [Input::Next, Input::Mark, Input::Stop, Input::Next]);
+    harness.state_mut().page = None;
+    harness.state_mut().rest_s = Some(75.2);
+    harness.run();
+    harness.get_by_label("1:16");
+    assert!(harness.query_by_label("Next").is_none());
+    harness.state_mut().rest_s = Some(0.0);
+    harness.run();
+    click(&mut harness, "Next");
+    assert_eq!(harness.state().inputs, [Input::Next]);
+}
+
+#[test]
+fn the_drive_alone_has_not_one_pixel_of_a_screen() {
+    let picture = |desk: Desk| harness(desk, [320.0, 180.0], 1.0).render().expect("a picture");
+    let plain = picture(Desk::new());
+    let first = *plain.get_pixel(0, 0);
+    assert!(plain.pixels().all(|pixel| *pixel == first));
+    let held = picture(Desk { words: Some("A short pause."), ..Desk::new() });
+    let changed = held.pixels().zip(plain.pixels()).filter(|(a, b)| a != b).count();
+    assert!((300..320 * 180 / 2).contains(&changed), "{changed}: a box, and the rest is the picture's");
+}
+
+/// Every line of a page lies within the window, and what the hand is at is in sight.
+#[test]
+fn questions_fit_small_and_large_windows_at_every_scale_and_follow_the_hand() {
+    for (size, scale) in [([640.0, 360.0], 1.0), ([320.0, 180.0], 2.0), ([960.0, 540.0], 2.0)] {
+        let mut harness = harness(Desk::shipped("ssq"), size, scale);
+        let rows = harness.state().form().stops().len();
+        assert_eq!(rows, 8);
+        for row in 0..rows {
+            let name = harness.state().form().stops()[row].row.unwrap().text.clone();
+            let rect = harness.get_by_label(&format!("{name}: Slight")).rect();
+            let window = egui::Rect::from_min_size(egui::Pos2::ZERO, size.into());
+            assert!(window.contains_rect(rect), "{name} at {rect:?} of {size:?}");
+            keys(&mut harness, &[Key::ArrowRight, Key::ArrowRight, Key::Enter]);
+            harness.run_steps(30);
+        }
+        let next = harness.get_by_label("Next").rect();
+        assert!(next.bottom() < size[1] && next.width() > 20.0, "{next:?}");
+    }
+}
+
+fn save<State>(harness: &mut Harness<'static, State>, name: &str) {
+    let picture = harness.render().expect("a picture");
+    let first = *picture.get_pixel(0, 0);
+    let other = picture.pixels().filter(|pixel| **pixel != first).count();
+    assert!(other > 300, "{name} shows nothing");
+    if let Ok(folder) = std::env::var("CODRIVE_PICTURES") {
+        picture.save(Path::new(&folder).join(format!("screen-{name}.png"))).expect("saved");
+    }
+}
+
+/// For looking at: written only where the environment names a folder; that each shows something is tested in any case.
+#[test]
+fn every_screen_has_its_picture() {
+    use Key::{ArrowRight, Enter};
+    let size = [640.0, 360.0];
+    let page = "# Welcome\n\nYou will drive a car in traffic, first on a road to get used to it, then three times on a \
+                ring.\n\nThe speedometer may show **advice**: a red line at the speed that helps the traffic most, and a \
+                green band around it. When the number is green you are in the band.\n\n* Drive safely first.\n* You may \
+                stop at any time.";
+    save(&mut harness(Desk { page: Some(page), ..Desk::new() }, size, 1.0), "page");
+    let wheel = Desk { page: Some("This drive is over."), wheel: true, ..Desk::new() };
+    save(&mut harness(wheel, size, 1.0), "page-wheel");
+    save(&mut harness(Desk { rest_s: Some(75.0), ..Desk::new() }, size, 1.0), "rest");
+    save(&mut harness(Desk { countdown: Some(3), ..Desk::new() }, size, 1.0), "countdown");
+    let words = Some("You asked to stop. The experimenter is with you in a moment.");
+    save(&mut harness(Desk { words, ..Desk::new() }, size, 1.0), "held");
+    save(&mut harness(Desk { page: Some("Wait"), asked: true, ..Desk::new() }, size, 1.0), "asked");
+    let mut ssq = harness(Desk { wheel: true, ..Desk::shipped("ssq") }, size, 1.0);
+    keys(&mut ssq, &[ArrowRight, Enter, ArrowRight, ArrowRight, Enter, ArrowRight, ArrowRight, ArrowRight]);
+    save(&mut ssq, "ssq");
+    let mut tlx = harness(Desk::shipped("raw-tlx"), [1280.0, 720.0], 1.0);
+    keys(&mut tlx, &[ArrowRight, Enter, ArrowRight, ArrowRight]);
+    save(&mut tlx, "tlx");
+    let mut every = harness(Desk::questions(EVERY_KIND), size, 1.5);
+    keys(&mut every, &[ArrowRight, Enter, Key::PageDown]);
+    save(&mut every, "every-one");
+    let mut every = harness(Desk::questions(EVERY_KIND), [960.0, 540.0], 1.0);
+    keys(&mut every, &[ArrowRight, ArrowRight, Enter, ArrowRight, Enter, Enter, ArrowRight, Enter, ArrowRight, Enter]);
+    keys(&mut every, &[ArrowRight, Enter, ArrowRight, Enter]);
+    save(&mut every, "every-two");
+    keys(&mut every, &[ArrowRight, ArrowRight, ArrowRight, ArrowRight, Enter, Enter]);
+    type_in(&mut every, "A small one");
+    save(&mut every, "every-three");
+}
+
+/// The experimenter's part with a visit around it.
+struct Lead {
+    panel: VisitPanel,
+    items: Vec<VisitItem>,
+    phase: VisitPhase,
+    asked: bool,
+    error: Option<&'static str>,
+    commands: Vec<VisitCommand>,
+}
+
+impl Lead {
+    fn new(phase: VisitPhase) -> Self {
+        let item = |name: &str, what: &str, state: ItemState, attempts: usize| VisitItem {
+            name: name.into(),
+            what: what.into(),
+            condition: name.strip_prefix("trial-1-").map(str::to_owned),
+            state,
+            attempts,
+        };
+        let items = vec![
+            item("welcome", "a page to read", ItemState::Done, 1),
+            item("ssq-before", "questions: ssq", ItemState::Skipped, 1),
+            item("familiarisation", "420 s on practice, 12 cars", ItemState::Done, 2),
+            item("trial-1-narrow", "300 s on ring-250, 22 cars, policy ring-250-speed", ItemState::Now, 1),
+            item("trial-rest-1", "rest, 60 s", ItemState::Ahead, 0),
+        ];
+        Self { panel: VisitPanel::default(), items, phase, asked: false, error: None, commands: Vec::new() }
+    }
+
+    fn show(&mut self, ui: &mut egui::Ui) {
+        let state = VisitState {
+            title: "Co-operative congestion mitigation",
+            code: "P03",
+            items: &self.items,
+            sees: "drive trial-1-narrow",
+            left_s: Some(191.4),
+            phase: self.phase,
+            asked: self.asked,
+            error: self.error,
+            work: None,
+        };
+        let made = self.panel.show(ui, &state);
+        self.commands.extend(made);
+    }
+}
+
+fn lead(lead: Lead, size: [f32; 2]) -> Harness<'static, Lead> {
+    let mut harness = Harness::builder()
+        .with_size(egui::Vec2::from(size))
+        .with_context_setup(theme::apply)
+        .wgpu()
+        .build_ui_state(|ui, lead: &mut Lead| egui::CentralPanel::default().show(ui, |ui| lead.show(ui)).inner, lead);
+    harness.run();
+    harness
+}
+
+fn ctrl(harness: &mut Harness<'static, Lead>, key: Key) -> Vec<VisitCommand> {
+    harness.key_press_modifiers(Modifiers::COMMAND, key);
+    harness.run();
+    std::mem::take(&mut harness.state_mut().commands)
+}
+
+fn enter(harness: &mut Harness<'static, Lead>) -> Vec<VisitCommand> {
+    keys(harness, &[Key::Enter]);
+    std::mem::take(&mut harness.state_mut().commands)
+}
+
+#[test]
+fn every_command_is_given_by_keys_alone_with_its_reason() {
+    let mut harness = lead(Lead::new(VisitPhase::Driving), [420.0, 700.0]);
+    assert_eq!(ctrl(&mut harness, Key::P), [VisitCommand::Pause]);
+    assert_eq!(ctrl(&mut harness, Key::M), [VisitCommand::Mark(String::new())]);
+    assert_eq!(ctrl(&mut harness, Key::G), [], "a drive that runs needs no Go");
+    for (key, words, expected) in [
+        (Key::N, "coughs", VisitCommand::Note("coughs".into())),
+        (Key::S, "no time", VisitCommand::Skip("no time".into())),
+        (Key::E, "late", VisitCommand::Extend { seconds: 60.0, reason: "late".into() }),
+        (Key::B, "phone", VisitCommand::Abort("phone".into())),
+        (Key::R, "fell", VisitCommand::Repeat { item: "familiarisation".into(), reason: "fell".into() }),
+    ] {
+        assert_eq!(ctrl(&mut harness, key), []);
+        assert_eq!(enter(&mut harness), [], "it wants a reason");
+        harness.get_by_label("A few words are needed.");
+        type_in(&mut harness, words);
+        assert_eq!(enter(&mut harness), [expected]);
+        assert!(harness.query_by_label("Cancel").is_none(), "done is done");
+    }
+    // Sickness has its reason already, but is asked about; Esc takes it back.
+    assert_eq!(ctrl(&mut harness, Key::I), []);
+    harness.get_by_label("End the visit");
+    keys(&mut harness, &[Key::Escape]);
+    assert!(harness.query_by_label("End the visit").is_none() && harness.state().commands.is_empty());
+    assert_eq!(ctrl(&mut harness, Key::I), []);
+    assert_eq!(enter(&mut harness), [VisitCommand::Stop("sickness".into())]);
+    // Which item, and for how long.
+    ctrl(&mut harness, Key::R);
+    keys(&mut harness, &[Key::ArrowUp, Key::ArrowUp]);
+    type_in(&mut harness, "x");
+    assert_eq!(enter(&mut harness), [VisitCommand::Repeat { item: "welcome".into(), reason: "x".into() }]);
+    ctrl(&mut harness, Key::E);
+    assert_eq!(ctrl(&mut harness, Key::ArrowUp), []);
+    type_in(&mut harness, "y");
+    assert_eq!(enter(&mut harness), [VisitCommand::Extend { seconds: 70.0, reason: "y".into() }]);
+}
+
+#[test]
+fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
+    let mut harness = lead(Lead::new(VisitPhase::Held), [420.0, 700.0]);
+    let press = |harness: &mut Harness<'static, Lead>, label: &str| {
+        harness.get_by_role_and_label(Role::Button, label).click();
+        harness.run();
+        std::mem::take(&mut harness.state_mut().commands)
+    };
+    assert_eq!(press(&mut harness, "Go Ctrl+G"), [VisitCommand::Go]);
+    assert_eq!(press(&mut harness, "Resume Ctrl+P"), [VisitCommand::Resume]);
+    assert_eq!(press(&mut harness, "Break off Ctrl+B"), []);
+    type_in(&mut harness, "too fast");
+    assert_eq!(press(&mut harness, "Break it off"), [VisitCommand::Abort("too fast".into())]);
+    harness.get_by_label("3:12");
+    for (name, word) in [("welcome", "done"), ("trial-1-narrow", "now"), ("ssq-before", "skipped")] {
+        let line = harness.get_by_label(name).rect().center().y;
+        assert!(harness.get_all_by_label(word).any(|node| (node.rect().center().y - line).abs() < 4.0), "{name}");
+    }
+    // What it was about is over: the question goes.
+    press(&mut harness, "Break off Ctrl+B");
+    harness.state_mut().phase = VisitPhase::Over;
+    harness.run();
+    assert!(harness.query_by_label("Break it off").is_none());
+    for label in
+        ["Go Ctrl+G", "Skip Ctrl+S", "Break off Ctrl+B", "Sickness stop Ctrl+I", "Repeat Ctrl+R", "Extend Ctrl+E"]
+    {
+        assert_eq!(press(&mut harness, label), [], "{label}");
+    }
+    assert!(harness.query_by_label("Cancel").is_none());
+    harness.state_mut().error = Some("the disk is full");
+    harness.state_mut().asked = true;
+    harness.run();
+    harness.get_by_label("the disk is full");
+    harness.get_by_label_contains("The participant asks to stop.");
+}
+
+#[test]
+fn the_experimenters_part_has_its_pictures() {
+    let mut asked = Lead::new(VisitPhase::Held);
+    (asked.asked, asked.error) = (true, Some("nothing runs that could last longer; drives and rests can"));
+    save(&mut lead(asked, [360.0, 560.0]), "lead-asked");
+    let mut repeat = lead(Lead::new(VisitPhase::Experimenter), [360.0, 560.0]);
+    ctrl(&mut repeat, Key::R);
+    save(&mut repeat, "lead-repeat");
+    let mut stop = lead(Lead::new(VisitPhase::Driving), [360.0, 560.0]);
+    ctrl(&mut stop, Key::I);
+    save(&mut stop, "lead-stop");
+}
