@@ -14,14 +14,14 @@ const ROWS: [&[&str]; 10] = [
     &["input", "traffic", "driver"],
     &["sim", "train"],
     &["hud"],
-    &["scene", "record"],
+    &["scene", "record", "audio"],
     &["render", "study", "analysis"],
     &["panel", "doctor"],
     &["app"],
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 10] = [
+const ROOMS: [(&str, &[&str]); 13] = [
     ("wgpu", &["render", "app", "cli"]),
     ("winit", &["app"]),
     ("egui", &["render", "panel", "app"]),
@@ -32,6 +32,9 @@ const ROOMS: [(&str, &[&str]); 10] = [
     ("clap", &["cli"]),
     ("arrow_array", &["record"]),
     ("parquet", &["record"]),
+    ("cpal", &["audio"]),
+    ("fundsp", &["audio"]),
+    ("hound", &["audio"]),
 ];
 
 fn root() -> &'static Path {
