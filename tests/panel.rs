@@ -1,5 +1,8 @@
 //! The experimenter's panel as a person uses it: by the names on it.
 
+#[path = "panel/wheel.rs"]
+mod wheel;
+
 use std::time::Duration;
 
 use codrive::{

@@ -1,10 +1,13 @@
 //! The experimenter's desk: panel, messages, frame times, drawn by egui on top of the picture. In: the running [`Show`],
 //! window events. Out: shapes on the screen, and what the panel asks for.
 
-use super::{Show, keys, keys::Command};
+use super::{Show, keys, keys::Command, wheel};
 use crate::{
     driver, map,
-    panel::{Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, theme},
+    panel::{
+        Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, calibration::CalibrationPage,
+        theme,
+    },
     policy,
     render::{Gpu, PassTimes},
     sim::{Scenario, World},
@@ -28,6 +31,9 @@ pub struct Desk {
     show_times: bool,
     message: Option<String>,
     error: Option<String>,
+    /// The page of wheel and pedals, and what came of its last command.
+    wheel: CalibrationPage,
+    wheel_said: Option<String>,
 }
 
 impl Desk {
@@ -50,6 +56,8 @@ impl Desk {
             show_times: false,
             message: None,
             error: None,
+            wheel: CalibrationPage::default(),
+            wheel_said: None,
         }
     }
 
@@ -101,8 +109,11 @@ impl Desk {
         let mut asked = Vec::new();
         let notes = self.notes(show, times, frame_ms);
         let panel = &mut self.panel;
+        let (page, said) = (&mut self.wheel, self.wheel_said.as_deref());
+        let wheel = if page.open { wheel::wheel(show.devices.rig()) } else { None };
         let output = self.ctx.run_ui(self.input.take_egui_input(window), |ui| {
             asked = panel.show(ui, &state, &keys);
+            asked.extend(page.show(ui, wheel.as_ref(), said).into_iter().map(PanelCommand::Calibration));
             write_notes(ui, &notes);
         });
         self.input.handle_platform_output(window, output.platform_output.clone());
@@ -136,6 +147,7 @@ impl Desk {
                     parts.0, parts.1, parts.2, parts.3
                 )
             }));
+            corner.extend(show.latency().words());
             let clock = &show.drive.clock;
             corner.push(format!("dropped {:.2} s in {} stalls", clock.dropped().as_secs_f64(), clock.stalls()));
             let help = if show.lane_help() { ", lane help" } else { "" };
@@ -172,6 +184,8 @@ impl Desk {
             PanelCommand::SingleStep(Advance::Tick) => single_step(show, 1),
             PanelCommand::SingleStep(Advance::Step) => single_step(show, show.drive.world.scenario().step_ticks()),
             PanelCommand::Restart(scenario) => return self.restart(&scenario, show),
+            PanelCommand::Wheel => self.wheel.open = !self.wheel.open,
+            PanelCommand::Calibration(command) => self.wheel_said = show.calibrate(command),
         }
         false
     }

@@ -4,6 +4,9 @@
 use crate::render::gpu::Gpu;
 use wgpu::CurrentSurfaceTexture as Current;
 
+/// Pictures that may wait for the screen.
+pub const FRAMES_AHEAD: u32 = 1;
+
 /// A surface and its configuration.
 pub struct Surface {
     surface: wgpu::Surface<'static>,
@@ -16,9 +19,10 @@ impl Surface {
         let mut config = surface.get_default_config(&gpu.adapter, size[0].max(1), size[1].max(1))?;
         let formats = surface.get_capabilities(&gpu.adapter).formats;
         config.format = formats.into_iter().find(|f| !f.is_srgb()).unwrap_or(config.format.remove_srgb_suffix());
-        // Wait for the screen, and never queue a picture behind another: latency is what a driver feels.
-        config.present_mode = wgpu::PresentMode::AutoVsync;
-        config.desired_maximum_frame_latency = 1;
+        // Wait for the screen, without tearing where a picture is late, and never queue a picture behind another: latency is
+        // what a driver feels. Every adapter has this mode.
+        config.present_mode = wgpu::PresentMode::Fifo;
+        config.desired_maximum_frame_latency = FRAMES_AHEAD;
         surface.configure(&gpu.device, &config);
         Some(Self { surface, config })
     }
@@ -26,6 +30,11 @@ impl Surface {
     /// Pixel format of the pictures.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.config.format
+    }
+
+    /// How pictures are handed over, a word.
+    pub fn present_mode(&self) -> String {
+        format!("{:?}", self.config.present_mode).to_lowercase()
     }
 
     /// Width and height, pixels.

@@ -3,6 +3,7 @@
 
 use super::{
     AppError, Desk, Show,
+    display::{Place, no_display, placed, screen},
     keys::{self, Command},
     offline::FLUSH_EVERY,
     renderer_that_keeps_up,
@@ -39,8 +40,8 @@ const SOFTWARE_SIZE: LogicalSize<u32> = LogicalSize::new(640, 360);
 pub struct WindowOptions {
     /// The drive.
     pub scenario: Scenario,
-    /// Fill the screen at once.
-    pub fullscreen: bool,
+    /// Where it opens, and whether it fills the screen at once.
+    pub place: Place,
     /// Show the experimenter's panel at once.
     pub panel: bool,
     /// Wait for the space bar.
@@ -58,7 +59,7 @@ pub struct WindowOptions {
 /// # Errors
 /// No display, no graphics adapter, or a world that cannot start or go on.
 pub fn run(options: WindowOptions) -> Result<(), AppError> {
-    let event_loop = EventLoop::new().map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
     event_loop.set_control_flow(ControlFlow::Poll);
     // The world first: what is wrong with a scenario is said before a window opens.
     let pace = if options.paused { Pace::Paused } else { Pace::RealTime };
@@ -147,16 +148,15 @@ impl App {
 
 impl Frame {
     fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, mut show: Show) -> Result<Self, AppError> {
-        let attributes = Window::default_attributes()
-            .with_title(format!("codrive: {}", options.scenario.map))
-            .with_inner_size(SIZE)
-            .with_fullscreen(options.fullscreen.then_some(Fullscreen::Borderless(None)));
+        let attributes =
+            Window::default_attributes().with_title(format!("codrive: {}", options.scenario.map)).with_inner_size(SIZE);
+        let attributes = placed(attributes, event_loop, options.place)?;
         let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let (gpu, surface) = Gpu::for_window(display, Arc::clone(&window))?;
         log::info!("graphics: {}", gpu.description());
-        if gpu.is_software() && !options.fullscreen {
+        if gpu.is_software() && !options.place.fullscreen {
             log::warn!(
                 "no graphics card was found: the processor draws, so the window is small ({})",
                 gpu.description()
@@ -170,6 +170,8 @@ impl Frame {
         let level = options.scenario.quality;
         let renderer = renderer_that_keeps_up(&gpu, &show.stage, surface.format(), level, &view, surface.size())?;
         let desk = Desk::new(&gpu, &window, &options.scenario, options.panel);
+        show.open_sound();
+        show.set_screen(screen(&window, &surface));
         if let Some(folder) = &options.out {
             show.record(folder, &gpu)?;
         }

@@ -1,12 +1,15 @@
 //! The experimenter's panel. In: a [`PanelState`], what there is to show. Out: [`PanelCommand`]s. It owns no part of the
 //! simulation, and nothing that a participant sees depends on it.
 
+pub mod calibration;
+mod check;
 mod editor;
 mod help;
 mod history;
 mod readout;
 pub mod theme;
 
+pub use check::{DisplayTruth, show as check};
 pub use editor::Choices;
 pub use history::{History, Sample};
 pub use readout::Readings;
@@ -66,6 +69,10 @@ pub enum PanelCommand {
     SingleStep(Advance),
     /// Begin a new drive with this scenario, edited or not.
     Restart(Box<Scenario>),
+    /// Show the page of wheel and pedals.
+    Wheel,
+    /// What that page asks for.
+    Calibration(calibration::CalibrationCommand),
 }
 
 /// How far a single step goes.
@@ -166,6 +173,9 @@ impl Panel {
                 && let Ok(scenario) = &edited
             {
                 commands.push(PanelCommand::Restart(Box::new(scenario.clone())));
+            }
+            if ui.button("Wheel").on_hover_text("Wheel and pedals: live bars, calibration, buttons").clicked() {
+                commands.push(PanelCommand::Wheel);
             }
             if pending && ui.button("Discard").on_hover_text("Take all edits back").clicked() {
                 self.editor.discard();
