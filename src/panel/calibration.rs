@@ -144,10 +144,10 @@ impl CalibrationPage {
         });
         let mut edited = shown.clone();
         ui.horizontal(|ui| {
-            ui.label(RichText::new("Turn from end to end").color(theme::DIM));
-            ui.add(DragValue::new(&mut edited.steering.range_deg).range(90.0..=2520.0).suffix("°").max_decimals(0));
-            ui.label(RichText::new("ratio").color(theme::DIM));
-            ui.add(DragValue::new(&mut edited.steering.ratio).range(5.0..=40.0).speed(0.05).max_decimals(1));
+            let range = DragValue::new(&mut edited.steering.range_deg).range(90.0..=2520.0).suffix("°").max_decimals(0);
+            number(ui, "Turn from end to end", range);
+            let ratio = DragValue::new(&mut edited.steering.ratio).range(5.0..=40.0).speed(0.05).max_decimals(1);
+            number(ui, "ratio", ratio);
         });
         ui.add_space(4.0);
         ui.horizontal(|ui| {
@@ -162,10 +162,10 @@ impl CalibrationPage {
                     });
                     ui.monospace(told);
                     ui.horizontal(|ui| {
-                        ui.label(RichText::new("curve").color(theme::DIM));
-                        ui.add(DragValue::new(&mut pedal.curve).range(0.3..=4.0).speed(0.01).max_decimals(2));
-                        ui.label(RichText::new("dead").color(theme::DIM));
-                        ui.add(DragValue::new(&mut pedal.dead).range(0.0..=0.4).speed(0.001).max_decimals(3));
+                        let curve = DragValue::new(&mut pedal.curve).range(0.3..=4.0).speed(0.01).max_decimals(2);
+                        number(ui, "curve", curve);
+                        let dead = DragValue::new(&mut pedal.dead).range(0.0..=0.4).speed(0.001).max_decimals(3);
+                        number(ui, "dead", dead);
                     });
                 });
                 ui.add_space(10.0);
@@ -241,6 +241,12 @@ impl CalibrationPage {
             }
         });
     }
+}
+
+/// A number and its name.
+fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) {
+    let label = ui.label(RichText::new(name).color(theme::DIM));
+    ui.add(value).labelled_by(label.id);
 }
 
 /// What is asked, and all axes as bars.

@@ -139,6 +139,10 @@ impl Panel {
             ui.heading("codrive");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 ui.label(RichText::new(word).color(light).strong());
+                let wheel = ui.small_button("Wheel").on_hover_text("Wheel and pedals: live bars, calibration, buttons");
+                if wheel.clicked() {
+                    commands.push(PanelCommand::Wheel);
+                }
             });
         });
         let edited = self.editor.scenario();
@@ -173,9 +177,6 @@ impl Panel {
                 && let Ok(scenario) = &edited
             {
                 commands.push(PanelCommand::Restart(Box::new(scenario.clone())));
-            }
-            if ui.button("Wheel").on_hover_text("Wheel and pedals: live bars, calibration, buttons").clicked() {
-                commands.push(PanelCommand::Wheel);
             }
             if pending && ui.button("Discard").on_hover_text("Take all edits back").clicked() {
                 self.editor.discard();
