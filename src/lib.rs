@@ -24,7 +24,7 @@
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot, Scenario / TRPO on the fast ring
 //! hud                          the dial as data
-//! scene  record                what is to be seen, on the CPU / every tick on disk: journal, tables, manifest
+//! scene  record  audio         what is to be seen, on the CPU / every tick on disk: journal, tables, manifest / sound
 //! render  study  analysis      wgpu passes / study files, orders, sessions, questionnaires, data set / measures,
 //!                              figures, report
 //! panel  doctor                egui: the experimenter's panel / is this rig fit for a study
@@ -33,7 +33,8 @@
 //! ```
 //! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs and evdev; nothing but
 //! `traffic::sumo` knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
-//! Arrow and Parquet; nothing but `chart` knows resvg (and of egui the fonts).
+//! Arrow and Parquet; nothing but `chart` knows resvg (and of egui the fonts); nothing but `audio` knows cpal, fundsp and
+//! hound.
 //!
 //! # Conventions
 //! World axes are SUMO's: x east, y north, z up, metres; angles in radians, counter-clockwise, yaw 0 = east. `f64` in
@@ -42,6 +43,7 @@
 
 pub mod analysis;
 pub mod app;
+pub mod audio;
 pub mod chart;
 pub mod cli;
 pub mod doctor;

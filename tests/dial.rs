@@ -25,6 +25,11 @@ struct Picture {
 const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
 fn draw(dial: &Dial, palette: Palette, side: u32) -> Picture {
+    draw_all(Some(dial), None, palette, side)
+}
+
+/// The dial, or none, and the square for a photodiode, or none.
+fn draw_all(dial: Option<&Dial>, patch: Option<bool>, palette: Palette, side: u32) -> Picture {
     let Gpu { device, queue, .. } = headless();
     let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -51,7 +56,7 @@ fn draw(dial: &Dial, palette: Palette, side: u32) -> Picture {
     let mut pass = DialPass::new(device, FORMAT);
     pass.place = DialPlace { across: 0.5, diameter_share: 1.0, margin_share: 0.0 };
     pass.palette = palette;
-    pass.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size: [side, side] }, dial);
+    pass.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size: [side, side] }, dial, patch);
 
     let bytes_per_row = (side * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -352,6 +357,26 @@ fn a_gallery_for_the_eye() {
             let picture = draw(&dial, palette, side);
             assert!(picture.count(palette.needle) > 50, "{name} at {side}");
             picture.save(&format!("dial-{name}-{side}.png"));
+        }
+    }
+}
+
+#[test]
+fn the_square_for_a_photodiode_is_black_or_white_and_nothing_else_of_the_picture() {
+    let side = 200;
+    let square = (0.07 * side as f32).round() as u32;
+    let at = |picture: &Picture, x: u32, y: u32| -> [u8; 3] {
+        let i = 4 * (y * side + x) as usize;
+        [picture.rgba[i], picture.rgba[i + 1], picture.rgba[i + 2]]
+    };
+    let background = at(&draw_all(None, None, Palette::HC22, side), 0, 0);
+    for (white, level) in [(true, 255), (false, 0)] {
+        let picture = draw_all(None, Some(white), Palette::HC22, side);
+        for (x, y) in [(0, 0), (square - 1, 0), (0, square - 1), (square / 2, square / 2)] {
+            assert_eq!(at(&picture, x, y), [level; 3], "at {x}, {y}");
+        }
+        for (x, y) in [(square + 1, 0), (0, square + 1), (side / 2, side / 2)] {
+            assert_eq!(at(&picture, x, y), background, "at {x}, {y}");
         }
     }
 }

@@ -14,14 +14,14 @@ const ROWS: [&[&str]; 10] = [
     &["input", "traffic", "driver"],
     &["sim", "train"],
     &["hud"],
-    &["scene", "record"],
+    &["scene", "record", "audio"],
     &["render", "study", "analysis"],
     &["panel", "doctor"],
     &["app"],
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 11] = [
+const ROOMS: [(&str, &[&str]); 14] = [
     ("wgpu", &["render", "app", "cli"]),
     ("winit", &["app"]),
     ("egui", &["render", "panel", "app", "chart"]),
@@ -33,6 +33,9 @@ const ROOMS: [(&str, &[&str]); 11] = [
     ("clap", &["cli"]),
     ("arrow_array", &["record"]),
     ("parquet", &["record"]),
+    ("cpal", &["audio"]),
+    ("fundsp", &["audio"]),
+    ("hound", &["audio"]),
 ];
 
 fn root() -> &'static Path {

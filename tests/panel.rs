@@ -1,5 +1,8 @@
 //! The experimenter's panel as a person uses it: by the names on it.
 
+#[path = "panel/wheel.rs"]
+mod wheel;
+
 use std::time::Duration;
 
 use codrive::{
@@ -98,7 +101,7 @@ fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> 
 
 /// High enough for the whole panel, so that no test has to scroll.
 fn tall(bench: Bench) -> Harness<'static, Bench> {
-    harness(bench, [900.0, 2200.0], 1.0)
+    harness(bench, [900.0, 2700.0], 1.0)
 }
 
 /// Opens a section that is closed at first.
@@ -224,7 +227,9 @@ fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
 #[test]
 fn every_setting_is_there_with_its_tooltip() {
     let mut harness = tall(Bench::driving());
-    open(&mut harness, "Display");
+    for section in ["Display", "Sound", "Rig"] {
+        open(&mut harness, section);
+    }
     for (name, path) in [("Range", "range_mph"), ("Screen width", "screen_width_m"), ("Creep", "creep")] {
         let field = fields().into_iter().find(|field| field.path == path).expect("a setting");
         assert!(harness.query_by_label_contains(&field.doc).is_none());
@@ -239,7 +244,7 @@ fn every_setting_is_there_with_its_tooltip() {
         let flag = field.flag().replace('-', " ");
         let found = match field.table() {
             Some(_) => {
-                harness.query_all_by_label_contains(field.doc.split([',', ':']).next().unwrap_or_default()).count()
+                harness.query_all_by_label_contains(field.doc.split([',', ';', ':']).next().unwrap_or_default()).count()
             }
             None => harness.query_all_by_label(&(flag[..1].to_uppercase() + &flag[1..])).count(),
         };

@@ -161,3 +161,27 @@ fn a_kill_at_any_moment_loses_a_second_at_most_and_what_is_left_can_be_recovered
     }
     println!("{kills} kills: {worst_s:.3} s lost at most");
 }
+
+#[test]
+fn the_sound_of_a_recording_is_as_long_as_the_drive_private_and_the_same_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("p1");
+    record(&drive, "3");
+    let wav = |name: &str| {
+        let file = folder.path().join(name);
+        let arguments = ["replay", drive.to_str().unwrap(), "--sound", file.to_str().unwrap()];
+        (said(&mut codrive(&arguments)), file)
+    };
+    let ((code, text), first) = wav("a.wav");
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(fs::metadata(&first).unwrap().permissions().mode() & 0o777, 0o600);
+    let mut reader = hound::WavReader::open(&first).unwrap();
+    let spec = reader.spec();
+    assert_eq!((spec.channels, spec.sample_rate, reader.duration()), (2, 48_000, 3 * 48_000));
+    let loudest = reader.samples::<i16>().map(|sample| sample.unwrap().unsigned_abs()).max().unwrap();
+    assert!((500..32_000).contains(&loudest), "an engine that idles and pulls away: {loudest}");
+    let (_, second) = wav("b.wav");
+    assert_eq!(fs::read(&first).unwrap(), fs::read(second).unwrap());
+    let ((code, text), _) = wav("a.wav");
+    assert!(code == 1 && text.contains("a.wav") && text.contains("name another"), "{code}: {text}");
+}

@@ -7,7 +7,10 @@ use codrive::{
         visit::{Road, RoadNow, Visit, road::Kit},
     },
     input::{
-        Devices, Rig as WheelRig, profiles,
+        Devices, Rig as WheelRig,
+        lamps::Lamps,
+        profiles,
+        profiles::Device,
         wheel::{Found, Told},
     },
     panel::{ItemState, Screen, VisitCommand, VisitPhase},
@@ -494,7 +497,8 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     let (to, told) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
-    let found = Found { name: "G29".into(), profile, values, force: None, angle: Default::default() };
+    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(Told::Found(Box::new(found))).unwrap();
     let mut kit = Kit::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
     let mut rig = Rig::new();
@@ -503,7 +507,7 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
         for one in told {
             let one = match one {
                 Told::Axis { code, raw, .. } => Told::Axis { code: *code, raw: *raw, at: None },
-                Told::Button { code, .. } => Told::Button { code: *code, at: None },
+                Told::Button { code, .. } => Told::Button { code: *code, down: true, at: None },
                 _ => continue,
             };
             to.send(one).unwrap();
@@ -515,7 +519,7 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
         let raw = 32_767 - (degrees / 450.0 * 32_767.0) as i32;
         Told::Axis { code: STEERING, raw, at: None }
     };
-    let press = |code: u16| Told::Button { code, at: None };
+    let press = |code: u16| Told::Button { code, down: true, at: None };
     act(&mut rig, &[turn(0.0), press(CROSS)]);
     act(&mut rig, &[press(CROSS)]);
     assert_eq!(rig.sees(), "questions before, page 1 of 2");

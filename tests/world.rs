@@ -242,6 +242,27 @@ fn the_saturated_wave_runs_on_with_the_ego_on_rapier_and_advice_calms_it() {
 }
 
 #[test]
+fn controls_come_later_by_the_extra_delay_to_the_tick() {
+    let asked = |tick: usize| Controls {
+        throttle: if tick % 70 < 40 { 0.6 } else { 0.0 },
+        brake: if tick % 70 > 55 { 0.4 } else { 0.0 },
+        steering_wheel_rad: 0.9 + 0.2 * (tick as f32 * 0.03).sin(),
+        ..Controls::default()
+    };
+    let drive = |extra_delay_s: f64, controls: &dyn Fn(usize) -> Controls| -> Vec<Snapshot> {
+        let mut world = World::new(&Scenario { extra_delay_s, ..scenario("native") }).unwrap();
+        let tick = |tick| {
+            world.tick(&controls(tick)).unwrap();
+            world.snapshot().clone()
+        };
+        (0..400).map(tick).collect()
+    };
+    let later = |tick: usize| tick.checked_sub(15).map_or(Controls::default(), asked);
+    assert_eq!(first_difference(&drive(0.15, &asked), &drive(0.0, &later)), None);
+    assert!(first_difference(&drive(0.15, &asked), &drive(0.0, &asked)).is_some());
+}
+
+#[test]
 fn a_drive_ends_at_its_duration_and_stays_there() {
     let mut world = World::new(&Scenario { duration_s: 1.5, ..scenario("native") }).unwrap();
     for _ in 0..400 {

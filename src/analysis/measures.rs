@@ -213,6 +213,18 @@ pub const MEASURES: &[Measure] = &[
     measure("left_road", "Departures from the lane", "", "how often the middle of the car left its lane", |s| {
         Some(s.trial.left_road as f64)
     }),
+    measure(
+        "latency_median_s",
+        "Latency, median",
+        "s",
+        "from the newest input (the kernel's time) to the handing over of the frame that shows it: median over such frames",
+        |s| median(s.trial.latencies_s.clone()),
+    ),
+    measure("latency_p99_s", "Latency, 99th percentile", "s", "the same: 99th percentile (nearest rank)", |s| {
+        let mut sorted = s.trial.latencies_s.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
+    }),
 ];
 
 impl Measures {

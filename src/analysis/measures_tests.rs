@@ -171,3 +171,13 @@ fn every_measure_has_a_name_with_its_unit_and_a_definition() {
     names.dedup();
     assert_eq!(names.len(), MEASURES.len());
 }
+
+#[test]
+fn latency_is_median_and_nearest_rank_of_the_frames_that_have_one() {
+    let of = |latencies_s: Vec<f64>| Measures::of(&Trial { latencies_s, step_s: 0.1, ..Trial::default() }, None);
+    let measured = of((1..=200).rev().map(|ms| f64::from(ms) / 1e3).collect());
+    assert!((measured.get("latency_median_s").unwrap() - 0.1005).abs() < 1e-12);
+    assert_eq!(measured.get("latency_p99_s"), Some(0.198));
+    assert_eq!(of(vec![0.03]).get("latency_p99_s"), Some(0.03));
+    assert_eq!(of(Vec::new()).get("latency_p99_s"), None, "a keyboard tells no times");
+}

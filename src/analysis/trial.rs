@@ -27,6 +27,8 @@ pub struct Trial {
     pub contacts: usize,
     /// How often the middle of the car left its lane.
     pub left_road: usize,
+    /// From an input to the frame that showed it, seconds, where the device told times.
+    pub latencies_s: Vec<f64>,
     /// How the drive ended, a word.
     pub ended: String,
 }
@@ -116,6 +118,7 @@ impl Trial {
             advice: issued(&advice, &frames),
             contacts: count("contact"),
             left_road: count("left_road"),
+            latencies_s: frames.numbers("latency_s").into_iter().flatten().collect(),
             ended: manifest.ended.unwrap_or_default(),
         })
     }

@@ -1,13 +1,14 @@
 //! The experimenter's desk: panel, messages, frame times on top of the picture, or all of it in a window of its own. In: the
 //! running [`Show`]. Out: what is to be seen, and what is asked for.
 
-use super::{Pulse, Show, keys, keys::Command};
+use super::{Pulse, Show, keys, keys::Command, wheel};
 use crate::{
     driver,
     input::profiles,
     map,
     panel::{
         Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
+        calibration::CalibrationPage,
         experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Log},
     },
     policy,
@@ -30,6 +31,9 @@ pub struct Desk {
     show_times: bool,
     message: Option<String>,
     error: Option<String>,
+    /// The page of wheel and pedals, and what came of its last command.
+    wheel: CalibrationPage,
+    wheel_said: Option<String>,
 }
 
 impl Desk {
@@ -52,6 +56,8 @@ impl Desk {
             show_times: false,
             message: None,
             error: None,
+            wheel: CalibrationPage::default(),
+            wheel_said: None,
         }
     }
 
@@ -60,9 +66,9 @@ impl Desk {
         self.log.watch(world);
     }
 
-    /// A frame was shown, `elapsed` after the one before, with an input that is `latency` old.
-    pub fn frame(&mut self, elapsed: Duration, due: &Due, latency: Option<Duration>) {
-        self.pulse.frame(elapsed, due.dropped, latency);
+    /// A frame was shown, `elapsed` after the one before.
+    pub fn frame(&mut self, elapsed: Duration, due: &Due) {
+        self.pulse.frame(elapsed, due.dropped);
     }
 
     /// What is over the picture now; what the panel asks for. `times` are those of the GPU's passes.
@@ -70,7 +76,10 @@ impl Desk {
         let notes = self.notes(show, times, self.pulse.frame_ms());
         let Self { panel, log, pulse, engine, error, .. } = self;
         let state = state(show, log, pulse, engine, error.as_deref());
-        let asked = panel.show(ui, &state, &keys::list());
+        let mut asked = panel.show(ui, &state, &keys::list());
+        if !self.attended {
+            asked.extend(self.wheel_page(ui, show));
+        }
         write_notes(ui, &notes);
         asked
     }
@@ -86,7 +95,16 @@ impl Desk {
         let health = pulse.health(show, engine, error.as_deref());
         let drive = state(show, log, pulse, engine, error.as_deref());
         let state = ExperimenterState { drive, snapshot: Some(show.drive.world.snapshot()), health: &health, picture };
-        experimenter.show(ui, &state, Some(log), panel, None)
+        let mut asked = experimenter.show(ui, &state, Some(log), panel, None);
+        asked.extend(self.wheel_page(ui, show).into_iter().map(ExperimenterCommand::Drive));
+        asked
+    }
+
+    /// The page of wheel and pedals, if it is open.
+    fn wheel_page(&mut self, ui: &mut Ui, show: &Show) -> Vec<PanelCommand> {
+        let wheel = if self.wheel.open { wheel::wheel(show.devices.rig()) } else { None };
+        let asked = self.wheel.show(ui, wheel.as_ref(), self.wheel_said.as_deref());
+        asked.into_iter().map(PanelCommand::Calibration).collect()
     }
 
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
@@ -114,6 +132,7 @@ impl Desk {
                     parts.0, parts.1, parts.2, parts.3
                 )
             }));
+            corner.extend(show.latency().words());
             let clock = &show.drive.clock;
             corner.push(format!("dropped {:.2} s in {} stalls", clock.dropped().as_secs_f64(), clock.stalls()));
             let help = if show.lane_help() { ", lane help" } else { "" };
@@ -150,6 +169,8 @@ impl Desk {
             PanelCommand::SingleStep(Advance::Tick) => single_step(show, 1),
             PanelCommand::SingleStep(Advance::Step) => single_step(show, show.drive.world.scenario().step_ticks()),
             PanelCommand::Restart(scenario) => return self.restart(&scenario, show),
+            PanelCommand::Wheel => self.wheel.open = !self.wheel.open,
+            PanelCommand::Calibration(command) => self.wheel_said = show.calibrate(command),
         }
         false
     }

@@ -24,6 +24,7 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
         machine: machine(),
         graphics: gpu.map(Gpu::description),
         display_m: [scenario.screen_width_m, scenario.eye_distance_m],
+        screen: None,
         ended: None,
         hash: None,
     }

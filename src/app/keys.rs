@@ -59,11 +59,12 @@ const COMMANDS: [(&[KeyCode], Command, &str, &str); 13] = [
     (&[KeyCode::Escape], Command::Quit, "Esc", "end"),
 ];
 
-const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 4] = [
+const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 5] = [
     (&[KeyCode::ArrowUp, KeyCode::KeyW], DriveKey::Throttle, "Up, W", "accelerate"),
     (&[KeyCode::ArrowDown, KeyCode::KeyS], DriveKey::Brake, "Down, S", "brake"),
     (&[KeyCode::ArrowLeft, KeyCode::KeyA], DriveKey::Left, "Left, A", "steer left"),
     (&[KeyCode::ArrowRight, KeyCode::KeyD], DriveKey::Right, "Right, D", "steer right"),
+    (&[KeyCode::KeyH], DriveKey::Horn, "H", "horn"),
 ];
 
 /// What a key asks of the window, if anything.

@@ -3,20 +3,25 @@
 
 pub mod bench;
 mod desk;
+pub mod display;
 mod drive;
 mod effort;
 mod facts;
+pub mod flash;
 pub mod host;
 mod instruments;
 mod keys;
+pub mod latency;
 pub mod offline;
 mod pulse;
 pub mod rehearsal;
 pub mod replay;
 mod show;
+pub mod sound;
 mod surface;
 pub mod trial;
 pub mod visit;
+pub mod wheel;
 pub mod window;
 mod words;
 
@@ -53,17 +58,27 @@ pub enum AppError {
         "no window can be opened: {0}\n  remedy: start it on a computer with a display (DISPLAY or WAYLAND_DISPLAY); without one, codrive render draws pictures and codrive run drives"
     )]
     NoDisplay(String),
+    /// There is no such monitor.
+    #[error("there is no monitor {number}; there are {there}\n  remedy: name one of them: codrive doctor lists them")]
+    NoMonitor {
+        /// The one that was asked for.
+        number: usize,
+        /// All that there are.
+        there: String,
+    },
+    /// The monitor has no such refresh rate.
+    #[error(
+        "no mode of the monitor has {hz} Hz at its size; there is {there}\n  remedy: name one of its rates, or set it in the system"
+    )]
+    NoRefresh {
+        /// The rate that was asked for.
+        hz: f64,
+        /// What there is.
+        there: String,
+    },
     /// The adapter cannot show pictures in the window.
     #[error("the graphics adapter cannot draw into the window: {0}. WGPU_BACKEND=vulkan|gl chooses another")]
     NoSurface(String),
-    /// The monitor that was asked for is not there.
-    #[error("there is no screen {asked:?}; there are: {there}")]
-    NoMonitor {
-        /// What was asked for.
-        asked: String,
-        /// All there are.
-        there: String,
-    },
     /// No graphics device, or it was lost.
     #[error(transparent)]
     Gpu(#[from] crate::render::GpuError),

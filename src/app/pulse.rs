@@ -8,8 +8,6 @@ use std::{collections::VecDeque, time::Duration};
 const LATELY: Duration = Duration::from_millis(1500);
 /// Time over which dropped time counts as fresh.
 const FRESH: Duration = Duration::from_secs(10);
-/// Latencies that are looked at: half a minute of a hand that moves.
-const LATENCIES: usize = 1000;
 
 /// Times of the last frames.
 #[derive(Debug, Default)]
@@ -21,14 +19,12 @@ pub struct Pulse {
     now: Duration,
     drops: VecDeque<(Duration, Duration)>,
     dropped: Duration,
-    latencies: VecDeque<Duration>,
     had_wheel: bool,
 }
 
 impl Pulse {
-    /// A frame was shown, `elapsed` after the one before; `dropped` of that was given up, and it shows an input that is
-    /// `latency` old.
-    pub fn frame(&mut self, elapsed: Duration, dropped: Duration, latency: Option<Duration>) {
+    /// A frame was shown, `elapsed` after the one before; `dropped` of that was given up.
+    pub fn frame(&mut self, elapsed: Duration, dropped: Duration) {
         self.now += elapsed;
         if !elapsed.is_zero() {
             self.frames.push_back(elapsed);
@@ -44,10 +40,6 @@ impl Pulse {
         while self.drops.front().is_some_and(|(at, _)| self.now - *at > FRESH) {
             self.drops.pop_front();
         }
-        self.latencies.extend(latency);
-        while self.latencies.len() > LATENCIES {
-            self.latencies.pop_front();
-        }
     }
 
     /// Mean time from frame to frame, milliseconds.
@@ -62,7 +54,7 @@ impl Pulse {
         Health {
             frame_ms: [self.frame_ms(), ms(longest)],
             dropped_s: [self.dropped.as_secs_f64(), fresh.as_secs_f64()],
-            latency_ms: self.latency_ms(),
+            latency_ms: show.latency().input_to_frame().map(|spread| [spread.median_s, spread.p99_s].map(|s| 1e3 * s)),
             recording: show.gauge().map(|gauge| RecordingHealth {
                 waiting: gauge.waiting(),
                 free_gb: gauge.free_bytes().map(|bytes| bytes as f64 / 1e9),
@@ -71,13 +63,6 @@ impl Pulse {
             engine: engine.to_owned(),
             error: error.map(str::to_owned),
         }
-    }
-
-    fn latency_ms(&self) -> Option<[f64; 2]> {
-        let mut sorted: Vec<Duration> = self.latencies.iter().copied().collect();
-        sorted.sort_unstable();
-        let last = sorted.len().checked_sub(1)?;
-        Some([0.5, 0.99].map(|share| ms(sorted[(share * last as f64).round() as usize])))
     }
 
     fn wheel(&mut self, show: &Show) -> WheelHealth {
@@ -105,30 +90,22 @@ mod tests {
     #[test]
     fn frame_times_are_those_of_the_last_second_and_a_half() {
         let mut pulse = Pulse::default();
-        pulse.frame(Duration::from_millis(900), Duration::ZERO, None);
-        (0..40).for_each(|_| pulse.frame(FRAME, Duration::ZERO, None));
+        pulse.frame(Duration::from_millis(900), Duration::ZERO);
+        (0..40).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
         assert!(pulse.frames.contains(&Duration::from_millis(900)));
-        (0..40).for_each(|_| pulse.frame(FRAME, Duration::ZERO, None));
+        (0..40).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
         assert_eq!(pulse.frame_ms(), 20.0);
     }
 
     #[test]
     fn dropped_time_is_fresh_for_ten_seconds_and_never_forgotten() {
         let mut pulse = Pulse::default();
-        pulse.frame(FRAME, Duration::from_millis(300), None);
+        pulse.frame(FRAME, Duration::from_millis(300));
         let fresh = |pulse: &Pulse| pulse.drops.iter().map(|(_, dropped)| *dropped).sum::<Duration>();
-        (0..500).for_each(|_| pulse.frame(FRAME, Duration::ZERO, None));
+        (0..500).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
         assert_eq!(fresh(&pulse), Duration::from_millis(300));
-        pulse.frame(FRAME, Duration::ZERO, None);
+        pulse.frame(FRAME, Duration::ZERO);
         assert_eq!(fresh(&pulse), Duration::ZERO);
         assert_eq!(pulse.dropped, Duration::from_millis(300));
-    }
-
-    #[test]
-    fn latency_is_the_median_and_the_99th_percentile() {
-        let mut pulse = Pulse::default();
-        assert_eq!(pulse.latency_ms(), None);
-        (1..=101).for_each(|i| pulse.frame(FRAME, Duration::ZERO, Some(Duration::from_millis(i))));
-        assert_eq!(pulse.latency_ms(), Some([51.0, 100.0]));
     }
 }

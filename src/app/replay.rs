@@ -107,6 +107,12 @@ impl Replay {
         Ok(())
     }
 
+    /// The controls of the last tick; at rest before the first.
+    pub fn controls(&self) -> Controls {
+        let last = (self.verdict.ticks as usize).checked_sub(1);
+        last.and_then(|at| self.inputs.get(at)).copied().unwrap_or_default()
+    }
+
     /// What was found so far.
     pub fn verdict(&self) -> &Verdict {
         &self.verdict

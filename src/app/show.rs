@@ -1,12 +1,18 @@
 //! A drive with a person in it, without window or GPU: devices in, pictures' contents out. In: elapsed time, commands.
 //! Out: the [`View`] of the moment.
 
-use super::{AppError, Drive, Instruments, facts, words};
+use super::{
+    AppError, Drive, Instruments, facts,
+    flash::Flash,
+    latency::Latency,
+    sound::{self, Sound},
+    words,
+};
 use crate::{
     ego::Surface,
     hud::Palette,
-    input::{Action, Devices, Feel, RigNews, Stamp},
-    record::{Gauge, Manifest, Recorder, tables::FrameRow},
+    input::{Action, Devices, Feel, RigNews, Stamp, Standing},
+    record::{Gauge, Manifest, Recorder, manifest::Screen, tables::FrameRow},
     render::Gpu,
     scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
     sim::{DialPalette, Scenario, Tally, World, colour},
@@ -36,7 +42,13 @@ pub struct Show {
     frames: u64,
     /// Time of the newest input that no tick has used yet, and of the newest that one of this frame's has.
     unused_input: Option<Stamp>,
-    used_input: Option<Stamp>,
+    used_input: Option<UsedInput>,
+    latency: Latency,
+    screen: Option<Screen>,
+    sound: Sound,
+    flash: Flash,
+    /// The square in the corner as the next frame has it.
+    patch: Option<bool>,
     /// True while the drive stands because the wheel was unplugged.
     waiting: bool,
     /// What the desk has to say.
@@ -44,6 +56,15 @@ pub struct Show {
     /// In a visit buttons only ask: whoever leads it lets time run and holds it. What they asked for.
     led: bool,
     pressed: Vec<Action>,
+}
+
+/// An input that a tick has used.
+#[derive(Clone, Copy, Debug)]
+struct UsedInput {
+    /// The kernel's time of it.
+    at: Stamp,
+    /// When the tick used it.
+    ticked: Stamp,
 }
 
 impl Show {
@@ -59,6 +80,7 @@ impl Show {
 
     fn with(drive: Drive, stage: Stage, devices: Devices, kind: ViewKind) -> Self {
         let scenario = drive.world.scenario();
+        let (sound, flash) = (Sound::new(scenario), Flash::new(scenario.flash_patch));
         Self {
             options: view_options(scenario),
             instruments: Instruments::new(&drive.world),
@@ -72,6 +94,11 @@ impl Show {
             frames: 0,
             unused_input: None,
             used_input: None,
+            latency: Latency::default(),
+            screen: None,
+            sound,
+            flash,
+            patch: None,
             waiting: false,
             news: Vec::new(),
             led: false,
@@ -127,17 +154,21 @@ impl Show {
         self.hear_devices();
         let world = &self.drive.world;
         let participant = participant.map(|code| code.as_str().to_owned());
-        let manifest = Manifest { participant, ..facts::manifest(world, self.devices.describe(), Some(gpu)) };
+        let screen = self.screen.clone();
+        let facts = facts::manifest(world, self.devices.describe(), Some(gpu));
+        let manifest = Manifest { participant, screen, ..facts };
         self.recorder = Some(Recorder::begin(folder, world.scenario(), manifest)?);
         self.note_profile();
         Ok(())
     }
 
-    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last. Returns how old the
-    /// newest input is that it shows, where there is any.
-    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) -> Option<Duration> {
-        let latency = self.used_input.take().map(|input| input.until(Stamp::now()));
-        let Some(recorder) = &mut self.recorder else { return latency };
+    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
+    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) {
+        let used = self.used_input.take();
+        let to_tick_s = used.map(|input| input.at.until(input.ticked).as_secs_f64());
+        let latency_s = used.map(|input| input.at.until(Stamp::now()).as_secs_f64());
+        self.latency.frame(elapsed, to_tick_s.zip(latency_s).map(|(tick, frame)| [tick, frame]));
+        let Some(recorder) = &mut self.recorder else { return };
         recorder.frame(FrameRow {
             frame: self.frames,
             tick: self.drive.world.snapshot().tick,
@@ -145,10 +176,11 @@ impl Show {
             wall_s: wall.as_secs_f64(),
             elapsed_s: elapsed.as_secs_f64(),
             dropped_s: due.dropped.as_secs_f64(),
-            latency_s: latency.map(|latency| latency.as_secs_f64()),
+            latency_s,
+            input_to_tick_s: to_tick_s,
+            flash: self.patch,
         });
         self.frames += 1;
-        latency
     }
 
     /// How the recording does; `None` if the drive is not recorded.
@@ -210,6 +242,12 @@ impl Show {
         self.instruments = Instruments::new(&drive.world);
         self.tally = Tally::new([0.0, f64::INFINITY]);
         self.lane_help = scenario.lane_help;
+        if old.rev_lamps {
+            // Dark, unless the new drive shows its own.
+            let _ = self.devices.rig_mut().show_standing(Standing::None);
+        }
+        self.sound.restart(&old, scenario);
+        self.flash = Flash::new(scenario.flash_patch);
         self.drive = drive;
         Ok(redraw)
     }
@@ -220,13 +258,19 @@ impl Show {
     /// The traffic engine failed.
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, AppError> {
         self.hear_devices();
-        let Self { drive, devices, tally, lane_help, recorder, .. } = self;
+        let Self { drive, devices, tally, lane_help, recorder, sound, flash, .. } = self;
         let mut recorded = Ok(());
+        if let Some(recorder) = recorder {
+            recorder.force(devices.torque_nm());
+        }
+        let ticked = Stamp::now();
         let due = drive.frame(
             elapsed,
             |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
             |world, controls| {
                 tally.add(world.snapshot(), world.events());
+                sound.tick(world, controls);
+                flash.tick(world, controls);
                 watch(world);
                 if let (Some(recorder), Ok(())) = (&mut *recorder, &recorded) {
                     recorded = recorder.tick(world, controls);
@@ -235,10 +279,58 @@ impl Show {
         )?;
         recorded?;
         if due.ticks > 0 {
-            self.used_input = self.unused_input.take();
+            self.used_input = self.unused_input.take().map(|at| UsedInput { at, ticked });
         }
-        self.devices.feel(self.feel());
+        self.tell_rig();
         Ok(due)
+    }
+
+    /// Force, sound and lamps of the present moment.
+    fn tell_rig(&mut self) {
+        self.devices.feel(self.feel());
+        let horn = self.devices.horn();
+        if self.sound.frame(self.running(), horn) {
+            self.note(sound::HORN, if horn { "on" } else { "off" });
+        }
+        if self.drive.world.scenario().rev_lamps {
+            let standing = self.standing();
+            if let Some(trouble) = self.devices.rig_mut().show_standing(standing) {
+                log::warn!("{trouble}");
+                self.news.push(trouble);
+            }
+        }
+    }
+
+    /// True while time runs.
+    fn running(&self) -> bool {
+        self.drive.clock.pace() != Pace::Paused && self.drive.world.ended().is_none()
+    }
+
+    /// How the speed stands to the advice.
+    fn standing(&self) -> Standing {
+        let snapshot = self.drive.world.snapshot();
+        match snapshot.advice {
+            None => Standing::None,
+            Some(advice) if advice.accepts(snapshot.ego.speed_mps) => Standing::Within,
+            Some(advice) if snapshot.ego.speed_mps < advice.target_mps => Standing::Below,
+            Some(_) => Standing::Above,
+        }
+    }
+
+    /// Begins to play the drive's sound.
+    pub fn open_sound(&mut self) {
+        self.sound.open(self.drive.world.scenario());
+    }
+
+    /// The screen that the pictures come to, for the recording and the corner of the picture.
+    pub fn set_screen(&mut self, screen: Screen) {
+        self.latency.screen(screen.refresh_hz, &screen.present_mode);
+        self.screen = Some(screen);
+    }
+
+    /// Delays of the last seconds.
+    pub fn latency(&self) -> &Latency {
+        &self.latency
     }
 
     /// What the hands are to feel of the present moment.
@@ -250,7 +342,7 @@ impl Show {
             aligning_nm: ego.steering_torque_nm.into(),
             speed_mps: ego.speed_mps,
             grass: on_grass as f64 / 2.0,
-            running: self.drive.clock.pace() != Pace::Paused && world.ended().is_none(),
+            running: self.running(),
         }
     }
 
@@ -294,7 +386,7 @@ impl Show {
             return;
         }
         match action {
-            Action::Reverse => {}
+            Action::Reverse | Action::Horn => {}
             Action::Start => self.drive.clock.set_pace(Pace::RealTime),
             Action::Recentre => self.kind = ViewKind::Driver,
             Action::Mark => {
@@ -327,13 +419,15 @@ impl Show {
         std::mem::take(&mut self.news)
     }
 
-    /// What is to be seen now.
+    /// What is to be seen now; to be asked once a picture.
     pub fn view(&mut self) -> View {
         let snapshot = self.drive.world.snapshot();
         let mut view = scene::view(snapshot, self.drive.clock.fraction(), self.kind, &self.options, &self.stage);
         if self.kind.has_dial() {
             view.dial = Some(self.instruments.read(snapshot));
         }
+        self.patch = self.flash.frame();
+        view.patch = self.patch;
         view
     }
 
@@ -398,3 +492,7 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
     }
     .at_hour(scenario.time_h as f32)
 }
+
+#[cfg(test)]
+#[path = "show_tests.rs"]
+mod tests;

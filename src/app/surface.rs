@@ -4,6 +4,9 @@
 use crate::render::gpu::Gpu;
 use wgpu::CurrentSurfaceTexture as Current;
 
+/// Pictures that may wait for the screen.
+pub const FRAMES_AHEAD: u32 = 1;
+
 /// A surface and its configuration.
 pub struct Surface {
     surface: wgpu::Surface<'static>,
@@ -19,7 +22,7 @@ impl Surface {
         config.format = formats.into_iter().find(|f| !f.is_srgb()).unwrap_or(config.format.remove_srgb_suffix());
         config.present_mode = present;
         // Never queue a picture behind another: latency is what a driver feels.
-        config.desired_maximum_frame_latency = 1;
+        config.desired_maximum_frame_latency = FRAMES_AHEAD;
         surface.configure(&gpu.device, &config);
         Some(Self { surface, config })
     }
@@ -27,6 +30,11 @@ impl Surface {
     /// Pixel format of the pictures.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.config.format
+    }
+
+    /// How pictures are handed over, a word.
+    pub fn present_mode(&self) -> String {
+        format!("{:?}", self.config.present_mode).to_lowercase()
     }
 
     /// Width and height, pixels.

@@ -3,6 +3,7 @@
 
 use super::{
     AppError, Desk, Show,
+    display::{Place, no_display},
     host::{ExperimenterWindow, PictureWindow, Placing, now},
     keys::{self, Command},
     offline::FLUSH_EVERY,
@@ -33,10 +34,8 @@ use winit::{
 pub struct WindowOptions {
     /// The drive.
     pub scenario: Scenario,
-    /// Fill the screen at once.
-    pub fullscreen: bool,
-    /// Monitor by number (from 1) or part of its name.
-    pub screen: Option<String>,
+    /// Where it opens, and whether it fills the screen at once.
+    pub place: Place,
     /// Show the experimenter's panel at once.
     pub panel: bool,
     /// Open the experimenter's window beside the driver's.
@@ -56,13 +55,13 @@ pub struct WindowOptions {
 /// # Errors
 /// No display, no graphics adapter, or a world that cannot start or go on.
 pub fn run(options: WindowOptions) -> Result<(), AppError> {
-    let event_loop = EventLoop::new().map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
     event_loop.set_control_flow(ControlFlow::Poll);
     // The world first: what is wrong with a scenario is said before a window opens.
     let pace = if options.paused { Pace::Paused } else { Pace::RealTime };
     let show = Show::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
     let mut app = App { options, show: Some(show), frame: None, failure: None };
-    event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
     if let Some(mut frame) = app.frame.take() {
         print!("{}", frame.show.words());
         if let Some(folder) = frame.show.finish_recording()? {
@@ -156,15 +155,13 @@ impl App {
 
 impl Frame {
     fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, mut show: Show) -> Result<Self, AppError> {
-        let placing = Placing {
-            title: format!("codrive: {}", options.scenario.map),
-            fullscreen: options.fullscreen,
-            monitor: options.screen.clone(),
-        };
+        let placing = Placing { title: format!("codrive: {}", options.scenario.map), place: options.place };
         let mut picture = PictureWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
         let view = show.view();
         picture.stage(&show.stage, &view, options.scenario.quality)?;
+        show.open_sound();
+        show.set_screen(picture.screen());
         if let Some(folder) = &options.out {
             show.record(folder, picture.gpu())?;
         }
@@ -204,8 +201,10 @@ impl Frame {
             self.last = Some(done);
             self.first = done;
         }
-        let latency = if drawn { self.show.shown(done - self.first, elapsed, &due) } else { None };
-        self.desk.frame(elapsed, &due, latency);
+        if drawn {
+            self.show.shown(done - self.first, elapsed, &due);
+        }
+        self.desk.frame(elapsed, &due);
         if done - self.flushed > FLUSH_EVERY {
             self.flushed = done;
             self.show.flush()?;

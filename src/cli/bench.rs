@@ -1,9 +1,12 @@
 //! `codrive bench`: measurements of this program on this machine.
 
 use super::{CliError, flags};
-use crate::app::bench::{self, Drive, FrameTimes, Growth, LearningTimes, Report, Startup, Times};
+use crate::app::bench::{self, Drive, ForceTimes, FrameTimes, Growth, LearningTimes, Report, Startup, Times};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
+
+/// Seconds of simulation over which the force thread is watched.
+const FORCE_S: f64 = 3.0;
 
 pub(super) fn command() -> Command {
     Command::new("bench")
@@ -39,6 +42,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let frames = picture.frames(sizes, count)?;
     let minutes = matches.get_one::<u32>("minutes").copied().unwrap_or(0);
     let drive = (minutes > 0).then(|| drive(&mut picture, minutes, sizes[sizes.len() - 1])).transpose()?;
+    let force = bench::force(&mut picture, FORCE_S, sizes[0])?;
     let adapter = picture.adapter();
     drop(picture);
     let growth = bench::growth(&scenario, sizes[0], count)?;
@@ -54,6 +58,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "startup": startup,
             "frames": frames,
             "drive": drive,
+            "force": force,
             "growth": growth,
             "simulation": simulation,
             "learning": learning,
@@ -63,6 +68,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     } else {
         print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb));
         print!("{}", learning_words(&learning));
+        print!("{}", force_words(force.as_ref()));
     }
     Ok(())
 }
@@ -73,6 +79,19 @@ fn drive(picture: &mut bench::Picture, minutes: u32, size: [u32; 2]) -> Result<D
     let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
     bar.finish_and_clear();
     Ok(drive)
+}
+
+fn force_words(force: Option<&ForceTimes>) -> String {
+    force.map_or(String::new(), |force| {
+        format!(
+            "force thread             every {:.0} ms, off by {:.2} ms (median), 99 % below {:.2}, at most {:.2}, while pictures take {:.0} ms\n",
+            force.period_ms,
+            force.jitter.median_us / 1e3,
+            force.jitter.p99_us / 1e3,
+            force.jitter.max_us / 1e3,
+            force.frame_ms
+        )
+    })
 }
 
 fn learning_words(times: &LearningTimes) -> String {

@@ -1,7 +1,10 @@
 //! `codrive doctor`: is this rig fit for a study, on one page.
 
-use super::{CliError, flags};
-use crate::doctor::{self, Grade, Options};
+use super::{CliError, drive, flags};
+use crate::{
+    app::display,
+    doctor::{self, Grade, Options},
+};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -9,6 +12,13 @@ pub(super) fn command() -> Command {
     Command::new("doctor")
         .about("Check this rig: graphics, wheel, force, sound, SUMO, disk, clock, power; exit 1 on a fault")
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print as JSON, for a manifest"))
+        .arg(
+            Arg::new("display")
+                .long("display")
+                .action(ArgAction::SetTrue)
+                .help("Show a ruler and a circle on the screen instead, to be measured with a tape; Esc ends"),
+        )
+        .args(drive::place_arguments())
         .arg(
             Arg::new("size")
                 .long("size")
@@ -35,8 +45,13 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let scenario = flags::scenario(matches)?;
+    if matches.get_flag("display") {
+        return Ok(display::check(&scenario, drive::place(matches, true)?)?);
+    }
     let options = Options {
-        scenario: flags::scenario(matches)?,
+        monitors: display::monitors().map_err(|error| error.to_string()),
+        scenario,
         size: matches.get_one("size").copied().unwrap_or([1920, 1080]),
         recordings: matches.get_one("out").cloned().unwrap_or_default(),
     };

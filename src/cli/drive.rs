@@ -2,7 +2,7 @@
 
 use super::{CliError, flags, stop_on_ctrl_c};
 use crate::{
-    app::{AppError, window},
+    app::{AppError, display::Place, window},
     input::profiles,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -12,12 +12,7 @@ pub(super) fn command() -> Command {
     Command::new("drive")
         .about("Drive in a window (F1 lists the keys)")
         .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen"))
-        .arg(
-            Arg::new("screen")
-                .long("screen")
-                .value_name("N|NAME")
-                .help("Screen for the driver's picture: its number, from 1, or part of its name (HDMI)"),
-        )
+        .args(place_arguments())
         .arg(
             Arg::new("experimenter")
                 .long("experimenter")
@@ -43,13 +38,37 @@ pub(super) fn command() -> Command {
         )
 }
 
+/// `--monitor N` and `--refresh HZ`.
+pub(super) fn place_arguments() -> [Arg; 2] {
+    let monitor = Arg::new("monitor")
+        .long("monitor")
+        .value_name("N")
+        .value_parser(value_parser!(u64).range(1..=64))
+        .help("Open on this monitor, from 1 as codrive doctor lists them");
+    let refresh = Arg::new("refresh")
+        .long("refresh")
+        .value_name("HZ")
+        .value_parser(value_parser!(f64))
+        .help("Switch the monitor to this refresh rate, one of those that codrive doctor lists; with --fullscreen");
+    [monitor, refresh]
+}
+
+/// Where the window is to open.
+pub(super) fn place(matches: &ArgMatches, fullscreen: bool) -> Result<Place, CliError> {
+    let refresh_hz = matches.get_one::<f64>("refresh").copied();
+    if refresh_hz.is_some() && !fullscreen {
+        return Err(CliError::Input("--refresh needs --fullscreen: a window cannot choose its screen's rate".into()));
+    }
+    let monitor = matches.get_one::<u64>("monitor").and_then(|number| usize::try_from(*number).ok());
+    Ok(Place { monitor, fullscreen, refresh_hz })
+}
+
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name));
     let options = window::WindowOptions {
         wheel: wheel.transpose().map_err(|error| CliError::Input(error.to_string()))?,
         scenario: flags::scenario(matches)?,
-        fullscreen: matches.get_flag("fullscreen"),
-        screen: matches.get_one("screen").cloned(),
+        place: place(matches, matches.get_flag("fullscreen"))?,
         panel: matches.get_flag("panel"),
         experimenter: matches.get_flag("experimenter"),
         paused: matches.get_flag("paused"),

@@ -154,7 +154,9 @@ impl From<app::AppError> for CliError {
             app::AppError::Record(error) => error.into(),
             app::AppError::Session(SessionError::Refused(text)) => Self::Input(text),
             app::AppError::Session(SessionError::Record(error)) => error.into(),
-            app::AppError::CutRecording(_) => Self::Input(error.to_string()),
+            app::AppError::CutRecording(_) | app::AppError::NoMonitor { .. } | app::AppError::NoRefresh { .. } => {
+                Self::Input(error.to_string())
+            }
             other => Self::Failed(other.to_string()),
         }
     }

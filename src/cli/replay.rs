@@ -2,7 +2,10 @@
 
 use super::{CliError, render, stop_on_ctrl_c};
 use crate::{
-    app::replay::{Easel, Replay},
+    app::{
+        replay::{Easel, Replay},
+        sound::Track,
+    },
     time::Tick,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -27,7 +30,8 @@ pub(super) fn command() -> Command {
         )
         .arg(path("png", "FILE.png", "One picture, at --at"))
         .arg(path("frames", "DIR", "All pictures, numbered, in a new folder"))
-        .arg(path("video", "FILE.mp4", "All pictures as a video; needs ffmpeg"))
+        .arg(path("video", "FILE.mp4", "All pictures as a video, with the sound if --sound is named; needs ffmpeg"))
+        .arg(path("sound", "FILE.wav", "The drive's sound at its scenario's levels, as long as the drive"))
         .arg(
             Arg::new("at")
                 .long("at")
@@ -57,6 +61,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut replay = Replay::open(recording)?;
     let drawn = [path("png"), path("frames"), path("video")].iter().any(Option::is_some);
     let mut easel = drawn.then(|| Easel::new(&replay, kind, size)).transpose()?;
+    let mut track = path("sound").map(|file| Track::begin(file, &replay, recording)).transpose()?;
     let mut film = path("video").map(|file| Film::begin(file, size, rate)).transpose()?;
     let frames = path("frames").map(|folder| new_folder(folder)).transpose()?;
 
@@ -65,6 +70,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut frame = 0;
     while !replay.over() && !stop.load(Ordering::Relaxed) {
         replay.advance(1)?;
+        if let Some(track) = &mut track {
+            track.tick(&replay)?;
+        }
         let tick = replay.world().snapshot().tick;
         bar.set_position(tick.0);
         // The last tick of each picture's time.
@@ -84,8 +92,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         }
     }
     bar.finish_and_clear();
+    if let Some(track) = track {
+        track.end()?;
+    }
     if let Some(film) = film {
         film.end()?;
+    }
+    if let (Some(film), Some(sound)) = (path("video"), path("sound")) {
+        join(film, sound)?;
     }
     if path("png").is_some() && at.0 > replay.len() {
         let end_s = Tick(replay.len()).seconds();
@@ -116,6 +130,31 @@ fn save(picture: &image::RgbaImage, file: &Path) -> Result<(), CliError> {
 fn new_folder(folder: &Path) -> Result<&Path, CliError> {
     std::fs::create_dir(folder).map_err(|error| CliError::Input(format!("{}: {error}", folder.display())))?;
     Ok(folder)
+}
+
+/// Puts the sound into the film; the sound's own file stays.
+fn join(film: &Path, sound: &Path) -> Result<(), CliError> {
+    let mute = film.with_extension("mute.mp4");
+    let failed = |error: std::io::Error| CliError::Failed(format!("{}: {error}", film.display()));
+    std::fs::rename(film, &mute).map_err(failed)?;
+    let status = process::Command::new("ffmpeg")
+        .args(["-loglevel", "error", "-i"])
+        .arg(&mute)
+        .arg("-i")
+        .arg(sound)
+        .args(["-c:v", "copy", "-c:a", "aac", "-b:a", "160k", "-shortest"])
+        .arg(film)
+        .status();
+    match status {
+        Ok(status) if status.success() => std::fs::remove_file(&mute).map_err(failed),
+        _ => {
+            let kept = mute.display();
+            Err(CliError::Failed(format!(
+                "ffmpeg could not join film and sound; they lie in {kept} and {}",
+                sound.display()
+            )))
+        }
+    }
 }
 
 /// ffmpeg, fed with raw pictures.

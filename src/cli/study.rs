@@ -1,6 +1,10 @@
 //! `codrive study`: a whole study from one file: its plan, a participant's visit, or a rehearsal of it.
 
-use super::{CliError, stop_on_ctrl_c};
+use super::{
+    CliError,
+    drive::{place, place_arguments},
+    stop_on_ctrl_c,
+};
 use crate::{
     app::{
         rehearsal::Rehearsal,
@@ -46,13 +50,7 @@ pub(super) fn command() -> Command {
                 .requires("participant")
                 .help("Fill the participant's screen"),
         )
-        .arg(
-            Arg::new("screen")
-                .long("screen")
-                .value_name("N|NAME")
-                .requires("participant")
-                .help("Screen of the participant's window: its number, from 1, or part of its name (HDMI)"),
-        )
+        .args(place_arguments().map(|arg| arg.requires("participant")))
         .arg(
             Arg::new("wheel")
                 .long("wheel")
@@ -115,8 +113,7 @@ fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<
         study,
         out: root.into(),
         code: code.clone(),
-        fullscreen: matches.get_flag("fullscreen"),
-        screen: matches.get_one("screen").cloned(),
+        place: place(matches, matches.get_flag("fullscreen"))?,
         wheel: wheel.map_err(|error| CliError::Input(error.to_string()))?,
         stop: stop_on_ctrl_c(),
     })?;

@@ -18,6 +18,36 @@ pub struct Options {
     pub size: [u32; 2],
     /// Folder of the recordings.
     pub recordings: PathBuf,
+    /// The monitors, or why there are none: only a program with a window can ask.
+    pub monitors: Result<Vec<Monitor>, String>,
+}
+
+/// A monitor as the system tells of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Monitor {
+    /// Its number for `--monitor`, from 1.
+    pub number: usize,
+    /// Its name.
+    pub name: String,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Refresh rate, Hz, where the system tells.
+    pub refresh_hz: Option<f64>,
+    /// Rates that it has at this size, Hz, where the system tells.
+    pub rates_hz: Vec<f64>,
+    /// True for the one that windows open on by themselves.
+    pub primary: bool,
+}
+
+impl Monitor {
+    /// In words.
+    pub fn words(&self) -> String {
+        let rate = self.refresh_hz.map_or("rate unknown".into(), |hz| format!("{hz:.2} Hz"));
+        let primary = if self.primary { ", primary" } else { "" };
+        let others: Vec<String> = self.rates_hz.iter().map(|hz| format!("{hz:.2}")).collect();
+        let others = if others.len() > 1 { format!(" (can do {} Hz)", others.join(", ")) } else { String::new() };
+        format!("{}: {}, {}x{}, {rate}{others}{primary}", self.number, self.name, self.size[0], self.size[1])
+    }
 }
 
 /// How good something is.
@@ -71,6 +101,7 @@ impl Line {
 pub fn examine(options: &Options) -> Vec<Line> {
     let mut lines = picture::examine(options);
     lines.extend(wheel::examine());
+    lines.extend(picture::monitors(&options.monitors));
     lines.extend(machine::examine(&options.recordings));
     lines
 }

@@ -1,6 +1,6 @@
 //! Graphics, time of a frame, SUMO. In: the scenario to be driven and the size of its picture. Out: [`Line`]s.
 
-use super::{Grade, Line, Options};
+use super::{Grade, Line, Monitor, Options};
 use crate::{
     input::Stamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
@@ -42,6 +42,33 @@ pub(super) fn examine(options: &Options) -> Vec<Line> {
     }
     lines.push(sumo);
     lines
+}
+
+/// The monitors, each with a line.
+pub(super) fn monitors(found: &Result<Vec<Monitor>, String>) -> Vec<Line> {
+    match found {
+        Err(error) => vec![Line::told("monitor", Grade::Warning, error)],
+        Ok(all) if all.is_empty() => {
+            vec![Line::warning(
+                "monitor",
+                "the system lists none",
+                "connect one; xrandr or the desk's settings list them",
+            )]
+        }
+        Ok(all) => all.iter().map(monitor).collect(),
+    }
+}
+
+fn monitor(monitor: &Monitor) -> Line {
+    match monitor.refresh_hz {
+        // Tolerance for 59.94.
+        Some(hz) if hz < 59.0 => {
+            let remedy = "a mode of 60 Hz or more: each frame stands longer, and latency with it (--refresh HZ)";
+            Line::warning("monitor", monitor.words(), remedy)
+        }
+        Some(_) => Line::ok("monitor", monitor.words()),
+        None => Line::warning("monitor", monitor.words(), "see the rate in the system's settings: 60 Hz or more"),
+    }
 }
 
 /// Times of pictures of the driver's view, milliseconds, shortest first.
@@ -94,6 +121,23 @@ fn judge(size: [u32; 2], times_ms: &[f64]) -> Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_slow_monitor_is_a_warning_and_each_has_its_number() {
+        let of = |number, refresh_hz| Monitor {
+            number,
+            name: "TV".into(),
+            size: [3840, 2160],
+            refresh_hz,
+            rates_hz: vec![30.0, 59.94],
+            primary: number == 1,
+        };
+        let lines = monitors(&Ok(vec![of(1, Some(59.94)), of(2, Some(30.0)), of(3, None)]));
+        assert_eq!(lines.iter().map(|l| l.grade).collect::<Vec<_>>(), [Grade::Ok, Grade::Warning, Grade::Warning]);
+        assert_eq!(lines[0].found, "1: TV, 3840x2160, 59.94 Hz (can do 30.00, 59.94 Hz), primary");
+        let none = monitors(&Err("no window can be opened\n  remedy: a display".into()));
+        assert_eq!((none[0].grade, none[0].remedy.as_deref()), (Grade::Warning, Some("a display")));
+    }
 
     #[test]
     fn late_pictures_are_a_warning_and_slow_ones_a_fault() {

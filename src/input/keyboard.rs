@@ -18,6 +18,8 @@ pub enum DriveKey {
     Left,
     /// Steer right.
     Right,
+    /// Sound the horn.
+    Horn,
 }
 
 /// The lane as lane help sees it.
@@ -64,7 +66,7 @@ const HELP_PER_METRE: f64 = 0.06;
 /// State of the keys and of the pedals and wheel that they move.
 #[derive(Clone, Debug, Default)]
 pub struct Keyboard {
-    down: [bool; 4],
+    down: [bool; 5],
     throttle: f64,
     brake: f64,
     /// Keys' share of the steering, -1 right to 1 left.
@@ -80,7 +82,7 @@ impl Keyboard {
 
     /// All keys count as released: the window lost the focus or the drive is paused.
     pub fn release_all(&mut self) {
-        self.down = [false; 4];
+        self.down = [false; 5];
     }
 
     /// Pedals up, wheel straight, selector in Drive, for the start of a drive; keys that are down stay down.
@@ -93,9 +95,14 @@ impl Keyboard {
         self.selector = if self.selector == Selector::Reverse { Selector::Drive } else { Selector::Reverse };
     }
 
-    /// True if a driving key is down.
+    /// True if a key is down that moves a pedal or the wheel.
     pub fn any_down(&self) -> bool {
-        self.down.contains(&true)
+        self.down[..DriveKey::Horn as usize].contains(&true)
+    }
+
+    /// True while the horn's key is down.
+    pub fn horn(&self) -> bool {
+        self.down[DriveKey::Horn as usize]
     }
 
     /// Moves pedals and wheel by one tick.

@@ -5,6 +5,7 @@
 use super::{
     clock::Stamp,
     feel::{Angle, ForceDevice},
+    lamps::Lamps,
     profile::Profile,
     profiles::{self, Device, Kind},
     reader::Port,
@@ -125,7 +126,10 @@ impl OpenWheel {
             let at = stamp(event.timestamp(), now, real);
             match event.event_type() {
                 EventType::ABSOLUTE => self.moved(event.code(), event.value(), at, told),
-                EventType::KEY if event.value() == 1 => told.push(Told::Button { code: event.code(), at }),
+                // 2 is the kernel's own repetition.
+                EventType::KEY if event.value() < 2 => {
+                    told.push(Told::Button { code: event.code(), down: event.value() == 1, at });
+                }
                 EventType::SYNCHRONIZATION if event.code() == SYN_DROPPED => {
                     let now: Vec<(u16, i32)> =
                         self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
@@ -218,15 +222,22 @@ impl Port for EvdevPort {
                         wheel.angle.set(profile.steering.wheel_rad(*raw));
                     }
                     wheel.profile = Some(profile.clone());
-                    let (name, values, angle) = (device.name, device.values, Arc::clone(&wheel.angle));
+                    let event = node.path.file_name().unwrap_or_default().to_string_lossy();
+                    let lamps = Lamps::find(Path::new("/sys"), &event);
+                    let angle = Arc::clone(&wheel.angle);
                     self.seen = None;
-                    return Some((Found { name, profile, values, force, angle }, wheel));
+                    return Some((Found { device, profile, lamps, force, angle }, wheel));
                 }
                 Err(text) => say(text),
             }
         }
         self.seen = (!again).then_some(nodes);
         None
+    }
+
+    fn prefer(&mut self, profile: Profile) {
+        self.asked = Some(profile);
+        self.seen = None;
     }
 
     fn read(&mut self, wheel: &mut OpenWheel, told: &mut Vec<Told>) -> io::Result<()> {

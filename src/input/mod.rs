@@ -7,6 +7,7 @@ mod clock;
 pub mod feel;
 pub mod force;
 mod keyboard;
+pub mod lamps;
 #[cfg(target_os = "linux")]
 pub mod linux;
 mod other;
@@ -20,6 +21,7 @@ pub mod wheel;
 pub use clock::Stamp;
 pub use force::Feel;
 pub use keyboard::{DriveKey, Keyboard, LaneHint};
+pub use lamps::Standing;
 pub use other::{WheelAxis, known_wheel};
 pub use pads::Pads;
 pub use profile::{Action, Profile};
@@ -91,6 +93,26 @@ impl Devices {
     /// What the hands are to feel from now on; at least ten times a second, or the force goes.
     pub fn feel(&self, feel: Feel) {
         self.rig.feel(feel);
+    }
+
+    /// The torque that was last sent to the wheel, N m, positive to the left; `None` where none is.
+    pub fn torque_nm(&self) -> Option<f64> {
+        self.rig.torque_nm()
+    }
+
+    /// True while someone sounds the horn.
+    pub fn horn(&self) -> bool {
+        self.keyboard.horn() || self.rig.horn()
+    }
+
+    /// The wheel.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// The wheel, to be calibrated and to show the advice.
+    pub fn rig_mut(&mut self) -> &mut Rig {
+        &mut self.rig
     }
 
     /// When the newest input came that has not been asked for yet, where the device tells times.

@@ -93,6 +93,8 @@ pub struct Buttons {
     pub recentre: Vec<u16>,
     /// Ask for the end of the drive.
     pub abort: Vec<u16>,
+    /// Sound the horn for as long as it is held.
+    pub horn: Vec<u16>,
 }
 
 /// What the participant asks for with a button.
@@ -110,6 +112,27 @@ pub enum Action {
     Recentre,
     /// Ask for the end of the drive.
     Abort,
+    /// Sound the horn for as long as it is held.
+    Horn,
+}
+
+impl Action {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Start, Self::Reverse, Self::Horn, Self::Mark, Self::Answer, Self::Recentre, Self::Abort];
+
+    /// What it does, in a few words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Reverse => "drive, reverse",
+            Self::Start => "start, go on",
+            Self::Mark => "mark this moment",
+            Self::Answer => "answer",
+            Self::Recentre => "driver's view",
+            Self::Abort => "ask for the end",
+            Self::Horn => "horn",
+        }
+    }
 }
 
 /// The force of a wheel, N m at its rim's axle.
@@ -205,6 +228,27 @@ fn share(raw: i32, from: i32, to: i32) -> f64 {
 }
 
 impl Buttons {
+    /// The buttons of an action.
+    pub fn of(&mut self, action: Action) -> &mut Vec<u16> {
+        match action {
+            Action::Reverse => &mut self.reverse,
+            Action::Start => &mut self.start,
+            Action::Mark => &mut self.mark,
+            Action::Answer => &mut self.answer,
+            Action::Recentre => &mut self.recentre,
+            Action::Abort => &mut self.abort,
+            Action::Horn => &mut self.horn,
+        }
+    }
+
+    /// Gives a button to an action, and takes it from any other.
+    pub fn give(&mut self, code: u16, action: Action) {
+        for other in Action::ALL {
+            self.of(other).retain(|taken| *taken != code);
+        }
+        *self.of(action) = vec![code];
+    }
+
     /// What a button does.
     pub fn action(&self, code: u16) -> Option<Action> {
         let all = [
@@ -214,6 +258,7 @@ impl Buttons {
             (&self.answer, Action::Answer),
             (&self.recentre, Action::Recentre),
             (&self.abort, Action::Abort),
+            (&self.horn, Action::Horn),
         ];
         all.into_iter().find(|(codes, _)| codes.contains(&code)).map(|(_, action)| action)
     }

@@ -1,67 +1,93 @@
 //! Properties of profiles: maps from raw values to wheel and pedals, and what is said of a wrong file.
 
 use super::*;
-use crate::rng::{self, Stream};
+use proptest::{
+    prelude::*,
+    test_runner::{Config, RngSeed},
+};
 
 const G29: &str = include_str!("../../assets/wheels/g29.toml");
 
-/// A whole number in `low..high`.
-fn whole(random: &mut Stream, low: i32, high: i32) -> i32 {
-    random.uniform(low.into(), high.into()) as i32
+/// The same cases in every run.
+fn config() -> Config {
+    Config { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(7), ..Config::default() }
 }
 
-/// A profile of a device that nobody has built.
-fn random_pedal(random: &mut Stream) -> Pedal {
-    let released = whole(random, -70_000, 70_000);
-    let way = whole(random, 2, 70_000);
-    let pressed = if random.index(2) == 0 { released + way } else { released - way };
-    let [dead, end] = [random.uniform(0.0, 0.4), random.uniform(0.0, 0.4)];
-    Pedal { axis: 2, released, pressed, dead, end, curve: random.uniform(0.3, 4.0) }
-}
-
-#[test]
-fn every_pedal_is_zero_at_rest_one_at_the_floor_and_never_goes_back_between() {
-    let mut random = rng::stream(7, "pedals");
-    for _ in 0..2000 {
-        let pedal = random_pedal(&mut random);
-        assert_eq!(pedal.effect(pedal.released), 0.0, "{pedal:?}");
-        assert_eq!(pedal.effect(pedal.pressed), 1.0, "{pedal:?}");
-        let at = |i: i32| {
-            let raw = f64::from(pedal.released) + f64::from(pedal.pressed - pedal.released) * f64::from(i) / 400.0;
-            pedal.effect(raw.round() as i32)
-        };
-        assert!((-40..440).all(|i| at(i + 1) >= at(i)), "{pedal:?}");
-        assert!((0..=1).all(|i| (0.0..=1.0).contains(&at(i * 500 - 100))), "beyond the ends: {pedal:?}");
+prop_compose! {
+    /// A pedal that nobody has built.
+    fn pedals()(
+        released in -70_000..70_000_i32,
+        way in 2..70_000_i32,
+        up in any::<bool>(),
+        dead in 0.0..0.4,
+        end in 0.0..0.4,
+        curve in 0.3..4.0,
+    ) -> Pedal {
+        Pedal { axis: 2, released, pressed: if up { released + way } else { released - way }, dead, end, curve }
     }
 }
 
-#[test]
-fn every_wheel_is_straight_at_its_centre_and_turns_through_its_full_range_without_a_step() {
-    let mut random = rng::stream(8, "wheels");
-    for _ in 0..2000 {
-        let (half_left, half_right) = (whole(&mut random, 500, 40_000), whole(&mut random, 500, 40_000));
-        let sign = if random.index(2) == 0 { 1 } else { -1 };
-        let centre = whole(&mut random, -1000, 40_000);
-        let wheel = Steering {
-            axis: 0,
-            left: centre - sign * half_left,
-            centre,
-            right: centre + sign * half_right,
-            range_deg: random.uniform(180.0, 1440.0),
-            ratio: 15.0,
-            dead: random.uniform(0.0, 0.2),
-        };
+prop_compose! {
+    /// A wheel that nobody has built; its halves differ.
+    fn wheels()(
+        centre in -1000..40_000_i32,
+        half_left in 500..40_000_i32,
+        half_right in 500..40_000_i32,
+        sign in prop::sample::select(vec![-1, 1]),
+        range_deg in 180.0..1440.0,
+        ratio in 5.0..40.0,
+        dead in 0.0..0.2,
+    ) -> Steering {
+        let (left, right) = (centre - sign * half_left, centre + sign * half_right);
+        Steering { axis: 0, left, centre, right, range_deg, ratio, dead }
+    }
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn every_pedal_is_zero_at_rest_one_at_the_floor_and_rises_between_without_a_step(
+        pedal in pedals(),
+        share in -0.1..1.1,
+        foot in 0.0..1.0,
+    ) {
+        prop_assert_eq!(pedal.effect(pedal.released), 0.0);
+        prop_assert_eq!(pedal.effect(pedal.pressed), 1.0);
+        let towards_floor = (pedal.pressed - pedal.released).signum();
+        let raw = |share: f64| pedal.released + (f64::from(pedal.pressed - pedal.released) * share).round() as i32;
+        let (here, next) = (pedal.effect(raw(share)), pedal.effect(raw(share) + towards_floor));
+        prop_assert!((0.0..=1.0).contains(&here));
+        // A count of the device is so much of the live way; a power below 1 rises most over the first count, one above 1
+        // at the end.
+        let count = 1.0 / (f64::from((pedal.pressed - pedal.released).abs()) * (1.0 - pedal.dead - pedal.end));
+        let most = count.powf(pedal.curve).max(count * pedal.curve) + 1e-6;
+        let rise = f64::from(next) - f64::from(here);
+        prop_assert!((0.0..=most).contains(&rise), "{} of at most {}", rise, most);
+        // No foot within the dead zone acts, noise of a worn sensor included.
+        prop_assert_eq!(pedal.effect(raw(foot * (pedal.dead - 0.5 * count).max(0.0))), 0.0);
+    }
+
+    #[test]
+    fn every_wheel_is_straight_at_its_centre_and_turns_through_its_full_range_without_a_step(
+        wheel in wheels(),
+        share in -1.2..1.2,
+    ) {
         let end = (wheel.range_deg / 2.0).to_radians();
-        assert_eq!(wheel.wheel_rad(centre), 0.0);
-        assert!((wheel.wheel_rad(wheel.left) - end).abs() < 1e-9, "{wheel:?}");
-        assert!((wheel.wheel_rad(wheel.right) + end).abs() < 1e-9, "{wheel:?}");
-        // A raw count is at least 1/500 of a half range, and the dead zone makes the rest steeper by 1/(1 - dead).
-        let most = end / f64::from(half_left.min(half_right)) / (1.0 - wheel.dead) + 1e-9;
-        for _ in 0..50 {
-            let raw = whole(&mut random, centre - 45_000, centre + 45_000);
-            let change = f64::from(sign) * (wheel.wheel_rad(raw + 1) - wheel.wheel_rad(raw));
-            assert!((-most..=0.0).contains(&change), "{change} at {raw}: {wheel:?}");
-        }
+        prop_assert_eq!(wheel.wheel_rad(wheel.centre), 0.0);
+        prop_assert_eq!(wheel.car_rad(wheel.centre), 0.0);
+        prop_assert!((wheel.wheel_rad(wheel.left) - end).abs() < 1e-9);
+        prop_assert!((wheel.wheel_rad(wheel.right) + end).abs() < 1e-9);
+        let half = (wheel.left - wheel.centre).abs().min((wheel.right - wheel.centre).abs());
+        // A raw count is 1 / half of the smaller side, and the dead zone makes the rest steeper by 1 / (1 - dead).
+        let most = end / f64::from(half) / (1.0 - wheel.dead) + 1e-9;
+        let raw = wheel.centre + (share * f64::from((wheel.left - wheel.centre).abs())) as i32;
+        let to_right = (wheel.right - wheel.centre).signum();
+        let change = wheel.wheel_rad(raw + to_right) - wheel.wheel_rad(raw);
+        prop_assert!((-most..=0.0).contains(&change), "{} of at most {}", change, most);
+        let car = wheel.car_rad(raw + to_right) - wheel.car_rad(raw);
+        prop_assert!((-1e-6..=1e-6).contains(&car) || car < 0.0, "the car's wheel turns the same way");
+        prop_assert!(wheel.car_rad(raw).abs() <= STEERING_LOCK_RAD);
     }
 }
 

@@ -1,11 +1,14 @@
 //! The reading of wheels, apart from the system's own way to them. In: a [`Port`]. Out: [`Told`] to whoever polls. One
 //! turn finds a wheel or waits a moment for its events; a wheel that fails to be read is lost, and looked for again.
 
-use super::wheel::{Found, Told};
+use super::{
+    profile::Profile,
+    wheel::{Found, Told},
+};
 use std::{
     io,
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
         mpsc::{self, Receiver, Sender},
     },
@@ -23,6 +26,9 @@ pub trait Port: Send + 'static {
 
     /// Looks for a wheel and opens it. `say` takes what a person has to know, again and again.
     fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(Found, Self::Wheel)>;
+
+    /// From the next wheel on, this is its profile.
+    fn prefer(&mut self, profile: Profile);
 
     /// Waits a moment for events, at most a tenth of a second, and adds them to `told`.
     ///
@@ -45,6 +51,12 @@ impl<P: Port> Reader<P> {
     pub fn new(port: P) -> (Self, Receiver<Told>) {
         let (to, told) = mpsc::channel();
         (Self { port, wheel: None, to, said: Vec::new() }, told)
+    }
+
+    /// Takes this profile from now on: lets the wheel go, to find it again with it.
+    pub fn prefer(&mut self, profile: Profile) {
+        self.port.prefer(profile);
+        self.wheel = None;
     }
 
     /// One turn. False if there is no wheel, so that there is time to wait.
@@ -80,6 +92,8 @@ impl<P: Port> Reader<P> {
 /// The reading thread; it ends with this.
 pub struct ReadingThread {
     stop: Arc<AtomicBool>,
+    /// A profile that was learnt, for the thread to take.
+    learnt: Arc<Mutex<Option<Profile>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -95,8 +109,13 @@ impl ReadingThread {
         let (mut reader, told) = Reader::new(port);
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
+        let learnt = Arc::new(Mutex::new(None));
+        let waiting = Arc::clone(&learnt);
         let thread = std::thread::Builder::new().name("wheel".into()).spawn(move || {
             while !flag.load(Ordering::Relaxed) {
+                if let Some(profile) = waiting.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                    reader.prefer(profile);
+                }
                 if !reader.turn() {
                     // In small pieces, so that the end of the program need not wait.
                     for _ in 0..10 {
@@ -107,7 +126,12 @@ impl ReadingThread {
                 }
             }
         })?;
-        Ok((Self { stop, thread: Some(thread) }, told))
+        Ok((Self { stop, learnt, thread: Some(thread) }, told))
+    }
+
+    /// The wheel is to be taken anew with this profile; it is found again in a moment.
+    pub fn prefer(&self, profile: Profile) {
+        *self.learnt.lock().unwrap_or_else(PoisonError::into_inner) = Some(profile);
     }
 }
 

@@ -2,10 +2,13 @@
 //! Out: controls, news for people, and force while there is a wheel that takes it.
 
 use super::{
+    calibrate::Calibration,
     clock::Stamp,
     feel::{ForceLoop, ForceThread},
     force::Feel,
-    profile::{Action, Profile},
+    lamps::{self, Lamps, Standing},
+    profile::{Action, Profile, ProfileError},
+    profiles::Device,
     reader::ReadingThread,
     wheel::{Found, Told, WheelState},
 };
@@ -32,13 +35,19 @@ pub struct Rig {
     /// What holds while there is none: pedals up, the wheel where it was.
     left: Controls,
     newest: Option<Stamp>,
+    /// Questions that are being asked, and since when.
+    calibration: Option<(Calibration, Stamp)>,
+    last_button: Option<u16>,
+    /// True once it was said that there are no lamps.
+    lamps_told: bool,
     /// The last: its end is waited for after all else is let go.
-    _thread: Option<ReadingThread>,
+    thread: Option<ReadingThread>,
 }
 
 struct Plugged {
-    name: String,
+    device: Device,
     state: WheelState,
+    lamps: Lamps,
     force: Option<ForceThread>,
 }
 
@@ -50,12 +59,21 @@ impl Rig {
             Some((thread, told)) => (Some(thread), told),
             None => (None, std::sync::mpsc::channel().1),
         };
-        Self { _thread: thread, ..Self::fed_by(told) }
+        Self { thread, ..Self::fed_by(told) }
     }
 
     /// A wheel that is told of by whoever holds the other end.
     pub fn fed_by(told: Receiver<Told>) -> Self {
-        Self { told, wheel: None, left: Controls::default(), newest: None, _thread: None }
+        Self {
+            told,
+            wheel: None,
+            left: Controls::default(),
+            newest: None,
+            calibration: None,
+            last_button: None,
+            lamps_told: false,
+            thread: None,
+        }
     }
 
     /// Takes in what happened since the last call. True if a hand or foot moved something.
@@ -64,17 +82,27 @@ impl Rig {
         while let Ok(told) = self.told.try_recv() {
             match told {
                 Told::Found(found) => {
-                    log::info!("found {} (profile {})", found.name, found.profile.name);
-                    news.push(RigNews::Found(found.name.clone()));
+                    log::info!("found {} (profile {})", found.device.name, found.profile.name);
+                    news.push(RigNews::Found(found.device.name.clone()));
                     self.plug(*found);
                 }
                 Told::Axis { code, raw, at } => {
                     if let Some(wheel) = &mut self.wheel {
                         touched |= wheel.state.moved(code, raw);
                         self.newest = self.newest.max(at);
+                        if let Some((calibration, began)) = &mut self.calibration {
+                            let at_s = began.until(at.unwrap_or_else(Stamp::now)).as_secs_f64();
+                            calibration.moved(code, raw, at_s);
+                        }
                     }
                 }
-                Told::Button { code, at } => {
+                Told::Button { code, down: false, .. } => {
+                    if let Some(wheel) = &mut self.wheel {
+                        wheel.state.released(code);
+                    }
+                }
+                Told::Button { code, at, .. } => {
+                    self.last_button = Some(code);
                     if let Some(action) = self.wheel.as_mut().and_then(|wheel| wheel.state.pressed(code)) {
                         touched = true;
                         self.newest = self.newest.max(at);
@@ -82,10 +110,11 @@ impl Rig {
                     }
                 }
                 Told::Lost => {
+                    self.calibration = None;
                     if let Some(wheel) = self.wheel.take() {
-                        log::warn!("{} was unplugged: its pedals count as released", wheel.name);
+                        log::warn!("{} was unplugged: its pedals count as released", wheel.device.name);
                         self.left = Controls { throttle: 0.0, brake: 0.0, ..wheel.state.controls() };
-                        news.push(RigNews::Lost(wheel.name));
+                        news.push(RigNews::Lost(wheel.device.name.clone()));
                     }
                 }
                 Told::Trouble(text) => {
@@ -94,16 +123,24 @@ impl Rig {
                 }
             }
         }
+        if let Some((calibration, began)) = &mut self.calibration {
+            calibration.time(began.until(Stamp::now()).as_secs_f64());
+        }
         (touched, news)
     }
 
     fn plug(&mut self, found: Found) {
-        let mut state = WheelState::new(found.profile, found.values);
+        // The old one's force ends before the new one's begins.
+        self.calibration = None;
+        if let Some(old) = self.wheel.take() {
+            self.left = old.state.controls();
+        }
+        let mut state = WheelState::new(found.profile, found.device.values.clone());
         state.set_reverse(self.left.selector == Selector::Reverse);
         let force = found.force.map(|device| ForceLoop::new(device, state.profile()));
         let force = force.map(|force| ForceThread::start(force, found.angle));
         let force = force.and_then(|started| started.map_err(|e| log::warn!("no thread for the force: {e}")).ok());
-        self.wheel = Some(Plugged { name: found.name, state, force });
+        self.wheel = Some(Plugged { device: found.device, state, lamps: found.lamps, force });
     }
 
     /// What the wheel asks of the car; without one the pedals are released and the wheel stands where it was.
@@ -131,6 +168,68 @@ impl Rig {
         }
     }
 
+    /// True while the horn is held on the wheel.
+    pub fn horn(&self) -> bool {
+        self.wheel.as_ref().is_some_and(|wheel| wheel.state.horn())
+    }
+
+    /// Shows on the wheel's rev lamps how the speed stands to the advice. The first time that this cannot be done: why.
+    pub fn show_standing(&mut self, standing: Standing) -> Option<String> {
+        let trouble = match &mut self.wheel {
+            Some(wheel) if wheel.lamps.count() == 0 => format!("{} has no rev lamps", wheel.device.name),
+            Some(wheel) => match wheel.lamps.show(standing) {
+                Ok(()) => return None,
+                Err(error) => format!(
+                    "the rev lamps stay as they are ({error})\n  remedy: add this line to the wheel's udev rules\n    {}",
+                    lamps::UDEV_RULE
+                ),
+            },
+            None => "no wheel with rev lamps is plugged in".into(),
+        };
+        (!std::mem::replace(&mut self.lamps_told, true)).then_some(trouble)
+    }
+
+    /// Begins to ask about the wheel that is plugged in.
+    ///
+    /// # Errors
+    /// There is none, or it has too few axes.
+    pub fn calibrate(&mut self) -> Result<(), ProfileError> {
+        let text = "no steering wheel is plugged in\n  remedy: plug it in, wait for its turn, and begin again";
+        let wheel = self.wheel.as_ref().ok_or_else(|| ProfileError(text.into()))?;
+        let mut device = wheel.device.clone();
+        device.values.extend(wheel.state.raw());
+        self.calibration = Some((Calibration::new(device, 0.0)?, Stamp::now()));
+        Ok(())
+    }
+
+    /// The questions, while they are asked.
+    pub fn calibration(&self) -> Option<&Calibration> {
+        self.calibration.as_ref().map(|(calibration, _)| calibration)
+    }
+
+    /// Asks no more.
+    pub fn end_calibration(&mut self) {
+        self.calibration = None;
+    }
+
+    /// Takes the wheel anew with this profile.
+    pub fn take(&mut self, profile: Profile) {
+        self.calibration = None;
+        if let Some(wheel) = &mut self.wheel {
+            // Its end sets the device's own centring, which must not come after the new one's beginning.
+            wheel.force = None;
+        }
+        if let Some(thread) = &self.thread {
+            thread.prefer(profile);
+        }
+    }
+
+    /// The wheel's last raw values, and the button that was pressed last.
+    pub fn raw(&self) -> Option<(&Device, &std::collections::BTreeMap<u16, i32>, Option<u16>)> {
+        let wheel = self.wheel.as_ref()?;
+        Some((&wheel.device, wheel.state.raw(), self.last_button))
+    }
+
     /// When the newest input came that has not been asked for yet.
     pub fn newest_input(&mut self) -> Option<Stamp> {
         self.newest.take()
@@ -145,7 +244,7 @@ impl Rig {
     pub fn describe(&self) -> String {
         let Some(wheel) = &self.wheel else { return "wheel unplugged".into() };
         let force = if wheel.force.is_some() { "with force" } else { "without force" };
-        format!("{}, profile {}, {force}", wheel.name, wheel.state.profile().name)
+        format!("{}, profile {}, {force}", wheel.device.name, wheel.state.profile().name)
     }
 }
 

@@ -17,6 +17,14 @@ fn rest() -> BTreeMap<u16, i32> {
     [(0, 32_767), (1, 255), (2, 255), (5, 255)].into()
 }
 
+/// A G29 at rest as the reading thread tells of it.
+fn found(force: Option<Box<dyn ForceDevice>>) -> Found {
+    let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
+    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: rest() };
+    let profile = profiles::named("g29").unwrap();
+    Found { device, profile, lamps: Lamps::default(), force, angle: Arc::new(Angle::default()) }
+}
+
 /// What a wheel was told, in order.
 #[derive(Clone, Default)]
 struct Log(Arc<Mutex<Vec<Option<i16>>>>);
@@ -47,10 +55,11 @@ impl Port for Pulled {
             return None;
         }
         let force = self.force.clone().map(|log| Box::new(log) as Box<dyn ForceDevice>);
-        let profile = profiles::named("g29").unwrap();
-        let found = Found { name: "G29".into(), profile, values: rest(), force, angle: Arc::new(Angle::default()) };
+        let found = found(force);
         Some((found, Some(self.batches.remove(0))))
     }
+
+    fn prefer(&mut self, _profile: Profile) {}
 
     fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<Told>) -> io::Result<()> {
         let events = wheel.take().ok_or(io::ErrorKind::NotConnected)?;
@@ -92,13 +101,10 @@ fn five_hundred_times_unplugged_and_plugged_in_again() {
 fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
     let (to, told) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(told);
-    let plug = || {
-        let profile = profiles::named("g29").unwrap();
-        Told::Found(Box::new(Found { name: "G29".into(), profile, values: rest(), force: None, angle: Arc::default() }))
-    };
+    let plug = || Told::Found(Box::new(found(None)));
     to.send(plug()).unwrap();
-    to.send(Told::Button { code: 293, at: None }).unwrap();
-    to.send(Told::Button { code: 297, at: None }).unwrap();
+    to.send(Told::Button { code: 293, down: true, at: None }).unwrap();
+    to.send(Told::Button { code: 297, down: true, at: None }).unwrap();
     let (touched, news) = rig.poll();
     assert!(touched);
     assert_eq!(news[1..], [RigNews::Pressed(Action::Reverse), RigNews::Pressed(Action::Start)]);
@@ -112,9 +118,7 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
 fn the_newest_time_is_told_once() {
     let (to, told) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(told);
-    let profile = profiles::named("g29").unwrap();
-    let found = Found { name: "G29".into(), profile, values: rest(), force: None, angle: Arc::default() };
-    to.send(Told::Found(Box::new(found))).unwrap();
+    to.send(Told::Found(Box::new(found(None)))).unwrap();
     let at = |ms| Some(Stamp(std::time::Duration::from_millis(ms)));
     for (raw, ms) in [(40_000, 500), (41_000, 510), (41_500, 505)] {
         to.send(Told::Axis { code: 0, raw, at: at(ms) }).unwrap();

@@ -5,7 +5,9 @@
 use super::{
     clock::Stamp,
     feel::{Angle, ForceDevice},
+    lamps::Lamps,
     profile::{Action, Profile},
+    profiles::Device,
 };
 use crate::ego::{Controls, Selector};
 use std::{collections::BTreeMap, sync::Arc};
@@ -29,10 +31,12 @@ pub enum Told {
         /// When, by the kernel.
         at: Option<Stamp>,
     },
-    /// A button went down.
+    /// A button went down or came up.
     Button {
         /// evdev code.
         code: u16,
+        /// True if it went down.
+        down: bool,
         /// When, by the kernel.
         at: Option<Stamp>,
     },
@@ -44,12 +48,12 @@ pub enum Told {
 
 /// A wheel that was found.
 pub struct Found {
-    /// The device's own name.
-    pub name: String,
+    /// The device: its name, axes and their values when it was opened.
+    pub device: Device,
     /// Its profile.
     pub profile: Profile,
-    /// Values of the axes when it was opened.
-    pub values: BTreeMap<u16, i32>,
+    /// Rev lamps, if it has any.
+    pub lamps: Lamps,
     /// What takes its force, if it has any.
     pub force: Option<Box<dyn ForceDevice>>,
     /// Its turn, kept by the reading thread.
@@ -67,13 +71,14 @@ pub struct WheelState {
     /// Values at the last touch.
     touched: BTreeMap<u16, i32>,
     reverse: bool,
+    horn: bool,
 }
 
 impl WheelState {
     /// A wheel with the values that were read when it was opened. If all of them are 0 the driver has not read any.
     pub fn new(profile: Profile, values: BTreeMap<u16, i32>) -> Self {
         let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
-        let mut state = Self { profile, touched: raw.clone(), raw, armed: Vec::new(), reverse: false };
+        let mut state = Self { profile, touched: raw.clone(), raw, armed: Vec::new(), reverse: false, horn: false };
         state.arm();
         state
     }
@@ -100,13 +105,29 @@ impl WheelState {
         touched
     }
 
-    /// A button went down: what it does. Drive and reverse are changed here.
+    /// A button went down: what it does. Drive and reverse are changed here, and the horn begins.
     pub fn pressed(&mut self, code: u16) -> Option<Action> {
         let action = self.profile.buttons.action(code);
+        self.horn |= action == Some(Action::Horn);
         if action == Some(Action::Reverse) {
             self.reverse = !self.reverse;
         }
         action
+    }
+
+    /// A button came up: the horn ends with its own.
+    pub fn released(&mut self, code: u16) {
+        self.horn &= self.profile.buttons.action(code) != Some(Action::Horn);
+    }
+
+    /// True while the horn is held.
+    pub fn horn(&self) -> bool {
+        self.horn
+    }
+
+    /// Last raw values of the axes that are known.
+    pub fn raw(&self) -> &BTreeMap<u16, i32> {
+        &self.raw
     }
 
     /// The selector, as it is kept when a wheel comes back.
@@ -211,5 +232,10 @@ mod tests {
         assert_eq!(wheel.controls().selector, Selector::Reverse);
         assert_eq!(wheel.pressed(297), Some(Action::Start));
         assert_eq!(wheel.pressed(999), None);
+        assert_eq!((wheel.pressed(289), wheel.horn()), (Some(Action::Horn), true));
+        wheel.released(297);
+        assert!(wheel.horn());
+        wheel.released(289);
+        assert!(!wheel.horn());
     }
 }

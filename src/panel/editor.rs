@@ -11,11 +11,13 @@ use super::theme;
 use crate::sim::{Field, Kind, Scenario, ScenarioError, fields};
 
 /// Sections and the settings in them, in order; a path that ends in a dot is a whole table. What is in none comes last.
-const SECTIONS: [(&str, &[&str]); 5] = [
+const SECTIONS: [(&str, &[&str]); 7] = [
     ("Road & traffic", &["map", "vehicles", "traffic", "start"]),
     ("IDM", &["idm."]),
     ("Advice", &["policy", "policy_speed_mps", "hold_s", "range_mph"]),
     ("Display", &["units", "screen_width_m", "eye_distance_m", "ordinary_paints", "cockpit", "palette", "quality"]),
+    ("Sound", &["sound.", "advice_tone"]),
+    ("Rig", &["rev_lamps", "flash_patch", "extra_delay_s"]),
     ("Run", &[]),
 ];
 
@@ -89,12 +91,15 @@ impl Editor {
         for (section, (title, _)) in SECTIONS.iter().enumerate() {
             let changed = self.in_section(section).any(|field| self.has_changed(field));
             let title = RichText::new(*title).color(if changed { theme::AMBER } else { theme::TEXT }).strong();
-            egui::CollapsingHeader::new(title).id_salt(section).default_open(section != 3).show(ui, |ui| {
-                let here: Vec<Field> = self.in_section(section).cloned().collect();
-                for field in &here {
-                    self.row(ui, field);
-                }
-            });
+            egui::CollapsingHeader::new(title).id_salt(section).default_open(![3, 4, 5].contains(&section)).show(
+                ui,
+                |ui| {
+                    let here: Vec<Field> = self.in_section(section).cloned().collect();
+                    for field in &here {
+                        self.row(ui, field);
+                    }
+                },
+            );
         }
     }
 
@@ -172,7 +177,8 @@ fn name_of(field: &Field) -> String {
     if field.table().is_some() {
         let symbol = field.path.rsplit('.').next().unwrap_or_default();
         let meaning = field.doc.split([',', ';', ':']).next().unwrap_or_default();
-        return format!("{symbol}  {meaning}");
+        // A symbol of the literature is looked for; a key in words says no more than its meaning.
+        return if symbol.contains('_') { meaning.to_owned() } else { format!("{symbol}  {meaning}") };
     }
     let flag = field.flag().replace('-', " ");
     let mut letters = flag.chars();

@@ -1,6 +1,8 @@
 //! The experimenter's panel. In: a [`PanelState`], what there is to show. Out: [`PanelCommand`]s. It owns no part of the
 //! simulation, and nothing that a participant sees depends on it.
 
+pub mod calibration;
+mod check;
 mod editor;
 pub mod experimenter;
 mod help;
@@ -11,6 +13,7 @@ pub mod screens;
 pub mod theme;
 pub mod visit;
 
+pub use check::{DisplayTruth, show as check};
 pub use editor::Choices;
 pub use history::{History, Sample};
 pub use presets::{Presets, Refusal};
@@ -75,6 +78,10 @@ pub enum PanelCommand {
     SingleStep(Advance),
     /// Begin a new drive with this scenario, edited or not.
     Restart(Box<Scenario>),
+    /// Show the page of wheel and pedals.
+    Wheel,
+    /// What that page asks for.
+    Calibration(calibration::CalibrationCommand),
 }
 
 /// How far a single step goes.
@@ -171,6 +178,10 @@ impl Panel {
             ui.heading("codrive");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 ui.label(RichText::new(word).color(light).strong());
+                let wheel = ui.small_button("Wheel").on_hover_text("Wheel and pedals: live bars, calibration, buttons");
+                if wheel.clicked() {
+                    commands.push(PanelCommand::Wheel);
+                }
             });
         });
         let edited = self.editor.scenario();

@@ -37,10 +37,28 @@ pub struct Manifest {
     pub graphics: Option<String>,
     /// Width of the visible picture and distance of the eyes from it, metres.
     pub display_m: [f64; 2],
+    /// The screen and how pictures come to it; `None` without a window.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub screen: Option<Screen>,
     /// How it ended; `None` while it lasts, and after a cut.
     pub ended: Option<String>,
     /// Fingerprint of all snapshots, at the end.
     pub hash: Option<String>,
+}
+
+/// A screen and how pictures come to it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Screen {
+    /// Name of the monitor, as the system tells.
+    pub monitor: Option<String>,
+    /// Its refresh rate, Hz.
+    pub refresh_hz: Option<f64>,
+    /// Size of the picture, pixels.
+    pub size: [u32; 2],
+    /// How pictures are handed over: fifo waits for the screen and never tears.
+    pub present_mode: String,
+    /// Pictures that may wait for the screen, at most.
+    pub frames_ahead: u32,
 }
 
 /// A name and the SHA-256 of what it stands for.

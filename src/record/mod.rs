@@ -69,6 +69,7 @@ pub enum RecordError {
 fn remedy(why: &std::io::Error) -> &'static str {
     match why.kind() {
         std::io::ErrorKind::StorageFull => "; make room on the disk and begin again in another folder",
+        std::io::ErrorKind::AlreadyExists => "; nothing is overwritten: name another",
         std::io::ErrorKind::PermissionDenied => "; choose a folder that you may write to",
         _ => "",
     }

@@ -113,6 +113,8 @@ pub struct Recorder {
     /// Advices that no frame has shown yet.
     unseen: Vec<AdviceRow>,
     gauge: Arc<Gauge>,
+    /// Torque that the wheel's motor was sent last, N m.
+    wheel_force_nm: Option<f64>,
     queue: Option<SyncSender<Batch>>,
     writer: Option<JoinHandle<Result<(), RecordError>>>,
 }
@@ -163,9 +165,15 @@ impl Recorder {
             batch: Batch::default(),
             unseen: Vec::new(),
             gauge,
+            wheel_force_nm: None,
             queue: Some(queue),
             writer: Some(writer),
         })
+    }
+
+    /// The torque that the wheel's motor was sent, N m, for all ticks from here on; `None` where there is no force.
+    pub fn force(&mut self, wheel_force_nm: Option<f64>) {
+        self.wheel_force_nm = wheel_force_nm;
     }
 
     /// The world has made a tick with these controls.
@@ -188,7 +196,7 @@ impl Recorder {
 
     fn add(&mut self, snapshot: &Snapshot, controls: &Controls, step_ticks: u64) -> Result<(), RecordError> {
         self.hash = snapshot.hash(self.hash);
-        self.batch.ego.push(EgoRow::of(snapshot, &controls.sane(), self.hash));
+        self.batch.ego.push(EgoRow::of(snapshot, &controls.sane(), self.wheel_force_nm, self.hash));
         if snapshot.tick.0.is_multiple_of(step_ticks) {
             self.batch.cars.push(CarRow::ego(snapshot));
             self.batch.cars.extend(snapshot.cars.iter().map(|car| CarRow::of(snapshot.tick, car)));

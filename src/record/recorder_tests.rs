@@ -22,6 +22,7 @@ fn manifest() -> Manifest {
         machine: "any".into(),
         graphics: None,
         display_m: [1.0, 1.0],
+        screen: None,
         ended: None,
         hash: None,
     }
@@ -146,4 +147,20 @@ fn the_recorded_hash_is_that_of_the_summary() {
     assert_eq!(format!("{:016x}", hashes[29]), tally.summary().hash);
     let events = Reader::parquet(&Table::Events.parquet(&recording)).expect("a table");
     assert_eq!((events.words("event"), events.words("detail")), (vec!["mark".to_owned()], vec!["by hand".to_owned()]));
+}
+
+#[test]
+fn the_force_is_in_the_rows_from_where_it_was_told_and_empty_before() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("p1");
+    let mut world = world();
+    let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
+    for force in [None, Some(0.75), Some(-1.25), None] {
+        recorder.force(force);
+        drive(&mut world, &mut recorder, 2).expect("room");
+    }
+    recorder.finish(&Tally::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    let ego = Reader::parquet(&Table::Ego.parquet(&recording)).expect("a table");
+    let expected = [None, None, Some(0.75), Some(0.75), Some(-1.25), Some(-1.25), None, None];
+    assert_eq!(ego.numbers("wheel_force_nm"), expected);
 }

@@ -34,11 +34,13 @@ pub struct EgoRow {
     pub advice: Option<Advice>,
     /// Mean speed of all vehicles, m/s.
     pub mean_speed_mps: f64,
+    /// Torque sent to the wheel's motor, N m, positive to the left; `None` where none is.
+    pub wheel_force_nm: Option<f64>,
 }
 
 impl EgoRow {
-    /// The row of this snapshot.
-    pub fn of(snapshot: &Snapshot, controls: &Controls, hash: u64) -> Self {
+    /// The row of this snapshot; `wheel_force_nm` is what the wheel's motor was sent.
+    pub fn of(snapshot: &Snapshot, controls: &Controls, wheel_force_nm: Option<f64>, hash: u64) -> Self {
         Self {
             tick: snapshot.tick,
             hash,
@@ -50,6 +52,7 @@ impl EgoRow {
             leader: snapshot.leader.map(|l| (l.id.0, l.gap_m, l.speed_mps)),
             advice: snapshot.advice,
             mean_speed_mps: snapshot.mean_speed_mps,
+            wheel_force_nm,
         }
     }
 
@@ -93,7 +96,12 @@ pub const EGO: &[Column<EgoRow>] = &[
     column("tick", "", "tick, 10 ms each, since the start of the drive", Get::Whole(|r| r.tick.0)),
     number("time_s", "s", "time since the start of the drive", |r| Some(r.tick.seconds())),
     column("hash", "", "fingerprint of every snapshot up to this tick", Get::Whole(|r| r.hash)),
-    number("throttle", "", "accelerator, 0 released to 1 floored", |r| Some(r.controls.throttle.into())),
+    number(
+        "throttle",
+        "",
+        "accelerator, 0 released to 1 floored, as given: the scenario's extra delay comes after",
+        |r| Some(r.controls.throttle.into()),
+    ),
     number("brake", "", "brake pedal, 0 released to 1 full force", |r| Some(r.controls.brake.into())),
     number("steering_wheel_rad", "rad", "angle of the steering wheel, positive to the left", |r| {
         Some(r.controls.steering_wheel_rad.into())
@@ -146,6 +154,12 @@ pub const EGO: &[Column<EgoRow>] = &[
         Get::Flag(|r| Some(r.advice?.accepts(r.ego.speed_mps))),
     ),
     number("mean_speed_mps", "m/s", "mean speed of all vehicles, the ego included", |r| Some(r.mean_speed_mps)),
+    number(
+        "wheel_force_nm",
+        "N m",
+        "torque that the steering wheel's motor was sent, positive to the left; empty where there is no force",
+        |r| r.wheel_force_nm,
+    ),
 ];
 
 /// A car at a step; the ego is car 0.
@@ -278,6 +292,10 @@ pub struct FrameRow {
     pub dropped_s: f64,
     /// From the newest input that it used to its handing over, seconds, where the device tells times.
     pub latency_s: Option<f64>,
+    /// From that input to the tick that used it, seconds.
+    pub input_to_tick_s: Option<f64>,
+    /// The square in the corner was white; `None` where there is no square.
+    pub flash: Option<bool>,
 }
 
 /// One row a frame.
@@ -289,6 +307,8 @@ pub const FRAMES: &[Column<FrameRow>] = &[
     number("elapsed_s", "s", "time since the frame before", |r| Some(r.elapsed_s)),
     number("dropped_s", "s", "simulation that was given up because the frame came too late", |r| Some(r.dropped_s)),
     number("latency_s", "s", "newest input to handing over, where the device tells times", |r| r.latency_s),
+    number("input_to_tick_s", "s", "that input to the tick that used it", |r| r.input_to_tick_s),
+    column("flash", "", "the square in the corner was white; empty without a square", Get::Flag(|r| r.flash)),
 ];
 
 /// Something that happened.

@@ -72,6 +72,9 @@ impl DialPlace {
     }
 }
 
+/// Side of the square for a photodiode, as a share of the picture's height: 48 mm on a 55-inch television.
+pub const PATCH_SHARE: f32 = 0.07;
+
 /// Draws the speedometer over a picture.
 #[derive(Debug)]
 pub struct DialPass {
@@ -92,14 +95,23 @@ impl DialPass {
         Self { ctx, ui: UiPass::new(device, format), place: DialPlace::default(), palette: Palette::default() }
     }
 
-    /// Appends the instrument to the picture. Once a submission (see [`UiPass::draw`]).
-    pub fn draw(&mut self, target: Overlay<'_>, dial: &Dial) {
+    /// Appends the instrument to the picture, and the square for a photodiode: `patch` is whether it is white. Once a
+    /// submission (see [`UiPass::draw`]).
+    pub fn draw(&mut self, target: Overlay<'_>, dial: Option<&Dial>, patch: Option<bool>) {
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(target.size[0] as f32, target.size[1] as f32));
         let rect = self.place.rect(target.size);
         let palette = self.palette;
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
         let output = self.ctx.run_pass(input, |ctx| {
-            paint(&ctx.layer_painter(egui::LayerId::background()), rect, dial, &palette);
+            let painter = ctx.layer_painter(egui::LayerId::background());
+            if let Some(dial) = dial {
+                paint(&painter, rect, dial, &palette);
+            }
+            if let Some(white) = patch {
+                let side = (PATCH_SHARE * screen.height()).round();
+                let square = Rect::from_min_size(Pos2::ZERO, vec2(side, side));
+                painter.rect_filled(square, 0.0, if white { Color32::WHITE } else { Color32::BLACK });
+            }
         });
         self.ui.draw(target, &self.ctx, output);
     }

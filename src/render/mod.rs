@@ -167,10 +167,11 @@ impl Renderer {
             framed,
             self.quality.msaa == 1,
         );
-        if let Some(data) = &view.dial {
+        if view.dial.is_some() || view.patch.is_some() {
             dial.place = dial::DialPlace::of(view.kind);
             dial.palette = view.palette;
-            dial.draw(Overlay { device, queue, encoder: e, view: target, size }, data);
+            let overlay = Overlay { device, queue, encoder: e, view: target, size };
+            dial.draw(overlay, view.dial.as_ref(), view.patch);
         }
         if let Some(Panel { ctx, output }) = panel {
             self.panel.draw(Overlay { device, queue, encoder: e, view: target, size }, ctx, output);

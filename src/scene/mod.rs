@@ -250,6 +250,8 @@ pub struct View {
     pub dial: Option<crate::hud::Dial>,
     /// The speedometer's colours.
     pub palette: Palette,
+    /// A square in the upper left corner for a photodiode: `None` without one, else whether it is white.
+    pub patch: Option<bool>,
     /// How strongly the mirror is curved, see [`MirrorOptions::bend`]; 0 is flat.
     pub mirror_bend: f32,
 }

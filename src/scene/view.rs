@@ -38,6 +38,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         time_s: (snapshot.tick.seconds() - before_s).max(0.0) as f32,
         dial: None,
         palette: options.palette,
+        patch: None,
         mirror_bend: options.mirror.bend(options.eye),
     }
 }

@@ -98,6 +98,10 @@ impl Settings for Scenario {
         if !multiple(self.step_s, crate::time::TICK_S) {
             return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.step_s)));
         }
+        if !multiple(self.extra_delay_s, crate::time::TICK_S) {
+            let text = format!("extra_delay_s is {}; allowed: a multiple of 0.01 s", self.extra_delay_s);
+            return Err(("extra_delay_s", text));
+        }
         if !multiple(self.hold_s, self.step_s) || self.hold_s < self.step_s {
             let text = format!(
                 "hold_s is {}; allowed: a whole number of steps of {} s, at least one",
@@ -206,6 +210,14 @@ mod tests {
         assert!(
             fault("seed = 2\nego_colour = \"rde\"")
                 .starts_with("trial.toml:2:14: ego_colour is \"rde\"; allowed: #rrggbb")
+        );
+        assert!(
+            fault("extra_delay_s = 0.015")
+                .starts_with("trial.toml:1:17: extra_delay_s is 0.015; allowed: a multiple of 0.01 s")
+        );
+        assert!(
+            fault("[sound]\nengine_db = 20")
+                .starts_with("trial.toml:2:13: sound.engine_db is 20.0; allowed: a number from -60 to 12 dB")
         );
         assert!(
             fault("mirror_radius_m = 0.3").starts_with("trial.toml:1:19: mirror_radius_m is 0.3; allowed: 0 (flat)")

@@ -8,6 +8,7 @@ mod ground;
 mod load;
 mod scenario;
 mod snapshot;
+pub mod sound;
 mod summary;
 mod world;
 
@@ -16,7 +17,8 @@ pub use fields::{Field, Kind, fields, fields_of};
 pub use load::{
     ScenarioError, Settings, located_at, located_key, settings_from_file, settings_from_toml, settings_with,
 };
-pub use scenario::{CockpitView, DialPalette, OnContact, QualityLevel, Scenario, StartLayout};
+pub use scenario::{CockpitView, DialPalette, FlashPatch, OnContact, QualityLevel, Scenario, StartLayout};
 pub use snapshot::{CarView, HASH_START, Leader, Pitch, Snapshot};
+pub use sound::SoundLevels;
 pub use summary::{ContactRecord, Summary, Tally};
 pub use world::{ExpectedSpeeds, World, WorldError};

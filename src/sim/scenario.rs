@@ -2,6 +2,7 @@
 //! comments below are the help and the tooltips, the ranges are the limits, written once ([`super::fields`] reads them).
 //! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
 
+use super::SoundLevels;
 use crate::{idm::IdmParams, units::SpeedUnit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -92,6 +93,18 @@ pub struct Scenario {
     /// Effort put into the picture; sizes, positions and lamps are the same in all
     pub quality: QualityLevel,
 
+    /// How loud things are
+    pub sound: SoundLevels,
+    /// A gentle tone when another speed is advised
+    pub advice_tone: bool,
+    /// Rev lamps of the wheel show the speed against the advice: one below the range, three within, all above
+    pub rev_lamps: bool,
+    /// A square in the upper left corner, black, that is white for one frame: for a photodiode or a phone's camera
+    pub flash_patch: FlashPatch,
+    /// Controls reach the car so much later, a multiple of 0.01 s; recordings hold them as they were given
+    #[schemars(range(min = 0.0, max = 0.5), extend("unit" = "s"))]
+    pub extra_delay_s: f64,
+
     /// Car creeps forward in gear when no pedal is pressed
     pub creep: bool,
     /// Keyboard steering is helped to stay in the lane
@@ -135,6 +148,19 @@ pub enum CockpitView {
     Bonnet,
     /// Dashboard, pillars and a steering wheel that turns, too: for a screen without a wheel before it
     Full,
+}
+
+/// What makes the square in the picture's corner white for one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FlashPatch {
+    /// There is no square
+    #[default]
+    Off,
+    /// A tick has used a pedal that left its rest
+    Pedal,
+    /// A tick has brought another advice
+    Advice,
 }
 
 /// Colours of the speedometer.
@@ -200,6 +226,11 @@ impl Default for Scenario {
             time_h: 9.75,
             visibility_km: 30.0,
             quality: QualityLevel::Auto,
+            sound: SoundLevels::default(),
+            advice_tone: false,
+            rev_lamps: false,
+            flash_patch: FlashPatch::Off,
+            extra_delay_s: 0.0,
             creep: true,
             lane_help: true,
             contact: OnContact::Continue,
@@ -217,6 +248,11 @@ impl Scenario {
     /// Steps in a hold, at least 1.
     pub fn hold_steps(&self) -> u32 {
         (self.hold_s / self.step_s).round().max(1.0) as u32
+    }
+
+    /// Ticks by which controls come later.
+    pub fn extra_delay_ticks(&self) -> usize {
+        (self.extra_delay_s / crate::time::TICK_S).round() as usize
     }
 
     /// Half width of the acceptable range, m/s.

@@ -20,7 +20,7 @@ use crate::{
     time::{TICK_S, TICKS_PER_S, Tick},
     traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup, UnknownEngine},
 };
-use std::sync::Arc;
+use std::{collections::VecDeque, sync::Arc};
 
 /// A contact that begins again sooner than this after the last one with the same car is the same contact, ticks.
 const SAME_CONTACT_TICKS: u64 = TICKS_PER_S as u64 / 2;
@@ -78,6 +78,8 @@ pub struct World {
     expected: ExpectedSpeeds,
     snapshot: Snapshot,
     events: Vec<Event>,
+    /// Controls on their way to the car, oldest first; as many as the scenario's extra delay has ticks.
+    under_way: VecDeque<Controls>,
 }
 
 impl World {
@@ -138,12 +140,13 @@ impl World {
             expected,
             snapshot,
             events: Vec::new(),
+            under_way: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
         };
         world.look_around();
         Ok(world)
     }
 
-    /// One tick with these controls. After the end of the drive nothing moves any more.
+    /// One tick with these controls, which reach the car after the scenario's extra delay. After the end of the drive nothing moves any more.
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
@@ -158,7 +161,9 @@ impl World {
             self.step()?;
         }
         self.move_traffic((within + 1) as f64 / step_ticks as f64);
-        self.move_ego(controls);
+        self.under_way.push_back(*controls);
+        let arrived = self.under_way.pop_front().unwrap_or(*controls);
+        self.move_ego(&arrived);
         self.snapshot.tick.0 += 1;
         self.look_around();
         let duration_s = self.scenario.duration_s;

@@ -1,10 +1,12 @@
 //! Measurements of this program on this machine. In: a scenario. Out: medians and percentiles. Nothing here is ever
 //! asserted in a test: timings belong to whoever asks for them.
 
+mod force;
 mod learning;
 mod picture;
 mod simulation;
 
+pub use force::{ForceTimes, force};
 pub use learning::{LearningTimes, learning};
 pub use picture::{Drive, FrameTimes, Growth, Picture, SIZES, Startup, growth, startup};
 pub use simulation::{Report, SumoTimes, simulation};

@@ -3,9 +3,13 @@
 //!
 //! Ctrl + and Ctrl - change the size of everything from 1.0 to 2.0, Ctrl 0 goes back.
 
-use super::{Ears, now, picture::put_on, screens};
+use super::{Ears, now, picture::put_on};
 use crate::{
-    app::{AppError, surface::Surface},
+    app::{
+        AppError,
+        display::{self, no_display},
+        surface::Surface,
+    },
     panel::theme,
     render::{Gpu, GpuError, ui_pass::UiPass},
 };
@@ -47,11 +51,11 @@ impl ExperimenterWindow {
     pub fn open(event_loop: &ActiveEventLoop, gpu: &Gpu, driver: &Window, title: &str) -> Result<Self, AppError> {
         let mut attributes =
             Window::default_attributes().with_title(title).with_inner_size(SIZE).with_min_inner_size(LEAST);
-        if let Some(monitor) = screens::another(event_loop, driver) {
+        if let Some(monitor) = display::another(event_loop, driver) {
             let PhysicalPosition { x, y } = monitor.position();
             attributes = attributes.with_position(PhysicalPosition::new(x + 40, y + 40));
         }
-        let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+        let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
         let window = Arc::new(window);
         let surface =
             gpu.instance.create_surface(Arc::clone(&window)).map_err(|error| GpuError::NoSurface(error.to_string()))?;

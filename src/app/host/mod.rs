@@ -20,7 +20,6 @@
 mod experimenter;
 mod miniature;
 mod picture;
-mod screens;
 
 pub use experimenter::ExperimenterWindow;
 pub use picture::{PictureWindow, Placing};

@@ -4,9 +4,15 @@
 //! The overlay is the window's own: its context stays the same when another stage goes to the GPU, and it can be drawn
 //! without any stage, before the first drive of a session.
 
-use super::{Ears, miniature::Miniature, now, screens};
+use super::{Ears, miniature::Miniature, now};
 use crate::{
-    app::{AppError, renderer_that_keeps_up, surface::Surface},
+    app::{
+        AppError,
+        display::{self, Place, no_display},
+        renderer_that_keeps_up,
+        surface::Surface,
+    },
+    record::manifest::Screen,
     render::{
         Gpu, PassTimes, Renderer,
         ui_pass::{Overlay, UiPass},
@@ -32,10 +38,8 @@ const SOFTWARE_SIZE: LogicalSize<u32> = LogicalSize::new(640, 360);
 pub struct Placing {
     /// What the window manager writes on it.
     pub title: String,
-    /// Fill the screen at once.
-    pub fullscreen: bool,
-    /// Monitor by number (from 1) or part of its name; `None`: the system's choice.
-    pub monitor: Option<String>,
+    /// Monitor, full screen, refresh rate.
+    pub place: Place,
 }
 
 /// A window with the driver's picture.
@@ -47,7 +51,6 @@ pub struct PictureWindow {
     ears: Ears,
     overlay: UiPass,
     miniature: Option<Miniature>,
-    monitor: Option<winit::monitor::MonitorHandle>,
 }
 
 impl PictureWindow {
@@ -57,19 +60,14 @@ impl PictureWindow {
     /// # Errors
     /// No display, no such monitor, no graphics adapter that can draw into the window.
     pub fn open(event_loop: &ActiveEventLoop, placing: &Placing) -> Result<Self, AppError> {
-        let monitor = placing.monitor.as_deref().map(|asked| screens::named(event_loop, asked)).transpose()?;
-        let full = placing.fullscreen.then(|| Fullscreen::Borderless(monitor.clone()));
-        let mut attributes =
-            Window::default_attributes().with_title(&placing.title).with_inner_size(SIZE).with_fullscreen(full);
-        if let Some(monitor) = &monitor {
-            attributes = attributes.with_position(monitor.position());
-        }
-        let window = event_loop.create_window(attributes).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+        let attributes = Window::default_attributes().with_title(&placing.title).with_inner_size(SIZE);
+        let attributes = display::placed(attributes, event_loop, placing.place)?;
+        let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let (gpu, surface) = Gpu::for_window(display, Arc::clone(&window))?;
         log::info!("graphics: {}", gpu.description());
-        if gpu.is_software() && !placing.fullscreen {
+        if gpu.is_software() && !placing.place.fullscreen {
             log::warn!(
                 "no graphics card was found: the processor draws, so the window is small ({})",
                 gpu.description()
@@ -77,12 +75,12 @@ impl PictureWindow {
             let _ = window.request_inner_size(SOFTWARE_SIZE);
         }
         let size = window.inner_size();
-        // A frame waits for the screen.
-        let surface = Surface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::AutoVsync)
+        // A frame waits for the screen, without tearing where it is late; every adapter has this mode.
+        let surface = Surface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::Fifo)
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
         let ears = Ears::new(&gpu, &window);
         let overlay = UiPass::new(&gpu.device, surface.format());
-        Ok(Self { window, gpu, surface, renderer: None, ears, overlay, miniature: None, monitor })
+        Ok(Self { window, gpu, surface, renderer: None, ears, overlay, miniature: None })
     }
 
     /// From here on views of `stage` are drawn, in a quality that keeps up. To be called before the first view, and again
@@ -110,6 +108,11 @@ impl PictureWindow {
     /// The graphics device, for a second window and for the manifest of a recording.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
+    }
+
+    /// The screen that the pictures come to.
+    pub fn screen(&self) -> Screen {
+        display::screen(&self.window, &self.surface)
     }
 
     /// Width and height, pixels.
@@ -190,7 +193,7 @@ impl PictureWindow {
     /// Fills the screen, or not.
     pub fn toggle_fullscreen(&self) {
         let full = self.window.fullscreen().is_some();
-        self.window.set_fullscreen((!full).then(|| Fullscreen::Borderless(self.monitor.clone())));
+        self.window.set_fullscreen((!full).then(|| Fullscreen::Borderless(None)));
     }
 
     /// Time of each pass on the device, a few frames ago, where the adapter tells.

@@ -29,12 +29,13 @@ pub struct Hands {
 
 impl Hands {
     /// What a button means at a screen.
-    pub fn pressed(action: Action) -> Input {
+    pub fn pressed(action: Action) -> Option<Input> {
         match action {
-            Action::Answer | Action::Start => Input::Next,
-            Action::Reverse | Action::Recentre => Input::Back,
-            Action::Mark => Input::Mark,
-            Action::Abort => Input::Stop,
+            Action::Answer | Action::Start => Some(Input::Next),
+            Action::Reverse | Action::Recentre => Some(Input::Back),
+            Action::Mark => Some(Input::Mark),
+            Action::Abort => Some(Input::Stop),
+            Action::Horn => None,
         }
     }
 
@@ -43,7 +44,7 @@ impl Hands {
         match action {
             Action::Mark => Some(Input::Mark),
             Action::Abort => Some(Input::Stop),
-            Action::Answer | Action::Start | Action::Reverse | Action::Recentre => None,
+            Action::Answer | Action::Start | Action::Reverse | Action::Recentre | Action::Horn => None,
         }
     }
 

@@ -59,8 +59,8 @@ impl Lead {
     }
 
     /// A frame was shown.
-    pub fn frame(&mut self, elapsed: Duration, due: &Due, latency: Option<Duration>) {
-        self.pulse.frame(elapsed, due.dropped, latency);
+    pub fn frame(&mut self, elapsed: Duration, due: &Due) {
+        self.pulse.frame(elapsed, due.dropped);
     }
 
     /// Tells the experimenter something.

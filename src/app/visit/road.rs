@@ -87,7 +87,7 @@ fn at_a_screen(devices: &mut Devices, hands: &mut Hands, news: &mut Vec<String>)
     let mut inputs = Vec::new();
     for told in devices.poll() {
         match told {
-            RigNews::Pressed(action) => inputs.push(Hands::pressed(action)),
+            RigNews::Pressed(action) => inputs.extend(Hands::pressed(action)),
             RigNews::Found(name) => news.push(format!("{name} is there")),
             RigNews::Lost(name) => news.push(format!("{name} was unplugged")),
             RigNews::Trouble(text) => news.push(text),
@@ -115,6 +115,8 @@ impl Road for Live<'_> {
         (kit.in_range_s, kit.began) = (0.0, false);
         let view = show.view();
         let staged = self.picture.stage(&show.stage, &view, scenario.quality);
+        show.open_sound();
+        show.set_screen(self.picture.screen());
         kit.show = Some(show);
         staged
     }

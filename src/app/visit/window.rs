@@ -10,7 +10,9 @@ use super::{
 };
 use crate::{
     app::{
-        AppError, facts,
+        AppError,
+        display::{Place, no_display},
+        facts,
         host::{ExperimenterWindow, PictureWindow, Placing, now},
         keys::{self, Command},
         offline::FLUSH_EVERY,
@@ -46,10 +48,8 @@ pub struct VisitOptions {
     pub out: PathBuf,
     /// Who takes part.
     pub code: Code,
-    /// Fill the participant's screen at once.
-    pub fullscreen: bool,
-    /// Monitor of the participant's window, by number (from 1) or part of its name.
-    pub screen: Option<String>,
+    /// Where the participant's window opens, and whether it fills the screen at once.
+    pub place: Place,
     /// Profile of the wheel; `None` takes the one for the wheel that is found.
     pub wheel: Option<Profile>,
     /// Becomes true when the program is to end (Ctrl-C).
@@ -77,14 +77,14 @@ pub fn run(options: VisitOptions) -> Result<Left, AppError> {
         // What is refused is refused without a display too, and before anything is made.
         look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
     }
-    let event_loop = EventLoop::new().map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
     event_loop.set_control_flow(ControlFlow::Poll);
     let data = DataSet::open(&options.out, &options.study)?;
     let session = open_session(&options, &data)?;
     let visit = Visit::new(&options.study, session, facts::now)?;
     let kit = Kit::new(Devices::open_with(options.wheel.clone()), &options.code);
     let mut app = App { options, begins: Some((visit, kit)), frame: None, failure: None };
-    event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
     let left = app.frame.take().map(|mut frame| frame.leave(&data, &app.options)).transpose();
     match (app.failure, left) {
         (Some(failure), _) => Err(failure),
@@ -199,11 +199,7 @@ impl App {
 
 impl Frame {
     fn open(event_loop: &ActiveEventLoop, options: &VisitOptions, visit: Visit, kit: Kit) -> Result<Self, AppError> {
-        let placing = Placing {
-            title: format!("codrive: {}", options.study.file.title),
-            fullscreen: options.fullscreen,
-            monitor: options.screen.clone(),
-        };
+        let placing = Placing { title: format!("codrive: {}", options.study.file.title), place: options.place };
         let mut picture = PictureWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
         picture.keep_miniature();
@@ -299,8 +295,8 @@ impl Frame {
             *first = done;
         }
         let Some(show) = kit.show.as_mut().filter(|_| drawn) else { return inputs };
-        let latency = show.shown(done - *first, elapsed, &due);
-        lead.frame(elapsed, &due, latency);
+        show.shown(done - *first, elapsed, &due);
+        lead.frame(elapsed, &due);
         inputs
     }
 

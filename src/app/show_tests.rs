@@ -1,0 +1,172 @@
+//! A drive with a wheel, without window or GPU: what reaches recording, lamps, corner and page.
+
+use super::*;
+use crate::{
+    input::{
+        Rig,
+        feel::{Angle, ForceDevice},
+        lamps::Lamps,
+        profiles::{self, Device},
+        wheel::{Found, Told},
+    },
+    panel::calibration::CalibrationCommand,
+    record::{Manifest, Reader, Table, manifest::Hashed},
+    sim::FlashPatch,
+};
+use std::{fs, io, sync::Arc, sync::mpsc::Sender};
+
+/// A motor that takes everything.
+struct Motor;
+
+impl ForceDevice for Motor {
+    fn set(&mut self, _level: i16) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn end(&mut self) {}
+}
+
+/// A drive on the native engine and the other end of its wheel's reader.
+fn show(scenario: Scenario) -> (Show, Sender<Told>) {
+    let (to, told) = std::sync::mpsc::channel();
+    let scenario = Scenario { traffic: "native".into(), trees: 0, ..scenario };
+    (Show::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap(), to)
+}
+
+fn g29(lamps: Lamps, force: bool) -> Told {
+    let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)];
+    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
+    let force = force.then(|| Box::new(Motor) as Box<dyn ForceDevice>);
+    let profile = profiles::named("g29").unwrap();
+    Told::Found(Box::new(Found { device, profile, lamps, force, angle: Arc::new(Angle::default()) }))
+}
+
+/// A frame of a sixtieth of a second. Returns the square's state.
+fn frame(show: &mut Show) -> Option<bool> {
+    let elapsed = Duration::from_nanos(16_666_667);
+    let due = show.advance(elapsed, |_| ()).unwrap();
+    let patch = show.view().patch;
+    show.shown(Duration::from_secs(1), elapsed, &due);
+    patch
+}
+
+/// Records into `folder` without a graphics device.
+fn record(show: &mut Show, folder: &Path) {
+    let nothing = || Hashed { name: "none".into(), sha256: None };
+    let manifest = Manifest {
+        program: "codrive".into(),
+        build: "test".into(),
+        traffic: "native".into(),
+        seed: 1,
+        map: nothing(),
+        policy: nothing(),
+        driver: "wheel".into(),
+        participant: None,
+        began: "2026-01-01T00:00:00Z".into(),
+        machine: "any".into(),
+        graphics: None,
+        display_m: [1.0, 1.0],
+        screen: None,
+        ended: None,
+        hash: None,
+    };
+    show.recorder = Some(Recorder::begin(folder, show.drive.world.scenario(), manifest).unwrap());
+}
+
+#[test]
+fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("p1");
+    let (mut show, to) = show(Scenario { flash_patch: FlashPatch::Pedal, ..Scenario::default() });
+    record(&mut show, &recording);
+    assert_eq!(frame(&mut show), Some(false));
+    to.send(g29(Lamps::default(), true)).unwrap();
+    frame(&mut show);
+    // Half of the brake, and the horn.
+    to.send(Told::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    to.send(Told::Button { code: 289, down: true, at: None }).unwrap();
+    assert_eq!(frame(&mut show), Some(true), "the frame of the tick that used the pedal");
+    assert_eq!(frame(&mut show), Some(false), "and only that");
+    to.send(Told::Button { code: 289, down: false, at: None }).unwrap();
+    frame(&mut show);
+    let spread = show.latency().input_to_frame().unwrap();
+    assert_eq!(spread.count, 1);
+    assert!(show.latency().input_to_tick().unwrap().median_s <= spread.median_s);
+    show.finish_recording().unwrap();
+    let table = |table: Table| Reader::parquet(&table.parquet(&recording)).unwrap();
+    let (ego, frames, events) = (table(Table::Ego), table(Table::Frames), table(Table::Events));
+    let force = ego.numbers("wheel_force_nm");
+    assert!(force[0].is_none() && force.last().unwrap().is_some(), "no wheel, then one with a motor: {force:?}");
+    assert_eq!(frames.flags("flash"), [false, false, true, false, false].map(Some));
+    assert_eq!(frames.numbers("latency_s").iter().flatten().count(), 1);
+    assert_eq!(frames.numbers("input_to_tick_s").iter().flatten().count(), 1);
+    let horn: Vec<String> = events
+        .words("event")
+        .into_iter()
+        .zip(events.words("detail"))
+        .filter(|(event, _)| event == "horn")
+        .map(|(_, how)| how)
+        .collect();
+    assert_eq!(horn, ["on", "off"]);
+}
+
+#[test]
+fn an_input_waits_for_a_tick_and_a_frame_at_most() {
+    // A screen of 250 Hz: two of three frames have no tick.
+    let (mut show, to) = show(Scenario::default());
+    to.send(g29(Lamps::default(), false)).unwrap();
+    let elapsed = Duration::from_millis(4);
+    show.advance(elapsed, |_| ()).unwrap();
+    for i in 0..50 {
+        to.send(Told::Axis { code: 5, raw: 100 + i % 2 * 50, at: Some(Stamp::now()) }).unwrap();
+        let mut frames = 0;
+        while show.used_input.is_none() {
+            show.advance(elapsed, |_| ()).unwrap();
+            frames += 1;
+        }
+        // 10 ms are two and a half frames; the input came just after one.
+        assert!(frames <= 3, "{frames} frames of 4 ms");
+        show.shown(Duration::ZERO, elapsed, &Due::default());
+    }
+}
+
+#[test]
+fn rev_lamps_follow_the_speed_against_the_advice_and_trouble_is_told_once() {
+    let sys = tempfile::tempdir().unwrap();
+    let lamp = |n| sys.path().join(format!("class/input/event3/device/device/leds/x::RPM{n}"));
+    (1..=5).for_each(|n| {
+        fs::create_dir_all(lamp(n)).unwrap();
+        fs::write(lamp(n).join("brightness"), "0").unwrap();
+    });
+    let lit = || (1..=5).filter(|n| fs::read_to_string(lamp(*n).join("brightness")).unwrap() == "1").count();
+    let scenario = Scenario { rev_lamps: true, policy: "constant".into(), hold_s: 0.1, ..Scenario::default() };
+    let (mut show, to) = show(scenario);
+    frame(&mut show);
+    frame(&mut show);
+    assert_eq!(show.take_news().len(), 1, "there is no wheel: told once");
+    to.send(g29(Lamps::find(sys.path(), "event3"), false)).unwrap();
+    (0..12).for_each(|_| {
+        frame(&mut show);
+    });
+    assert_eq!(lit(), 1, "standing, with 4.3 m/s advised: too slow");
+    to.send(Told::Lost).unwrap();
+    frame(&mut show);
+    assert_eq!(lit(), 0, "dark when the wheel has gone");
+}
+
+#[test]
+fn a_calibration_holds_time_and_ends_where_the_wheel_is_pulled_out() {
+    let (mut show, to) = show(Scenario::default());
+    let told = show.calibrate(CalibrationCommand::Begin).unwrap();
+    assert!(told.contains("no steering wheel is plugged in"), "{told}");
+    to.send(g29(Lamps::default(), false)).unwrap();
+    frame(&mut show);
+    assert_eq!(show.calibrate(CalibrationCommand::Begin), None);
+    assert_eq!(show.drive.clock.pace(), Pace::Paused);
+    let page = crate::app::wheel::wheel(show.devices.rig()).unwrap();
+    assert_eq!(page.asked.unwrap().step, crate::input::calibrate::Step::Rest);
+    to.send(Told::Lost).unwrap();
+    frame(&mut show);
+    assert!(crate::app::wheel::wheel(show.devices.rig()).is_none());
+}

@@ -1,0 +1,65 @@
+//! Sound as a file, off-line. In: a [`Hear`] a tick. Out: a WAV file of 48 kHz, 16 bits, stereo, as long as the drive to the
+//! sample; the same drive gives the same bytes.
+
+use super::{Hear, Mixer};
+use crate::{sim::SoundLevels, time::TICKS_PER_S};
+use hound::{SampleFormat, WavSpec, WavWriter};
+use std::{
+    fs::{File, OpenOptions},
+    io::{self, BufWriter},
+    path::Path,
+};
+
+/// Samples a second, a whole number a tick.
+pub const RATE_HZ: u32 = 48_000;
+const SAMPLES: usize = (RATE_HZ / TICKS_PER_S) as usize;
+
+/// A file being written.
+pub struct SoundFile {
+    mixer: Mixer,
+    writer: WavWriter<BufWriter<File>>,
+    samples: Vec<[f32; 2]>,
+}
+
+impl SoundFile {
+    /// Begins a new file, private to the user.
+    ///
+    /// # Errors
+    /// There is one already, or the system refuses.
+    pub fn begin(path: &Path, levels: &SoundLevels) -> io::Result<Self> {
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let spec = WavSpec { channels: 2, sample_rate: RATE_HZ, bits_per_sample: 16, sample_format: SampleFormat::Int };
+        let writer = WavWriter::new(BufWriter::new(options.open(path)?), spec).map_err(told)?;
+        Ok(Self { mixer: Mixer::new(levels, RATE_HZ as f32), writer, samples: vec![[0.0; 2]; SAMPLES] })
+    }
+
+    /// A tick later, this is heard.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn tick(&mut self, hear: &Hear) -> io::Result<()> {
+        self.mixer.render(hear, &mut self.samples);
+        for sample in self.samples.iter().flatten() {
+            self.writer.write_sample((sample * 32_767.0).round() as i16).map_err(told)?;
+        }
+        Ok(())
+    }
+
+    /// The end.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn end(self) -> io::Result<()> {
+        self.writer.finalize().map_err(told)
+    }
+}
+
+fn told(error: hound::Error) -> io::Error {
+    match error {
+        hound::Error::IoError(error) => error,
+        other => io::Error::other(other.to_string()),
+    }
+}

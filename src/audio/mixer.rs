@@ -1,0 +1,153 @@
+//! All sounds together. In: a [`Hear`] and how many samples are wanted. Out: these samples, left and right, each below full
+//! scale. The recipe is [`Mixer::sample`].
+
+use super::{
+    Hear, NEAR,
+    engine::EngineVoice,
+    glide::Glide,
+    hiss::Hiss,
+    others::OtherVoice,
+    signal::{Horn, Thump, Tone},
+};
+use crate::sim::{SoundLevels, sound::gain};
+
+/// Amplitude up to which nothing is changed; above it the limiter bends towards full scale.
+const KNEE: f32 = 0.6;
+/// Full scale, less what a sample of 16 bits rounds up.
+const FULL: f32 = 0.999;
+/// Fading in at the start and after a pause, and out, seconds.
+const FADE_S: f32 = 0.03;
+/// Time constant of speed and ground, seconds.
+const SPEED_S: f32 = 0.05;
+/// Speed that the levels of tyres and wind are stated for, m/s.
+const BRISK_MPS: f32 = 14.0;
+
+/// Everything that sounds.
+pub struct Mixer {
+    levels: Levels,
+    engine: EngineVoice,
+    /// Left and right.
+    rumble: [Hiss; 2],
+    swish: [Hiss; 2],
+    wind: [Hiss; 2],
+    others: [OtherVoice; NEAR],
+    horn: Horn,
+    thump: Thump,
+    tone: Tone,
+    master: Glide,
+    speed_mps: Glide,
+    grass: Glide,
+    /// Contacts and changed advices that have been heard; `None` before the first sample.
+    heard: Option<(u32, u32)>,
+}
+
+/// Factors of the settings.
+#[derive(Clone, Copy, Debug)]
+struct Levels {
+    master: f32,
+    engine: f32,
+    road: f32,
+    wind: f32,
+    others: f32,
+    horn: f32,
+    tone: f32,
+}
+
+impl Mixer {
+    /// Silence, at so many samples a second.
+    pub fn new(levels: &SoundLevels, rate_hz: f32) -> Self {
+        let pair = |make: fn(u64, f32) -> Hiss, seed| [make(seed, rate_hz), make(seed + 1, rate_hz)];
+        Self {
+            levels: Levels {
+                master: gain(levels.master_db),
+                engine: gain(levels.engine_db),
+                road: gain(levels.road_db),
+                wind: gain(levels.wind_db),
+                others: gain(levels.others_db),
+                horn: gain(levels.horn_db),
+                tone: gain(levels.tone_db),
+            },
+            engine: EngineVoice::new(rate_hz),
+            rumble: pair(Hiss::below, 11),
+            swish: pair(Hiss::around, 13),
+            wind: pair(Hiss::around, 15),
+            others: std::array::from_fn(|index| OtherVoice::new(index, rate_hz)),
+            horn: Horn::new(rate_hz),
+            thump: Thump::new(rate_hz),
+            tone: Tone::new(rate_hz),
+            master: Glide::new(0.0, FADE_S, rate_hz),
+            speed_mps: Glide::new(0.0, SPEED_S, rate_hz),
+            grass: Glide::new(0.0, SPEED_S, rate_hz),
+            heard: None,
+        }
+    }
+
+    /// Fills `out` with what follows, while this is to be heard.
+    pub fn render(&mut self, hear: &Hear, out: &mut [[f32; 2]]) {
+        let counts = (hear.contacts, hear.advices);
+        let heard = self.heard.replace(counts);
+        match heard {
+            None => {
+                // What is there at the start is there at once; only the master fades in.
+                self.engine.jump(hear.engine_rpm, hear.throttle);
+                self.speed_mps.jump(hear.speed_mps);
+                self.grass.jump(hear.grass);
+            }
+            Some((contacts, advices)) => {
+                if contacts != hear.contacts {
+                    self.thump.hit(hear.contact_mps);
+                }
+                if advices != hear.advices {
+                    self.tone.begin();
+                }
+            }
+        }
+        for sample in out {
+            *sample = self.sample(hear);
+        }
+    }
+
+    fn sample(&mut self, hear: &Hear) -> [f32; 2] {
+        let master = self.master.to(if hear.running { self.levels.master } else { 0.0 });
+        let middle = self.levels.engine * self.engine.next(hear.engine_rpm, hear.throttle)
+            + self.levels.horn * (self.horn.next(hear.horn) + self.thump.next())
+            + self.levels.tone * self.tone.next();
+        let speed_mps = self.speed_mps.to(hear.speed_mps).abs();
+        let grass = self.grass.to(hear.grass).clamp(0.0, 1.0);
+        let mut sides = [middle; 2];
+        for car in 0..NEAR {
+            let heard = self.others[car].next(hear.near[car].as_ref());
+            sides = [0, 1].map(|side| sides[side] + self.levels.others * heard[side]);
+        }
+        if speed_mps > 0.0 {
+            let brisk = speed_mps / BRISK_MPS;
+            // Tyre noise grows with about the speed's power 1.5 in pressure (30 dB a decade), wind's with 2.5 to 3.
+            let (asphalt, meadow) = (0.035 * brisk * brisk.sqrt(), 0.075 * brisk.min(1.5));
+            let rumble = asphalt + (meadow - asphalt) * grass;
+            let rumble_hz = (330.0 + 12.0 * speed_mps) * (1.0 - 0.55 * grass);
+            let swish = 0.018 * brisk + (0.030 * brisk.min(1.5) - 0.018 * brisk) * grass;
+            let swish_hz = 850.0 + 1700.0 * grass;
+            let wind = 0.016 * brisk * brisk * brisk.sqrt();
+            let wind_hz = 320.0 + 14.0 * speed_mps;
+            for (side, sample) in sides.iter_mut().enumerate() {
+                *sample += self.levels.road
+                    * (rumble * self.rumble[side].next(rumble_hz) + swish * self.swish[side].next(swish_hz))
+                    + self.levels.wind * wind * self.wind[side].next(wind_hz);
+            }
+        }
+        sides.map(|sample| limited(master * sample))
+    }
+}
+
+/// The soft limiter: as it is up to the knee, then bent without a corner towards full scale, which is never reached.
+fn limited(sample: f32) -> f32 {
+    let over = sample.abs() - KNEE;
+    if over.is_nan() {
+        return 0.0;
+    }
+    if over <= 0.0 {
+        return sample;
+    }
+    let room = FULL - KNEE;
+    (KNEE + room * (over / room).tanh()).copysign(sample)
+}

@@ -1,0 +1,67 @@
+//! Other cars near by. In: where each is in the own car's axes, and how fast. Out: samples, left and right: level by distance
+//! and speed, side by bearing, duller from behind.
+
+use super::{Near, glide::Glide, hiss::Hiss};
+
+/// Distance at which a car has its full level, metres; beyond it the level falls with the distance.
+const NEAR_M: f32 = 3.0;
+/// Most of a car's sound that one ear alone gets: the head stands between, no wall.
+const WIDTH: f32 = 0.85;
+
+/// One other car.
+pub struct OtherVoice {
+    rate_hz: f32,
+    tyres: Hiss,
+    phase: f32,
+    /// Firing of its engine at a standstill, Hz: no two cars hum alike.
+    idle_hz: f32,
+    hum_hz: Glide,
+    hum: Glide,
+    hiss: Glide,
+    cutoff_hz: Glide,
+    side: Glide,
+}
+
+impl OtherVoice {
+    /// Voice number `index`, silent.
+    pub fn new(index: usize, rate_hz: f32) -> Self {
+        let glide = |value| Glide::new(value, 0.06, rate_hz);
+        let idle_hz = 26.0 + 1.7 * index as f32;
+        Self {
+            rate_hz,
+            tyres: Hiss::below(31 + index as u64, rate_hz),
+            phase: 0.0,
+            idle_hz,
+            hum_hz: glide(idle_hz),
+            hum: glide(0.0),
+            hiss: glide(0.0),
+            cutoff_hz: glide(300.0),
+            side: glide(0.0),
+        }
+    }
+
+    /// The next sample, left and right; `None` fades out where it is.
+    pub fn next(&mut self, car: Option<&Near>) -> [f32; 2] {
+        let (mut hum, mut hiss) = (0.0, 0.0);
+        if let Some(car) = car {
+            let distance_m = car.ahead_m.hypot(car.left_m);
+            let level = NEAR_M / distance_m.max(NEAR_M);
+            let speed = (car.speed_mps.abs() / 14.0).min(2.5);
+            (hum, hiss) = (level * (0.012 + 0.02 * speed), level * 0.11 * speed * speed.sqrt());
+            self.side.to(WIDTH * car.left_m / distance_m.max(1.0));
+            let behind = if car.ahead_m < 0.0 { 0.65 } else { 1.0 };
+            self.cutoff_hz.to(behind * (380.0 + 45.0 * car.speed_mps.abs()));
+            self.hum_hz.to(self.idle_hz + 3.0 * car.speed_mps.abs());
+        }
+        let (hum, hiss) = (self.hum.to(hum), self.hiss.to(hiss));
+        if hum == 0.0 && hiss == 0.0 {
+            return [0.0; 2];
+        }
+        self.phase = (self.phase + self.hum_hz.now() / self.rate_hz).fract();
+        let turn = std::f32::consts::TAU * self.phase;
+        let engine = turn.sin() + 0.5 * (2.0 * turn).sin() + 0.3 * (3.0 * turn).sin();
+        let sound = hum * engine + hiss * self.tyres.next(self.cutoff_hz.now());
+        let side = self.side.now().clamp(-1.0, 1.0);
+        [((1.0 + side) / 2.0).sqrt() * sound, ((1.0 - side) / 2.0).sqrt() * sound]
+    }
+}

@@ -1,0 +1,115 @@
+//! Sounds that begin and end: horn, contact, tone. In: whether the horn is held, how hard a contact was, that a tone is due.
+//! Out: samples. Each has an envelope of its own without corners.
+
+use super::glide::Glide;
+use std::f32::consts::{PI, TAU};
+
+/// The horn: two notes, a major third apart, with few partials.
+pub struct Horn {
+    rate_hz: f32,
+    phases: [f32; 2],
+    level: Glide,
+}
+
+impl Horn {
+    const NOTES_HZ: [f32; 2] = [392.0, 494.0];
+    const PARTIALS: usize = 7;
+    const LEVEL: f32 = 0.14;
+
+    /// A silent one.
+    pub fn new(rate_hz: f32) -> Self {
+        Self { rate_hz, phases: [0.0; 2], level: Glide::new(0.0, 0.012, rate_hz) }
+    }
+
+    /// The next sample; `held` is whether a hand is on it.
+    pub fn next(&mut self, held: bool) -> f32 {
+        let level = self.level.to(if held { Self::LEVEL } else { 0.0 });
+        if level == 0.0 {
+            return 0.0;
+        }
+        let mut sum = 0.0;
+        for (phase, note_hz) in self.phases.iter_mut().zip(Self::NOTES_HZ) {
+            *phase = (*phase + note_hz / self.rate_hz).fract();
+            let (sin, cos) = (TAU * *phase).sin_cos();
+            let (mut before, mut here) = (0.0, sin);
+            for k in 1..=Self::PARTIALS {
+                sum += here / k as f32;
+                (before, here) = (here, 2.0 * cos * here - before);
+            }
+        }
+        level * sum
+    }
+}
+
+/// A contact: a dull thump that falls in pitch.
+pub struct Thump {
+    rate_hz: f32,
+    phase: f32,
+    /// What is left of the blow, 1 for a hard one, and how it comes to the ear.
+    blow: f32,
+    heard: Glide,
+    fall: f32,
+}
+
+impl Thump {
+    /// Closing speed of a blow at full level, m/s.
+    const HARD_MPS: f32 = 5.0;
+    const LEVEL: f32 = 0.6;
+
+    /// Nothing yet.
+    pub fn new(rate_hz: f32) -> Self {
+        let (phase, blow, heard) = (0.0, 0.0, Glide::new(0.0, 0.002, rate_hz));
+        Self { rate_hz, phase, blow, heard, fall: (-1.0 / (0.07 * rate_hz)).exp() }
+    }
+
+    /// Two cars have touched at this closing speed.
+    pub fn hit(&mut self, closing_mps: f32) {
+        self.blow = (self.blow + (closing_mps.abs() / Self::HARD_MPS).clamp(0.15, 1.0)).min(1.0);
+    }
+
+    /// The next sample.
+    pub fn next(&mut self) -> f32 {
+        self.blow = if self.blow < 1e-5 { 0.0 } else { self.blow * self.fall };
+        let heard = self.heard.to(self.blow);
+        if heard == 0.0 {
+            return 0.0;
+        }
+        self.phase = (self.phase + (48.0 + 70.0 * heard) / self.rate_hz).fract();
+        let turn = TAU * self.phase;
+        // A second, rattling voice that dies sooner.
+        Self::LEVEL * heard * (turn.sin() + heard * 0.35 * (4.3 * turn).sin() * (PI * self.phase).sin())
+    }
+}
+
+/// A gentle tone, the same for every change: it says that the advice is another, not which.
+pub struct Tone {
+    rate_hz: f32,
+    at: Option<u32>,
+}
+
+impl Tone {
+    const NOTE_HZ: f32 = 740.0;
+    const LENGTH_S: f32 = 0.35;
+    const LEVEL: f32 = 0.075;
+
+    /// Silent.
+    pub fn new(rate_hz: f32) -> Self {
+        Self { rate_hz, at: None }
+    }
+
+    /// Begins one; one that sounds goes on.
+    pub fn begin(&mut self) {
+        self.at = self.at.or(Some(0));
+    }
+
+    /// The next sample.
+    pub fn next(&mut self) -> f32 {
+        let Some(at) = self.at else { return 0.0 };
+        let t_s = at as f32 / self.rate_hz;
+        self.at = (t_s < Self::LENGTH_S).then_some(at + 1);
+        // Up soon and slowly down, with level ends: a sine over the square root of time.
+        let swell = (PI * (t_s / Self::LENGTH_S).min(1.0).sqrt()).sin().powi(2);
+        let turn = TAU * (Self::NOTE_HZ * t_s).fract();
+        Self::LEVEL * swell * (turn.sin() + 0.18 * (2.0 * turn).sin())
+    }
+}

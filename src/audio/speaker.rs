@@ -1,0 +1,234 @@
+//! Sound to a device, by cpal. In: a [`Hear`] a frame. Out: what the device plays. The numbers are handed over without a
+//! lock, each by itself: the device's thread never waits, and a mixture of two frames glides like any other change.
+//! Without a device there is silence, which is said once.
+
+use super::{Hear, Mixer, hear::WORDS};
+use crate::sim::SoundLevels;
+use cpal::{
+    FromSample, SampleFormat, SizedSample, StreamConfig, SupportedBufferSize,
+    traits::{DeviceTrait, HostTrait, StreamTrait},
+};
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicU32, Ordering},
+        mpsc::{self, Sender},
+    },
+    thread::JoinHandle,
+};
+
+/// Samples that a device is asked to take at a time: 11 ms at 48 kHz.
+const BUFFER: u32 = 512;
+/// Samples that are mixed at a time.
+const CHUNK: usize = 64;
+
+/// What is to be heard, between two threads.
+struct Board([AtomicU32; WORDS]);
+
+impl Board {
+    fn new() -> Self {
+        let board = Self(std::array::from_fn(|_| AtomicU32::new(0)));
+        board.put(&Hear::default());
+        board
+    }
+
+    fn put(&self, hear: &Hear) {
+        for (place, word) in self.0.iter().zip(hear.to_words()) {
+            place.store(word.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    fn get(&self) -> Hear {
+        Hear::from_words(&std::array::from_fn(|i| f32::from_bits(self.0[i].load(Ordering::Relaxed))))
+    }
+}
+
+/// The device, or the place for one. Opening and closing happen on a thread of their own: a sound server may take its time.
+pub struct Speaker {
+    board: Arc<Board>,
+    plays: Arc<AtomicBool>,
+    close: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Speaker {
+    /// Opens the system's own output in a while. Where there is none it stays silent and says so once.
+    pub fn open(levels: SoundLevels) -> Self {
+        let board = Arc::new(Board::new());
+        let plays = Arc::new(AtomicBool::new(false));
+        let (close, closed) = mpsc::channel::<()>();
+        let (theirs, playing) = (Arc::clone(&board), Arc::clone(&plays));
+        let started = std::thread::Builder::new().name("sound".into()).spawn(move || {
+            match start(&levels, theirs) {
+                Ok(stream) => {
+                    playing.store(true, Ordering::Relaxed);
+                    // Until the other end is dropped.
+                    let _ = closed.recv();
+                    drop(stream);
+                }
+                Err(why) => log::warn!("no sound: {why}; the drive goes on in silence"),
+            }
+        });
+        let thread = started.map_err(|e| log::warn!("no sound: no thread for it ({e})")).ok();
+        Self { board, plays, close: Some(close), thread }
+    }
+
+    /// From now on, this is heard.
+    pub fn hear(&self, hear: &Hear) {
+        self.board.put(hear);
+    }
+
+    /// True once a device plays.
+    pub fn plays(&self) -> bool {
+        self.plays.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Speaker {
+    fn drop(&mut self) {
+        self.close = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The output that would be used, opened for a moment: its name and how it plays.
+///
+/// # Errors
+/// There is none that can be opened; why.
+pub fn output() -> Result<String, String> {
+    let (device, config, format) = device()?;
+    let stream = build(
+        &device,
+        config,
+        format,
+        Mixer::new(&SoundLevels::default(), config.sample_rate as f32),
+        Arc::new(Board::new()),
+    )?;
+    drop(stream);
+    let name = device.description().map_or_else(|_| "an output".to_owned(), |about| about.name().to_owned());
+    Ok(format!("{name}, {} Hz, {} channels", config.sample_rate, config.channels))
+}
+
+fn device() -> Result<(cpal::Device, StreamConfig, SampleFormat), String> {
+    // ALSA's library prints what it misses by itself; without any card it is not asked.
+    if cfg!(target_os = "linux") && !there_may_be_sound() {
+        return Err("the system has no sound card and no sound server".into());
+    }
+    let device = cpal::default_host().default_output_device().ok_or("the system has no output")?;
+    let supported = device.default_output_config().map_err(|e| e.to_string())?;
+    let mut config: StreamConfig = supported.config();
+    if let SupportedBufferSize::Range { min, max } = supported.buffer_size()
+        && (*min..=*max).contains(&BUFFER)
+    {
+        config.buffer_size = cpal::BufferSize::Fixed(BUFFER);
+    }
+    Ok((device, config, supported.sample_format()))
+}
+
+/// A card of the kernel's, or a socket of a sound server.
+fn there_may_be_sound() -> bool {
+    let card = std::fs::read_to_string("/proc/asound/cards").is_ok_and(|text| text.contains("]: "));
+    let server = std::env::var_os("PULSE_SERVER").is_some()
+        || std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| {
+            ["pulse/native", "pipewire-0"].iter().any(|socket| std::path::Path::new(&folder).join(socket).exists())
+        });
+    card || server
+}
+
+fn start(levels: &SoundLevels, board: Arc<Board>) -> Result<cpal::Stream, String> {
+    let (device, config, format) = device()?;
+    let mixer = || Mixer::new(levels, config.sample_rate as f32);
+    let stream = build(&device, config, format, mixer(), Arc::clone(&board)).or_else(|error| {
+        // Some devices name a range of buffers and take none of it.
+        let usual = StreamConfig { buffer_size: cpal::BufferSize::Default, ..config };
+        build(&device, usual, format, mixer(), board).map_err(|_| error)
+    })?;
+    stream.play().map_err(|e| e.to_string())?;
+    Ok(stream)
+}
+
+fn build(
+    device: &cpal::Device,
+    config: StreamConfig,
+    format: SampleFormat,
+    mixer: Mixer,
+    board: Arc<Board>,
+) -> Result<cpal::Stream, String> {
+    match format {
+        SampleFormat::F32 => build_as::<f32>(device, config, mixer, board),
+        SampleFormat::I32 => build_as::<i32>(device, config, mixer, board),
+        SampleFormat::I16 => build_as::<i16>(device, config, mixer, board),
+        SampleFormat::U16 => build_as::<u16>(device, config, mixer, board),
+        SampleFormat::U8 => build_as::<u8>(device, config, mixer, board),
+        other => Err(format!("the output takes samples as {other}, which this program does not write")),
+    }
+}
+
+fn build_as<T: SizedSample + FromSample<f32> + Send + 'static>(
+    device: &cpal::Device,
+    config: StreamConfig,
+    mut mixer: Mixer,
+    board: Arc<Board>,
+) -> Result<cpal::Stream, String> {
+    let channels = usize::from(config.channels.max(1));
+    let fill = move |data: &mut [T], _: &cpal::OutputCallbackInfo| {
+        let mut mixed = [[0.0; 2]; CHUNK];
+        for part in data.chunks_mut(CHUNK * channels) {
+            let count = part.len() / channels;
+            mixer.render(&board.get(), &mut mixed[..count]);
+            for (frame, sample) in part.chunks_mut(channels).zip(&mixed) {
+                put(frame, *sample);
+            }
+        }
+    };
+    let said = AtomicBool::new(false);
+    let fault = move |error: cpal::Error| {
+        if !said.swap(true, Ordering::Relaxed) {
+            log::warn!("sound: {error}");
+        }
+    };
+    device.build_output_stream(config, fill, fault, None).map_err(|e| e.to_string())
+}
+
+/// One sample in all channels of a device: left and right in the first two, both in a single one.
+fn put<T: SizedSample + FromSample<f32>>(frame: &mut [T], [left, right]: [f32; 2]) {
+    match frame {
+        [one] => *one = T::from_sample((left + right) / 2.0),
+        [first, second, rest @ ..] => {
+            (*first, *second) = (T::from_sample(left), T::from_sample(right));
+            rest.fill(T::EQUILIBRIUM);
+        }
+        [] => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::Near, *};
+
+    #[test]
+    fn what_is_handed_over_arrives() {
+        let board = Board::new();
+        assert_eq!(board.get(), Hear::default());
+        let mut hear = Hear { running: true, speed_mps: -1.5, engine_rpm: 2100.0, contacts: 3, ..Hear::default() };
+        hear.horn = true;
+        hear.near[4] = Some(Near { ahead_m: -7.0, left_m: 2.0, speed_mps: 5.0 });
+        board.put(&hear);
+        assert_eq!(board.get(), hear);
+    }
+
+    #[test]
+    fn every_device_gets_both_ears() {
+        let mut stereo = [0.0f32; 2];
+        put(&mut stereo, [0.5, -0.25]);
+        assert_eq!(stereo, [0.5, -0.25]);
+        let mut mono = [0i16];
+        put(&mut mono, [0.5, 0.5]);
+        assert_eq!(mono, [16_384]);
+        let mut four = [9.0f32; 4];
+        put(&mut four, [0.5, -0.25]);
+        assert_eq!(four, [0.5, -0.25, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,307 @@
+//! The calibration page: what wheel and pedals do, live; the questions of a calibration; which button is which. In: a
+//! [`Wheel`], plain numbers of the moment. Out: [`CalibrationCommand`]s.
+
+use egui::{Button, Color32, DragValue, Rect, RichText, Sense, Stroke, TextEdit, Ui, pos2, vec2};
+
+use super::theme;
+use crate::input::{
+    Action, Profile,
+    calibrate::Step,
+    profile::{Pedal, ProfileError},
+};
+use std::collections::BTreeMap;
+
+/// The wheel that is plugged in, at this moment.
+#[derive(Clone, Debug)]
+pub struct Wheel {
+    /// Its name.
+    pub device: String,
+    /// The profile that it is driven with.
+    pub profile: Profile,
+    /// Last raw values by axis.
+    pub raw: BTreeMap<u16, i32>,
+    /// The button that was pressed last, by evdev's number.
+    pub last_button: Option<u16>,
+    /// A calibration that is under way: what is asked, every axis with its name and place in its range, and what was learnt
+    /// once all is answered.
+    pub asked: Option<Asked>,
+}
+
+/// A calibration under way.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// The question.
+    pub step: Step,
+    /// Every axis: number, name, share of its range.
+    pub bars: Vec<(u16, String, f64)>,
+    /// What was learnt; `None` before the end.
+    pub learnt: Option<Result<Profile, ProfileError>>,
+}
+
+/// What is asked for on the page.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CalibrationCommand {
+    /// Ask about the wheel from the beginning.
+    Begin,
+    /// Ask no more, keep the profile as it is.
+    Cancel,
+    /// Save this profile as the person's own and drive with it.
+    Save(Box<Profile>),
+    /// The page is closed.
+    Close,
+}
+
+/// The page's own state: what has been edited.
+#[derive(Debug, Default)]
+pub struct CalibrationPage {
+    /// True while it is to be seen.
+    pub open: bool,
+    /// The profile that is edited; `None` follows the wheel's own.
+    edited: Option<Profile>,
+    /// The action that waits for a button.
+    waiting: Option<Action>,
+    /// The last button when it began to wait.
+    before: Option<u16>,
+    /// True once what was learnt in this calibration has been taken over.
+    taken: bool,
+}
+
+impl CalibrationPage {
+    /// Shows the page, if it is open, and tells what was asked for. `wheel` is `None` where none is plugged in; `said` is
+    /// what came of the last command.
+    pub fn show(&mut self, ui: &Ui, wheel: Option<&Wheel>, said: Option<&str>) -> Vec<CalibrationCommand> {
+        let mut commands = Vec::new();
+        let mut open = self.open;
+        egui::Window::new("Wheel and pedals").open(&mut open).resizable(false).default_width(520.0).show(
+            ui.ctx(),
+            |ui| {
+                match wheel {
+                    None => {
+                        ui.label("No steering wheel is plugged in. Plug it in and wait for its turn.");
+                    }
+                    Some(wheel) => self.page(ui, wheel, &mut commands),
+                }
+                if let Some(said) = said {
+                    ui.separator();
+                    ui.label(RichText::new(said).color(theme::AMBER));
+                }
+            },
+        );
+        if self.open && !open {
+            *self = Self::default();
+            commands.push(CalibrationCommand::Close);
+        }
+        commands
+    }
+
+    fn page(&mut self, ui: &mut Ui, wheel: &Wheel, commands: &mut Vec<CalibrationCommand>) {
+        self.listen(wheel);
+        let shown = self.edited.as_ref().unwrap_or(&wheel.profile).clone();
+        ui.label(RichText::new(format!("{}, profile {}", wheel.device, shown.name)).color(theme::DIM));
+        ui.add_space(4.0);
+        match &wheel.asked {
+            Some(asked) if asked.step != Step::Done => question(ui, asked, commands),
+            _ => {
+                self.live(ui, wheel, &shown);
+                ui.add_space(6.0);
+                self.buttons(ui, wheel, &shown);
+                ui.add_space(6.0);
+                self.end(ui, wheel, commands);
+            }
+        }
+    }
+
+    /// Takes over what was learnt, and the button that an action waits for.
+    fn listen(&mut self, wheel: &Wheel) {
+        match &wheel.asked {
+            None => self.taken = false,
+            Some(asked) => {
+                if let (Some(Ok(learnt)), false) = (&asked.learnt, self.taken) {
+                    self.edited = Some(learnt.clone());
+                    self.taken = true;
+                }
+            }
+        }
+        if let (Some(action), Some(code)) = (self.waiting, wheel.last_button)
+            && self.before != Some(code)
+        {
+            self.edited.get_or_insert_with(|| wheel.profile.clone()).buttons.give(code, action);
+            self.waiting = None;
+        }
+    }
+
+    /// Bars and curves of what is driven with.
+    fn live(&mut self, ui: &mut Ui, wheel: &Wheel, shown: &Profile) {
+        let raw = |axis: u16| wheel.raw.get(&axis).copied();
+        let steering = &shown.steering;
+        let turn = raw(steering.axis).map_or(0.0, |raw| steering.wheel_rad(raw));
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Steering").color(theme::DIM));
+            let half = (steering.range_deg / 2.0).to_radians();
+            // Left is left: the bar runs from the middle.
+            bar_from_middle(ui, -turn / half);
+            ui.monospace(format!("{:+7.1}°", turn.to_degrees()));
+        });
+        let mut edited = shown.clone();
+        ui.horizontal(|ui| {
+            let range = DragValue::new(&mut edited.steering.range_deg).range(90.0..=2520.0).suffix("°").max_decimals(0);
+            number(ui, "Turn from end to end", range);
+            let ratio = DragValue::new(&mut edited.steering.ratio).range(5.0..=40.0).speed(0.05).max_decimals(1);
+            number(ui, "ratio", ratio);
+        });
+        ui.add_space(4.0);
+        ui.horizontal(|ui| {
+            for (name, pedal) in [("Accelerator", Some(&mut edited.accelerator)), ("Brake", edited.brake.as_mut())] {
+                let Some(pedal) = pedal else { continue };
+                ui.vertical(|ui| {
+                    let now = raw(pedal.axis);
+                    ui.label(RichText::new(format!("{name}, axis {}", pedal.axis)).color(theme::DIM));
+                    curve(ui, pedal, now);
+                    let told = now.map_or("not read yet".into(), |raw| {
+                        format!("way {:3.0} %  effect {:3.0} %", 100.0 * pedal.way(raw), 100.0 * pedal.effect(raw))
+                    });
+                    ui.monospace(told);
+                    ui.horizontal(|ui| {
+                        let curve = DragValue::new(&mut pedal.curve).range(0.3..=4.0).speed(0.01).max_decimals(2);
+                        number(ui, "curve", curve);
+                        let dead = DragValue::new(&mut pedal.dead).range(0.0..=0.4).speed(0.001).max_decimals(3);
+                        number(ui, "dead", dead);
+                    });
+                });
+                ui.add_space(10.0);
+            }
+        });
+        if edited != *shown {
+            self.edited = Some(edited);
+        }
+    }
+
+    /// Which button does what; a click on an action waits for its button.
+    fn buttons(&mut self, ui: &mut Ui, wheel: &Wheel, shown: &Profile) {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Buttons").strong());
+            let last = wheel.last_button.map_or("press one to see its number".into(), |code| {
+                let does = shown.buttons.action(code).map_or("nothing", Action::words);
+                format!("pressed last: {code}, {does}")
+            });
+            ui.label(RichText::new(last).color(theme::DIM));
+        });
+        egui::Grid::new("buttons").num_columns(4).spacing([14.0, 3.0]).show(ui, |ui| {
+            for (i, action) in Action::ALL.into_iter().enumerate() {
+                let codes: Vec<String> = shown.buttons.clone().of(action).iter().map(u16::to_string).collect();
+                let (text, colour) = match self.waiting {
+                    Some(waiting) if waiting == action => ("press it ...".to_owned(), theme::AMBER),
+                    _ if codes.is_empty() => ("none".to_owned(), theme::DIM),
+                    _ => (codes.join(", "), theme::TEXT),
+                };
+                ui.label(action.words());
+                let button = Button::new(RichText::new(text).color(colour).monospace()).min_size(vec2(92.0, 0.0));
+                let name = format!("button for {}", action.words());
+                let response = ui.add(button).on_hover_text("Click, then press the button on the wheel");
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
+                if response.clicked() {
+                    self.waiting = (self.waiting != Some(action)).then_some(action);
+                    self.before = wheel.last_button;
+                }
+                if i % 2 == 1 {
+                    ui.end_row();
+                }
+            }
+        });
+    }
+
+    fn end(&mut self, ui: &mut Ui, wheel: &Wheel, commands: &mut Vec<CalibrationCommand>) {
+        if let Some(Asked { learnt: Some(Err(error)), .. }) = &wheel.asked {
+            ui.label(RichText::new(error.to_string()).color(theme::RED));
+        }
+        if let Some(edited) = &mut self.edited {
+            ui.horizontal(|ui| {
+                let label = ui.label("Name");
+                ui.add(TextEdit::singleline(&mut edited.name).desired_width(180.0)).labelled_by(label.id);
+            });
+        }
+        ui.horizontal(|ui| {
+            let ask =
+                Button::new(RichText::new("Calibrate").color(Color32::WHITE)).fill(Color32::from_rgb(36, 96, 150));
+            if ui.add(ask).on_hover_text("Learn axes, ends and rest by turning and pressing; time stands").clicked() {
+                *self = Self { open: true, ..Self::default() };
+                commands.push(CalibrationCommand::Begin);
+            }
+            if let Some(edited) = self.edited.clone() {
+                let named = !edited.name.trim().is_empty();
+                let save =
+                    ui.add_enabled(named, Button::new("Save")).on_hover_text("As an own profile, used from now on");
+                if save.clicked() {
+                    self.edited = None;
+                    commands.push(CalibrationCommand::Save(Box::new(edited)));
+                } else if ui.button("Discard").on_hover_text("Keep the profile as it is").clicked() {
+                    *self = Self { open: true, taken: self.taken, ..Self::default() };
+                    commands.push(CalibrationCommand::Cancel);
+                }
+            }
+        });
+    }
+}
+
+/// A number and its name.
+fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) {
+    let label = ui.label(RichText::new(name).color(theme::DIM));
+    ui.add(value).labelled_by(label.id);
+}
+
+/// What is asked, and all axes as bars.
+fn question(ui: &mut Ui, asked: &Asked, commands: &mut Vec<CalibrationCommand>) {
+    ui.label(RichText::new(asked.step.question()).size(20.0).color(theme::ACCENT));
+    ui.add_space(6.0);
+    egui::Grid::new("axes").num_columns(2).spacing([14.0, 5.0]).show(ui, |ui| {
+        for (_, name, share) in &asked.bars {
+            ui.label(name);
+            bar(ui, *share);
+            ui.end_row();
+        }
+    });
+    ui.add_space(8.0);
+    if ui.button("Cancel").clicked() {
+        commands.push(CalibrationCommand::Cancel);
+    }
+}
+
+const BAR: egui::Vec2 = vec2(300.0, 14.0);
+
+fn bar(ui: &mut Ui, share: f64) {
+    let (rect, _) = ui.allocate_exact_size(BAR, Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+    let full = Rect::from_min_size(rect.min, vec2(rect.width() * share.clamp(0.0, 1.0) as f32, rect.height()));
+    ui.painter().rect_filled(full, 2.0, theme::ACCENT);
+}
+
+/// From -1 at the left end to 1 at the right.
+fn bar_from_middle(ui: &mut Ui, share: f64) {
+    let (rect, _) = ui.allocate_exact_size(BAR, Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+    let middle = rect.center().x;
+    let end = middle + rect.width() / 2.0 * share.clamp(-1.0, 1.0) as f32;
+    let part = Rect::from_x_y_ranges(middle.min(end)..=middle.max(end), rect.y_range());
+    ui.painter().rect_filled(part, 2.0, theme::ACCENT);
+    ui.painter().vline(middle, rect.y_range(), Stroke::new(1.0, theme::TEXT));
+}
+
+/// Effect over way, with the pedal's place on it.
+fn curve(ui: &mut Ui, pedal: &Pedal, now: Option<i32>) {
+    let (rect, _) = ui.allocate_exact_size(vec2(200.0, 110.0), Sense::hover());
+    let painter = ui.painter();
+    painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+    let at = |way: f64, effect: f32| {
+        pos2(rect.left() + rect.width() * way as f32, rect.bottom() - 4.0 - (rect.height() - 8.0) * effect)
+    };
+    let raw = |way: f64| f64::from(pedal.released) + (f64::from(pedal.pressed) - f64::from(pedal.released)) * way;
+    let points: Vec<egui::Pos2> =
+        (0..=100).map(|i| f64::from(i) / 100.0).map(|way| at(way, pedal.effect(raw(way).round() as i32))).collect();
+    painter.line(points, Stroke::new(1.5, theme::ACCENT));
+    if let Some(now) = now {
+        let (way, effect) = (pedal.way(now), pedal.effect(now));
+        let place = at(way, effect);
+        painter.vline(place.x, rect.y_range(), Stroke::new(1.0, theme::DIM));
+        painter.circle_filled(place, 4.0, theme::AMBER);
+    }
+}
