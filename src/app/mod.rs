@@ -55,6 +55,9 @@ pub enum AppError {
     /// The adapter cannot show pictures in the window.
     #[error("the graphics adapter cannot draw into the window: {0}. WGPU_BACKEND=vulkan|gl chooses another")]
     NoSurface(String),
+    /// A thread of ours ended before its time: a bug.
+    #[error("{0} ended before its time")]
+    Ended(String),
     /// The monitor that was asked for is not there.
     #[error("there is no screen {asked:?}; there are: {there}")]
     NoMonitor {

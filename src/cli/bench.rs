@@ -43,6 +43,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     drop(picture);
     let growth = bench::growth(&scenario, sizes[0], count)?;
     let simulation = bench::simulation(&scenario)?;
+    let recorder = bench::recording(&scenario)?;
     let learning = bench::learning();
     let memory_mb = bench::peak_memory_mb();
     if matches.get_flag("json") {
@@ -56,13 +57,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "drive": drive,
             "growth": growth,
             "simulation": simulation,
+            "recorder_tick": recorder,
             "learning": learning,
             "peak_memory_mb": memory_mb,
         });
         println!("{report:#}");
     } else {
         print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb));
-        print!("{}", learning_words(&learning));
+        print!("{}{}", recorder_words(&recorder), learning_words(&learning));
     }
     Ok(())
 }
@@ -73,6 +75,17 @@ fn drive(picture: &mut bench::Picture, minutes: u32, size: [u32; 2]) -> Result<D
     let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
     bar.finish_and_clear();
     Ok(drive)
+}
+
+fn recorder_words(times: &Times) -> String {
+    let verdict = if times.p99_us <= bench::RECORDER_LIMIT_US { "kept" } else { "NOT kept" };
+    format!(
+        "recorder, of a tick      {:.1} us, 99 % below {:.1}, longest {:.0}; limit {} for 99 %: {verdict}\n",
+        times.median_us,
+        times.p99_us,
+        times.max_us,
+        bench::RECORDER_LIMIT_US
+    )
 }
 
 fn learning_words(times: &LearningTimes) -> String {

@@ -8,6 +8,7 @@ mod history;
 mod presets;
 mod readout;
 pub mod theme;
+pub mod timeline;
 
 pub use editor::Choices;
 pub use history::{History, Sample};
@@ -141,9 +142,9 @@ impl Panel {
                 self.controls(ui, state, &mut commands);
                 ui.separator();
                 egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    readout::numbers(ui, state);
+                    readout::all_numbers(ui, state);
                     ui.add_space(4.0);
-                    readout::plot(ui, state.history);
+                    readout::plot(ui, state.history, 140.0);
                     ui.add_space(6.0);
                     self.settings(ui);
                 });

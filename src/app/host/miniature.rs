@@ -45,8 +45,8 @@ impl Miniature {
     pub fn hand_on(&self, gpu: &Gpu, canvas: &wgpu::TextureView, screen: &wgpu::TextureView) {
         let mut encoder =
             gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("miniature") });
-        self.pass.draw(&gpu.device, &mut encoder, canvas, screen);
-        self.pass.draw(&gpu.device, &mut encoder, canvas, &self.small);
+        self.pass.draw(&gpu.device, &mut encoder, canvas, screen, None);
+        self.pass.draw(&gpu.device, &mut encoder, canvas, &self.small, None);
         gpu.queue.submit([encoder.finish()]);
     }
 
