@@ -225,6 +225,7 @@ fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
 fn every_setting_is_there_with_its_tooltip() {
     let mut harness = tall(Bench::driving());
     open(&mut harness, "Display");
+    open(&mut harness, "Surroundings");
     for (name, path) in [("Range", "range_mph"), ("Screen width", "screen_width_m"), ("Creep", "creep")] {
         let field = fields().into_iter().find(|field| field.path == path).expect("a setting");
         assert!(harness.query_by_label_contains(&field.doc).is_none());

@@ -133,6 +133,8 @@ fn marks(until: f64, most: f64, steps: &[f64]) -> Vec<GridMark> {
 pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> {
     const TIMES: [f64; 8] = [20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 3600.0, 7200.0];
     let step = TIMES.into_iter().find(|step| (to_s - from_s) / step <= 3.0).unwrap_or(7200.0);
+    // A low plot has room for few marks.
+    let most = if height < 110.0 { 3.0 } else { 6.0 };
     plot.height(height)
         .allow_drag(false)
         .allow_zoom(false)
@@ -142,7 +144,7 @@ pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> 
         .include_y(6.0)
         .set_margin_fraction(egui::vec2(0.0, 0.04))
         .x_grid_spacer(move |_| marks(to_s, f64::INFINITY, &[step]))
-        .y_grid_spacer(|input| marks(input.bounds.1, 6.0, &[2.0, 5.0, 10.0, 20.0]))
+        .y_grid_spacer(move |input| marks(input.bounds.1, most, &[2.0, 5.0, 10.0, 20.0]))
         .x_axis_formatter(|mark, _| time(mark.value).trim_end_matches(".0").to_owned())
         .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
         .y_axis_min_width(18.0)

@@ -204,7 +204,7 @@ impl PictureWindow {
         }
     }
 
-    /// What the driver saw last, at most an eighth of a second old, 320 by 180 pixels or of another shape. `None` if
+    /// What the driver saw last, an eighth of a second old at most (half where the processor draws), 320 by 180 pixels or of another shape. `None` if
     /// nobody asked for it to be kept.
     pub fn miniature(&self) -> Option<&wgpu::TextureView> {
         self.miniature.as_ref().map(Miniature::view)

@@ -101,7 +101,7 @@ impl Experimenter {
         let lamps = lamps::lamps(state.health);
         if ui.available_width() >= WIDE {
             egui::Panel::left("plan").default_size(360.0).min_size(300.0).show(ui, |ui| left(ui, &mut commands));
-            egui::Panel::right("lamps").default_size(290.0).min_size(260.0).show(ui, |ui| {
+            egui::Panel::right("lamps").default_size(312.0).min_size(270.0).show(ui, |ui| {
                 self.right(ui, state, &lamps, &mut commands);
             });
             egui::CentralPanel::default().show(ui, |ui| {
