@@ -227,7 +227,7 @@ fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
 #[test]
 fn every_setting_is_there_with_its_tooltip() {
     let mut harness = tall(Bench::driving());
-    for section in ["Display", "Sound", "Rig"] {
+    for section in ["Display", "Sound", "Rig", "Surroundings"] {
         open(&mut harness, section);
     }
     for (name, path) in [("Range", "range_mph"), ("Screen width", "screen_width_m"), ("Creep", "creep")] {

@@ -2,7 +2,10 @@
 //! same bits.
 
 use assert_cmd::Command;
-use codrive::record::{Manifest, Reader, Table, recover};
+use codrive::{
+    record::{Manifest, Reader, Table, recover},
+    sim::Scenario,
+};
 use std::{
     fs,
     os::unix::fs::PermissionsExt,
@@ -184,4 +187,72 @@ fn the_sound_of_a_recording_is_as_long_as_the_drive_private_and_the_same_again()
     assert_eq!(fs::read(&first).unwrap(), fs::read(second).unwrap());
     let ((code, text), _) = wav("a.wav");
     assert!(code == 1 && text.contains("a.wav") && text.contains("name another"), "{code}: {text}");
+}
+
+#[test]
+fn any_moment_of_a_replay_is_the_world_as_it_was_then() {
+    use codrive::app::replay::{Found, Prover, Replay, film::Film};
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("drive");
+    record(&drive, "12.05");
+    let (prover, opened) = Prover::start(&drive).unwrap();
+    assert_eq!(opened.end.0, 1205);
+    let mut film = Film::new(opened.first, opened.scenario.step_s);
+    let mut last = None;
+    for found in &prover.found {
+        let Found::Step(snapshot, verdict) = found else { panic!("the engine failed") };
+        film.push(*snapshot);
+        last = Some(verdict);
+    }
+    let last = last.unwrap();
+    assert_eq!((last.ticks, last.first_difference), (1205, None), "proven to the end");
+    assert_eq!(film.end_s(), 12.05);
+
+    let mut world = Replay::open(&drive).unwrap();
+    let mut at = 0;
+    // Backwards in the film, forwards in the world: the film knows no order.
+    let mut wanted: Vec<u64> = vec![1205, 1203, 1200, 977, 500, 333, 10, 1];
+    let seen: Vec<_> = wanted.iter().map(|tick| film.at(*tick as f64 / 100.0)).collect();
+    wanted.reverse();
+    for (tick, (snapshot, fraction)) in wanted.iter().zip(seen.iter().rev()) {
+        world.advance(tick - at).unwrap();
+        at = *tick;
+        let now = world.world().snapshot();
+        let ego = snapshot.ego_before.position.lerp(snapshot.ego.position, f64::from(*fraction));
+        // Between two steps of 0.1 s a car under 3 m/s2 is no further from the straight line than 4 mm.
+        assert!(ego.distance(now.ego.position) < 0.005, "tick {tick}: {}", ego.distance(now.ego.position));
+        assert!((snapshot.ego.speed_mps - now.ego.speed_mps).abs() < 0.05, "tick {tick}");
+        for (shown, car) in snapshot.cars.iter().zip(&now.cars) {
+            let place = shown.pose_before.lerp(&shown.pose, f64::from(*fraction)).position;
+            assert!(place.distance(car.pose.position) < 0.005, "tick {tick}, {:?}", car.id);
+        }
+    }
+}
+
+#[test]
+fn a_what_if_drives_the_same_seed_with_changes_and_prints_the_paired_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("drive");
+    record(&drive, "20");
+    let program = |arguments: &[&str]| said(codrive(&["replay", drive.to_str().unwrap()]).args(arguments));
+    let (code, text) = program(&["--what-if", "policy=constant", "--what-if", "driver=perfect"]);
+    assert_eq!(code, 0, "{text}");
+    assert!(text.contains("driven by simulated: follow; instead: policy=constant, driver=perfect"), "{text}");
+    let row = text.lines().find(|line| line.starts_with("mean speed, all cars")).unwrap();
+    let numbers: Vec<f64> = row.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let [recorded, instead, difference] = numbers[..] else { panic!("{row}") };
+    assert!((recorded - instead - difference).abs() < 0.0011 && recorded != instead, "{row}");
+    let beside = folder.path().join("drive-what-if-policy-constant-driver-perfect");
+    let other = Scenario::from_file(&beside.join("scenario.toml")).unwrap();
+    let same = Scenario::from_file(&drive.join("scenario.toml")).unwrap();
+    assert_eq!((other.seed, other.duration_s, &*other.policy), (same.seed, 20.0, "constant"));
+    assert_eq!(Reader::parquet(&Table::Ego.parquet(&beside)).unwrap().rows(), 2000);
+
+    // Nothing is overwritten; what is no setting is named.
+    let (code, text) = program(&["--what-if", "policy=constant", "--what-if", "driver=perfect"]);
+    assert!(code != 0 && text.contains("nothing is overwritten"), "{code} {text}");
+    let (code, text) = program(&["--what-if", "polcy=none"]);
+    assert!(code == 2 && text.contains("there is no setting polcy"), "{code} {text}");
+    let (code, text) = program(&["--what-if", "policy=nobody"]);
+    assert!(code == 2 && text.contains("policy `nobody` is unknown"), "{code} {text}");
 }

@@ -166,6 +166,14 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
             ["mean_speed_mps", "baseline_speed_mps", "speed_gain_mps"].map(|n| row[n].parse::<f64>().unwrap());
         assert!((with - without - gain).abs() < 1e-9);
     }
+    let figures = |ending: &str| {
+        let names = fs::read_dir(report.join("figures")).unwrap().map(|entry| entry.unwrap().path());
+        let mut names: Vec<_> = names.filter(|path| path.extension().is_some_and(|e| e == ending)).collect();
+        names.sort();
+        names.into_iter().map(|path| path.with_extension("")).collect::<Vec<_>>()
+    };
+    assert!(!figures("svg").is_empty());
+    assert_eq!(figures("svg"), figures("png"), "every figure in both forms");
     let html = fs::read_to_string(report.join("report.html")).unwrap();
     // Nothing is fetched: the only addresses are the names of SVG's format.
     assert_eq!(html.matches("http").count(), html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());

@@ -97,12 +97,28 @@ fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites
     for name in ["speed-against-hold.svg", "adherence.svg", "space-time-two-phase-hold-5-s-driver-perfect.svg"] {
         let picture = fs::read_to_string(Path::new(&out).join(name)).unwrap();
         assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n") && !picture.contains("NaN"), "{name}");
+        // The same as PNG, twice as large.
+        let size = image::image_dimensions(Path::new(&out).join(name).with_extension("png")).unwrap();
+        let width = picture.split("width=\"").nth(1).and_then(|rest| rest.split('"').next()?.parse::<u32>().ok());
+        assert_eq!(Some(size.0), width.map(|width| 2 * width), "{name}");
     }
     assert!(refused(&arguments).contains("holds an evaluation already (rings.csv)"));
     assert!(refused(&["evaluate", "--driver", "folow"]).contains("driver `folow` is unknown; known are exact"));
     assert!(refused(&["evaluate", "--holds", "0.25"]).contains("allowed: a whole number of steps of 0.1 s"));
     let said = refused(&["evaluate", "--engine", "native", "--driver", "guarded"]);
     assert!(said.contains("driver `guarded` exists on the fast ring only; whole drives know follow"), "{said}");
+}
+
+#[test]
+fn auto_is_the_policy_shipped_for_the_map_and_an_unknown_one_is_answered_with_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let config = dir.path().join("small.toml");
+    fs::write(&config, SMALL).unwrap();
+    let said = codrive(&["evaluate", "--config", &text(&config), "--policy", "auto", "--over", "2"]).success();
+    let said = String::from_utf8_lossy(&said.get_output().stdout).into_owned();
+    assert!(said.contains("ring-250-speed"), "{said}");
+    let refusal = refused(&["evaluate", "--policy", "autos"]);
+    assert!(refusal.contains("policy `autos` is unknown; known are auto, none"), "{refusal}");
 }
 
 #[test]

@@ -26,6 +26,7 @@ use x11rb::{
 const KEY_W: u8 = 25;
 const KEY_V: u8 = 55;
 const KEY_F4: u8 = 70;
+const KEY_SPACE: u8 = 65;
 
 /// Waits for `what` to become something, looking 20 times a second for up to 60 s: a slow machine is no failure.
 fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
@@ -214,13 +215,48 @@ fn the_driver_drives_beside_the_experimenter_and_closing_the_picture_ends_with_0
     let program = drive(&server, &["--traffic", "native", "--experimenter"]);
     server.window("Experimenter");
     let window = server.window("codrive");
-    sleep(Duration::from_secs(1));
+    // The processor draws both windows, beside other tests: a second of the drive takes many.
     server.key(KEY_W, true);
-    sleep(Duration::from_secs(2));
+    sleep(Duration::from_secs(8));
     server.key(KEY_W, false);
-    sleep(Duration::from_millis(300));
     server.close(window);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert!(ego_speed_mps(&text) > 0.05, "{text}");
+}
+
+#[test]
+fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
+    let server = Server::start();
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("drive");
+    let drive = drive.to_str().unwrap();
+    let codrive = || Command::new(env!("CARGO_BIN_EXE_codrive"));
+    let run = ["run", "--traffic", "native", "--duration", "6", "--quality", "low", "--out", drive];
+    assert!(codrive().args(run).stdout(Stdio::null()).status().unwrap().success());
+    let program = codrive()
+        .args(["replay", drive, "--window", "--at", "3"])
+        .env("DISPLAY", &server.display)
+        .env_remove("WAYLAND_DISPLAY")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let window = server.window("codrive replay");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    // Space holds it or, if it is over already, plays it again; V shows it from behind.
+    let before = server.screen();
+    for key in [KEY_SPACE, KEY_V] {
+        server.key(key, true);
+        server.key(key, false);
+    }
+    wait_for("another view", || {
+        let now = server.screen();
+        (now.chunks(4).zip(before.chunks(4)).filter(|(a, b)| a != b).count() > 640 * 400 / 4).then_some(())
+    });
+    sleep(Duration::from_secs(1));
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert!(text.contains("all 600 ticks are the same to the bit"), "{text}");
 }

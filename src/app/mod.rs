@@ -79,6 +79,9 @@ pub enum AppError {
     /// The adapter cannot show pictures in the window.
     #[error("the graphics adapter cannot draw into the window: {0}. WGPU_BACKEND=vulkan|gl chooses another")]
     NoSurface(String),
+    /// A thread of ours ended before its time: a bug.
+    #[error("{0} ended before its time")]
+    Ended(String),
     /// No graphics device, or it was lost.
     #[error(transparent)]
     Gpu(#[from] crate::render::GpuError),

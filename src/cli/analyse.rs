@@ -3,14 +3,15 @@
 use super::CliError;
 use crate::{
     analysis::{AnalysisError, collect, find, report, tables},
-    record,
+    chart, record,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
+use rayon::prelude::*;
 use std::path::PathBuf;
 
 pub(super) fn command() -> Command {
     Command::new("analyse")
-        .about("Make tables of measures (CSV), figures (SVG) and a report (HTML) of recordings")
+        .about("Make tables of measures (CSV), figures (SVG, PNG) and a report (HTML) of recordings")
         .after_help("Made anew at every call; recordings are only read.")
         .arg(
             Arg::new("folder")
@@ -42,11 +43,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
     put("columns.json", &tables::description(&drives))?;
-    for (name, svg) in &made.figures {
+    made.figures.par_iter().try_for_each(|(name, svg)| {
         put(&format!("figures/{name}"), svg)?;
-    }
+        let path = out.join("figures").join(name).with_extension("png");
+        let png = chart::png(svg).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
+        Ok::<(), CliError>(record::replace(&path, &png)?)
+    })?;
     put("report.html", &made.html)?;
-    println!("{}: report.html, tables (CSV) and figures of {} drives", out.display(), drives.len());
+    println!("{}: report.html, tables (CSV) and figures (SVG, PNG) of {} drives", out.display(), drives.len());
     Ok(())
 }
 

@@ -47,6 +47,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     drop(picture);
     let growth = bench::growth(&scenario, sizes[0], count)?;
     let simulation = bench::simulation(&scenario)?;
+    let recorder = bench::recording(&scenario)?;
     let learning = bench::learning();
     let memory_mb = bench::peak_memory_mb();
     if matches.get_flag("json") {
@@ -61,13 +62,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "force": force,
             "growth": growth,
             "simulation": simulation,
+            "recorder_tick": recorder,
             "learning": learning,
             "peak_memory_mb": memory_mb,
         });
         println!("{report:#}");
     } else {
         print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb));
-        print!("{}", learning_words(&learning));
+        print!("{}{}", recorder_words(&recorder), learning_words(&learning));
         print!("{}", force_words(force.as_ref()));
     }
     Ok(())
@@ -92,6 +94,17 @@ fn force_words(force: Option<&ForceTimes>) -> String {
             force.frame_ms
         )
     })
+}
+
+fn recorder_words(times: &Times) -> String {
+    let verdict = if times.p99_us <= bench::RECORDER_LIMIT_US { "kept" } else { "NOT kept" };
+    format!(
+        "recorder, of a tick      {:.1} us, 99 % below {:.1}, longest {:.0}; limit {} for 99 %: {verdict}\n",
+        times.median_us,
+        times.p99_us,
+        times.max_us,
+        bench::RECORDER_LIMIT_US
+    )
 }
 
 fn learning_words(times: &LearningTimes) -> String {

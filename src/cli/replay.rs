@@ -1,14 +1,16 @@
-//! `codrive replay`: a recorded drive once more, with the proof that it is the same; a picture of it, or all of them.
+//! `codrive replay`: a recorded drive once more, with the proof that it is the same; a picture of it, all of
+//! them, a window; or the same with something changed.
 
 use super::{CliError, render, stop_on_ctrl_c};
 use crate::{
     app::{
-        replay::{Easel, Replay},
+        replay::{self, Easel, Replay, Verdict, window},
         sound::Track,
     },
+    record::{Reader, Table},
     time::Tick,
 };
-use clap::{Arg, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::{
     path::{Path, PathBuf},
     process,
@@ -28,6 +30,25 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(PathBuf))
                 .help("A recording"),
         )
+        .arg(
+            Arg::new("window")
+                .long("window")
+                .action(ArgAction::SetTrue)
+                .conflicts_with_all(["png", "frames", "video", "what-if"])
+                .help("Play it in a window: any view, 0.25 to 16 times as fast, tick by tick, a line to seek on"),
+        )
+        .arg(
+            Arg::new("what-if")
+                .long("what-if")
+                .value_name("SETTING=VALUE")
+                .action(ArgAction::Append)
+                .conflicts_with_all(["png", "frames", "video"])
+                .help(
+                    "Drive the same seed and scenario with this changed, by a simulated driver, and print what differs: \
+                     policy=NAME, driver=perfect, hold_s=5; none: no advice, car-following model. May be given several times",
+                ),
+        )
+        .arg(path("out", "DIR", "Where --what-if records [default: beside the recording, DIR-what-if-...]"))
         .arg(path("png", "FILE.png", "One picture, at --at"))
         .arg(path("frames", "DIR", "All pictures, numbered, in a new folder"))
         .arg(path("video", "FILE.mp4", "All pictures as a video, with the sound if --sound is named; needs ffmpeg"))
@@ -36,9 +57,8 @@ pub(super) fn command() -> Command {
             Arg::new("at")
                 .long("at")
                 .value_name("SECS")
-                .default_value("60")
                 .value_parser(value_parser!(f64))
-                .help("When --png is drawn, seconds from the start of the drive"),
+                .help("When --png is drawn [default: 60], or where --window begins [default: 0], seconds from the start of the drive"),
         )
         .args(render::picture_arguments())
         .arg(
@@ -56,8 +76,18 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(recording) = path("recording") else { return Ok(()) };
     let size = matches.get_one::<[u32; 2]>("size").copied().unwrap_or([1280, 720]);
     let rate = matches.get_one::<u32>("rate").copied().unwrap_or(25);
-    let at = Tick::at_seconds(matches.get_one::<f64>("at").copied().unwrap_or_default());
+    let at_s = matches.get_one::<f64>("at").copied();
+    let at = Tick::at_seconds(at_s.unwrap_or(60.0));
     let kind = render::view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
+    if let Some(asked) = matches.get_many::<String>("what-if") {
+        return instead(recording, &asked.cloned().collect::<Vec<_>>(), path("out"));
+    }
+    if matches.get_flag("window") {
+        let (recording, at_s) = (recording.clone(), at_s.unwrap_or_default());
+        let stop = stop_on_ctrl_c();
+        let (found, all) = window::run(&window::ReplayOptions { recording: recording.clone(), kind, at_s, stop })?;
+        return say(&recording, &found, all);
+    }
     let mut replay = Replay::open(recording)?;
     let drawn = [path("png"), path("frames"), path("video")].iter().any(Option::is_some);
     let mut easel = drawn.then(|| Easel::new(&replay, kind, size)).transpose()?;
@@ -108,7 +138,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             at.seconds()
         )));
     }
-    let found = replay.verdict();
+    say(recording, replay.verdict(), replay.len())
+}
+
+/// What the proof has found.
+fn say(recording: &Path, found: &Verdict, all: u64) -> Result<(), CliError> {
     match (found.first_difference, found.by) {
         (Some(tick), Some([speed, place])) => Err(CliError::Failed(format!(
             "{}: tick {tick} ({:.2} s) is not as recorded: the ego's speed differs by {speed:.3e} m/s, its place by {place:.3e} m. \
@@ -116,11 +150,47 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             recording.display(),
             Tick(tick).seconds()
         ))),
+        _ if found.ticks < all => {
+            println!(
+                "{}: {} of {all} ticks were driven again, all the same to the bit",
+                recording.display(),
+                found.ticks
+            );
+            Ok(())
+        }
         _ => {
             println!("{}: all {} ticks are the same to the bit", recording.display(), found.ticks);
             Ok(())
         }
     }
+}
+
+/// The same drive with something changed.
+fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<(), CliError> {
+    let changes = replay::changes(asked).map_err(CliError::Input)?;
+    let words = replay::words(&changes);
+    let beside = || {
+        let slug: String = words.chars().map(|c| if c.is_alphanumeric() || c == '.' { c } else { '-' }).collect();
+        let mut name = recording.file_name().unwrap_or_default().to_owned();
+        name.push(format!("-what-if-{}", slug.replace("--", "-")));
+        recording.with_file_name(name)
+    };
+    let out = out.cloned().unwrap_or_else(beside);
+    let stop = stop_on_ctrl_c();
+    let ticks = Reader::parquet(&Table::Ego.parquet(recording)).map_or(0, |table| table.rows() as u64);
+    let bar = super::progress(2 * ticks, format!("what if {words}"));
+    let pair = replay::what_if(recording, &changes, &out, &stop, &|ticks| bar.inc(ticks));
+    bar.finish_and_clear();
+    let Some(pair) = pair? else {
+        return Err(CliError::Failed(format!("stopped; {} holds what was driven", out.display())));
+    };
+    println!("{}, driven by {}; instead: {words}", recording.display(), pair.driver);
+    if !pair.is_proven {
+        println!("the recorded drive could not be driven again to the bit: codrive replay {}", recording.display());
+    }
+    print!("{}", pair.table());
+    println!("recorded in              {}", out.display());
+    Ok(())
 }
 
 fn save(picture: &image::RgbaImage, file: &Path) -> Result<(), CliError> {

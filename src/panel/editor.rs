@@ -11,15 +11,35 @@ use super::theme;
 use crate::sim::{Field, Kind, Scenario, ScenarioError, fields};
 
 /// Sections and the settings in them, in order; a path that ends in a dot is a whole table. What is in none comes last.
-const SECTIONS: [(&str, &[&str]); 7] = [
-    ("Road & traffic", &["map", "vehicles", "traffic", "start"]),
+const SECTIONS: [(&str, &[&str]); 8] = [
+    ("Road & traffic", &["map", "vehicles", "traffic", "start", "warm_up_s"]),
     ("IDM", &["idm."]),
     ("Advice", &["policy", "policy_speed_mps", "hold_s", "range_mph"]),
-    ("Display", &["units", "screen_width_m", "eye_distance_m", "ordinary_paints", "cockpit", "palette", "quality"]),
+    (
+        "Display",
+        &[
+            "units",
+            "palette",
+            "screen_width_m",
+            "eye_distance_m",
+            "cockpit",
+            "mirror_yaw_deg",
+            "mirror_pitch_deg",
+            "mirror_fov_deg",
+            "mirror_radius_m",
+            "quality",
+        ],
+    ),
     ("Sound", &["sound.", "advice_tone"]),
     ("Rig", &["rev_lamps", "flash_patch", "extra_delay_s"]),
+    (
+        "Surroundings",
+        &["time_h", "visibility_km", "wind_mps", "trees", "ego_colour", "traffic_colour", "ordinary_paints"],
+    ),
     ("Run", &[]),
 ];
+/// Sections that are closed at first: what is set once for a rig.
+const CLOSED: [&str; 4] = ["Display", "Sound", "Rig", "Surroundings"];
 
 /// Words to choose from, for settings that are texts: which maps and policies there are is not the schema's to say.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,15 +111,15 @@ impl Editor {
         for (section, (title, _)) in SECTIONS.iter().enumerate() {
             let changed = self.in_section(section).any(|field| self.has_changed(field));
             let title = RichText::new(*title).color(if changed { theme::AMBER } else { theme::TEXT }).strong();
-            egui::CollapsingHeader::new(title).id_salt(section).default_open(![3, 4, 5].contains(&section)).show(
-                ui,
-                |ui| {
+            egui::CollapsingHeader::new(title)
+                .id_salt(section)
+                .default_open(!CLOSED.contains(&SECTIONS[section].0))
+                .show(ui, |ui| {
                     let here: Vec<Field> = self.in_section(section).cloned().collect();
                     for field in &here {
                         self.row(ui, field);
                     }
-                },
-            );
+                });
         }
     }
 

@@ -11,6 +11,7 @@ mod presets;
 mod readout;
 pub mod screens;
 pub mod theme;
+pub mod timeline;
 pub mod visit;
 
 pub use check::{DisplayTruth, show as check};
@@ -152,9 +153,9 @@ impl Panel {
                 self.controls(ui, state, &mut commands);
                 ui.separator();
                 egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    readout::numbers(ui, state);
+                    readout::all_numbers(ui, state);
                     ui.add_space(4.0);
-                    readout::plot(ui, state.history);
+                    readout::plot(ui, state.history, 140.0);
                     ui.add_space(6.0);
                     self.settings(ui);
                 });

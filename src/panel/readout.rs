@@ -46,7 +46,19 @@ impl Readings {
     }
 }
 
-/// The numbers.
+/// The numbers, and those of the program.
+pub fn all_numbers(ui: &mut Ui, state: &PanelState<'_>) {
+    numbers(ui, state);
+    egui::Grid::new("program").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
+        row(ui, "Engine", state.engine, theme::DIM);
+        let dropped = state.dropped.as_secs_f64();
+        let colour = if state.stalls > 0 { theme::AMBER } else { theme::DIM };
+        row(ui, "Dropped time", &format!("{dropped:.2} s in {} stalls", state.stalls), colour);
+        row(ui, "Frame", &format!("{:.1} ms", state.frame_ms), theme::DIM);
+    });
+}
+
+/// The numbers of the drive.
 pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
     let unit = state.scenario.units;
     egui::Grid::new("readings").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
@@ -70,7 +82,7 @@ pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
             }
         }
         if let Some(share) = state.in_range {
-            row(ui, "In range", &format!("{:5.1} % of the time", 100.0 * share), theme::TEXT);
+            row(ui, "In range", &format!("{:5.1} % so far", 100.0 * share), theme::TEXT);
         }
         match now.leader {
             Some((gap_m, leader_mps)) => {
@@ -83,11 +95,6 @@ pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
             }
         }
         row(ui, "Mean of all", &speed(now.mean_speed_mps, unit), theme::ACCENT);
-        row(ui, "Engine", state.engine, theme::DIM);
-        let dropped = state.dropped.as_secs_f64();
-        let colour = if state.stalls > 0 { theme::AMBER } else { theme::DIM };
-        row(ui, "Dropped time", &format!("{dropped:.2} s in {} stalls", state.stalls), colour);
-        row(ui, "Frame", &format!("{:.1} ms", state.frame_ms), theme::DIM);
     });
 }
 
@@ -126,6 +133,8 @@ fn marks(until: f64, most: f64, steps: &[f64]) -> Vec<GridMark> {
 pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> {
     const TIMES: [f64; 8] = [20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 3600.0, 7200.0];
     let step = TIMES.into_iter().find(|step| (to_s - from_s) / step <= 3.0).unwrap_or(7200.0);
+    // A low plot has room for few marks.
+    let most = if height < 110.0 { 3.0 } else { 6.0 };
     plot.height(height)
         .allow_drag(false)
         .allow_zoom(false)
@@ -135,7 +144,7 @@ pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> 
         .include_y(6.0)
         .set_margin_fraction(egui::vec2(0.0, 0.04))
         .x_grid_spacer(move |_| marks(to_s, f64::INFINITY, &[step]))
-        .y_grid_spacer(|input| marks(input.bounds.1, 6.0, &[2.0, 5.0, 10.0, 20.0]))
+        .y_grid_spacer(move |input| marks(input.bounds.1, most, &[2.0, 5.0, 10.0, 20.0]))
         .x_axis_formatter(|mark, _| time(mark.value).trim_end_matches(".0").to_owned())
         .y_axis_formatter(|mark, _| format!("{:.0}", mark.value))
         .y_axis_min_width(18.0)
@@ -144,7 +153,7 @@ pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> 
 }
 
 /// Mean speed of all vehicles over time, with the ego's speed and the target.
-pub fn plot(ui: &mut Ui, history: &History) {
+pub fn plot(ui: &mut Ui, history: &History, height: f32) {
     let samples = history.samples();
     let line = |of: fn(&super::Sample) -> f64| -> Vec<[f64; 2]> {
         samples.iter().map(|sample| [sample.time_s, of(sample)]).collect()
@@ -157,7 +166,7 @@ pub fn plot(ui: &mut Ui, history: &History) {
     });
     // The first minute is shown at once, so that the first seconds do not fill the width.
     let until = samples.last().map_or(0.0, |sample| sample.time_s).max(60.0);
-    quiet(Plot::new("speeds"), 140.0, [0.0, until])
+    quiet(Plot::new("speeds"), height, [0.0, until])
         .include_x(0.0)
         // Room for half of the last mark's text.
         .include_x(1.05 * until)

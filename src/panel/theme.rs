@@ -59,5 +59,7 @@ pub fn apply(ctx: &egui::Context) {
             state.fg_stroke.color = TEXT;
             state.corner_radius = CornerRadius::same(4);
         }
+        // What has the keyboard is drawn as pressed: an edge that is seen from a chair's distance.
+        widgets.active.bg_stroke = Stroke::new(2.0, ACCENT);
     });
 }

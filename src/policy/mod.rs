@@ -124,7 +124,7 @@ pub const NAMES: [&str; 5] = ["none", "constant", "two-phase", "follower-stopper
 pub enum PolicyError {
     /// No policy has this name.
     #[error(
-        "policy `{name}` is unknown; known are {}, {}, or the FILE.toml or FILE.onnx of a trained one",
+        "policy `{name}` is unknown; known are {AUTO}, {}, {}, or the FILE.toml or FILE.onnx of a trained one",
         NAMES.join(", "), shipped().join(", ")
     )]
     Unknown {

@@ -70,13 +70,15 @@ impl MiniaturePass {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Fills `to` with `from`, a view of [`Self::canvas`].
+    /// Puts `from`, a view of [`Self::canvas`], on `to`: on all of it, or on the upper left part of this size; the rest is
+    /// black.
     pub fn draw(
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         from: &wgpu::TextureView,
         to: &wgpu::TextureView,
+        part: Option<[u32; 2]>,
     ) {
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("miniature"),
@@ -93,6 +95,9 @@ impl MiniaturePass {
             })],
             ..Default::default()
         });
+        if let Some([width, height]) = part {
+            pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
+        }
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);

@@ -4,11 +4,13 @@
 mod force;
 mod learning;
 mod picture;
+mod recording;
 mod simulation;
 
 pub use force::{ForceTimes, force};
 pub use learning::{LearningTimes, learning};
 pub use picture::{Drive, FrameTimes, Growth, Picture, SIZES, Startup, growth, startup};
+pub use recording::{RECORDER_LIMIT_US, recording};
 pub use simulation::{Report, SumoTimes, simulation};
 
 use serde::Serialize;

@@ -1,5 +1,5 @@
 //! The experimenter's window. In: what is to be seen, as egui code. Out: a window beside the driver's, drawn a few times a
-//! second, that never makes the driver's frames wait: it does not wait for its own screen either.
+//! second between the driver's frames, of whose time it takes a twelfth at most; it does not wait for its own screen.
 //!
 //! Ctrl + and Ctrl - change the size of everything from 1.0 to 2.0, Ctrl 0 goes back.
 
@@ -25,8 +25,12 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// Time between two pictures of it: 12.5 a second, at most.
+/// Time between two pictures of it: 12.5 a second, at most; where the processor draws, which it could do for the driver
+/// meanwhile, 2 (1280 x 800 pixels of it take as long as a frame of the driver's, 70 ms on two cores).
 const EVERY: Duration = Duration::from_millis(80);
+const EVERY_BY_SOFTWARE: Duration = Duration::from_millis(500);
+/// And so many times longer than a picture of it took: it never has more than a twelfth of the loop.
+const RESTS: u32 = 12;
 const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 800);
 const LEAST: LogicalSize<u32> = LogicalSize::new(800, 500);
 /// Scale of everything, on top of the monitor's own.
@@ -39,6 +43,8 @@ pub struct ExperimenterWindow {
     ears: Ears,
     pass: UiPass,
     last: Option<Instant>,
+    /// Least time from the last picture to the next.
+    rest: Duration,
     picture: Option<(wgpu::TextureView, TextureId)>,
 }
 
@@ -65,7 +71,7 @@ impl ExperimenterWindow {
         let ears = Ears::new(gpu, &window);
         theme::apply(&ears.ctx);
         let pass = UiPass::new(&gpu.device, surface.format());
-        Ok(Self { window, surface, ears, pass, last: None, picture: None })
+        Ok(Self { window, surface, ears, pass, last: None, rest: EVERY, picture: None })
     }
 
     /// Which window this is.
@@ -93,7 +99,7 @@ impl ExperimenterWindow {
 
     /// True when it is time for another picture.
     pub fn due(&self) -> bool {
-        self.last.is_none_or(|last| now().saturating_duration_since(last) >= EVERY)
+        self.last.is_none_or(|last| now().saturating_duration_since(last) >= self.rest)
     }
 
     /// A texture of ours (a miniature of the driver's picture) as egui names it, to be shown in this window. One at a
@@ -118,7 +124,8 @@ impl ExperimenterWindow {
 
     /// One picture: `show` is run in the root [`Ui`].
     pub fn draw(&mut self, gpu: &Gpu, show: impl FnMut(&mut Ui)) {
-        self.last = Some(now());
+        let begin = now();
+        self.last = Some(begin);
         let output = self.ears.run(&self.window, show);
         let zoom = self.ears.ctx.zoom_factor();
         self.ears.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
@@ -132,5 +139,8 @@ impl ExperimenterWindow {
         put_on(device, queue, &mut self.pass, &self.ears.ctx, output, &screen, self.surface.size(), clear);
         self.window.pre_present_notify();
         queue.present(texture);
+        let took = now().saturating_duration_since(begin);
+        log::debug!("the experimenter's picture took {:.2} ms of the loop", took.as_secs_f64() * 1e3);
+        self.rest = if gpu.is_software() { EVERY_BY_SOFTWARE } else { EVERY }.max(RESTS * took);
     }
 }

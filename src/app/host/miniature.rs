@@ -5,8 +5,8 @@
 use crate::render::{Gpu, miniature::MiniaturePass};
 use std::time::{Duration, Instant};
 
-/// Time between two miniatures.
-const EVERY: Duration = Duration::from_millis(125);
+/// Time between two miniatures, on a graphics card and where the processor draws.
+const EVERY: [Duration; 2] = [Duration::from_millis(125), Duration::from_millis(500)];
 /// Most pixels across and down.
 const MOST: [u32; 2] = [320, 180];
 
@@ -27,7 +27,7 @@ impl Miniature {
 
     /// Where the frame of `now` is to be drawn, if it is one that becomes a miniature.
     pub fn canvas(&mut self, gpu: &Gpu, now: Instant, size: [u32; 2]) -> Option<wgpu::TextureView> {
-        if self.last.is_some_and(|last| now.saturating_duration_since(last) < EVERY) {
+        if self.last.is_some_and(|last| now.saturating_duration_since(last) < EVERY[usize::from(gpu.is_software())]) {
             return None;
         }
         self.last = Some(now);
@@ -45,8 +45,8 @@ impl Miniature {
     pub fn hand_on(&self, gpu: &Gpu, canvas: &wgpu::TextureView, screen: &wgpu::TextureView) {
         let mut encoder =
             gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("miniature") });
-        self.pass.draw(&gpu.device, &mut encoder, canvas, screen);
-        self.pass.draw(&gpu.device, &mut encoder, canvas, &self.small);
+        self.pass.draw(&gpu.device, &mut encoder, canvas, screen, None);
+        self.pass.draw(&gpu.device, &mut encoder, canvas, &self.small, None);
         gpu.queue.submit([encoder.finish()]);
     }
 

@@ -15,6 +15,7 @@ use crate::{
     record::manifest::Screen,
     render::{
         Gpu, PassTimes, Renderer,
+        miniature::MiniaturePass,
         ui_pass::{Overlay, UiPass},
     },
     scene::{Stage, View},
@@ -42,6 +43,13 @@ pub struct Placing {
     pub place: Place,
 }
 
+/// Room below the picture for what is drawn over the window, and where the picture is drawn meanwhile.
+struct Foot {
+    pass: MiniaturePass,
+    height: u32,
+    canvas: Option<wgpu::TextureView>,
+}
+
 /// A window with the driver's picture.
 pub struct PictureWindow {
     window: Arc<Window>,
@@ -51,6 +59,7 @@ pub struct PictureWindow {
     ears: Ears,
     overlay: UiPass,
     miniature: Option<Miniature>,
+    foot: Option<Foot>,
 }
 
 impl PictureWindow {
@@ -80,7 +89,7 @@ impl PictureWindow {
             .ok_or_else(|| AppError::NoSurface(gpu.description()))?;
         let ears = Ears::new(&gpu, &window);
         let overlay = UiPass::new(&gpu.device, surface.format());
-        Ok(Self { window, gpu, surface, renderer: None, ears, overlay, miniature: None })
+        Ok(Self { window, gpu, surface, renderer: None, ears, overlay, miniature: None, foot: None })
     }
 
     /// From here on views of `stage` are drawn, in a quality that keeps up. To be called before the first view, and again
@@ -159,7 +168,12 @@ impl PictureWindow {
         let target = canvas.as_ref().unwrap_or(&screen);
         let clear = match (view, &mut self.renderer) {
             (Some(view), Some(renderer)) => {
-                renderer.draw(view, None, target, size);
+                match self.foot.as_mut().filter(|foot| foot.height > 0 && foot.height < size[1]) {
+                    None => renderer.draw(view, None, target, size),
+                    Some(foot) => foot.draw(&self.gpu, [size[0], size[1] - foot.height], target, |canvas, size| {
+                        renderer.draw(view, None, canvas, size);
+                    }),
+                }
                 None
             }
             _ => Some(wgpu::Color::BLACK),
@@ -177,6 +191,15 @@ impl PictureWindow {
         true
     }
 
+    /// From the next frame on the picture leaves so many pixels free at the foot of the window.
+    pub fn leave_foot(&mut self, height: u32) {
+        if height > 0 || self.foot.is_some() {
+            let (device, format) = (&self.gpu.device, self.surface.format());
+            let fresh = || Foot { pass: MiniaturePass::new(device, format), height, canvas: None };
+            self.foot.get_or_insert_with(fresh).height = height;
+        }
+    }
+
     /// From here on there is a small copy of what the driver sees.
     pub fn keep_miniature(&mut self) {
         if self.miniature.is_none() {
@@ -184,7 +207,7 @@ impl PictureWindow {
         }
     }
 
-    /// What the driver saw last, at most an eighth of a second old, 320 by 180 pixels or of another shape. `None` if
+    /// What the driver saw last, an eighth of a second old at most (half where the processor draws), 320 by 180 pixels or of another shape. `None` if
     /// nobody asked for it to be kept.
     pub fn miniature(&self) -> Option<&wgpu::TextureView> {
         self.miniature.as_ref().map(Miniature::view)
@@ -207,6 +230,27 @@ impl PictureWindow {
     /// `shaders/FILE.wgsl:LINE: what is wrong`.
     pub fn reload_shaders(&mut self) -> Result<(), String> {
         self.renderer.as_mut().map_or(Ok(()), Renderer::reload_shaders)
+    }
+}
+
+impl Foot {
+    /// Lets `draw` make a picture of `size`, and puts it above the foot.
+    fn draw(
+        &mut self,
+        gpu: &Gpu,
+        size: [u32; 2],
+        target: &wgpu::TextureView,
+        draw: impl FnOnce(&wgpu::TextureView, [u32; 2]),
+    ) {
+        let fits = |canvas: &wgpu::TextureView| [canvas.texture().width(), canvas.texture().height()] == size;
+        if !self.canvas.as_ref().is_some_and(fits) {
+            self.canvas = Some(self.pass.canvas(&gpu.device, size));
+        }
+        let Some(canvas) = &self.canvas else { return };
+        draw(canvas, size);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("foot") });
+        self.pass.draw(&gpu.device, &mut encoder, canvas, target, Some(size));
+        gpu.queue.submit([encoder.finish()]);
     }
 }
 

@@ -25,8 +25,12 @@ pub(super) fn command() -> Command {
     let command = Command::new("evaluate")
         .about("Drive policies over whole horizons, for each hold and driver, and compare them")
         .arg(
-            option("policy", "NAME|FILE", "Policy to drive; may be given several times [default: all known by name]")
-                .action(ArgAction::Append),
+            option(
+                "policy",
+                "NAME|FILE",
+                "Policy to drive, auto for the one shipped for --map; may be given several times [default: all known by name]",
+            )
+            .action(ArgAction::Append),
         )
         .arg(
             option("holds", "SECS,...", "Holds to drive with [default: the configuration's]")
@@ -54,7 +58,7 @@ pub(super) fn command() -> Command {
             .value_parser(PossibleValuesParser::new(["ring", "native", "sumo"])),
         )
         .arg(
-            option("map", "NAME", "Road of whole drives")
+            option("map", "NAME", "Road of whole drives, and of --policy auto")
                 .default_value(Scenario::default().map),
         )
         .arg(
@@ -68,7 +72,7 @@ pub(super) fn command() -> Command {
                 .default_value("20"),
         )
         .arg(
-            option("out", "DIR", "Folder for rings.csv, summary.csv and figures (SVG)")
+            option("out", "DIR", "Folder for rings.csv, summary.csv and figures (SVG and PNG)")
                 .value_parser(value_parser!(PathBuf)),
         )
         .arg(

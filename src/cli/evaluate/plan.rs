@@ -191,12 +191,15 @@ impl Plan {
             );
             return Err(CliError::Input(text));
         }
+        let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
+        let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
         Ok(Self {
-            policies: list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect()),
+            // Tables and figures name the policy that drove.
+            policies: policies.iter().map(|name| policy::meant(name, &map)).collect(),
             holds_s,
             drivers,
             engine,
-            map: matches.get_one::<String>("map").cloned().unwrap_or_default(),
+            map,
             rings: matches.get_one::<u32>("over").copied().unwrap_or(20) as usize,
             settings: settings(config, matches.get_one::<f64>("aim").copied().unwrap_or_default()),
             out: matches.get_one::<PathBuf>("out").cloned(),

@@ -5,7 +5,10 @@ use super::{
     CliError,
     plan::{Case, Driver, Numbers, Plan},
 };
-use crate::train::{Estimate, TrainConfig, Verdict, figures, judge, trace};
+use crate::{
+    chart,
+    train::{Estimate, TrainConfig, Verdict, figures, judge, trace},
+};
 use serde_json::{Value, json};
 use std::{fmt::Write, fs, path::Path};
 
@@ -124,6 +127,10 @@ pub fn write(dir: &Path, plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Res
     put("config.toml", &toml::to_string(config).unwrap_or_default())?;
     for (name, text) in pictures(plan, config, rows) {
         put(&name, &text)?;
+        let path = dir.join(name).with_extension("png");
+        let failed = |why: String| CliError::Failed(format!("{}: {why}", path.display()));
+        let png = chart::png(&text).map_err(failed)?;
+        fs::write(&path, png).map_err(|e| failed(e.to_string()))?;
     }
     Ok(())
 }

@@ -199,19 +199,25 @@ pub fn worst(lamps: &[Lamp]) -> Light {
     lamps.iter().map(|lamp| lamp.light).max().unwrap_or(Light::Off)
 }
 
-/// All lamps with their words, one a line.
+/// All lamps with their words; what is not green has a line of its own to be read in full.
 pub fn show(ui: &mut Ui, lamps: &[Lamp]) {
     for lamp in lamps {
-        let response = ui.horizontal(|ui| {
+        let calm = lamp.light <= Light::Green;
+        let line = ui.horizontal(|ui| {
             bulb(ui, lamp.light);
-            ui.label(RichText::new(lamp.name).color(theme::TEXT).strong());
+            ui.label(RichText::new(lamp.name).color(theme::TEXT));
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.label(RichText::new(lamp.light.word()).color(lamp.light.colour()).size(12.0));
+                let (words, colour) =
+                    if calm { (lamp.words.as_str(), theme::DIM) } else { (lamp.light.word(), lamp.light.colour()) };
+                ui.add(egui::Label::new(RichText::new(words).color(colour).size(12.0)).truncate());
             });
         });
-        let words = ui.label(RichText::new(&lamp.words).color(theme::DIM).size(12.5));
-        response.response.union(words).on_hover_text(lamp.tip);
-        ui.add_space(3.0);
+        let mut response = line.response;
+        if !calm {
+            let words = RichText::new(&lamp.words).color(lamp.light.colour()).size(12.5);
+            response = response.union(ui.add(egui::Label::new(words).wrap()));
+        }
+        response.on_hover_text(format!("{}: {}\n{}", lamp.name, lamp.words, lamp.tip));
     }
 }
 
@@ -222,15 +228,28 @@ pub fn strip(ui: &mut Ui, lamps: &[Lamp]) {
     }
     let worst = worst(lamps);
     if let Some(lamp) = lamps.iter().find(|lamp| lamp.light == worst && worst >= Light::Amber) {
-        ui.add(
-            egui::Label::new(RichText::new(format!("{}: {}", lamp.name, lamp.words)).color(worst.colour())).truncate(),
-        );
+        let words = RichText::new(format!("{}: {}", lamp.name, lamp.words)).color(worst.colour());
+        ui.add(egui::Label::new(words).truncate());
     }
 }
 
+/// A disc, a triangle where to look, a square where it is bad: told apart without colours too.
 fn bulb(ui: &mut Ui, light: Light) -> egui::Response {
-    let (rect, response) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
-    ui.painter().circle(rect.center(), 5.5, light.colour(), egui::Stroke::new(1.0, Color32::from_black_alpha(120)));
+    let (rect, response) = ui.allocate_exact_size(vec2(15.0, 15.0), Sense::hover());
+    let (middle, colour, edge) =
+        (rect.center(), light.colour(), egui::Stroke::new(1.0, Color32::from_black_alpha(120)));
+    match light {
+        Light::Off | Light::Green => ui.painter().circle(middle, 5.5, colour, edge),
+        Light::Amber => {
+            let corner = |x: f32, y: f32| middle + vec2(x, y);
+            let corners = vec![corner(0.0, -6.5), corner(6.5, 5.0), corner(-6.5, 5.0)];
+            ui.painter().add(egui::Shape::convex_polygon(corners, colour, edge))
+        }
+        Light::Red => {
+            let square = egui::Rect::from_center_size(middle, vec2(11.0, 11.0));
+            ui.painter().rect(square, 1.0, colour, edge, egui::StrokeKind::Inside)
+        }
+    };
     response
 }
 

@@ -7,7 +7,9 @@ use egui::{Color32, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
 /// Length and width of a car, metres, and the least length on the screen, points: on a long road a car stays visible.
 const CAR_M: [f64; 2] = [5.0, 1.9];
-const LEAST: f32 = 9.0;
+const LEAST: f32 = 10.0;
+/// The ego is drawn so much larger than it is: it is what one looks for.
+const EGO_SIZE: f32 = 1.35;
 /// Paint of cars as in HC22's bird's-eye view.
 const EGO: Color32 = Color32::from_rgb(235, 64, 52);
 const OTHERS: Color32 = Color32::from_rgb(70, 180, 90);
@@ -44,9 +46,9 @@ pub fn show(ui: &mut Ui, log: &Log, snapshot: Option<&Snapshot>, by_speed: bool,
     let Some(now) = snapshot else { return };
     for car in &now.cars {
         let fill = if by_speed { shade(car.speed_mps / log.top_mps) } else { OTHERS };
-        painter.add(car_shape(&place, &car.pose, fill, Stroke::NONE));
+        painter.add(car_shape(&place, &car.pose, 1.0, fill, Stroke::NONE));
     }
-    painter.add(car_shape(&place, &now.ego.pose(), EGO, Stroke::new(1.5, Color32::WHITE)));
+    painter.add(car_shape(&place, &now.ego.pose(), EGO_SIZE, EGO, Stroke::new(1.0, Color32::WHITE)));
     response.on_hover_text(if by_speed {
         "All cars from above, north up, red standing to blue flowing; edged in white: the participant"
     } else {
@@ -101,10 +103,10 @@ fn placing(road: &[[f64; 2]], width_m: f64, field: Rect) -> Option<Placing> {
 }
 
 /// A car: a box with a pointed nose, so that its heading is seen.
-fn car_shape(place: &Placing, pose: &Pose, fill: Color32, edge: Stroke) -> Shape {
+fn car_shape(place: &Placing, pose: &Pose, size: f32, fill: Color32, edge: Stroke) -> Shape {
     let middle = place.of(pose.position.to_array());
-    let length = (CAR_M[0] as f32 * place.points_a_m).max(LEAST);
-    let half = 0.5 * (CAR_M[1] as f32 * place.points_a_m).max(0.45 * LEAST);
+    let length = size * (CAR_M[0] as f32 * place.points_a_m).max(LEAST);
+    let half = 0.5 * size * (CAR_M[1] as f32 * place.points_a_m).max(0.45 * LEAST);
     let (sin, cos) = (pose.yaw_rad as f32).sin_cos();
     let at = |along: f32, left: f32| middle + vec2(along * cos - left * sin, -(along * sin + left * cos));
     let (nose, shoulder) = (length / 2.0, length / 6.0);
@@ -129,7 +131,7 @@ mod tests {
         assert!((place.points_a_m - 100.0 / 84.0).abs() < 1e-3, "{}", place.points_a_m);
         assert!(place.of([100.0, 40.0]).y < place.of([100.0, -40.0]).y, "north is up");
         let pose = Pose::new(DVec2::new(100.0, 0.0), std::f64::consts::FRAC_PI_2);
-        let Shape::Path(path) = car_shape(&place, &pose, EGO, Stroke::NONE) else { panic!() };
+        let Shape::Path(path) = car_shape(&place, &pose, 1.0, EGO, Stroke::NONE) else { panic!() };
         let nose = path.points[2];
         assert!(path.points.iter().all(|point| point.y >= nose.y), "heading north, the nose is on top");
     }

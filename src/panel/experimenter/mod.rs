@@ -28,6 +28,9 @@ use notes::Notes;
 /// Width of the window from which on everything is seen at once, points.
 const WIDE: f32 = 1060.0;
 
+/// Height of a line over a picture, points.
+const HEADING: f32 = 22.0;
+
 /// What the window shows in one pass.
 pub struct ExperimenterState<'a> {
     /// What drives, and its numbers.
@@ -97,14 +100,15 @@ impl Experimenter {
         };
         let lamps = lamps::lamps(state.health);
         if ui.available_width() >= WIDE {
-            egui::Panel::left("plan").default_size(330.0).min_size(280.0).show(ui, |ui| left(ui, &mut commands));
-            egui::Panel::right("lamps").default_size(250.0).min_size(220.0).show(ui, |ui| {
+            egui::Panel::left("plan").default_size(360.0).min_size(300.0).show(ui, |ui| left(ui, &mut commands));
+            egui::Panel::right("lamps").default_size(312.0).min_size(270.0).show(ui, |ui| {
                 self.right(ui, state, &lamps, &mut commands);
             });
             egui::CentralPanel::default().show(ui, |ui| {
+                let height = ui.available_height();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    self.pictures(ui, state, log);
-                    self.plots(ui, state, log);
+                    let top = self.pictures(ui, state, log, 0.3 * height);
+                    self.plots(ui, state, log, height - top);
                 });
             });
             return commands;
@@ -125,10 +129,12 @@ impl Experimenter {
             Page::Plan => left(ui, &mut commands),
             Page::Lamps => self.right(ui, state, &lamps, &mut commands),
             Page::Picture => {
-                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.pictures(ui, state, log));
+                let height = ui.available_height();
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.pictures(ui, state, log, height));
             }
             Page::Plots => {
-                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.plots(ui, state, log));
+                let height = ui.available_height();
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.plots(ui, state, log, height));
             }
         });
         commands
@@ -173,23 +179,28 @@ impl Experimenter {
         }
     }
 
-    /// What the driver sees, and the road from above.
-    fn pictures(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>) {
+    /// What the driver sees, and the road from above, at most about `most` high. Returns the height that they take.
+    fn pictures(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>, most: f32) -> f32 {
+        let begin = ui.cursor().top();
         let room = ui.available_width();
         // Side by side where both are large enough.
-        let beside = room > 560.0;
-        let width = if beside { (room - 8.0) * 0.58 } else { room };
-        let height = (width * 9.0 / 16.0).clamp(120.0, 300.0);
+        let beside = room > 480.0;
+        let width = if beside { (room - 8.0) * 0.6 } else { room };
+        let height = (width * 9.0 / 16.0).min((most - HEADING).max(130.0));
         let both = |ui: &mut Ui, this: &mut Self| {
-            ui.allocate_ui(vec2(width, height + 22.0), |ui| {
+            ui.allocate_ui(vec2(width, height + HEADING), |ui| {
                 ui.vertical(|ui| {
-                    title(ui, "What the participant sees");
+                    ui.horizontal(|ui| {
+                        ui.set_min_height(HEADING);
+                        title(ui, "What the participant sees");
+                    });
                     picture(ui, state.picture, vec2(width, height));
                 });
             });
             ui.vertical(|ui| {
                 let width = if beside { room - width - 8.0 } else { room };
                 ui.horizontal(|ui| {
+                    ui.set_min_height(HEADING);
                     title(ui, "From above");
                     ui.checkbox(&mut this.by_speed, RichText::new("by speed").size(12.0))
                         .on_hover_text("Colour the other cars by their speed");
@@ -205,21 +216,22 @@ impl Experimenter {
         } else {
             both(ui, self);
         }
+        ui.cursor().top() - begin
     }
 
-    /// Speeds over time and the space-time diagram.
-    fn plots(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>) {
+    /// Speeds over time and the space-time diagram, in `room` points of height if that is enough.
+    fn plots(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>, room: f32) {
         let Some(log) = log else { return };
         let time_s = state.drive.readings.map_or(0.0, |now| now.time_s);
-        ui.add_space(6.0);
-        readout::plot(ui, &log.history);
+        let field = |share: f32, least: f32| (share * (room - 3.0 * HEADING - 20.0)).max(least);
+        readout::plot(ui, &log.history, field(0.33, 90.0));
         title(ui, "All cars, m/s; yellow: the participant");
-        plots::cars(ui, log, time_s, 120.0);
+        plots::cars(ui, log, time_s, field(0.27, 80.0));
         ui.horizontal(|ui| {
             title(ui, "Space and time");
             map::key(ui, log.top_mps);
         });
-        log.space_time.show(ui, &mut self.screen, time_s, 190.0);
+        log.space_time.show(ui, &mut self.screen, time_s, field(0.4, 110.0));
     }
 
     /// Numbers, lamps, notes.
@@ -253,7 +265,7 @@ fn picture(ui: &mut Ui, picture: Option<(TextureId, [u32; 2])>, room: Vec2) {
     };
     let size = vec2(width as f32, height as f32);
     let scale = (room.x / size.x).min(room.y / size.y);
-    let image = egui::Image::new((texture, size * scale)).alt_text("What the participant sees");
+    let image = egui::Image::new((texture, size * scale)).alt_text("The driver's picture");
     ui.allocate_ui_with_layout(room, egui::Layout::top_down(egui::Align::Center), |ui| ui.add(image));
 }
 

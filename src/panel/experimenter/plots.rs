@@ -6,7 +6,7 @@ use egui::{Color32, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
 /// Lines of the others: so thin and pale that twenty make a band.
-const OTHERS: Color32 = Color32::from_rgb(64, 106, 84);
+const OTHERS: Color32 = Color32::from_rgb(82, 138, 106);
 
 /// The plot, as wide as there is room.
 pub fn cars(ui: &mut Ui, log: &Log, time_s: f64, height: f32) {

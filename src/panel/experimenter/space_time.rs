@@ -92,7 +92,8 @@ impl SpaceTime {
             }
             (low - 1..=high + 1).for_each(|row| put(row, colour));
         } else {
-            (low..=high).for_each(|row| put(row, colour));
+            // Two rows thick, so that a diagram that is drawn smaller than it is has no gaps.
+            (low..=high + 1).for_each(|row| put(row, colour));
         }
     }
 

@@ -1,5 +1,13 @@
 //! A recorded drive once more. In: a recording. Out: the same world tick by tick, with the proof that it is the same: the
-//! fingerprint of every snapshot.
+//! fingerprint of every snapshot; in a [`window`], too, or with something changed ([`what_if`]).
+
+pub mod film;
+mod prover;
+mod what_if;
+pub mod window;
+
+pub use prover::{Found, Opened, Prover};
+pub use what_if::{Pair, changes, what_if, words};
 
 use super::{AppError, Drive, Instruments, quality, view_options};
 use crate::{

@@ -1,0 +1,376 @@
+//! `codrive replay DIR --window`: a recorded drive to be looked at in any view, at any speed, with a line to seek on. In: a
+//! recording. Out: a window; at its end what the proof has found. The world is driven again by a [`Prover`] beside it; what
+//! it has driven lies in a [`Film`].
+
+use super::{
+    Verdict,
+    film::{Film, Player},
+    prover::{Found, Opened, Prover},
+};
+use crate::{
+    app::{
+        AppError, Instruments,
+        display::no_display,
+        host::{PictureWindow, Placing, now},
+        view_options,
+    },
+    panel::{
+        theme,
+        timeline::{self, Happened, TimelineCommand, TimelineState},
+    },
+    record::{Reader, Table},
+    scene::{self, Stage, View, ViewKind, ViewOptions},
+    sim::Scenario,
+    time::{TICK_S, Tick},
+};
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::TryRecvError,
+    },
+    time::Instant,
+};
+use winit::{
+    application::ApplicationHandler,
+    event::{ElementState, KeyEvent, WindowEvent},
+    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    keyboard::{KeyCode, ModifiersState, PhysicalKey},
+    window::WindowId,
+};
+
+/// How the window was asked to open.
+pub struct ReplayOptions {
+    /// The recording.
+    pub recording: PathBuf,
+    /// The view it begins with.
+    pub kind: ViewKind,
+    /// Begin at this time, seconds.
+    pub at_s: f64,
+    /// Becomes true when the program is to end (Ctrl-C).
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Shows a recording until its window is closed. Returns what was proven until then, and the recording's length in ticks.
+///
+/// # Errors
+/// No recording that can be driven again, no display, no graphics adapter, or the engine failed on the way.
+pub fn run(options: &ReplayOptions) -> Result<(Verdict, u64), AppError> {
+    // The recording first: what is wrong with it is said before a window opens.
+    let (prover, opened) = Prover::start(&options.recording)?;
+    let marks = Marks::read(&options.recording)?;
+    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
+    event_loop.set_control_flow(ControlFlow::Poll);
+    let end = opened.end;
+    let mut app =
+        App { stop: &options.stop, show: Show::new(prover, opened, marks, options), picture: None, failure: None };
+    event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
+    app.failure.map_or(Ok((app.show.verdict, end.0)), Err)
+}
+
+/// What stands on the line: times in seconds, speeds in m/s.
+#[derive(Debug, Default, PartialEq)]
+pub struct Marks {
+    advice: Vec<[f64; 2]>,
+    speeds: Vec<[f64; 2]>,
+    events: Vec<Happened>,
+}
+
+impl Marks {
+    /// From the tables of a recording.
+    ///
+    /// # Errors
+    /// A table cannot be read.
+    pub fn read(recording: &Path) -> Result<Self, AppError> {
+        let table = |table: Table| Reader::parquet(&table.parquet(recording));
+        let seconds = |ticks: Vec<u64>| ticks.into_iter().map(|tick| Tick(tick).seconds());
+        let (advice, ego, events) = (table(Table::Advice)?, table(Table::Ego)?, table(Table::Events)?);
+        let targets = advice.numbers("target_mps").into_iter().map(Option::unwrap_or_default);
+        let speeds = ego.numbers("speed_mps").into_iter().map(Option::unwrap_or_default);
+        // As many as a screen has columns.
+        let stride = (ego.rows() / 1000).max(1);
+        let kinds = events.words("event").into_iter().zip(events.words("detail"));
+        Ok(Self {
+            advice: seconds(advice.wholes("tick")).zip(targets).map(|(t, v)| [t, v]).collect(),
+            speeds: seconds(ego.wholes("tick")).zip(speeds).step_by(stride).map(|(t, v)| [t, v]).collect(),
+            events: seconds(events.wholes("tick"))
+                .zip(kinds)
+                .map(|(time_s, (kind, detail))| {
+                    let detail = detail.lines().next().unwrap_or_default();
+                    let words = if detail.is_empty() { kind } else { format!("{kind}: {detail}") };
+                    Happened { time_s, words }
+                })
+                .collect(),
+        })
+    }
+}
+
+/// The recording and where it is looked at.
+struct Show {
+    prover: Prover,
+    done: bool,
+    verdict: Verdict,
+    film: Film,
+    player: Player,
+    marks: Marks,
+    scenario: Scenario,
+    stage: Stage,
+    options: ViewOptions,
+    instruments: Instruments,
+    kind: ViewKind,
+    end: Tick,
+}
+
+impl Show {
+    fn new(prover: Prover, opened: Opened, marks: Marks, options: &ReplayOptions) -> Self {
+        let Opened { scenario, map, instruments, first, end } = opened;
+        let mut player = Player::new(end.seconds());
+        player.seek(options.at_s);
+        Self {
+            prover,
+            done: false,
+            verdict: Verdict { ticks: 0, first_difference: None, by: None },
+            film: Film::new(first, scenario.step_s),
+            player,
+            marks,
+            stage: Stage::with_trees(&map, scenario.seed, scenario.trees as usize),
+            options: view_options(&scenario),
+            scenario,
+            instruments,
+            kind: options.kind,
+            end,
+        }
+    }
+
+    /// Takes in what the prover has found.
+    fn hear(&mut self) -> Result<(), AppError> {
+        while !self.done {
+            match self.prover.found.try_recv() {
+                Ok(Found::Step(snapshot, verdict)) => {
+                    self.film.push(*snapshot);
+                    self.verdict = verdict;
+                }
+                Ok(Found::Failed(error)) => return Err(error),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => self.done = true,
+            }
+        }
+        Ok(())
+    }
+
+    fn view(&mut self) -> View {
+        let (snapshot, fraction) = self.film.at(self.player.time_s);
+        let mut view = scene::view(&snapshot, fraction, self.kind, &self.options, &self.stage);
+        view.dial = self.kind.has_dial().then(|| self.instruments.read(&snapshot));
+        view
+    }
+
+    fn obey(&mut self, command: TimelineCommand) {
+        match command {
+            TimelineCommand::Toggle => self.player.toggle(),
+            TimelineCommand::Seek(time_s) => self.player.seek(time_s),
+            TimelineCommand::Tick(ticks) => self.player.tick(ticks),
+            TimelineCommand::Speed(faster) => self.player.change_speed(faster),
+            TimelineCommand::NextView => {
+                self.kind = match self.kind {
+                    ViewKind::Driver => ViewKind::Chase,
+                    ViewKind::Chase => ViewKind::Birdseye,
+                    ViewKind::Birdseye => ViewKind::Mirror,
+                    ViewKind::Mirror => ViewKind::Driver,
+                }
+            }
+        }
+    }
+
+    fn timeline(&self, ui: &mut egui::Ui) -> (Vec<TimelineCommand>, f32) {
+        let proof = proof(&self.verdict, self.end.0);
+        let state = TimelineState {
+            time_s: self.player.time_s,
+            end_s: self.player.end_s,
+            known_s: self.film.end_s(),
+            playing: self.player.playing,
+            speed: self.player.speed(),
+            view: match self.kind {
+                ViewKind::Driver => "Driver's view",
+                ViewKind::Chase => "From behind",
+                ViewKind::Birdseye => "From above",
+                ViewKind::Mirror => "Mirror",
+            },
+            advice: &self.marks.advice,
+            speeds: &self.marks.speeds,
+            events: &self.marks.events,
+            proof: &proof,
+            differs: self.verdict.first_difference.is_some(),
+        };
+        timeline::show(ui, &state)
+    }
+}
+
+/// What the proof has found, in words.
+fn proof(verdict: &Verdict, all: u64) -> String {
+    match verdict.first_difference {
+        Some(tick) => format!("not as recorded from {:.2} s on", Tick(tick).seconds()),
+        None if verdict.ticks >= all => format!("proven: all {all} ticks are the same to the bit"),
+        None => format!("proven to {:.0} s: the same to the bit", Tick(verdict.ticks).seconds()),
+    }
+}
+
+/// What a key asks for.
+fn command_of(key: KeyCode, shift: bool, player: &Player) -> Option<TimelineCommand> {
+    let by = |seconds: f64| TimelineCommand::Tick((seconds / TICK_S) as i64);
+    Some(match key {
+        KeyCode::Space => TimelineCommand::Toggle,
+        KeyCode::ArrowLeft => {
+            if shift {
+                by(-1.0)
+            } else {
+                TimelineCommand::Tick(-1)
+            }
+        }
+        KeyCode::ArrowRight => {
+            if shift {
+                by(1.0)
+            } else {
+                TimelineCommand::Tick(1)
+            }
+        }
+        KeyCode::PageUp => TimelineCommand::Seek(player.time_s - 10.0),
+        KeyCode::PageDown => TimelineCommand::Seek(player.time_s + 10.0),
+        KeyCode::Home => TimelineCommand::Seek(0.0),
+        KeyCode::End => TimelineCommand::Seek(player.end_s),
+        KeyCode::ArrowUp => TimelineCommand::Speed(true),
+        KeyCode::ArrowDown => TimelineCommand::Speed(false),
+        KeyCode::KeyV => TimelineCommand::NextView,
+        _ => return None,
+    })
+}
+
+struct App<'a> {
+    stop: &'a AtomicBool,
+    show: Show,
+    picture: Option<Frame>,
+    failure: Option<AppError>,
+}
+
+/// The window.
+struct Frame {
+    picture: PictureWindow,
+    last: Instant,
+    modifiers: ModifiersState,
+}
+
+impl ApplicationHandler for App<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.picture.is_none() {
+            match self.open(event_loop) {
+                Ok(frame) => self.picture = Some(frame),
+                Err(error) => self.fail(event_loop, error),
+            }
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _id: WindowId, event: WindowEvent) {
+        let Some(frame) = &mut self.picture else { return };
+        frame.picture.on_event(&event);
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::ModifiersChanged(modifiers) => frame.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(event_loop, &event),
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.draw() {
+                    self.fail(event_loop, error);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if self.stop.load(Ordering::Relaxed) {
+            event_loop.exit();
+        }
+        if let Some(frame) = &self.picture {
+            frame.picture.window().request_redraw();
+        }
+    }
+}
+
+impl App<'_> {
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
+        self.failure = Some(error);
+        event_loop.exit();
+    }
+
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<Frame, AppError> {
+        let title = format!("codrive replay: {}", self.show.scenario.map);
+        let mut picture = PictureWindow::open(event_loop, &Placing { title, ..Placing::default() })?;
+        theme::apply(picture.ctx());
+        let view = self.show.view();
+        picture.stage(&self.show.stage, &view, self.show.scenario.quality)?;
+        Ok(Frame { picture, last: now(), modifiers: ModifiersState::default() })
+    }
+
+    fn key(&mut self, event_loop: &ActiveEventLoop, event: &KeyEvent) {
+        let (Some(frame), PhysicalKey::Code(code)) = (&self.picture, event.physical_key) else { return };
+        if event.state != ElementState::Pressed {
+            return;
+        }
+        match code {
+            KeyCode::Escape => event_loop.exit(),
+            KeyCode::F11 => frame.picture.toggle_fullscreen(),
+            code => {
+                let asked = command_of(code, frame.modifiers.shift_key(), &self.show.player);
+                if let Some(command) = asked {
+                    self.show.obey(command);
+                }
+            }
+        }
+    }
+
+    fn draw(&mut self) -> Result<(), AppError> {
+        let Some(frame) = &mut self.picture else { return Ok(()) };
+        let begin = now();
+        let elapsed_s = (begin - frame.last).as_secs_f64();
+        frame.last = begin;
+        let show = &mut self.show;
+        show.hear()?;
+        show.player.advance(elapsed_s, show.film.end_s());
+        let view = show.view();
+        let (mut asked, mut foot) = (Vec::new(), 0.0);
+        let output = frame.picture.overlay(|ui| {
+            let (commands, height) = show.timeline(ui);
+            asked.extend(commands);
+            foot = height;
+        });
+        frame.picture.leave_foot((foot * output.pixels_per_point).round() as u32);
+        frame.picture.draw(Some(&view), Some(output));
+        asked.into_iter().for_each(|command| show.obey(command));
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_proof_is_said_as_far_as_it_goes() {
+        let verdict = |ticks, first_difference| Verdict { ticks, first_difference, by: None };
+        assert_eq!(proof(&verdict(1200, None), 3000), "proven to 12 s: the same to the bit");
+        assert_eq!(proof(&verdict(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
+        assert_eq!(proof(&verdict(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
+    }
+
+    #[test]
+    fn keys_go_by_ticks_seconds_and_to_the_ends() {
+        let mut player = Player::new(60.0);
+        player.seek(20.0);
+        let asked = |key, shift| command_of(key, shift, &player);
+        assert_eq!(asked(KeyCode::ArrowLeft, false), Some(TimelineCommand::Tick(-1)));
+        assert_eq!(asked(KeyCode::ArrowRight, true), Some(TimelineCommand::Tick(100)));
+        assert_eq!(asked(KeyCode::PageUp, false), Some(TimelineCommand::Seek(10.0)));
+        assert_eq!(asked(KeyCode::End, false), Some(TimelineCommand::Seek(60.0)));
+        assert_eq!(asked(KeyCode::KeyQ, false), None);
+    }
+}

@@ -1,0 +1,461 @@
+//! The experimenter's window as a person uses it: by the names on it, with the mouse and by keyboard alone, at every scale.
+
+use codrive::{
+    ego::EgoState,
+    panel::{
+        Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
+        experimenter::{
+            Experimenter, ExperimenterCommand as Command, ExperimenterState, Health, Log, RecordingHealth, WheelHealth,
+        },
+        theme,
+    },
+    policy::{Action, Advice},
+    sim::{CarView, Leader, Pitch, Scenario, Snapshot},
+    space::Pose,
+    time::Tick,
+    traffic::CarId,
+};
+use egui::{Key, Modifiers, accesskit::Role};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
+use glam::{DVec2, DVec3, Quat};
+use std::{f64::consts::TAU, time::Duration};
+
+/// The 250 m ring.
+const LENGTH_M: f64 = 250.0;
+const RADIUS_M: f64 = LENGTH_M / TAU;
+const CARS: u32 = 21;
+
+/// What stands around the window in the program.
+struct Bench {
+    experimenter: Experimenter,
+    panel: Panel,
+    scenario: Scenario,
+    phase: Phase,
+    log: Log,
+    now: Snapshot,
+    health: Health,
+    picture: Option<egui::TextureHandle>,
+    plan: Option<&'static str>,
+    folder: tempfile::TempDir,
+    commands: Vec<Command>,
+}
+
+fn on_ring(s_m: f64) -> Pose {
+    let angle = s_m / RADIUS_M;
+    Pose::new(DVec2::from_angle(angle) * RADIUS_M, angle + TAU / 4.0)
+}
+
+/// The ring at this step: a wave that runs backwards and that the ego calms.
+fn snapshot(step: u64) -> Snapshot {
+    let time_s = step as f64 * 0.1;
+    let calm = (-time_s / 90.0).exp();
+    let speed = |s_m: f64| 4.3 + 3.6 * calm * ((s_m + 4.5 * time_s) / LENGTH_M * TAU).sin();
+    let place = |car: f64| (car * LENGTH_M / 22.0 + 4.0 * time_s) % LENGTH_M;
+    let car = |id: u32| {
+        let s_m = place(f64::from(id));
+        let (pose, speed_mps) = (on_ring(s_m), speed(s_m));
+        CarView {
+            id: CarId(id),
+            pose,
+            pose_before: pose,
+            s_m,
+            speed_mps,
+            accel_mps2: 0.0,
+            odometer_m: 0.0,
+            braking: false,
+            pitch: Pitch::default(),
+        }
+    };
+    let cars: Vec<CarView> = (1..=CARS).map(car).collect();
+    let (ego_s_m, pose) = (place(0.0), on_ring(place(0.0)));
+    let ego = EgoState {
+        position: DVec3::new(pose.position.x, pose.position.y, 0.0),
+        rotation: Quat::from_rotation_z(pose.yaw_rad as f32),
+        speed_mps: speed(ego_s_m),
+        ..EgoState::default()
+    };
+    let advice = Advice {
+        issued: Tick(step * 10),
+        hold_steps: 10,
+        action: Action::Speed(4.3),
+        target_mps: 4.3,
+        range_mps: 0.447,
+        is_fallback: false,
+    };
+    let mean = (ego.speed_mps + cars.iter().map(|car| car.speed_mps).sum::<f64>()) / 22.0;
+    let leader = Some(Leader { id: CarId(1), gap_m: 6.4, speed_mps: cars[0].speed_mps });
+    Snapshot {
+        tick: Tick(step * 10),
+        ego,
+        ego_before: ego,
+        ego_s_m,
+        lane_offset_m: 0.0,
+        cars,
+        leader,
+        advice: (step > 200).then_some(advice),
+        mean_speed_mps: mean,
+    }
+}
+
+impl Bench {
+    /// A drive that has lasted so many steps.
+    fn after(steps: u64) -> Self {
+        let scenario = Scenario::default();
+        let choices = Choices::default().with("map", ["ring-250", "practice"], None);
+        let folder = tempfile::tempdir().unwrap();
+        let mut panel = Panel::new(&scenario, choices);
+        panel.keep_presets(Presets::in_folder(folder.path().join("scenarios")));
+        let road = (0..120).map(|i| on_ring(f64::from(i) / 120.0 * LENGTH_M).position.to_array()).collect();
+        let mut log = Log::on(road, LENGTH_M, 4.0, 8.7);
+        for step in 0..=steps {
+            log.see(&snapshot(step), 10);
+        }
+        let health = Health {
+            frame_ms: [16.7, 21.0],
+            dropped_s: [0.0, 0.0],
+            latency_ms: Some([31.0, 44.0]),
+            recording: Some(RecordingHealth { waiting: [0, 32], free_gb: Some(61.4) }),
+            wheel: WheelHealth::There("Logitech G29".into()),
+            engine: "SUMO 1.24.0 (libsumo)".into(),
+            error: None,
+        };
+        Self {
+            experimenter: Experimenter::default(),
+            panel,
+            scenario,
+            phase: Phase::Running,
+            log,
+            now: snapshot(steps),
+            health,
+            picture: None,
+            plan: None,
+            folder,
+            commands: Vec::new(),
+        }
+    }
+
+    fn show(&mut self, ui: &mut egui::Ui) {
+        let picture = self.picture.get_or_insert_with(|| {
+            // Sky over grass, where the program has the driver's picture.
+            let row = |y: usize| {
+                if y < 90 { egui::Color32::from_rgb(120, 160, 210) } else { egui::Color32::from_rgb(70, 90, 50) }
+            };
+            let pixels = (0..320 * 180).map(|i| row(i / 320)).collect();
+            ui.ctx().load_texture("driver", egui::ColorImage::new([320, 180], pixels), egui::TextureOptions::LINEAR)
+        });
+        let drive = PanelState {
+            scenario: &self.scenario,
+            phase: self.phase,
+            readings: Some(Readings::from(&self.now)),
+            history: &self.log.history,
+            in_range: self.log.share_in_range(),
+            engine: &self.health.engine,
+            dropped: Duration::ZERO,
+            stalls: 0,
+            frame_ms: 16.7,
+            error: None,
+        };
+        let picture = Some((picture.id(), [320, 180]));
+        let state = ExperimenterState { drive, snapshot: Some(&self.now), health: &self.health, picture };
+        let words = self.plan;
+        let mut plan = |ui: &mut egui::Ui| {
+            ui.label(words.unwrap_or_default());
+        };
+        let plan: Option<&mut dyn FnMut(&mut egui::Ui)> = if words.is_some() { Some(&mut plan) } else { None };
+        let asked = self.experimenter.show(ui, &state, Some(&self.log), &mut self.panel, plan);
+        self.commands.extend(asked);
+    }
+}
+
+fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> {
+    let mut harness = Harness::builder()
+        .with_size(egui::Vec2::from(size))
+        .with_pixels_per_point(scale)
+        .with_context_setup(theme::apply)
+        .wgpu()
+        .build_ui_state(|ui, bench: &mut Bench| bench.show(ui), bench);
+    harness.run();
+    harness
+}
+
+/// As high as the settings.
+fn tall(bench: Bench) -> Harness<'static, Bench> {
+    harness(bench, [1400.0, 1900.0], 1.0)
+}
+
+fn click(harness: &mut Harness<'static, Bench>, button: &str) -> Vec<Command> {
+    harness.get_by_role_and_label(Role::Button, button).click();
+    harness.run();
+    std::mem::take(&mut harness.state_mut().commands)
+}
+
+fn press(harness: &mut Harness<'static, Bench>, modifiers: Modifiers, key: Key) -> Vec<Command> {
+    harness.key_press_modifiers(modifiers, key);
+    harness.run();
+    std::mem::take(&mut harness.state_mut().commands)
+}
+
+fn type_into(harness: &mut Harness<'static, Bench>, role: Role, label: &str, text: &str) {
+    harness.get_by_role_and_label(role, label).click();
+    harness.run();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    harness.event(egui::Event::Text(text.into()));
+    harness.run();
+}
+
+fn restarted(commands: &[Command]) -> &Scenario {
+    match commands {
+        [Command::Drive(PanelCommand::Restart(scenario))] => scenario,
+        other => panic!("not one restart: {other:?}"),
+    }
+}
+
+#[test]
+fn the_range_is_set_and_comes_with_the_restart() {
+    let mut harness = tall(Bench::after(600));
+    type_into(&mut harness, Role::SpinButton, "Range", "2.5");
+    harness.key_press(Key::Enter);
+    harness.run();
+    harness.get_by_label("Edited: restart to apply.");
+    let commands = click(&mut harness, "Restart");
+    assert_eq!(restarted(&commands).range_mph, 2.5);
+}
+
+#[test]
+fn settings_are_saved_and_loaded_under_a_name_and_not_overwritten_unasked() {
+    let mut harness = tall(Bench::after(10));
+    type_into(&mut harness, Role::SpinButton, "Vehicles", "18");
+    harness.key_press(Key::Enter);
+    harness.run();
+    type_into(&mut harness, Role::TextInput, "Save as", "dense ring");
+    click(&mut harness, "Save");
+    harness.get_by_label_contains("\"dense ring\" cannot be a name: a preset's name has 1 to 60 letters, digits");
+    type_into(&mut harness, Role::TextInput, "Save as", "dense");
+    click(&mut harness, "Save");
+    harness.get_by_label_contains("saved as ");
+    let file = harness.state().folder.path().join("scenarios/dense.toml");
+    assert_eq!(Scenario::from_file(&file).unwrap().vehicles, 18);
+
+    // Back to what drives, and again under the same name: refused until it is asked for.
+    click(&mut harness, "Discard");
+    type_into(&mut harness, Role::TextInput, "Save as", "dense");
+    click(&mut harness, "Save");
+    harness.get_by_label_contains("dense.toml exists: choose another name, or replace it");
+    assert_eq!(Scenario::from_file(&file).unwrap().vehicles, 18);
+    click(&mut harness, "Load");
+    harness.get_by_label("dense is loaded");
+    let commands = click(&mut harness, "Restart");
+    assert_eq!(restarted(&commands).vehicles, 18);
+    click(&mut harness, "Discard");
+    click(&mut harness, "Replace");
+    assert_eq!(Scenario::from_file(&file).unwrap(), Scenario::default());
+}
+
+#[test]
+fn a_preset_that_is_wrong_is_named_with_its_line() {
+    let bench = Bench::after(10);
+    let scenarios = bench.folder.path().join("scenarios");
+    std::fs::create_dir(&scenarios).unwrap();
+    std::fs::write(scenarios.join("old.toml"), "vehicles = 22\nhold = 3\n").unwrap();
+    let mut bench = bench;
+    bench.panel.keep_presets(Presets::in_folder(scenarios));
+    let mut harness = tall(bench);
+    click(&mut harness, "Load");
+    harness.get_by_label_contains("old.toml:2");
+    assert!(harness.query_by_label("Edited: restart to apply.").is_none());
+}
+
+#[test]
+fn a_drive_is_paused_stepped_and_started_with_mouse_and_keys() {
+    let mut harness = tall(Bench::after(10));
+    assert_eq!(click(&mut harness, "Pause"), [Command::Drive(PanelCommand::Pause)]);
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F2), [Command::Drive(PanelCommand::Pause)]);
+    harness.state_mut().phase = Phase::Paused;
+    harness.run();
+    assert_eq!(click(&mut harness, "+1 tick"), [Command::Drive(PanelCommand::SingleStep(Advance::Tick))]);
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F2), [Command::Drive(PanelCommand::Start)]);
+}
+
+#[test]
+fn moments_are_marked_and_notes_written_with_mouse_and_keys() {
+    let mut harness = tall(Bench::after(1250));
+    assert_eq!(click(&mut harness, "Mark (F4)"), [Command::Mark(1)]);
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F4), [Command::Mark(2)]);
+    harness.get_by_label("mark 2");
+    press(&mut harness, Modifiers::NONE, Key::F6);
+    harness.event(egui::Event::Text("yawned".into()));
+    harness.run();
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("yawned".into())]);
+    // The line is empty again and has the cursor still.
+    harness.event(egui::Event::Text("twice".into()));
+    harness.run();
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("twice".into())]);
+    harness.get_by_label("yawned");
+    assert_eq!(harness.get_all_by_label("2:05.0").count(), 5, "the clock above and four lines");
+}
+
+#[test]
+fn everything_is_reached_by_tab_and_what_has_the_keyboard_is_seen() {
+    let mut harness = tall(Bench::after(10));
+    let mut seen = Vec::new();
+    let before = harness.render().unwrap();
+    for _ in 0..60 {
+        harness.key_press(Key::Tab);
+        harness.run();
+        let Some(node) = harness.query_all(egui_kittest::kittest::by().predicate(|node| node.is_focused())).next()
+        else {
+            continue;
+        };
+        seen.push(node.accesskit_node().label().unwrap_or_default());
+    }
+    for name in
+        ["Pause", "Restart", "Preset", "Save as", "Vehicles", "Range", "Policy", "by speed", "Mark (F4)", "Note"]
+    {
+        assert!(seen.iter().any(|label| label == name), "{name} is not reached: {seen:?}");
+    }
+    let after = harness.render().unwrap();
+    let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a != b).count();
+    assert!(changed > 100, "{changed} pixels show where the keyboard is");
+    // Space and Enter press what has it.
+    harness.get_by_role_and_label(Role::Button, "Pause").focus();
+    harness.run();
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::Space), [Command::Drive(PanelCommand::Pause)]);
+}
+
+#[test]
+fn in_a_study_the_plan_is_on_the_left_and_the_drive_is_not_the_panels_to_command() {
+    let mut bench = Bench::after(100);
+    bench.plan = Some("trial 2 of 3");
+    let mut harness = tall(bench);
+    harness.get_by_label("trial 2 of 3");
+    for gone in ["Restart", "Pause", "Vehicles"] {
+        assert!(harness.query_by_label(gone).is_none(), "{gone}");
+    }
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F2), []);
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F4), [Command::Mark(1)]);
+}
+
+#[test]
+fn a_narrow_window_has_pages_that_keys_turn_and_the_worst_lamp_in_sight() {
+    let mut bench = Bench::after(600);
+    bench.health.recording = Some(RecordingHealth { waiting: [20, 32], free_gb: Some(61.4) });
+    let mut harness = harness(bench, [640.0, 400.0], 2.0);
+    harness.get_by_label("Recorder: 20 of 32 batches wait");
+    harness.get_by_label("Restart");
+    press(&mut harness, Modifiers::COMMAND, Key::Num2);
+    harness.get_by_label("What the participant sees");
+    assert!(harness.query_by_label("Restart").is_none());
+    press(&mut harness, Modifiers::COMMAND, Key::Num3);
+    harness.get_by_label("Space and time");
+    press(&mut harness, Modifiers::NONE, Key::F6);
+    harness.event(egui::Event::Text("from any page".into()));
+    harness.run();
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("from any page".into())]);
+    harness.get_by_label("Plots").click();
+    harness.run();
+    harness.get_by_label("Space and time");
+}
+
+/// Of these colours there are so many pixels; what the pictures show is looked at, too, where the environment names a
+/// folder for them.
+#[test]
+fn cars_lines_and_lamps_are_on_the_picture_at_every_scale() {
+    for (name, size, scale) in
+        [("1x", [1280.0, 800.0], 1.0), ("2x", [1280.0, 800.0], 2.0), ("laptop-2x", [640.0, 400.0], 2.0)]
+    {
+        let mut bench = Bench::after(2600);
+        bench.health.wheel = WheelHealth::Lost;
+        bench.health.latency_ms = Some([61.0, 75.0]);
+        let mut harness = harness(bench, size, scale);
+        press(&mut harness, Modifiers::NONE, Key::F4);
+        press(&mut harness, Modifiers::COMMAND, Key::Num2);
+        let picture = harness.render().expect("a picture");
+        let count = |rgb: [u8; 3]| picture.pixels().filter(|p| p.0[..3] == rgb).count() as f32 / (scale * scale);
+        let ego = count([235, 64, 52]);
+        assert!(ego > 15.0, "{name}: {ego} points of the ego");
+        let others = count([70, 180, 90]);
+        assert!(others > 21.0 * 15.0, "{name}: {others} points of the other cars");
+        let red = count([theme::RED.r(), theme::RED.g(), theme::RED.b()]);
+        assert!(red > 60.0, "{name}: {red} points of the red lamp");
+        save(&picture, name);
+        press(&mut harness, Modifiers::COMMAND, Key::Num3);
+        save(&harness.render().expect("a picture"), &format!("{name}-plots"));
+        press(&mut harness, Modifiers::COMMAND, Key::Num4);
+        save(&harness.render().expect("a picture"), &format!("{name}-state"));
+    }
+}
+
+fn save(picture: &image::RgbaImage, name: &str) {
+    if let Ok(folder) = std::env::var("CODRIVE_PICTURES") {
+        picture.save(std::path::Path::new(&folder).join(format!("experimenter-{name}.png"))).expect("saved");
+    }
+}
+
+/// A timeline under a person's hands.
+#[derive(Default)]
+struct Hand {
+    time_s: f64,
+    asked: Vec<codrive::panel::timeline::TimelineCommand>,
+}
+
+#[test]
+fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
+    use codrive::panel::timeline::{Happened, TimelineCommand, TimelineState, show};
+    let speeds: Vec<[f64; 2]> = (0..=200).map(f64::from).map(|t| [t, 4.0 + (t * 0.1).sin()]).collect();
+    let mut harness =
+        Harness::builder().with_size([900.0, 300.0]).with_context_setup(theme::apply).wgpu().build_ui_state(
+            |ui, hand: &mut Hand| {
+                let state = TimelineState {
+                    time_s: hand.time_s,
+                    end_s: 200.0,
+                    known_s: 120.0,
+                    playing: false,
+                    speed: 0.5,
+                    view: "From above",
+                    advice: &[[20.0, 2.5], [90.0, 4.3]],
+                    speeds: &speeds,
+                    events: &[Happened { time_s: 50.0, words: "mark: button".into() }],
+                    proof: "proven to 120 s: the same to the bit",
+                    differs: false,
+                };
+                hand.asked.extend(show(ui, &state).0);
+            },
+            Hand { time_s: 10.0, ..Hand::default() },
+        );
+    harness.run();
+    for (button, command) in [
+        ("Play", TimelineCommand::Toggle),
+        ("+1 tick", TimelineCommand::Tick(1)),
+        ("−1 tick", TimelineCommand::Tick(-1)),
+        ("Faster", TimelineCommand::Speed(true)),
+        ("Slower", TimelineCommand::Speed(false)),
+        ("From above", TimelineCommand::NextView),
+    ] {
+        harness.get_by_role_and_label(Role::Button, button).click();
+        harness.run();
+        assert_eq!(std::mem::take(&mut harness.state_mut().asked), [command]);
+    }
+    for text in ["0.5×", "0:10.0 of 3:20.0", "proven to 120 s: the same to the bit"] {
+        harness.get_by_label(text);
+    }
+    assert!(harness.query_by_label_contains("driving again").is_none());
+    harness.state_mut().time_s = 160.0;
+    harness.run();
+    harness.get_by_label("driving again up to here: 75 %");
+    // A click in the middle of the line goes to the middle of the drive.
+    let above = harness.get_by_role_and_label(Role::Button, "Play").rect().top() - 30.0;
+    harness.drag_at(egui::pos2(450.0, above));
+    harness.run();
+    harness.drop_at(egui::pos2(450.0, above));
+    harness.run();
+    let asked = &harness.state().asked;
+    let Some(TimelineCommand::Seek(time_s)) = asked.first() else { panic!("{asked:?}") };
+    assert!((time_s - 100.0).abs() < 1.0, "{time_s}");
+    let picture = harness.render().unwrap();
+    let red = [theme::RED.r(), theme::RED.g(), theme::RED.b()];
+    assert!(picture.pixels().filter(|pixel| pixel.0[..3] == red).count() > 300, "advice is on the line");
+    save(&picture, "timeline");
+}
