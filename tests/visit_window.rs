@@ -111,7 +111,7 @@ fn strike_until(server: &Server, window: u32, keys: &[&[u8]], what: &str, holds:
             return Some(());
         }
         server.strike(window, next.next()?);
-        sleep(Duration::from_millis(250));
+        sleep(Duration::from_millis(150));
         None
     });
 }
@@ -179,9 +179,13 @@ fn a_whole_visit_by_keys_is_killed_in_a_trial_and_goes_on_there() {
         manifest.contains("\"participant\": \"P03\"") && manifest.contains("\"driver\": \"keyboard\""),
         "{manifest}"
     );
-    // Nobody takes part twice; no display is needed to say so. The analysis reads what is there.
+    // Nobody takes part twice; no display is needed to say so. A baseline that was cut is made anew by the way.
+    let (whole, part) = (baseline.parent().unwrap(), place.source().join("trial-2-wide-baseline-part"));
+    fs::rename(whole, &part).unwrap();
     let (code, text) = ended(place.command().env_remove("DISPLAY").spawn().unwrap());
     assert!(code == Some(2) && text.contains("has been through the whole study"), "{text}");
+    assert!(text.contains("1 baselines of participant P03 were missing") && baseline.exists() && !part.exists());
+    // The analysis reads what is there.
     let analysed = Command::new(env!("CARGO_BIN_EXE_codrive")).arg("analyse").arg(&place.out).output().unwrap();
     assert!(
         analysed.status.success() && String::from_utf8_lossy(&analysed.stdout).contains("1 drives"),

@@ -1,3 +1,5 @@
+//! A form in all hands: wheel, keys, mouse; what is missing; branches; times.
+
 use super::*;
 
 const EVERY_KIND: &str = r#"{ "title": "Every kind", "pages": [

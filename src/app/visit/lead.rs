@@ -6,7 +6,7 @@ use crate::{
     app::{Pulse, Show},
     panel::{
         Choices, History, Panel, PanelState, Phase, Readings, VisitCommand, VisitPanel, VisitState,
-        experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Health, Log},
+        experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Health, Log, WheelHealth},
     },
     sim::{Scenario, World},
     study::Study,
@@ -68,18 +68,21 @@ impl Lead {
         self.experimenter.notes.say(now.time_s, words);
     }
 
-    /// The whole window. `work` is what goes on beside the visit, `picture` what the participant sees and its size.
+    /// The whole window. `wheel` is what the participant has in hands between drives, `work` is what goes on beside the visit, `picture` what the participant sees and its size.
+    #[expect(clippy::too_many_arguments, reason = "one frame's facts, from one place")]
     pub fn show(
         &mut self,
         ui: &mut Ui,
         visit: &Visit,
         show: Option<&Show>,
         now: RoadNow,
+        wheel: &WheelHealth,
         work: Option<&str>,
         picture: Option<(TextureId, [u32; 2])>,
     ) -> Vec<VisitCommand> {
         let Self { panel, experimenter, visit: part, log, pulse, engine, base, empty } = self;
-        let health = show.map_or_else(Health::default, |show| pulse.health(show, engine, visit.error()));
+        let between = || Health { wheel: wheel.clone(), error: visit.error().map(str::to_owned), ..Health::default() };
+        let health = show.map_or_else(between, |show| pulse.health(show, engine, visit.error()));
         let clock = show.map(|show| &show.drive.clock);
         let drive = PanelState {
             scenario: show.map_or(&*base, |show| show.drive.world.scenario()),

@@ -25,7 +25,7 @@ use std::{path::Path, path::PathBuf, time::Duration};
 
 /// A page is seen for so long at least: who presses twice does not miss one. Seconds.
 const PAGE_S: f64 = 0.4;
-/// Loading a drive takes seconds; no timer counts them. The most that counts of one frame, seconds.
+/// The most that counts of one frame in the countdown, seconds: it is seen to its end on a slow machine too.
 const MOST_FRAME_S: f64 = 0.25;
 
 /// Where drives take place.
@@ -192,7 +192,7 @@ impl Visit {
                 }
             }
             At::Driving => self.watch(road)?,
-            At::Rest(_, left_s) => *left_s = (*left_s - frame_s).max(0.0),
+            At::Rest(_, left_s) => *left_s = (*left_s - elapsed.as_secs_f64()).max(0.0),
             _ => {}
         }
         Ok(())

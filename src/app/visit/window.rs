@@ -18,7 +18,7 @@ use crate::{
         offline::FLUSH_EVERY,
     },
     input::{Devices, Profile},
-    panel::{ScreenState, Screens, VisitCommand, theme},
+    panel::{ScreenState, Screens, VisitCommand, experimenter::WheelHealth, theme},
     study::{
         Code, DataSet, Input, Session, SessionError, Study,
         session::{self, Log, Who},
@@ -315,10 +315,14 @@ impl Frame {
             (experimenter.picture(picture.gpu(), view), [texture.width(), texture.height()])
         });
         let done = made.then(|| format!("All is written. Look at it with: codrive analyse {}", data.root().display()));
+        let wheel = match kit.devices().and_then(|devices| devices.wheel_profile()) {
+            Some(profile) => WheelHealth::There(profile.name.clone()),
+            None => WheelHealth::None,
+        };
         let work = making.as_ref().map(Making::words).or(done);
         let mut commands = Vec::new();
         experimenter.draw(picture.gpu(), |ui| {
-            commands.extend(lead.show(ui, visit, kit.show.as_ref(), now_there, work.as_deref(), seen));
+            commands.extend(lead.show(ui, visit, kit.show.as_ref(), now_there, &wheel, work.as_deref(), seen));
         });
         commands
     }

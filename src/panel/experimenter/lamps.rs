@@ -157,6 +157,7 @@ fn recorder(health: &Health) -> Lamp {
                before it kept";
     let name = "Recorder";
     match health.recording {
+        None if health.engine.is_empty() => Lamp { name, light: Light::Off, words: "no drive yet".into(), tip },
         None => Lamp { name, light: Light::Amber, words: "this drive is not recorded".into(), tip },
         Some(RecordingHealth { waiting: [waiting, most], .. }) => {
             let light = Light::of(waiting as f64, [most as f64 / 4.0, most as f64 / 2.0]);

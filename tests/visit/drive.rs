@@ -1,0 +1,67 @@
+//! A drive of a visit on a real road: it lasts longer when the experimenter says so, and its recording says the same.
+
+use codrive::{
+    app::{Show, replay::Replay},
+    input::{
+        Action, Devices, Rig, profiles,
+        wheel::{Found, Told},
+    },
+    render::Gpu,
+    sim::Scenario,
+    study::Code,
+    time::Pace,
+};
+use std::time::Duration;
+
+#[test]
+fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
+    let gpu = Gpu::shared().expect("a graphics adapter is needed");
+    let scenario = Scenario { traffic: "native".into(), duration_s: 1.0, trees: 0, ..Scenario::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("trial");
+    let mut devices = Some(Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1)));
+    let mut show = Show::led(&scenario, &mut devices).unwrap();
+    assert!(devices.is_none() && show.drive.clock.pace() == Pace::Paused);
+    show.record_of(&recording, gpu, Some(&Code::new("P03").unwrap())).unwrap();
+    show.drive.clock.set_pace(Pace::FullSpeed);
+    show.advance(Duration::ZERO, |_| ()).unwrap();
+    show.extend(0.75).unwrap();
+    while show.drive.world.ended().is_none() {
+        show.advance(Duration::ZERO, |_| ()).unwrap();
+    }
+    assert_eq!(show.drive.world.snapshot().tick.0, 175);
+    show.finish_recording().unwrap();
+    assert_eq!(Scenario::from_file(&recording.join("scenario.toml")).unwrap().duration_s, 1.75);
+    let mut replay = Replay::open(&recording).unwrap();
+    replay.advance(1000).unwrap();
+    assert_eq!((replay.verdict().ticks, replay.verdict().first_difference), (175, None));
+    let manifest = std::fs::read_to_string(recording.join("manifest.json")).unwrap();
+    assert!(manifest.contains("\"participant\": \"P03\""), "{manifest}");
+    // A scenario that cannot start leaves the devices where they are.
+    devices = Some(show.into_devices());
+    assert!(Show::led(&Scenario { vehicles: 400, ..scenario }, &mut devices).is_err() && devices.is_some());
+}
+
+#[test]
+fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
+    let (to, told) = std::sync::mpsc::channel();
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
+    let profile = profiles::named("g29").unwrap();
+    let found = Found { name: "G29".into(), profile, values, force: None, angle: Default::default() };
+    to.send(Told::Found(Box::new(found))).unwrap();
+    let mut wheel = Devices::with_rig(Rig::fed_by(told));
+    // Reverse was pressed while questions were answered.
+    to.send(Told::Button { code: 293, at: None }).unwrap();
+    wheel.poll();
+    assert_eq!(wheel.controls(0.0, None).selector, codrive::ego::Selector::Reverse);
+    let mut devices = Some(wheel);
+    let scenario = Scenario { traffic: "native".into(), duration_s: 5.0, trees: 0, ..Scenario::default() };
+    let mut show = Show::led(&scenario, &mut devices).unwrap();
+    assert_eq!(show.devices.controls(0.0, None).selector, codrive::ego::Selector::Drive);
+    for code in [297, 292, 296] {
+        to.send(Told::Button { code, at: None }).unwrap();
+    }
+    show.advance(Duration::from_millis(20), |_| ()).unwrap();
+    assert_eq!(show.take_pressed(), [Action::Start, Action::Mark, Action::Abort]);
+    assert_eq!((show.drive.clock.pace(), show.take_pressed().len()), (Pace::Paused, 0), "Start starts nothing");
+}
