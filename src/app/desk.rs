@@ -107,7 +107,7 @@ impl Desk {
         };
         let keys = keys::list();
         let mut asked = Vec::new();
-        let notes = self.notes(show, times, frame_ms);
+        let notes = self.notes(show, times);
         let panel = &mut self.panel;
         let (page, said) = (&mut self.wheel, self.wheel_said.as_deref());
         let wheel = if page.open { wheel::wheel(show.devices.rig()) } else { None };
@@ -126,7 +126,7 @@ impl Desk {
     }
 
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
-    fn notes(&self, show: &Show, times: Option<PassTimes>, frame_ms: f64) -> Notes {
+    fn notes(&self, show: &Show, times: Option<PassTimes>) -> Notes {
         let middle = match phase(show) {
             Phase::Paused if show.waits_for_wheel() => {
                 "The wheel was unplugged. The drive goes on when it is back; Space goes on without it."
@@ -139,7 +139,7 @@ impl Desk {
         corner.extend(self.message.clone());
         corner.extend(self.error.clone());
         if self.show_times {
-            corner.push(format!("frame {frame_ms:.1} ms, {:.0} a second", 1e3 / frame_ms.max(0.1)));
+            corner.extend(show.latency().words());
             corner.extend(times.map(|t| {
                 let parts = (t.shadow_ms, t.main_ms, t.mirror_ms, t.develop_ms);
                 format!(
@@ -147,7 +147,6 @@ impl Desk {
                     parts.0, parts.1, parts.2, parts.3
                 )
             }));
-            corner.extend(show.latency().words());
             let clock = &show.drive.clock;
             corner.push(format!("dropped {:.2} s in {} stalls", clock.dropped().as_secs_f64(), clock.stalls()));
             let help = if show.lane_help() { ", lane help" } else { "" };
