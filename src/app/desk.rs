@@ -73,7 +73,7 @@ impl Desk {
 
     /// What is over the picture now; what the panel asks for. `times` are those of the GPU's passes.
     pub fn show(&mut self, ui: &mut Ui, show: &Show, times: Option<PassTimes>) -> Vec<PanelCommand> {
-        let notes = self.notes(show, times, self.pulse.frame_ms());
+        let notes = self.notes(show, times);
         let Self { panel, log, pulse, engine, error, .. } = self;
         let state = state(show, log, pulse, engine, error.as_deref());
         let mut asked = panel.show(ui, &state, &keys::list());
@@ -108,7 +108,7 @@ impl Desk {
     }
 
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
-    fn notes(&self, show: &Show, times: Option<PassTimes>, frame_ms: f64) -> Notes {
+    fn notes(&self, show: &Show, times: Option<PassTimes>) -> Notes {
         let middle = match phase(show) {
             Phase::Paused if self.attended && show.waits_for_wheel() => "The wheel was unplugged.",
             Phase::Paused | Phase::Ready if self.attended => "Please wait.",
@@ -124,7 +124,7 @@ impl Desk {
         corner.extend(self.message.clone());
         corner.extend(self.error.clone());
         if self.show_times {
-            corner.push(format!("frame {frame_ms:.1} ms, {:.0} a second", 1e3 / frame_ms.max(0.1)));
+            corner.extend(show.latency().words());
             corner.extend(times.map(|t| {
                 let parts = (t.shadow_ms, t.main_ms, t.mirror_ms, t.develop_ms);
                 format!(
@@ -132,7 +132,6 @@ impl Desk {
                     parts.0, parts.1, parts.2, parts.3
                 )
             }));
-            corner.extend(show.latency().words());
             let clock = &show.drive.clock;
             corner.push(format!("dropped {:.2} s in {} stalls", clock.dropped().as_secs_f64(), clock.stalls()));
             let help = if show.lane_help() { ", lane help" } else { "" };

@@ -95,7 +95,12 @@ impl Latency {
         let late = self.late().map_or(String::new(), |late| format!(", {:.1} % late", 100.0 * late));
         let rate = self.period_s.map_or("rate unknown".into(), |s| format!("{:.1} Hz", 1.0 / s));
         if let Some(frames) = self.frames.spread() {
-            lines.push(format!("frames {}{late}; screen {rate}, {}", both(frames), self.present_mode));
+            let a_second = 1.0 / frames.median_s.max(1e-6);
+            lines.push(format!(
+                "frame {}{late}, {a_second:.0} a second; screen {rate}, {}",
+                both(frames),
+                self.present_mode
+            ));
         }
         lines.push(match (self.input_to_tick(), self.input_to_frame()) {
             (Some(tick), Some(frame)) => format!("input to tick {}; to frame {}", both(tick), both(frame)),
@@ -129,7 +134,10 @@ mod tests {
         }
         assert_eq!(latency.late(), Some(0.25));
         let words = latency.words().join("\n");
-        assert!(words.contains("25.0 % late; screen 50.0 Hz, fifo") && words.contains("tells no times"), "{words}");
+        assert!(
+            words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo") && words.contains("tells no times"),
+            "{words}"
+        );
         latency.frame(Duration::from_millis(20), Some([0.004, 0.013]));
         assert!(latency.words()[1].contains("input to tick 4.0 ms, 99 % below 4.0; to frame 13.0 ms"));
     }

@@ -101,6 +101,7 @@ impl Line {
 pub fn examine(options: &Options) -> Vec<Line> {
     let mut lines = picture::examine(options);
     lines.extend(wheel::examine());
+    lines.push(picture::display(&options.scenario));
     lines.extend(picture::monitors(&options.monitors));
     lines.extend(machine::examine(&options.recordings));
     lines

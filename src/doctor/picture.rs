@@ -44,6 +44,18 @@ pub(super) fn examine(options: &Options) -> Vec<Line> {
     lines
 }
 
+/// What is set of the picture's size, which only a tape can judge.
+pub(super) fn display(scenario: &Scenario) -> Line {
+    let (width_m, eye_m) = (scenario.screen_width_m, scenario.eye_distance_m);
+    let angle_deg = 2.0 * (width_m / 2.0 / eye_m).atan().to_degrees();
+    Line::ok(
+        "display",
+        format!(
+            "set: {width_m:.3} m wide, eyes {eye_m:.2} m away, {angle_deg:.1} degrees; codrive doctor --display shows if it is true"
+        ),
+    )
+}
+
 /// The monitors, each with a line.
 pub(super) fn monitors(found: &Result<Vec<Monitor>, String>) -> Vec<Line> {
     match found {

@@ -232,7 +232,7 @@ impl Calibration {
         axis.way().abs() < UP * (f64::from(*pressed) - f64::from(axis.rest)).abs() / axis.span()
     }
 
-    /// All axes as bars: code, name, share of its range.
+    /// All axes as bars: code, name, and how far it is from its rest, of the steering from its lower end: shares of its range.
     pub fn bars(&self) -> Vec<(u16, String, f64)> {
         let name = |code: u16| match self.pedals.iter().position(|(taken, _)| *taken == code) {
             _ if self.steering == Some(code) => "steering".into(),
@@ -240,8 +240,11 @@ impl Calibration {
             Some(_) => "brake".into(),
             None => format!("axis {code}"),
         };
-        let share = |axis: &Axis| (f64::from(axis.raw) - f64::from(axis.range[0])) / axis.span();
-        self.axes.iter().map(|(code, axis)| (*code, name(*code), share(axis))).collect()
+        let share = |code: u16, axis: &Axis| {
+            let from_low = (f64::from(axis.raw) - f64::from(axis.range[0])) / axis.span();
+            if self.steering == Some(code) { from_low } else { axis.way().abs() }
+        };
+        self.axes.iter().map(|(code, axis)| (*code, name(*code), share(*code, axis))).collect()
     }
 
     /// What was learnt, under this name; buttons and force as for the shipped profile of the same product, if there is one.

@@ -32,7 +32,7 @@ pub struct Wheel {
 pub struct Asked {
     /// The question.
     pub step: Step,
-    /// Every axis: number, name, share of its range.
+    /// Every axis: number, name, way as a share of its range (see `Calibration::bars`).
     pub bars: Vec<(u16, String, f64)>,
     /// What was learnt; `None` before the end.
     pub learnt: Option<Result<Profile, ProfileError>>,

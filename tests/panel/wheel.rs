@@ -104,7 +104,7 @@ fn it_shows_the_wheels_turn_the_pedals_and_the_last_button() {
     shown.last_button = Some(289);
     let mut harness = harness(bench(Some(shown)));
     // (32767 - 27000) / 32767 of 450 degrees to the left; the accelerator half way down, its ends taken off.
-    harness.get_by_label(" +79.2°".trim_start());
+    harness.get_by_label_contains("+79.2°");
     harness.get_by_label("way  49 %  effect  49 %");
     harness.get_by_label("way   0 %  effect   0 %");
     harness.get_by_label("pressed last: 289, horn");
