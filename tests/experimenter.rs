@@ -404,7 +404,7 @@ struct Hand {
 #[test]
 fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
     use codrive::panel::timeline::{Happened, TimelineCommand, TimelineState, show};
-    let speeds: Vec<[f64; 2]> = (0..=200).map(|i| f64::from(i)).map(|t| [t, 4.0 + (t * 0.1).sin()]).collect();
+    let speeds: Vec<[f64; 2]> = (0..=200).map(f64::from).map(|t| [t, 4.0 + (t * 0.1).sin()]).collect();
     let mut harness =
         Harness::builder().with_size([900.0, 300.0]).with_context_setup(theme::apply).wgpu().build_ui_state(
             |ui, hand: &mut Hand| {
