@@ -189,12 +189,16 @@ impl Panel {
         ui.horizontal(|ui| {
             let held = matches!(state.phase, Phase::Ready | Phase::Paused);
             if state.phase == Phase::Running {
-                if ui.button("Pause").on_hover_text("Hold time (Space)").clicked() {
+                if ui
+                    .button("Pause")
+                    .on_hover_text("Hold time (Space on the picture, F2 in a window of its own)")
+                    .clicked()
+                {
                     commands.push(PanelCommand::Pause);
                 }
             } else if ui
                 .add_enabled(held, primary("Start", held))
-                .on_hover_text("Let time run (Space)")
+                .on_hover_text("Let time run (Space on the picture, F2 in a window of its own)")
                 .on_disabled_hover_text("The drive is over: restart")
                 .clicked()
             {

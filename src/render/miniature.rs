@@ -103,3 +103,60 @@ impl MiniaturePass {
         pass.draw(0..3, 0..1);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::{Gpu, OFFSCREEN, offscreen::read_back};
+
+    /// What comes of a picture of 8 x 8 pixels, whose pixel (x, y) has 16 x red and 16 y green, on a canvas of `size`.
+    fn drawn(size: [u32; 2], part: Option<[u32; 2]>) -> Vec<[u8; 4]> {
+        let gpu = Gpu::shared().expect("a graphics adapter is needed");
+        let side = wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 };
+        let source = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("source"),
+            size: side,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: OFFSCREEN,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let bytes: Vec<u8> = (0..64u8).flat_map(|i| [16 * (i % 8), 16 * (i / 8), 0, 255]).collect();
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(32), rows_per_image: None };
+        gpu.queue.write_texture(source.as_image_copy(), &bytes, layout, side);
+        let pass = MiniaturePass::new(&gpu.device, OFFSCREEN);
+        let canvas = pass.canvas(&gpu.device, size);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let view = source.create_view(&wgpu::TextureViewDescriptor::default());
+        pass.draw(&gpu.device, &mut encoder, &view, &canvas, part);
+        gpu.queue.submit([encoder.finish()]);
+        let bytes = read_back(gpu, canvas.texture(), 4).unwrap();
+        bytes.chunks(4).map(|pixel| [pixel[0], pixel[1], pixel[2], pixel[3]]).collect()
+    }
+
+    #[test]
+    fn at_the_same_size_every_pixel_stays_as_it_is() {
+        let pixels = drawn([8, 8], None);
+        for (i, pixel) in (0..64u8).zip(&pixels) {
+            assert_eq!(*pixel, [16 * (i % 8), 16 * (i / 8), 0, 255], "pixel {i}");
+        }
+    }
+
+    #[test]
+    fn a_smaller_pixel_is_the_mean_of_its_block() {
+        // Blocks of 4 x 2 pixels.
+        let pixels = drawn([2, 4], None);
+        assert_eq!(pixels[0], [24, 8, 0, 255]);
+        assert_eq!(pixels[7], [88, 104, 0, 255]);
+    }
+
+    #[test]
+    fn on_a_part_the_rest_is_black() {
+        let pixels = drawn([8, 8], Some([8, 4]));
+        assert_eq!(pixels[0], [0, 8, 0, 255]);
+        assert_eq!(pixels[8 * 3 + 7], [112, 104, 0, 255]);
+        assert!(pixels[8 * 4..].iter().all(|pixel| pixel[..3] == [0, 0, 0]));
+    }
+}

@@ -29,8 +29,10 @@ use winit::{
 /// meanwhile, 2 (1280 x 800 pixels of it take as long as a frame of the driver's, 70 ms on two cores).
 const EVERY: Duration = Duration::from_millis(80);
 const EVERY_BY_SOFTWARE: Duration = Duration::from_millis(500);
-/// And so many times longer than a picture of it took: it never has more than a twelfth of the loop.
+/// And so many times longer than a picture of it took: it never has more than a twelfth of the loop; after a key or a click,
+/// which want an answer, for one picture a quarter.
 const RESTS: u32 = 12;
+const RESTS_AFTER_INPUT: u32 = 4;
 const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 800);
 const LEAST: LogicalSize<u32> = LogicalSize::new(800, 500);
 /// Scale of everything, on top of the monitor's own.
@@ -43,8 +45,11 @@ pub struct ExperimenterWindow {
     ears: Ears,
     pass: UiPass,
     last: Option<Instant>,
-    /// Least time from the last picture to the next.
-    rest: Duration,
+    /// What the last picture took of the loop.
+    took: Duration,
+    /// True if a key or a button was pressed since.
+    asked: bool,
+    by_software: bool,
     picture: Option<(wgpu::TextureView, TextureId)>,
 }
 
@@ -71,7 +76,17 @@ impl ExperimenterWindow {
         let ears = Ears::new(gpu, &window);
         theme::apply(&ears.ctx);
         let pass = UiPass::new(&gpu.device, surface.format());
-        Ok(Self { window, surface, ears, pass, last: None, rest: EVERY, picture: None })
+        Ok(Self {
+            window,
+            surface,
+            ears,
+            pass,
+            last: None,
+            took: Duration::ZERO,
+            asked: false,
+            by_software: gpu.is_software(),
+            picture: None,
+        })
     }
 
     /// Which window this is.
@@ -94,12 +109,19 @@ impl ExperimenterWindow {
         if let WindowEvent::Resized(size) = event {
             self.surface.resize(gpu, [size.width, size.height]);
         }
+        use WindowEvent::{KeyboardInput, MouseInput, MouseWheel};
+        self.asked |= matches!(event, KeyboardInput { .. } | MouseInput { .. } | MouseWheel { .. });
         self.ears.hear(&self.window, event);
     }
 
     /// True when it is time for another picture.
     pub fn due(&self) -> bool {
-        self.last.is_none_or(|last| now().saturating_duration_since(last) >= self.rest)
+        let rest = match (self.asked, self.by_software) {
+            (true, _) => EVERY.max(RESTS_AFTER_INPUT * self.took),
+            (false, true) => EVERY_BY_SOFTWARE.max(RESTS * self.took),
+            (false, false) => EVERY.max(RESTS * self.took),
+        };
+        self.last.is_none_or(|last| now().saturating_duration_since(last) >= rest)
     }
 
     /// A texture of ours (a miniature of the driver's picture) as egui names it, to be shown in this window. One at a
@@ -126,7 +148,9 @@ impl ExperimenterWindow {
     pub fn draw(&mut self, gpu: &Gpu, show: impl FnMut(&mut Ui)) {
         let begin = now();
         self.last = Some(begin);
+        self.asked = false;
         let output = self.ears.run(&self.window, show);
+        let laid_out = now();
         let zoom = self.ears.ctx.zoom_factor();
         self.ears.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
         let Gpu { device, queue, .. } = gpu;
@@ -139,8 +163,11 @@ impl ExperimenterWindow {
         put_on(device, queue, &mut self.pass, &self.ears.ctx, output, &screen, self.surface.size(), clear);
         self.window.pre_present_notify();
         queue.present(texture);
-        let took = now().saturating_duration_since(begin);
-        log::debug!("the experimenter's picture took {:.2} ms of the loop", took.as_secs_f64() * 1e3);
-        self.rest = if gpu.is_software() { EVERY_BY_SOFTWARE } else { EVERY }.max(RESTS * took);
+        self.took = now().saturating_duration_since(begin);
+        log::debug!(
+            "the experimenter's picture took {:.1} ms of the loop, {:.1} of them to lay it out",
+            self.took.as_secs_f64() * 1e3,
+            (laid_out - begin).as_secs_f64() * 1e3
+        );
     }
 }
