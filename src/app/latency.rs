@@ -104,7 +104,7 @@ impl Latency {
         }
         lines.push(match (self.input_to_tick(), self.input_to_frame()) {
             (Some(tick), Some(frame)) => format!("input to tick {}; to frame {}", both(tick), both(frame)),
-            _ => "input to frame: this device tells no times".into(),
+            _ => "input to frame: no input with a time yet (keyboards tell none)".into(),
         });
         lines
     }
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(latency.late(), Some(0.25));
         let words = latency.words().join("\n");
         assert!(
-            words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo") && words.contains("tells no times"),
+            words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo") && words.contains("no input with a time"),
             "{words}"
         );
         latency.frame(Duration::from_millis(20), Some([0.004, 0.013]));

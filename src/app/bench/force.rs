@@ -1,5 +1,5 @@
 //! Pace of the force thread while pictures are drawn as fast as they can be. In: a drive that is ready to be drawn. Out: how
-//! far the times between two forces are from their period.
+//! far the times from turn to turn are from their period.
 
 use super::{Picture, Times, now};
 use crate::{
@@ -25,20 +25,23 @@ use std::{
 pub struct ForceTimes {
     /// Its period, milliseconds.
     pub period_ms: f64,
-    /// How far the time between two forces was from the period.
+    /// How far the time from turn to turn was from the period.
     pub jitter: Times,
     /// Median of the pictures that were drawn meanwhile, milliseconds.
     pub frame_ms: f64,
 }
 
-/// Takes forces and keeps their times.
+/// Takes forces and keeps the times of the thread's turns.
 #[derive(Clone, Default)]
 struct Watch(Arc<Mutex<Vec<Instant>>>);
 
 impl ForceDevice for Watch {
     fn set(&mut self, _level: i16) -> io::Result<()> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(now());
         Ok(())
+    }
+
+    fn turned(&mut self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(now());
     }
 
     fn end(&mut self) {}
@@ -49,9 +52,7 @@ impl ForceDevice for Watch {
 /// # Errors
 /// The drive cannot go on or the device is lost.
 pub fn force(picture: &mut Picture, seconds: f64, size: [u32; 2]) -> Result<Option<ForceTimes>, AppError> {
-    // Grass at speed: another level in every period.
-    let Ok(mut profile) = profiles::named("g29") else { return Ok(None) };
-    profile.force.grass_nm = 1.0;
+    let Ok(profile) = profiles::named("g29") else { return Ok(None) };
     let watch = Watch::default();
     let force = ForceLoop::new(Box::new(watch.clone()), &profile);
     let Ok(thread) = ForceThread::start(force, Arc::new(Angle::default())) else { return Ok(None) };
