@@ -73,6 +73,8 @@ pub enum ItemState {
     Now,
     /// Broken off or called back: it comes again.
     Again,
+    /// Broken off, in a visit that is over.
+    Broken,
     /// Not yet.
     Ahead,
 }
@@ -84,6 +86,7 @@ impl ItemState {
             Self::Skipped => ("skipped", theme::DIM),
             Self::Now => ("now", theme::ACCENT),
             Self::Again => ("again", theme::AMBER),
+            Self::Broken => ("broken off", theme::RED),
             Self::Ahead => ("", theme::DIM),
         }
     }

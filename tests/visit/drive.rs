@@ -1,13 +1,14 @@
 //! A drive of a visit on a real road: it lasts longer when the experimenter says so, and its recording says the same.
 
 use codrive::{
-    app::{Show, replay::Replay},
+    app::{Show, replay::Replay, visit::road::Kit},
     input::{
         Action, Devices, Rig,
         lamps::Lamps,
         profiles::{self, Device},
         wheel::{Found, Told},
     },
+    record::{Reader, Table},
     render::Gpu,
     sim::Scenario,
     study::Code,
@@ -67,4 +68,48 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
     show.advance(Duration::from_millis(20), |_| ()).unwrap();
     assert_eq!(show.take_pressed(), [Action::Start, Action::Mark, Action::Abort]);
     assert_eq!((show.drive.clock.pace(), show.take_pressed().len()), (Pace::Paused, 0), "Start starts nothing");
+}
+
+#[test]
+fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
+    let wide = Scenario {
+        traffic: "native".into(),
+        duration_s: 8.0,
+        trees: 0,
+        policy: "constant".into(),
+        hold_s: 1.0,
+        // The car rolls out from 4.6 m/s with no foot on a pedal: into the range, and out of it below.
+        vehicles: 12,
+        warm_up_s: 5.0,
+        policy_speed_mps: 3.8,
+        range_mph: 1.0,
+        ..Scenario::default()
+    };
+    let gpu = Gpu::shared().expect("a graphics adapter is needed");
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("practice");
+    let none = || Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1));
+    let mut kit = Kit::new(none(), &Code::new("P03").unwrap());
+    let mut show = Show::led(&wide, &mut Some(none())).unwrap();
+    show.record_of(&recording, gpu, None).unwrap();
+    show.drive.clock.set_pace(Pace::FullSpeed);
+    kit.show = Some(show);
+    let ended = |kit: &Kit| kit.show.as_ref().is_some_and(|show| show.drive.world.ended().is_some());
+    while !ended(&kit) {
+        kit.frame(Duration::ZERO, |_| ()).unwrap();
+    }
+    kit.show.as_mut().unwrap().finish_recording().unwrap();
+    // From the tables: the speed at the end of each step within the range of the advice that stands.
+    let ego = Reader::parquet(&Table::Ego.parquet(&recording)).unwrap();
+    let advice = Reader::parquet(&Table::Advice.parquet(&recording)).unwrap();
+    let (ticks, low, high) = (advice.wholes("tick"), advice.numbers("range_low_mps"), advice.numbers("range_high_mps"));
+    let steps = ego.wholes("tick").into_iter().zip(ego.numbers("speed_mps")).filter(|(tick, _)| tick % 10 == 0);
+    let inside = steps.filter(|(tick, speed)| {
+        let stands = ticks.iter().rposition(|issued| issued < tick).unwrap();
+        let speed = speed.unwrap();
+        low[stands].unwrap() - 1e-6 <= speed && speed <= high[stands].unwrap() + 1e-6
+    });
+    let recorded_s = inside.count() as f64 * 0.1;
+    assert!((kit.in_range_s() - recorded_s).abs() < 1e-6, "{} {recorded_s}", kit.in_range_s());
+    assert!((1.0..7.5).contains(&recorded_s), "{recorded_s}: the car is in it and out of it");
 }

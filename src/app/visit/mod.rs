@@ -1,5 +1,5 @@
 //! A participant's visit: one person through the whole plan of a study. In: what the participant does ([`Input`]), what the
-//! experimenter decides ([`VisitCommand`]), elapsed time. Out: screens, drives on a [`Road`], and every step on the disk
+//! experimenter decides ([`VisitCommand`](crate::panel::VisitCommand)), elapsed time. Out: screens, drives on a [`Road`], and every step on the disk
 //! (`study::Session`), so that a closed window, a crash or a power cut costs the item that was running and no more.
 //!
 //! * [`Visit`]: the state machine, without window, devices or clock.
@@ -400,6 +400,7 @@ impl Visit {
                     None => ItemState::Ahead,
                     Some(Outcome::Done) => ItemState::Done,
                     Some(Outcome::Skipped) => ItemState::Skipped,
+                    Some(_) if self.is_over() => ItemState::Broken,
                     Some(Outcome::Aborted | Outcome::Cut | Outcome::Repeat) => ItemState::Again,
                 };
                 VisitItem {

@@ -76,6 +76,11 @@ impl Kit {
         Ok((due, show.take_pressed().into_iter().filter_map(Hands::pressed_driving).collect()))
     }
 
+    /// How long the speed was in the range of the drive that is there, seconds: whole steps.
+    pub fn in_range_s(&self) -> f64 {
+        self.in_range_s
+    }
+
     /// What has happened to the devices since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)

@@ -81,9 +81,8 @@ pub fn run(options: VisitOptions) -> Result<Left, AppError> {
     event_loop.set_control_flow(ControlFlow::Poll);
     let data = DataSet::open(&options.out, &options.study)?;
     let session = open_session(&options, &data)?;
-    let visit = Visit::new(&options.study, session, facts::now)?;
     let kit = Kit::new(Devices::open_with(options.wheel.clone()), &options.code);
-    let mut app = App { options, begins: Some((visit, kit)), frame: None, failure: None };
+    let mut app = App { options, begins: Some((session, kit)), frame: None, failure: None };
     event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
     let left = app.frame.take().map(|mut frame| frame.leave(&data, &app.options)).transpose();
     match (app.failure, left) {
@@ -124,8 +123,8 @@ fn look_ahead(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
 
 struct App {
     options: VisitOptions,
-    /// The visit until there are windows for it.
-    begins: Option<(Visit, Kit)>,
+    /// What the visit is made of, until there are windows for it.
+    begins: Option<(Session, Kit)>,
     frame: Option<Frame>,
     failure: Option<AppError>,
 }
@@ -152,8 +151,8 @@ struct Frame {
 
 impl ApplicationHandler for App {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        let Some((visit, kit)) = self.begins.take() else { return };
-        match Frame::open(event_loop, &self.options, visit, kit) {
+        let Some((session, kit)) = self.begins.take() else { return };
+        match Frame::open(event_loop, &self.options, session, kit) {
             Ok(frame) => self.frame = Some(frame),
             Err(error) => self.fail(event_loop, error),
         }
@@ -198,7 +197,12 @@ impl App {
 }
 
 impl Frame {
-    fn open(event_loop: &ActiveEventLoop, options: &VisitOptions, visit: Visit, kit: Kit) -> Result<Self, AppError> {
+    fn open(
+        event_loop: &ActiveEventLoop,
+        options: &VisitOptions,
+        session: Session,
+        kit: Kit,
+    ) -> Result<Self, AppError> {
         let placing = Placing { title: format!("codrive: {}", options.study.file.title), place: options.place };
         let mut picture = PictureWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
@@ -209,7 +213,7 @@ impl Frame {
         Ok(Self {
             picture,
             experimenter,
-            visit,
+            visit: Visit::new(&options.study, session, facts::now)?,
             kit,
             screens: Screens::default(),
             lead: Lead::new(&options.study),
@@ -361,7 +365,9 @@ impl Frame {
 
     /// The windows close: what runs is broken off, and comes again with the same command.
     fn leave(&mut self, data: &DataSet, options: &VisitOptions) -> Result<Left, AppError> {
-        self.on_road(|visit, road| visit.close("the window was closed", road))?;
+        let stopped = options.stop.load(Ordering::Relaxed);
+        let reason = if stopped { "stopped by Ctrl-C" } else { "the window was closed" };
+        self.on_road(|visit, road| visit.close(reason, road))?;
         if let Some(making) = &mut self.making {
             making.finish(true)?;
         }
