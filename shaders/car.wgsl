@@ -77,12 +77,17 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     var light = albedo * (1.0 - metal) * (SUN * cosine * sun + ambient(facet) * open);
     let f0 = mix(vec3f(0.04), albedo, metal);
     let share = mirrors(facet, view, rough);
-    let around = around_car(bounced, above, ground, rough * rough) * occluded;
+    var around = around_car(bounced, above, ground, rough * rough) * occluded;
+    if SOFT < 0.5 {
+        // What is dear: under the coat's sharp image this one may be as dull as light from all around.
+        around = ambient(bounced) * (0.85 * occluded);
+    }
     light += shine * (around * (f0 * share.x + share.y) + sun * sun_gloss(facet, view, rough, f0));
 
     // The coat lies over all that.
     let coat_rough = steadied(0.05, facet);
-    let reflected = min(coat * fresnel(facet, view, 0.045), 1.0);
+    // No coat is quite smooth: at the flattest angles it mirrors half.
+    let reflected = min(coat * fresnel(facet, view, 0.045), 0.5);
     let image = around_car(bounced, above, ground, coat_rough * coat_rough) * occluded;
     light = light * (1.0 - reflected) + reflected * image;
     light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04));

@@ -2,10 +2,11 @@
 // pixel costs as much as a shaded one.
 
 @fragment
-fn fragment(in: Surface) -> @location(0) vec4f {
+fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
     let cover = sharpened(textureSample(leaves, leaf_sampler, in.uv, in.layer).r);
-    if cover < LEAST_COVER || gone(in.clip.xy, in.tint.w) {
+    let samples = covered_samples(in.clip.xy, cover) & kept(in.clip.xy, in.tint.w);
+    if samples == 0u {
         discard;
     }
-    return vec4f(0.0, 0.0, 0.0, cover);
+    return samples;
 }

@@ -1,13 +1,37 @@
-// How one level of detail of a tree gives way to the next.
+// How one level of detail of a tree gives way to the next, and how leaves cover a part of a pixel.
+
+// Samples of a pixel, 1 or 4.
+override SAMPLES: u32 = 1u;
+// Share of a pixel that leaves must cover to be drawn where it has one sample.
+const LEAST_COVER = 0.5;
 
 // 0..1 by the pixel, evenly spread among neighbours.
 fn dithered(pixel: vec2f) -> f32 {
     return fract(52.9829189 * fract(dot(floor(pixel), vec2f(0.06711056, 0.00583715))));
 }
 
-// Between two levels of detail both are drawn, each pixel by one of them: the finer one has its share in w, the coarser one
+// The samples that make up a share of a pixel, first those of the lowest turn; what is left of a sample is given to some of
+// the neighbours. So the stipple of a share is one sample deep, not a whole pixel.
+fn samples_of(share: f32, turns: vec4f, luck: f32) -> u32 {
+    let taken = (turns + luck) * 0.25 < vec4f(share);
+    return dot(select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), taken), vec4u(1u));
+}
+
+// Between two levels of detail both are drawn, each sample by one of them: the finer one has its share in w, the coarser one
 // the negative of that.
-fn gone(pixel: vec2f, w: f32) -> bool {
-    let d = dithered(pixel);
-    return select(d >= w, d < -w, w < 0.0);
+fn kept(pixel: vec2f, w: f32) -> u32 {
+    let luck = dithered(pixel);
+    if SAMPLES == 1u {
+        return select(0u, 15u, select((luck < w), (luck >= -w), (w < 0.0)));
+    }
+    let finer = samples_of(abs(w), vec4f(0.0, 2.0, 3.0, 1.0), luck);
+    return select(finer, 15u - finer, w < 0.0);
+}
+
+// The samples that something covers to this share.
+fn covered_samples(pixel: vec2f, cover: f32) -> u32 {
+    if SAMPLES == 1u {
+        return select(0u, 15u, cover >= LEAST_COVER);
+    }
+    return samples_of(cover, vec4f(3.0, 1.0, 2.0, 0.0), dithered(pixel + 17.0));
 }

@@ -15,14 +15,12 @@ struct Surface {
     // The two nearest pictures and the share of the second.
     @location(2) @interpolate(flat) pictures: vec3f,
     @location(3) @interpolate(flat) tint: vec4f,
-    // Tree's frame to world, without its size: cosine and sine of the turn; half the width of the crown, metres.
+    // Tree's frame to world, without its size: cosine and sine of the turn; how far the leaves are before the picture, metres.
     @location(4) @interpolate(flat) turn: vec3f,
 }
 
 const SIDES = 8.0;
 const TAU = 6.2831853;
-
-override LEAST_COVER: f32 = 0.5;
 
 @group(0) @binding(9) var leaves: texture_2d_array<f32>;
 @group(0) @binding(10) var leaf_sampler: sampler;
@@ -56,12 +54,17 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     let b = select((before + 1.0) % SIDES, SIDES, from_above);
     s.pictures = vec3f(corner.first.x + a % (SIDES + 1.0), corner.first.x + b, place - before);
     s.tint = at.colour_brake;
-    s.turn = vec3f(cosine, sine, 0.5 * half_side * size);
+    // From above one sees the tops, which nothing shades.
+    s.turn = vec3f(cosine, sine, select(0.5, 0.85, from_above) * half_side * size);
     return s;
 }
 
-// Number of the picture for a pixel: from one to the next over the middle third between their directions.
+// Share of the second picture: from one to the next over the middle third between their directions.
+fn turned(in: Surface) -> f32 {
+    return smoothstep(0.33, 0.67, in.pictures.z);
+}
+
+// Number of the picture for a pixel of one sample.
 fn chosen(in: Surface) -> i32 {
-    let share = smoothstep(0.33, 0.67, in.pictures.z);
-    return 2 * i32(select(in.pictures.x, in.pictures.y, dithered(in.clip.xy + 31.0) < share) + 0.5);
+    return 2 * i32(select(in.pictures.x, in.pictures.y, dithered(in.clip.xy + 31.0) < turned(in)) + 0.5);
 }

@@ -1,11 +1,23 @@
 // Where far trees are: depth alone, see `cover.wgsl`.
 
+fn cover_of(there: f32) -> f32 {
+    return clamp((there - 0.5) / max(0.88 * fwidth(there), 0.07) + 0.5, 0.0, 1.0);
+}
+
 @fragment
-fn fragment(in: Surface) -> @location(0) vec4f {
-    let there = textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a;
-    let cover = clamp((there - 0.5) / max(0.88 * fwidth(there), 0.07) + 0.5, 0.0, 1.0);
-    if cover < LEAST_COVER || gone(in.clip.xy, in.tint.w) {
+fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
+    let pixel = in.clip.xy;
+    var samples = kept(pixel, in.tint.w);
+    if SAMPLES == 1u {
+        samples &= covered_samples(pixel, cover_of(textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a));
+    } else {
+        let second = samples_of(turned(in), vec4f(1.0, 3.0, 0.0, 2.0), dithered(pixel + 31.0));
+        let a = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.x + 0.5)).a);
+        let b = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.y + 0.5)).a);
+        samples &= (covered_samples(pixel, a) & (15u - second)) | (covered_samples(pixel, b) & second);
+    }
+    if samples == 0u {
         discard;
     }
-    return vec4f(0.0, 0.0, 0.0, cover);
+    return samples;
 }

@@ -36,13 +36,15 @@ fn vertex(corner: Corner, at: Placed) -> Blade {
     out.at = corner.uv - 2.0 * floor(corner.uv * 0.5);
     out.card = vec2f(variant, own);
     var world = place(at, corner.position * vec3f(1.0, 1.0, grown) - vec3f(0.0, 0.0, 0.05 * (1.0 - grown)));
-    // Gusts of 20 m that run with a wind from the south-west, and the tufts' own swing.
+    // Gusts of 20 m that run with a wind from the south-west, and the tufts' own swing. Blades bend the less for it the
+    // lower they already lie: a breeze of 2.5 m/s moves their tips by up to a fifth of their height.
+    let wind = frame.forward.w;
     let t = frame.to_sun_time.w;
     let way = dot(root.xy, vec2f(0.8, 0.6));
-    let gust = 0.5 + 0.5 * sin(0.31 * way - 1.1 * t);
+    let gust = 0.5 + 0.5 * sin(0.31 * way - 0.44 * wind * t);
     let swing = gust * (0.55 + 0.45 * sin(2.6 * t - 1.9 * way + 9.0 * own));
     let height = max(world.z - root.z, 0.0);
-    world += vec3f(0.8, 0.6, -0.15) * (0.22 * swing * height);
+    world += vec3f(0.8, 0.6, -0.15) * (0.35 * (1.0 - exp(-0.4 * wind)) * swing * height);
 
     let sun_way = frame.to_sun_time.xyz;
     let view = to_eye(world);
@@ -81,7 +83,9 @@ fn fragment(in: Blade) -> @location(0) vec4f {
     // How far inside a blade, in columns; which blade.
     var inside = -1.0;
     var own = 0.5;
-    var top = 1.0;
+    // 0 no flower, 1 petals, 2 the middle of a white one.
+    var flower = 0.0;
+    let flowering = fract(in.card.y * 71.0) < 0.3;
     // Blades spread like a fan from a foot that is a third as wide as the card.
     let place = vec2f((in.at.x - 0.5) / (0.34 + 0.66 * in.at.y) + 0.5, in.at.y);
     for (var layer = 0; layer < 3; layer++) {
@@ -95,14 +99,19 @@ fn fragment(in: Blade) -> @location(0) vec4f {
         let up = in.at.y / height;
         let bend = (luck.y - 0.5) * 0.7 * up * up;
         let blade = 0.21 * sqrt(max(1.0 - up, 0.0)) - abs(fract(x) - 0.5 - bend) - select(0.0, 1.0, up > 1.0 || abs(place.x - 0.5) > 0.5);
-        // A stalk is thin below, its ear thick above.
+        // A stalk is thin below, its ear thick above; some carry a flower of 3 cm instead. A card of stalks is as high as 7.5
+        // of its columns are wide.
+        let off = abs(fract(x) - 0.5 - 0.5 * bend);
+        let blooms = flowering && luck.x > 0.72;
+        let from_head = length(vec2f(off, (up - 0.95) * height * 7.5));
         let ear = smoothstep(0.70, 0.78, up) * (1.0 - smoothstep(0.93, 1.0, up));
-        let stalk = 0.030 + 0.085 * ear - abs(fract(x) - 0.5 - 0.5 * bend) - select(0.0, 1.0, up > 1.0 || luck.x < 0.45);
+        let stalk = select(0.030 + 0.085 * ear - off, max(0.028 - off, 0.25 - from_head), blooms)
+            - select(0.0, 1.0, up > 1.0 || luck.x < 0.45);
         let found = select(blade, stalk, stalks);
         if found > inside {
             inside = found;
             own = luck.x;
-            top = up;
+            flower = select(0.0, select(1.0, 2.0, from_head < 0.09), blooms && from_head < 0.27);
         }
     }
     // Where blades are smaller than a pixel, as many of its samples as there are blades at this height.
@@ -119,7 +128,8 @@ fn fragment(in: Blade) -> @location(0) vec4f {
     var tint = vec3f(tone);
     // Some stalks carry flowers: white, yellow, violet.
     let kind = fract(in.card.y * 37.0);
-    let flower = select(select(vec3f(1.9, 1.95, 2.6), vec3f(1.8, 1.5, 0.35), kind > 0.45), vec3f(1.05, 0.85, 1.7), kind > 0.8);
-    tint = mix(tint, flower, select(0.0, 1.0, stalks && own > 0.72 && top > 0.76 && fract(in.card.y * 71.0) < 0.3));
+    let yellow = vec3f(1.8, 1.5, 0.35);
+    let petal = select(select(vec3f(1.9, 1.95, 2.6), yellow, kind > 0.45 || flower > 1.5), vec3f(1.05, 0.85, 1.7), kind > 0.8);
+    tint = select(tint, petal, stalks && flower > 0.5);
     return vec4f(in.light * tint + in.veil, cover);
 }

@@ -1,14 +1,35 @@
 // Far trees where `far_cover.wgsl` found them, lit as near ones are.
 
+// Albedo, normal in the tree's own frame and cover of a picture.
+struct Seen {
+    albedo: vec3f,
+    normal: vec3f,
+    cover: f32,
+}
+
+fn look(uv: vec2f, picture: i32) -> Seen {
+    let there = textureSample(pictures, leaf_sampler, uv, picture);
+    return Seen(there.rgb * there.rgb, 2.0 * textureSample(pictures, leaf_sampler, uv, picture + 1).xyz - 1.0, there.a);
+}
+
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
-    let picture = chosen(in);
-    let there = textureSample(pictures, leaf_sampler, in.uv, picture);
-    let local = 2.0 * textureSample(pictures, leaf_sampler, in.uv, picture + 1).xyz - 1.0;
+    var seen: Seen;
+    if SAMPLES == 1u {
+        seen = look(in.uv, chosen(in));
+    } else {
+        // Of two pictures as much as each has of the pixel's samples.
+        let a = look(in.uv, 2 * i32(in.pictures.x + 0.5));
+        let b = look(in.uv, 2 * i32(in.pictures.y + 0.5));
+        let wa = (1.0 - turned(in)) * (a.cover + 0.01);
+        let wb = turned(in) * (b.cover + 0.01);
+        let share = wb / (wa + wb);
+        seen = Seen(mix(a.albedo, b.albedo, share), mix(a.normal, b.normal, share), 1.0);
+    }
+    let local = seen.normal;
     let normal = normalize(vec3f(in.turn.x * local.x - in.turn.y * local.y, in.turn.y * local.x + in.turn.x * local.y, local.z));
     let view = to_eye(in.world);
     // The picture stands in the tree's middle: the leaf is nearer by some of the crown.
     let place = in.world + in.turn.z * max(dot(normal, view), 0.0) * view;
-    let albedo = there.rgb * there.rgb * in.tint.rgb;
-    return vec4f(through_air(foliage(albedo, place, normal, normal, view, 1.0), in.world), 1.0);
+    return vec4f(through_air(foliage(seen.albedo * in.tint.rgb, place, normal, normal, view, 1.0), in.world), 1.0);
 }

@@ -11,7 +11,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
 
     // Blades of 6 to 20 cm. Clumps of 20 cm to 2 m, their places bent by waves that fit into no repetition of the grain.
     let blades = grain_aslant(vec2f(0.94 * p.x - 0.34 * p.y, 0.34 * p.x + 0.94 * p.y) / 3.3);
-    let bent = p + 2.1 * sin(p.yx * vec2f(0.097, 0.083) + vec2f(1.3, 0.2)) + 0.3 * sin(p.yx * vec2f(0.391, 0.447));
+    let bent = p + 2.7 * sin(p.yx * vec2f(0.097, 0.083) + vec2f(1.3, 0.2)) + 0.3 * sin(p.yx * vec2f(0.391, 0.447));
     // On hills kilometres away the same grain stands for woods and fields.
     let distant = smoothstep(0.9, 1.6, thin_m);
     let size = select(21.0, 1900.0, thin_m > 0.8);
@@ -26,7 +26,13 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // Dry stalks and small flowers.
     let speck = near * smoothstep(0.83, 0.97, blades.r) * smoothstep(0.45, 0.6, clumps.g);
     albedo = mix(albedo, vec3f(0.30, 0.27, 0.17), 0.6 * speck);
-    let deep = near * (blades.a - 0.5);
+    var deep = near * (blades.a - 0.5);
+    if SOFT > 0.5 {
+        // From a few metres away, single blades of 2 to 7 cm.
+        let close = 1.0 - smoothstep(0.004, 0.013, thin_m);
+        let single = grain_aslant(vec2f(0.5 * p.x + 0.87 * p.y, 0.5 * p.y - 0.87 * p.x) / 1.13);
+        deep += close * (0.55 * (single.a - 0.5) + 0.20 * (single.r - 0.5));
+    }
     let tone = 1.0 + 1.15 * deep + 0.7 * rise + 0.3 * near * (clumps.r - 0.5)
         + distant * (1.3 * (clumps.g - 0.5) + 0.6 * (clumps.a - 0.5));
     let grass = in.material != LEAVES;

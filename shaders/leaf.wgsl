@@ -17,10 +17,7 @@ struct Surface {
 const LEAVES = 10u;
 // Cards of one cut that differ, and the layer after all of them (`render/leaves.rs`).
 const VARIANTS = 8;
-const BARK_LAYER = 40;
-
-// Share of a pixel that leaves must cover to be drawn: one half without multisampling, less with it.
-override LEAST_COVER: f32 = 0.5;
+const BARK_LAYER = 32;
 
 @group(0) @binding(9) var leaves: texture_2d_array<f32>;
 @group(0) @binding(10) var leaf_sampler: sampler;

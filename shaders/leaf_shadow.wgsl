@@ -1,5 +1,8 @@
 // Depth of trees seen from the sun, with light between the leaves.
 
+// The layer after all cuts (`render/leaves.rs`).
+const BARK_LAYER = 32;
+
 struct Light {
     clip_from_world: mat4x4f,
 }
@@ -30,7 +33,7 @@ fn vertex(
     return Cast(
         light.clip_from_world * vec4f(dot(x, p), dot(y, p), dot(z, p), 1.0),
         select(uv, uv - 2.0 * whole, leafy),
-        select(40, i32(whole.y) * 8 + i32(whole.x), leafy),
+        select(BARK_LAYER, i32(whole.y) * 8 + i32(whole.x), leafy),
     );
 }
 

@@ -56,8 +56,9 @@ fn shadow_layer(layer: i32, at: vec4f) -> f32 {
     return mix(lit, 1.0, smoothstep(0.9, 0.99, at.w));
 }
 
-// How much of the sun arrives: 1 all, 0 none. Without branches, of which software rendering takes both sides.
-fn sunshine(world: vec3f, normal: vec3f) -> f32 {
+// How much of the sun arrives: 1 all, 0 none. Without branches, of which software rendering takes both sides. `cars` is a
+// constant: whether what moves throws a shadow here.
+fn sunshine_past(world: vec3f, normal: vec3f, cars: bool) -> f32 {
     let x = frame.light_from_world[0].xyz;
     let y = frame.light_from_world[1].xyz;
     let z = frame.light_from_world[2].xyz;
@@ -65,13 +66,25 @@ fn sunshine(world: vec3f, normal: vec3f) -> f32 {
     let facing = vec3f(dot(x, normal), dot(y, normal), dot(z, normal));
     // Off the surface by texels, against acne: further where the sun grazes. The view looks along the sunlight, down -z.
     let off = facing * (2.3 - 1.6 * clamp(facing.z, 0.0, 1.0));
-    let moving = (p + off * frame.shadow.x) * frame.light_scale[0].xyz + frame.light_shift[0].xyz;
     let near = (p + off * frame.shadow.y) * frame.light_scale[1].xyz + frame.light_shift[1].xyz;
     let far = (p + off * frame.shadow.z) * frame.light_scale[2].xyz + frame.light_shift[2].xyz;
     let beyond = max(abs(near.x), abs(near.y)) > 0.9;
     let standing = select(near, far, beyond);
     let trees = shadow_layer(select(1, 2, beyond), vec4f(standing, max(abs(standing.x), abs(standing.y)) - select(1.0, 0.0, beyond)));
+    if !cars {
+        return trees;
+    }
+    let moving = (p + off * frame.shadow.x) * frame.light_scale[0].xyz + frame.light_shift[0].xyz;
     return min(shadow_layer(0, vec4f(moving, max(abs(moving.x), abs(moving.y)))), trees);
+}
+
+fn sunshine(world: vec3f, normal: vec3f) -> f32 {
+    return sunshine_past(world, normal, true);
+}
+
+// The same for a tree, which no car shades.
+fn sunshine_in_trees(world: vec3f, normal: vec3f) -> f32 {
+    return sunshine_past(world, normal, false);
 }
 
 // Roughness widened by how much the normal turns within a pixel, so that small bright images neither flicker nor crawl

@@ -6,9 +6,14 @@
 //! scattered many times). Cirrus is a thin sheet far above. The clouds stand still: nothing on the screen moves that a
 //! driver could take for motion of the car.
 
-use super::sky::{self, Sky};
+use super::{
+    painted::side_by_side,
+    sky::{self, Sky},
+};
 use crate::rng;
 use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Radius of the horizon in the picture as a share of half its side.
 pub const RIM: f32 = 0.98;
@@ -40,69 +45,60 @@ struct Weather {
 /// The picture, `side` by `side`: the zenith in the middle, east to the right, north downwards, stereographic: radiance, and
 /// the opacity of the clouds in w. Beyond the rim, the horizon.
 pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
-    let weather = Weather::new();
+    let weather = Weather::shared();
     let clear = sky.picture();
-    let mut picture = vec![Vec4::ZERO; side * side];
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(16);
-    // Bands of rows, taken in turn, so that each thread gets as much sky; every texel stands for itself.
-    let mut bands: Vec<Vec<(usize, &mut [Vec4])>> = (0..threads).map(|_| Vec::new()).collect();
-    for (y, row) in picture.chunks_mut(side).enumerate() {
-        bands[y % threads].push((y, row));
-    }
-    std::thread::scope(|scope| {
-        for band in bands {
-            let (weather, clear) = (&weather, &clear);
-            scope.spawn(move || {
-                for (y, row) in band {
-                    for (x, texel) in row.iter_mut().enumerate() {
-                        let half = side as f32 / 2.0;
-                        let at = (Vec2::new(x as f32, y as f32) + 0.5 - half) / (half * RIM);
-                        let at = at.clamp_length_max(1.0);
-                        let r2 = at.length_squared();
-                        let direction = (at * 2.0).extend(1.0 - r2) / (1.0 + r2);
-                        let open = smooth_between(clear, (0.5 + 0.5 * sky::RIM * at) * sky::SIZE as f32 - 0.5);
-                        let cloud = weather.seen(direction, open, sky);
-                        *texel = (open * (1.0 - cloud.w) + cloud.truncate()).extend(cloud.w);
-                    }
-                }
-            });
-        }
-    });
-    picture
+    let half = side as f32 / 2.0;
+    let texel = |i: usize| {
+        let at = (Vec2::new((i % side) as f32, (i / side) as f32) + 0.5 - half) / (half * RIM);
+        let at = at.clamp_length_max(1.0);
+        let r2 = at.length_squared();
+        let direction = (at * 2.0).extend(1.0 - r2) / (1.0 + r2);
+        let open = smooth_between(&clear, (0.5 + 0.5 * sky::RIM * at) * sky::SIZE as f32 - 0.5);
+        let cloud = weather.seen(direction, open, sky);
+        (open * (1.0 - cloud.w) + cloud.truncate()).extend(cloud.w)
+    };
+    (0..side * side).into_par_iter().map(texel).collect()
+}
+
+/// Makes what every sky's clouds are made from, while there is other work to do beside it.
+pub fn prepare() {
+    Weather::shared();
 }
 
 impl Weather {
+    /// The one weather there is, made at the first call.
+    fn shared() -> &'static Self {
+        static WEATHER: OnceLock<Weather> = OnceLock::new();
+        WEATHER.get_or_init(Self::new)
+    }
+
     fn new() -> Self {
         let mut random = rng::stream(0, "render.clouds");
         let mut white = |n: usize| -> Vec<f32> { (0..n).map(|_| random.uniform(0.0, 1.0) as f32).collect() };
         let octaves = [9usize, 17, 35, 71].map(|n| (n, white(n * n)));
-        let map = (0..MAP * MAP)
-            .map(|i| {
-                let p = Vec2::new((i % MAP) as f32, (i / MAP) as f32) / MAP as f32;
-                let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
-                for (n, lattice) in &octaves {
-                    sum += weight * plane(lattice, *n, p * *n as f32);
-                    total += weight;
-                    weight *= 0.52;
-                }
-                0.5 + 1.9 * (sum / total - 0.5)
-            })
-            .collect();
+        let map = side_by_side(MAP * MAP, |i| {
+            let p = Vec2::new((i % MAP) as f32, (i / MAP) as f32) / MAP as f32;
+            let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
+            for (n, lattice) in &octaves {
+                sum += weight * plane(lattice, *n, p * *n as f32);
+                total += weight;
+                weight *= 0.52;
+            }
+            0.5 + 1.9 * (sum / total - 0.5)
+        });
         let octaves = [6usize, 12, 24].map(|n| (n, white(n * n * n)));
-        let noise = (0..NOISE * NOISE * NOISE)
-            .map(|i| {
-                let p = Vec3::new((i % NOISE) as f32, (i / NOISE % NOISE) as f32, (i / NOISE / NOISE) as f32);
-                let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
-                for (n, lattice) in &octaves {
-                    // Folded, so that heaps are round above and creased between.
-                    let v = solid(lattice, *n, p * (*n as f32 / NOISE as f32));
-                    sum += weight * (1.0 - (2.0 * v - 1.0).abs() * 1.6);
-                    total += weight;
-                    weight *= 0.5;
-                }
-                (sum / total).clamp(0.0, 1.0)
-            })
-            .collect();
+        let noise = side_by_side(NOISE * NOISE * NOISE, |i| {
+            let p = Vec3::new((i % NOISE) as f32, (i / NOISE % NOISE) as f32, (i / NOISE / NOISE) as f32);
+            let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
+            for (n, lattice) in &octaves {
+                // Folded, so that heaps are round above and creased between.
+                let v = solid(lattice, *n, p * (*n as f32 / NOISE as f32));
+                sum += weight * (1.0 - (2.0 * v - 1.0).abs() * 1.6);
+                total += weight;
+                weight *= 0.5;
+            }
+            (sum / total).clamp(0.0, 1.0)
+        });
         Self { map, noise }
     }
 

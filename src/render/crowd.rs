@@ -102,7 +102,7 @@ struct Tree {
     radius_m: f32,
     instance: Instance,
     kind: usize,
-    /// Stands on the horizon, where it is only ever a picture.
+    /// Stands on the horizon, where it throws no shadow.
     distant: bool,
     /// The patch of shade at its foot.
     root: Option<Instance>,
@@ -294,11 +294,13 @@ impl Crowd {
     }
 }
 
-/// Of a tree on the horizon: its picture, and no shadow.
+/// Of a tree on the horizon: its picture, or its boughs where the picture would be drawn larger than it was painted; and no
+/// shadow.
 fn distant(levels: Levels) -> Levels {
     match levels[0] {
         None | Some((Detail::Shade, _)) => [None; 2],
-        Some(_) => [Some((Detail::Far, 1.0)), None],
+        Some((Detail::Near, _)) => [Some((Detail::Mid, 1.0)), None],
+        Some(_) => levels,
     }
 }
 

@@ -17,9 +17,13 @@ const GLOW: f32 = 0.30;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
 
-/// The pipelines, for pictures and for mirrors; made anew when shaders are reloaded.
+/// The pipelines: for pictures and for mirrors, the same with smoothed edges, and for the edges of a developed picture; made
+/// anew when shaders are reloaded.
 #[derive(Debug)]
-pub struct DevelopPipeline([wgpu::RenderPipeline; 2]);
+pub struct DevelopPipeline([wgpu::RenderPipeline; 5]);
+
+/// Number of the pipeline for the edges of a developed picture.
+const SOFTEN: usize = 4;
 
 /// The glass of a mirror: what is drawn behind it, and how it shows that.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +82,15 @@ pub struct DevelopPass {
     sampler: wgpu::Sampler,
     main: Sheet,
     mirror: Sheet,
+    /// Where edges are smoothed: the developed picture before that, as large as its light.
+    flat: Option<Flat>,
+}
+
+#[derive(Debug)]
+struct Flat {
+    view: wgpu::TextureView,
+    size: [u32; 2],
+    sheet: Sheet,
 }
 
 /// One picture on the target.
@@ -94,6 +107,16 @@ pub fn mirror_rect(size: [u32; 2]) -> [u32; 4] {
     // An even number of columns on both sides, so that the inset is in the middle to the pixel.
     let width = width as u32 + (size[0] + width as u32) % 2;
     [(size[0].saturating_sub(width)) / 2, (size[1] as f32 * MIRROR_TOP).round() as u32, width, height as u32]
+}
+
+fn sheet(device: &wgpu::Device) -> Sheet {
+    let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("print"),
+        size: size_of::<Print>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    Sheet { uniform, group: None }
 }
 
 impl DevelopPass {
@@ -122,15 +145,6 @@ impl DevelopPass {
                 entry(3, picture),
             ],
         });
-        let sheet = || Sheet {
-            uniform: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("print"),
-                size: size_of::<Print>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
-            group: None,
-        };
         Self {
             format,
             layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -145,8 +159,9 @@ impl DevelopPass {
                 ..Default::default()
             }),
             group_layout,
-            main: sheet(),
-            mirror: sheet(),
+            main: sheet(device),
+            mirror: sheet(device),
+            flat: None,
         }
     }
 
@@ -154,13 +169,12 @@ impl DevelopPass {
     ///
     /// # Errors
     /// What is wrong with the shader.
-    pub fn pipeline(&self, workshop: &mut Workshop) -> Result<DevelopPipeline, String> {
-        let mut recipe = Recipe {
+    pub fn pipeline(&self, workshop: &Workshop) -> Result<DevelopPipeline, String> {
+        let picture = Recipe {
             program: "develop",
             layout: &self.layout,
             buffers: &[],
-            // Blending rounds the mirror's corners.
-            colour: Some((self.format, Some(wgpu::BlendState::ALPHA_BLENDING))),
+            colour: Some((self.format, None)),
             depth: None,
             cull: None,
             writes: wgpu::ColorWrites::ALL,
@@ -168,35 +182,62 @@ impl DevelopPass {
             cut_out: false,
             constants: &[],
         };
-        let picture = workshop.pipeline(&recipe)?;
-        recipe.constants = &[("MIRROR", 1.0)];
-        Ok(DevelopPipeline([picture, workshop.pipeline(&recipe)?]))
+        let mirror = Recipe {
+            constants: &[("MIRROR", 1.0)],
+            // Its corners are round.
+            colour: Some((self.format, Some(wgpu::BlendState::ALPHA_BLENDING))),
+            ..picture.clone()
+        };
+        let soften = Recipe { program: "soften", ..picture.clone() };
+        let smooth = Recipe { constants: &[("SMOOTH", 1.0)], ..picture.clone() };
+        let smooth_mirror = Recipe { constants: &[("MIRROR", 1.0), ("SMOOTH", 1.0)], ..mirror.clone() };
+        workshop.pipelines([picture, mirror, smooth, smooth_mirror, soften]).map(DevelopPipeline)
     }
 
-    /// Tells the pass that the pictures' textures are new.
+    /// Tells the pass that the pictures' textures are new, the main one of `size` pixels; with `soften`, edges of the main
+    /// picture are smoothed after it is developed, which is for one that is not filtered up: where it is, mixing light keeps
+    /// things in their places, mixing what the screen shows does not.
     pub fn fit(
         &mut self,
         device: &wgpu::Device,
-        main: &wgpu::TextureView,
-        mirror: &wgpu::TextureView,
-        halo: &wgpu::TextureView,
+        [main, mirror, halo]: [&wgpu::TextureView; 3],
+        size: [u32; 2],
+        soften: bool,
     ) {
-        for (sheet, light) in [(&mut self.main, main), (&mut self.mirror, mirror)] {
-            sheet.group = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+        let group = |uniform: &wgpu::Buffer, light: &wgpu::TextureView| {
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("develop"),
                 layout: &self.group_layout,
                 entries: &[
-                    wgpu::BindGroupEntry { binding: 0, resource: sheet.uniform.as_entire_binding() },
+                    wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
                     wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(light) },
                     wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&self.sampler) },
                     wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(halo) },
                 ],
-            }));
-        }
+            })
+        };
+        self.main.group = Some(group(&self.main.uniform, main));
+        self.mirror.group = Some(group(&self.mirror.uniform, mirror));
+        self.flat = soften.then(|| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("developed"),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: self.format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+            let sheet = sheet(device);
+            let group = Some(group(&sheet.uniform, &view));
+            Flat { view, size, sheet: Sheet { group, ..sheet } }
+        });
     }
 
     /// Develops the main picture (as the mirror `alone`, if it is one) onto all of the target, and the mirror's picture
-    /// into its frame. With `soften`, steps along edges are filtered.
+    /// into its frame. With `smooth`, steps along edges are filtered.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &self,
@@ -209,47 +250,70 @@ impl DevelopPass {
         exposure: f32,
         alone: Option<Glass>,
         inset: Option<Glass>,
-        soften: bool,
+        smooth: bool,
     ) {
-        let [width, height] = size.map(|side| side as f32);
+        let sheet_of = |size: [u32; 2]| {
+            let [width, height] = size.map(|side| side as f32);
+            Print { rect: [0.0, 0.0, width, height], canvas: [width, height], ..Default::default() }
+        };
+        let first = self.flat.as_ref().map_or(size, |flat| flat.size);
         let whole = Print {
-            rect: [0.0, 0.0, width, height],
-            canvas: [width, height],
             lens: alone.map_or([0.0; 4], |glass| glass.print()),
             flip: f32::from(u8::from(alone.is_some())),
             exposure,
             glow: GLOW * exposure,
-            soften: f32::from(u8::from(soften)),
-            ..Default::default()
+            soften: f32::from(u8::from(self.flat.is_some())),
+            ..sheet_of(first)
         };
+        let height = size[1] as f32;
         let framed = Print {
             rect: mirror_rect(size).map(|v| v as f32),
             flip: 1.0,
-            glow: 0.0,
+            exposure,
             lens: inset.map_or([0.0; 4], |glass| glass.print()),
             border: (height / 200.0).max(1.0),
             corner: height / 38.0,
-            ..whole
+            ..sheet_of(size)
         };
         queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
         queue.write_buffer(&self.mirror.uniform, 0, bytemuck::bytes_of(&framed));
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("develop"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            timestamp_writes: stamps,
-            ..Default::default()
-        });
-        let sheets = [Some((&self.main, alone.is_some())), inset.map(|_| (&self.mirror, true))];
-        for (sheet, mirror) in sheets.into_iter().flatten() {
-            pass.set_pipeline(&pipeline.0[usize::from(mirror)]);
-            pass.set_bind_group(0, sheet.group.as_ref(), &[]);
-            pass.draw(0..6, 0..1);
-        }
+        let here = if smooth { 2 } else { 0 };
+        let main = (&self.main, usize::from(alone.is_some()) + if self.flat.is_some() { 0 } else { here });
+        let onto_target = match &self.flat {
+            None => main,
+            Some(flat) => {
+                queue.write_buffer(&flat.sheet.uniform, 0, bytemuck::bytes_of(&sheet_of(size)));
+                lay(encoder, None, pipeline, &flat.view, [Some(main), None]);
+                (&flat.sheet, SOFTEN)
+            }
+        };
+        lay(encoder, stamps, pipeline, target, [Some(onto_target), inset.map(|_| (&self.mirror, 1 + here))]);
+    }
+}
+
+/// One pass that lays sheets onto a target, each with the pipeline of its number.
+fn lay(
+    encoder: &mut wgpu::CommandEncoder,
+    stamps: Option<wgpu::RenderPassTimestampWrites>,
+    pipeline: &DevelopPipeline,
+    target: &wgpu::TextureView,
+    sheets: [Option<(&Sheet, usize)>; 2],
+) {
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("develop"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: target,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        })],
+        timestamp_writes: stamps,
+        ..Default::default()
+    });
+    for (sheet, number) in sheets.into_iter().flatten() {
+        pass.set_pipeline(&pipeline.0[number]);
+        pass.set_bind_group(0, sheet.group.as_ref(), &[]);
+        pass.draw(0..6, 0..1);
     }
 }
 

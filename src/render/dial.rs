@@ -7,7 +7,7 @@ use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 
 use super::ui_pass::{Overlay, UiPass};
 use crate::hud::{Dial, Palette, lettering};
-use crate::scene::ViewKind;
+use crate::scene::{View, ViewKind};
 use brush::{Brush, black, opaque, shade};
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
@@ -47,6 +47,10 @@ pub struct DialPlace {
     pub margin_share: f32,
 }
 
+/// Place across the picture that a steering wheel straight ahead leaves free: with 63 degrees across, its rim ends at 0.70
+/// of a picture's width, and the dial begins at 0.72 of one of 16:9.
+const BESIDE_THE_WHEEL: f32 = 0.90;
+
 impl Default for DialPlace {
     /// A third of the picture: on a 55-inch television (0.69 m high) the number is 42 mm high, 1.2 degrees at 2 m.
     fn default() -> Self {
@@ -55,9 +59,16 @@ impl Default for DialPlace {
 }
 
 impl DialPlace {
-    /// In the middle, as HC22 has it; in the chase view at the right, where it hides neither ego nor leader.
-    pub fn of(kind: ViewKind) -> Self {
-        Self { across: if kind == ViewKind::Chase { 1.0 } else { 0.5 }, ..Self::default() }
+    /// In the middle, as HC22 has it; in the chase view at the right, where it hides neither ego nor leader, and so where
+    /// the driver sees a steering wheel, whose rim it would hide.
+    pub fn of(view: &View) -> Self {
+        let wheel = view.seat.is_some_and(|seat| seat.steering_wheel_rad.is_some());
+        let across = match view.kind {
+            ViewKind::Chase => 1.0,
+            _ if wheel => BESIDE_THE_WHEEL,
+            _ => 0.5,
+        };
+        Self { across, ..Self::default() }
     }
 
     /// The instrument's square in a picture of `size` pixels.

@@ -69,22 +69,21 @@ impl GlowPass {
     ///
     /// # Errors
     /// What is wrong with the shader.
-    pub fn pipelines(&self, workshop: &mut Workshop) -> Result<GlowPipelines, String> {
-        let mut step = |blur: f64| {
-            workshop.pipeline(&Recipe {
-                program: "glow",
-                layout: &self.layout,
-                buffers: &[],
-                colour: Some((HDR, None)),
-                depth: None,
-                cull: None,
-                writes: wgpu::ColorWrites::ALL,
-                samples: 1,
-                cut_out: false,
-                constants: &[("BLUR", blur)],
-            })
+    pub fn pipelines(&self, workshop: &Workshop) -> Result<GlowPipelines, String> {
+        let small = Recipe {
+            program: "glow",
+            layout: &self.layout,
+            buffers: &[],
+            colour: Some((HDR, None)),
+            depth: None,
+            cull: None,
+            writes: wgpu::ColorWrites::ALL,
+            samples: 1,
+            cut_out: false,
+            constants: &[],
         };
-        Ok(GlowPipelines([step(0.0)?, step(1.0)?]))
+        let blurred = Recipe { constants: &[("BLUR", 1.0)], ..small.clone() };
+        workshop.pipelines([small, blurred]).map(GlowPipelines)
     }
 
     /// Makes the textures fit a picture of `size` pixels.

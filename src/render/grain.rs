@@ -5,41 +5,32 @@
 //! Channels: r fine grit (each texel for itself), g soft clouds (five octaves), b thin cracks (dark lines on 1),
 //! a blades of grass from above, in tufts (drawn out, also bark).
 
+use super::painted::{Painted, byte};
 use crate::rng;
 use glam::Vec2;
+use rayon::prelude::*;
 
 /// Side of the picture, texels; a power of two.
 const SIZE: usize = 512;
 
-/// The grain as a texture view.
-pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
-    let levels = SIZE.ilog2() + 1;
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("grain"),
-        size: wgpu::Extent3d { width: SIZE as u32, height: SIZE as u32, depth_or_array_layers: 1 },
-        mip_level_count: levels,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
+/// The grain in all its sizes, as bytes.
+pub fn levels() -> Vec<Vec<u8>> {
     let mut texels = paint();
     let mut side = SIZE;
-    for level in 0..levels {
-        let bytes: Vec<u8> = texels.iter().flatten().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8).collect();
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo { mip_level: level, ..texture.as_image_copy() },
-            &bytes,
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side as u32 * 4), rows_per_image: None },
-            wgpu::Extent3d { width: side as u32, height: side as u32, depth_or_array_layers: 1 },
-        );
-        if side > 1 {
-            texels = halve(&texels, side);
-            side /= 2;
+    let mut levels = Vec::new();
+    loop {
+        levels.push(texels.iter().flatten().map(|v| byte(*v)).collect());
+        if side == 1 {
+            return levels;
         }
+        texels = halve(&texels, side);
+        side /= 2;
     }
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// Brings them to the device.
+pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, levels: &[Vec<u8>]) -> wgpu::TextureView {
+    Painted { label: "grain", side: SIZE, array: false, levels }.upload(device, queue)
 }
 
 /// The picture in full size.
@@ -49,10 +40,8 @@ fn paint() -> Vec<[f32; 4]> {
     let grit = white(SIZE * SIZE);
     let octaves: Vec<(usize, Vec<f32>)> = [7, 13, 27, 53, 107].map(|cells| (cells, white(cells * cells))).into();
     let ridges: Vec<(usize, Vec<f32>)> = [6, 13, 29].map(|cells| (cells, white(cells * cells))).into();
-    let blades = blades();
-    let mut texels = Vec::with_capacity(SIZE * SIZE);
-    for y in 0..SIZE {
-        for x in 0..SIZE {
+    let line = |y: usize| -> Vec<[f32; 3]> {
+        let texel = |x: usize| {
             let (u, v) = (x as f32 / SIZE as f32, y as f32 / SIZE as f32);
             let fbm = |layers: &[(usize, Vec<f32>)], gain: f32| {
                 let mut weight = 1.0;
@@ -66,10 +55,13 @@ fn paint() -> Vec<[f32; 4]> {
             };
             let clouds = 0.5 + (fbm(&octaves, 0.55) - 0.5) * 1.7;
             let ridge = (fbm(&ridges, 0.5) - 0.5).abs();
-            let crack = (ridge / 0.012).min(1.0);
-            texels.push([grit[y * SIZE + x], clouds, crack, blades[y * SIZE + x]]);
-        }
-    }
+            [grit[y * SIZE + x], clouds, (ridge / 0.012).min(1.0)]
+        };
+        (0..SIZE).map(texel).collect()
+    };
+    let (blades, lines): (Vec<f32>, Vec<[f32; 3]>) =
+        rayon::join(blades, || (0..SIZE).into_par_iter().flat_map_iter(line).collect());
+    let mut texels: Vec<[f32; 4]> = lines.iter().zip(blades).map(|([r, g, b], a)| [*r, *g, *b, a]).collect();
     // The clouds' few large cells do not average out: here they are made to.
     let mean = texels.iter().map(|t| t[1]).sum::<f32>() / texels.len() as f32;
     texels.iter_mut().for_each(|t| t[1] += 0.5 - mean);

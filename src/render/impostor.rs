@@ -6,9 +6,13 @@
 //! `kind * VIEWS + view`; a view's eye stands at the azimuth `view / SIDES` of a turn, the last one's above. The picture
 //! holds the tree's ball: its middle is the middle of the model's height, its half side [`Extent::half_m`].
 
-use super::leaves::{self, Layers};
+use super::{
+    leaves::{self, Layers},
+    painted::{Painted, byte},
+};
 use crate::scene::{Material, Mesh, Vertex};
 use glam::{Vec2, Vec3, vec2};
+use rayon::prelude::*;
 use std::f32::consts::TAU;
 
 /// Pictures around a tree.
@@ -40,56 +44,28 @@ impl Extent {
     }
 }
 
-/// The pictures of all `trees` as a texture view.
-pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, trees: &[Mesh]) -> wgpu::TextureView {
-    let pictures = pictures(trees);
-    let layers = 2 * pictures.len().max(1) as u32;
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("far trees"),
-        size: wgpu::Extent3d { width: SIZE as u32, height: SIZE as u32, depth_or_array_layers: layers },
-        mip_level_count: LEVELS,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    for level in 0..LEVELS as usize {
-        let side = (SIZE >> level) as u32;
-        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-        let mut bytes = Vec::new();
+/// The pictures of all `trees` as bytes by reduced size, in the layers told above.
+pub fn paint(trees: &[Mesh]) -> Vec<Vec<u8>> {
+    let layers = leaves::layers();
+    let views: Vec<(&Mesh, usize)> = trees.iter().flat_map(|mesh| (0..VIEWS).map(move |view| (mesh, view))).collect();
+    let pictures: Vec<Vec<Vec<Texel>>> =
+        views.into_par_iter().map(|(mesh, view)| reduced(picture(mesh, layers, view))).collect();
+    let level = |level: usize| {
+        let mut bytes = Vec::with_capacity(8 * pictures.len() * (SIZE >> level).pow(2));
         for picture in &pictures {
-            bytes.extend(picture[level].iter().flat_map(|t| [t[1].sqrt(), t[2].sqrt(), t[3].sqrt(), t[0]].map(byte)));
-            bytes.extend(
-                picture[level]
-                    .iter()
-                    .flat_map(|t| [0.5 + 0.5 * t[4], 0.5 + 0.5 * t[5], 0.5 + 0.5 * t[6], 1.0].map(byte)),
-            );
+            let texels = &picture[level];
+            bytes.extend(texels.iter().flat_map(|t| [t[1].sqrt(), t[2].sqrt(), t[3].sqrt(), t[0]].map(byte)));
+            let towards = |v: f32| 0.5 + 0.5 * v;
+            bytes.extend(texels.iter().flat_map(|t| [towards(t[4]), towards(t[5]), towards(t[6]), 1.0].map(byte)));
         }
-        if bytes.is_empty() {
-            continue;
-        }
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo { mip_level: level as u32, ..texture.as_image_copy() },
-            &bytes,
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 4), rows_per_image: Some(side) },
-            wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
-        );
-    }
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        ..Default::default()
-    })
+        bytes
+    };
+    (0..LEVELS as usize).map(level).collect()
 }
 
-/// Every picture in all its sizes, kinds one after the other; a thread for each kind.
-fn pictures(trees: &[Mesh]) -> Vec<Vec<Vec<Texel>>> {
-    let layers = leaves::layers();
-    std::thread::scope(|scope| {
-        let kind = |mesh| scope.spawn(move || (0..VIEWS).map(|view| reduced(picture(mesh, layers, view))).collect());
-        let kinds: Vec<std::thread::ScopedJoinHandle<Vec<Vec<Vec<Texel>>>>> = trees.iter().map(kind).collect();
-        kinds.into_iter().flat_map(|kind| kind.join().expect("painting does not panic")).collect()
-    })
+/// Brings them to the device.
+pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, levels: &[Vec<u8>]) -> wgpu::TextureView {
+    Painted { label: "far trees", side: SIZE, array: true, levels }.upload(device, queue)
 }
 
 /// Right, up and towards the eye of a view, tree's frame.

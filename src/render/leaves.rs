@@ -1,4 +1,4 @@
-//! What is cut out of leaf cards: sprays, boughs, blades, and bark, painted once from a fixed seed. In: nothing. Out: an
+//! What is cut out of leaf cards: sprays, boughs and bark, painted once from a fixed seed. In: nothing. Out: an
 //! array texture with all its reduced sizes, so that a fragment of a tree costs one sample; on software rendering a
 //! function that finds the leaves anew for every pixel took a third of the frame.
 //!
@@ -6,7 +6,10 @@
 //! Layers: the number of the cut times `VARIANTS` plus that of the variant (`scene/foliage.rs`), then bark. Reduced
 //! sizes keep the share of the card that is covered (after Castano 2010), or crowns would grow thin with distance.
 
-use super::grain::smooth;
+use super::{
+    grain::smooth,
+    painted::{Painted, byte, side_by_side},
+};
 use crate::rng::{self, Stream};
 use glam::{Vec2, vec2};
 use std::{f32::consts::TAU, sync::OnceLock};
@@ -16,7 +19,9 @@ const SIZE: usize = 128;
 /// Cards of one cut that differ, as in `scene/foliage.rs`.
 const VARIANTS: usize = 8;
 /// Cuts, as there.
-const CUTS: usize = 5;
+const CUTS: usize = 4;
+/// Number of the bark's layer.
+const BARK: usize = CUTS * VARIANTS;
 /// Width of the ramp at a leaf's edge in the full size, texels.
 const RAMP: f32 = 4.0;
 /// The last, 1 texel large, is of no use: the card's middle in one number.
@@ -27,7 +32,7 @@ pub type Texel = [f32; 4];
 /// Where nothing is.
 const EMPTY: Texel = [0.0, 0.5, 0.5, 0.5];
 
-/// One leaf, needle or blade.
+/// One leaf or needle.
 #[derive(Clone, Copy, Debug)]
 struct Blade {
     /// Where it begins, 0..1 on the card.
@@ -62,45 +67,21 @@ pub fn at(layers: &Layers, card: Vec2, place: Vec2) -> Texel {
 
 /// The leaves as a texture view.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
-    let layers = layers();
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("leaves"),
-        size: wgpu::Extent3d { width: SIZE as u32, height: SIZE as u32, depth_or_array_layers: layers.len() as u32 },
-        mip_level_count: LEVELS,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    for level in 0..LEVELS as usize {
-        let side = (SIZE >> level) as u32;
-        let texels = layers.iter().flat_map(|layer| &layer[level]).flatten();
-        let bytes: Vec<u8> = texels.map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8).collect();
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo { mip_level: level as u32, ..texture.as_image_copy() },
-            &bytes,
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 4), rows_per_image: Some(side) },
-            wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers.len() as u32 },
-        );
-    }
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        ..Default::default()
-    })
+    let level = |level: usize| layers().iter().flat_map(|layer| &layer[level]).flatten().map(|v| byte(*v)).collect();
+    let levels: Vec<Vec<u8>> = (0..LEVELS as usize).map(level).collect();
+    Painted { label: "leaves", side: SIZE, array: true, levels: &levels }.upload(device, queue)
 }
 
 /// All layers with their reduced sizes.
 fn all() -> Layers {
-    let mut layers = Vec::with_capacity(CUTS * VARIANTS + 1);
-    for cut in 0..CUTS {
-        for variant in 0..VARIANTS {
-            let mut random = rng::stream((cut * VARIANTS + variant) as u64, "render.leaves");
-            layers.push(reduced(paint(&blades_of(cut, &mut random))));
+    let layer = |number: usize| {
+        if number == BARK {
+            return reduced_bark(bark());
         }
-    }
-    layers.push(reduced_bark(bark()));
-    layers
+        let mut random = rng::stream(number as u64, "render.leaves");
+        reduced(paint(&blades_of(number / VARIANTS, &mut random)))
+    };
+    side_by_side(BARK + 1, layer)
 }
 
 fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
@@ -113,8 +94,7 @@ fn blades_of(cut: usize, random: &mut Stream) -> Vec<Blade> {
         0 => spray(random, 7.0),
         1 => spray(random, 12.0),
         2 => spray(random, 9.0),
-        3 => bough(random),
-        _ => grass(random),
+        _ => bough(random),
     }
 }
 
@@ -193,30 +173,6 @@ fn bough(random: &mut Stream) -> Vec<Blade> {
     }
     twig(random, vec2(0.5, 0.0), vec2(0.0, 0.93), 0.3);
     needles
-}
-
-/// Blades of grass that stand on v 0.
-fn grass(random: &mut Stream) -> Vec<Blade> {
-    let count = 26;
-    let blade = |k: usize, random: &mut Stream| {
-        let x = 0.08 + 0.84 * (k as f32 + draw(random, 0.0, 1.0)) / count as f32;
-        let height = draw(random, 0.45, 0.95) * (1.0 - 1.5 * (x - 0.5) * (x - 0.5));
-        let lean = draw(random, -0.20, 0.20) + 0.25 * (x - 0.5);
-        let tip = (x + lean * height).clamp(0.03, 0.97) - x;
-        Blade {
-            foot: vec2(x, -0.02),
-            along: vec2(tip, height),
-            half: draw(random, 0.012, 0.022),
-            widest: 0.05,
-            tone: draw(random, 0.34, 0.68),
-            lean: vec2(lean * 2.0, draw(random, -0.4, 0.4)),
-            fold: 0.2,
-        }
-    };
-    let mut blades: Vec<Blade> = (0..count).map(|k| blade(k, random)).collect();
-    // Those behind first.
-    blades.sort_by(|a, b| a.tone.total_cmp(&b.tone));
-    blades
 }
 
 /// Paints blades over one another.
@@ -373,7 +329,7 @@ mod tests {
 
     #[test]
     fn no_card_is_square_and_every_size_of_it_covers_the_same_share() {
-        for (number, levels) in all().iter().take(CUTS * VARIANTS).enumerate() {
+        for (number, levels) in all().iter().take(BARK).enumerate() {
             let share = covered(&levels[0], 1.0);
             assert!((0.18..0.72).contains(&share), "layer {number} covers {share}");
             for (level, texels) in levels.iter().enumerate() {
@@ -389,6 +345,16 @@ mod tests {
                 let most = most.map(|[x, y]| upper(x, y).max(upper(side - 1 - x, y))).fold(0.0, f32::max);
                 assert!(most < 0.5, "layer {number} at {side} texels: {most} in a corner");
             }
+        }
+    }
+
+    #[test]
+    fn the_shaders_take_bark_from_its_layer() {
+        for (shader, number) in [
+            (include_str!("../../shaders/leaf.wgsl"), format!("const BARK_LAYER = {BARK};")),
+            (include_str!("../../shaders/leaf_shadow.wgsl"), format!("const BARK_LAYER = {BARK};")),
+        ] {
+            assert!(shader.contains(&number), "{number}");
         }
     }
 

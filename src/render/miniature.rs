@@ -35,7 +35,7 @@ impl MiniaturePass {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let mut workshop = Workshop { device, sources: &Sources::built_in(), made: 0 };
+        let workshop = Workshop { device, sources: &Sources::built_in() };
         let pipeline = workshop
             .pipeline(&Recipe {
                 program: "miniature",

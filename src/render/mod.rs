@@ -20,6 +20,7 @@ pub mod lens;
 pub mod miniature;
 pub mod models;
 pub mod offscreen;
+mod painted;
 pub mod picture;
 pub mod pipeline;
 pub mod quality;
@@ -105,9 +106,9 @@ impl Renderer {
         let mut develop = DevelopPass::new(device, format);
         let mut glow = GlowPass::new(device);
         glow.fit(device, main.light(), [1, 1]);
-        develop.fit(device, main.light(), mirror.light(), glow.halo());
-        let mut workshop = Workshop { device, sources: &Sources::built_in(), made: 0 };
-        let pipelines = Pipelines::new(&mut workshop, &bindings, &shadow, &glow, &develop, &quality)
+        develop.fit(device, [main.light(), mirror.light(), glow.halo()], [1, 1], quality.msaa == 1);
+        let workshop = Workshop { device, sources: &Sources::built_in() };
+        let pipelines = Pipelines::new(&workshop, &bindings, &shadow, &glow, &develop, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
         let timing = Timing::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
@@ -123,9 +124,10 @@ impl Renderer {
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
         let drawn = self.quality.drawn_size(size);
+        let smooth = self.quality.msaa == 1;
         if main.fit(device, drawn) | mirror.fit(device, inset) {
             glow.fit(device, main.light(), drawn);
-            develop.fit(device, main.light(), mirror.light(), glow.halo());
+            develop.fit(device, [main.light(), mirror.light(), glow.halo()], drawn, smooth && drawn == size);
         }
 
         // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
@@ -165,10 +167,10 @@ impl Renderer {
             exposure,
             whole,
             framed,
-            self.quality.msaa == 1,
+            smooth,
         );
         if view.dial.is_some() || view.patch.is_some() {
-            dial.place = dial::DialPlace::of(view.kind);
+            dial.place = dial::DialPlace::of(view);
             dial.palette = view.palette;
             let overlay = Overlay { device, queue, encoder: e, view: target, size };
             dial.draw(overlay, view.dial.as_ref(), view.patch);
@@ -204,9 +206,8 @@ impl Renderer {
         let device = &self.scenery.device;
         // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let mut workshop = Workshop { device, sources: &sources, made: 0 };
-        let made =
-            Pipelines::new(&mut workshop, &self.bindings, &self.shadow, &self.glow, &self.develop, &self.quality);
+        let workshop = Workshop { device, sources: &sources };
+        let made = Pipelines::new(&workshop, &self.bindings, &self.shadow, &self.glow, &self.develop, &self.quality);
         let refused = pollster::block_on(scope.pop());
         let pipelines = made?;
         if let Some(error) = refused {
@@ -220,7 +221,7 @@ impl Renderer {
 
 impl Pipelines {
     fn new(
-        workshop: &mut Workshop,
+        workshop: &Workshop,
         bindings: &Bindings,
         shadow: &ShadowPass,
         glow: &GlowPass,

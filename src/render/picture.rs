@@ -14,9 +14,6 @@ use super::{
 use crate::scene::View;
 use glam::Vec3;
 
-/// Where corners are dear, trees get their coarser levels at a size larger by the inverse of this.
-const COARSER: f32 = 0.7;
-
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
 #[derive(Debug)]
@@ -63,7 +60,7 @@ pub struct PicturePass {
     label: &'static str,
     samples: u32,
     grass_m: f32,
-    /// Factor on the size by which a tree's level is chosen.
+    /// See [`Quality::detail`].
     detail: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
@@ -166,7 +163,7 @@ impl Bindings {
     ///
     /// # Errors
     /// What is wrong with a shader.
-    pub fn materials(&self, workshop: &mut Workshop, quality: &Quality) -> Result<Materials, String> {
+    pub fn materials(&self, workshop: &Workshop, quality: &Quality) -> Result<Materials, String> {
         let depth = |write, bias| wgpu::DepthStencilState {
             format: DEPTH,
             depth_write_enabled: Some(write),
@@ -177,6 +174,7 @@ impl Bindings {
         let mesh = mesh_buffers();
         // Programs without sunshine leave the constant alone.
         let soft = ("SOFT", f64::from(u8::from(quality.fine)));
+        let samples = ("SAMPLES", f64::from(quality.msaa));
         let solid = Recipe {
             program: "road",
             layout: &self.pipeline,
@@ -194,8 +192,7 @@ impl Bindings {
             program: "cover",
             writes: wgpu::ColorWrites::empty(),
             cull: None,
-            cut_out: quality.msaa > 1,
-            constants: &[("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 })],
+            constants: &[samples],
             ..solid.clone()
         };
         let covered = Recipe {
@@ -209,22 +206,22 @@ impl Bindings {
         let shade = wgpu::BlendState::ALPHA_BLENDING;
         let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
         let instances = [Some(instance_buffer())];
-        Ok(Materials {
-            car: workshop.pipeline(&Recipe { program: "car", ..solid.clone() })?,
-            glass: workshop.pipeline(&Recipe {
+        let made = workshop.pipelines([
+            Recipe { program: "car", ..solid.clone() },
+            Recipe {
                 program: "car",
                 colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
                 depth: Some(depth(false, Default::default())),
                 constants: &[soft, ("SEEN_THROUGH", 1.0)],
                 ..solid.clone()
-            })?,
-            road: workshop.pipeline(&solid)?,
-            land: workshop.pipeline(&Recipe { program: "land", ..solid.clone() })?,
-            cover: workshop.pipeline(&cover)?,
-            tree: workshop.pipeline(&Recipe { program: "tree", ..covered.clone() })?,
-            far_cover: workshop.pipeline(&Recipe { program: "far_cover", ..cover.clone() })?,
-            impostor: workshop.pipeline(&Recipe { program: "impostor", ..covered.clone() })?,
-            grass: workshop.pipeline(&Recipe {
+            },
+            Recipe { program: "road", ..solid.clone() },
+            Recipe { program: "land", ..solid.clone() },
+            cover.clone(),
+            Recipe { program: "tree", ..covered.clone() },
+            Recipe { program: "far_cover", ..cover },
+            Recipe { program: "impostor", constants: &[soft, samples], ..covered },
+            Recipe {
                 program: "grass",
                 cull: None,
                 cut_out: quality.msaa > 1,
@@ -234,8 +231,8 @@ impl Bindings {
                     ("REACH_M", f64::from(quality.grass_m)),
                 ],
                 ..solid.clone()
-            })?,
-            contact: workshop.pipeline(&Recipe {
+            },
+            Recipe {
                 program: "contact",
                 buffers: &instances,
                 colour: Some((HDR, Some(shade))),
@@ -243,8 +240,8 @@ impl Bindings {
                 cull: None,
                 constants: &[],
                 ..solid.clone()
-            })?,
-            root: workshop.pipeline(&Recipe {
+            },
+            Recipe {
                 program: "root",
                 buffers: &instances,
                 colour: Some((HDR, Some(shade))),
@@ -253,16 +250,18 @@ impl Bindings {
                 cull: None,
                 constants: &[],
                 ..solid.clone()
-            })?,
-            sky: workshop.pipeline(&Recipe {
+            },
+            Recipe {
                 program: "sky",
                 layout: &self.sky_pipeline,
                 buffers: &[],
                 depth: Some(depth(false, Default::default())),
                 cull: None,
                 ..solid
-            })?,
-        })
+            },
+        ])?;
+        let [car, glass, road, land, cover, tree, far_cover, impostor, grass, contact, root, sky] = made;
+        Ok(Materials { car, glass, road, land, contact, root, cover, tree, far_cover, impostor, grass, sky })
     }
 }
 
@@ -308,7 +307,7 @@ impl PicturePass {
             label,
             samples: quality.msaa,
             grass_m: quality.grass_m,
-            detail: if quality.fine { 1.0 } else { COARSER },
+            detail: quality.detail,
             group,
             clouds: air.clouds().clone(),
             frame,

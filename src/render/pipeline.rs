@@ -1,7 +1,8 @@
 //! Where pipelines are made: only when a renderer is made and when its shaders are reloaded, never while it draws. In: a
-//! [`Recipe`]. Out: a pipeline. The count lets a test hold the renderer to that.
+//! [`Recipe`]. Out: a pipeline.
 
 use super::shader::Sources;
+use rayon::prelude::*;
 
 /// Colour of the pictures before the tone curve.
 pub const HDR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -40,16 +41,27 @@ pub struct Workshop<'a> {
     pub device: &'a wgpu::Device,
     /// The shaders' text.
     pub sources: &'a Sources,
-    /// Pipelines made.
-    pub made: usize,
 }
 
 impl Workshop<'_> {
+    /// A pipeline for each recipe, in their order: side by side where no shader can be wrong. The scope in which a device
+    /// reports what it refuses is that of one thread.
+    ///
+    /// # Errors
+    /// What is wrong with a shader, with file and line.
+    pub fn pipelines<const N: usize>(&self, recipes: [Recipe; N]) -> Result<[wgpu::RenderPipeline; N], String> {
+        let made: Result<Vec<_>, _> = match self.sources.tested() {
+            true => recipes.par_iter().map(|recipe| self.pipeline(recipe)).collect(),
+            false => recipes.iter().map(|recipe| self.pipeline(recipe)).collect(),
+        };
+        made.map(|list| list.try_into().expect("one for each recipe"))
+    }
+
     /// A pipeline; entry points are `vertex` and `fragment`.
     ///
     /// # Errors
     /// What is wrong with the shader, with file and line.
-    pub fn pipeline(&mut self, recipe: &Recipe) -> Result<wgpu::RenderPipeline, String> {
+    pub fn pipeline(&self, recipe: &Recipe) -> Result<wgpu::RenderPipeline, String> {
         let module = self.sources.module(self.device, recipe.program)?;
         let options =
             wgpu::PipelineCompilationOptions { constants: recipe.constants, zero_initialize_workgroup_memory: false };
@@ -58,7 +70,6 @@ impl Workshop<'_> {
             .iter()
             .map(|&(format, blend)| Some(wgpu::ColorTargetState { format, blend, write_mask: recipe.writes }))
             .collect();
-        self.made += 1;
         Ok(self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(recipe.program),
             layout: Some(recipe.layout),

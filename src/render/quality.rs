@@ -23,10 +23,18 @@ pub struct Quality {
     /// Up to this distance tufts of grass are drawn, metres.
     #[serde(default = "grass_m")]
     pub grass_m: f32,
+    /// Factor on the size by which the levels of trees are chosen, up to 1: at 0.7, a level serves until it is 1.4 times as
+    /// large. Those of cars are the same everywhere.
+    #[serde(default = "detail")]
+    pub detail: f32,
 }
 
 fn fine() -> bool {
     true
+}
+
+fn detail() -> f32 {
+    Quality::MEDIUM.detail
 }
 
 fn grass_m() -> f32 {
@@ -42,7 +50,8 @@ impl Quality {
         most_pixels: 768 * 432,
         anisotropy: 1,
         fine: false,
-        grass_m: 16.0,
+        grass_m: 13.0,
+        detail: 0.7,
     };
     /// Smooth edges; the picture of `codrive render`.
     pub const MEDIUM: Self = Self {
@@ -53,11 +62,12 @@ impl Quality {
         anisotropy: 1,
         fine: true,
         grass_m: 30.0,
+        detail: 1.0,
     };
     /// Medium where the processor draws: edges are filtered when the picture is developed, and a picture of more than
     /// 1280x720 is drawn at that size.
     pub const MEDIUM_SOFTWARE: Self =
-        Self { msaa: 1, most_pixels: 1280 * 720, fine: false, grass_m: 24.0, ..Self::MEDIUM };
+        Self { msaa: 1, most_pixels: 1280 * 720, fine: false, grass_m: 24.0, detail: 0.7, ..Self::MEDIUM };
     /// For a GPU.
     pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }

@@ -1,6 +1,6 @@
 //! What all passes share: the device and what stands on the stage. In: a [`Stage`]. Out: handles, lent to each draw.
 
-use super::{crowd::Forest, gpu::Gpu, grain, impostor, leaves, models::Models};
+use super::{clouds, crowd::Forest, gpu::Gpu, grain, impostor, leaves, models::Models};
 use crate::scene::Stage;
 
 /// Device, meshes, trees and grain.
@@ -25,14 +25,19 @@ pub struct Scenery {
 impl Scenery {
     /// Uploads a stage.
     pub fn new(gpu: &Gpu, stage: &Stage) -> Self {
-        let models = Models::new(&gpu.device, &gpu.queue, stage);
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        // What is painted on the processor, side by side with the meshes' way to the device.
+        let ((grain, pictures), models) = rayon::join(
+            || rayon::join(grain::levels, || impostor::paint(&stage.trees)),
+            || rayon::join(|| Models::new(device, queue, stage), clouds::prepare).0,
+        );
         Self {
-            device: gpu.device.clone(),
-            queue: gpu.queue.clone(),
+            device: device.clone(),
+            queue: queue.clone(),
             forest: Forest::new(stage, &models),
-            grain: grain::upload(&gpu.device, &gpu.queue),
-            leaves: leaves::upload(&gpu.device, &gpu.queue),
-            far_trees: impostor::upload(&gpu.device, &gpu.queue, &stage.trees),
+            grain: grain::upload(device, queue, &grain),
+            leaves: leaves::upload(device, queue),
+            far_trees: impostor::upload(device, queue, &pictures),
             models,
         }
     }

@@ -9,7 +9,7 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 16] = [
+pub const PROGRAMS: [Program; 17] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -24,7 +24,8 @@ pub const PROGRAMS: [Program; 16] = [
     ("grass", &["common", "light", "corner", "grass"]),
     ("contact", &["common", "contact"]),
     ("glow", &["glow"]),
-    ("develop", &["develop"]),
+    ("develop", &["print", "edges", "develop"]),
+    ("soften", &["print", "edges", "soften"]),
     ("miniature", &["miniature"]),
 ];
 
@@ -34,7 +35,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 25] = built_in![
+const FILES: [(&str, &str); 28] = built_in![
     "common",
     "light",
     "corner",
@@ -58,7 +59,10 @@ const FILES: [(&str, &str); 25] = built_in![
     "grass",
     "contact",
     "glow",
+    "print",
+    "edges",
     "develop",
+    "soften",
     "miniature",
 ];
 
@@ -66,12 +70,14 @@ const FILES: [(&str, &str); 25] = built_in![
 #[derive(Clone, Debug)]
 pub struct Sources {
     files: Vec<(&'static str, String)>,
+    /// Built in: the tests below have checked every program.
+    tested: bool,
 }
 
 impl Sources {
     /// The files as they were when the program was built.
     pub fn built_in() -> Self {
-        Self { files: FILES.iter().map(|(name, text)| (*name, (*text).to_owned())).collect() }
+        Self { files: FILES.iter().map(|(name, text)| (*name, (*text).to_owned())).collect(), tested: true }
     }
 
     /// The files in `directory` as they are now.
@@ -86,7 +92,7 @@ impl Sources {
                 Err(e) => Err(format!("{}: {e}; start the program where the directory `shaders` is", path.display())),
             }
         };
-        Ok(Self { files: FILES.iter().map(|(name, _)| read(name)).collect::<Result<_, _>>()? })
+        Ok(Self { files: FILES.iter().map(|(name, _)| read(name)).collect::<Result<_, _>>()?, tested: false })
     }
 
     /// The glued text of a program.
@@ -139,12 +145,19 @@ impl Sources {
         Ok(module)
     }
 
-    /// Checks a program and hands it to the device.
+    /// True if no program can be wrong.
+    pub fn tested(&self) -> bool {
+        self.tested
+    }
+
+    /// Checks a program that may be wrong and hands it to the device.
     ///
     /// # Errors
     /// As [`Sources::parse`].
     pub fn module(&self, device: &wgpu::Device, program: &'static str) -> Result<wgpu::ShaderModule, String> {
-        self.parse(program)?;
+        if !self.tested {
+            self.parse(program)?;
+        }
         let source = wgpu::ShaderSource::Wgsl(self.text(program).into());
         Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(program), source }))
     }

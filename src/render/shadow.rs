@@ -175,7 +175,7 @@ impl ShadowPass {
     ///
     /// # Errors
     /// What is wrong with the shader.
-    pub fn pipeline(&self, workshop: &mut Workshop) -> Result<ShadowPipeline, String> {
+    pub fn pipeline(&self, workshop: &Workshop) -> Result<ShadowPipeline, String> {
         let recipe = Recipe {
             program: "shadow",
             layout: &self.layout,

@@ -7,6 +7,7 @@
 //! Lengths inside are kilometres; radiance is in units of about that of a white sheet in full daylight.
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
 /// Side of the sky's picture, texels; a power of two.
@@ -24,8 +25,9 @@ const RAYLEIGH: Vec3 = Vec3::new(5.802e-3, 13.558e-3, 33.1e-3);
 const RAYLEIGH_KM: f32 = 8.0;
 /// Absorption of ozone at 25 km, 1/km.
 const OZONE: Vec3 = Vec3::new(0.650e-3, 1.881e-3, 0.085e-3);
-/// Haze: colour of its extinction, share that it scatters, asymmetry (Henyey-Greenstein), scale height.
-const HAZE: Vec3 = Vec3::new(0.86, 1.0, 1.17);
+/// Haze: colour of its extinction (an Angstrom exponent of 0.25, that of coarse grains: finer ones would make the air
+/// around a low sun white, whose own light is yellow), share that it scatters, asymmetry (Henyey-Greenstein), scale height.
+const HAZE: Vec3 = Vec3::new(0.95, 1.0, 1.06);
 const HAZE_ALBEDO: f32 = 0.92;
 const HAZE_FORWARD: f32 = 0.76;
 const HAZE_KM: f32 = 1.2;
@@ -75,8 +77,9 @@ impl Sky {
         let sun = SUN * air.sun[0];
         const N: usize = 1000;
         let share = 4.0 / N as f32;
+        let directions: Vec<Vec3> = sphere(N).collect();
         let seen: Vec<(Vec3, Option<Vec3>)> =
-            sphere(N).map(|d| (d, (d.z > 0.0).then(|| air.radiance(d) * share))).collect();
+            directions.into_par_iter().map(|d| (d, (d.z > 0.0).then(|| air.radiance(d) * share))).collect();
         let from_sky: Vec3 = seen.iter().filter_map(|(d, light)| light.map(|light| light * d.z)).sum();
         let land = LAND * (sun * to_sun.z + from_sky);
         let mut harmonics = [Vec3::ZERO; 9];
@@ -98,7 +101,7 @@ impl Sky {
             extinction_per_m: air.extinction(0.0) / 1000.0,
             harmonics,
             // As eyes do, leave some of the evening's darkness.
-            exposure: 1.8 / daylight.powf(0.6),
+            exposure: 1.8 / daylight.sqrt(),
             air,
         }
     }
@@ -125,7 +128,7 @@ impl Sky {
             let level = (1.0 - up * up).max(0.0).sqrt();
             self.radiance((at.normalize_or_zero() * level).extend(up))
         };
-        (0..SIZE * SIZE).map(texel).collect()
+        (0..SIZE * SIZE).into_par_iter().map(texel).collect()
     }
 }
 

@@ -8,6 +8,7 @@ use super::shape::{self, CABIN_FRONT_M, Lines, STYLES};
 use super::skin::Skin;
 use super::{CarModel, Material, Mesh, fittings, panels};
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Distance between the axles, metres.
 pub const WHEELBASE_M: f32 = 2.8;
@@ -45,16 +46,20 @@ pub fn hubs() -> [Vec3; 4] {
 
 /// All body styles; the first is the ego's.
 pub fn models() -> Vec<CarModel> {
-    let model = |lines| {
-        let [near, mid, far] = [Level::Near, Level::Mid, Level::Far].map(|level| Parts::new(lines, level));
-        let glass = [&near, &mid].map(|parts| {
+    let parts: Vec<Parts> = (0..3 * STYLES.len())
+        .into_par_iter()
+        .map(|k| Parts::new(STYLES[k / 3], [Level::Near, Level::Mid, Level::Far][k % 3]))
+        .collect();
+    let model = |levels: &[Parts]| {
+        let [near, mid, far] = levels else { unreachable!("three levels a body") };
+        let glass = [near, mid].map(|parts| {
             let mut glass = parts.panes.mesh();
             glass.append(&parts.lenses.mesh());
             glass
         });
         CarModel { levels: [near.open(), mid.open(), far.whole()], glass }
     };
-    STYLES.iter().map(|lines| model(lines)).collect()
+    parts.chunks(3).map(model).collect()
 }
 
 /// 48 degrees: edges of fittings are sharp, round ones are not.
@@ -302,8 +307,8 @@ mod tests {
 
     #[test]
     fn two_levels_of_a_body_have_one_silhouette_where_they_change() {
-        // A car changes at 75 and at 26 pixels of radius (1.9 m; `render/crowd.rs`).
-        let pixels = [1.9 / 75.0, 1.9 / 26.0];
+        // A car changes at 85 and at 36 pixels of radius (1.9 m; `render/crowd.rs`).
+        let pixels = [1.9 / 85.0, 1.9 / 36.0];
         let bodies = bodies();
         for (style, levels) in bodies.chunks(3).enumerate() {
             for (change, pixel_m) in pixels.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Leaf cards: flat pieces that the tree shader cuts into leaves, needles or blades. In: where a card lies and how large
+//! Leaf cards: flat pieces that the tree shader cuts into leaves or needles. In: where a card lies and how large
 //! it is. Out: two triangles a card, lit as a part of its crown. Metres.
 //!
 //! The texture coordinates carry more than a place on the card: the whole part of half of `v` is the card's [`Cut`],
@@ -20,8 +20,6 @@ pub(super) enum Cut {
     Fine = 2,
     /// A conifer's bough: the stem runs along `v`, twigs and needles to either side.
     Bough = 3,
-    /// Blades of grass that stand on `v` 0.
-    Blades = 4,
 }
 
 /// How many cards of one cut differ.

@@ -34,10 +34,10 @@ fn across<const N: usize>(list: [(f32, f32); N]) -> Cell {
     Cell::seen_along(0, &points(list))
 }
 
-/// A gap between panels, 8 mm wide, from `a` to `b`.
+/// A gap between panels, 5 mm wide, from `a` to `b`: as wide as they are built; wider ones look like sticks from close by.
 fn gap(axis: usize, a: (f32, f32), b: (f32, f32)) -> Cell {
     let (a, b) = (Vec2::from(a), Vec2::from(b));
-    let aside = (b - a).perp().normalize() * 0.004;
+    let aside = (b - a).perp().normalize() * 0.0025;
     Cell::seen_along(axis, &[a - aside, b - aside, b + aside, a + aside])
 }
 
@@ -244,8 +244,9 @@ fn gaps(skin: &mut Skin, lines: &Lines) {
     draw(above((2.34, 0.560), (2.43, 0.42)));
     draw(above((2.43, 0.42), (2.445, -0.1)));
     let rear = |a, b| gap(0, a, b).within(Vec3::X, -2.2).facing(-Vec3::X, 0.2);
-    draw(rear((-0.1, 0.612), (0.53, 0.612)));
-    draw(rear((0.53, 0.612), (0.53, 0.95)));
+    // The lid's lower edge runs round into its sides.
+    let lid = [(-0.1, 0.612), (0.470, 0.612), (0.508, 0.622), (0.526, 0.650), (0.530, 0.690), (0.530, 0.95)];
+    lid.windows(2).for_each(|ends| draw(rear(ends[0], ends[1])));
     if seat > -2.0 {
         draw(above((-2.46, 0.53), (seat - 0.02, 0.64)));
     }

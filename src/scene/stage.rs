@@ -18,26 +18,43 @@ impl Stage {
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
         let near = Near::new(&map.route);
         let relief = land::Relief::new(&near, seed);
-        let trees = tree::models(seed, Detail::Near);
-        let tree_places = forest::plant(&near, &relief, &trees, seed, most_trees);
         let length_m = map.route.length_m();
         let n = (length_m / BEND_STEP_M).ceil().max(1.0);
         let bends = (0..n as usize).map(|k| map.route.curvature_at(k as f64 * length_m / n, 4.0) as f32).collect();
+        let grown = |detail| move || tree::models(seed, detail);
+        let woods = || {
+            let trees = tree::models(seed, Detail::Near);
+            let places = forest::plant(&near, &relief, &trees, seed, most_trees);
+            let distant = forest::horizon(&near, &relief, seed, most_trees - places.len());
+            (trees, forest::grounds(&places, &relief), places, distant)
+        };
+        // Every part stands for itself and has its own random numbers: made side by side, they are the same.
+        let vehicles = || rayon::join(car::models, || rayon::join(Cockpit::new, wheel::wheels));
+        let ground = || rayon::join(|| road::road(&map.route, &relief, seed), || land::land(&relief));
+        let growth = || {
+            rayon::join(
+                || rayon::join(woods, || verge::sow(&near, &relief, seed)),
+                || rayon::join(grown(Detail::Mid), grown(Detail::Shade)),
+            )
+        };
+        let (((woods, tuft_places), (trees_mid, trees_shade)), ((road, land), (cars, (cockpit, wheels)))) =
+            rayon::join(growth, || rayon::join(ground, vehicles));
+        let (trees, tree_grounds, tree_places, far_tree_places) = woods;
         Self {
-            road: road::road(&map.route, &relief, seed),
-            land: land::land(&relief),
+            road,
+            land,
             trees,
-            trees_mid: tree::models(seed, Detail::Mid),
-            trees_shade: tree::models(seed, Detail::Shade),
-            tree_grounds: forest::grounds(&tree_places, &relief),
-            far_tree_places: forest::horizon(&near, &relief, seed, most_trees - tree_places.len()),
+            trees_mid,
+            trees_shade,
+            tree_grounds,
+            far_tree_places,
             tree_places,
             tuft: verge::tuft(seed),
-            tuft_places: verge::sow(&near, &relief, seed),
+            tuft_places,
             posts: verge::posts(&map.route),
-            cars: car::models(),
-            cockpit: Cockpit::new(),
-            wheels: wheel::wheels(),
+            cars,
+            cockpit,
+            wheels,
             hubs: car::hubs(),
             centre: near.centre(),
             radius_m: near.radius_m(),

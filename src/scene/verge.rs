@@ -1,7 +1,7 @@
 //! What stands beside the road below the trees: tufts of grass, so that the meadow has depth where the eye is near, and
 //! reflector posts at true distances, a cue for speed. In: the road, the ground, a seed. Out: places and meshes, metres.
 
-use super::foliage::{Card, Cut, VARIANTS};
+use super::foliage::VARIANTS;
 use super::land::Relief;
 use super::mesh::{Finish, Soup};
 use super::near::Near;
@@ -41,21 +41,19 @@ pub(super) fn tuft(seed: u64) -> Mesh {
         let across = Vec2::from_angle(draw(0.0, TAU)) * draw(0.22, 0.36);
         let height = if stalks { draw(0.40, 0.58) } else { draw(0.16, 0.34) * (1.15 - out.length()) };
         let lean = Vec2::from_angle(draw(0.0, TAU)) * height * if stalks { 0.12 } else { 0.30 };
-        let card = Card {
-            at: out.extend(height / 2.0),
-            across: across.extend(0.0),
-            along: lean.extend(height / 2.0),
-            colour: shade(super::land::MEADOW, draw(0.88, 1.18)),
-            variant: if stalks { STALKS } else { draw(0.0, STALKS as f32) as usize % STALKS },
-            cut: Cut::Blades,
-        };
+        let along = lean.extend(height / 2.0);
+        let colour = shade(super::land::MEADOW, draw(0.88, 1.18));
+        let variant = if stalks { STALKS } else { draw(0.0, STALKS as f32) as usize % STALKS };
         let first = mesh.vertices.len() as u32;
         for place in [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y] {
-            let position = card.at + card.across * (2.0 * place.x - 1.0) + card.along * (2.0 * place.y - 1.0);
+            let middle = out.extend(height / 2.0);
+            let position = middle + (across * (2.0 * place.x - 1.0)).extend(0.0) + along * (2.0 * place.y - 1.0);
             // Dark at the foot, where blades shade each other; lit as the ground is.
-            let colour = shade(card.colour, 0.52 + 0.78 * place.y);
+            let colour = shade(colour, 0.52 + 0.78 * place.y);
             let normal = (Vec3::Z + (out * 0.5).extend(0.0)).normalize();
-            mesh.vertex(Vertex::new(position, normal, colour, card.uv(place), Material::Leaves));
+            // The card's variant beside its place, as in `foliage`.
+            let uv = place + 2.0 * variant as f32 * Vec2::X;
+            mesh.vertex(Vertex::new(position, normal, colour, uv, Material::Leaves));
         }
         mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|k| first + k));
     }

@@ -116,3 +116,22 @@ fn no_pixel_is_white_or_broken_wherever_the_eye_is() {
         assert!(white <= 12 && black == 0, "pose {k}: {white} white, {black} black pixels from {eye} to {way}");
     }
 }
+
+#[test]
+fn grass_bends_with_the_wind_that_is_set_and_stands_still_without() {
+    // How much of a picture of the verge, without a tree, changes in 0.7 s.
+    let moved = |wind_mps: f32| {
+        let picture = |time_s: f32| {
+            let options = ViewOptions { wind_mps, ..ViewOptions::default() };
+            let mut view = view(&snapshot(Vec::new()), ViewKind::Chase, &options);
+            view.cars.clear();
+            view.time_s = time_s;
+            draw(&view, false, [240, 135])
+        };
+        let (before, after) = (picture(5.0), picture(5.7));
+        before.pixels().zip(after.pixels()).map(|(a, b)| u32::from(difference(a, b))).sum::<u32>()
+    };
+    let [none, breeze, strong] = [0.0, 2.5, 8.0].map(moved);
+    assert_eq!(none, 0);
+    assert!(breeze > 1000 && strong > breeze + breeze / 4, "{breeze} in a breeze, {strong} in a strong wind");
+}

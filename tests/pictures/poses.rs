@@ -32,37 +32,44 @@ fn snapshot(map: &RoadMap) -> Snapshot {
 fn no_pixel_is_nan_or_white_in_500_random_poses_on_every_map() {
     let maps = map::list();
     assert!(maps.len() >= 3, "the maps of maps/");
-    for info in maps {
-        let map = RoadMap::load(&info.name).expect("a map that is shipped");
-        let stage = Stage::build(&map, 1);
-        let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality { shadow_size: 256, ..Quality::LOW });
-        let snapshot = snapshot(&map);
-        let mut random = rng::stream(1, "poses");
-        let mut draw = |low: f64, high: f64| random.uniform(low, high);
-        let mut options = ViewOptions::default();
-        for pose in 0..POSES {
-            // A new hour now and then: the sky is made anew for it.
-            if pose % 25 == 0 {
-                options = ViewOptions { visibility_m: draw(1e3, 1e5) as f32, ..ViewOptions::default() }
-                    .at_hour(draw(6.0, 18.0) as f32);
-            }
-            let mut view = scene::view(&snapshot, 1.0, ViewKind::Chase, &options, &stage);
-            // Near the road, from a hand above the ground to above the trees; level, down or up; wide or long.
-            let beside = DVec2::new(draw(-15.0, 15.0), draw(-15.0, 15.0));
-            let place = map.route.point_at(draw(0.0, map.route.length_m())) + beside;
-            let eye = place.as_vec2().extend((0.2 * 300f64.powf(draw(0.0, 1.0))) as f32);
-            let (yaw, up) = (draw(0.0, std::f64::consts::TAU) as f32, draw(-0.99, 0.6) as f32);
-            let level = (1.0 - up * up).sqrt();
-            let forward = Vec3::new(level * yaw.cos(), level * yaw.sin(), up);
-            view.camera =
-                Camera { eye, forward, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: draw(0.3, 1.8) as f32 } };
-            let light = render_to_light(gpu(), &mut renderer, &view, SIZE).unwrap_or_else(|e| panic!("{e}"));
-            let seen = || format!("{} pose {pose}: eye {eye}, forward {forward}", map.name);
-            assert!(light.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{}", seen());
-            assert!(light.iter().any(|p| p[0] > 0.0), "{}: black", seen());
-            // The sun and its glints may be white, a whole picture of them may not.
-            let white = light.iter().filter(|p| p[0].min(p[1]).min(p[2]) > 4.0).count();
-            assert!(white <= light.len() / 20, "{}: {white} white pixels", seen());
+    // A thread for each map: while one waits for its picture, another gathers what is in its own.
+    std::thread::scope(|scope| {
+        for info in &maps {
+            scope.spawn(|| look_around(&info.name));
         }
+    });
+}
+
+fn look_around(name: &str) {
+    let map = RoadMap::load(name).expect("a map that is shipped");
+    let stage = Stage::build(&map, 1);
+    let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality { shadow_size: 256, ..Quality::LOW });
+    let snapshot = snapshot(&map);
+    let mut random = rng::stream(1, "poses");
+    let mut draw = |low: f64, high: f64| random.uniform(low, high);
+    let mut options = ViewOptions::default();
+    for pose in 0..POSES {
+        // A new hour now and then: the sky is made anew for it.
+        if pose % 25 == 0 {
+            options = ViewOptions { visibility_m: draw(1e3, 1e5) as f32, ..ViewOptions::default() }
+                .at_hour(draw(6.0, 18.0) as f32);
+        }
+        let mut view = scene::view(&snapshot, 1.0, ViewKind::Chase, &options, &stage);
+        // Near the road, from a hand above the ground to above the trees; level, down or up; wide or long.
+        let beside = DVec2::new(draw(-15.0, 15.0), draw(-15.0, 15.0));
+        let place = map.route.point_at(draw(0.0, map.route.length_m())) + beside;
+        let eye = place.as_vec2().extend((0.2 * 300f64.powf(draw(0.0, 1.0))) as f32);
+        let (yaw, up) = (draw(0.0, std::f64::consts::TAU) as f32, draw(-0.99, 0.6) as f32);
+        let level = (1.0 - up * up).sqrt();
+        let forward = Vec3::new(level * yaw.cos(), level * yaw.sin(), up);
+        view.camera =
+            Camera { eye, forward, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: draw(0.3, 1.8) as f32 } };
+        let light = render_to_light(gpu(), &mut renderer, &view, SIZE).unwrap_or_else(|e| panic!("{e}"));
+        let seen = || format!("{} pose {pose}: eye {eye}, forward {forward}", map.name);
+        assert!(light.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{}", seen());
+        assert!(light.iter().any(|p| p[0] > 0.0), "{}: black", seen());
+        // The sun and its glints may be white, a whole picture of them may not.
+        let white = light.iter().filter(|p| p[0].min(p[1]).min(p[2]) > 4.0).count();
+        assert!(white <= light.len() / 20, "{}: {white} white pixels", seen());
     }
 }

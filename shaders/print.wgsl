@@ -1,0 +1,36 @@
+// A picture on a target: where it goes, what is read. Shared by `develop.wgsl` and `soften.wgsl`.
+
+struct Print {
+    // left, top, width, height in pixels
+    rect: vec4f,
+    canvas: vec2f,
+    flip: f32,
+    border: f32,
+    corner: f32,
+    exposure: f32,
+    soften: f32,
+    glow: f32,
+    // A mirror: tangents of half its angles, the eye's distance over the glass's radius, share of the picture that a flat
+    // glass would show.
+    lens: vec4f,
+}
+
+@group(0) @binding(0) var<uniform> print: Print;
+@group(0) @binding(1) var light: texture_2d<f32>;
+@group(0) @binding(2) var light_sampler: sampler;
+@group(0) @binding(3) var halo: texture_2d<f32>;
+
+struct Point {
+    @builtin(position) clip: vec4f,
+    // Pixels from the rectangle's upper left corner.
+    @location(0) at: vec2f,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Point {
+    let corners = array(vec2f(0.0, 0.0), vec2f(1.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 1.0));
+    // The frame lies outside of the rectangle.
+    let at = corners[index] * (print.rect.zw + 2.0 * print.border) - print.border;
+    let pixel = print.rect.xy + at;
+    return Point(vec4f(pixel / print.canvas * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at);
+}
