@@ -333,6 +333,7 @@ impl Lead {
             title: "Co-operative congestion mitigation",
             code: "P03",
             items: &self.items,
+            to_come_s: 905.0,
             sees: "drive trial-1-narrow",
             left_s: Some(191.4),
             phase: self.phase,
@@ -418,6 +419,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
     type_in(&mut harness, "too fast");
     assert_eq!(press(&mut harness, "Break it off"), [VisitCommand::Abort("too fast".into())]);
     harness.get_by_label("3:12");
+    harness.get_by_label("Plan: 3 of 5 are behind; about 16 min to come");
     for (name, word) in [("welcome", "done"), ("trial-1-narrow", "now"), ("ssq-before", "skipped")] {
         let line = harness.get_by_label(name).rect().center().y;
         assert!(harness.get_all_by_label(word).any(|node| (node.rect().center().y - line).abs() < 4.0), "{name}");

@@ -16,6 +16,8 @@ pub struct VisitState<'a> {
     pub code: &'a str,
     /// The plan with what has become of it.
     pub items: &'a [VisitItem],
+    /// How long what is not yet settled is reckoned to last, seconds.
+    pub to_come_s: f64,
     /// What the participant sees now, in words.
     pub sees: &'a str,
     /// Seconds that are left of it, where it ends by itself.
@@ -186,7 +188,7 @@ impl VisitPanel {
             notice(ui, work, theme::ACCENT);
         }
         ui.separator();
-        list(ui, state.items);
+        list(ui, state);
         commands
     }
 
@@ -372,9 +374,13 @@ fn pressed(ui: &mut Ui, word: &str, key: Key, tip: &str, can: bool, fill: Option
 }
 
 /// The plan, a line a point.
-fn list(ui: &mut Ui, items: &[VisitItem]) {
+fn list(ui: &mut Ui, state: &VisitState<'_>) {
+    let items = state.items;
     let behind = items.iter().filter(|item| matches!(item.state, ItemState::Done | ItemState::Skipped)).count();
-    ui.label(RichText::new(format!("Plan: {behind} of {} are behind", items.len())).color(theme::DIM));
+    let minutes = (state.to_come_s / 60.0).ceil();
+    let to_come = if minutes > 0.0 { format!("; about {minutes} min to come") } else { String::new() };
+    let text = format!("Plan: {behind} of {} are behind{to_come}", items.len());
+    ui.label(RichText::new(text).color(theme::DIM));
     ScrollArea::vertical().id_salt("plan").auto_shrink([false, true]).show(ui, |ui| {
         Grid::new("plan").num_columns(4).spacing([12.0, 3.0]).striped(true).show(ui, |ui| {
             for item in items {

@@ -158,7 +158,8 @@ impl Plan {
 }
 
 impl Item {
-    fn seconds(&self) -> f64 {
+    /// How long it is reckoned to last, seconds.
+    pub fn seconds(&self) -> f64 {
         match self {
             Self::Text(_) => PAGE_S,
             Self::Questions(_) => QUESTIONS_S,

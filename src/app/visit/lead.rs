@@ -102,6 +102,7 @@ impl Lead {
             title: visit.title(),
             code: visit.session().log().participant.as_str(),
             items: &items,
+            to_come_s: visit.to_come_s(),
             sees: &sees,
             left_s: visit.left_s(now),
             phase: visit.phase(now),

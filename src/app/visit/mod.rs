@@ -385,6 +385,12 @@ impl Visit {
         [items.iter().filter(|planned| self.session.log().settled(&planned.name)).count(), items.len()]
     }
 
+    /// How long what is not yet settled is reckoned to last, seconds; nothing comes after the end.
+    pub fn to_come_s(&self) -> f64 {
+        let left = self.session.plan().items.iter().filter(|p| !self.is_over() && !self.session.log().settled(&p.name));
+        left.map(|planned| planned.item.seconds()).sum()
+    }
+
     /// The plan with what has become of it.
     pub fn items(&self) -> Vec<VisitItem> {
         let log = self.session.log();
