@@ -47,7 +47,7 @@ pub struct ExperimenterWindow {
     last: Option<Instant>,
     /// What the last picture took of the loop.
     took: Duration,
-    /// True if a key or a button was pressed since.
+    /// True if a key or a button was pressed since, or the picture has to change once more.
     asked: bool,
     by_software: bool,
     picture: Option<(wgpu::TextureView, TextureId)>,
@@ -148,11 +148,15 @@ impl ExperimenterWindow {
     pub fn draw(&mut self, gpu: &Gpu, show: impl FnMut(&mut Ui)) {
         let begin = now();
         self.last = Some(begin);
-        self.asked = false;
         let output = self.ears.run(&self.window, show);
+        // What has just got the keyboard is drawn so in the next pass, and egui asks for it.
+        let root = output.viewport_output.get(&egui::ViewportId::ROOT);
+        self.asked = root.is_some_and(|root| root.repaint_delay.is_zero());
         let laid_out = now();
         let zoom = self.ears.ctx.zoom_factor();
-        self.ears.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
+        if !(ZOOM[0]..=ZOOM[1]).contains(&zoom) {
+            self.ears.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
+        }
         let Gpu { device, queue, .. } = gpu;
         let Some(texture) = self.surface.next(gpu) else {
             self.pass.keep_textures(device, queue, output);
