@@ -212,7 +212,8 @@ impl Steering {
 impl Pedal {
     /// Way of the pedal for a raw value, 0 released to 1 at the floor.
     pub fn way(&self, raw: i32) -> f64 {
-        share(raw, self.released, self.pressed).clamp(0.0, 1.0)
+        // Without the sign that a zero has where the axis falls: it would be shown.
+        share(raw, self.released, self.pressed).clamp(0.0, 1.0) + 0.0
     }
 
     /// Its effect, 0 to 1: exactly 0 at rest and exactly 1 at the floor.
