@@ -140,7 +140,7 @@ mod tests {
         let read = |text: &str| changes(&[text.to_owned()]);
         assert_eq!(words(&read("none").unwrap()), "policy=none, driver=idm");
         assert_eq!(words(&read("hold=5").unwrap()), "hold_s=5");
-        assert_eq!(words(&read("idm.t=1.5").unwrap()), "idm.t=1.5");
+        assert_eq!(words(&read("idm.T=1.5").unwrap()), "idm.T=1.5");
         assert!(read("perfect").unwrap_err().contains("SETTING=VALUE"));
         assert!(read("polcy=none").unwrap_err().contains("no setting polcy"));
         let why = read("vehicles=many").unwrap_err();
