@@ -43,16 +43,10 @@ fn bench(wheel: Option<Wheel>) -> Bench {
 }
 
 fn harness(bench: Bench) -> Harness<'static, Bench> {
-    let mut harness =
-        Harness::builder().with_size(egui::vec2(760.0, 560.0)).with_context_setup(theme::apply).wgpu().build_ui_state(
-            |ui, bench: &mut Bench| {
-                let asked = bench.page.show(ui, bench.wheel.as_ref(), bench.said.as_deref());
-                bench.commands.extend(asked);
-            },
-            bench,
-        );
-    harness.run();
-    harness
+    crate::harness(bench, [760.0, 560.0], 1.0, |ui, bench| {
+        let asked = bench.page.show(ui, bench.wheel.as_ref(), bench.said.as_deref());
+        bench.commands.extend(asked);
+    })
 }
 
 fn press(harness: &mut Harness<'static, Bench>, button: &str) -> Vec<CalibrationCommand> {

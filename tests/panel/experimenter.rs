@@ -171,14 +171,7 @@ impl Bench {
 }
 
 fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> {
-    let mut harness = Harness::builder()
-        .with_size(egui::Vec2::from(size))
-        .with_pixels_per_point(scale)
-        .with_context_setup(theme::apply)
-        .wgpu()
-        .build_ui_state(|ui, bench: &mut Bench| bench.show(ui), bench);
-    harness.run();
-    harness
+    crate::harness(bench, size, scale, |ui, bench| bench.show(ui))
 }
 
 /// As high as the settings.

@@ -2,8 +2,7 @@
 //! the middle of the first trial the program is killed, and the same command goes on there. What is typed in the
 //! participant's window gives no command of the experimenter's.
 
-mod xserver;
-
+use crate::xserver::{Server, wait_for};
 use codrive::{
     record::{Reader, Table},
     study::{
@@ -18,7 +17,6 @@ use std::{
     thread::sleep,
     time::Duration,
 };
-use xserver::{Server, wait_for};
 
 /// X key codes of a PC keyboard: evdev's plus 8.
 const ENTER: u8 = 36;
@@ -123,7 +121,7 @@ fn ended(program: Child) -> (Option<i32>, String) {
 
 #[test]
 fn a_whole_visit_by_keys_is_killed_in_a_trial_and_goes_on_there() {
-    let (server, place) = (Server::start("1300x820"), Place::new());
+    let (server, place) = (Server::start([1300, 820]), Place::new());
     let mut program = place.start(&server);
     let participant = server.window("codrive: Short");
     server.window("Experimenter: P03");

@@ -1,10 +1,5 @@
 //! The experimenter's panel as a person uses it: by the names on it.
 
-#[path = "panel/wheel.rs"]
-mod wheel;
-
-use std::time::Duration;
-
 use codrive::{
     panel::{Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, theme},
     policy::{Action, Advice},
@@ -14,6 +9,7 @@ use codrive::{
 };
 use egui::accesskit::Role;
 use egui_kittest::{Harness, kittest::Queryable};
+use std::time::Duration;
 
 const KEYS: [(&str, &str); 4] =
     [("Space", "start, pause"), ("F1", "this list"), ("Up, W", "accelerate"), ("Down, S", "brake")];
@@ -89,14 +85,7 @@ impl Bench {
 }
 
 fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> {
-    let mut harness = Harness::builder()
-        .with_size(egui::Vec2::from(size))
-        .with_pixels_per_point(scale)
-        .with_context_setup(theme::apply)
-        .wgpu()
-        .build_ui_state(|ui, bench: &mut Bench| bench.show(ui), bench);
-    harness.run();
-    harness
+    crate::harness(bench, size, scale, |ui, bench| bench.show(ui))
 }
 
 /// High enough for the whole panel, so that no test has to scroll.

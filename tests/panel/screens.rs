@@ -97,14 +97,7 @@ impl Desk {
 }
 
 fn harness(desk: Desk, size: [f32; 2], scale: f32) -> Harness<'static, Desk> {
-    let mut harness = Harness::builder()
-        .with_size(egui::Vec2::from(size))
-        .with_pixels_per_point(scale)
-        .with_context_setup(theme::apply)
-        .wgpu()
-        .build_ui_state(|ui, desk: &mut Desk| desk.show(ui), desk);
-    harness.run();
-    harness
+    crate::harness(desk, size, scale, |ui, desk| desk.show(ui))
 }
 
 fn tall(desk: Desk) -> Harness<'static, Desk> {

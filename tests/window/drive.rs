@@ -1,25 +1,13 @@
-//! Real windows on a real X server (Xvfb): a key pressed through X moves the car, the screen shows a picture, closing a
+//! Drives and replays in their windows: a key pressed through X moves the car, the screen shows a picture, closing a
 //! window and Ctrl-C end the program with 0; what is typed in the experimenter's window does not drive.
 
+use crate::xserver::{Server, wait_for};
 use codrive::record::{Reader, Table};
-
 use std::{
-    collections::BTreeSet,
-    io::{BufRead, BufReader, Read},
+    io::Read,
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
-};
-use x11rb::{
-    connection::Connection,
-    protocol::{
-        xproto::{
-            AtomEnum, ClientMessageEvent, ConnectionExt as _, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT,
-            KEY_RELEASE_EVENT, Window,
-        },
-        xtest::ConnectionExt as _,
-    },
-    rust_connection::RustConnection,
 };
 
 /// X key codes of a PC keyboard: evdev's plus 8.
@@ -28,94 +16,9 @@ const KEY_V: u8 = 55;
 const KEY_F4: u8 = 70;
 const KEY_SPACE: u8 = 65;
 
-/// Waits for `what` to become something, looking 20 times a second for up to 60 s: a slow machine is no failure.
-fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    for _ in 0..1200 {
-        if let Some(found) = look() {
-            return found;
-        }
-        sleep(Duration::from_millis(50));
-    }
-    panic!("{what} did not come within 60 s");
-}
-
-/// An X server of our own; ends with the test.
-struct Server {
-    process: Child,
-    display: String,
-    connection: RustConnection,
-    root: Window,
-}
-
-impl Server {
-    fn start() -> Self {
-        let mut process = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "640x400x24", "-nolisten", "tcp"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb is needed: scripts/setup --test installs it");
-        let mut line = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let display = format!(":{}", line.trim());
-        let (connection, screen) = wait_for("the X server", || RustConnection::connect(Some(&display)).ok());
-        let root = connection.setup().roots[screen].root;
-        Self { process, display, connection, root }
-    }
-
-    /// The window of this title once it is on the screen; it gets the keyboard.
-    fn window(&self, title: &str) -> Window {
-        let window = wait_for("the window", || {
-            let children = self.connection.query_tree(self.root).ok()?.reply().ok()?.children;
-            children.into_iter().find(|window| {
-                let name = self.connection.get_property(false, *window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 100);
-                name.ok().and_then(|n| n.reply().ok()).is_some_and(|n| n.value.starts_with(title.as_bytes()))
-            })
-        });
-        wait_for("the keyboard's focus", || {
-            self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).ok()?.check().ok()
-        });
-        window
-    }
-
-    /// Presses or releases a key, as a keyboard would.
-    fn key(&self, code: u8, down: bool) {
-        let kind = if down { KEY_PRESS_EVENT } else { KEY_RELEASE_EVENT };
-        self.connection.xtest_fake_input(kind, code, x11rb::CURRENT_TIME, self.root, 0, 0, 0).unwrap().check().unwrap();
-    }
-
-    /// Pixels of the screen, four bytes each.
-    fn screen(&self) -> Vec<u8> {
-        let image = self.connection.get_image(ImageFormat::Z_PIXMAP, self.root, 0, 0, 640, 400, !0).unwrap();
-        image.reply().unwrap().data
-    }
-
-    /// How many colours are on the screen.
-    fn colours(&self) -> usize {
-        self.screen().chunks(4).map(<[u8]>::to_vec).collect::<BTreeSet<_>>().len()
-    }
-
-    /// How many colours are in the upper left corner of a window; none while it is not to be seen.
-    fn colours_of(&self, window: Window) -> usize {
-        let image = self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, 600, 380, !0).unwrap().reply();
-        image.map_or(0, |image| image.data.chunks(4).map(<[u8]>::to_vec).collect::<BTreeSet<_>>().len())
-    }
-
-    /// What a window manager does when someone clicks the cross.
-    fn close(&self, window: Window) {
-        let atom = |name: &str| self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
-        let data = [atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
-        let event = ClientMessageEvent::new(32, window, atom("WM_PROTOCOLS"), data);
-        self.connection.send_event(false, window, EventMask::NO_EVENT, event).unwrap().check().unwrap();
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
+/// The screen that all of these have.
+const SIZE: [u16; 2] = [640, 400];
+const PIXELS: usize = 640 * 400;
 
 /// The program in a window on `server`.
 fn drive(server: &Server, more: &[&str]) -> Child {
@@ -128,6 +31,13 @@ fn drive(server: &Server, more: &[&str]) -> Child {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap()
+}
+
+/// The window of this title; it gets the keyboard.
+fn focused(server: &Server, title: &str) -> u32 {
+    let window = server.window(title);
+    server.focus(window);
+    window
 }
 
 /// Exit code and what was printed.
@@ -147,9 +57,9 @@ fn ego_speed_mps(text: &str) -> f64 {
 
 #[test]
 fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() {
-    let server = Server::start();
+    let server = Server::start(SIZE);
     let program = drive(&server, &[]);
-    let window = server.window("codrive");
+    let window = focused(&server, "codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     let standing = server.screen();
     server.key(KEY_W, true);
@@ -158,7 +68,7 @@ fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() 
     let moved = wait_for("a moved picture", || {
         let now = server.screen();
         let differ = now.chunks(4).zip(standing.chunks(4)).filter(|(a, b)| a != b).count();
-        (differ > 640 * 400 / 4).then_some(differ)
+        (differ > PIXELS / 4).then_some(differ)
     });
     assert!(moved > 0);
     server.key(KEY_V, true);
@@ -172,7 +82,7 @@ fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() 
 
 #[test]
 fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
-    let server = Server::start();
+    let server = Server::start(SIZE);
     let program = drive(&server, &["--traffic", "native"]);
     server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
@@ -187,12 +97,12 @@ fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
 
 #[test]
 fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_with_0() {
-    let server = Server::start();
+    let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
     let program = drive(&server, &["--traffic", "native", "--experimenter", "--out", out.to_str().unwrap()]);
     server.window("codrive");
-    let experimenter = server.window("Experimenter");
+    let experimenter = focused(&server, "Experimenter");
     wait_for("lamps, plots, settings", || (server.colours_of(experimenter) > 100).then_some(()));
     for key in [KEY_W, KEY_F4] {
         server.key(key, true);
@@ -211,10 +121,10 @@ fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_wi
 
 #[test]
 fn the_driver_drives_beside_the_experimenter_and_closing_the_picture_ends_with_0() {
-    let server = Server::start();
+    let server = Server::start(SIZE);
     let program = drive(&server, &["--traffic", "native", "--experimenter"]);
     server.window("Experimenter");
-    let window = server.window("codrive");
+    let window = focused(&server, "codrive");
     // The processor draws both windows, beside other tests: a second of the drive takes many.
     server.key(KEY_W, true);
     sleep(Duration::from_secs(8));
@@ -227,7 +137,7 @@ fn the_driver_drives_beside_the_experimenter_and_closing_the_picture_ends_with_0
 
 #[test]
 fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
-    let server = Server::start();
+    let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("drive");
     let drive = drive.to_str().unwrap();
@@ -242,7 +152,7 @@ fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let window = server.window("codrive replay");
+    let window = focused(&server, "codrive replay");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     // Space holds it or, if it is over already, plays it again; V shows it from behind.
     let before = server.screen();
@@ -252,7 +162,7 @@ fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
     }
     wait_for("another view", || {
         let now = server.screen();
-        (now.chunks(4).zip(before.chunks(4)).filter(|(a, b)| a != b).count() > 640 * 400 / 4).then_some(())
+        (now.chunks(4).zip(before.chunks(4)).filter(|(a, b)| a != b).count() > PIXELS / 4).then_some(())
     });
     sleep(Duration::from_secs(1));
     server.close(window);

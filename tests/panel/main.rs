@@ -1,0 +1,27 @@
+//! What egui draws, as people use it: by the names on it, with the mouse and by keyboard, at every scale.
+
+mod drive;
+mod experimenter;
+mod screens;
+mod wheel;
+
+use codrive::panel::theme;
+use egui::Ui;
+use egui_kittest::Harness;
+
+/// What `show` draws of `state` at this size in points and scale.
+fn harness<State: 'static>(
+    state: State,
+    size: [f32; 2],
+    scale: f32,
+    show: fn(&mut Ui, &mut State),
+) -> Harness<'static, State> {
+    let mut harness = Harness::builder()
+        .with_size(egui::Vec2::from(size))
+        .with_pixels_per_point(scale)
+        .with_context_setup(theme::apply)
+        .wgpu()
+        .build_ui_state(show, state);
+    harness.run();
+    harness
+}

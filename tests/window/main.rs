@@ -1,0 +1,5 @@
+//! The program in real windows on a real X server (Xvfb).
+
+mod drive;
+mod visit;
+mod xserver;
