@@ -334,6 +334,30 @@ fn a_visit_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
 }
 
 #[test]
+fn a_clock_that_is_set_back_changes_no_order_and_stays_in_the_stamps() {
+    let (_folder, _, out) = place();
+    let study = study();
+    let data = DataSet::open(&out, &study).unwrap();
+    let code = Code::new("P03").unwrap();
+    let mut session = Session::open(&data, &study, &code, Who::Person, 0, "2026-03-29T10:00:00Z").unwrap();
+    session.begin("2026-03-29T10:00:01Z").unwrap();
+    session.end(Outcome::Done, "", "2026-03-29T09:00:30Z").unwrap();
+    session.begin("2026-03-29T09:00:31Z").unwrap();
+    drop(session);
+    // Cut, and opened at a time before all of it.
+    let mut session = Session::open(&data, &study, &code, Who::Person, 0, "2025-01-01T00:00:00Z").unwrap();
+    let passages = &session.log().passages;
+    assert_eq!(passages.iter().map(|p| p.outcome).collect::<Vec<_>>(), [Outcome::Done, Outcome::Cut]);
+    assert!(passages[0].began > passages[0].ended && passages[1].ended.starts_with("2025"));
+    let cut = passages[1].item.clone();
+    assert_eq!(session.next().unwrap().1.name, cut, "what was done is not done again, what was cut is");
+    session.stop("test", "2025-01-01T00:00:01Z").unwrap();
+    drop(session);
+    data.publish(&study, &code).unwrap();
+    assert_eq!(table(&out.join("participants.tsv"))[0]["state"], "stopped");
+}
+
+#[test]
 fn folders_that_are_something_else_are_refused_and_left_alone() {
     let (folder, file, out) = place();
     let (code, text) = rehearse(&file, folder.path(), "1");
