@@ -12,9 +12,6 @@ use std::{
 const TRIAL_BYTES: usize = 16 << 20;
 /// A recording takes less than 0.2 MB/s; a disk below this many MB/s has other troubles.
 const SLOW_MBPS: f64 = 10.0;
-/// Free space, GB: a session of an hour takes less than 1 GB.
-const LITTLE_GB: f64 = 5.0;
-const TOO_LITTLE_GB: f64 = 1.0;
 
 pub(super) fn examine(recordings: &Path) -> Vec<Line> {
     vec![sound(), disk_speed(recordings), disk_space(free_gb(recordings)), clock(), power()]
@@ -63,8 +60,8 @@ fn disk_space(free_gb: Option<f64>) -> Line {
     let remedy = "make room, or record on another disk: --out DIR";
     match free_gb {
         None => Line::warning("disk space", "unknown", "see that 5 GB are free"),
-        Some(gb) if gb < TOO_LITTLE_GB => Line::fault("disk space", format!("{gb:.1} GB free"), remedy),
-        Some(gb) if gb < LITTLE_GB => Line::warning("disk space", format!("{gb:.1} GB free"), remedy),
+        Some(gb) if gb < record::TOO_LITTLE_GB => Line::fault("disk space", format!("{gb:.1} GB free"), remedy),
+        Some(gb) if gb < record::LITTLE_GB => Line::warning("disk space", format!("{gb:.1} GB free"), remedy),
         Some(gb) => Line::ok("disk space", format!("{gb:.0} GB free")),
     }
 }

@@ -19,6 +19,11 @@ pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
     builder.create(path).map_err(RecordError::file(path))
 }
 
+/// Room on the disk, GB, below which there is little, and too little: a session of an hour takes less than 1 GB.
+pub const LITTLE_GB: f64 = 5.0;
+/// See [`LITTLE_GB`].
+pub const TOO_LITTLE_GB: f64 = 1.0;
+
 /// Room on the disk of `folder` for this user, bytes; `None` where the system does not tell.
 #[cfg(target_os = "linux")]
 pub fn free_bytes(folder: &Path) -> Option<u64> {

@@ -18,7 +18,7 @@ pub mod recover;
 pub mod table;
 pub mod tables;
 
-pub use files::{free_bytes, new_private_dir, replace, write_new};
+pub use files::{LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, replace, write_new};
 pub use manifest::Manifest;
 pub use recorder::{Gauge, Recorder, Table};
 pub use recover::{Recovered, recover};

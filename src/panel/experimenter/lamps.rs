@@ -1,7 +1,7 @@
 //! Is all well? In: measured facts ([`Health`]). Out: lamps, green, amber or red, each with words and, where it is not
 //! green, what to do. The limits stand here.
 
-use crate::panel::theme;
+use crate::{panel::theme, record};
 use egui::{Color32, RichText, Sense, Ui, vec2};
 
 /// What is measured while a drive runs.
@@ -167,11 +167,16 @@ fn recorder(health: &Health) -> Lamp {
 }
 
 fn disk(health: &Health) -> Lamp {
-    let tip = "Room where the recording lies. A visit takes a few dozen megabytes. Good: over 2 GB; bad: under 0.2 GB";
+    let tip = "Room where the recording lies. A visit takes a few dozen megabytes. Good: over 5 GB; bad: under 1 GB";
     let name = "Disk";
     match health.recording.and_then(|recording| recording.free_gb) {
         None => Lamp { name, light: Light::Off, words: "not asked".into(), tip },
-        Some(gb) => Lamp { name, light: Light::of(-gb, [-2.0, -0.2]), words: format!("{gb:.1} GB free"), tip },
+        Some(gb) => Lamp {
+            name,
+            light: Light::of(-gb, [-record::LITTLE_GB, -record::TOO_LITTLE_GB]),
+            words: format!("{gb:.1} GB free"),
+            tip,
+        },
     }
 }
 
@@ -291,7 +296,7 @@ mod tests {
             ("Input latency", Light::Amber, |h| h.latency_ms = Some([45.0, 90.0])),
             ("Input latency", Light::Red, |h| h.latency_ms = Some([120.0, 140.0])),
             ("Recorder", Light::Red, |h| h.recording = h.recording.map(|r| RecordingHealth { waiting: [20, 32], ..r })),
-            ("Disk", Light::Amber, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(1.0), ..r })),
+            ("Disk", Light::Amber, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(2.0), ..r })),
             ("Disk", Light::Red, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(0.1), ..r })),
             ("Wheel", Light::Amber, |h| h.wheel = WheelHealth::None),
             ("Wheel", Light::Red, |h| h.wheel = WheelHealth::Lost),
