@@ -117,6 +117,19 @@ rest_s = 30
 }
 
 #[test]
+fn a_font_beside_the_study_is_read_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = egui::FontDefinitions::default();
+    let bytes = own.font_data.values().next().unwrap().font.as_ref().as_ref().to_vec();
+    std::fs::write(folder.path().join("letters.ttf"), &bytes).unwrap();
+    let path = folder.path().join("trial.toml");
+    let text = std::fs::read_to_string(root().join("assets/studies/congestion.toml")).unwrap();
+    let study = Study::parse(format!("font = \"letters.ttf\"\n{text}"), &path).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(study.font.as_deref(), Some(bytes.as_slice()));
+    assert!(shipped().font.is_none());
+}
+
+#[test]
 fn every_mistake_is_named_with_its_place() {
     for (from, to, begins, has) in [
         ("participants = 4", "particpants = 4", "trial.toml:2:1: ", "unknown key `particpants`"),
@@ -126,6 +139,13 @@ fn every_mistake_is_named_with_its_place() {
             "participants = 4\ncountdown_s = 61.0",
             "trial.toml:3:15: ",
             "allowed: a number from 0 to 60 s",
+        ),
+        ("participants = 4", "participants = 4\nfont = \"no.ttf\"", "trial.toml:3:8: ", "no.ttf cannot be read"),
+        (
+            "participants = 4",
+            "participants = 4\nfont = \"Cargo.toml\"",
+            "trial.toml:3:8: ",
+            "is no font; allowed: a TTF",
         ),
         ("range_mph = 1.0", "range_mph = 99", "trial.toml:8:21: ", "0.1 to 50 mph"),
         ("range_mph = 1.0", "rnge_mph = 1", "trial.toml:8:", "unknown key `rnge_mph`, expected one of map"),

@@ -6,4 +6,4 @@ mod plot;
 mod png;
 
 pub use plot::{Axis, COLOURS, Chart, Line, Style, picture};
-pub use png::{PNG_SCALE, png};
+pub use png::{PNG_SCALE, is_font, png};

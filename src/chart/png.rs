@@ -40,6 +40,13 @@ fn options() -> &'static Options<'static> {
     })
 }
 
+/// True if text can be set in this font file's bytes.
+pub fn is_font(bytes: &[u8]) -> bool {
+    let mut fonts = fontdb::Database::new();
+    fonts.load_font_data(bytes.to_vec());
+    fonts.faces().next().is_some()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

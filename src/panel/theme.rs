@@ -1,6 +1,10 @@
 //! How the panel looks: dark and calm, so that a laptop beside the rig does not light the room.
 
-use egui::{Color32, CornerRadius, FontId, Margin, Stroke, TextStyle, vec2};
+use egui::{
+    Color32, CornerRadius, FontData, FontFamily, FontId, Margin, Stroke, TextStyle,
+    epaint::text::{FontInsert, FontPriority, InsertFontFamily},
+    vec2,
+};
 
 /// Speed of all vehicles; what can be pressed.
 pub const ACCENT: Color32 = Color32::from_rgb(92, 170, 235);
@@ -16,6 +20,13 @@ pub const TEXT: Color32 = Color32::from_rgb(222, 226, 231);
 pub const DIM: Color32 = Color32::from_rgb(150, 158, 168);
 /// Behind everything.
 pub const PANEL: Color32 = Color32::from_rgb(22, 25, 30);
+
+/// One more font, for letters that those before have not; to be checked by [`crate::chart::is_font`] first.
+pub fn add_font(ctx: &egui::Context, bytes: &[u8]) {
+    let families = [FontFamily::Proportional, FontFamily::Monospace]
+        .map(|family| InsertFontFamily { family, priority: FontPriority::Lowest });
+    ctx.add_font(FontInsert::new("study", FontData::from_owned(bytes.to_vec()), families.into()));
+}
 
 /// Dresses a context; once, before its first pass.
 pub fn apply(ctx: &egui::Context) {

@@ -2,13 +2,17 @@
 //! that names file, line, column, value and what is allowed.
 
 use super::{Questionnaire, StudyError, order};
-use crate::sim::{Field, Scenario, ScenarioError, World, fields, located_at, located_key};
+use crate::{
+    chart,
+    sim::{Field, Scenario, ScenarioError, World, fields, located_at, located_key},
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 /// Scenario settings that differ from those before, by their keys.
@@ -47,6 +51,8 @@ pub struct StudyFile {
     /// Sentences that the program says, in any language; what is not here is said in English.
     #[serde(default)]
     pub texts: Texts,
+    /// A font (TTF, OTF) beside the study, for letters that the program's own have not: those know Latin, Greek and Cyrillic.
+    pub font: Option<PathBuf>,
 }
 
 fn countdown_s() -> f64 {
@@ -183,6 +189,15 @@ impl Default for Texts {
     }
 }
 
+/// The bytes of a font.
+fn read_font(path: &Path) -> Result<Arc<[u8]>, String> {
+    let bytes = std::fs::read(path).map_err(|e| format!("the font {} cannot be read: {e}", path.display()))?;
+    if chart::is_font(&bytes) {
+        return Ok(bytes.into());
+    }
+    Err(format!("{} is no font; allowed: a TTF or OTF file", path.display()))
+}
+
 /// A study that can be run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
@@ -196,6 +211,8 @@ pub struct Study {
     pub questionnaires: BTreeMap<String, Questionnaire>,
     /// The text as it was, for the data set.
     pub source: String,
+    /// The bytes of its font.
+    pub font: Option<Arc<[u8]>>,
 }
 
 /// One condition.
@@ -231,8 +248,14 @@ impl Study {
             let start = e.span().map_or(0, |span| span.start);
             StudyError(located_at(&source, &name, start, &message))
         })?;
-        let mut study =
-            Self { base: Scenario::default(), conditions: Vec::new(), questionnaires: BTreeMap::new(), file, source };
+        let mut study = Self {
+            base: Scenario::default(),
+            conditions: Vec::new(),
+            questionnaires: BTreeMap::new(),
+            file,
+            source,
+            font: None,
+        };
         let fault = |key: &str, message: String| StudyError(located_key(&study.source, &name, key, &message));
         study.check_shape().map_err(|(key, message)| fault(&key, message))?;
         let base = changed(&Scenario::default(), "base", &study.file.base).map_err(|(key, m)| fault(&key, m))?;
@@ -246,6 +269,8 @@ impl Study {
                 questionnaires.insert(word.clone(), found);
             }
         }
+        let font = study.file.font.as_ref().map(|font| read_font(&folder.join(font))).transpose();
+        study.font = font.map_err(|message| fault("font", message))?;
         study.base = base;
         study.conditions = conditions;
         study.questionnaires = questionnaires;

@@ -209,6 +209,10 @@ impl Frame {
         picture.keep_miniature();
         let title = format!("Experimenter: {}, {}", options.code, options.study.file.title);
         let experimenter = ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?;
+        if let Some(font) = &options.study.font {
+            theme::add_font(picture.ctx(), font);
+            theme::add_font(experimenter.ctx(), font);
+        }
         let start = now();
         Ok(Self {
             picture,
