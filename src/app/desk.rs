@@ -252,7 +252,7 @@ fn state<'a>(show: &'a Show, log: &'a Log, pulse: &Pulse, engine: &'a str, error
     }
 }
 
-fn phase(show: &Show) -> Phase {
+pub(super) fn phase(show: &Show) -> Phase {
     match show.drive.clock.pace() {
         _ if show.drive.world.ended().is_some() => Phase::Ended,
         Pace::Paused if show.drive.world.snapshot().tick.0 == 0 => Phase::Ready,

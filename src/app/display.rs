@@ -4,6 +4,7 @@
 use super::{
     AppError,
     latency::Latency,
+    shell::{self, Next, Windows, no_display, now},
     surface::{FRAMES_AHEAD, Surface},
 };
 use crate::{
@@ -16,11 +17,14 @@ use crate::{
     },
     sim::Scenario,
 };
-use std::{sync::Arc, time::Instant};
+use std::{
+    sync::{Arc, atomic::AtomicBool},
+    time::Instant,
+};
 use winit::{
     application::ApplicationHandler,
     event::{ElementState, WindowEvent},
-    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    event_loop::ActiveEventLoop,
     keyboard::{KeyCode, PhysicalKey},
     monitor::{MonitorHandle, VideoModeHandle},
     window::{Fullscreen, Window, WindowAttributes, WindowId},
@@ -148,22 +152,8 @@ pub fn monitors() -> Result<Vec<Monitor>, AppError> {
     }
 
     let mut look = Look::default();
-    run(&mut look)?;
+    shell::event_loop()?.run_app(&mut look).map_err(|error| no_display(&error))?;
     Ok(look.0)
-}
-
-fn run<A: ApplicationHandler>(app: &mut A) -> Result<(), AppError> {
-    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
-    event_loop.set_control_flow(ControlFlow::Poll);
-    event_loop.run_app(app).map_err(|error| no_display(&error))
-}
-
-/// That there is no display, without the place in winit's sources where that was found out.
-pub fn no_display(error: &impl std::fmt::Display) -> AppError {
-    let text = error.to_string();
-    let told =
-        text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(text.as_str(), |(_, why)| why);
-    AppError::NoDisplay(told.trim_end_matches('.').to_owned())
 }
 
 /// Shows the check screen until Esc.
@@ -176,20 +166,13 @@ pub fn check(scenario: &Scenario, place: Place) -> Result<(), AppError> {
         eye_distance_m: scenario.eye_distance_m,
         screen: Vec::new(),
     };
-    let mut app = Check { truth, place, sheet: None, failure: None };
-    run(&mut app)?;
-    app.failure.map_or(Ok(()), Err)
-}
-
-struct Check {
-    truth: DisplayTruth,
-    place: Place,
-    sheet: Option<Sheet>,
-    failure: Option<AppError>,
+    let (_, ended) = shell::run::<Sheet>(shell::event_loop()?, (truth, place), &AtomicBool::new(false));
+    ended
 }
 
 /// The window of the check screen.
 struct Sheet {
+    truth: DisplayTruth,
     window: Arc<Window>,
     gpu: Gpu,
     surface: Surface,
@@ -199,43 +182,10 @@ struct Sheet {
     last: Option<Instant>,
 }
 
-impl ApplicationHandler for Check {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.sheet.is_none() {
-            match Sheet::open(event_loop, self.place) {
-                Ok(sheet) => self.sheet = Some(sheet),
-                Err(error) => {
-                    self.failure = Some(error);
-                    event_loop.exit();
-                }
-            }
-        }
-    }
+impl Windows for Sheet {
+    type Parts = (DisplayTruth, Place);
 
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(sheet) = &mut self.sheet else { return };
-        match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::Resized(size) => sheet.surface.resize(&sheet.gpu, [size.width, size.height]),
-            WindowEvent::KeyboardInput { event, .. }
-                if event.state == ElementState::Pressed && event.physical_key == PhysicalKey::Code(KeyCode::Escape) =>
-            {
-                event_loop.exit();
-            }
-            WindowEvent::RedrawRequested => sheet.draw(&mut self.truth),
-            _ => {}
-        }
-    }
-
-    fn about_to_wait(&mut self, _: &ActiveEventLoop) {
-        if let Some(sheet) = &self.sheet {
-            sheet.window.request_redraw();
-        }
-    }
-}
-
-impl Sheet {
-    fn open(event_loop: &ActiveEventLoop, place: Place) -> Result<Self, AppError> {
+    fn open(event_loop: &ActiveEventLoop, (truth, place): Self::Parts) -> Result<Self, AppError> {
         let attributes = placed(Window::default_attributes().with_title("codrive: display"), event_loop, place)?;
         let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
         let window = Arc::new(window);
@@ -249,10 +199,31 @@ impl Sheet {
         let shown = screen(&window, &surface);
         let mut latency = Latency::default();
         latency.screen(shown.refresh_hz, &shown.present_mode);
-        Ok(Self { window, gpu, surface, ctx, pass, latency, last: None })
+        Ok(Self { truth, window, gpu, surface, ctx, pass, latency, last: None })
     }
 
-    fn draw(&mut self, truth: &mut DisplayTruth) {
+    fn hear(&mut self, _: WindowId, event: WindowEvent) -> Result<Next, AppError> {
+        match event {
+            WindowEvent::CloseRequested => return Ok(Next::End),
+            WindowEvent::Resized(size) => self.surface.resize(&self.gpu, [size.width, size.height]),
+            WindowEvent::KeyboardInput { event, .. }
+                if event.state == ElementState::Pressed && event.physical_key == PhysicalKey::Code(KeyCode::Escape) =>
+            {
+                return Ok(Next::End);
+            }
+            WindowEvent::RedrawRequested => self.draw(),
+            _ => {}
+        }
+        Ok(Next::GoOn)
+    }
+
+    fn first(&self) -> &Window {
+        &self.window
+    }
+}
+
+impl Sheet {
+    fn draw(&mut self) {
         let now = now();
         let elapsed = self.last.replace(now).map(|last| now - last).unwrap_or_default();
         self.latency.frame(elapsed, None);
@@ -260,6 +231,7 @@ impl Sheet {
         let target = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = self.surface.size();
         let shown = screen(&self.window, &self.surface);
+        let truth = &mut self.truth;
         let name = shown.monitor.unwrap_or_else(|| "the monitor has no name".into());
         truth.screen = vec![format!("{name}, picture of {} x {} pixels", size[0], size[1])];
         truth.screen.extend(self.latency.words().into_iter().next().filter(|_| !elapsed.is_zero()));
@@ -277,9 +249,4 @@ impl Sheet {
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
     }
-}
-
-#[allow(clippy::disallowed_methods, reason = "the pace of frames is what is shown")]
-fn now() -> Instant {
-    Instant::now()
 }

@@ -3,10 +3,11 @@
 
 use super::{
     AppError, Desk, Show,
-    display::{Place, no_display},
-    host::{ExperimenterWindow, PictureWindow, Placing, now},
+    display::Place,
+    host::{ExperimenterWindow, PictureWindow, Placing},
     keys::{self, Command},
     offline::FLUSH_EVERY,
+    shell::{self, Next, Windows, now},
 };
 use crate::{
     input::{Devices, Profile},
@@ -16,18 +17,14 @@ use crate::{
 };
 use std::{
     path::PathBuf,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, atomic::AtomicBool},
     time::{Duration, Instant},
 };
 use winit::{
-    application::ApplicationHandler,
     event::{ElementState, KeyEvent, WindowEvent},
-    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    event_loop::ActiveEventLoop,
     keyboard::PhysicalKey,
-    window::WindowId,
+    window::{Window, WindowId},
 };
 
 /// How `codrive drive` was asked to start.
@@ -55,28 +52,19 @@ pub struct WindowOptions {
 /// # Errors
 /// No display, no graphics adapter, or a world that cannot start or go on.
 pub fn run(options: WindowOptions) -> Result<(), AppError> {
-    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
-    event_loop.set_control_flow(ControlFlow::Poll);
+    let event_loop = shell::event_loop()?;
     // The world first: what is wrong with a scenario is said before a window opens.
     let pace = if options.paused { Pace::Paused } else { Pace::RealTime };
     let show = Show::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
-    let mut app = App { options, show: Some(show), frame: None, failure: None };
-    event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
-    if let Some(mut frame) = app.frame.take() {
+    let stop = Arc::clone(&options.stop);
+    let (frame, ended) = shell::run::<Frame>(event_loop, (options, show), &stop);
+    if let Some(mut frame) = frame {
         print!("{}", frame.show.words());
         if let Some(folder) = frame.show.finish_recording()? {
             println!("recorded                 {}", folder.display());
         }
     }
-    app.failure.map_or(Ok(()), Err)
-}
-
-struct App {
-    options: WindowOptions,
-    /// The drive until there is a window for it.
-    show: Option<Show>,
-    frame: Option<Frame>,
-    failure: Option<AppError>,
+    ended
 }
 
 /// A drive in its window.
@@ -94,67 +82,10 @@ struct Frame {
     flushed: Instant,
 }
 
-impl ApplicationHandler for App {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        let Some(show) = self.show.take() else { return };
-        match Frame::open(event_loop, &self.options, show) {
-            Ok(frame) => self.frame = Some(frame),
-            Err(error) => self.fail(event_loop, error),
-        }
-    }
+impl Windows for Frame {
+    type Parts = (WindowOptions, Show);
 
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
-        let Some(frame) = &mut self.frame else { return };
-        if let Some(experimenter) = frame.experimenter.as_mut().filter(|window| window.id() == id) {
-            experimenter.on_event(frame.picture.gpu(), &event);
-            if event == WindowEvent::CloseRequested {
-                event_loop.exit();
-            }
-            return;
-        }
-        let heard = frame.picture.on_event(&event);
-        match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::Focused(false) => frame.show.devices.keyboard.release_all(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => {
-                // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
-                if heard && frame.picture.is_typing() {
-                    return;
-                }
-                match frame.key(&event) {
-                    Ok(Some(Command::Quit)) => event_loop.exit(),
-                    Ok(_) => {}
-                    Err(error) => self.fail(event_loop, error),
-                }
-            }
-            WindowEvent::RedrawRequested => {
-                if let Err(error) = frame.draw() {
-                    self.fail(event_loop, error);
-                }
-            }
-            _ => {}
-        }
-    }
-
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if self.options.stop.load(Ordering::Relaxed) {
-            event_loop.exit();
-        }
-        if let Some(frame) = &self.frame {
-            frame.picture.window().request_redraw();
-        }
-    }
-}
-
-impl App {
-    fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
-        self.failure = Some(error);
-        event_loop.exit();
-    }
-}
-
-impl Frame {
-    fn open(event_loop: &ActiveEventLoop, options: &WindowOptions, mut show: Show) -> Result<Self, AppError> {
+    fn open(event_loop: &ActiveEventLoop, (options, mut show): Self::Parts) -> Result<Self, AppError> {
         let placing = Placing { title: format!("codrive: {}", options.scenario.map), place: options.place };
         let mut picture = PictureWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
@@ -177,6 +108,32 @@ impl Frame {
         Ok(Self { picture, experimenter, show, desk, last: None, first: start, flushed: start })
     }
 
+    fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<Next, AppError> {
+        if let Some(experimenter) = self.experimenter.as_mut().filter(|window| window.id() == id) {
+            experimenter.on_event(self.picture.gpu(), &event);
+            return Ok(if event == WindowEvent::CloseRequested { Next::End } else { Next::GoOn });
+        }
+        let heard = self.picture.on_event(&event);
+        match event {
+            WindowEvent::CloseRequested => return Ok(Next::End),
+            WindowEvent::Focused(false) => self.show.devices.keyboard.release_all(),
+            // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !(heard && self.picture.is_typing()) => {
+                let asked = self.key(&event)?;
+                return Ok(if asked == Some(Command::Quit) { Next::End } else { Next::GoOn });
+            }
+            WindowEvent::RedrawRequested => self.draw()?,
+            _ => {}
+        }
+        Ok(Next::GoOn)
+    }
+
+    fn first(&self) -> &Window {
+        self.picture.window()
+    }
+}
+
+impl Frame {
     /// One frame: simulate what is due, look, draw, present.
     fn draw(&mut self) -> Result<(), AppError> {
         let first = self.last.is_none();

@@ -3,9 +3,8 @@
 
 use super::{
     RecordError, files,
-    recorder::{Batch, Table},
     table::{Column, batch, schema},
-    tables,
+    tables::{self, Batch, Table},
 };
 use arrow_ipc::{
     CompressionType,

@@ -20,9 +20,10 @@ pub mod tables;
 
 pub use files::{LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, replace, write_new};
 pub use manifest::Manifest;
-pub use recorder::{Gauge, Recorder, Table};
+pub use recorder::{Gauge, Recorder};
 pub use recover::{Recovered, recover};
 pub use table::{Column, Reader};
+pub use tables::Table;
 
 use std::path::PathBuf;
 

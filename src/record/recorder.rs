@@ -5,7 +5,7 @@ use super::{
     Manifest, RecordError, files,
     journal::{self, Journal},
     recover,
-    tables::{AdviceRow, CarRow, EgoRow, EventRow, FrameRow},
+    tables::{AdviceRow, Batch, CarRow, EgoRow, EventRow, FrameRow, Table},
 };
 use crate::{
     ego::Controls,
@@ -27,57 +27,6 @@ use std::{
 const QUEUE: usize = 32;
 /// A batch is sent at the latest with this many ticks: full speed without a clock.
 const MOST_TICKS: usize = 2_000;
-
-/// A table of a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Table {
-    /// One row a tick.
-    Ego,
-    /// One row a car and step.
-    Cars,
-    /// One row an advice.
-    Advice,
-    /// One row a frame.
-    Frames,
-    /// One row an event.
-    Events,
-}
-
-impl Table {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ego => "ego",
-            Self::Cars => "cars",
-            Self::Advice => "advice",
-            Self::Frames => "frames",
-            Self::Events => "events",
-        }
-    }
-
-    /// Its stream, in the journal's folder.
-    pub(super) fn journal(self, folder: &Path) -> PathBuf {
-        folder.join(format!("{}.arrows", self.name()))
-    }
-
-    /// Its file in a recording that has ended.
-    pub fn parquet(self, recording: &Path) -> PathBuf {
-        recording.join(format!("{}.parquet", self.name()))
-    }
-}
-
-/// Rows on their way to the disk.
-#[derive(Debug, Default)]
-pub(super) struct Batch {
-    pub ego: Vec<EgoRow>,
-    pub cars: Vec<CarRow>,
-    pub advice: Vec<AdviceRow>,
-    pub frames: Vec<FrameRow>,
-    pub events: Vec<EventRow>,
-}
 
 /// How the writing thread does, as the loop may read it at any time: the thread keeps it, nobody waits.
 #[derive(Debug)]

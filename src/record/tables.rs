@@ -10,6 +10,58 @@ use crate::{
     time::{TICK_S, Tick},
 };
 use glam::EulerRot;
+use std::path::{Path, PathBuf};
+
+/// A table of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// One row a tick.
+    Ego,
+    /// One row a car and step.
+    Cars,
+    /// One row an advice.
+    Advice,
+    /// One row a frame.
+    Frames,
+    /// One row an event.
+    Events,
+}
+
+impl Table {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ego => "ego",
+            Self::Cars => "cars",
+            Self::Advice => "advice",
+            Self::Frames => "frames",
+            Self::Events => "events",
+        }
+    }
+
+    /// Its stream, in the journal's folder.
+    pub(super) fn journal(self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.arrows", self.name()))
+    }
+
+    /// Its file in a recording that has ended.
+    pub fn parquet(self, recording: &Path) -> PathBuf {
+        recording.join(format!("{}.parquet", self.name()))
+    }
+}
+
+/// Rows on their way to the disk.
+#[derive(Debug, Default)]
+pub(super) struct Batch {
+    pub ego: Vec<EgoRow>,
+    pub cars: Vec<CarRow>,
+    pub advice: Vec<AdviceRow>,
+    pub frames: Vec<FrameRow>,
+    pub events: Vec<EventRow>,
+}
 
 /// The ego at a tick, with the controls that led to it.
 #[derive(Clone, Copy, Debug)]

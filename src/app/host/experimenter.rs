@@ -3,11 +3,11 @@
 //!
 //! Ctrl + and Ctrl - change the size of everything from 1.0 to 2.0, Ctrl 0 goes back.
 
-use super::{Ears, now, picture::put_on};
+use super::{Ears, picture::put_on};
 use crate::{
     app::{
-        AppError,
-        display::{self, no_display},
+        AppError, display,
+        shell::{no_display, now},
         surface::Surface,
     },
     panel::theme,

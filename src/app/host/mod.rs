@@ -6,16 +6,9 @@
 //! * [`ExperimenterWindow`]: a second window on the same device, all egui, drawn a few times a second behind the driver's
 //!   frames.
 //!
-//! A loop hands every window its own events (by [`WindowId`](winit::window::WindowId)), draws the picture each turn and
-//! the experimenter's window when it is [due](ExperimenterWindow::due):
-//! ```text
-//! window_event(id, event):  if id == picture.id()       { picture.on_event(&event); keys that drive ... }
-//!                           if id == experimenter.id()  { experimenter.on_event(picture.gpu(), &event); }
-//! RedrawRequested:          let output = picture.overlay(|ui| ...);          // or None
-//!                           picture.draw(Some(&view), Some(output));
-//!                           if experimenter.due() { experimenter.draw(picture.gpu(), |ui| ...); }
-//! about_to_wait:            picture.window().request_redraw();
-//! ```
+//! The loop itself is in [`shell`](super::shell): its [`Windows`](super::shell::Windows) hand every window its own events (by
+//! [`WindowId`](winit::window::WindowId)), draw the picture each turn and the experimenter's window when it is
+//! [due](ExperimenterWindow::due).
 
 mod experimenter;
 mod miniature;
@@ -25,7 +18,6 @@ pub use experimenter::ExperimenterWindow;
 pub use picture::{PictureWindow, Placing};
 
 use egui::{Context, FullOutput, Ui, ViewportId};
-use std::time::Instant;
 use winit::{event::WindowEvent, window::Window};
 
 use crate::render::Gpu;
@@ -56,10 +48,4 @@ impl Ears {
         self.input.handle_platform_output(window, std::mem::take(&mut output.platform_output));
         output
     }
-}
-
-/// Wall time, for the loop.
-#[allow(clippy::disallowed_methods, reason = "the loop is where wall time enters")]
-pub(super) fn now() -> Instant {
-    Instant::now()
 }

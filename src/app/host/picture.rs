@@ -4,12 +4,13 @@
 //! The overlay is the window's own: its context stays the same when another stage goes to the GPU, and it can be drawn
 //! without any stage, before the first drive of a session.
 
-use super::{Ears, miniature::Miniature, now};
+use super::{Ears, miniature::Miniature};
 use crate::{
     app::{
         AppError,
-        display::{self, Place, no_display},
+        display::{self, Place},
         renderer_that_keeps_up,
+        shell::{no_display, now},
         surface::Surface,
     },
     record::manifest::Screen,

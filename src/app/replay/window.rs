@@ -10,8 +10,8 @@ use super::{
 use crate::{
     app::{
         AppError, Instruments,
-        display::no_display,
-        host::{PictureWindow, Placing, now},
+        host::{PictureWindow, Placing},
+        shell::{self, Next, Windows, now},
         view_options,
     },
     panel::{
@@ -25,19 +25,14 @@ use crate::{
 };
 use std::{
     path::{Path, PathBuf},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-        mpsc::TryRecvError,
-    },
+    sync::{Arc, atomic::AtomicBool, mpsc::TryRecvError},
     time::Instant,
 };
 use winit::{
-    application::ApplicationHandler,
     event::{ElementState, KeyEvent, WindowEvent},
-    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    event_loop::ActiveEventLoop,
     keyboard::{KeyCode, ModifiersState, PhysicalKey},
-    window::WindowId,
+    window::{Window, WindowId},
 };
 
 /// How the window was asked to open.
@@ -60,13 +55,12 @@ pub fn run(options: &ReplayOptions) -> Result<(Verdict, u64), AppError> {
     // The recording first: what is wrong with it is said before a window opens.
     let (prover, opened) = Prover::start(&options.recording)?;
     let marks = Marks::read(&options.recording)?;
-    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
-    event_loop.set_control_flow(ControlFlow::Poll);
+    let event_loop = shell::event_loop()?;
     let end = opened.end;
-    let mut app =
-        App { stop: &options.stop, show: Show::new(prover, opened, marks, options), picture: None, failure: None };
-    event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
-    app.failure.map_or(Ok((app.show.verdict, end.0)), Err)
+    let mut show = Show::new(prover, opened, marks, options);
+    let (_, ended) = shell::run::<Frame>(event_loop, &mut show, &options.stop);
+    ended?;
+    Ok((show.verdict, end.0))
 }
 
 /// What stands on the line: times in seconds, speeds in m/s.
@@ -246,105 +240,78 @@ fn command_of(key: KeyCode, shift: bool, player: &Player) -> Option<TimelineComm
     })
 }
 
-struct App<'a> {
-    stop: &'a AtomicBool,
-    show: Show,
-    picture: Option<Frame>,
-    failure: Option<AppError>,
-}
-
 /// The window.
-struct Frame {
+struct Frame<'a> {
+    show: &'a mut Show,
     picture: PictureWindow,
     last: Instant,
     modifiers: ModifiersState,
 }
 
-impl ApplicationHandler for App<'_> {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.picture.is_none() {
-            match self.open(event_loop) {
-                Ok(frame) => self.picture = Some(frame),
-                Err(error) => self.fail(event_loop, error),
-            }
-        }
+impl<'a> Windows for Frame<'a> {
+    type Parts = &'a mut Show;
+
+    fn open(event_loop: &ActiveEventLoop, show: &'a mut Show) -> Result<Self, AppError> {
+        let title = format!("codrive replay: {}", show.scenario.map);
+        let mut picture = PictureWindow::open(event_loop, &Placing { title, ..Placing::default() })?;
+        theme::apply(picture.ctx());
+        let view = show.view();
+        picture.stage(&show.stage, &view, show.scenario.quality)?;
+        Ok(Self { show, picture, last: now(), modifiers: ModifiersState::default() })
     }
 
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _id: WindowId, event: WindowEvent) {
-        let Some(frame) = &mut self.picture else { return };
-        frame.picture.on_event(&event);
+    fn hear(&mut self, _: WindowId, event: WindowEvent) -> Result<Next, AppError> {
+        self.picture.on_event(&event);
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::ModifiersChanged(modifiers) => frame.modifiers = modifiers.state(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(event_loop, &event),
-            WindowEvent::RedrawRequested => {
-                if let Err(error) = self.draw() {
-                    self.fail(event_loop, error);
-                }
-            }
+            WindowEvent::CloseRequested => return Ok(Next::End),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => return Ok(self.key(&event)),
+            WindowEvent::RedrawRequested => self.draw()?,
             _ => {}
         }
+        Ok(Next::GoOn)
     }
 
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if self.stop.load(Ordering::Relaxed) {
-            event_loop.exit();
-        }
-        if let Some(frame) = &self.picture {
-            frame.picture.window().request_redraw();
-        }
+    fn first(&self) -> &Window {
+        self.picture.window()
     }
 }
 
-impl App<'_> {
-    fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
-        self.failure = Some(error);
-        event_loop.exit();
-    }
-
-    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<Frame, AppError> {
-        let title = format!("codrive replay: {}", self.show.scenario.map);
-        let mut picture = PictureWindow::open(event_loop, &Placing { title, ..Placing::default() })?;
-        theme::apply(picture.ctx());
-        let view = self.show.view();
-        picture.stage(&self.show.stage, &view, self.show.scenario.quality)?;
-        Ok(Frame { picture, last: now(), modifiers: ModifiersState::default() })
-    }
-
-    fn key(&mut self, event_loop: &ActiveEventLoop, event: &KeyEvent) {
-        let (Some(frame), PhysicalKey::Code(code)) = (&self.picture, event.physical_key) else { return };
+impl Frame<'_> {
+    fn key(&mut self, event: &KeyEvent) -> Next {
+        let PhysicalKey::Code(code) = event.physical_key else { return Next::GoOn };
         if event.state != ElementState::Pressed {
-            return;
+            return Next::GoOn;
         }
         match code {
-            KeyCode::Escape => event_loop.exit(),
-            KeyCode::F11 => frame.picture.toggle_fullscreen(),
+            KeyCode::Escape => return Next::End,
+            KeyCode::F11 => self.picture.toggle_fullscreen(),
             code => {
-                let asked = command_of(code, frame.modifiers.shift_key(), &self.show.player);
+                let asked = command_of(code, self.modifiers.shift_key(), &self.show.player);
                 if let Some(command) = asked {
                     self.show.obey(command);
                 }
             }
         }
+        Next::GoOn
     }
 
     fn draw(&mut self) -> Result<(), AppError> {
-        let Some(frame) = &mut self.picture else { return Ok(()) };
+        let Self { show, picture, last, .. } = self;
         let begin = now();
-        let elapsed_s = (begin - frame.last).as_secs_f64();
-        frame.last = begin;
-        let show = &mut self.show;
+        let elapsed_s = (begin - *last).as_secs_f64();
+        *last = begin;
         show.hear()?;
         show.player.advance(elapsed_s, show.film.end_s());
         let view = show.view();
         let (mut asked, mut foot) = (Vec::new(), 0.0);
-        let output = frame.picture.overlay(|ui| {
+        let output = picture.overlay(|ui| {
             let (commands, height) = show.timeline(ui);
             asked.extend(commands);
             foot = height;
         });
-        frame.picture.leave_foot((foot * output.pixels_per_point).round() as u32);
-        frame.picture.draw(Some(&view), Some(output));
+        picture.leave_foot((foot * output.pixels_per_point).round() as u32);
+        picture.draw(Some(&view), Some(output));
         asked.into_iter().for_each(|command| show.obey(command));
         Ok(())
     }

@@ -3,14 +3,14 @@
 
 use super::{RoadNow, Visit};
 use crate::{
-    app::{Pulse, Show},
+    app::{Pulse, Show, desk::phase},
     panel::{
         Choices, History, Panel, PanelState, Phase, Readings, VisitCommand, VisitPanel, VisitState,
         experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Health, Log, WheelHealth},
     },
     sim::{Scenario, World},
     study::Study,
-    time::{Due, Pace},
+    time::Due,
 };
 use egui::{TextureId, Ui};
 use std::time::Duration;
@@ -120,14 +120,5 @@ impl Lead {
             ExperimenterCommand::Drive(_) => None,
         }));
         commands
-    }
-}
-
-fn phase(show: &Show) -> Phase {
-    match show.drive.clock.pace() {
-        _ if show.drive.world.ended().is_some() => Phase::Ended,
-        Pace::Paused if show.drive.world.snapshot().tick.0 == 0 => Phase::Ready,
-        Pace::Paused => Phase::Paused,
-        _ => Phase::Running,
     }
 }

@@ -11,11 +11,12 @@ use super::{
 use crate::{
     app::{
         AppError,
-        display::{Place, no_display},
+        display::Place,
         facts,
-        host::{ExperimenterWindow, PictureWindow, Placing, now},
+        host::{ExperimenterWindow, PictureWindow, Placing},
         keys::{self, Command},
         offline::FLUSH_EVERY,
+        shell::{self, Next, Windows, now},
     },
     input::{Devices, Profile},
     panel::{ScreenState, Screens, VisitCommand, experimenter::WheelHealth, theme},
@@ -33,11 +34,10 @@ use std::{
     time::{Duration, Instant},
 };
 use winit::{
-    application::ApplicationHandler,
     event::{ElementState, KeyEvent, WindowEvent},
-    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    event_loop::ActiveEventLoop,
     keyboard::PhysicalKey,
-    window::WindowId,
+    window::{Window, WindowId},
 };
 
 /// What `codrive study --participant` was asked for.
@@ -77,18 +77,14 @@ pub fn run(options: VisitOptions) -> Result<Left, AppError> {
         // What is refused is refused without a display too, and before anything is made.
         look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
     }
-    let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
-    event_loop.set_control_flow(ControlFlow::Poll);
+    let event_loop = shell::event_loop()?;
     let data = DataSet::open(&options.out, &options.study)?;
     let session = open_session(&options, &data)?;
     let kit = Kit::new(Devices::open_with(options.wheel.clone()), &options.code);
-    let mut app = App { options, begins: Some((session, kit)), frame: None, failure: None };
-    event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
-    let left = app.frame.take().map(|mut frame| frame.leave(&data, &app.options)).transpose();
-    match (app.failure, left) {
-        (Some(failure), _) => Err(failure),
-        (None, left) => Ok(left?.unwrap_or_else(|| Left::Open("the first screen".into()))),
-    }
+    let (frame, ended) = shell::run::<Frame>(event_loop, (&options, session, kit), &options.stop);
+    let left = frame.map(|mut frame| frame.leave(&data, &options)).transpose();
+    ended?;
+    Ok(left?.unwrap_or_else(|| Left::Open("the first screen".into())))
 }
 
 fn open_session(options: &VisitOptions, data: &DataSet) -> Result<Session, AppError> {
@@ -121,16 +117,9 @@ fn look_ahead(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
     open_session(options, data).map(drop)
 }
 
-struct App {
-    options: VisitOptions,
-    /// What the visit is made of, until there are windows for it.
-    begins: Option<(Session, Kit)>,
-    frame: Option<Frame>,
-    failure: Option<AppError>,
-}
-
 /// A visit in its windows.
-struct Frame {
+struct Frame<'a> {
+    options: &'a VisitOptions,
     picture: PictureWindow,
     experimenter: ExperimenterWindow,
     visit: Visit,
@@ -141,7 +130,6 @@ struct Frame {
     /// Baselines have been made, or there were none to make.
     made: bool,
     data: DataSet,
-    study: Study,
     /// When the last frame began; `None` after something that took long and is no part of a drive.
     last: Option<Instant>,
     /// When the drive began, and when rows last went to the disk.
@@ -149,60 +137,10 @@ struct Frame {
     flushed: Instant,
 }
 
-impl ApplicationHandler for App {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        let Some((session, kit)) = self.begins.take() else { return };
-        match Frame::open(event_loop, &self.options, session, kit) {
-            Ok(frame) => self.frame = Some(frame),
-            Err(error) => self.fail(event_loop, error),
-        }
-    }
+impl<'a> Windows for Frame<'a> {
+    type Parts = (&'a VisitOptions, Session, Kit);
 
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
-        let Some(frame) = &mut self.frame else { return };
-        if event == WindowEvent::CloseRequested {
-            event_loop.exit();
-        } else if frame.experimenter.id() == id {
-            frame.experimenter.on_event(frame.picture.gpu(), &event);
-        } else {
-            frame.picture.on_event(&event);
-            match event {
-                WindowEvent::Focused(false) => frame.release_keys(),
-                WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => frame.key(&event),
-                WindowEvent::RedrawRequested => match frame.draw() {
-                    Ok(true) => {}
-                    Ok(false) => event_loop.exit(),
-                    Err(error) => self.fail(event_loop, error),
-                },
-                _ => {}
-            }
-        }
-    }
-
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if self.options.stop.load(Ordering::Relaxed) {
-            event_loop.exit();
-        }
-        if let Some(frame) = &self.frame {
-            frame.picture.window().request_redraw();
-        }
-    }
-}
-
-impl App {
-    fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
-        self.failure = Some(error);
-        event_loop.exit();
-    }
-}
-
-impl Frame {
-    fn open(
-        event_loop: &ActiveEventLoop,
-        options: &VisitOptions,
-        session: Session,
-        kit: Kit,
-    ) -> Result<Self, AppError> {
+    fn open(event_loop: &ActiveEventLoop, (options, session, kit): Self::Parts) -> Result<Self, AppError> {
         let placing = Placing { title: format!("codrive: {}", options.study.file.title), place: options.place };
         let mut picture = PictureWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
@@ -215,6 +153,7 @@ impl Frame {
         }
         let start = now();
         Ok(Self {
+            options,
             picture,
             experimenter,
             visit: Visit::new(&options.study, session, facts::now)?,
@@ -224,16 +163,39 @@ impl Frame {
             making: None,
             made: false,
             data: DataSet::open(&options.out, &options.study)?,
-            study: options.study.clone(),
             last: None,
             first: start,
             flushed: start,
         })
     }
 
-    /// One frame: devices and drive, what the participant does, the picture, what the experimenter decides. False when the
-    /// experimenter closes the visit.
-    fn draw(&mut self) -> Result<bool, AppError> {
+    fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<Next, AppError> {
+        if event == WindowEvent::CloseRequested {
+            return Ok(Next::End);
+        }
+        if self.experimenter.id() == id {
+            self.experimenter.on_event(self.picture.gpu(), &event);
+            return Ok(Next::GoOn);
+        }
+        self.picture.on_event(&event);
+        match event {
+            WindowEvent::Focused(false) => self.release_keys(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
+            WindowEvent::RedrawRequested => return self.draw(),
+            _ => {}
+        }
+        Ok(Next::GoOn)
+    }
+
+    fn first(&self) -> &Window {
+        self.picture.window()
+    }
+}
+
+impl Frame<'_> {
+    /// One frame: devices and drive, what the participant does, the picture, what the experimenter decides. The end
+    /// when the experimenter closes the visit.
+    fn draw(&mut self) -> Result<Next, AppError> {
         let elapsed = self.lap();
         let Self { kit, lead, .. } = self;
         let (due, inputs) = match kit.frame(elapsed, |world| lead.watch(world)) {
@@ -269,11 +231,11 @@ impl Frame {
         self.after_the_visit()?;
         for command in self.draw_experimenter() {
             if command == VisitCommand::Close {
-                return Ok(!self.visit.is_over());
+                return Ok(if self.visit.is_over() { Next::End } else { Next::GoOn });
             }
             self.on_road(|visit, road| visit.command(command, road))?;
         }
-        Ok(true)
+        Ok(Next::GoOn)
     }
 
     /// Something that the visit does with its road.
@@ -285,10 +247,10 @@ impl Frame {
     /// The participant's window. Returns what keys and mouse did there.
     fn draw_picture(&mut self, elapsed: Duration, due: crate::time::Due) -> Vec<Input> {
         let now_there = self.on_road(|_, road| road.now());
-        let Self { picture, kit, visit, screens, lead, study, first, .. } = self;
+        let Self { picture, kit, visit, screens, lead, options, first, .. } = self;
         let state = ScreenState {
             screen: visit.screen(now_there),
-            texts: &study.file.texts,
+            texts: &options.study.file.texts,
             progress: visit.progress(),
             wheel: kit.wheel(),
             asked: visit.asked() && !visit.drives(),
@@ -362,7 +324,7 @@ impl Frame {
         };
         if !busy {
             (self.made, self.making) = (true, None);
-            self.data.publish(&self.study, &code)?;
+            self.data.publish(&self.options.study, &code)?;
         }
         Ok(())
     }

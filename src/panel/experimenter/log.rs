@@ -1,15 +1,13 @@
 //! What has been seen of the present drive, for plots and maps. In: the world after each tick. Out: speeds over time, the
 //! space-time diagram, the share of time in range; bounded, however long the drive. Seconds, metres, m/s.
 
-use super::space_time::SpaceTime;
+use super::space_time::{SpaceTime, WINDOW_S};
 use crate::{
     panel::History,
     sim::{Snapshot, World},
 };
 use std::collections::VecDeque;
 
-/// Length of what is shown of all cars: a trial of HC22.
-pub const WINDOW_S: f64 = 300.0;
 /// Time between two rows of all cars' speeds.
 const EVERY_S: f64 = 1.0;
 

@@ -2,11 +2,13 @@
 //! by its speed, the ego's edged in white. In: places and speeds at each step. Out: a picture of the last five minutes,
 //! half a second a column, whose columns go round: only new ones are sent to the screen.
 
-use super::{log::WINDOW_S, map::shade};
+use super::map::shade;
 use crate::panel::theme;
 use egui::{Color32, ColorImage, Rect, TextureHandle, TextureId, TextureOptions, Ui, pos2, vec2};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// Length of what is shown of all cars: a trial of HC22.
+pub const WINDOW_S: f64 = 300.0;
 /// Columns and rows of the picture.
 const COLUMNS: usize = 600;
 const ROWS: usize = 256;

@@ -1,11 +1,19 @@
 //! Where SUMO and the shims are on this machine. Out: paths, or [`TrafficError::Absent`] with what was looked for.
 
-use super::shim::Backend;
 use crate::traffic::TrafficError;
 use std::{
     env::{self, consts},
     path::{Path, PathBuf},
 };
+
+/// Which library is behind the shim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Backend {
+    /// libsumo: SUMO in this process.
+    InProcess,
+    /// libtraci: a SUMO behind a socket.
+    Socket,
+}
 
 /// SUMO's home: `CODRIVE_SUMO_HOME` and nothing else if it is set; else `SUMO_HOME`, the home that the program was built with, or `.sumo/sumo` in the working directory, in the
 /// program's folder or in any folder above them; the first that holds libsumo.

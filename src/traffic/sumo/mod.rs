@@ -22,8 +22,9 @@ use crate::{
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
 use glam::{DVec2, dvec2};
+use locate::Backend;
 use options::{DEFAULT_DELTA, TYPE_IN_FILE, TypeFile};
-use shim::{Backend, Command, Kind, Record, Shim};
+use shim::{Command, Kind, Record, Shim};
 use std::{path::Path, sync::Arc};
 
 /// Name of the cars' type and route in SUMO.

@@ -1,7 +1,7 @@
 //! The C interface of `shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
 //! A [`Shim`] is the right to use SUMO in this process: there is one at a time for each of the two libraries.
 
-use super::locate;
+use super::locate::{self, Backend};
 use crate::{space::SumoPose, traffic::TrafficError};
 use glam::DVec2;
 use std::{
@@ -12,15 +12,6 @@ use std::{
         atomic::{AtomicBool, Ordering},
     },
 };
-
-/// Which library is behind the shim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Backend {
-    /// libsumo: SUMO in this process.
-    InProcess,
-    /// libtraci: a SUMO behind a socket.
-    Socket,
-}
 
 /// What shall be done to a car before the step; numbered as in shim.cpp.
 #[repr(u32)]
