@@ -27,7 +27,7 @@ pub(super) fn command() -> Command {
                 .default_value("0")
                 .value_parser(value_parser!(u32).range(0..=600))
                 .help(
-                    "Minutes of a drive to draw at the largest size, 60 pictures a second, and to search for hitches",
+                    "Minutes of a drive to draw at the largest size, in real time or faster, and to search for hitches",
                 ),
         )
         .arg(Arg::new("small").long("small").action(ArgAction::SetTrue).help("Only the smallest size: a quick look"))

@@ -17,6 +17,7 @@ pub mod lanes;
 pub mod learner;
 pub mod matrix;
 pub mod net;
+pub mod real;
 pub mod ring;
 pub mod stats;
 pub mod tally;

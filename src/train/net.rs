@@ -4,84 +4,11 @@
 //!
 //! Parameters lie layer by layer: the weights, one row for each input, then the biases. All matrices are row-major.
 
-use super::matrix::{Matrix, add_product};
-use crate::rng::Stream;
-use std::{
-    iter::Sum,
-    ops::{Add, AddAssign, Div, Mul, Neg, Sub},
+use super::{
+    matrix::{Matrix, add_product},
+    real::Real,
 };
-
-/// The arithmetic that training needs.
-pub trait Real:
-    Copy
-    + Default
-    + Send
-    + Sync
-    + PartialOrd
-    + std::fmt::Debug
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + AddAssign
-    + Sum
-    + 'static
-{
-    /// The nearest number of this kind.
-    fn of(x: f64) -> Self;
-    /// This number as `f64`.
-    fn f64(self) -> f64;
-    /// tanh of every number.
-    fn tanh_all(xs: &mut [Self]);
-}
-
-impl Real for f32 {
-    fn of(x: f64) -> Self {
-        x as Self
-    }
-
-    fn f64(self) -> f64 {
-        f64::from(self)
-    }
-
-    fn tanh_all(xs: &mut [Self]) {
-        tanh_f32(xs);
-    }
-}
-
-impl Real for f64 {
-    fn of(x: f64) -> Self {
-        x
-    }
-
-    fn f64(self) -> f64 {
-        self
-    }
-
-    fn tanh_all(xs: &mut [Self]) {
-        xs.iter_mut().for_each(|x| *x = x.tanh());
-    }
-}
-
-/// tanh x = 1 - 2/(exp(2x) + 1) in vectors; error below 2e-7. The library's takes ten times as long.
-fn tanh_f32(xs: &mut [f32]) {
-    super::ring::wide(xs, |xs| {
-        for x in xs {
-            // Beyond 9 tanh is 1 but for the last bit. A NaN stays a NaN.
-            let z = x.clamp(-9.0, 9.0) * (2.0 * std::f32::consts::LOG2_E);
-            // 2^z = 2^n 2^f: adding and taking 1.5 * 2^23 rounds to the nearest whole number.
-            let shifted = z + 12_582_912.0;
-            let n = shifted - 12_582_912.0;
-            let f = (z - n) * std::f32::consts::LN_2;
-            let series = 1.0
-                + f * (1.0
-                    + f * (1.0 / 2.0 + f * (1.0 / 6.0 + f * (1.0 / 24.0 + f * (1.0 / 120.0 + f * (1.0 / 720.0))))));
-            let scale = f32::from_bits(shifted.to_bits().wrapping_add(127) << 23);
-            *x = 1.0 - 2.0 / (series * scale + 1.0);
-        }
-    });
-}
+use crate::rng::Stream;
 
 /// The shape of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]

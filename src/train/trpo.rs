@@ -7,7 +7,8 @@
 
 use super::{
     distribution::Family,
-    net::{Activations, Real, Shape},
+    net::{Activations, Shape},
+    real::Real,
 };
 use rayon::prelude::*;
 

@@ -2,7 +2,8 @@
 
 use super::{
     distribution::Family,
-    net::{Real, Shape},
+    net::Shape,
+    real::Real,
     trpo::{Batch, Decision, PolicyShape, Region, TrustRegion, advantages, conjugate_gradient},
 };
 use crate::rng;

@@ -48,7 +48,7 @@ pub struct FrameTimes {
     pub device_mb: Option<f64>,
 }
 
-/// A drive of minutes, a picture every sixtieth of a second of simulation.
+/// A drive of minutes in real time, or faster where a picture takes less than a sixtieth of a second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Drive {
     /// Width and height, pixels.
@@ -181,8 +181,9 @@ impl Picture {
         Ok(rows)
     }
 
-    /// Drives on for `seconds` of simulation (less where the scenario ends before) and draws the driver's view 60 times
-    /// in each; `progress` hears the share that is done.
+    /// Drives on for `seconds` of simulation (less where the scenario ends before) and draws the driver's view as a window
+    /// would: 60 times in each, or as often as this machine can, each picture as much later as the one before took.
+    /// `progress` hears the share that is done.
     ///
     /// # Errors
     /// As [`Picture::frames`].
@@ -190,18 +191,19 @@ impl Picture {
         const FRAME_S: f64 = 1.0 / 60.0;
         self.draw(ViewKind::Driver, size)?;
         let start_s = self.run.world().snapshot().tick.seconds();
-        let mut times = Vec::new();
-        while self.run.world().ended().is_none() && (times.len() as f64) * FRAME_S < seconds {
+        let (mut times, mut driven_s) = (Vec::new(), FRAME_S);
+        while self.run.world().ended().is_none() && driven_s < seconds {
             let begin = now();
-            self.run.until(start_s + (times.len() + 1) as f64 * FRAME_S)?;
+            self.run.until(start_s + driven_s)?;
             self.draw(ViewKind::Driver, size)?;
-            times.push(begin.elapsed());
-            progress(times.len() as f64 * FRAME_S / seconds);
+            let took = begin.elapsed();
+            times.push(took);
+            driven_s += took.as_secs_f64().max(FRAME_S);
+            progress(driven_s / seconds);
         }
-        let seconds = times.len() as f64 * FRAME_S;
         let all = Times::of(times.clone());
         let hitches = times.iter().filter(|t| t.as_secs_f64() * 1e6 > 2.0 * all.median_us).count();
-        Ok(Drive { size, seconds, times: all, hitches })
+        Ok(Drive { size, seconds: driven_s, times: all, hitches })
     }
 
     /// The adapter, in words.
