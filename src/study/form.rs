@@ -148,6 +148,26 @@ impl Form {
         form
     }
 
+    /// Goes on with a questionnaire of which this was answered before it was cut: at the first page on which something was
+    /// not. Times of what is answered now count from `now_s`.
+    pub fn resume(questionnaire: &Questionnaire, answered: &[Answered], now_s: f64) -> Self {
+        let mut form = Self::new(questionnaire, now_s);
+        for Answered { question, answer, time_s } in answered {
+            form.answers.insert(question.clone(), answer.clone());
+            form.times_s.insert(question.clone(), *time_s);
+        }
+        let pages = form.visible();
+        for page in pages {
+            form.page = page;
+            let open = form.stops().iter().position(|stop| !form.answers.contains_key(&stop.name()));
+            form.go_to(open.unwrap_or_else(|| form.stops().len()));
+            if open.is_some() {
+                break;
+            }
+        }
+        form
+    }
+
     /// The questionnaire's title.
     pub fn title(&self) -> &str {
         &self.questionnaire.title

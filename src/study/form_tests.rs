@@ -142,3 +142,43 @@ fn every_answer_of_every_shipped_questionnaire_is_one_that_its_kind_accepts() {
         }
     }
 }
+
+#[test]
+fn who_was_cut_off_goes_on_at_the_first_question_without_an_answer() {
+    let questionnaire = Questionnaire::parse(EVERY_KIND, "every.json").unwrap();
+    let mut form = Form::new(&questionnaire, 100.0);
+    assert_eq!(Form::resume(&questionnaire, &[], 100.0).answered(), form.answered());
+    for input in
+        [Input::Pick { stop: 0, option: 0 }, Input::Pick { stop: 1, option: 4 }, Input::Pick { stop: 2, option: 1 }]
+    {
+        form.take(input, 103.0);
+    }
+    form.take(Input::PageOn, 104.0);
+    form.take(Input::Pick { stop: 0, option: 1 }, 105.5);
+    let before = form.answered();
+    assert_eq!(before.len(), 4);
+
+    let mut again = Form::resume(&questionnaire, &before, 500.0);
+    assert_eq!((again.page().name.as_str(), again.focus(), again.answered()), ("two", 1, before));
+    again.take(Input::Pick { stop: 1, option: 0 }, 502.0);
+    let times: Vec<f64> = again.answered().into_iter().map(|a| a.time_s).collect();
+    assert_eq!(times, [3.0, 3.0, 3.0, 1.5, 2.0], "each since its page was seen, before the cut or after it");
+}
+
+#[test]
+fn who_had_answered_all_stands_at_the_button_of_the_last_page() {
+    let questionnaire = Questionnaire::parse(EVERY_KIND, "every.json").unwrap();
+    let answer = |question: &str, answer: Value| Answered { question: question.into(), answer, time_s: 1.0 };
+    // Without a licence there is no second page.
+    let all = [
+        answer("licence", json!(false)),
+        answer("effort", json!(5)),
+        answer("year", json!("1999")),
+        answer("more", json!("no")),
+    ];
+    let mut form = Form::resume(&questionnaire, &all, 0.0);
+    assert_eq!((form.page().name.as_str(), form.focus()), ("three", 2));
+    form.take(Input::Next, 1.0);
+    assert!(form.is_over());
+    assert_eq!(form.answered(), all);
+}

@@ -58,6 +58,9 @@ pub struct Passage {
     /// Folder of its recording, beside the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
+    /// What had been answered of a questionnaire that did not come to its end.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub answers: Vec<Answered>,
 }
 
 /// What happens now.
@@ -69,6 +72,9 @@ pub struct Running {
     pub recording: String,
     /// When it began, UTC.
     pub began: String,
+    /// What has been answered, of a questionnaire.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub answers: Vec<Answered>,
 }
 
 /// Something that an experimenter writes down: a note, a mark, an extension.
@@ -233,7 +239,7 @@ impl Session {
                 Err(error) => return Err(error.into()),
             }
             let recording = recording.exists().then_some(running.recording);
-            let (item, began) = (running.item, running.began);
+            let Running { item, began, answers, .. } = running;
             let reason = "the program ended".into();
             session.log.passages.push(Passage {
                 item,
@@ -242,6 +248,7 @@ impl Session {
                 began,
                 ended: now.into(),
                 recording,
+                answers,
             });
         }
         session.save()?;
@@ -307,7 +314,7 @@ impl Session {
         let before = self.log.passages.iter().filter(|p| p.item == item && p.recording.is_some()).count();
         let recording = if before == 0 { item.clone() } else { format!("{item}-again-{before}") };
         let folder = self.folder.join(&recording);
-        self.log.running = Some(Running { item, recording, began: now.into() });
+        self.log.running = Some(Running { item, recording, began: now.into(), answers: Vec::new() });
         self.save()?;
         Ok(folder)
     }
@@ -326,8 +333,28 @@ impl Session {
             began: running.began,
             ended: now.into(),
             recording,
+            answers: running.answers,
         });
         self.save()
+    }
+
+    /// What has been answered of the running questionnaire; it is on the disk at once, if it is new.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn keep(&mut self, answers: Vec<Answered>) -> Result<(), SessionError> {
+        match &mut self.log.running {
+            Some(running) if running.answers != answers => running.answers = answers,
+            _ => return Ok(()),
+        }
+        self.save()
+    }
+
+    /// What a participant has answered of the running questionnaire before it was cut: they go on with it.
+    pub fn kept(&self) -> &[Answered] {
+        let running = self.log.running.as_ref();
+        let last = running.and_then(|running| self.log.last(&running.item));
+        last.filter(|passage| passage.outcome == Outcome::Cut).map_or(&[], |passage| &passage.answers)
     }
 
     /// The running questionnaire was answered.
@@ -335,7 +362,8 @@ impl Session {
     /// # Errors
     /// The disk refuses.
     pub fn end_answered(&mut self, answers: Vec<Answered>, now: &str) -> Result<(), SessionError> {
-        if let Some(running) = &self.log.running {
+        if let Some(running) = &mut self.log.running {
+            running.answers.clear();
             self.log.answers.insert(running.item.clone(), answers);
         }
         self.end(Outcome::Done, "", now)
@@ -370,6 +398,7 @@ impl Session {
             began: now.into(),
             ended: now.into(),
             recording: None,
+            answers: Vec::new(),
         });
         self.save()
     }

@@ -126,6 +126,47 @@ fn after_a_cut_the_visit_goes_on_at_what_was_cut_when_the_experimenter_says_so()
 }
 
 #[test]
+fn answers_before_a_cut_are_kept_and_gone_on_with_and_a_repeated_questionnaire_begins_anew() {
+    let mut rig = Rig::new();
+    rig.next();
+    rig.next();
+    let answers = |rig: &mut Rig, options: &[usize]| {
+        for (stop, option) in options.iter().enumerate() {
+            rig.input(Input::Pick { stop, option: *option });
+        }
+    };
+    answers(&mut rig, &[3, 7]);
+    rig.open();
+    let cut = rig.log().passages.pop().unwrap();
+    let given: Vec<(String, f64)> =
+        cut.answers.iter().map(|a| (a.question.clone(), a.answer.as_f64().unwrap())).collect();
+    assert_eq!(given, [("mental".to_owned(), 15.0), ("physical".to_owned(), 35.0)]);
+
+    rig.command(VisitCommand::Go);
+    rig.next();
+    let Screen::Questions(form) = rig.visit().screen(RoadNow::default()) else { panic!("questions") };
+    assert_eq!((form.answered(), form.focus()), (cut.answers.clone(), 2));
+    // Cut again before anything new: still there.
+    rig.open();
+    assert_eq!(rig.log().passages.pop().unwrap().answers, cut.answers);
+
+    rig.command(VisitCommand::Go);
+    rig.next();
+    rig.answer();
+    let log = rig.log();
+    assert_eq!(log.answers["before"].len(), 6);
+    assert_eq!(log.answers["before"][..2], cut.answers);
+    assert!(log.last("before").unwrap().answers.is_empty(), "they stand with the answers");
+
+    rig.command(VisitCommand::Repeat { item: "before".into(), reason: reason("once more") });
+    rig.command(VisitCommand::Abort(reason("it comes first")));
+    rig.command(VisitCommand::Go);
+    rig.next();
+    let Screen::Questions(form) = rig.visit().screen(RoadNow::default()) else { panic!("questions") };
+    assert!(form.answered().is_empty());
+}
+
+#[test]
 fn what_is_broken_off_comes_again_and_what_is_called_back_comes_once_more() {
     let mut rig = Rig::new();
     rig.until_practice();

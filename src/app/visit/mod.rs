@@ -255,8 +255,12 @@ impl Visit {
         }
         match &mut self.at {
             At::Questions(form) => {
+                // A text is on the disk when the hand goes on, not with each letter.
+                let typed = matches!(input, Input::Type { .. });
                 form.take(input, self.elapsed_s);
-                if form.is_over() {
+                if !form.is_over() && !typed {
+                    self.session.keep(form.answered())?;
+                } else if form.is_over() {
                     let answers = form.answered();
                     self.session.end_answered(answers, &(self.utc)())?;
                     self.go_on()?;
@@ -274,7 +278,7 @@ impl Visit {
     fn turn_page(&mut self) -> Result<(), AppError> {
         match &self.at {
             At::Intro(_) => match self.running().map(|planned| planned.item.clone()) {
-                Some(Item::Questions(word)) => self.ask(&word),
+                Some(Item::Questions(word)) => self.ask(&word)?,
                 _ => self.see(At::Loading(false)),
             },
             At::Text(_) | At::Rest(..) => {
@@ -286,11 +290,15 @@ impl Visit {
         Ok(())
     }
 
-    fn ask(&mut self, word: &str) {
-        match self.study.questionnaires.get(word) {
-            Some(questionnaire) => self.see(At::Questions(Box::new(Form::new(questionnaire, self.elapsed_s)))),
-            None => self.see(At::Hold),
-        }
+    fn ask(&mut self, word: &str) -> Result<(), AppError> {
+        let Some(questionnaire) = self.study.questionnaires.get(word) else {
+            self.see(At::Hold);
+            return Ok(());
+        };
+        let form = Form::resume(questionnaire, self.session.kept(), self.elapsed_s);
+        self.session.keep(form.answered())?;
+        self.see(At::Questions(Box::new(form)));
+        Ok(())
     }
 
     /// The next item of the plan begins; after the last the visit is over.
@@ -310,7 +318,7 @@ impl Visit {
                 let words = said(text, &texts.rest);
                 self.see(At::Rest(words, seconds));
             }
-            Item::Questions(word) if text.is_empty() => self.ask(&word),
+            Item::Questions(word) if text.is_empty() => self.ask(&word)?,
             Item::Questions(_) => self.see(At::Intro(text)),
             Item::Drive { .. } => {
                 let words = said(text, &texts.ready);
