@@ -6,9 +6,10 @@ use super::{
     clock::Stamp,
     feel::{Angle, ForceDevice},
     lamps::Lamps,
-    profile::Profile,
+    profile::{ForceBackend, Profile},
     profiles::{self, Device, Kind},
     reader::Port,
+    sdl_force::SdlForce,
     wheel::{Found, Told},
 };
 use evdev::{
@@ -238,15 +239,10 @@ impl Port for EvdevPort {
             match chosen {
                 Ok((mut wheel, device, profile, faults)) => {
                     faults.into_iter().for_each(&mut *say);
-                    let wanted = profile.force.strength > 0.0;
-                    let force = match wanted.then(|| EvdevForce::open(node, profile.force.autocentre_after)) {
-                        None => None,
-                        Some(Ok(force)) => Some(Box::new(force) as Box<dyn ForceDevice>),
-                        Some(Err(text)) => {
-                            say(text);
-                            None
-                        }
-                    };
+                    let force = force(node, &profile).unwrap_or_else(|text| {
+                        say(text);
+                        None
+                    });
                     if let Some(raw) = device.values.get(&profile.steering.axis) {
                         wheel.angle.set(profile.steering.wheel_rad(*raw));
                     }
@@ -272,6 +268,18 @@ impl Port for EvdevPort {
     fn read(&mut self, wheel: &mut OpenWheel, told: &mut Vec<Told>) -> io::Result<()> {
         wheel.read(Duration::from_millis(100), told)
     }
+}
+
+/// What takes this wheel's force, `None` if the profile wants none.
+fn force(node: &Node, profile: &Profile) -> Result<Option<Box<dyn ForceDevice>>, String> {
+    let settings = &profile.force;
+    if settings.strength == 0.0 {
+        return Ok(None);
+    }
+    Ok(Some(match settings.backend {
+        ForceBackend::System => Box::new(EvdevForce::open(node, settings.autocentre_after)?),
+        ForceBackend::Sdl => Box::new(SdlForce::open(node.id, &node.name, settings.autocentre_after)?),
+    }))
 }
 
 /// Why a wheel cannot be opened, with the remedy.

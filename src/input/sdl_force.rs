@@ -149,6 +149,33 @@ impl Sdl {
     }
 }
 
+/// Where the library may be.
+fn files() -> Vec<PathBuf> {
+    let named = std::env::var_os(LIBRARY).filter(|file| !file.is_empty()).map(PathBuf::from);
+    named.map_or_else(|| NAMES.iter().map(PathBuf::from).collect(), |file| vec![file])
+}
+
+/// The first that can be used; or why none can, and the remedy.
+fn load(libraries: &[PathBuf]) -> Result<(PathBuf, Sdl), [String; 2]> {
+    let mut faults = Vec::new();
+    let loaded = libraries.iter().find_map(|path| {
+        let sdl = Sdl::load(path).map_err(|fault| faults.push(fault)).ok()?;
+        Some((path.clone(), sdl))
+    });
+    loaded.ok_or_else(|| {
+        let remedy = format!("{REMEDY}, or name its file in {LIBRARY}");
+        [format!("SDL2 cannot be used: {}", faults.join("; ")), remedy]
+    })
+}
+
+/// Which library is there for force, for those who only look.
+///
+/// # Errors
+/// None: why, and the remedy.
+pub fn look() -> Result<PathBuf, [String; 2]> {
+    load(&files()).map(|(path, _)| path)
+}
+
 /// Force of a wheel through SDL.
 pub struct SdlForce {
     sdl: Sdl,
@@ -169,30 +196,18 @@ impl SdlForce {
     /// # Errors
     /// There is no SDL2, or no force: why, and the remedy.
     pub fn open(id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, String> {
-        let named = std::env::var_os(LIBRARY).filter(|file| !file.is_empty()).map(PathBuf::from);
-        let files = named.map_or_else(|| NAMES.iter().map(PathBuf::from).collect(), |file| vec![file]);
-        Self::open_from(&files, id, name, autocentre_after)
+        Self::open_from(&files(), id, name, autocentre_after)
     }
 
     /// The same with the first of these libraries that can be opened.
     ///
     /// # Errors
     /// As above.
-    pub fn open_from(
-        libraries: &[PathBuf],
-        id: (u16, u16),
-        name: &str,
-        autocentre_after: f64,
-    ) -> Result<Self, String> {
+    pub fn open_from(libraries: &[PathBuf], id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, String> {
         let without = |why: &str, remedy: &str| {
             format!("{name} gives no force ({why}); the drive goes on without\n  remedy: {remedy}")
         };
-        let mut faults = Vec::new();
-        let loaded = libraries.iter().find_map(|path| Sdl::load(path).map_err(|fault| faults.push(fault)).ok());
-        let Some(sdl) = loaded else {
-            let remedy = format!("{REMEDY}, or name its file in {LIBRARY}");
-            return Err(without(&format!("SDL2 cannot be used: {}", faults.join("; ")), &remedy));
-        };
+        let (_, sdl) = load(libraries).map_err(|[why, remedy]| without(&why, &remedy))?;
         let motor = "another wheel, or the wheel's own driver from its maker";
         sdl.begin().map_err(|why| without(&format!("SDL2 does not start: {why}"), REMEDY))?;
         let null = std::ptr::null_mut();

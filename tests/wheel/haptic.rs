@@ -5,7 +5,7 @@ use super::kernel::BEND;
 use codrive::input::{
     feel::{Angle, ForceDevice, ForceLoop, ForceThread},
     profiles,
-    sdl_force::SdlForce,
+    sdl_force::{self, SdlForce},
 };
 use std::{
     ffi::{CStr, c_char},
@@ -41,7 +41,8 @@ impl Recorder {
     fn taken(&self) -> Vec<String> {
         // SAFETY: the type is that of haptic.c, and the text stands until the next call.
         let text = unsafe {
-            let taken = self.library.as_ref().unwrap().get::<unsafe extern "C" fn() -> *const c_char>(b"taken\0").unwrap();
+            let taken =
+                self.library.as_ref().unwrap().get::<unsafe extern "C" fn() -> *const c_char>(b"taken\0").unwrap();
             CStr::from_ptr(taken()).to_string_lossy().into_owned()
         };
         text.lines().map(str::to_owned).collect()
@@ -86,7 +87,8 @@ fn sdl_gets_one_constant_effect_updated_in_place_and_stopped_at_the_end() {
     }
     drop(force);
     let zero = format!("update 3 {}", bytes(0));
-    let ended = [zero.as_str(), "stop 3", "autocentre 50", "destroy 3", "close haptic", "close joystick 1", "quit 1200"];
+    let ended =
+        [zero.as_str(), "stop 3", "autocentre 50", "destroy 3", "close haptic", "close joystick 1", "quit 1200"];
     assert_eq!(recorder.taken(), ended);
 }
 
@@ -151,5 +153,6 @@ fn the_true_sdl_without_a_wheel_says_that_there_is_none() {
     let there = text.contains("joysticks, none of them 046d:cfff");
     let not_there = text.contains("SDL2 cannot be used: libSDL2-2.0.so.0: ");
     assert!(there || not_there, "{text}");
+    assert_eq!(sdl_force::look().is_ok(), there, "doctor says the same");
     assert!(text.contains("the drive goes on without\n  remedy: "), "{text}");
 }

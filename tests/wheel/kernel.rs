@@ -86,7 +86,12 @@ pub struct Driver {
 impl Driver {
     /// Sits down.
     pub fn new() -> Self {
-        Self { rig: Rig::open(Some(profile())), news: Vec::new() }
+        Self::with(profile())
+    }
+
+    /// The same with this profile.
+    pub fn with(profile: Profile) -> Self {
+        Self { rig: Rig::open(Some(profile)), news: Vec::new() }
     }
 
     /// Polls until `what` holds, for up to 30 s.

@@ -4,6 +4,7 @@
 //! umockdev is missing this is said, and nothing tested.
 #![cfg(target_os = "linux")]
 
+mod haptic;
 mod kernel;
 mod uinput;
 mod usb;
