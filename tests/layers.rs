@@ -28,7 +28,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
     ("resvg", &["chart"]),
     ("gilrs", &["input"]),
     ("evdev", &["input"]),
-    ("libloading", &["traffic"]),
+    ("libloading", &["traffic", "input"]),
     ("rapier3d", &["ego"]),
     ("clap", &["cli"]),
     ("arrow_array", &["record"]),

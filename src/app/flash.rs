@@ -45,9 +45,14 @@ impl Flash {
     }
 
     /// Of the frame that is drawn now: `None` without a square, else whether it is white.
-    pub fn frame(&mut self) -> Option<bool> {
-        let white = std::mem::take(&mut self.due);
-        (self.on != FlashPatch::Off).then_some(white)
+    pub fn frame(&self) -> Option<bool> {
+        (self.on != FlashPatch::Off).then_some(self.due)
+    }
+
+    /// That frame has been handed to the screen. Until then what is due stays due: a frame that the screen did not take would
+    /// swallow the edge.
+    pub fn shown(&mut self) {
+        self.due = false;
     }
 }
 
@@ -68,7 +73,9 @@ mod tests {
                 world.tick(&controls).unwrap();
                 flash.tick(&world, &controls);
             }
-            flash.frame()
+            let white = flash.frame();
+            flash.shown();
+            white
         };
         pedals.iter().map(frame).collect()
     }

@@ -40,7 +40,7 @@ pub struct Show {
     lane_help: bool,
     recorder: Option<Recorder>,
     frames: u64,
-    /// Time of the newest input that no tick has used yet, and of the newest that one of this frame's has.
+    /// Time of the newest input that no tick has used yet, and of the oldest used one that no frame has shown yet.
     unused_input: Option<Stamp>,
     used_input: Option<UsedInput>,
     latency: Latency,
@@ -165,6 +165,7 @@ impl Show {
     /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
     pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) {
         let used = self.used_input.take();
+        let patch = self.patch.take().inspect(|_| self.flash.shown());
         let to_tick_s = used.map(|input| input.at.until(input.ticked).as_secs_f64());
         let latency_s = used.map(|input| input.at.until(Stamp::now()).as_secs_f64());
         self.latency.frame(elapsed, to_tick_s.zip(latency_s).map(|(tick, frame)| [tick, frame]));
@@ -178,7 +179,7 @@ impl Show {
             dropped_s: due.dropped.as_secs_f64(),
             latency_s,
             input_to_tick_s: to_tick_s,
-            flash: self.patch,
+            flash: patch,
         });
         self.frames += 1;
     }
@@ -279,7 +280,8 @@ impl Show {
         )?;
         recorded?;
         if due.ticks > 0 {
-            self.used_input = self.unused_input.take().map(|at| UsedInput { at, ticked });
+            let used = self.unused_input.take().map(|at| UsedInput { at, ticked });
+            self.used_input = self.used_input.or(used);
         }
         self.tell_rig();
         Ok(due)

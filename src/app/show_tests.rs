@@ -112,6 +112,30 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
 }
 
 #[test]
+fn a_frame_that_the_screen_did_not_take_swallows_neither_the_flash_nor_the_latency() {
+    // The fault: the first picture drawn after the pedal took the white square with it, also one that was never shown (a
+    // surface that was out of date, a picture asked for another window).
+    let (mut show, to) = show(Scenario { flash_patch: FlashPatch::Pedal, ..Scenario::default() });
+    to.send(g29(Lamps::default(), false)).unwrap();
+    frame(&mut show);
+    to.send(Told::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    for _ in 0..3 {
+        show.advance(Duration::from_nanos(16_666_667), |_| ()).unwrap();
+        assert_eq!(show.view().patch, Some(true));
+    }
+    assert_eq!(frame(&mut show), Some(true), "the first frame that is shown");
+    assert_eq!(show.latency().input_to_frame().unwrap().count, 1);
+    assert_eq!(frame(&mut show), Some(false));
+    // A page over the picture has no square, and takes none.
+    to.send(Told::Axis { code: 5, raw: 255, at: None }).unwrap();
+    frame(&mut show);
+    to.send(Told::Axis { code: 5, raw: 100, at: None }).unwrap();
+    let due = show.advance(Duration::from_nanos(16_666_667), |_| ()).unwrap();
+    show.shown(Duration::from_secs(1), Duration::ZERO, &due);
+    assert_eq!(frame(&mut show), Some(true));
+}
+
+#[test]
 fn an_input_waits_for_a_tick_and_a_frame_at_most() {
     // A screen of 250 Hz: two of three frames have no tick.
     let (mut show, to) = show(Scenario::default());

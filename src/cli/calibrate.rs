@@ -51,6 +51,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "no steering wheel is plugged in\n  remedy: plug it in, wait for its turn, and begin again".into(),
         )
     })?;
+    let others = nodes.iter().filter(|other| other.kind == Kind::Wheel && other.path != node.path);
+    for other in others {
+        eprintln!(
+            "{} is plugged in, too; {} is asked\n  remedy: unplug the one that is not meant",
+            other.name, node.name
+        );
+    }
     let failed = |error: &std::io::Error| CliError::Failed(linux::trouble(node, error));
     let (mut wheel, device) = OpenWheel::open(node).map_err(|e| failed(&e))?;
     let name = matches.get_one::<String>("name").cloned().unwrap_or_else(|| device.name.clone());

@@ -4,11 +4,12 @@ use super::Line;
 
 #[cfg(not(target_os = "linux"))]
 pub(super) fn examine() -> Vec<Line> {
-    vec![Line::warning(
-        "wheel",
-        "unknown on this system",
-        "a study's rig runs on Linux, where wheels have kernel times",
-    )]
+    let remedy = "a study's rig runs on Linux, where wheels have kernel times";
+    let force = match crate::input::sdl_force::look() {
+        Ok(path) => Line::ok("force", format!("through {}, if the wheel's driver has a motor", path.display())),
+        Err([why, remedy]) => Line::warning("force", why, remedy),
+    };
+    vec![Line::warning("wheel", "unknown on this system", remedy), force]
 }
 
 #[cfg(target_os = "linux")]

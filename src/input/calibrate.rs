@@ -25,6 +25,8 @@ const FIRST_HAT: u16 = 16;
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
+    /// Something moves: its driver has not read the wheel yet.
+    Wake,
     /// Nobody touches anything.
     Rest,
     /// Full left.
@@ -49,6 +51,7 @@ impl Step {
     /// The question, as a sentence.
     pub fn question(self) -> &'static str {
         match self {
+            Self::Wake => "Turn the wheel a little: it has not told yet where it stands.",
             Self::Rest => "Wheel straight, hands and feet off.",
             Self::Left => "Turn the wheel fully to the left and hold it there.",
             Self::Right => "Turn the wheel fully to the right and hold it there.",
@@ -123,8 +126,12 @@ impl Calibration {
             let text = format!("{} has less than two axes\n  remedy: a wheel with pedals of its own", device.name);
             return Err(ProfileError(text));
         }
+        // A USB wheel is read when it reports, which it does when something moves. Until then its driver says 0 of every axis,
+        // and pedals that rest at 255 would seem to be pressed by the first turn of the wheel.
+        let unread = device.values.values().all(|raw| *raw == 0);
+        let step = if unread { Step::Wake } else { Step::Rest };
         let (steering, ends, centre, pedals) = (None, [0; 2], 0, Vec::new());
-        Ok(Self { device, axes, step: Step::Rest, began_s: now_s, now_s, steering, ends, centre, pedals })
+        Ok(Self { device, axes, step, began_s: now_s, now_s, steering, ends, centre, pedals })
     }
 
     /// What is asked now.
@@ -140,6 +147,9 @@ impl Calibration {
         if (f64::from(raw) - f64::from(axis.anchor)).abs() > STILL * axis.span() {
             (axis.anchor, axis.since_s) = (raw, at_s);
         }
+        if self.step == Step::Wake {
+            (self.step, self.began_s) = (Step::Rest, self.now_s);
+        }
         if self.step == Step::Rest {
             axis.noise = [axis.noise[0].min(raw), axis.noise[1].max(raw)];
         }
@@ -154,6 +164,7 @@ impl Calibration {
 
     fn answer(&mut self) {
         let next = match self.step {
+            Step::Wake => None,
             Step::Rest => self.rested().then_some(Step::Left),
             Step::Left => self.turned().map(|(code, raw)| {
                 (self.steering, self.ends[0]) = (Some(code), raw);
@@ -375,6 +386,7 @@ mod tests {
             values: [(3, 0), (6, 0), (7, 0)].into(),
         };
         let mut calibration = Calibration::new(device, 0.0).unwrap();
+        calibration.moved(3, 2, 0.0);
         let mut now_s = 2.1;
         calibration.time(now_s);
         for (code, from, to) in
@@ -385,6 +397,30 @@ mod tests {
         let profile = calibration.profile("other").unwrap();
         assert!(profile.steering.wheel_rad(400) > 0.0 && profile.steering.wheel_rad(-400) < 0.0);
         assert_eq!((profile.accelerator.axis, profile.accelerator.pressed, profile.accelerator.released), (7, 1000, 0));
+    }
+
+    #[test]
+    fn a_wheel_that_has_not_been_read_is_woken_before_its_rest_is_learnt() {
+        // The fault: the first report brings all axes from 0 to where they are, and the pedals seemed to be the wheel.
+        let device = Device { values: [(0, 0), (1, 0), (2, 0), (5, 0), (16, 0)].into(), ..g29() };
+        let mut calibration = Calibration::new(device, 0.0).unwrap();
+        calibration.time(10.0);
+        assert_eq!(calibration.step(), Step::Wake, "nobody knows where it rests");
+        for (code, raw) in [(0, 32_800), (1, 255), (2, 255), (5, 255)] {
+            calibration.moved(code, raw, 11.0);
+        }
+        assert_eq!(calibration.step(), Step::Rest);
+        calibration.time(13.1);
+        assert_eq!(calibration.step(), Step::Left);
+        let mut now_s = 13.1;
+        for (code, from, to) in
+            [(0, 32_800, 0), (0, 0, 65_535), (0, 65_535, 32_700), (2, 255, 0), (2, 0, 255), (5, 255, 60), (5, 60, 255)]
+        {
+            hold(&mut calibration, &mut now_s, code, from, to);
+        }
+        let profile = calibration.profile("Rig 1").unwrap();
+        assert_eq!((profile.steering.axis, profile.accelerator.axis), (0, 2));
+        assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (255, 0));
     }
 
     #[test]

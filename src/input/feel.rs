@@ -81,7 +81,8 @@ impl ForceLoop {
         let lock_rad = f64::from(STEERING_LOCK_RAD) * profile.steering.ratio / f64::from(STEERING_RATIO);
         let end_rad = (profile.steering.range_deg / 2.0).to_radians().min(lock_rad);
         let model = ForceModel::new(&profile.force, end_rad);
-        Self { device, model, left_is_low: profile.steering.left < profile.steering.right, sent: None, last: None }
+        let left_is_low = (profile.steering.left < profile.steering.right) != profile.force.invert;
+        Self { device, model, left_is_low, sent: None, last: None }
     }
 
     /// Sends the force of the moment `now` if it is another than before. Returns the torque, N m.

@@ -11,8 +11,9 @@ use std::f64::consts::TAU;
 pub const SMOOTH_S: f64 = 0.010;
 /// The force begins to fade when the loop has not spoken for so long, seconds.
 pub const STALE_S: f64 = 0.060;
-/// And is gone so much later, seconds: with a period of the thread less than 100 ms after the last word.
-const FADE_OUT_S: f64 = 0.030;
+/// And is gone so much later, seconds: four periods of the thread. With the one in which that is seen at most 84 ms after the
+/// last word, and with the timers of the wheel's own driver (up to 8 ms, see `tests/wheel/usb.rs`) less than 100.
+const FADE_OUT_S: f64 = 0.024;
 /// Fades in, seconds: no hand is surprised.
 const FADE_IN_S: f64 = 0.4;
 /// Wheel speed at which dry friction is nearly full, rad/s: a steeper rise would buzz with the delay of the device.

@@ -6,9 +6,10 @@ use super::{
     clock::Stamp,
     feel::{Angle, ForceDevice},
     lamps::Lamps,
-    profile::Profile,
+    profile::{ForceBackend, Profile},
     profiles::{self, Device, Kind},
     reader::Port,
+    sdl_force::SdlForce,
     wheel::{Found, Told},
 };
 use evdev::{
@@ -17,7 +18,7 @@ use evdev::{
 };
 use nix::poll::{PollFd, PollFlags, PollTimeout};
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs, io,
     os::fd::{AsFd, AsRawFd},
     path::{Path, PathBuf},
@@ -32,8 +33,9 @@ pub const UDEV_RULE: &str =
     r#"SUBSYSTEM=="input", KERNEL=="event*", ENV{ID_INPUT_JOYSTICK}=="1", TAG+="uaccess", MODE="0660", GROUP="input""#;
 /// Where it belongs: before 73-seat-late.rules, which acts on the tag.
 pub const UDEV_FILE: &str = "/etc/udev/rules.d/70-codrive-wheel.rules";
-/// SYN_DROPPED: the kernel's queue ran over.
+/// SYN_DROPPED: the kernel's queue ran over. What follows up to the next SYN_REPORT is a part of a packet.
 const SYN_DROPPED: u16 = 3;
+const SYN_REPORT: u16 = 0;
 /// Towards greater values of the first axis, see `ForceModel::level`.
 const TO_GREATER: u16 = 0xC000;
 
@@ -77,6 +79,10 @@ pub struct OpenWheel {
     device: RawDevice,
     /// Whether the kernel stamps events with the monotonic clock.
     monotonic: bool,
+    /// Buttons that are down, as far as was told.
+    down: BTreeSet<u16>,
+    /// True from an overflow of the kernel's queue to the end of its packet.
+    dropped: bool,
     /// Axis, and from raw to angle.
     profile: Option<Profile>,
     angle: Arc<Angle>,
@@ -97,7 +103,8 @@ impl OpenWheel {
             known.axes.insert(code.0, [info.minimum(), info.maximum()]);
             known.values.insert(code.0, info.value());
         }
-        Ok((Self { device, monotonic, profile: None, angle: Arc::default() }, known))
+        let down = buttons(&device)?;
+        Ok((Self { device, monotonic, down, dropped: false, profile: None, angle: Arc::default() }, known))
     }
 
     /// Waits up to `patience` for events, and adds them to `told`.
@@ -124,21 +131,38 @@ impl OpenWheel {
         }
         for event in events {
             let at = stamp(event.timestamp(), now, real);
-            match event.event_type() {
-                EventType::ABSOLUTE => self.moved(event.code(), event.value(), at, told),
+            match (event.event_type(), event.code()) {
+                (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
+                (EventType::SYNCHRONIZATION, SYN_REPORT) if std::mem::take(&mut self.dropped) => {
+                    self.ask_again(at, told)?;
+                }
+                _ if self.dropped => {}
+                (EventType::ABSOLUTE, code) => self.moved(code, event.value(), at, told),
                 // 2 is the kernel's own repetition.
-                EventType::KEY if event.value() < 2 => {
-                    told.push(Told::Button { code: event.code(), down: event.value() == 1, at });
-                }
-                EventType::SYNCHRONIZATION if event.code() == SYN_DROPPED => {
-                    let now: Vec<(u16, i32)> =
-                        self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
-                    now.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
-                }
+                (EventType::KEY, code) if event.value() < 2 => self.pressed(code, event.value() == 1, at, told),
                 _ => {}
             }
         }
         Ok(())
+    }
+
+    /// The device's state as it is now, after events were lost: a button that came up unheard would sound the horn for ever.
+    fn ask_again(&mut self, at: Option<Stamp>, told: &mut Vec<Told>) -> io::Result<()> {
+        let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
+        axes.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
+        let now = buttons(&self.device)?;
+        let changed: Vec<u16> = self.down.symmetric_difference(&now).copied().collect();
+        changed.into_iter().for_each(|code| self.pressed(code, now.contains(&code), at, told));
+        Ok(())
+    }
+
+    fn pressed(&mut self, code: u16, down: bool, at: Option<Stamp>, told: &mut Vec<Told>) {
+        if down {
+            self.down.insert(code);
+        } else {
+            self.down.remove(&code);
+        }
+        told.push(Told::Button { code, down, at });
     }
 
     fn moved(&self, code: u16, raw: i32, at: Option<Stamp>, told: &mut Vec<Told>) {
@@ -147,6 +171,11 @@ impl OpenWheel {
         }
         told.push(Told::Axis { code, raw, at });
     }
+}
+
+/// Buttons that are down now.
+fn buttons(device: &RawDevice) -> io::Result<BTreeSet<u16>> {
+    Ok(device.get_key_state()?.iter().map(|key| key.0).collect())
 }
 
 /// The kernel's time of an event on the monotonic clock. Where the kernel keeps to the clock of the day (`real` is its
@@ -210,14 +239,10 @@ impl Port for EvdevPort {
             match chosen {
                 Ok((mut wheel, device, profile, faults)) => {
                     faults.into_iter().for_each(&mut *say);
-                    let force = match EvdevForce::open(node, profile.force.autocentre_after) {
-                        _ if profile.force.strength == 0.0 => None,
-                        Ok(force) => Some(Box::new(force) as Box<dyn ForceDevice>),
-                        Err(text) => {
-                            say(text);
-                            None
-                        }
-                    };
+                    let force = force(node, &profile).unwrap_or_else(|text| {
+                        say(text);
+                        None
+                    });
                     if let Some(raw) = device.values.get(&profile.steering.axis) {
                         wheel.angle.set(profile.steering.wheel_rad(*raw));
                     }
@@ -243,6 +268,18 @@ impl Port for EvdevPort {
     fn read(&mut self, wheel: &mut OpenWheel, told: &mut Vec<Told>) -> io::Result<()> {
         wheel.read(Duration::from_millis(100), told)
     }
+}
+
+/// What takes this wheel's force, `None` if the profile wants none.
+fn force(node: &Node, profile: &Profile) -> Result<Option<Box<dyn ForceDevice>>, String> {
+    let settings = &profile.force;
+    if settings.strength == 0.0 {
+        return Ok(None);
+    }
+    Ok(Some(match settings.backend {
+        ForceBackend::System => Box::new(EvdevForce::open(node, settings.autocentre_after)?),
+        ForceBackend::Sdl => Box::new(SdlForce::open(node.id, &node.name, settings.autocentre_after)?),
+    }))
 }
 
 /// Why a wheel cannot be opened, with the remedy.

@@ -1,5 +1,5 @@
 //! Devices. In: keys (told by `app`), wheels (read by evdev on Linux), pads (read by gilrs, which also reads the wheels of
-//! other systems). Out: [`Controls`], actions of buttons, time of the newest input; and the force of the wheel. Nothing
+//! other systems, whose force goes through SDL2). Out: [`Controls`], actions of buttons, time of the newest input; and the force of the wheel. Nothing
 //! acts before it is known: a pedal that has not been read counts as released. The device touched last drives.
 
 pub mod calibrate;
@@ -16,6 +16,7 @@ pub mod profile;
 pub mod profiles;
 pub mod reader;
 mod rig;
+pub mod sdl_force;
 pub mod wheel;
 
 pub use clock::Stamp;
@@ -57,12 +58,17 @@ impl Devices {
 
     /// The same with the profile that a person named for the wheel.
     pub fn open_with(profile: Option<Profile>) -> Self {
-        Self::with_rig(Rig::open(profile))
+        let pads = Pads::open(profile.as_ref());
+        Self::with(pads, Rig::open(profile))
     }
 
     /// The same with this wheel.
     pub fn with_rig(rig: Rig) -> Self {
-        Self { keyboard: Keyboard::default(), pads: Pads::open(), rig, source: Source::Keyboard }
+        Self::with(Pads::open(None), rig)
+    }
+
+    fn with(pads: Pads, rig: Rig) -> Self {
+        Self { keyboard: Keyboard::default(), pads, rig, source: Source::Keyboard }
     }
 
     /// Reads what happened since the last call; once a frame.
@@ -70,7 +76,8 @@ impl Devices {
         if self.pads.poll() {
             self.source = Source::Pad;
         }
-        let (touched, news) = self.rig.poll();
+        let (touched, mut news) = self.rig.poll();
+        news.extend(self.pads.take_troubles().into_iter().map(RigNews::Trouble));
         if touched || news.iter().any(|news| matches!(news, RigNews::Found(_))) {
             self.source = Source::Wheel;
         }
@@ -93,11 +100,12 @@ impl Devices {
     /// What the hands are to feel from now on; at least ten times a second, or the force goes.
     pub fn feel(&self, feel: Feel) {
         self.rig.feel(feel);
+        self.pads.feel(feel);
     }
 
     /// The torque that was last sent to the wheel, N m, positive to the left; `None` where none is.
     pub fn torque_nm(&self) -> Option<f64> {
-        self.rig.torque_nm()
+        self.rig.torque_nm().or_else(|| self.pads.torque_nm())
     }
 
     /// True while someone sounds the horn.

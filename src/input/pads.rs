@@ -1,13 +1,18 @@
 //! Pads through gilrs, and wheels on systems without evdev; its filters are off: they round a wheel's steering to 4.5
-//! degrees and couple it with the clutch (FACTS 7). In: gilrs' events. Out: [`Controls`] of the device that was touched last.
+//! degrees and couple it with the clutch (FACTS 7). In: gilrs' events. Out: [`Controls`] of the device that was touched last; the force of
+//! a wheel, through SDL2.
 
 use super::{
+    feel::{Angle, ForceDevice, ForceLoop, ForceThread},
+    force::Feel,
     other::{WheelAxis, WheelState, known_wheel},
+    profile::Profile,
     profiles::{self, Kind},
+    sdl_force::SdlForce,
 };
 use crate::ego::{Controls, STEERING_LOCK_RAD, Selector};
 use gilrs::{Axis, Button, EventType, GamepadId, Gilrs, GilrsBuilder};
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 /// Stick travel around the middle that counts as none: worn sticks rest at up to 0.1.
 const STICK_DEAD: f32 = 0.12;
@@ -19,6 +24,20 @@ pub struct Pads {
     gilrs: Option<Gilrs>,
     devices: BTreeMap<usize, Device>,
     active: Option<usize>,
+    /// The profile that a person named; only its force matters here.
+    asked: Option<Profile>,
+    force: Option<WheelForce>,
+    /// What a person has to know, each said once.
+    troubles: Vec<String>,
+    said: Vec<String>,
+}
+
+/// The force of one wheel.
+struct WheelForce {
+    /// Whose.
+    key: usize,
+    thread: ForceThread,
+    angle: Arc<Angle>,
 }
 
 struct Device {
@@ -41,17 +60,24 @@ struct PadState {
 
 impl Pads {
     /// Opens gilrs; where it cannot be opened there are no pads, which is said once.
-    pub fn open() -> Self {
+    /// `asked` is the profile that a person named for the wheel.
+    pub fn open(asked: Option<&Profile>) -> Self {
+        let asked = asked.cloned();
         if wheel_is_here() {
             // gilrs opens every joystick there is, and a wheel has one reader.
-            return Self { gilrs: None, devices: BTreeMap::new(), active: None };
+            return Self { asked, ..Self::none() };
         }
         let gilrs = GilrsBuilder::new().with_default_filters(false).build();
         let gilrs = gilrs.map_err(|e| log::info!("no pads or wheels: {e}")).ok();
-        let mut pads = Self { gilrs, devices: BTreeMap::new(), active: None };
+        let mut pads = Self { gilrs, asked, ..Self::none() };
         let ids: Vec<GamepadId> = pads.gilrs.iter().flat_map(|g| g.gamepads().map(|(id, _)| id)).collect();
         ids.into_iter().for_each(|id| pads.connect(id));
         pads
+    }
+
+    fn none() -> Self {
+        let (devices, troubles, said) = (BTreeMap::new(), Vec::new(), Vec::new());
+        Self { gilrs: None, devices, active: None, asked: None, force: None, troubles, said }
     }
 
     /// Reads all events since the last call; true if a device was touched.
@@ -61,14 +87,7 @@ impl Pads {
             let key = usize::from(event.id);
             match event.event {
                 EventType::Connected => self.connect(event.id),
-                EventType::Disconnected => {
-                    if let Some(device) = self.devices.remove(&key) {
-                        log::warn!("{} was unplugged: its pedals count as released", device.name);
-                    }
-                    if self.active == Some(key) {
-                        self.active = None;
-                    }
-                }
+                EventType::Disconnected => self.disconnect(key),
                 other => {
                     if let Some(device) = self.devices.get_mut(&key).filter(|_| acts(&other)) {
                         device.take(&other);
@@ -78,7 +97,60 @@ impl Pads {
                 }
             }
         }
+        if let Some((force, device)) = self.force.as_ref().and_then(|f| Some((f, self.devices.get(&f.key)?))) {
+            force.angle.set(device.controls().steering_wheel_rad.into());
+        }
         touched
+    }
+
+    fn disconnect(&mut self, key: usize) {
+        if let Some(device) = self.devices.remove(&key) {
+            log::warn!("{} was unplugged: its pedals count as released", device.name);
+        }
+        if self.active == Some(key) {
+            self.active = None;
+        }
+        self.force.take_if(|force| force.key == key);
+    }
+
+    /// What the hands are to feel.
+    pub fn feel(&self, feel: Feel) {
+        if let Some(force) = &self.force {
+            force.thread.tell(feel);
+        }
+    }
+
+    /// The torque that was last sent, N m, positive to the left; `None` where none is.
+    pub fn torque_nm(&self) -> Option<f64> {
+        Some(self.force.as_ref()?.thread.torque_nm())
+    }
+
+    /// What a person has to know since the last call.
+    pub fn take_troubles(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.troubles)
+    }
+
+    /// Gives a wheel its force, if there is a way to it.
+    fn strengthen(&mut self, key: usize, id: (u16, u16), name: &str) {
+        let shipped = || profiles::shipped().find(|profile| profile.is_for(id.0, id.1));
+        let profile = self.asked.clone().or_else(shipped).or_else(|| profiles::named("g29").ok());
+        let Some(profile) = profile.filter(|p| p.force.strength > 0.0 && self.force.is_none()) else { return };
+        match SdlForce::open(id, name, profile.force.autocentre_after) {
+            Ok(device) => self.push(key, Box::new(device), &profile),
+            Err(text) if self.said.contains(&text) => {}
+            Err(text) => {
+                log::warn!("{text}");
+                self.said.push(text.clone());
+                self.troubles.push(text);
+            }
+        }
+    }
+
+    fn push(&mut self, key: usize, device: Box<dyn ForceDevice>, profile: &Profile) {
+        let angle = Arc::new(Angle::default());
+        let thread = ForceThread::start(ForceLoop::new(device, profile), Arc::clone(&angle));
+        let thread = thread.map_err(|e| log::warn!("no thread for the force: {e}")).ok();
+        self.force = thread.map(|thread| WheelForce { key, thread, angle });
     }
 
     /// What the device touched last asks for; `None` if there is none.
@@ -103,7 +175,11 @@ impl Pads {
             Some(axes) => DeviceKind::Wheel { axes, state: WheelState::default() },
             None => DeviceKind::Pad(PadState::default()),
         };
-        log::info!("found {name} ({})", if matches!(kind, DeviceKind::Pad(_)) { "pad" } else { "wheel" });
+        let is_wheel = matches!(kind, DeviceKind::Wheel { .. });
+        log::info!("found {name} ({})", if is_wheel { "wheel" } else { "pad" });
+        if is_wheel {
+            self.strengthen(usize::from(id), ids, &name);
+        }
         self.devices.insert(usize::from(id), Device { name, kind });
     }
 }
@@ -177,6 +253,55 @@ mod tests {
     fn a_pad_at_rest_asks_for_nothing() {
         assert_eq!(PadState::default().controls(), Controls { steering_wheel_rad: 0.0, ..Controls::default() });
         assert_eq!(PadState { stick: 0.1, ..PadState::default() }.controls().steering_wheel_rad, 0.0);
+    }
+
+    /// What a wheel was told; `None` is the end.
+    #[derive(Clone, Default)]
+    struct Log(Arc<std::sync::Mutex<Vec<Option<i16>>>>);
+
+    impl ForceDevice for Log {
+        fn set(&mut self, level: i16) -> std::io::Result<()> {
+            self.0.lock().unwrap().push(Some(level));
+            Ok(())
+        }
+
+        fn end(&mut self) {
+            self.0.lock().unwrap().push(None);
+        }
+    }
+
+    #[test]
+    fn a_wheel_of_another_system_has_force_until_it_is_unplugged() {
+        let (log, mut pads) = (Log::default(), Pads::none());
+        let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
+        let kind = DeviceKind::Wheel { axes, state: WheelState::default() };
+        pads.devices.insert(7, Device { name: "G29".into(), kind });
+        assert_eq!(pads.torque_nm(), None);
+        pads.push(7, Box::new(log.clone()), &profiles::named("g29").unwrap());
+        for _ in 0..100 {
+            assert!(!pads.poll());
+            pads.feel(Feel { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        assert!(pads.torque_nm().unwrap() > 1.3);
+        let strongest = log.0.lock().unwrap().iter().flatten().min().copied();
+        assert!(strongest.is_some_and(|level| level < -20_000), "to the left, against the axis: {strongest:?}");
+        pads.disconnect(7);
+        assert_eq!(log.0.lock().unwrap().last(), Some(&None));
+        assert!(pads.force.is_none() && pads.torque_nm().is_none());
+    }
+
+    #[test]
+    fn why_a_wheel_has_no_force_is_said_once() {
+        let mut pads = Pads::none();
+        // Nobody has made a wheel of this number.
+        for _ in 0..3 {
+            pads.strengthen(1, (0x046d, 0xcffe), "Some wheel");
+        }
+        let troubles = pads.take_troubles();
+        assert_eq!(troubles.len(), 1, "{troubles:?}");
+        assert!(troubles[0].starts_with("Some wheel gives no force (") && troubles[0].contains("remedy: "));
+        assert_eq!(pads.take_troubles(), [""; 0]);
     }
 
     #[test]

@@ -135,6 +135,17 @@ impl Action {
     }
 }
 
+/// What carries the force to the wheel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceBackend {
+    /// The system's own: evdev on Linux, SDL2 elsewhere.
+    #[default]
+    System,
+    /// SDL2, opened at run time.
+    Sdl,
+}
+
 /// The force of a wheel, N m at its rim's axle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -157,6 +168,10 @@ pub struct ForceSettings {
     pub grass_nm: f64,
     /// Share of the device's own centring spring that is left on at the end; the mainline driver begins with 0.
     pub autocentre_after: f64,
+    /// What carries it.
+    pub backend: ForceBackend,
+    /// True for a wheel whose driver turns to the other side: a wheel that pulls away from the middle.
+    pub invert: bool,
 }
 
 impl Default for ForceSettings {
@@ -171,6 +186,8 @@ impl Default for ForceSettings {
             centring_nm: 0.0,
             grass_nm: 0.25,
             autocentre_after: 0.0,
+            backend: ForceBackend::System,
+            invert: false,
         }
     }
 }

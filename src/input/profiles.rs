@@ -176,6 +176,13 @@ pub fn choose(device: &Device, asked: Option<&Profile>) -> Result<(Profile, Vec<
         scale(&mut profile, &device.axes);
         return Ok((profile, faults));
     }
+    if device.values.values().all(|raw| *raw == 0) {
+        // A guess would take pedals that rest high for floored ones, and the other way round.
+        return Err(ProfileError(format!(
+            "{} is not known, and has not told yet where its pedals rest\n  remedy: codrive calibrate learns it",
+            device.name
+        )));
+    }
     let profile = Profile::generic(&device.name, &device.axes, &device.values)?;
     faults.push(format!("{} is not known: its first axes are taken; codrive calibrate learns them", device.name));
     Ok((profile, faults))
@@ -244,6 +251,9 @@ mod tests {
         assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (0, 1023));
         assert_eq!(profile.brake.map(|b| (b.released, b.pressed)), Some((1023, 0)));
         assert!(faults[0].contains("codrive calibrate"));
+        let unread = Device { values: [(0, 0), (1, 0), (2, 0)].into(), ..device.clone() };
+        let message = choose(&unread, None).unwrap_err().0;
+        assert!(message.contains("codrive calibrate"), "nobody guesses where a pedal rests: {message}");
         let one_axis = Device { axes: [(0, [0, 1023])].into(), ..device };
         assert!(choose(&one_axis, None).unwrap_err().0.contains("less than two axes"));
     }

@@ -1,0 +1,317 @@
+//! Force through SDL2's haptics, which exist on Windows and macOS too (DirectInput, ForceFeedback.framework). In: vendor and
+//! product of a wheel. Out: a [`ForceDevice`]. The library is opened at run time and never needed: where it is missing, or the
+//! wheel has no motor, one message says so and the drive goes on without force.
+//!
+//! One constant effect, made once and updated in place. A positive level of SDL's steering axis turns to the left, as
+//! evdev's direction 0x4000 does into which SDL makes it on Linux (seen there, see `tests/wheel/uinput.rs`); on other systems
+//! it could not be tried with a wheel, and `invert` in a profile turns it round.
+
+use super::feel::ForceDevice;
+use std::{
+    ffi::{CStr, c_char, c_int, c_uint, c_void},
+    io,
+    path::{Path, PathBuf},
+};
+
+/// What the library is called, the system's own first.
+const NAMES: &[&str] = if cfg!(windows) {
+    &["SDL2.dll"]
+} else if cfg!(target_os = "macos") {
+    &[
+        "libSDL2-2.0.0.dylib",
+        "/opt/homebrew/lib/libSDL2-2.0.0.dylib",
+        "/usr/local/lib/libSDL2-2.0.0.dylib",
+        "/Library/Frameworks/SDL2.framework/SDL2",
+    ]
+} else {
+    &["libSDL2-2.0.so.0", "libSDL2.so"]
+};
+const REMEDY: &str = if cfg!(windows) {
+    "put SDL2.dll (2.0.14 or newer) beside codrive.exe"
+} else if cfg!(target_os = "macos") {
+    "brew install sdl2 (2.0.14 or newer)"
+} else {
+    "install SDL 2.0.14 or newer (Debian, Ubuntu: apt install libsdl2-2.0-0)"
+};
+/// Names another file as the library.
+pub const LIBRARY: &str = "CODRIVE_SDL2";
+
+// SDL.h, SDL_haptic.h.
+const INIT: u32 = 0x0000_0200 | 0x0000_1000;
+const CONSTANT: u16 = 1 << 0;
+const GAIN: c_uint = 1 << 12;
+const AUTOCENTER: c_uint = 1 << 13;
+const STEERING_AXIS: u8 = 3;
+const INFINITY: u32 = u32::MAX;
+
+/// `SDL_HapticDirection`.
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+struct Direction {
+    kind: u8,
+    along: [i32; 3],
+}
+
+/// `SDL_HapticConstant`, in the size of the union `SDL_HapticEffect`.
+#[repr(C, align(8))]
+#[derive(Clone, Copy, Default)]
+struct Effect {
+    kind: u16,
+    direction: Direction,
+    length_ms: u32,
+    delay_ms: u16,
+    button: u16,
+    interval_ms: u16,
+    level: i16,
+    envelope: [u16; 4],
+    rest: [u64; 4],
+}
+
+type Joystick = *mut c_void;
+type Haptic = *mut c_void;
+
+/// The functions that are used, and the library that they live in.
+struct Sdl {
+    set_main_ready: unsafe extern "C" fn(),
+    set_hint: unsafe extern "C" fn(*const c_char, *const c_char) -> c_int,
+    init: unsafe extern "C" fn(u32) -> c_int,
+    quit: unsafe extern "C" fn(u32),
+    error: unsafe extern "C" fn() -> *const c_char,
+    joysticks: unsafe extern "C" fn() -> c_int,
+    vendor: unsafe extern "C" fn(c_int) -> u16,
+    product: unsafe extern "C" fn(c_int) -> u16,
+    open_joystick: unsafe extern "C" fn(c_int) -> Joystick,
+    close_joystick: unsafe extern "C" fn(Joystick),
+    open_haptic: unsafe extern "C" fn(Joystick) -> Haptic,
+    close_haptic: unsafe extern "C" fn(Haptic),
+    query: unsafe extern "C" fn(Haptic) -> c_uint,
+    set_gain: unsafe extern "C" fn(Haptic, c_int) -> c_int,
+    set_autocenter: unsafe extern "C" fn(Haptic, c_int) -> c_int,
+    new_effect: unsafe extern "C" fn(Haptic, *mut Effect) -> c_int,
+    update_effect: unsafe extern "C" fn(Haptic, c_int, *mut Effect) -> c_int,
+    run_effect: unsafe extern "C" fn(Haptic, c_int, u32) -> c_int,
+    stop_effect: unsafe extern "C" fn(Haptic, c_int) -> c_int,
+    destroy_effect: unsafe extern "C" fn(Haptic, c_int),
+    _library: libloading::Library,
+}
+
+// SAFETY of all calls below: the types are those of SDL2's headers, pointers are valid for the call or come from SDL, and the
+// one owner of an `Sdl` is a `SdlForce`, which one thread uses at a time.
+impl Sdl {
+    fn load(path: &Path) -> Result<Self, String> {
+        // SAFETY: SDL2 runs no code at load time that asks anything of the caller.
+        let library = unsafe { libloading::Library::new(path) }.map_err(|e| format!("{}: {e}", path.display()))?;
+        macro_rules! symbol {
+            ($name:literal) => {
+                // SAFETY: see above.
+                *unsafe { library.get(concat!($name, "\0").as_bytes()) }
+                    .map_err(|_| format!("{} has no {}", path.display(), $name))?
+            };
+        }
+        Ok(Self {
+            set_main_ready: symbol!("SDL_SetMainReady"),
+            set_hint: symbol!("SDL_SetHint"),
+            init: symbol!("SDL_InitSubSystem"),
+            quit: symbol!("SDL_QuitSubSystem"),
+            error: symbol!("SDL_GetError"),
+            joysticks: symbol!("SDL_NumJoysticks"),
+            vendor: symbol!("SDL_JoystickGetDeviceVendor"),
+            product: symbol!("SDL_JoystickGetDeviceProduct"),
+            open_joystick: symbol!("SDL_JoystickOpen"),
+            close_joystick: symbol!("SDL_JoystickClose"),
+            open_haptic: symbol!("SDL_HapticOpenFromJoystick"),
+            close_haptic: symbol!("SDL_HapticClose"),
+            query: symbol!("SDL_HapticQuery"),
+            set_gain: symbol!("SDL_HapticSetGain"),
+            set_autocenter: symbol!("SDL_HapticSetAutocenter"),
+            new_effect: symbol!("SDL_HapticNewEffect"),
+            update_effect: symbol!("SDL_HapticUpdateEffect"),
+            run_effect: symbol!("SDL_HapticRunEffect"),
+            stop_effect: symbol!("SDL_HapticStopEffect"),
+            destroy_effect: symbol!("SDL_HapticDestroyEffect"),
+            _library: library,
+        })
+    }
+
+    /// What SDL last complained of.
+    fn complaint(&self) -> String {
+        unsafe { CStr::from_ptr((self.error)()) }.to_string_lossy().into_owned()
+    }
+
+    fn begin(&self) -> Result<(), String> {
+        unsafe {
+            // It is not to take Ctrl-C from the program, and has no main function of its own.
+            (self.set_hint)(c"SDL_NO_SIGNAL_HANDLERS".as_ptr(), c"1".as_ptr());
+            (self.set_hint)(c"SDL_JOYSTICK_THREAD".as_ptr(), c"1".as_ptr());
+            (self.set_main_ready)();
+            if (self.init)(INIT) == 0 { Ok(()) } else { Err(self.complaint()) }
+        }
+    }
+}
+
+/// Where the library may be.
+fn files() -> Vec<PathBuf> {
+    let named = std::env::var_os(LIBRARY).filter(|file| !file.is_empty()).map(PathBuf::from);
+    named.map_or_else(|| NAMES.iter().map(PathBuf::from).collect(), |file| vec![file])
+}
+
+/// The first that can be used; or why none can, and the remedy.
+fn load(libraries: &[PathBuf]) -> Result<(PathBuf, Sdl), [String; 2]> {
+    let mut faults = Vec::new();
+    let loaded = libraries.iter().find_map(|path| {
+        let sdl = Sdl::load(path).map_err(|fault| faults.push(fault)).ok()?;
+        Some((path.clone(), sdl))
+    });
+    loaded.ok_or_else(|| {
+        let remedy = format!("{REMEDY}, or name its file in {LIBRARY}");
+        [format!("SDL2 cannot be used: {}", faults.join("; ")), remedy]
+    })
+}
+
+/// Which library is there for force, for those who only look.
+///
+/// # Errors
+/// None: why, and the remedy.
+pub fn look() -> Result<PathBuf, [String; 2]> {
+    load(&files()).map(|(path, _)| path)
+}
+
+/// Force of a wheel through SDL.
+pub struct SdlForce {
+    sdl: Sdl,
+    joystick: Joystick,
+    haptic: Haptic,
+    effect: Option<c_int>,
+    can: c_uint,
+    autocentre_after: f64,
+}
+
+// SAFETY: SDL's haptics may be used from any thread, one at a time.
+unsafe impl Send for SdlForce {}
+
+impl SdlForce {
+    /// Force of the wheel with this vendor and product; `name` is what messages call it, `autocentre_after` the share of its own
+    /// centring at the end.
+    ///
+    /// # Errors
+    /// There is no SDL2, or no force: why, and the remedy.
+    pub fn open(id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, String> {
+        Self::open_from(&files(), id, name, autocentre_after)
+    }
+
+    /// The same with the first of these libraries that can be opened.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn open_from(libraries: &[PathBuf], id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, String> {
+        let without = |why: &str, remedy: &str| {
+            format!("{name} gives no force ({why}); the drive goes on without\n  remedy: {remedy}")
+        };
+        let (_, sdl) = load(libraries).map_err(|[why, remedy]| without(&why, &remedy))?;
+        let motor = "another wheel, or the wheel's own driver from its maker";
+        sdl.begin().map_err(|why| without(&format!("SDL2 does not start: {why}"), REMEDY))?;
+        let null = std::ptr::null_mut();
+        // From here on its end is that of SDL.
+        let mut force = Self { sdl, joystick: null, haptic: null, effect: None, can: 0, autocentre_after };
+        force.take(id).map_err(|why| without(&why, motor))?;
+        Ok(force)
+    }
+
+    /// Finds the wheel, opens it and makes the effect at level 0.
+    fn take(&mut self, (vendor, product): (u16, u16)) -> Result<(), String> {
+        let sdl = &self.sdl;
+        unsafe {
+            let count = (sdl.joysticks)();
+            let index = (0..count).find(|i| ((sdl.vendor)(*i), (sdl.product)(*i)) == (vendor, product));
+            let index = index.ok_or_else(|| {
+                format!("SDL2 sees {} joysticks, none of them {vendor:04x}:{product:04x}", count.max(0))
+            })?;
+            self.joystick = (sdl.open_joystick)(index);
+            if self.joystick.is_null() {
+                return Err(format!("SDL2 cannot open it: {}", sdl.complaint()));
+            }
+            self.haptic = (sdl.open_haptic)(self.joystick);
+            if self.haptic.is_null() {
+                return Err(format!("SDL2 finds no motor in it: {}", sdl.complaint()));
+            }
+            self.can = (sdl.query)(self.haptic);
+            if self.can & c_uint::from(CONSTANT) == 0 {
+                return Err("its driver has no constant force".into());
+            }
+            if self.can & GAIN != 0 {
+                (sdl.set_gain)(self.haptic, 100);
+            }
+            if self.can & AUTOCENTER != 0 {
+                (sdl.set_autocenter)(self.haptic, 0);
+            }
+            let effect = (sdl.new_effect)(self.haptic, &mut constant(0));
+            if effect < 0 {
+                return Err(format!("SDL2 makes no constant force: {}", sdl.complaint()));
+            }
+            self.effect = Some(effect);
+            if (sdl.run_effect)(self.haptic, effect, INFINITY) < 0 {
+                return Err(format!("SDL2 does not run the force: {}", sdl.complaint()));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl ForceDevice for SdlForce {
+    fn set(&mut self, level: i16) -> io::Result<()> {
+        let Some(effect) = self.effect else { return Err(io::ErrorKind::NotConnected.into()) };
+        let updated = unsafe { (self.sdl.update_effect)(self.haptic, effect, &mut constant(level)) };
+        if updated < 0 { Err(io::Error::other(self.sdl.complaint())) } else { Ok(()) }
+    }
+
+    fn end(&mut self) {
+        let Some(effect) = self.effect.take() else { return };
+        unsafe {
+            (self.sdl.update_effect)(self.haptic, effect, &mut constant(0));
+            (self.sdl.stop_effect)(self.haptic, effect);
+            if self.can & AUTOCENTER != 0 {
+                (self.sdl.set_autocenter)(self.haptic, (self.autocentre_after * 100.0) as c_int);
+            }
+            (self.sdl.destroy_effect)(self.haptic, effect);
+        }
+    }
+}
+
+impl Drop for SdlForce {
+    fn drop(&mut self) {
+        self.end();
+        unsafe {
+            if !self.haptic.is_null() {
+                (self.sdl.close_haptic)(self.haptic);
+            }
+            if !self.joystick.is_null() {
+                (self.sdl.close_joystick)(self.joystick);
+            }
+            (self.sdl.quit)(INIT);
+        }
+    }
+}
+
+/// A constant force without end; a positive `level` is towards greater values of the steering axis, to the right.
+fn constant(level: i16) -> Effect {
+    Effect {
+        kind: CONSTANT,
+        direction: Direction { kind: STEERING_AXIS, ..Direction::default() },
+        length_ms: INFINITY,
+        level: (-i32::from(level)).clamp(-32_767, 32_767) as i16,
+        ..Effect::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::{offset_of, size_of};
+
+    #[test]
+    fn an_effect_lies_as_in_sdls_header() {
+        assert_eq!(size_of::<Effect>(), 72, "the union's largest member is SDL_HapticCustom or SDL_HapticCondition");
+        assert_eq!([offset_of!(Effect, direction), offset_of!(Direction, along)], [4, 4]);
+        assert_eq!([offset_of!(Effect, length_ms), offset_of!(Effect, level)], [20, 30]);
+    }
+}

@@ -1,0 +1,158 @@
+//! Force through SDL2, against a library of our own that writes down what it is asked (`haptic.c`), and against the true one
+//! where it is installed.
+
+use super::kernel::BEND;
+use codrive::input::{
+    feel::{Angle, ForceDevice, ForceLoop, ForceThread},
+    profiles,
+    sdl_force::{self, SdlForce},
+};
+use std::{
+    ffi::{CStr, c_char},
+    path::{Path, PathBuf},
+    process::Command,
+    sync::Arc,
+    thread::sleep,
+    time::Duration,
+};
+
+const G29: (u16, u16) = (0x046d, 0xc24f);
+
+/// The recorder, built anew, so that each test has its own.
+struct Recorder {
+    path: PathBuf,
+    library: Option<libloading::Library>,
+    _folder: tempfile::TempDir,
+}
+
+impl Recorder {
+    fn build(options: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("libSDL2.so");
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/wheel/haptic.c");
+        let cc = Command::new("cc").args(["-shared", "-fPIC", "-o"]).args([&path, &source]).args(options).output();
+        let built = cc.expect("no C compiler (cc)\n  remedy: scripts/setup, or apt install gcc");
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        // SAFETY: it runs no code at load time.
+        let library = Some(unsafe { libloading::Library::new(&path) }.unwrap());
+        Self { path, library, _folder: folder }
+    }
+
+    fn taken(&self) -> Vec<String> {
+        // SAFETY: the type is that of haptic.c, and the text stands until the next call.
+        let text = unsafe {
+            let taken =
+                self.library.as_ref().unwrap().get::<unsafe extern "C" fn() -> *const c_char>(b"taken\0").unwrap();
+            CStr::from_ptr(taken()).to_string_lossy().into_owned()
+        };
+        text.lines().map(str::to_owned).collect()
+    }
+
+    fn set(&self, abilities: u32, motor: bool) {
+        // SAFETY: the type is that of haptic.c.
+        unsafe {
+            let set = self.library.as_ref().unwrap().get::<unsafe extern "C" fn(u32, i32)>(b"set_abilities\0").unwrap();
+            set(abilities, motor.into());
+        }
+    }
+
+    fn open(&self) -> Result<SdlForce, String> {
+        SdlForce::open_from(std::slice::from_ref(&self.path), G29, "Logitech G29", 0.5)
+    }
+}
+
+/// A constant effect of `SDL_haptic.h` as its 72 bytes: type 1, direction 3 (the steering axis), without end, the level.
+fn bytes(level: i16) -> String {
+    let mut bytes = [0_u8; 72];
+    bytes[0] = 1;
+    bytes[4] = 3;
+    bytes[20..24].copy_from_slice(&u32::MAX.to_le_bytes());
+    bytes[30..32].copy_from_slice(&level.to_le_bytes());
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[test]
+fn sdl_gets_one_constant_effect_updated_in_place_and_stopped_at_the_end() {
+    let recorder = Recorder::build(&[]);
+    let mut force = recorder.open().unwrap();
+    let begun = recorder.taken();
+    let hints = ["hint SDL_NO_SIGNAL_HANDLERS 1", "hint SDL_JOYSTICK_THREAD 1", "ready", "init 1200"];
+    assert_eq!(begun[..4], hints);
+    let new = format!("new 3 {}", bytes(0));
+    assert_eq!(begun[4..], ["joystick 1", "haptic of 1", "gain 100", "autocentre 0", &new, "run 3 ffffffff"]);
+    // To the right, to the left, and the most.
+    for (level, sent) in [(21_760, -21_760), (-21_760, 21_760), (i16::MIN, 32_767), (i16::MAX, -32_767)] {
+        force.set(level).unwrap();
+        assert_eq!(recorder.taken(), [format!("update 3 {}", bytes(sent))]);
+    }
+    drop(force);
+    let zero = format!("update 3 {}", bytes(0));
+    let ended =
+        [zero.as_str(), "stop 3", "autocentre 50", "destroy 3", "close haptic", "close joystick 1", "quit 1200"];
+    assert_eq!(recorder.taken(), ended);
+}
+
+#[test]
+fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
+    let recorder = Recorder::build(&[]);
+    let profile = profiles::named("g29").unwrap();
+    let force = ForceLoop::new(Box::new(recorder.open().unwrap()), &profile);
+    recorder.taken();
+    let thread = ForceThread::start(force, Arc::new(Angle::default())).unwrap();
+    let feel = |times: usize| {
+        for _ in 0..times {
+            thread.tell(BEND);
+            sleep(Duration::from_millis(10));
+        }
+    };
+    feel(100);
+    let sent = recorder.taken();
+    // 1.4 of 2.1 N m to the left.
+    assert_eq!(sent.last(), Some(&format!("update 3 {}", bytes(170 * 128))), "{sent:?}");
+    assert!(sent.windows(2).all(|pair| pair[0] != pair[1] && pair[1].starts_with("update 3 ")), "{sent:?}");
+    feel(30);
+    assert_eq!(recorder.taken(), [""; 0], "unchanged is not sent");
+    assert!((thread.torque_nm() - 1.4).abs() < 0.01);
+    // Nobody says anything any more.
+    sleep(Duration::from_millis(200));
+    assert_eq!(recorder.taken().last(), Some(&format!("update 3 {}", bytes(0))));
+    drop(thread);
+    let ended = recorder.taken();
+    assert_eq!(ended[1..], ["stop 3", "autocentre 0", "destroy 3", "close haptic", "close joystick 1", "quit 1200"]);
+}
+
+#[test]
+fn what_cannot_be_is_said_with_its_remedy() {
+    let text = |opened: Result<SdlForce, String>| opened.err().expect("no force");
+    let nowhere = [PathBuf::from("/nowhere/libSDL2.so")];
+    let missing = text(SdlForce::open_from(&nowhere, G29, "Logitech G29", 0.0));
+    assert!(missing.starts_with("Logitech G29 gives no force (SDL2 cannot be used: /nowhere/libSDL2.so"), "{missing}");
+    assert!(missing.contains("the drive goes on without\n  remedy: ") && missing.contains("CODRIVE_SDL2"), "{missing}");
+
+    let old = Recorder::build(&["-DLACKING"]);
+    let lacking = text(old.open());
+    assert!(lacking.contains("libSDL2.so has no SDL_HapticRunEffect"), "{lacking}");
+    assert_eq!(old.taken(), [""; 0], "nothing of it was used");
+
+    let recorder = Recorder::build(&[]);
+    let other = text(SdlForce::open_from(std::slice::from_ref(&recorder.path), (0x046d, 0xc29b), "Logitech G27", 0.0));
+    assert!(other.contains("SDL2 sees 2 joysticks, none of them 046d:c29b"), "{other}");
+    assert_eq!(recorder.taken().last().map(String::as_str), Some("quit 1200"));
+    recorder.set(1 << 12, true);
+    assert!(text(recorder.open()).contains("its driver has no constant force"));
+    assert_eq!(recorder.taken()[4..], ["joystick 1", "haptic of 1", "close haptic", "close joystick 1", "quit 1200"]);
+    recorder.set(0, false);
+    assert!(text(recorder.open()).contains("SDL2 finds no motor in it: the recorder says no"));
+}
+
+#[test]
+fn the_true_sdl_without_a_wheel_says_that_there_is_none() {
+    let id = (0x046d, 0xcfff);
+    let text = SdlForce::open(id, "A wheel", 0.0).err().expect("there is no such wheel");
+    println!("{text}");
+    let there = text.contains("joysticks, none of them 046d:cfff");
+    let not_there = text.contains("SDL2 cannot be used: libSDL2-2.0.so.0: ");
+    assert!(there || not_there, "{text}");
+    assert_eq!(sdl_force::look().is_ok(), there, "doctor says the same");
+    assert!(text.contains("the drive goes on without\n  remedy: "), "{text}");
+}

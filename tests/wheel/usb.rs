@@ -1,0 +1,352 @@
+//! A virtual G29 on USB: the kernel's gadget side plays the wheel (configfs, `usb_f_hid`, `dummy_hcd`), and its host side
+//! drives it with the very driver that a G29 gets, hid-logitech (lg4ff). What comes out of it are the bytes that a real wheel
+//! would be sent. The report descriptor is our own, after what is known of the wheel's reports: 4 bits hat, 25 buttons, 16
+//! bits wheel, three pedals of a byte, seven bytes out.
+
+use super::kernel::{self, BEND, Driver, alone, figure, spread};
+use codrive::input::{Action, Feel, RigNews, Stamp, Standing, profile::ForceBackend};
+use std::{
+    fs::{self, File, OpenOptions},
+    io::{Read, Write},
+    os::{fd::AsFd, unix::fs::symlink},
+    path::{Path, PathBuf},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{JoinHandle, sleep},
+    time::Duration,
+};
+
+const GADGETS: &str = "/sys/kernel/config/usb_gadget";
+/// Report to the host: hat and buttons 0 to 3, wheel 4 and 5, accelerator 6, brake 7, clutch 8, three of the maker's.
+const INPUT: usize = 12;
+/// Report to the wheel: a command.
+type Bytes = [u8; 7];
+
+#[rustfmt::skip]
+const DESCRIPTOR: &[u8] = &[
+    0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0xa1, 0x02,                         // a joystick
+    0x15, 0x00, 0x25, 0x07, 0x35, 0x00, 0x46, 0x3b, 0x01, 0x65, 0x14, 0x75, 0x04, 0x95, 0x01, 0x09, 0x39, 0x81, 0x42, // hat
+    0x65, 0x00, 0x25, 0x01, 0x45, 0x01, 0x05, 0x09, 0x19, 0x01, 0x29, 0x19, 0x75, 0x01, 0x95, 0x19, 0x81, 0x02, // buttons
+    0x06, 0x00, 0xff, 0x09, 0x01, 0x75, 0x01, 0x95, 0x03, 0x81, 0x02,       // three bits of the maker's
+    0x05, 0x01, 0x27, 0xff, 0xff, 0x00, 0x00, 0x47, 0xff, 0xff, 0x00, 0x00, 0x75, 0x10, 0x95, 0x01, 0x09, 0x30, 0x81, 0x02, // X
+    0x26, 0xff, 0x00, 0x46, 0xff, 0x00, 0x75, 0x08, 0x95, 0x03, 0x09, 0x32, 0x09, 0x35, 0x09, 0x31, 0x81, 0x02, // Z, Rz, Y
+    0x06, 0x00, 0xff, 0x09, 0x01, 0x75, 0x08, 0x95, 0x03, 0x81, 0x02, 0xc0, // three bytes of the maker's
+    0xa1, 0x02, 0x06, 0x00, 0xff, 0x09, 0x02, 0x26, 0xff, 0x00, 0x46, 0xff, 0x00, 0x75, 0x08, 0x95, 0x07, 0x91, 0x02, 0xc0, // out
+    0xc0,
+];
+
+/// The wheel; unplugged and taken apart when it is dropped.
+struct Wheel {
+    folder: PathBuf,
+    controller: String,
+    device: Option<File>,
+    sent: Arc<Mutex<Vec<(Stamp, Bytes)>>>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Wheel {
+    /// Builds it and plugs it in.
+    fn plug() -> Self {
+        let controller = fs::read_dir("/sys/class/udc").unwrap().flatten().next().expect("a controller: dummy_hcd");
+        let controller = controller.file_name().into_string().unwrap();
+        let folder = Path::new(GADGETS).join("g29");
+        let function = folder.join("functions/hid.0");
+        let configuration = folder.join("configs/c.1");
+        for made in [&folder, &function, &configuration, &folder.join("strings/0x409")] {
+            fs::create_dir(made).unwrap();
+        }
+        // The device number tells the driver that the wheel is a G29 in its native mode.
+        for (file, text) in [
+            ("idVendor", "0x046d"),
+            ("idProduct", "0xc24f"),
+            ("bcdDevice", "0x8900"),
+            ("bcdUSB", "0x0200"),
+            ("strings/0x409/manufacturer", "Logitech"),
+            ("strings/0x409/product", "G29 Driving Force Racing Wheel"),
+            ("functions/hid.0/protocol", "0"),
+            ("functions/hid.0/subclass", "0"),
+            ("functions/hid.0/report_length", "12"),
+        ] {
+            fs::write(folder.join(file), text).unwrap();
+        }
+        fs::write(function.join("report_desc"), DESCRIPTOR).unwrap();
+        symlink(&function, configuration.join("hid.0")).unwrap();
+        fs::write(folder.join("UDC"), &controller).unwrap();
+        let device = OpenOptions::new().read(true).write(true).open("/dev/hidg0").unwrap();
+        let (sent, stop) = (Arc::default(), Arc::new(AtomicBool::new(false)));
+        let (log, flag, read) = (Arc::clone(&sent), Arc::clone(&stop), device.try_clone().unwrap());
+        let thread = std::thread::spawn(move || listen(read, &flag, &log));
+        Self { folder, controller, device: Some(device), sent, stop, thread: Some(thread) }
+    }
+
+    /// One report: buttons from the first on as bits, wheel, accelerator, brake.
+    fn report(&mut self, buttons: u32, wheel: u16, [accelerator, brake]: [u8; 2]) {
+        let mut bytes = [0; INPUT];
+        // The hat's 8 is its middle.
+        bytes[..4].copy_from_slice(&(8 | buttons << 4).to_le_bytes());
+        bytes[4..6].copy_from_slice(&wheel.to_le_bytes());
+        bytes[6..9].copy_from_slice(&[accelerator, brake, 255]);
+        self.device.as_mut().unwrap().write_all(&bytes).unwrap();
+    }
+
+    /// What was sent to the wheel since the last call.
+    fn sent(&self) -> Vec<(Stamp, Bytes)> {
+        std::mem::take(&mut self.sent.lock().unwrap())
+    }
+
+    /// Waits until this is sent, at most 10 s. Returns all up to then.
+    fn sent_until(&self, what: impl Fn(&Bytes) -> bool) -> Vec<(Stamp, Bytes)> {
+        let mut all = Vec::new();
+        for _ in 0..2000 {
+            all.extend(self.sent());
+            if all.iter().any(|(_, bytes)| what(bytes)) {
+                return all;
+            }
+            sleep(Duration::from_millis(5));
+        }
+        panic!("it was not sent within 10 s: {}", hex(&all));
+    }
+
+    fn replug(&self) {
+        fs::write(self.folder.join("UDC"), "\n").unwrap();
+        sleep(Duration::from_millis(1200));
+        fs::write(self.folder.join("UDC"), &self.controller).unwrap();
+    }
+}
+
+impl Drop for Wheel {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        self.device.take();
+        let _ = fs::write(self.folder.join("UDC"), "\n");
+        let _ = fs::remove_file(self.folder.join("configs/c.1/hid.0"));
+        for made in ["configs/c.1", "functions/hid.0", "strings/0x409", ""] {
+            let _ = fs::remove_dir(self.folder.join(made));
+        }
+        // The host sees it go.
+        sleep(Duration::from_millis(500));
+    }
+}
+
+fn listen(mut device: File, stop: &AtomicBool, log: &Mutex<Vec<(Stamp, Bytes)>>) {
+    while !stop.load(Ordering::Relaxed) {
+        let mut polled = [nix::poll::PollFd::new(device.as_fd(), nix::poll::PollFlags::POLLIN)];
+        if nix::poll::poll(&mut polled, 20_u8).unwrap() == 0 {
+            continue;
+        }
+        let mut bytes = [0; 64];
+        // An unplugged wheel has nothing to read until it is back.
+        let Ok(count) = device.read(&mut bytes) else {
+            sleep(Duration::from_millis(5));
+            continue;
+        };
+        if count > 0 {
+            let mut report = Bytes::default();
+            report[..count.min(7)].copy_from_slice(&bytes[..count.min(7)]);
+            log.lock().unwrap().push((Stamp::now(), report));
+        }
+    }
+}
+
+fn hex(all: &[(Stamp, Bytes)]) -> String {
+    all.iter().map(|(_, bytes)| one(bytes)).collect::<Vec<_>>().join(", ")
+}
+
+fn one(bytes: &Bytes) -> String {
+    bytes.map(|byte| format!("{byte:02x}")).join(" ")
+}
+
+/// Commands by their first bytes, as the driver sends them.
+const FORCE: [u8; 2] = [0x11, 0x08];
+const NO_FORCE: u8 = 0x13;
+const RANGE: [u8; 2] = [0xf8, 0x81];
+const LAMPS: [u8; 2] = [0xf8, 0x12];
+const NO_AUTOCENTRE: u8 = 0xf5;
+const AUTOCENTRE: u8 = 0x14;
+
+/// The force of a command in the wheel's own steps, 0 to 255, 128 is none.
+fn force(bytes: &Bytes) -> Option<u8> {
+    match bytes {
+        [NO_FORCE, ..] => Some(0x80),
+        [a, b, force, ..] if [*a, *b] == FORCE => Some(*force),
+        _ => None,
+    }
+}
+
+#[test]
+fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
+    let Some(_alone) = alone(GADGETS) else { return };
+    let mut wheel = Wheel::plug();
+    let begun = wheel.sent_until(|bytes| bytes[..2] == RANGE);
+    figure("lg4ff at the start", hex(&begun));
+    assert!(begun.iter().any(|(_, b)| b[..4] == [0xf8, 0x81, 0x84, 0x03]), "900 degrees, unasked");
+    let mut driver = Driver::new();
+    driver.find();
+    // The driver has read nothing yet and says 0 of all axes: full left, both pedals floored.
+    assert_eq!(driver.rig.controls(), codrive::ego::Controls::default(), "nothing acts before it is known");
+    wheel.report(0, 32_767, [255, 255]);
+    driver.feel(Feel::default(), Duration::from_millis(100));
+    figure("lg4ff as force begins", hex(&wheel.sent()));
+    let rest = driver.rig.controls();
+    assert!(rest.throttle == 0.0 && rest.brake == 0.0 && rest.steering_wheel_rad.abs() < 1e-3, "{rest:?}");
+    wheel.report(0x1, 40_000, [0, 100]);
+    driver.until("the pedals", |c, _| c.throttle == 1.0 && c.brake > 0.4 && c.steering_wheel_rad < -1.7);
+    driver.until("the button", |_, news| news.contains(&RigNews::Pressed(Action::Answer)));
+    wheel.report(0, 32_767, [255, 255]);
+
+    // The bend to the left.
+    driver.feel(BEND, Duration::from_millis(900));
+    let sent = wheel.sent();
+    figure("lg4ff, force fades in to 1.4 N m to the left", hex(&sent));
+    let forces: Vec<u8> = sent.iter().filter_map(|(_, bytes)| force(bytes)).collect();
+    assert_eq!(forces.len(), sent.len(), "nothing but force: {}", hex(&sent));
+    assert_eq!(*forces.last().unwrap(), LEFT_BEND, "{forces:?}");
+    driver.feel(BEND, Duration::from_millis(500));
+    assert_eq!(hex(&wheel.sent()), "", "unchanged is not sent");
+    let right = Feel { aligning_nm: -4.0, ..BEND };
+    driver.feel(right, Duration::from_millis(900));
+    let sent = wheel.sent();
+    assert_eq!(
+        sent.last().and_then(|(_, bytes)| force(bytes)),
+        Some((256 - u16::from(LEFT_BEND)) as u8),
+        "{}",
+        hex(&sent)
+    );
+
+    // A wheel that moves.
+    for i in 0..250 {
+        wheel.report(0, 32_767 + (9000.0 * (f64::from(i) * 0.05).sin()) as i16 as u16, [255, 255]);
+        driver.feel(BEND, Duration::from_millis(8));
+    }
+    let moving = wheel.sent();
+    let paces: Vec<Duration> = moving.windows(2).map(|pair| pair[0].0.until(pair[1].0)).collect();
+    let seconds = moving[0].0.until(moving[moving.len() - 1].0).as_secs_f64();
+    figure("reports to the wheel a second, wheel moving", format!("{:.0}", (moving.len() - 1) as f64 / seconds));
+    figure("time from one report to the next", spread(paces));
+
+    // Rev lamps.
+    wheel.report(0, 32_767, [255, 255]);
+    driver.feel(BEND, Duration::from_millis(800));
+    wheel.sent();
+    for (standing, lamps) in
+        [(Standing::Below, 0x01), (Standing::Within, 0x07), (Standing::Above, 0x1f), (Standing::None, 0)]
+    {
+        assert_eq!(driver.rig.show_standing(standing), None);
+        driver.feel(BEND, Duration::from_millis(100));
+        let sent = wheel.sent();
+        figure("lg4ff, lamps", format!("{standing:?}: {}", hex(&sent)));
+        let shown = sent.iter().rev().find(|(_, bytes)| bytes[..2] == LAMPS).map(|(_, bytes)| bytes[2]);
+        assert_eq!(shown, Some(lamps), "{}", hex(&sent));
+    }
+
+    // Stall, pause, end: the driver's timers add at most a tick of the kernel's.
+    driver.rig.feel(BEND);
+    let stalled = Stamp::now();
+    let gone = wheel.sent_until(|bytes| force(bytes) == Some(0x80));
+    let after = stalled.until(gone.last().unwrap().0);
+    figure("no force at the wheel after a stall", format!("{:.1} ms: {}", after.as_secs_f64() * 1e3, hex(&gone)));
+    assert!(after < Duration::from_millis(100), "{after:?}");
+    driver.feel(BEND, Duration::from_millis(800));
+    wheel.sent();
+    let paused = Stamp::now();
+    driver.rig.feel(Feel { running: false, ..BEND });
+    let after = paused.until(wheel.sent_until(|bytes| force(bytes) == Some(0x80)).last().unwrap().0);
+    figure("no force at the wheel after a pause", format!("{:.1} ms", after.as_secs_f64() * 1e3));
+    assert!(after < Duration::from_millis(100), "{after:?}");
+    driver.feel(BEND, Duration::from_millis(800));
+    wheel.sent();
+    let ended = Stamp::now();
+    drop(driver);
+    // Half of its own centring, as the profile wants it.
+    let last = wheel.sent_until(|bytes| bytes[0] == AUTOCENTRE);
+    let none = last.iter().find(|(_, bytes)| force(bytes) == Some(0x80)).expect("no force");
+    figure("lg4ff at the end", format!("{:.1} ms: {}", ended.until(none.0).as_secs_f64() * 1e3, hex(&last)));
+    assert!(ended.until(none.0) < Duration::from_millis(100));
+    sleep(Duration::from_millis(200));
+    figure("lg4ff after the end", hex(&wheel.sent()));
+}
+
+/// 170 of 255 steps to the left, as the driver's byte, which has 127 steps to a side.
+const LEFT_BEND: u8 = 0x80 + 85;
+
+#[test]
+fn after_sigkill_the_kernels_own_driver_stops_the_force() {
+    kernel::drive_until_killed();
+    let Some(_alone) = alone(GADGETS) else { return };
+    let mut wheel = Wheel::plug();
+    wheel.sent_until(|bytes| bytes[..2] == RANGE);
+    let mut child = kernel::start_driver("usb::after_sigkill_the_kernels_own_driver_stops_the_force");
+    wheel.sent_until(|bytes| bytes[0] == NO_AUTOCENTRE);
+    wheel.report(0, 32_767, [255, 255]);
+    wheel.sent_until(|bytes| force(bytes) == Some(LEFT_BEND));
+    sleep(Duration::from_millis(300));
+    wheel.sent();
+    let killed = Stamp::now();
+    child.kill().unwrap();
+    let sent = wheel.sent_until(|bytes| force(bytes) == Some(0x80));
+    child.wait().unwrap();
+    let after = killed.until(sent.last().unwrap().0);
+    figure("no force at the wheel after SIGKILL", format!("{:.1} ms: {}", after.as_secs_f64() * 1e3, hex(&sent)));
+    assert!(after < Duration::from_millis(100), "{after:?}");
+    sleep(Duration::from_millis(300));
+    assert!(wheel.sent().iter().all(|(_, bytes)| force(bytes).is_none()), "and it stays so");
+}
+
+#[test]
+fn through_sdl_a_g29_is_sent_the_same_bytes() {
+    let Some(_alone) = alone(GADGETS) else { return };
+    let mut wheel = Wheel::plug();
+    wheel.sent_until(|bytes| bytes[..2] == RANGE);
+    let mut profile = kernel::profile();
+    profile.force.backend = ForceBackend::Sdl;
+    let mut driver = Driver::with(profile);
+    driver.find();
+    if let Some(RigNews::Trouble(text)) = driver.news.iter().find(|n| matches!(n, RigNews::Trouble(_))) {
+        // The true library is optional, here too; the test against our own is in haptic.rs.
+        assert!(text.contains("SDL2 cannot be used"), "{text}");
+        eprintln!("skipped: {text}");
+        return;
+    }
+    assert!(driver.rig.describe().ends_with("with force"), "{}", driver.rig.describe());
+    wheel.report(0, 32_767, [255, 255]);
+    driver.feel(Feel::default(), Duration::from_millis(200));
+    figure("SDL2 and lg4ff as force begins", hex(&wheel.sent()));
+    driver.feel(BEND, Duration::from_millis(900));
+    let sent = wheel.sent();
+    figure("SDL2 and lg4ff, force fades in to 1.4 N m to the left", hex(&sent));
+    assert_eq!(sent.last().and_then(|(_, bytes)| force(bytes)), Some(LEFT_BEND), "{}", hex(&sent));
+    driver.feel(BEND, Duration::from_millis(300));
+    assert_eq!(hex(&wheel.sent()), "", "unchanged is not sent");
+    let ended = Stamp::now();
+    drop(driver);
+    let last = wheel.sent_until(|bytes| bytes[0] == AUTOCENTRE);
+    let none = last.iter().find(|(_, bytes)| force(bytes) == Some(0x80)).expect("no force");
+    figure("SDL2 and lg4ff at the end", format!("{:.1} ms: {}", ended.until(none.0).as_secs_f64() * 1e3, hex(&last)));
+    assert!(ended.until(none.0) < Duration::from_millis(100));
+}
+
+#[test]
+fn a_usb_wheel_that_was_pulled_out_drives_again_with_force() {
+    let Some(_alone) = alone(GADGETS) else { return };
+    let mut wheel = Wheel::plug();
+    let mut driver = Driver::new();
+    for _ in 0..3 {
+        driver.find();
+        wheel.report(0, 32_767, [255, 255]);
+        driver.feel(BEND, Duration::from_millis(700));
+        wheel.report(0, 45_000, [60, 255]);
+        driver.until("the pedal", |c, _| c.throttle > 0.5);
+        assert!(driver.rig.describe().ends_with("with force"));
+        assert!(wheel.sent().iter().any(|(_, bytes)| bytes[..2] == FORCE));
+        driver.news.clear();
+        wheel.replug();
+        driver.until("the loss", |_, news| news.iter().any(|n| matches!(n, RigNews::Lost(_))));
+        assert_eq!(driver.rig.controls().throttle, 0.0);
+    }
+}
