@@ -3,7 +3,7 @@
 struct Corner {
     // x and z: -1..1 on the picture, times half its side in metres; y: height of its middle, metres
     @location(0) position: vec3f,
-    // x: number of the first picture
+    // x: number of the first picture; y and z: share of half the side that the tree takes across and in height
     @location(1) first: vec3f,
 }
 
@@ -42,10 +42,12 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
         up = vec3f(-sine, cosine, 0.0);
     }
     let half_side = abs(corner.position.x);
+    // Only what of the picture holds something.
+    let place_m = corner.position.xz * select(corner.first.yz, corner.first.yy, from_above);
     var s: Surface;
-    s.world = foot + size * (right * corner.position.x + up * corner.position.z + vec3f(0.0, 0.0, corner.position.y));
+    s.world = foot + size * (right * place_m.x + up * place_m.y + vec3f(0.0, 0.0, corner.position.y));
     s.clip = frame.clip_from_world * vec4f(s.world, 1.0);
-    s.uv = vec2f(0.5, 0.5) + vec2f(0.5, -0.5) * corner.position.xz / half_side;
+    s.uv = vec2f(0.5, 0.5) + vec2f(0.5, -0.5) * place_m / half_side;
     // The eye's azimuth in the tree's frame.
     let local = vec2f(out.x * cosine + out.y * sine, out.y * cosine - out.x * sine);
     let place = fract(atan2(local.y, local.x) / TAU) * SIDES;

@@ -9,7 +9,8 @@ fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
     let pixel = in.clip.xy;
     var samples = kept(pixel, in.tint.w);
     if SAMPLES == 1u {
-        samples &= covered_samples(pixel, cover_of(textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a));
+        // As in `cover.wgsl`: one sample is covered or not.
+        samples &= covered_samples(pixel, textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a);
     } else {
         let second = samples_of(turned(in), vec4f(1.0, 3.0, 0.0, 2.0), dithered(pixel + 31.0));
         let a = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.x + 0.5)).a);

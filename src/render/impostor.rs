@@ -33,6 +33,9 @@ pub struct Extent {
     pub half_m: f32,
     /// Height of the middle above the foot, metres.
     pub middle_m: f32,
+    /// Share of the half side that the tree takes across, seen from a side or from above, and in height: beyond, all
+    /// pictures are empty.
+    pub filled: [f32; 2],
 }
 
 impl Extent {
@@ -40,7 +43,10 @@ impl Extent {
     pub fn of(mesh: &Mesh) -> Self {
         let reach = mesh.vertices.iter().map(|v| Vec2::new(v.position[0], v.position[1]).length()).fold(0.0, f32::max);
         let high = mesh.vertices.iter().map(|v| v.position[2]).fold(0.0, f32::max);
-        Self { half_m: reach.max(high / 2.0) * 1.02, middle_m: high / 2.0 }
+        let half_m = reach.max(high / 2.0) * 1.02;
+        // And a texel more for the filter.
+        let filled = [reach, high / 2.0].map(|m| (m / half_m + 2.0 / SIZE as f32).min(1.0));
+        Self { half_m, middle_m: high / 2.0, filled }
     }
 }
 
@@ -233,5 +239,29 @@ mod tests {
         // Up is up: the tip is narrow.
         let row = |y: usize| seen(0)[y * SIZE..(y + 1) * SIZE].iter().map(|t| t[0]).sum::<f32>();
         assert!(row(SIZE - 6) > 3.0 * row(6), "{} {}", row(SIZE - 6), row(6));
+    }
+
+    #[test]
+    fn beyond_what_a_tree_fills_its_pictures_are_empty() {
+        let map = crate::map::RoadMap::load("ring-250").expect("a map that is shipped");
+        let trees = crate::scene::Stage::with_trees(&map, 1, 0).trees;
+        let layers = leaves::layers();
+        let mut shares = Vec::new();
+        for (kind, tree) in trees.iter().enumerate() {
+            let [across, high] = Extent::of(tree).filled;
+            for view in [0, 3, SIDES] {
+                let up = if view == SIDES { across } else { high };
+                let texels = softened(&picture(tree, layers, view));
+                let outside =
+                    |i: usize, share: f32| (i as f32 + 0.5 - SIZE as f32 / 2.0).abs() > share * SIZE as f32 / 2.0;
+                let lost = (0..SIZE * SIZE)
+                    .filter(|&i| texels[i][0] > 0.0 && (outside(i % SIZE, across) || outside(i / SIZE, up)));
+                assert_eq!(lost.count(), 0, "kind {kind}, view {view}");
+            }
+            shares.push([across * high, across * across]);
+        }
+        // What is not drawn of the squares, in the mean: a fifth from the side, a third from above.
+        let [side, above] = [0, 1].map(|i| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32);
+        assert!(side < 0.8 && above < 0.7, "{side} {above}: {shares:?}");
     }
 }

@@ -48,6 +48,11 @@ impl Optics {
         }
     }
 
+    /// True for a parallel picture taken from above.
+    pub fn from_above(&self) -> bool {
+        self.parallel_m().is_some() && self.camera.forward.z < -0.8
+    }
+
     /// False if nothing of the ball can be in the picture.
     pub fn sees(&self, centre: Vec3, radius_m: f32) -> bool {
         self.camera.sees(centre, radius_m, self.aspect())

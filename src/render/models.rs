@@ -39,8 +39,8 @@ pub struct Models {
     pub posts: Ground,
     /// A tuft of grass.
     pub tuft: Model,
-    /// Cars without wheels, by style and level: near, mid, far.
-    pub bodies: Vec<[Model; 3]>,
+    /// Cars without wheels, by style and [`CarDetail`](super::crowd::CarDetail).
+    pub bodies: Vec<[Model; 4]>,
     /// Windows of the near and mid ones.
     pub glass: Vec<[Model; 2]>,
     /// What the driver sees of the own car: bonnet, cabin, steering wheel.
@@ -67,7 +67,11 @@ impl Models {
         let ground = |mesh| Ground(pieces(mesh).iter().map(&mut add).collect());
         let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
         let tuft = add(&stage.tuft);
-        let bodies = stage.cars.iter().map(|car| [0, 1, 2].map(|level| add(&car.levels[level]))).collect();
+        let bodies = stage.cars.iter().map(|car| {
+            let [near, mid, far] = &car.levels;
+            [near, mid, far, &car.plan].map(&mut add)
+        });
+        let bodies = bodies.collect();
         let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
         let cockpit = [&stage.cockpit.bonnet, &stage.cockpit.cabin, &stage.cockpit.wheel].map(&mut add);
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
@@ -194,10 +198,10 @@ fn pieces(mesh: &Mesh) -> Vec<Mesh> {
 
 /// The square that a tree's pictures are drawn on (`Corner` in `impostor.wgsl`).
 fn square(kind: usize, tree: &Mesh) -> Mesh {
-    let Extent { half_m, middle_m } = Extent::of(tree);
+    let Extent { half_m, middle_m, filled: [across, high] } = Extent::of(tree);
     let corner = |x: f32, z: f32| Vertex {
         position: [x * half_m, middle_m, z * half_m],
-        normal: [(kind * impostor::VIEWS) as f32, 0.0, 0.0],
+        normal: [(kind * impostor::VIEWS) as f32, across, high],
         ..Default::default()
     };
     let vertices = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| corner(x, z)).into();

@@ -3,13 +3,14 @@
 
 use super::{
     air::{self, AirPass},
-    crowd::{Around, Crowd, Detail},
+    crowd::{Around, CarDetail, Crowd, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, HDR, Recipe, Workshop},
     quality::Quality,
     scenery::Scenery,
     shadow::Lights,
+    timing,
 };
 use crate::scene::View;
 use glam::Vec3;
@@ -59,6 +60,7 @@ pub struct Bindings {
 pub struct PicturePass {
     label: &'static str,
     samples: u32,
+    software: bool,
     grass_m: f32,
     /// See [`Quality::detail`].
     detail: f32,
@@ -69,6 +71,9 @@ pub struct PicturePass {
     targets: Targets,
 }
 
+/// Passes of a picture that is drawn in parts.
+const PARTS: usize = 4;
+
 /// Textures that a picture is drawn into.
 #[derive(Debug)]
 struct Targets {
@@ -78,6 +83,10 @@ struct Targets {
     /// One sample a pixel.
     light: wgpu::TextureView,
     depth: wgpu::TextureView,
+    /// Where the processor draws, light and depth once more: it sets up the triangles of a pass on one core and fills them
+    /// on all when the pass ends, and a pass with another view of the same textures is another one. So the corners of one
+    /// part of the picture are worked out while the part before it is filled.
+    again: Option<[wgpu::TextureView; 2]>,
 }
 
 impl Bindings {
@@ -312,7 +321,8 @@ impl PicturePass {
             clouds: air.clouds().clone(),
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
-            targets: Targets::new(device, label, [1, 1], quality.msaa),
+            targets: Targets::new(device, label, [1, 1], quality.msaa, scenery.software),
+            software: scenery.software,
         }
     }
 
@@ -320,7 +330,7 @@ impl PicturePass {
     pub fn fit(&mut self, device: &wgpu::Device, size: [u32; 2]) -> bool {
         let stale = self.targets.size != size;
         if stale {
-            self.targets = Targets::new(device, self.label, size, self.samples);
+            self.targets = Targets::new(device, self.label, size, self.samples, self.software);
         }
         stale
     }
@@ -355,7 +365,10 @@ impl PicturePass {
             models,
             cars,
             around,
-            |centre, radius_m| optics.sees(centre, radius_m).then(|| Detail::of(optics.pixels(centre, radius_m))),
+            |centre, radius_m| {
+                let detail = || CarDetail::of(optics.pixels(centre, radius_m), optics.from_above());
+                optics.sees(centre, radius_m).then(detail)
+            },
             |centre, radius_m| match optics.sees(centre, radius_m) {
                 true => Detail::shares(optics.pixels(centre, radius_m) * self.detail),
                 false => Default::default(),
@@ -366,41 +379,70 @@ impl PicturePass {
                     && optics.sees(centre, radius_m)
             },
         );
-        let mut pass = self.targets.begin(encoder, self.label, stamps);
-        pass.set_bind_group(0, &self.group, &[]);
-        models.bind(&mut pass);
-        self.crowd.bind(&mut pass, 1);
+        let seen = |centre: Vec3, radius_m: f32| optics.sees(centre, radius_m);
+        let crowd = &self.crowd;
+        let clouds = &self.clouds;
+        let bind = |pass: &mut wgpu::RenderPass| {
+            models.bind(pass);
+            crowd.bind(pass, 1);
+        };
         // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
-        pass.set_pipeline(&materials.car);
-        models.draw_cars(&mut pass, &batches);
-        models.posts.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
-        for pipeline in [&materials.cover, &materials.tree] {
-            pass.set_pipeline(pipeline);
-            models.draw_trees(&mut pass, &batches.trees);
+        let cars = |pass: &mut wgpu::RenderPass| {
+            pass.set_pipeline(&materials.car);
+            models.draw_cars(pass, &batches);
+            models.posts.draw(pass, seen);
+        };
+        let cover = |pass: &mut wgpu::RenderPass| {
+            pass.set_pipeline(&materials.cover);
+            models.draw_trees(pass, &batches.trees);
+        };
+        let trees = |pass: &mut wgpu::RenderPass| {
+            pass.set_pipeline(&materials.tree);
+            models.draw_trees(pass, &batches.trees);
+            for pipeline in [&materials.far_cover, &materials.impostor] {
+                pass.set_pipeline(pipeline);
+                models.draw_far_trees(pass, &batches.trees);
+            }
+        };
+        let rest = |pass: &mut wgpu::RenderPass| {
+            pass.set_pipeline(&materials.grass);
+            models.tuft.draw(pass, batches.tufts.clone());
+            pass.set_pipeline(&materials.road);
+            models.road.draw(pass, seen);
+            pass.set_pipeline(&materials.land);
+            models.land.draw(pass, seen);
+            pass.set_pipeline(&materials.contact);
+            crowd.bind(pass, 0);
+            pass.draw(0..6, batches.cars.clone());
+            pass.set_pipeline(&materials.root);
+            pass.draw(0..6, batches.roots.clone());
+            pass.set_pipeline(&materials.sky);
+            pass.set_bind_group(1, clouds, &[]);
+            pass.draw(0..3, 0..1);
+            // Windows over everything behind them.
+            pass.set_pipeline(&materials.glass);
+            bind(pass);
+            models.draw_glass(pass, &batches);
+        };
+        let parts: [&dyn Fn(&mut wgpu::RenderPass); PARTS] = [&cars, &cover, &trees, &rest];
+        if self.targets.in_parts() {
+            for (number, part) in parts.into_iter().enumerate() {
+                let stamps = stamps.as_ref().and_then(|stamps| match number {
+                    0 => Some(timing::begin_only(stamps)),
+                    n if n == PARTS - 1 => Some(timing::end_only(stamps)),
+                    _ => None,
+                });
+                let mut pass = self.targets.begin(encoder, self.label, number, stamps);
+                pass.set_bind_group(0, &self.group, &[]);
+                bind(&mut pass);
+                part(&mut pass);
+            }
+        } else {
+            let mut pass = self.targets.begin(encoder, self.label, 0, stamps);
+            pass.set_bind_group(0, &self.group, &[]);
+            bind(&mut pass);
+            parts.into_iter().for_each(|part| part(&mut pass));
         }
-        for pipeline in [&materials.far_cover, &materials.impostor] {
-            pass.set_pipeline(pipeline);
-            models.draw_far_trees(&mut pass, &batches.trees);
-        }
-        pass.set_pipeline(&materials.grass);
-        models.tuft.draw(&mut pass, batches.tufts.clone());
-        pass.set_pipeline(&materials.road);
-        models.road.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
-        pass.set_pipeline(&materials.land);
-        models.land.draw(&mut pass, |centre, radius_m| optics.sees(centre, radius_m));
-        pass.set_pipeline(&materials.contact);
-        self.crowd.bind(&mut pass, 0);
-        pass.draw(0..6, batches.cars.clone());
-        pass.set_pipeline(&materials.root);
-        pass.draw(0..6, batches.roots.clone());
-        pass.set_pipeline(&materials.sky);
-        pass.set_bind_group(1, &self.clouds, &[]);
-        pass.draw(0..3, 0..1);
-        // Windows over everything behind them.
-        pass.set_pipeline(&materials.glass);
-        models.bind(&mut pass);
-        self.crowd.bind(&mut pass, 1);
-        models.draw_glass(&mut pass, &batches);
     }
 }
 
@@ -422,7 +464,8 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
 }
 
 impl Targets {
-    fn new(device: &wgpu::Device, label: &str, size: [u32; 2], samples: u32) -> Self {
+    fn new(device: &wgpu::Device, label: &str, size: [u32; 2], samples: u32, software: bool) -> Self {
+        let view_of = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         let texture = |format, sample_count, usage| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
@@ -434,39 +477,59 @@ impl Targets {
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
                 view_formats: &[],
             });
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
+            view_of(&texture)
         };
         let nothing = wgpu::TextureUsages::empty();
+        let light = texture(HDR, 1, wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC);
+        let depth = texture(DEPTH, samples, nothing);
         Self {
             size,
             samples: (samples > 1).then(|| texture(HDR, samples, nothing)),
-            light: texture(HDR, 1, wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC),
-            depth: texture(DEPTH, samples, nothing),
+            again: (software && samples == 1).then(|| [&light, &depth].map(|view| view_of(view.texture()))),
+            light,
+            depth,
         }
+    }
+
+    /// True if a picture is drawn in [`PARTS`] passes rather than in one.
+    fn in_parts(&self) -> bool {
+        self.again.is_some()
     }
 
     fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
         label: &str,
+        part: usize,
         stamps: Option<wgpu::RenderPassTimestampWrites>,
     ) -> wgpu::RenderPass<'e> {
-        let clear = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
-        let (view, resolve_target, store) = match &self.samples {
-            Some(samples) => (samples, Some(&self.light), wgpu::StoreOp::Discard),
-            None => (&self.light, None, wgpu::StoreOp::Store),
+        let [light, depth] = match &self.again {
+            Some([light, depth]) if part % 2 == 1 => [light, depth],
+            _ => [&self.light, &self.depth],
         };
+        let (view, resolve_target, store) = match &self.samples {
+            Some(samples) => (samples, Some(light), wgpu::StoreOp::Discard),
+            None => (light, None, wgpu::StoreOp::Store),
+        };
+        let first = part == 0;
+        let kept = if self.in_parts() && part + 1 < PARTS { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view,
                 depth_slice: None,
                 resolve_target,
-                ops: wgpu::Operations { load: clear, store },
+                ops: wgpu::Operations {
+                    load: if first { wgpu::LoadOp::Clear(wgpu::Color::BLACK) } else { wgpu::LoadOp::Load },
+                    store,
+                },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                view: depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: if first { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                    store: kept,
+                }),
                 stencil_ops: None,
             }),
             timestamp_writes: stamps,

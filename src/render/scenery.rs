@@ -10,6 +10,8 @@ pub struct Scenery {
     pub device: wgpu::Device,
     /// Takes data.
     pub queue: wgpu::Queue,
+    /// True if the processor draws.
+    pub software: bool,
     /// Meshes.
     pub models: Models,
     /// Placed trees.
@@ -34,6 +36,7 @@ impl Scenery {
         Self {
             device: device.clone(),
             queue: queue.clone(),
+            software: gpu.is_software(),
             forest: Forest::new(stage, &models),
             grain: grain::upload(device, queue, &grain),
             leaves: leaves::upload(device, queue),

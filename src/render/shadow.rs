@@ -6,7 +6,7 @@
 //! shadows. Each moves by whole texels, so that the edges of shadows stay on the ground while the camera drives.
 
 use super::{
-    crowd::{Around, Batches, Crowd, Detail},
+    crowd::{Around, Batches, CarDetail, Crowd, Detail},
     layout::{Light, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, Recipe, Workshop},
@@ -27,6 +27,8 @@ const STEP_M: [f32; 2] = [12.0, 36.0];
 const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
 /// Width of a texel from which cars throw the shadow of their coarsest body, metres.
 const COARSE_M: f32 = 0.05;
+/// And from which that of their plan.
+const PLAN_M: f32 = 0.16;
 /// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
 const HEIGHT_M: f32 = 40.0;
 
@@ -280,7 +282,11 @@ impl Layer {
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
         let detail = trees.unwrap_or(Detail::Shade);
         // Where a texel is as wide as a pillar, the coarsest body has the same shadow.
-        let car = if cover.texel_m(size) > COARSE_M { Detail::Far } else { Detail::Shade };
+        let car = match cover.texel_m(size) {
+            texel_m if texel_m > PLAN_M => CarDetail::Plan,
+            texel_m if texel_m > COARSE_M => CarDetail::Far,
+            _ => CarDetail::Mid,
+        };
         self.crowd.gather(
             (&scenery.device, queue),
             &scenery.models,

@@ -3,6 +3,7 @@
 //! wheels sit. The left half of a body is lofted through cross-sections (`shape`), closed at both ends, bent into nose and
 //! tail, then cut (`panels`) into windows, lamps, arches and doors, and doubled.
 
+use super::coarse::coarse;
 use super::mesh::{Finish, Soup};
 use super::shape::{self, CABIN_FRONT_M, Lines, STYLES};
 use super::skin::Skin;
@@ -57,10 +58,14 @@ pub fn models() -> Vec<CarModel> {
             glass.append(&parts.lenses.mesh());
             glass
         });
-        CarModel { levels: [near.open(), mid.open(), far.whole()], glass }
+        let far = far.whole();
+        CarModel { plan: coarse(&far, PLAN_M), levels: [near.open(), mid.open(), far], glass }
     };
     parts.chunks(3).map(model).collect()
 }
+
+/// Boxes of the plan's corners, metres: a pixel and a half where it begins to be drawn.
+const PLAN_M: Vec3 = Vec3::new(0.42, 0.22, 0.30);
 
 /// 48 degrees: edges of fittings are sharp, round ones are not.
 pub(super) const CREASE_RAD: f32 = 0.838;
@@ -328,6 +333,29 @@ mod tests {
                     let off = [covers(&a, &b), covers(&b, &a)];
                     assert_eq!(off, [0, 0], "style {style}, change {change}, direction {k}: pixels beyond one");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn from_above_a_plan_has_the_outline_of_its_body_with_a_fifth_of_the_triangles() {
+        // It begins at 7.5 pixels of radius (1.9 m; `render/crowd.rs`).
+        let pixel_m = 1.9 / 7.5;
+        for (style, model) in models().iter().enumerate() {
+            check(&model.plan, "plan");
+            let [.., far] = &model.levels;
+            assert!(model.plan.triangles() * 5 < far.triangles(), "{} of {}", model.plan.triangles(), far.triangles());
+            for k in 0..12 {
+                let (sin, cos) = (std::f32::consts::TAU * (k as f32 + 0.3) / 12.0).sin_cos();
+                let towards = Vec3::new(0.05 * cos, 0.05 * sin, -1.0).normalize();
+                let filled = [far, &model.plan].map(|mesh| silhouette(mesh, towards, pixel_m));
+                let [a, b] = filled.each_ref().map(|filled| filled.iter().filter(|f| **f).count());
+                assert!(a > 100 && a.abs_diff(b) * 12 < a, "style {style}, direction {k}: {a} pixels, of the plan {b}");
+                let differ = (SIDE..SIDE * (SIDE - 1)).filter(|&i| {
+                    let near = |of: &[bool]| [i - SIDE, i - 1, i, i + 1, i + SIDE].iter().any(|&j| of[j]);
+                    (filled[0][i] && !near(&filled[1])) || (filled[1][i] && !near(&filled[0]))
+                });
+                assert_eq!(differ.count(), 0, "style {style}, direction {k}: pixels beyond one");
             }
         }
     }

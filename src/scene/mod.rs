@@ -3,6 +3,7 @@
 
 pub mod camera;
 pub mod car;
+mod coarse;
 pub mod cockpit;
 mod conifer;
 mod fittings;
@@ -108,6 +109,9 @@ pub struct CarModel {
     pub levels: [Mesh; 3],
     /// The windows of near and mid, to be drawn over what is behind them.
     pub glass: [Mesh; 2],
+    /// For pictures from above in which a car is a few pixels, and for shadows in them: with windows that are not seen
+    /// through and without an underside. What wheels would show is hidden.
+    pub plan: Mesh,
 }
 
 /// Everything that stands still during a drive.

@@ -4,6 +4,7 @@
 mod cars;
 mod ground;
 mod light;
+mod parts;
 mod pixels;
 mod place;
 mod poses;
