@@ -6,5 +6,6 @@ mod ground;
 mod light;
 mod pixels;
 mod place;
+mod plates;
 mod poses;
 mod trees;
