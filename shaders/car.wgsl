@@ -13,7 +13,7 @@ override SEEN_THROUGH: f32 = 0.0;
 fn around_car(direction: vec3f, above: vec3f, ground: vec3f, rough: f32) -> vec3f {
     let sky = sky_light_blurred(direction, 5.0 * sqrt(rough));
     let bearing = atan2(direction.y, direction.x);
-    let tops = 0.235 + 0.045 * sin(bearing * 9.0 + 1.3) + 0.035 * sin(bearing * 23.0) * sin(bearing * 5.0 + 0.7);
+    let tops = 0.29 + 0.045 * sin(bearing * 9.0 + 1.3) + 0.035 * sin(bearing * 23.0) * sin(bearing * 5.0 + 0.7);
     let soft = 0.012 + 0.5 * rough;
     let belt = vec3f(0.050, 0.068, 0.030) * above * mix(0.7, 1.9, smoothstep(0.0, 0.24, direction.z)) + 0.04 * sky;
     let over_ground = mix(belt, sky, smoothstep(tops - soft, tops + soft, direction.z));
@@ -39,6 +39,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     var rough = 0.75;
     var shine = 1.0;
     var coat = 0.0;
+    // What shines at a flat angle; under a coat nothing does of itself.
+    var edge = 1.0;
     if material == PAINT {
         albedo = in.colour * in.paint.rgb;
         // Flakes: every paint is a little metallic.
@@ -46,6 +48,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         rough = 0.42;
         shine = 0.55;
         coat = 1.15;
+        edge = 0.0;
     } else if material == GLASS {
         // What is seen of the interior is dim.
         albedo *= 0.35;
@@ -67,8 +70,15 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         rough = 0.22;
     } else if material == TYRE {
         rough = 0.62;
+        // A padded skin is duller than rubber.
+        shine = select(1.0, 0.32, in.uv.x < -0.5);
     } else if material == MATT {
         shine = 0.0;
+    }
+    if SOFT > 0.5 {
+        // Grained plastic (`scene/cockpit.rs`).
+        let grained = textureSample(grain, grain_sampler, in.uv);
+        albedo *= select(1.0, 0.45 + 0.75 * grained.r + 0.35 * grained.g, in.uv.x < -0.5);
     }
     rough = steadied(rough, facet);
     let bounced = reflect(-view, facet);
@@ -82,22 +92,26 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         // What is dear: under the coat's sharp image this one may be as dull as light from all around.
         around = ambient(bounced) * (0.85 * occluded);
     }
-    light += shine * (around * (f0 * share.x + share.y) + sun * sun_gloss(facet, view, rough, f0));
+    light += shine * (around * (f0 * share.x + edge * share.y) + sun * sun_gloss(facet, view, rough, f0, edge));
 
     // The coat lies over all that.
     let coat_rough = steadied(0.05, facet);
-    // No coat is quite smooth: at the flattest angles it mirrors half.
-    let reflected = min(coat * fresnel(facet, view, 0.045), 0.5);
+    // No coat is quite smooth or clean: at the flattest angles it mirrors a third.
+    let reflected = min(coat * fresnel(facet, view, 0.045), 0.36);
     let image = around_car(bounced, above, ground, coat_rough * coat_rough) * occluded;
     light = light * (1.0 - reflected) + reflected * image;
-    light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04));
+    light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04), 1.0);
 
     // Lamps: green and blue of a brake lamp's colour are its shares of the running and of the braking light.
     let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
     light += select(0.0, glow, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
     light += select(0.0, DAYLIGHT, material == LAMP && in.colour.r > 0.8) * vec3f(0.95, 0.98, 1.0);
+    // A far body's windows are not seen through: they are as light as near ones with what is behind those, a dim cabin and
+    // some of the land beyond it.
+    let opaque = clamp(22.0 * in.colour.r, 0.05, 1.0);
+    let through = opaque + (1.0 - opaque) * reflected;
+    light = select(light, light * through + (1.0 - through) * 0.35 * ground, material == GLASS && SEEN_THROUGH < 0.5);
     // Tinted glass takes 45 % of the light behind it, a lamp's cover 5 %, and what they mirror besides.
-    let tint = clamp(22.0 * in.colour.r, 0.05, 1.0);
-    let alpha = mix(1.0, tint + (1.0 - tint) * reflected, select(0.0, SEEN_THROUGH, material == GLASS));
+    let alpha = mix(1.0, through, select(0.0, SEEN_THROUGH, material == GLASS));
     return vec4f(through_air(light, in.world), alpha);
 }

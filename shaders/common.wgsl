@@ -37,7 +37,8 @@ struct Air {
 @group(0) @binding(7) var sky: texture_2d<f32>;
 @group(0) @binding(8) var sky_sampler: sampler;
 
-// An instance: rows of the mesh-to-world map; paint, and brake lamps in w.
+// An instance: rows of the mesh-to-world map; paint, and in w of a car the number on its plates plus half of its brake
+// lamps' light.
 struct Placed {
     @location(5) x: vec4f,
     @location(6) y: vec4f,

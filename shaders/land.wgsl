@@ -17,7 +17,9 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let size = select(21.0, 1900.0, thin_m > 0.8);
     let clumps = grain_aslant(vec2f(0.6 * bent.x + 0.8 * bent.y, 0.6 * bent.y - 0.8 * bent.x) / size + vec2f(0.37, 0.11));
 
-    let rise = mid * (0.8 * (clumps.a - 0.5) + 0.9 * (clumps.g - 0.5));
+    // At a flat angle blades hide what lies between clumps, which would draw out into streaks.
+    let steep = mix(0.4, 1.0, smoothstep(0.02, 0.15, view.z));
+    let rise = mid * steep * (0.8 * (clumps.a - 0.5) + 0.9 * (clumps.g - 0.5));
     let dry = mix(0.5, smoothstep(0.30, 0.70, clumps.g + 0.3 * (clumps.r - 0.5)), mid);
     var albedo = in.colour * mix(vec3f(0.84, 0.93, 0.90), vec3f(1.16, 1.07, 1.10), dry);
     // At a flat angle one sees the stalks and ears above the green.
@@ -39,7 +41,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     albedo = select(in.colour, albedo * max(tone, 0.2), grass);
 
     // Clumps face this way and that; blades lean about, so that the light on them is softer than on a floor.
-    let lean = vec3f(mid * 0.9 * (clumps.a - 0.5), mid * 0.9 * (clumps.g - 0.5) + 0.4 * deep, 0.0);
+    let lean = steep * mid * 0.9 * vec3f(clumps.a - 0.5, clumps.g - 0.5, 0.0) + vec3f(0.0, 0.4 * deep, 0.0);
     let normal = normalize(normalize(in.normal) + lean);
     let sun = sunshine(in.world, vec3f(0.0, 0.0, 1.0));
     let facing = dot(normal, frame.to_sun_time.xyz);

@@ -40,6 +40,8 @@ fn mirrored(direction: vec3f, ground: vec3f, rough: f32) -> vec3f {
 // Share of the sun that a shadow map lets through at a place in it (xy clip coordinates, z depth; w the distance from its
 // middle, 1 at the edge): a mean of 4 by 4 texels, or of 2 by 2 where that is dear; all of it beyond the map's edge.
 override SOFT: f32 = 1.0;
+// Share of the sun that a crown lets through to the ground.
+const FLECKS = 0.16;
 
 fn shadow_layer(layer: i32, at: vec4f) -> f32 {
     let uv = at.xy * vec2f(0.5, -0.5) + 0.5;
@@ -71,11 +73,13 @@ fn sunshine_past(world: vec3f, normal: vec3f, cars: bool) -> f32 {
     let beyond = max(abs(near.x), abs(near.y)) > 0.9;
     let standing = select(near, far, beyond);
     let trees = shadow_layer(select(1, 2, beyond), vec4f(standing, max(abs(standing.x), abs(standing.y)) - select(1.0, 0.0, beyond)));
+    // Shade under trees has flecks of sun and light that comes through leaves.
+    let dappled = mix(FLECKS, 1.0, trees);
     if !cars {
         return trees;
     }
     let moving = (p + off * frame.shadow.x) * frame.light_scale[0].xyz + frame.light_shift[0].xyz;
-    return min(shadow_layer(0, vec4f(moving, max(abs(moving.x), abs(moving.y)))), trees);
+    return min(shadow_layer(0, vec4f(moving, max(abs(moving.x), abs(moving.y)))), dappled);
 }
 
 fn sunshine(world: vec3f, normal: vec3f) -> f32 {
@@ -97,8 +101,9 @@ fn steadied(rough: f32, normal: vec3f) -> f32 {
     return sqrt(sqrt(clamp(a * a + spread, 0.0, 1.0)));
 }
 
-// Microfacet reflection of the sun (GGX; Walter et al. 2007; Smith visibility after Karis 2013), times the cosine.
-fn sun_gloss(normal: vec3f, view: vec3f, rough: f32, f0: vec3f) -> vec3f {
+// Microfacet reflection of the sun (GGX; Walter et al. 2007; Smith visibility after Karis 2013), times the cosine. `edge` is
+// what it mirrors at a flat angle: 1, but 0 under a clear coat, which light passes steeply.
+fn sun_gloss(normal: vec3f, view: vec3f, rough: f32, f0: vec3f, edge: f32) -> vec3f {
     let sun = frame.to_sun_time.xyz;
     let half_way = normalize(view + sun);
     let nh = clamp(dot(normal, half_way), 0.0, 1.0);
@@ -110,12 +115,12 @@ fn sun_gloss(normal: vec3f, view: vec3f, rough: f32, f0: vec3f) -> vec3f {
     let shape = a * a / (d * d) * 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
     let x = 1.0 - clamp(dot(view, half_way), 0.0, 1.0);
     let x2 = x * x;
-    let f = f0 + (1.0 - f0) * (x2 * x2 * x);
+    let f = f0 + (1.0 - f0) * (edge * x2 * x2 * x);
     return min(SUN * (shape * nl) * f, vec3f(14.0));
 }
 
 fn sun_glint(normal: vec3f, view: vec3f, roughness: f32, f0: f32) -> vec3f {
-    return sun_gloss(normal, view, roughness, vec3f(f0));
+    return sun_gloss(normal, view, roughness, vec3f(f0), 1.0);
 }
 
 // Share of even surroundings that a rough surface mirrors: scale and offset of its reflectance head on (the fit of Karis

@@ -35,7 +35,13 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     out.colour = corner.colour;
     out.uv = corner.uv;
     out.material = corner.material;
-    out.paint = at.colour_brake;
+    let number = floor(at.colour_brake.w);
+    out.paint = vec4f(at.colour_brake.rgb, 2.0 * (at.colour_brake.w - number));
+    // Of all signs that a plate may show those of its number (`scene/plate.rs`).
+    let signs = floor(corner.uv.y / 16.0);
+    let sign = floor((number + 0.5) / max(corner.uv.x, 1.0));
+    let shown = abs(sign - signs * floor((sign + 0.5) / max(signs, 1.0)) - (corner.uv.y - 16.0 * signs)) < 0.5;
+    out.clip = select(out.clip, vec4f(2.0, 2.0, 2.0, 1.0), corner.material == MATT && number > 0.5 && corner.uv.x > 0.5 && !shown);
     out.height = out.world.z - at.z.w;
     return out;
 }

@@ -107,7 +107,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // What a flat angle mirrors stands low in the sky, behind trees.
     let free = 0.30 + 0.70 * smoothstep(0.04, 0.26, abs(view.z));
     light += mirror * (0.75 + 0.5 * track) * free * sky_light_blurred(vec3f(-view.xy, abs(view.z)), 3.0);
-    let hidden = clamp(frame.to_sun_time.z * 1.7, 0.15, 1.0);
+    let hidden = clamp(4.0 * frame.to_sun_time.z * frame.to_sun_time.z, 0.14, 1.0);
     light += sun_glint(normal, view, rough, 0.035) * sun * gloss * hidden * (0.42 + 0.25 * track);
     return vec4f(through_air(light, in.world), 1.0);
 }

@@ -159,8 +159,8 @@ fn green([r, g, b]: [f64; 3]) -> f64 {
 }
 
 const SIDE: u32 = 240;
-/// Between the hub's shadow and the ticks.
-const NEEDLE_RING: (f32, f32) = (0.70, layout::HUB + 0.06);
+/// The needle within the ticks.
+const NEEDLE_RING: (f32, f32) = (0.70, layout::NEEDLE.1 + 0.015);
 /// Outside the band, where only the red line reaches.
 const LINE_RING: (f32, f32) = (layout::TARGET.0 - 0.005, layout::BAND.0 + 0.01);
 
@@ -186,6 +186,29 @@ fn the_needles_angle_is_linear_in_speed() {
         assert!((angle - wanted).abs() < 1.0, "{speed_mph} mph: needle at {angle:.2}, not {wanted:.2} degrees");
     }
     println!("needle: at most {worst:.3} degrees off");
+}
+
+#[test]
+fn the_needle_hides_no_numeral() {
+    // Between the hub and the needle's root lie the numerals: whatever the speed, they are drawn the same.
+    let ring = |picture: &Picture| -> Vec<[f64; 3]> {
+        let radii = (0..12).map(|i| {
+            let share = f64::from(i) / 11.0;
+            f64::from(layout::HUB) + 0.07 + share * f64::from(layout::NEEDLE.1 - 0.018 - layout::HUB - 0.07)
+        });
+        radii
+            .flat_map(|radius| (0..720).map(move |k| (f64::from(k) / 2.0, radius)))
+            .map(|(a, r)| picture.polar(a, r))
+            .collect()
+    };
+    let resting = ring(&hc22(&ring_dial(0.0, None)));
+    assert!(resting.iter().filter(|c| c[1] > 150.0).count() > 200, "numerals are seen");
+    for speed_mph in [5.0, 10.0, 12.5, 20.0, 25.0] {
+        let other = ring(&hc22(&ring_dial(SpeedUnit::Mph.to_mps(speed_mph), None)));
+        let off =
+            resting.iter().zip(&other).flat_map(|(a, b)| (0..3).map(move |i| (a[i] - b[i]).abs())).fold(0.0, f64::max);
+        assert!(off < 2.0, "{speed_mph} mph changes the numerals by {off}");
+    }
 }
 
 #[test]

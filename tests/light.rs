@@ -95,8 +95,9 @@ fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
                 from_sky += sky.radiance(Vec3::new(level * cos, level * sin, z)) * z * (2.0 / (n * m) as f32);
             }
         }
-        let sunny = sky.exposure * GREY * (from_sky + sky.sun * to_sun.z);
-        let shady = sky.exposure * GREY * from_sky;
+        let exposure = sky.plan_exposure();
+        let sunny = exposure * GREY * (from_sky + sky.sun * to_sun.z);
+        let shady = exposure * GREY * from_sky;
         let away = Vec3::new(-to_sun.y, to_sun.x, 0.0).normalize() * 4.5;
         for (place, wanted, name) in [(middle + away, sunny, "sun"), (middle, shady, "shade")] {
             let seen = light_at(&image, &view, place, 3);

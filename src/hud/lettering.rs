@@ -1,4 +1,4 @@
-//! Lettering of the instrument: digits and the letters of its units as strokes of one width, drawn for legibility at a
+//! Lettering of the instrument and of number plates: digits, the letters of units and some capitals as strokes of one width, drawn for legibility at a
 //! distance (open forms, tabular digits), so that no font and no glyph atlas stands between the speed and the picture.
 //! In: text, height. Out: polylines, to be drawn with a round pen of [`PEN`] times the height.
 
@@ -107,6 +107,18 @@ fn sign_strokes(sign: char) -> Option<(f32, Vec<Stroke>)> {
             let bow = join(&[&[[0.0, 0.0], [0.0, 1.0]], &arc([0.25, 0.74], [0.26, 0.26], 90.0, -90.0)]);
             (0.52, vec![join(&[&bow, &[[0.0, 0.48]]]), vec![[0.26, 0.48], [0.53, 0.0]]])
         }
+        // Capitals of number plates.
+        'H' => {
+            (DIGIT, vec![vec![[0.0, 1.0], [0.0, 0.0]], vec![[0.52, 1.0], [0.52, 0.0]], vec![[0.0, 0.52], [0.52, 0.52]]])
+        }
+        'L' => (0.46, vec![vec![[0.0, 1.0], [0.0, 0.0], [0.46, 0.0]]]),
+        'M' => (0.60, vec![vec![[0.0, 0.0], [0.0, 1.0], [0.30, 0.42], [0.60, 1.0], [0.60, 0.0]]]),
+        'K' => {
+            (DIGIT, vec![vec![[0.0, 1.0], [0.0, 0.0]], vec![[0.50, 1.0], [0.0, 0.38]], vec![[0.18, 0.60], [0.53, 0.0]]])
+        }
+        'N' => (DIGIT, vec![vec![[0.0, 0.0], [0.0, 1.0], [0.52, 0.0], [0.52, 1.0]]]),
+        'T' => (0.54, vec![vec![[0.0, 1.0], [0.54, 1.0]], vec![[0.27, 1.0], [0.27, 0.0]]]),
+        'E' => (0.46, vec![vec![[0.46, 1.0], [0.0, 1.0], [0.0, 0.0], [0.46, 0.0]], vec![[0.0, 0.53], [0.40, 0.53]]]),
         _ => return None,
     })
 }

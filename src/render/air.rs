@@ -113,14 +113,18 @@ impl AirPass {
         &self.clouds_group
     }
 
-    /// Makes the sky that of this sun and visibility; the exposure for it.
-    pub fn fit(&mut self, queue: &wgpu::Queue, to_sun: Vec3, visibility_m: f32) -> f32 {
-        if let Some(sky) = &self.sky
-            && sky.to_sun == to_sun
-            && sky.visibility_m == visibility_m
-        {
-            return sky.exposure;
+    /// Makes the sky that of this sun and visibility, and gives it.
+    pub fn fit(&mut self, queue: &wgpu::Queue, to_sun: Vec3, visibility_m: f32) -> &Sky {
+        let same = |sky: &Sky| sky.to_sun == to_sun && sky.visibility_m == visibility_m;
+        if !self.sky.as_ref().is_some_and(same) {
+            let sky = self.make(queue, to_sun, visibility_m);
+            self.sky = Some(sky);
         }
+        self.sky.as_ref().expect("made above")
+    }
+
+    /// A sky, written to the device.
+    fn make(&self, queue: &wgpu::Queue, to_sun: Vec3, visibility_m: f32) -> Sky {
         let mut sky = Sky::new(to_sun, visibility_m);
         // As asked for, so that it is found again.
         sky.to_sun = to_sun;
@@ -153,7 +157,7 @@ impl AirPass {
                 .map(|(x, y)| (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) / 4.0)
                 .collect();
         }
-        self.sky.insert(sky).exposure
+        sky
     }
 }
 

@@ -323,7 +323,9 @@ fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
 }
 
 fn body(car: &CarInstance) -> Instance {
-    Instance::new(Affine3A::from_rotation_translation(car.rotation, car.position), car.colour, car.brake)
+    // In front of the point the number on its plates, behind it half of the lamps' light (`mesh.wgsl`).
+    let plate_brake = f32::from(car.plate) + 0.5 * car.brake.clamp(0.0, 1.0);
+    Instance::new(Affine3A::from_rotation_translation(car.rotation, car.position), car.colour, plate_brake)
 }
 
 /// The steering wheel, if it is seen.
@@ -372,6 +374,7 @@ mod tests {
             steer_rad: 0.0,
             spin_rad: 0.3,
             style: 0,
+            plate: 1234,
             is_ego: false,
         };
         for (wheel, hub) in wheels(&car).zip(car.hubs) {

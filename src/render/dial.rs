@@ -22,14 +22,14 @@ pub mod layout {
     pub const MARKS: f32 = 0.818;
     /// Inner ends of numbered, half and other ticks.
     pub const MARKS_INNER: (f32, f32, f32) = (0.720, 0.752, 0.774);
-    /// Tip of the needle.
-    pub const NEEDLE: f32 = 0.822;
+    /// Tip and root of the needle: it points from between numerals and ticks to the band and hides no numeral.
+    pub const NEEDLE: (f32, f32) = (0.822, 0.630);
     /// Where the outer corners of the numerals end, and their height up to 99 and from 100 up.
-    pub const NUMERALS: (f32, f32, f32) = (0.695, 0.108, 0.092);
+    pub const NUMERALS: (f32, f32, f32) = (0.612, 0.102, 0.088);
     /// Edge of the hub, on which number and unit stand.
-    pub const HUB: f32 = 0.44;
+    pub const HUB: f32 = 0.42;
     /// Height of the number up to 99, of one of three digits, and how far its middle lies above the axle.
-    pub const NUMBER: (f32, f32, f32) = (0.36, 0.28, 0.05);
+    pub const NUMBER: (f32, f32, f32) = (0.35, 0.27, 0.05);
     /// Height of the unit, and how far its middle lies below the axle.
     pub const UNIT: (f32, f32) = (0.085, 0.27);
     /// Height of the R, and how far its middle lies below the axle.
@@ -208,13 +208,13 @@ fn target_line(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
     brush.radial(angle, (outer, inner), width, opaque(palette.target));
 }
 
-/// A tapered needle from under the hub to the band, with a dark edge that parts it from the numerals it passes.
+/// A wedge that floats between the numerals and the band, with a dark edge that parts it from the ticks it passes.
 fn needle(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
     let angle = dial.needle_rad();
     let blade = |grow: f32| {
         let across = vec2(angle.cos(), angle.sin()) * brush.radius;
-        let (root, tip) = (0.030 + grow, 0.010 + grow);
-        let (from, to) = (brush.at(angle, layout::HUB - 0.05), brush.at(angle, layout::NEEDLE + grow));
+        let (root, tip) = (0.036 + grow, 0.009 + grow);
+        let (from, to) = (brush.at(angle, layout::NEEDLE.1 - grow), brush.at(angle, layout::NEEDLE.0 + grow));
         vec![from - across * root, to - across * tip, to + across * tip, from + across * root]
     };
     brush.polygon(blade(0.014), EDGE);

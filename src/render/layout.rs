@@ -80,7 +80,7 @@ pub struct Print {
 pub struct Instance {
     /// Rows of the mesh-to-world map.
     pub rows: [[f32; 4]; 3],
-    /// Paint or tint, linear; w lights the brake lamps (0..1).
+    /// Paint or tint, linear; w of a car is the number on its plates plus half of its brake lamps' light (0..1).
     pub colour_brake: [f32; 4],
 }
 

@@ -155,7 +155,8 @@ impl Renderer {
             mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, &optics, &lights, Ego::Nowhere);
         }
         let stamp = stamps(Pass::Develop);
-        let exposure = air.fit(queue, view.to_sun, view.visibility_m);
+        let sky = air.fit(queue, view.to_sun, view.visibility_m);
+        let exposure = if view.kind == ViewKind::Birdseye { sky.plan_exposure() } else { sky.exposure };
         glow.draw(e, stamp.as_ref(), &pipelines.glow);
         develop.draw(
             e,

@@ -106,6 +106,13 @@ impl Sky {
         }
     }
 
+    /// Factor on all light in a plan, which has no sky to be measured by and is read like a map: an hour leaves less of its
+    /// own darkness there, noon is as light as in other pictures.
+    pub fn plan_exposure(&self) -> f32 {
+        // Daylight to the power of -0.85 rather than -0.5.
+        1.06 * self.exposure * (self.exposure / 1.8).powf(0.7)
+    }
+
     /// Radiance of the sky in a direction, without the sun's disc; below the horizon, that of the horizon.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         self.air.radiance(direction)

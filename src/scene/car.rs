@@ -86,6 +86,8 @@ pub(super) struct Parts {
     pub inside: Soup,
     /// The shell seen from inside.
     pub lining: Skin,
+    /// All signs that a number plate may show.
+    pub lettering: Mesh,
 }
 
 impl Parts {
@@ -101,7 +103,15 @@ impl Parts {
             face.corners.iter().all(|c| c.flat.z > 0.93 && cabin.contains(&c.flat.x))
         });
         let fittings = fittings::outside(lines, level);
-        Self { shell, panes, lenses, fittings, inside: fittings::cabin(lines, level), lining }
+        Self {
+            shell,
+            panes,
+            lenses,
+            fittings,
+            inside: fittings::cabin(lines, level),
+            lining,
+            lettering: fittings::lettering(level),
+        }
     }
 
     /// All but the windows.
@@ -110,6 +120,7 @@ impl Parts {
         mesh.append(&self.fittings.clone().into_mesh(CREASE_RAD));
         mesh.append(&self.inside.clone().into_mesh(CREASE_RAD));
         mesh.append(&self.lining.mesh());
+        mesh.append(&self.lettering);
         mesh
     }
 

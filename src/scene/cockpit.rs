@@ -6,12 +6,17 @@ use super::car::{CHROME, CREASE_RAD, DARK, GLOSS, Level, Parts, TRIM};
 use super::mesh::{Finish, Soup};
 use super::shape::{self, CABIN_FRONT_M, STYLES};
 use super::skin::Skin;
-use super::{Material, Mesh, fittings};
+use super::{Material, Mesh};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::TAU;
 
-/// Padded, grained plastic.
+/// Padded, grained plastic, and the dashboard's top with the faint sheen of a skin over foam.
 const PADDED: Finish = Finish::grey(Material::Matt, 0.011);
+const TOPPED: Finish = Finish::grey(Material::Tyre, 0.017);
+/// A fin of a vent.
+const FIN: Finish = Finish::grey(Material::Matt, 0.024);
+/// Side of the square over which the grain of plastic repeats, metres.
+const GRAIN_M: f32 = 0.26;
 const LINING: Finish = Finish::grey(Material::Matt, 0.070);
 const LEATHER: Finish = Finish::grey(Material::Tyre, 0.020);
 /// Where the steering wheel's hub is, metres: the rim stays below the far edge of the bonnet.
@@ -52,11 +57,9 @@ fn bonnet() -> Mesh {
     // What of the body lies before the windscreen or beside the dashboard and can be seen from above.
     let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > 0.5 && p.z < 0.93));
     let mut all = shell.take(|face| face.corners.iter().all(|c| seen(c.flat))).mesh();
-    all.append(&scuttle().mesh());
+    all.append(&grained(scuttle().mesh()));
     all.append(&doors().mesh());
-    let mut parts = Soup::default();
-    fittings::wipers(lines, -0.022, &mut parts);
-    all.append(&parts.into_mesh(CREASE_RAD));
+    all.append(&fins().into_mesh(CREASE_RAD));
     all
 }
 
@@ -85,38 +88,79 @@ fn doors() -> Skin {
     skin
 }
 
-/// From the foot of the windscreen to below the picture: a dark shelf, rolled down at its edge.
+/// Texture coordinates for what has a grain; `u` below zero tells the shader that it has (`car.wgsl`).
+fn grained(mut mesh: Mesh) -> Mesh {
+    for v in mesh.vertices.iter_mut().filter(|v| v.material == Material::Tyre as u32) {
+        v.uv = [v.position[1] / GRAIN_M - 20.0, v.position[0] / GRAIN_M];
+    }
+    mesh
+}
+
+/// A place of the dashboard's top: so far behind the foot of the windscreen, to the left, and above its crown.
+fn on_shelf((back, up): (f32, f32), y: f32) -> Vec3 {
+    let lines = STYLES[0];
+    let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
+    let at = shape::at(lines, CABIN_FRONT_M + 0.03);
+    Vec3::new(foot.x - back * (1.0 + 0.12 * (y / 0.8) * (y / 0.8)), y, at.crown(y.clamp(-0.8, 0.8)) + up)
+}
+
+/// The bed of the defroster's vents: its edges behind the windscreen's foot, and how it lies.
+const VENT: [(f32, f32); 2] = [(0.040, -0.052), (0.082, -0.064)];
+
+/// From the foot of the windscreen to below the picture: a dark sill, the vents of the defroster, a padded shelf with a
+/// seam, rolled at its edges.
 fn scuttle() -> Skin {
     const COLUMNS: usize = 32;
-    let lines = STYLES[0];
     let rows = [
-        (-0.28, -0.030),
-        (-0.05, -0.036),
-        (0.02, -0.042),
-        (0.10, -0.062),
-        (0.22, -0.080),
-        (0.34, -0.088),
-        (0.44, -0.105),
-        (0.50, -0.16),
+        ((-0.28, -0.030), DARK),
+        ((-0.05, -0.036), DARK),
+        ((0.015, -0.042), TOPPED),
+        ((0.032, -0.045), TOPPED),
+        // Down into the vents and out of them over a rolled edge.
+        ((0.038, -0.051), DARK),
+        (VENT[0], DARK),
+        (VENT[1], DARK),
+        ((0.086, -0.060), TOPPED),
+        ((0.094, -0.0575), TOPPED),
+        ((0.106, -0.0585), TOPPED),
+        ((0.150, -0.066), TOPPED),
+        // A seam.
+        ((0.166, -0.0695), DARK),
+        ((0.170, -0.0715), TOPPED),
+        ((0.176, -0.0705), TOPPED),
+        ((0.22, -0.079), TOPPED),
+        ((0.34, -0.088), TOPPED),
+        ((0.44, -0.105), TOPPED),
+        ((0.50, -0.16), TOPPED),
     ];
     let place = |(back, up): (f32, f32), column: usize| {
         // Narrower and deeper where it runs on under the bonnet and the wings.
         let (width, up) = if back < 0.0 { (1.52, up - 0.004) } else { (1.70, up) };
-        let y = width * (column as f32 / COLUMNS as f32 - 0.5);
-        let foot = shape::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
-        let at = shape::at(lines, CABIN_FRONT_M + 0.03);
-        Vec3::new(foot.x - back * (1.0 + 0.12 * (y / 0.8) * (y / 0.8)), y, at.crown(y.clamp(-0.8, 0.8)) + up)
+        on_shelf((back, up), width * (column as f32 / COLUMNS as f32 - 0.5))
     };
     let mut skin = Skin::default();
     for pair in rows.windows(2) {
         for column in 0..COLUMNS {
-            let [a, b] = [pair[0], pair[1]];
-            let corners = [place(a, column), place(a, column + 1), place(b, column + 1), place(b, column)];
-            skin.quad(corners, |p| p, if a.0 < 0.02 { DARK } else { PADDED });
+            let ([(a, finish), (b, _)], next) = ([pair[0], pair[1]], column + 1);
+            skin.quad([place(a, column), place(a, next), place(b, next), place(b, column)], |p| p, finish);
         }
     }
     skin.smooth(0.9);
     skin
+}
+
+/// The fins of the vents, in three groups.
+fn fins() -> Soup {
+    const PITCH_M: f32 = 0.013;
+    let mut all = Soup::default();
+    for (from, to) in [(-0.66, -0.20), (-0.17, 0.17), (0.20, 0.66)] {
+        for k in 0..((to - from) / PITCH_M) as usize {
+            let y = from + PITCH_M * k as f32;
+            let corner = |end: usize, y: f32| on_shelf(VENT[end], y) + Vec3::Z * 0.0045;
+            all.quad([corner(0, y), corner(0, y + 0.005), corner(1, y + 0.005), corner(1, y)], FIN);
+        }
+    }
+    all
 }
 
 fn cabin() -> Mesh {

@@ -15,7 +15,7 @@ const RADIUS_M: f32 = 2.6;
 const FOOT_M: f32 = 0.7;
 /// No bough lies in the ground, metres.
 const ON_GROUND: Vec3 = Vec3::new(f32::MIN, f32::MIN, 0.0);
-const BARK: [f32; 3] = [0.075, 0.052, 0.038];
+const BARK: [f32; 3] = [0.155, 0.118, 0.092];
 
 /// Whorls, boughs in a whorl and width of a bough as a fraction of its length.
 fn counts(detail: Detail) -> (usize, usize, f32) {

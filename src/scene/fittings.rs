@@ -2,14 +2,18 @@
 //! its windows: seats, dashboard, a driver. In: the body's lines. Out: loose triangles in the body's frame, metres.
 //! Nothing here reaches beyond the body's 5.00 m.
 
-use super::Material;
 use super::car::{BRAKE, CHROME, DARK, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M};
 use super::mesh::{Finish, Soup};
 use super::panels::ARCH_RADIUS_M;
 use super::shape::{self, Lines};
+use super::{Material, Mesh, plate};
 use glam::Vec3;
 
 const PLATE: Finish = Finish::grey(Material::Matt, 0.66);
+/// With its signs, which cover a fifth of it.
+const PLATE_AFAR: Finish = Finish::new(Material::Matt, [0.51, 0.51, 0.53]);
+/// Half the thickness of a plate, metres.
+const PLATE_M: f32 = 0.0035;
 const SEAT: Finish = Finish::grey(Material::Matt, 0.045);
 const CLOTH: Finish = Finish::new(Material::Matt, [0.055, 0.065, 0.095]);
 const SKIN: Finish = Finish::new(Material::Matt, [0.36, 0.21, 0.145]);
@@ -92,33 +96,39 @@ fn lip(lines: &Lines, hub: f32) -> Soup {
     lip
 }
 
+/// Where plates are, along the body and up: behind, in front.
+fn plates(level: Level) -> [(f32, f32); 2] {
+    let sunk_m = if level == Level::Near { 0.020 } else { 0.0 };
+    [(-2.5 + 0.046 + sunk_m, 0.692), (2.4985, 0.442)]
+}
+
+/// The signs on the plates; none where they could not be read.
+pub(super) fn lettering(level: Level) -> Mesh {
+    let mut all = Mesh::default();
+    for (x, z) in plates(level).into_iter().filter(|_| level == Level::Near) {
+        all.append(&plate::lettering(Vec3::new(x + (PLATE_M + 0.0008) * x.signum(), 0.0, z), x.signum()));
+    }
+    all
+}
+
 /// Parts in the middle.
 fn middle(lines: &Lines, level: Level) -> Soup {
     let mut parts = Soup::default();
     let near = level == Level::Near;
     // Nothing stands out of the bumpers, which would exceed 5.00 m, by more than 2 mm.
-    let sunk_m = if near { 0.020 } else { 0.0 };
-    for (x, z) in [(-2.5 + 0.046 + sunk_m, 0.692), (2.4985, 0.442)] {
-        parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(0.0035, 0.26, 0.052), PLATE);
+    for (x, z) in plates(level) {
+        parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(PLATE_M, 0.26, 0.052), if near { PLATE } else { PLATE_AFAR });
         if near {
-            // Letters: dark strokes of several widths and heights.
-            let out = Vec3::X * 0.0036 * x.signum();
-            let blue = Finish::new(Material::Matt, [0.010, 0.045, 0.26]);
-            let aside = -0.243 * x.signum();
-            parts.cuboid(Vec3::new(x, aside, z) + out, Vec3::new(0.0008, 0.016, 0.050), blue);
-            for (k, wide) in [(-2.75f32, 2), (-2.0, 1), (-0.75, 3), (0.0, 2), (1.1, 1), (1.8, 3), (2.5, 2)] {
-                let bar = |y: f32, up: f32, half: [f32; 2], parts: &mut Soup| {
-                    let at = Vec3::new(x, (k * 0.073 + y + 0.012) * x.signum(), z + up) + out;
-                    parts.cuboid(at, Vec3::new(0.0008, half[0], half[1]), TRIM);
-                };
-                bar(-0.013, 0.0, [0.004, 0.033], &mut parts);
-                for j in 0..wide {
-                    bar(0.0, [0.029, -0.029, 0.0][j], [0.016, 0.004], &mut parts);
-                }
-                if wide > 1 {
-                    bar(0.013, 0.015, [0.004, 0.018], &mut parts);
-                }
-            }
+            // A dark holder behind, the blue field at the reader's left, two seals between letters and digits.
+            let out = |m: f32| Vec3::X * (m * x.signum());
+            parts.cuboid(Vec3::new(x, 0.0, z) - out(0.003), Vec3::new(0.003, 0.268, 0.060), TRIM);
+            let mut field = |aside: f32, up: f32, half: [f32; 2], colour: [f32; 3]| {
+                let at = Vec3::new(x, aside * x.signum(), z + up) + out(0.0036);
+                parts.cuboid(at, Vec3::new(0.0005, half[0], half[1]), Finish::new(Material::Matt, colour));
+            };
+            field(-0.239, 0.0, [0.021, 0.052], [0.010, 0.045, 0.26]);
+            field(-0.045, 0.020, [0.011, 0.011], [0.05, 0.16, 0.07]);
+            field(-0.045, -0.018, [0.013, 0.013], [0.20, 0.21, 0.24]);
         }
     }
     let lamp_x = lines.rear_glass[1] + 0.03;
@@ -141,7 +151,7 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     parts.ellipsoid(badge, Vec3::new(0.010, 0.050, 0.036), [10, 18], |_| CHROME);
     let badge = shape::bend(lines, Vec3::new(-2.5, 0.0, 0.858)) + Vec3::X * 0.002;
     parts.ellipsoid(badge, Vec3::new(0.006, 0.036, 0.018), [8, 14], |_| CHROME);
-    wipers(lines, 0.010, &mut parts);
+    wipers(lines, &mut parts);
     // An aerial on the roof.
     let x = lines.rear_glass[1] + 0.26;
     let z = shape::at(lines, x).top_z - 0.006;
@@ -149,15 +159,15 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     parts
 }
 
-/// Wipers at rest along the foot of the windscreen, `up_m` above the sheet.
-pub(super) fn wipers(lines: &Lines, up_m: f32, parts: &mut Soup) {
+/// Wipers at rest along the foot of the windscreen.
+fn wipers(lines: &Lines, parts: &mut Soup) {
     for (from, to) in [(0.58, 0.02), (-0.02, -0.52)] {
         let ring = |i: usize| {
             let t = i as f32 / 8.0;
             let x = 1.105 - 0.03 * t;
             let y = from + (to - from) * t;
             let z = shape::at(lines, x).top_z - 0.05 * (y / 0.7) * (y / 0.7);
-            let at = shape::bend(lines, Vec3::new(x, y, z)) + Vec3::Z * up_m;
+            let at = shape::bend(lines, Vec3::new(x, y, z)) + Vec3::Z * 0.010;
             [(-0.008, -0.004), (0.008, -0.006), (0.005, 0.006), (-0.006, 0.008)]
                 .map(|(x, z)| at + Vec3::new(x, 0.0, z))
                 .into()

@@ -64,7 +64,7 @@ impl Crown {
         let outside = from_middle.length().min(1.1);
         let away = from_middle.normalize_or(Vec3::Z);
         let normal = (own * 0.55 + away + Vec3::Z * 0.25).normalize_or(Vec3::Z);
-        (normal, (0.44 + 0.62 * outside * outside) * (0.90 + 0.16 * away.z))
+        (normal, (0.44 + 0.62 * outside * outside) * (0.92 + 0.26 * away.z))
     }
 }
 

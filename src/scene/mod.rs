@@ -15,6 +15,7 @@ mod near;
 mod noise;
 mod options;
 mod panels;
+pub mod plate;
 mod road;
 mod shape;
 mod skin;
@@ -176,6 +177,8 @@ pub struct CarInstance {
     pub spin_rad: f32,
     /// Index into [`Stage::cars`].
     pub style: usize,
+    /// Number on its plates, see [`plate`].
+    pub plate: u16,
     /// True for the participant's own car: not drawn in the driver's view or the mirror, where the eye sits inside it.
     pub is_ego: bool,
 }

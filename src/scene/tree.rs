@@ -75,8 +75,8 @@ const OAK: Broad = Broad {
     cards: 560,
     card_m: 0.60,
     cut: Cut::Spray,
-    bark: [0.075, 0.058, 0.042],
-    leaf: [0.064, 0.096, 0.030],
+    bark: [0.175, 0.145, 0.114],
+    leaf: [0.084, 0.124, 0.037],
 };
 const MAPLE: Broad = Broad {
     name: "maple",
@@ -92,8 +92,8 @@ const MAPLE: Broad = Broad {
     cards: 520,
     card_m: 0.50,
     cut: Cut::Spray,
-    bark: [0.090, 0.075, 0.060],
-    leaf: [0.078, 0.112, 0.036],
+    bark: [0.200, 0.172, 0.142],
+    leaf: [0.100, 0.142, 0.044],
 };
 const BIRCH: Broad = Broad {
     name: "birch",
@@ -110,7 +110,7 @@ const BIRCH: Broad = Broad {
     card_m: 0.44,
     cut: Cut::Fine,
     bark: [0.52, 0.50, 0.46],
-    leaf: [0.096, 0.128, 0.050],
+    leaf: [0.118, 0.156, 0.060],
 };
 const HAZEL: Broad = Broad {
     name: "hazel",
@@ -126,8 +126,8 @@ const HAZEL: Broad = Broad {
     cards: 330,
     card_m: 0.27,
     cut: Cut::Fine,
-    bark: [0.07, 0.055, 0.04],
-    leaf: [0.072, 0.104, 0.036],
+    bark: [0.14, 0.115, 0.088],
+    leaf: [0.092, 0.132, 0.044],
 };
 
 /// A stem, bough or twig.

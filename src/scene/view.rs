@@ -2,7 +2,7 @@
 //! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
-use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions};
+use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions, plate};
 use crate::ego::{EgoState, STEERING_RATIO};
 use crate::sim::{CarView, CockpitView, Snapshot};
 use crate::space::wrap_angle;
@@ -90,6 +90,7 @@ impl EgoAt {
             steer_rad: self.steer_rad,
             spin_rad: self.spin_rad,
             style: 0,
+            plate: plate::number(EGO.0),
             is_ego: true,
         }
     }
@@ -118,6 +119,7 @@ fn traffic_car(car: &CarView, fraction: f32, colour: [f32; 3], stage: &Stage) ->
         steer_rad: (WHEELBASE_M * bend_per_m).atan(),
         spin_rad: spin as f32,
         style: style(car.id, stage),
+        plate: plate::number(car.id.0),
         is_ego: false,
     }
 }

@@ -94,6 +94,27 @@ fn of_the_own_car_the_driver_sees_the_bonnet_at_the_lower_edge() {
 }
 
 #[test]
+fn the_bonnet_stays_red_towards_a_low_sun() {
+    let snapshot = snapshot(Vec::new());
+    let evening = ViewOptions::default().at_hour(17.2);
+    let ahead_deg = 90.0 - on_lane(0.0, 0.0).yaw_rad.to_degrees() as f32;
+    for aside_deg in [-35.0, -12.0, 20.0] {
+        let options = ViewOptions { sun_azimuth_deg: ahead_deg + aside_deg, ..evening.clone() };
+        let off = ViewOptions { cockpit: CockpitView::Off, ..options.clone() };
+        let [with, without] =
+            [options, off].map(|options| draw(&view(&snapshot, ViewKind::Driver, &options), false, SIZE));
+        // The sheet, not the black shelf behind it.
+        let seen = with.pixels().zip(without.pixels()).filter(|(a, b)| difference(a, b) > 12);
+        let sheet: Vec<[f32; 3]> = seen.map(|(a, _)| rgb(a)).filter(|[r, ..]| *r > 0.25).collect();
+        assert!(sheet.len() > 500, "{} pixels", sheet.len());
+        let pale = sheet.iter().filter(|[r, g, b]| g.max(*b) > 0.72 * r).count();
+        let mean = sheet.iter().map(|[r, g, b]| g.max(*b) / r).sum::<f32>() / sheet.len() as f32;
+        println!("sun {aside_deg} degrees aside: {pale} of {} pale, green over red {mean}", sheet.len());
+        assert!(pale * 20 < sheet.len() && mean < 0.5, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
+    }
+}
+
+#[test]
 fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
     const PLAN: [u32; 2] = [480, 300];
     let mut snapshot = full_ring();

@@ -7,5 +7,6 @@ mod light;
 mod parts;
 mod pixels;
 mod place;
+mod plates;
 mod poses;
 mod trees;
