@@ -26,6 +26,7 @@ fn network(levels: u32) -> Network {
         action: Output::Acceleration,
         limits: [-0.5, 0.5],
         speed_change_mps: 0.0,
+        least_spacing_m: 8.6,
         levels,
         holds_s: [1.0, 30.0],
         inputs: FIELD_INPUTS.to_vec(),

@@ -121,9 +121,13 @@ fn shipped_policies_are_the_same_in_both_formats_and_bring_their_configuration()
 
 /// A shipped policy on 20 fresh rings.
 fn driven_by(name: &str, config: &TrainConfig) -> Vec<Verdict> {
+    driven_on(name, config, 20)
+}
+
+fn driven_on(name: &str, config: &TrainConfig, rings: usize) -> Vec<Verdict> {
     let network = Network::from_file(&assets().join(name).join("policy.toml")).unwrap();
     let make = || -> Option<Box<dyn Policy>> { Some(Box::new(network.clone())) };
-    let verdicts = judge(config, "shipped", 20, make);
+    let verdicts = judge(config, "shipped", rings, make);
     assert!(verdicts.iter().all(|v| !v.crashed), "{name}");
     verdicts
 }
@@ -179,6 +183,33 @@ fn shipped_policies_help_on_other_rings_without_training_anew() {
         for name in ["ring-250-speed", "ring-250-acceleration"] {
             let with = mean(&driven_by(name, &ring), |v| v.mean_mps);
             assert!(with > without + 0.3, "{name}, {length_m} m, {cars} cars: {with} against {without}");
+        }
+    }
+}
+
+#[test]
+fn advice_is_never_worse_than_none_on_rings_of_210_to_290_m_with_18_to_26_cars() {
+    // The corners, and the densest rings: there the flow is slow, and an erring driver wastes the little road that there is.
+    let corners = [(210.0, 18), (290.0, 18), (290.0, 26)];
+    let dense = [(210.0, 26), (220.0, 26), (210.0, 25), (215.0, 25), (225.0, 26), (210.0, 24), (230.0, 26)];
+    for (length_m, cars) in corners.into_iter().chain(dense) {
+        for (hold_s, reaction_s, error_mps) in [(1.0, 1.0, 0.5), (10.0, 0.0, 0.0), (30.0, 1.0, 0.5)] {
+            let ring = TrainConfig {
+                circumference_min_m: length_m,
+                circumference_max_m: length_m,
+                vehicles_min: cars,
+                vehicles_max: cars,
+                ..driven(hold_s, reaction_s, error_mps)
+            };
+            let without = mean(&judge(&ring, "shipped", 16, || None), |v| v.mean_mps);
+            for name in ["ring-250-speed", "ring-250-acceleration"] {
+                let verdicts = driven_on(name, &ring, 16);
+                let with = mean(&verdicts, |v| v.mean_mps);
+                let where_ = format!("{name}, {length_m} m, {cars} cars, {hold_s} s, {error_mps} m/s");
+                assert!(with >= without, "{where_}: {with} against {without}");
+                // Where a policy says nothing all is as without it, to the bit.
+                assert!(with > without + 0.01 || verdicts.iter().all(|v| v.in_range.is_none()), "{where_}: {with}");
+            }
         }
     }
 }

@@ -145,6 +145,7 @@ fn bad_configurations_are_named_with_what_is_allowed() {
     assert!(said("max_kl = -1").contains("train.toml:1:10: max_kl is -1.0; allowed: a number from 0.000001 to 1 nat"));
     assert!(said("rings = 20").contains("rings is 20; allowed: a multiple of 16"));
     assert!(said("vehicles_max = 40").contains("vehicles_max is 40; allowed: at most 28"));
+    assert!(said("least_spacing_m = 14").contains("least_spacing_m is 14; allowed: at most 13.64"));
     assert!(said("sees = \"speed,gapp\"").contains("sees names `gapp`; allowed: speed, leader_speed"));
     assert!(said("hold_s = 0.25").contains("hold_s is 0.25; allowed: a whole number of steps of 0.1 s"));
     assert!(!Path::new(&out).join("train.toml").exists());

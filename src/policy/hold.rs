@@ -58,6 +58,16 @@ impl Advisor {
         if !due {
             return None;
         }
+        if policy.is_silent(observation) {
+            // Once: an evaluation has hundreds of advisors.
+            static SAID: std::sync::Once = std::sync::Once::new();
+            SAID.call_once(|| {
+                let (length_m, cars) = (observation.circumference_m, observation.vehicles);
+                log::warn!("the policy stays silent on {length_m:.0} m with {cars} cars: advice would slow them")
+            });
+            self.standing = None;
+            return None;
+        }
         let action = policy.act(time_s, observation);
         let (Action::Acceleration(number) | Action::Speed(number)) = action;
         let is_fallback = !number.is_finite();
@@ -165,6 +175,26 @@ mod tests {
             .map(|advice| (advice.target_mps, advice.is_fallback))
             .collect();
         assert_eq!(issued, [(3.0, true), (3.5, false), (3.5, true), (3.5, true)]);
+    }
+
+    #[test]
+    fn a_silent_policy_is_not_asked_and_nothing_stands() {
+        struct Shy;
+        impl Policy for Shy {
+            fn is_silent(&self, observation: &Observation) -> bool {
+                observation.speed_mps < 1.0
+            }
+            fn act(&mut self, _: f64, observation: &Observation) -> Action {
+                Action::Speed(observation.speed_mps)
+            }
+        }
+        let mut advisor = Advisor::new(Some(Box::new(Shy)), 0.1, 10, 0.5);
+        assert!(advisor.step(Tick(0), &at(0.5), 30.0).is_none() && advisor.standing().is_none());
+        // It is asked again a hold later.
+        let issued: Vec<u64> =
+            (1..20).filter_map(|k| advisor.step(Tick(k * 10), &at(3.0), 30.0)).map(|a| a.issued.0).collect();
+        assert_eq!(issued, [100]);
+        assert!(advisor.step(Tick(200), &at(0.5), 30.0).is_none() && advisor.standing().is_none());
     }
 
     #[test]

@@ -88,6 +88,12 @@ pub trait Policy {
     /// The action for the hold that begins now, `time_s` after the policy was engaged.
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action;
 
+    /// True where it knows that advice would not help: nothing is shown then, and the driver drives as without.
+    fn is_silent(&self, observation: &Observation) -> bool {
+        let _ = observation;
+        false
+    }
+
     /// Shortest and longest hold that it was made for, seconds, if it was made for some.
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         None

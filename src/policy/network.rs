@@ -1,7 +1,7 @@
 //! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The file is TOML that says
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
-use super::{Action, Input, Observation, Policy};
+use super::{Action, Input, Observation, Policy, observe::is_too_dense};
 use serde::{Deserialize, Serialize};
 use std::{fmt::Write, path::Path};
 
@@ -38,6 +38,9 @@ pub struct Network {
     /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound. Limits beyond it are
     /// drawn in ([`bounded`]).
     pub speed_change_mps: f64,
+    /// Road for each car, metres, below which it stays silent; 0 is nowhere.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub least_spacing_m: f64,
     /// Number of levels; 0 is continuous.
     pub levels: u32,
     /// Shortest and longest hold that it was trained for, seconds.
@@ -114,6 +117,9 @@ impl Network {
         let [shortest, longest] = self.holds_s;
         if !(self.speed_change_mps.is_finite() && self.speed_change_mps >= 0.0) {
             return Err("speed_change_mps must be 0 or more".into());
+        }
+        if !(self.least_spacing_m.is_finite() && self.least_spacing_m >= 0.0) {
+            return Err("least_spacing_m must be 0 or more".into());
         }
         if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
             return Err("levels or holds_s cannot be used".into());
@@ -198,6 +204,11 @@ pub fn bounded(limits: [f64; 2], speed_change_mps: f64, hold_s: f64) -> [f64; 2]
     [limits[0].max(-most), limits[1].min(most)]
 }
 
+/// For keys that files have only where they say something.
+pub(super) fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
 /// Numbers as a TOML array.
 fn row(numbers: &[f32]) -> String {
     let words: Vec<String> = numbers.iter().map(|x| number(*x)).collect();
@@ -215,6 +226,10 @@ fn number(x: f32) -> String {
 impl Policy for Network {
     fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
         self.action(observation)
+    }
+
+    fn is_silent(&self, observation: &Observation) -> bool {
+        is_too_dense(observation, self.least_spacing_m)
     }
 
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
@@ -236,6 +251,7 @@ mod tests {
             action: Output::Acceleration,
             limits: [-0.5, 0.5],
             speed_change_mps: 0.0,
+            least_spacing_m: if levels == 0 { 8.6 } else { 0.0 },
             levels,
             holds_s: [1.0, 30.0],
             inputs: FIELD_INPUTS.to_vec(),
@@ -273,6 +289,7 @@ mod tests {
         };
         assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; these actions need 3");
         assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
+        assert_eq!(fault(|n| n.least_spacing_m = -1.0), "least_spacing_m must be 0 or more");
         assert_eq!(fault(|n| n.inputs[2].to = 0.0), "input gap: `to` must be above `from`");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");

@@ -107,6 +107,12 @@ impl Input {
     }
 }
 
+/// True on a closed route with less than `least_spacing_m` of road for each car, where a policy stays silent.
+pub fn is_too_dense(observation: &Observation, least_spacing_m: f64) -> bool {
+    // A ring drawn just as long has been rounded since: a millimetre does not matter.
+    Feature::Spacing.of(observation) < least_spacing_m - 1e-3
+}
+
 /// HC22's four numbers with the field's scaling: v/10, v_lead/10, gap/300, (L-200)/100, each 0..1 taken to -1..1.
 pub const FIELD_INPUTS: [Input; 4] = [
     Input { feature: Feature::Speed, from: 0.0, to: 10.0 },
@@ -177,6 +183,14 @@ mod tests {
         assert_eq!(mean.watch(4.0, 0.1), 4.0);
         let after = (0..300).map(|_| mean.watch(0.0, 0.1)).last().unwrap();
         assert!((after - 4.0 / std::f64::consts::E).abs() < 0.01, "{after}");
+    }
+
+    #[test]
+    fn a_road_is_too_dense_below_the_bound_and_never_without_one() {
+        let ring = |vehicles| Observation { circumference_m: 210.0, vehicles, ..Observation::default() };
+        assert!(is_too_dense(&ring(25), 8.5) && !is_too_dense(&ring(24), 8.5));
+        // 8.4 m a car; the bound itself is dense enough to advise on.
+        assert!(!is_too_dense(&ring(25), 8.4) && !is_too_dense(&ring(26), 0.0));
     }
 
     #[test]

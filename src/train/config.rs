@@ -45,6 +45,9 @@ pub struct TrainConfig {
     /// Longest ring
     #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
     pub circumference_max_m: f64,
+    /// Road for each car below which the policy stays silent, because advice would slow the ring; such rings are drawn longer
+    #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
+    pub least_spacing_m: f64,
     /// Car-following model of the other cars
     pub idm: IdmParams,
     /// Share by which the model's parameters differ from ring to ring, either way
@@ -257,6 +260,7 @@ impl Default for TrainConfig {
             vehicles_max: 22,
             circumference_min_m: 200.0,
             circumference_max_m: 300.0,
+            least_spacing_m: 0.0,
             idm: IdmParams::default(),
             idm_spread: 0.0,
             bunched_share: 1.0,
@@ -410,6 +414,15 @@ impl TrainConfig {
                 self.vehicles_max, self.circumference_min_m
             );
             return Err(("vehicles_max", text));
+        }
+        if self.circumference_max_m < f64::from(self.vehicles_max) * self.least_spacing_m {
+            let text = format!(
+                "least_spacing_m is {}; allowed: at most {:.2}, what circumference_max_m leaves {} cars",
+                self.least_spacing_m,
+                self.circumference_max_m / f64::from(self.vehicles_max),
+                self.vehicles_max
+            );
+            return Err(("least_spacing_m", text));
         }
         if !self.rings.is_multiple_of(super::lanes::LANES as u32) {
             return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.rings)));

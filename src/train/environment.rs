@@ -278,7 +278,9 @@ impl Totals {
 fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> (RingStart, f64) {
     let span = (config.vehicles_max - config.vehicles_min + 1) as usize;
     let cars = config.vehicles_min as usize + stream.index(span);
-    let length_m = stream.uniform(config.circumference_min_m, config.circumference_max_m);
+    let drawn_m = stream.uniform(config.circumference_min_m, config.circumference_max_m);
+    // There is nothing to learn where the policy will be silent.
+    let length_m = drawn_m.max(cars as f64 * config.least_spacing_m);
     let mut vary = |x: f64| x * (1.0 + config.idm_spread * stream.uniform(-1.0, 1.0));
     let i = config.idm;
     let idm = IdmParams {

@@ -30,6 +30,24 @@ fn an_acceleration_is_kept_to_the_letter_for_the_hold() {
 }
 
 #[test]
+fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
+    let dense = TrainConfig { vehicles_min: 18, vehicles_max: 26, horizon_s: 60.0, warm_up_s: 1.0, ..config() };
+    let bounded = TrainConfig { least_spacing_m: 9.6, ..dense.clone() };
+    let mut longer = 0;
+    for index in 0..4 {
+        let [free, bounded] = [&dense, &bounded].map(|config| EnvBlock::new(config, "test", index, 10));
+        for l in 0..LANES {
+            let (free, bounded) = (free.observe(l), bounded.observe(l));
+            let least_m = 9.6 * f64::from(free.vehicles);
+            assert_eq!(bounded.vehicles, free.vehicles);
+            assert!((bounded.circumference_m - free.circumference_m.max(least_m)).abs() < 1e-4);
+            longer += usize::from(free.circumference_m < least_m);
+        }
+    }
+    assert!((5..40).contains(&longer), "{longer} of 64");
+}
+
+#[test]
 fn a_speed_is_reached_within_the_egos_acceleration() {
     let config = TrainConfig { action: ActionKind::Speed, ego_accel_mps2: 1.5, ..config() };
     let mut block = block(&config);

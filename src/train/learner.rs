@@ -325,6 +325,7 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
         limits: config.action_limits(),
         levels: config.levels,
         speed_change_mps: config.speed_change_mps,
+        least_spacing_m: config.least_spacing_m,
         holds_s: config.holds_s(),
         inputs: config.inputs(),
         layers: layers.collect(),

@@ -3,7 +3,7 @@
 
 use super::{Description, EXAMPLE, METADATA_KEY, Meaning};
 use crate::{
-    policy::{Action, Observation, Output, Policy, PolicyFileError, bounded},
+    policy::{Action, Observation, Output, Policy, PolicyFileError, bounded, observe::is_too_dense},
     rng,
 };
 use prost::Message;
@@ -234,6 +234,10 @@ impl Policy for OnnxPolicy {
     fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
         let outputs = self.outputs(&self.seen(observation)).unwrap_or_default();
         self.action(&outputs, observation.hold_s)
+    }
+
+    fn is_silent(&self, observation: &Observation) -> bool {
+        is_too_dense(observation, self.description.least_spacing_m)
     }
 
     fn trained_holds_s(&self) -> Option<[f64; 2]> {

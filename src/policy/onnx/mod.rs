@@ -8,7 +8,7 @@ mod write;
 pub use load::OnnxPolicy;
 pub use write::write;
 
-use super::{Input, Output};
+use super::{Input, Output, network::is_zero};
 use serde::{Deserialize, Serialize};
 
 /// Key of the description in a file's metadata.
@@ -38,6 +38,9 @@ pub struct Description {
     /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound.
     #[serde(default)]
     pub speed_change_mps: f64,
+    /// Road for each car, metres, below which the policy stays silent; 0 is nowhere.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub least_spacing_m: f64,
     /// Shortest and longest hold that it was trained for, seconds.
     pub holds_s: [f64; 2],
     /// What the output is.
@@ -87,6 +90,9 @@ impl Description {
         }
         if !(d.speed_change_mps.is_finite() && d.speed_change_mps >= 0.0) {
             return Err("speed_change_mps must be 0 or more".into());
+        }
+        if !(d.least_spacing_m.is_finite() && d.least_spacing_m >= 0.0) {
+            return Err("least_spacing_m must be 0 or more".into());
         }
         match d.inputs.iter().find(|input| !input.is_sound()) {
             Some(input) => Err(format!("input {}: `to` must be above `from`", input.feature.name())),

@@ -63,6 +63,7 @@ fn description(network: &Network) -> Description {
         action: network.action,
         limits: network.limits,
         speed_change_mps: network.speed_change_mps,
+        least_spacing_m: network.least_spacing_m,
         holds_s: network.holds_s,
         output: if network.levels == 0 { Meaning::Scaled } else { Meaning::Levels },
         element: None,
