@@ -45,7 +45,8 @@ impl Extent {
         let high = mesh.vertices.iter().map(|v| v.position[2]).fold(0.0, f32::max);
         let half_m = reach.max(high / 2.0) * 1.02;
         // And a texel more for the filter.
-        let filled = [reach, high / 2.0].map(|m| (m / half_m + 2.0 / SIZE as f32).min(1.0));
+        let low = mesh.vertices.iter().map(|v| v.position[2]).fold(0.0, f32::min);
+        let filled = [reach, high / 2.0 - low].map(|m| (m / half_m + 2.0 / SIZE as f32).min(1.0));
         Self { half_m, middle_m: high / 2.0, filled }
     }
 }

@@ -86,8 +86,8 @@ mod tests {
         check(&lump, "lump");
         assert!(lump.triangles() * 5 < fine.triangles(), "{} of {}", lump.triangles(), fine.triangles());
         let ((low, high), (fine_low, fine_high)) = (lump.bounds(), fine.bounds());
-        assert!((high - fine_high).abs().truncate().max_element() < 0.02, "{high} {fine_high}");
-        assert!((low - fine_low).abs().truncate().max_element() < 0.02, "{low} {fine_low}");
+        assert!((high - fine_high).abs().truncate().max_element() < 0.05, "{high} {fine_high}");
+        assert!((low - fine_low).abs().truncate().max_element() < 0.05, "{low} {fine_low}");
         for (corners, face) in faces(&lump) {
             let middle = corners.iter().map(|v| Vec3::from(v.position)).sum::<Vec3>() / 3.0;
             assert!(face.dot(middle) > 0.0, "{middle} faces inwards");
