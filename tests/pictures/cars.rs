@@ -192,9 +192,10 @@ fn mean_colour(with: &image::RgbaImage, without: &image::RgbaImage) -> Vec3 {
 
 #[test]
 fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
-    // Of the whole scale, by switch. Far bodies have windows that are not seen through and broader glints: seen against
-    // the sun, a dark one is 0.062 brighter than before, from other sides it differs by up to 0.032.
-    const MOST: [f32; 2] = [0.02, 0.065];
+    // Of the whole scale, by switch. The first is less than the eye tells apart in things that move. Far bodies have fewer
+    // corners and so broader glints: seen against the sun, dark ones are 0.042 brighter than before, all others differ by
+    // at most 0.024; the level changes where a car is 40 pixels high.
+    const MOST: [f32; 2] = [0.02, 0.05];
     // Before meadow and road, which are seen through the windows.
     let bare = Stage { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
     let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, Quality { msaa: 4, fine: true, ..Quality::LOW });
