@@ -72,6 +72,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         rough = 0.62;
         // A padded skin is duller than rubber.
         shine = select(1.0, 0.32, in.uv.x < -0.5);
+        edge = select(1.0, 0.25, in.uv.x < -0.5);
     } else if material == MATT {
         shine = 0.0;
     }
@@ -110,7 +111,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // some of the land beyond it.
     let opaque = clamp(22.0 * in.colour.r, 0.05, 1.0);
     let through = opaque + (1.0 - opaque) * reflected;
-    light = select(light, light * through + (1.0 - through) * 0.35 * ground, material == GLASS && SEEN_THROUGH < 0.5);
+    light = select(light, light * through + (1.0 - through) * 0.20 * ground, material == GLASS && SEEN_THROUGH < 0.5);
     // Tinted glass takes 45 % of the light behind it, a lamp's cover 5 %, and what they mirror besides.
     let alpha = mix(1.0, through, select(0.0, SEEN_THROUGH, material == GLASS));
     return vec4f(through_air(light, in.world), alpha);

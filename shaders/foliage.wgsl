@@ -15,5 +15,7 @@ fn foliage(albedo: vec3f, world: vec3f, crown: vec3f, normal: vec3f, view: vec3f
     // Seen from the sun's side, leaves hide the shade that they throw (the hot spot of a canopy; Hapke 1963).
     let sunward = clamp(dot(view, to_sun), 0.0, 1.0);
     let arrives = mix(sun, 1.0, (0.30 + 0.45 * sunward * sunward) * leafy);
-    return albedo * (SUN * arrives * (direct + through * vec3f(1.0, 1.0, 0.4)) + ambient(normal));
+    // What falls on a leaf from behind it shines through as well.
+    let around = ambient(normal) + 0.35 * leafy * air.harmonics[0].rgb;
+    return albedo * (SUN * arrives * (direct + through * vec3f(1.0, 1.0, 0.4)) + around);
 }

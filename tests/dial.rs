@@ -194,7 +194,7 @@ fn the_needle_hides_no_numeral() {
     let ring = |picture: &Picture| -> Vec<[f64; 3]> {
         let radii = (0..12).map(|i| {
             let share = f64::from(i) / 11.0;
-            f64::from(layout::HUB) + 0.07 + share * f64::from(layout::NEEDLE.1 - 0.018 - layout::HUB - 0.07)
+            f64::from(layout::HUB) + 0.07 + share * f64::from(layout::NEEDLE.1 - 0.030 - layout::HUB - 0.07)
         });
         radii
             .flat_map(|radius| (0..720).map(move |k| (f64::from(k) / 2.0, radius)))

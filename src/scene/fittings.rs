@@ -127,8 +127,10 @@ fn middle(lines: &Lines, level: Level) -> Soup {
                 parts.cuboid(at, Vec3::new(0.0005, half[0], half[1]), Finish::new(Material::Matt, colour));
             };
             field(-0.239, 0.0, [0.021, 0.052], [0.010, 0.045, 0.26]);
-            field(-0.045, 0.020, [0.011, 0.011], [0.05, 0.16, 0.07]);
-            field(-0.045, -0.018, [0.013, 0.013], [0.20, 0.21, 0.24]);
+            for (up, half, colour) in [(0.019, 0.012, [0.06, 0.17, 0.09]), (-0.017, 0.014, [0.30, 0.31, 0.34])] {
+                let at = Vec3::new(x, -0.045 * x.signum(), z + up) + out(PLATE_M);
+                parts.ellipsoid(at, Vec3::new(0.0008, half, half), [6, 10], |_| Finish::new(Material::Matt, colour));
+            }
         }
     }
     let lamp_x = lines.rear_glass[1] + 0.03;

@@ -110,7 +110,8 @@ fn the_bonnet_stays_red_towards_a_low_sun() {
         let pale = sheet.iter().filter(|[r, g, b]| g.max(*b) > 0.72 * r).count();
         let mean = sheet.iter().map(|[r, g, b]| g.max(*b) / r).sum::<f32>() / sheet.len() as f32;
         println!("sun {aside_deg} degrees aside: {pale} of {} pale, green over red {mean}", sheet.len());
-        assert!(pale * 20 < sheet.len() && mean < 0.5, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
+        // Pixels along its edges are half of the road.
+        assert!(pale * 8 < sheet.len() && mean < 0.5, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
     }
 }
 
@@ -192,9 +193,10 @@ fn mean_colour(with: &image::RgbaImage, without: &image::RgbaImage) -> Vec3 {
 
 #[test]
 fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
-    // Of the whole scale, by switch. Far bodies have windows that are not seen through and broader glints: seen against
-    // the sun, a dark one is 0.062 brighter than before, from other sides it differs by up to 0.032.
-    const MOST: [f32; 2] = [0.02, 0.065];
+    // Of the whole scale, by switch. The first is less than the eye tells apart in things that move. Far bodies have fewer
+    // corners and so broader glints: seen against the sun, dark ones are 0.042 brighter than before, all others differ by
+    // at most 0.024; the level changes where a car is 40 pixels high.
+    const MOST: [f32; 2] = [0.02, 0.05];
     // Before meadow and road, which are seen through the windows.
     let bare = Stage { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
     let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, Quality { msaa: 4, fine: true, ..Quality::LOW });
