@@ -28,6 +28,7 @@ pub mod scenery;
 pub mod shader;
 pub mod shadow;
 pub mod sky;
+mod targets;
 pub mod timing;
 pub mod ui_pass;
 
