@@ -326,10 +326,16 @@ fn capabilities_of(device: &RawDevice) -> Capabilities {
 }
 
 /// Force of a wheel: one constant effect, updated in place. A file of its own, since a write waits for the USB frame.
+///
+/// A second effect of no force plays all the time. The kernel's drivers without effects of their own (`ff-memless`, so hid-lg4ff)
+/// take an update over by a timer, and if the effect is stopped before that, by a close or SIGKILL too, they forget to tell the
+/// wheel, which keeps pulling. With another effect at work they add up what is left, which is nothing, and send that
+/// (`tests/wheel/usb.rs` shows it).
 struct EvdevForce {
     device: RawDevice,
     can: Capabilities,
     effect: FFEffect,
+    rest: Option<FFEffect>,
     autocentre_after: f64,
 }
 
@@ -348,7 +354,9 @@ impl EvdevForce {
             return Err(refuse("its driver has no constant force"));
         }
         let upload = device.upload_ff_effect(constant(0)).map_err(|e| refuse(&format!("upload: {e}")))?;
-        let mut force = Self { device, can, effect: upload, autocentre_after };
+        // A device with room for one alone goes without.
+        let rest = device.upload_ff_effect(constant(0)).ok();
+        let mut force = Self { device, can, effect: upload, rest, autocentre_after };
         force.prepare().map_err(|e| refuse(&e.to_string()))?;
         Ok(force)
     }
@@ -359,6 +367,9 @@ impl EvdevForce {
         }
         if self.can.autocentre {
             self.device.set_ff_autocenter(0)?;
+        }
+        if let Some(rest) = &mut self.rest {
+            rest.play(1)?;
         }
         self.effect.play(1)
     }

@@ -293,6 +293,7 @@ impl Profile {
     pub fn from_toml(text: &str, file: &str) -> Result<Self, ProfileError> {
         let profile: Self = toml::from_str(text).map_err(|e| {
             let message = e.message().replace("unknown field", "unknown key").replace("missing field", "missing key");
+            let message = message.replace("unknown variant", "unknown value");
             fault(text, file, e.span().map_or(0, |span| span.start), &message)
         })?;
         profile.check().map_err(|(key, message)| fault(text, file, place(text, &key), &format!("{key}: {message}")))?;

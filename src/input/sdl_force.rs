@@ -2,7 +2,8 @@
 //! product of a wheel. Out: a [`ForceDevice`]. The library is opened at run time and never needed: where it is missing, or the
 //! wheel has no motor, one message says so and the drive goes on without force.
 //!
-//! One constant effect, made once and updated in place. A positive level of SDL's steering axis turns to the left, as
+//! One constant effect, made once and updated in place, and one of no force that plays all the time, for the reason that
+//! `EvdevForce` tells. A positive level of SDL's steering axis turns to the left, as
 //! evdev's direction 0x4000 does into which SDL makes it on Linux (seen there, see `tests/wheel/uinput.rs`); on other systems
 //! it could not be tried with a wheel, and `invert` in a profile turns it round.
 
@@ -44,11 +45,12 @@ const AUTOCENTER: c_uint = 1 << 13;
 const STEERING_AXIS: u8 = 3;
 const INFINITY: u32 = u32::MAX;
 
-/// `SDL_HapticDirection`.
+/// `SDL_HapticDirection`; gaps are named, so that the same effect is the same bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Default)]
 struct Direction {
     kind: u8,
+    gap: [u8; 3],
     along: [i32; 3],
 }
 
@@ -57,6 +59,7 @@ struct Direction {
 #[derive(Clone, Copy, Default)]
 struct Effect {
     kind: u16,
+    gap: u16,
     direction: Direction,
     length_ms: u32,
     delay_ms: u16,
@@ -182,6 +185,7 @@ pub struct SdlForce {
     joystick: Joystick,
     haptic: Haptic,
     effect: Option<c_int>,
+    rest: Option<c_int>,
     can: c_uint,
     autocentre_after: f64,
 }
@@ -212,7 +216,7 @@ impl SdlForce {
         sdl.begin().map_err(|why| without(&format!("SDL2 does not start: {why}"), REMEDY))?;
         let null = std::ptr::null_mut();
         // From here on its end is that of SDL.
-        let mut force = Self { sdl, joystick: null, haptic: null, effect: None, can: 0, autocentre_after };
+        let mut force = Self { sdl, joystick: null, haptic: null, effect: None, rest: None, can: 0, autocentre_after };
         force.take(id).map_err(|why| without(&why, motor))?;
         Ok(force)
     }
@@ -249,6 +253,11 @@ impl SdlForce {
                 return Err(format!("SDL2 makes no constant force: {}", sdl.complaint()));
             }
             self.effect = Some(effect);
+            // A device with room for one alone goes without.
+            self.rest = Some((sdl.new_effect)(self.haptic, &mut constant(0))).filter(|rest| *rest >= 0);
+            if let Some(rest) = self.rest {
+                (sdl.run_effect)(self.haptic, rest, INFINITY);
+            }
             if (sdl.run_effect)(self.haptic, effect, INFINITY) < 0 {
                 return Err(format!("SDL2 does not run the force: {}", sdl.complaint()));
             }
@@ -272,7 +281,9 @@ impl ForceDevice for SdlForce {
             if self.can & AUTOCENTER != 0 {
                 (self.sdl.set_autocenter)(self.haptic, (self.autocentre_after * 100.0) as c_int);
             }
-            (self.sdl.destroy_effect)(self.haptic, effect);
+            for effect in [Some(effect), self.rest.take()].into_iter().flatten() {
+                (self.sdl.destroy_effect)(self.haptic, effect);
+            }
         }
     }
 }

@@ -57,7 +57,10 @@ void SDL_HapticClose(void *haptic) { note("close haptic\n"); }
 unsigned SDL_HapticQuery(void *haptic) { return abilities; }
 int SDL_HapticSetGain(void *haptic, int gain) { return note("gain %d\n", gain), 0; }
 int SDL_HapticSetAutocenter(void *haptic, int share) { return note("autocentre %d\n", share), 0; }
-int SDL_HapticNewEffect(void *haptic, void *bytes) { return effect("new", 3, bytes), 3; }
+int SDL_HapticNewEffect(void *haptic, void *bytes) {
+    static int next = 3;
+    return effect("new", next, bytes), next++;
+}
 int SDL_HapticUpdateEffect(void *haptic, int id, void *bytes) { return effect("update", id, bytes), 0; }
 #ifndef LACKING
 int SDL_HapticRunEffect(void *haptic, int id, uint32_t times) { return note("run %d %x\n", id, times), 0; }

@@ -78,8 +78,11 @@ fn sdl_gets_one_constant_effect_updated_in_place_and_stopped_at_the_end() {
     let begun = recorder.taken();
     let hints = ["hint SDL_NO_SIGNAL_HANDLERS 1", "hint SDL_JOYSTICK_THREAD 1", "ready", "init 1200"];
     assert_eq!(begun[..4], hints);
-    let new = format!("new 3 {}", bytes(0));
-    assert_eq!(begun[4..], ["joystick 1", "haptic of 1", "gain 100", "autocentre 0", &new, "run 3 ffffffff"]);
+    // The second, of no force, plays all the time.
+    let [new, rest] = [3, 4].map(|id| format!("new {id} {}", bytes(0)));
+    let made = [&new, &rest, "run 4 ffffffff", "run 3 ffffffff"];
+    assert_eq!(begun[4..8], ["joystick 1", "haptic of 1", "gain 100", "autocentre 0"]);
+    assert_eq!(begun[8..], made);
     // To the right, to the left, and the most.
     for (level, sent) in [(21_760, -21_760), (-21_760, 21_760), (i16::MIN, 32_767), (i16::MAX, -32_767)] {
         force.set(level).unwrap();
@@ -87,9 +90,9 @@ fn sdl_gets_one_constant_effect_updated_in_place_and_stopped_at_the_end() {
     }
     drop(force);
     let zero = format!("update 3 {}", bytes(0));
-    let ended =
-        [zero.as_str(), "stop 3", "autocentre 50", "destroy 3", "close haptic", "close joystick 1", "quit 1200"];
-    assert_eq!(recorder.taken(), ended);
+    let ended = recorder.taken();
+    assert_eq!(ended[..5], [&zero, "stop 3", "autocentre 50", "destroy 3", "destroy 4"]);
+    assert_eq!(ended[5..], ["close haptic", "close joystick 1", "quit 1200"]);
 }
 
 #[test]
@@ -118,7 +121,8 @@ fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
     assert_eq!(recorder.taken().last(), Some(&format!("update 3 {}", bytes(0))));
     drop(thread);
     let ended = recorder.taken();
-    assert_eq!(ended[1..], ["stop 3", "autocentre 0", "destroy 3", "close haptic", "close joystick 1", "quit 1200"]);
+    assert_eq!(ended[1..5], ["stop 3", "autocentre 50", "destroy 3", "destroy 4"]);
+    assert_eq!(ended[5..], ["close haptic", "close joystick 1", "quit 1200"]);
 }
 
 #[test]
