@@ -110,8 +110,9 @@ fn the_bonnet_stays_red_towards_a_low_sun() {
         let pale = sheet.iter().filter(|[r, g, b]| g.max(*b) > 0.72 * r).count();
         let mean = sheet.iter().map(|[r, g, b]| g.max(*b) / r).sum::<f32>() / sheet.len() as f32;
         println!("sun {aside_deg} degrees aside: {pale} of {} pale, green over red {mean}", sheet.len());
-        // Pixels along its edges are half of the road, and the sun itself is mirrored where it stands nearly ahead.
-        assert!(pale * 5 < sheet.len() && mean < 0.5, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
+        // Pixels along its edges are half of the road, and the sun itself is mirrored where it stands nearly ahead: that may
+        // be a third of it. With a base coat that mirrors white at flat angles it was a half, and the mean 0.68.
+        assert!(pale * 3 < sheet.len() && mean < 0.55, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
     }
 }
 
