@@ -120,11 +120,12 @@ pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<Growth>
     Ok(rows)
 }
 
-/// Starts as `codrive drive` does, up to the first picture.
+/// Starts as `codrive drive` does, up to the first picture. The drive has no end: what is measured says how long it lasts.
 ///
 /// # Errors
 /// The world cannot start or there is no graphics adapter.
 pub fn startup(scenario: &Scenario) -> Result<(Startup, Picture), AppError> {
+    let scenario = &Scenario { duration_s: 0.0, ..scenario.clone() };
     let mut laps = vec![now()];
     let run = Run::new(scenario, [0.0, f64::INFINITY])?;
     laps.push(now());
@@ -181,7 +182,7 @@ impl Picture {
         Ok(rows)
     }
 
-    /// Drives on for `seconds` of simulation (less where the scenario ends before) and draws the driver's view as a window
+    /// Drives on for `seconds` of simulation and draws the driver's view as a window
     /// would: 60 times in each, or as often as this machine can, each picture as much later as the one before took.
     /// `progress` hears the share that is done.
     ///
@@ -192,7 +193,7 @@ impl Picture {
         self.draw(ViewKind::Driver, size)?;
         let start_s = self.run.world().snapshot().tick.seconds();
         let (mut times, mut driven_s) = (Vec::new(), FRAME_S);
-        while self.run.world().ended().is_none() && driven_s < seconds {
+        while driven_s < seconds {
             let begin = now();
             self.run.until(start_s + driven_s)?;
             self.draw(ViewKind::Driver, size)?;
@@ -224,5 +225,21 @@ impl Picture {
         self.renderer.draw(&view, None, target, size);
         self.gpu.finish()?;
         Ok(begin.elapsed())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drive_of_minutes_lasts_longer_than_a_scenario() {
+        let scenario = Scenario { traffic: "native".into(), trees: 20, duration_s: 0.2, ..Scenario::default() };
+        let (_, mut picture) = startup(&scenario).unwrap();
+        let mut shares = Vec::new();
+        let drive = picture.drive(1.0, [64, 36], |share| shares.push(share)).unwrap();
+        assert!(drive.seconds >= 1.0 && drive.times.samples >= 2, "{drive:?}");
+        assert!(shares.is_sorted() && shares.last().is_some_and(|last| *last >= 1.0));
+        assert!(picture.run.world().ended().is_none() && picture.run.world().snapshot().tick.seconds() > 0.2);
     }
 }
