@@ -59,7 +59,9 @@ pub enum Detail {
 const LEVELS: usize = 4;
 /// Radius in the picture from which a tree is drawn with every twig, pixels.
 const NEAR_PX: f32 = 85.0;
-/// Radius from which it is drawn with its boughs, pixels.
+/// And a car with all fittings: from there on the outline without them is off by more than a pixel (`scene/car.rs`).
+const FITTED_PX: f32 = 100.0;
+/// Radius from which a tree is drawn with its boughs, and a car with glass that is seen through, pixels.
 const MID_PX: f32 = 36.0;
 /// Radius from which a car seen from above is more than its outline, pixels.
 const PLAN_PX: f32 = 7.5;
@@ -70,14 +72,14 @@ const ROOT: f32 = 0.62;
 const ROOTS_M: f32 = 90.0;
 /// Radius of a ball that holds a car with its wheels, metres.
 const REACH_M: f32 = 3.3;
-/// Radius that stands for a car where its detail is chosen, metres: near up to some 27 m in a picture of 1280 pixels.
+/// Radius that stands for a car where its detail is chosen, metres: near up to some 20 m in a picture of 1280 pixels.
 const DETAIL_M: f32 = 1.9;
 
 impl CarDetail {
     /// The detail for a car that is this large in the picture, which may be taken from above.
     pub fn of(radius_px: f32, from_above: bool) -> Self {
         match radius_px {
-            px if px > NEAR_PX => Self::Near,
+            px if px > FITTED_PX => Self::Near,
             px if px > MID_PX => Self::Mid,
             px if px > PLAN_PX || !from_above => Self::Far,
             _ => Self::Plan,
@@ -359,7 +361,8 @@ mod tests {
         }
         for from_above in [true, false] {
             assert_eq!(CarDetail::of(40.0, from_above), CarDetail::Mid);
-            assert_eq!(CarDetail::of(90.0, from_above), CarDetail::Near);
+            assert_eq!(CarDetail::of(95.0, from_above), CarDetail::Mid);
+            assert_eq!(CarDetail::of(105.0, from_above), CarDetail::Near);
         }
     }
 

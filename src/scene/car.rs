@@ -319,12 +319,12 @@ mod tests {
         }
         filled
     }
-    const SIDE: usize = 240;
+    const SIDE: usize = 320;
 
     #[test]
     fn two_levels_of_a_body_have_one_silhouette_where_they_change() {
-        // A car changes at 85 and at 36 pixels of radius (1.9 m; `render/crowd.rs`).
-        let pixels = [1.9 / 85.0, 1.9 / 36.0];
+        // A car changes at 100 and at 36 pixels of radius (1.9 m; `render/crowd.rs`).
+        let pixels = [1.9 / 100.0, 1.9 / 36.0];
         let bodies = bodies();
         for (style, levels) in bodies.chunks(3).enumerate() {
             for (change, pixel_m) in pixels.into_iter().enumerate() {

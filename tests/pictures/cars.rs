@@ -204,8 +204,8 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
     let pose = on_lane(40.0, 0.0);
     let mut worst = [0.0f32; 2];
     for style in 0..bare.cars.len() {
-        // Near to mid, mid to far (`NEAR_PX` and `MID_PX` in `crowd.rs`), each way around the car, lamps lit and not.
-        for (switch_px, k) in [85.0, 36.0].into_iter().flat_map(|px| (0..6).map(move |k| (px, k))) {
+        // Near to mid, mid to far (`FITTED_PX` and `MID_PX` in `crowd.rs`), each way around the car, lamps lit and not.
+        for (switch_px, k) in [100.0, 36.0].into_iter().flat_map(|px| (0..6).map(move |k| (px, k))) {
             let paint = [[0.72, 0.72, 0.70], [0.479, 0.008, 0.006], [0.115, 0.120, 0.130]][k % 3];
             let (sin, cos) = (std::f32::consts::TAU * (k as f32 + 0.3) / 6.0).sin_cos();
             let forward = Vec3::new(cos, sin, -0.10 - 0.03 * k as f32).normalize();
