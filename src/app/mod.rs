@@ -16,7 +16,7 @@ pub mod offline;
 mod pulse;
 pub mod rehearsal;
 pub mod replay;
-mod shell;
+pub mod shell;
 mod show;
 pub mod sound;
 mod surface;
