@@ -117,6 +117,8 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     let near = level == Level::Near;
     // Nothing stands out of the bumpers, which would exceed 5.00 m, by more than 2 mm.
     for (x, z) in plates(level) {
+        // Without its hollow the boot lid bulges through a plate that stands there.
+        let x = if near || x > 0.0 { x } else { rearmost(lines, z) + PLATE_M - 0.004 };
         parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(PLATE_M, 0.26, 0.052), if near { PLATE } else { PLATE_AFAR });
         if near {
             // A dark holder behind, the blue field at the reader's left, two seals between letters and digits.
@@ -159,6 +161,12 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     let z = shape::at(lines, x).top_z - 0.006;
     parts.ellipsoid(Vec3::new(x, 0.0, z), Vec3::new(0.075, 0.016, 0.026), [8, 10], |_| PAINT);
     parts
+}
+
+/// How far the boot lid reaches back behind a plate whose middle is at the height `z`, along the body.
+fn rearmost(lines: &Lines, z: f32) -> f32 {
+    let points = [-0.26, -0.13, 0.0, 0.13, 0.26].into_iter().flat_map(|y| [-0.052, 0.0, 0.052].map(|up| (y, z + up)));
+    points.map(|(y, z)| shape::bend(lines, Vec3::new(-2.5, y, z)).x).fold(0.0, f32::min)
 }
 
 /// Wipers at rest along the foot of the windscreen.
