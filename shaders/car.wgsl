@@ -8,6 +8,9 @@ const DAYLIGHT = 0.75;
 
 // 1 where windows are drawn over what is behind them.
 override SEEN_THROUGH: f32 = 0.0;
+// Whether some of it is paint, glass or a lamp; without them a pixel costs half as much, because software rendering goes
+// through all that is not a constant (`render/models.rs`).
+override COATED: bool = true;
 
 // What a car mirrors: the sky, a belt of trees whose tops are ragged, dark below them, then meadow and road.
 fn around_car(direction: vec3f, above: vec3f, ground: vec3f, rough: f32) -> vec3f {
@@ -95,24 +98,27 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     }
     light += shine * (around * (f0 * share.x + edge * share.y) + sun * sun_gloss(facet, view, rough, f0, edge));
 
-    // The coat lies over all that.
-    let coat_rough = steadied(0.05, facet);
-    // No coat is quite smooth or clean: at the flattest angles it mirrors a third.
-    let reflected = min(coat * fresnel(facet, view, 0.045), 0.36);
-    let image = around_car(bounced, above, ground, coat_rough * coat_rough) * occluded;
-    light = light * (1.0 - reflected) + reflected * image;
-    light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04), 1.0);
+    var alpha = 1.0;
+    if COATED {
+        // The coat lies over all that.
+        let coat_rough = steadied(0.05, facet);
+        // No coat is quite smooth or clean: at the flattest angles it mirrors a third.
+        let reflected = min(coat * fresnel(facet, view, 0.045), 0.36);
+        let image = around_car(bounced, above, ground, coat_rough * coat_rough) * occluded;
+        light = light * (1.0 - reflected) + reflected * image;
+        light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04), 1.0);
 
-    // Lamps: green and blue of a brake lamp's colour are its shares of the running and of the braking light.
-    let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
-    light += select(0.0, glow, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
-    light += select(0.0, DAYLIGHT, material == LAMP && in.colour.r > 0.8) * vec3f(0.95, 0.98, 1.0);
-    // A far body's windows are not seen through: they are as light as near ones with what is behind those, a dim cabin and
-    // some of the land beyond it.
-    let opaque = clamp(22.0 * in.colour.r, 0.05, 1.0);
-    let through = opaque + (1.0 - opaque) * reflected;
-    light = select(light, light * through + (1.0 - through) * 0.20 * ground, material == GLASS && SEEN_THROUGH < 0.5);
-    // Tinted glass takes 45 % of the light behind it, a lamp's cover 5 %, and what they mirror besides.
-    let alpha = mix(1.0, through, select(0.0, SEEN_THROUGH, material == GLASS));
+        // Lamps: green and blue of a brake lamp's colour are its shares of the running and of the braking light.
+        let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
+        light += select(0.0, glow, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
+        light += select(0.0, DAYLIGHT, material == LAMP && in.colour.r > 0.8) * vec3f(0.95, 0.98, 1.0);
+        // A far body's windows are not seen through: they are as light as near ones with what is behind those, a dim cabin and
+        // some of the land beyond it.
+        let opaque = clamp(22.0 * in.colour.r, 0.05, 1.0);
+        let through = opaque + (1.0 - opaque) * reflected;
+        light = select(light, light * through + (1.0 - through) * 0.20 * ground, material == GLASS && SEEN_THROUGH < 0.5);
+        // Tinted glass takes 45 % of the light behind it, a lamp's cover 5 %, and what they mirror besides.
+        alpha = mix(1.0, through, select(0.0, SEEN_THROUGH, material == GLASS));
+    }
     return vec4f(through_air(light, in.world), alpha);
 }

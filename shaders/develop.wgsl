@@ -4,6 +4,8 @@
 override MIRROR: bool = false;
 // Whether edges are smoothed here: otherwise they need it not, or `soften.wgsl` does it.
 override SMOOTH: bool = false;
+// Whether this is as large as its light, pixel for pixel: reading one is cheaper than mixing four.
+override EXACT: bool = false;
 
 // From light to the screen's sRGB values. Strong light first spills a little into the other colours, so that a lamp turns
 // pale rather than flat red; then a curve that is an S over the logarithm of light, with a shoulder that rises more slowly
@@ -94,7 +96,12 @@ fn fragment(in: Point) -> @location(0) vec4f {
         uv = behind_glass(uv);
         uv.x = mix(uv.x, 1.0 - uv.x, print.flip);
     }
-    var colour = at(uv);
+    var colour: vec3f;
+    if EXACT {
+        colour = load(vec2i(in.at));
+    } else {
+        colour = at(uv);
+    }
     if SMOOTH {
         colour = smoothed(uv, colour);
     }

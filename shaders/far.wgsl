@@ -19,7 +19,7 @@ struct Surface {
     @location(4) @interpolate(flat) turn: vec3f,
 }
 
-const SIDES = 8.0;
+const SIDES = 16.0;
 const TAU = 6.2831853;
 
 @group(0) @binding(9) var leaves: texture_2d_array<f32>;

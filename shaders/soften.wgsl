@@ -1,4 +1,4 @@
-// A developed picture of one sample a pixel, its edges smoothed, onto the target, which may be larger. Apart from developing:
+// A developed picture of one sample a pixel, its edges smoothed, onto a target of the same size. Apart from developing:
 // software rendering reads bytes in a third of the time that light takes.
 
 fn at(uv: vec2f) -> vec3f {
@@ -16,5 +16,5 @@ fn seen(colour: vec3f) -> f32 {
 @fragment
 fn fragment(in: Point) -> @location(0) vec4f {
     let uv = in.at / print.rect.zw;
-    return vec4f(smoothed(uv, at(uv)), 1.0);
+    return vec4f(smoothed(uv, load(vec2i(in.at))), 1.0);
 }

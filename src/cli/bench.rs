@@ -21,6 +21,13 @@ pub(super) fn command() -> Command {
                 .help("Frames for each view and size"),
         )
         .arg(
+            Arg::new("view")
+                .long("view")
+                .value_name("VIEW")
+                .value_parser(bench::VIEWS.map(|(name, _)| name))
+                .help("Frames of one view only [default: all]"),
+        )
+        .arg(
             Arg::new("minutes")
                 .long("minutes")
                 .value_name("MIN")
@@ -39,7 +46,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let sizes: &[[u32; 2]] = if matches.get_flag("small") { &bench::SIZES[..1] } else { &bench::SIZES };
     // Start-up first: later the shader cache and the map are warm.
     let (startup, mut picture) = bench::startup(&scenario)?;
-    let frames = picture.frames(sizes, count)?;
+    let wanted = matches.get_one::<String>("view");
+    let views: Vec<_> = bench::VIEWS.into_iter().filter(|(name, _)| wanted.is_none_or(|view| view == name)).collect();
+    let frames = picture.frames(&views, sizes, count)?;
     let minutes = matches.get_one::<u32>("minutes").copied().unwrap_or(0);
     let drive = (minutes > 0).then(|| drive(&mut picture, minutes, sizes[sizes.len() - 1])).transpose()?;
     let force = bench::force(&mut picture, FORCE_S, sizes[0])?;

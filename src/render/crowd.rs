@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batches {
-    /// The ego seen from inside, if it is: bonnet, cabin, steering wheel.
+    /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel.
     pub inside: [Range<u32>; 3],
     /// All car bodies: the patches of contact shade under them.
     pub cars: Range<u32>,

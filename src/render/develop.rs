@@ -17,13 +17,17 @@ const GLOW: f32 = 0.30;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
 
-/// The pipelines: for pictures and for mirrors, the same with smoothed edges, and for the edges of a developed picture; made
-/// anew when shaders are reloaded.
+/// The pipelines: for pictures and for mirrors, the same with smoothed edges, for the edges of a developed picture, and for
+/// a picture before that; made anew when shaders are reloaded.
 #[derive(Debug)]
-pub struct DevelopPipeline([wgpu::RenderPipeline; 5]);
+pub struct DevelopPipeline([wgpu::RenderPipeline; 6]);
 
+/// How far smoothing edges reaches (`edges.wgsl`), and a pixel more.
+const SMOOTHED_PX: f32 = 4.0;
 /// Number of the pipeline for the edges of a developed picture.
 const SOFTEN: usize = 4;
+/// And for a picture that is as large as its light.
+const EXACT: usize = 5;
 
 /// The glass of a mirror: what is drawn behind it, and how it shows that.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,6 +113,27 @@ pub fn mirror_rect(size: [u32; 2]) -> [u32; 4] {
     [(size[0].saturating_sub(width)) / 2, (size[1] as f32 * MIRROR_TOP).round() as u32, width, height as u32]
 }
 
+/// Left, top, width and height of what the inset hides of a picture that is drawn `drawn` pixels large and shown in `size`:
+/// the inset without its round corners and without what smoothing edges or filtering up reads from beside it.
+pub fn hidden_by_mirror(size: [u32; 2], drawn: [u32; 2]) -> Option<[u32; 4]> {
+    let scale = [0, 1].map(|i| drawn[i] as f32 / size[i].max(1) as f32);
+    let [left, top, width, height] = mirror_rect(size).map(|v| v as f32);
+    // A square of side 1 lies in a round corner of radius 1 from 0.29 on.
+    let corner = 0.3 * corner_px(size);
+    let free = |low: f32, length: f32, scale: f32| {
+        let first = ((low + corner) * scale).ceil() + SMOOTHED_PX;
+        let end = ((low + length - corner) * scale).floor() - SMOOTHED_PX;
+        (end > first).then_some((first as u32, (end - first) as u32))
+    };
+    let ((left, width), (top, height)) = (free(left, width, scale[0])?, free(top, height, scale[1])?);
+    Some([left, top, width, height])
+}
+
+/// Radius of the inset's corners, pixels.
+fn corner_px(size: [u32; 2]) -> f32 {
+    size[1] as f32 / 38.0
+}
+
 fn sheet(device: &wgpu::Device) -> Sheet {
     let uniform = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("print"),
@@ -191,7 +216,8 @@ impl DevelopPass {
         let soften = Recipe { program: "soften", ..picture.clone() };
         let smooth = Recipe { constants: &[("SMOOTH", 1.0)], ..picture.clone() };
         let smooth_mirror = Recipe { constants: &[("MIRROR", 1.0), ("SMOOTH", 1.0)], ..mirror.clone() };
-        workshop.pipelines([picture, mirror, smooth, smooth_mirror, soften]).map(DevelopPipeline)
+        let exact = Recipe { constants: &[("EXACT", 1.0)], ..picture.clone() };
+        workshop.pipelines([picture, mirror, smooth, smooth_mirror, soften, exact]).map(DevelopPipeline)
     }
 
     /// Tells the pass that the pictures' textures are new, the main one of `size` pixels; with `soften`, edges of the main
@@ -272,13 +298,18 @@ impl DevelopPass {
             exposure,
             lens: inset.map_or([0.0; 4], |glass| glass.print()),
             border: (height / 200.0).max(1.0),
-            corner: height / 38.0,
+            corner: corner_px(size),
             ..sheet_of(size)
         };
         queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
         queue.write_buffer(&self.mirror.uniform, 0, bytemuck::bytes_of(&framed));
         let here = if smooth { 2 } else { 0 };
-        let main = (&self.main, usize::from(alone.is_some()) + if self.flat.is_some() { 0 } else { here });
+        let main = match (alone, &self.flat) {
+            (None, Some(_)) => EXACT,
+            (Some(_), Some(_)) => 1,
+            (alone, None) => usize::from(alone.is_some()) + here,
+        };
+        let main = (&self.main, main);
         let onto_target = match &self.flat {
             None => main,
             Some(flat) => {
@@ -355,6 +386,13 @@ mod tests {
             assert_eq!(2 * left + width, size[0], "{size:?}");
             assert!(top + height < size[1] / 4, "{size:?}");
             assert!((width as f32 / size[0] as f32 - MIRROR_WIDTH).abs() < 0.02, "{size:?}");
+            let hidden = hidden_by_mirror(size, size);
+            assert!(hidden.is_some() || size[1] < 180, "{size:?}");
+            let Some([x, y, wide, high]) = hidden else { continue };
+            assert!(x >= left + 4 && y >= top + 4, "{size:?}");
+            assert!(x + wide + 4 <= left + width && y + high + 4 <= top + height, "{size:?}");
+            assert!(2 * x + wide == size[0], "{size:?}: {x} {wide}");
+            assert!(3 * wide * high > 2 * width * height || size[1] < 720, "{size:?}: {wide} x {high}");
         }
     }
 }

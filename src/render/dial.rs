@@ -2,6 +2,7 @@
 //! by a pass of its own, so that what a participant sees never depends on the experimenter's panel.
 
 mod brush;
+mod fixed;
 
 use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 
@@ -9,6 +10,7 @@ use super::ui_pass::{Overlay, UiPass};
 use crate::hud::{Dial, Palette, lettering};
 use crate::scene::{View, ViewKind};
 use brush::{Brush, black, opaque, shade};
+use fixed::Fixed;
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
 pub mod layout {
@@ -91,6 +93,8 @@ pub const PATCH_SHARE: f32 = 0.07;
 pub struct DialPass {
     ctx: egui::Context,
     ui: UiPass,
+    format: wgpu::TextureFormat,
+    fixed: Fixed,
     /// Where the instrument stands.
     pub place: DialPlace,
     /// Its colours.
@@ -103,7 +107,14 @@ impl DialPass {
         let ctx = egui::Context::default();
         // Discs from the font atlas would be filtered; drawn as polygons they are exact at every size.
         ctx.tessellation_options_mut(|options| options.prerasterized_discs = false);
-        Self { ctx, ui: UiPass::new(device, format), place: DialPlace::default(), palette: Palette::default() }
+        Self {
+            ctx,
+            ui: UiPass::new(device, format),
+            format,
+            fixed: Fixed::default(),
+            place: DialPlace::default(),
+            palette: Palette::default(),
+        }
     }
 
     /// Appends the instrument to the picture, and the square for a photodiode: `patch` is whether it is white. Once a
@@ -112,11 +123,20 @@ impl DialPass {
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(target.size[0] as f32, target.size[1] as f32));
         let rect = self.place.rect(target.size);
         let palette = self.palette;
+        let Self { ctx, ui, format, fixed, .. } = self;
+        let fixed = dial.map(|dial| {
+            let what = (rect, dial, &palette);
+            fixed.of((target.device, target.queue), *format, (ctx, ui), what, |painter, rect| {
+                paint_fixed(painter, rect, dial, &palette);
+            })
+        });
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
-        let output = self.ctx.run_pass(input, |ctx| {
+        let output = ctx.run_pass(input, |ctx| {
             let painter = ctx.layer_painter(egui::LayerId::background());
-            if let Some(dial) = dial {
-                paint(&painter, rect, dial, &palette);
+            if let (Some(dial), Some((texture, place))) = (dial, fixed) {
+                let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+                painter.image(texture, place, whole, Color32::WHITE);
+                paint_moving(&painter, rect, dial, &palette);
             }
             if let Some(white) = patch {
                 let side = (PATCH_SHARE * screen.height()).round();
@@ -124,19 +144,26 @@ impl DialPass {
                 painter.rect_filled(square, 0.0, if white { Color32::WHITE } else { Color32::BLACK });
             }
         });
-        self.ui.draw(target, &self.ctx, output);
+        ui.draw(target, ctx, output);
     }
 }
 
-/// Paints the instrument into `rect`, a square.
-pub fn paint(painter: &Painter, rect: Rect, dial: &Dial, palette: &Palette) {
+/// Paints what does not move into `rect`, a square.
+fn paint_fixed(painter: &Painter, rect: Rect, dial: &Dial, palette: &Palette) {
     let brush = Brush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
     face(&brush, palette);
-    band(&brush, dial, palette);
+    groove(&brush, dial);
     scale(&brush, dial, palette);
+    hub(&brush, dial, palette);
+}
+
+/// Paints what moves over that. Needle and red line end where the hub begins and lie over ticks.
+fn paint_moving(painter: &Painter, rect: Rect, dial: &Dial, palette: &Palette) {
+    let brush = Brush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
+    band(&brush, dial, palette);
     target_line(&brush, dial, palette);
     needle(&brush, dial, palette);
-    hub(&brush, dial, palette);
+    number(&brush, dial, palette);
 }
 
 /// What parts needle and red line from what lies below them.
@@ -166,13 +193,16 @@ fn face(brush: &Brush<'_>, palette: &Palette) {
     brush.ring(layout::FACE - 0.032, layout::FACE - 0.022, |angle| metal(0.12 - 0.07 * angle.cos()));
 }
 
-/// The groove of the whole scale, and the green band in it.
-fn band(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
-    let (outer, inner) = layout::BAND;
+/// The groove of the whole scale.
+fn groove(brush: &Brush<'_>, dial: &Dial) {
     let (zero, full) = (dial.angle_rad(0.0), dial.angle_rad(dial.full_scale));
-    brush.arc((outer, inner), (zero, full), Color32::from_rgb(40, 44, 51));
-    if let Some((low, high)) = dial.band_rad() {
-        brush.arc((outer, inner), (low, high), opaque(palette.band));
+    brush.arc(layout::BAND, (zero, full), Color32::from_rgb(40, 44, 51));
+}
+
+/// The green band in it.
+fn band(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
+    if let Some(range) = dial.band_rad() {
+        brush.arc(layout::BAND, range, opaque(palette.band));
     }
 }
 
@@ -221,19 +251,22 @@ fn needle(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
     brush.polygon(blade(0.0), opaque(palette.needle));
 }
 
-/// The hub: number, unit, and R in reverse below it.
+/// The hub with the unit.
 fn hub(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
     brush.disc(&[(layout::HUB - 0.02, black(170)), (layout::HUB + 0.025, black(70)), (layout::HUB + 0.06, black(0))]);
     let fill = |light: f32| shade(palette.plate, light, 255);
     brush.disc(&[(0.0, fill(2.1)), (0.30, fill(1.7)), (layout::HUB - 0.005, fill(1.2))]);
     brush.ring(layout::HUB - 0.012, layout::HUB, |angle| metal(0.27 + 0.13 * angle.cos()));
+    let (height, down) = layout::UNIT;
+    brush.text(dial.unit.label(), brush.below(down), height, opaque(palette.label));
+}
 
+/// The number, and R in reverse below it.
+fn number(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
     let colour = if dial.inside { palette.number_inside } else { palette.number_outside };
     let (two_digits, three_digits, up) = layout::NUMBER;
     let height = if dial.full_scale >= 100.0 || dial.number >= 100 { three_digits } else { two_digits };
     brush.text(&dial.number.to_string(), brush.below(-up), height, opaque(colour));
-    let (height, down) = layout::UNIT;
-    brush.text(dial.unit.label(), brush.below(down), height, opaque(palette.label));
     if dial.reverse {
         let (height, down) = layout::REVERSE;
         brush.text("R", brush.below(down), height, opaque(palette.reverse));

@@ -1,8 +1,9 @@
-//! Far trees: what a tree looks like from eight sides and from above, painted once from its finest model. In: meshes and
+//! Far trees: what a tree looks like from sixteen sides and from above, painted once from its finest model. In: meshes and
 //! their leaves ([`leaves`]). Out: an array texture; a tree some 50 pixels high is two triangles with a picture of the
 //! thousand that it has near by, in the same light.
 //!
-//! Layers come in pairs: the square root of the albedo with the cover in a, then the normal in the tree's own frame. Pair
+//! Layers come in pairs: the square root of the albedo with the cover in a, then the normal in the tree's own
+//! frame with the share of leaves (the rest is bark) in a. Pair
 //! `kind * VIEWS + view`; a view's eye stands at the azimuth `view / SIDES` of a turn, the last one's above. The picture
 //! holds the tree's ball: its middle is the middle of the model's height, its half side [`Extent::half_m`].
 
@@ -16,15 +17,15 @@ use rayon::prelude::*;
 use std::f32::consts::TAU;
 
 /// Pictures around a tree.
-pub const SIDES: usize = 8;
+pub const SIDES: usize = 16;
 /// And one from above.
 pub const VIEWS: usize = SIDES + 1;
 /// Side of a picture, texels; a power of two.
 const SIZE: usize = 128;
 const LEVELS: u32 = SIZE.ilog2();
 
-/// Cover, albedo, normal.
-type Texel = [f32; 7];
+/// Cover, albedo, normal, share of leaves.
+type Texel = [f32; 8];
 
 /// Half the side of a model's pictures, metres, and the height of their middle.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +64,7 @@ pub fn paint(trees: &[Mesh]) -> Vec<Vec<u8>> {
             let texels = &picture[level];
             bytes.extend(texels.iter().flat_map(|t| [t[1].sqrt(), t[2].sqrt(), t[3].sqrt(), t[0]].map(byte)));
             let towards = |v: f32| 0.5 + 0.5 * v;
-            bytes.extend(texels.iter().flat_map(|t| [towards(t[4]), towards(t[5]), towards(t[6]), 1.0].map(byte)));
+            bytes.extend(texels.iter().flat_map(|t| [towards(t[4]), towards(t[5]), towards(t[6]), t[7]].map(byte)));
         }
         bytes
     };
@@ -95,7 +96,7 @@ fn picture(mesh: &Mesh, layers: &Layers, view: usize) -> Vec<Texel> {
         Vec3::new(p.dot(right) * scale, -p.dot(up) * scale, p.dot(towards)) + Vec2::splat(SIZE as f32 / 2.0).extend(0.0)
     };
     let mut depth = vec![f32::MIN; SIZE * SIZE];
-    let mut texels = vec![[0.0; 7]; SIZE * SIZE];
+    let mut texels = vec![[0.0; 8]; SIZE * SIZE];
     for t in mesh.indices.chunks_exact(3) {
         let corners = [0, 1, 2].map(|k| &mesh.vertices[t[k] as usize]);
         let [a, b, c] = corners.map(place);
@@ -149,7 +150,7 @@ fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &Layers) -> Option<Te
     }
     let normal = (normal.normalize_or(Vec3::Z) + lean).normalize_or(Vec3::Z);
     let [r, g, b] = [0, 1, 2].map(|i| mean(&|v| v.colour[i]) * tone);
-    Some([1.0, r, g, b, normal.x, normal.y, normal.z])
+    Some([1.0, r, g, b, normal.x, normal.y, normal.z, f32::from(u8::from(leafy))])
 }
 
 /// Means of four; colour and normal weighted by cover.
@@ -160,9 +161,9 @@ fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
         let (x, y) = (i % half, i / half);
         let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| texels[(2 * y + dy) * side + 2 * x + dx]);
         let cover: f32 = four.iter().map(|t| t[0]).sum();
-        let mut mean = [0.0; 7];
+        let mut mean = [0.0; 8];
         for t in &four {
-            (1..7).for_each(|k| mean[k] += t[k] * (t[0] + 1e-4) / (cover + 4e-4));
+            (1..8).for_each(|k| mean[k] += t[k] * (t[0] + 1e-4) / (cover + 4e-4));
         }
         mean[0] = cover / 4.0;
         out.push(mean);

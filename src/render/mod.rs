@@ -150,10 +150,11 @@ impl Renderer {
         let timed = timing.as_ref();
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let lights = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
-        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego);
+        let hidden = back.and_then(|_| develop::hidden_by_mirror(size, drawn));
+        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego, hidden);
         if let (Some(camera), Some(glass)) = (back, framed) {
             let optics = Optics::new(&glass.behind(camera), inset);
-            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, &optics, &lights, Ego::Nowhere);
+            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, &optics, &lights, Ego::Nowhere, None);
         }
         let stamp = stamps(Pass::Develop);
         let sky = air.fit(queue, view.to_sun, view.visibility_m);

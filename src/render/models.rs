@@ -4,7 +4,7 @@
 
 use super::crowd::{Batches, Detail};
 use super::impostor::{self, Extent};
-use crate::scene::{Mesh, Stage, Vertex};
+use crate::scene::{Cockpit, Mesh, Stage, Vertex};
 use glam::Vec3;
 use std::ops::Range;
 
@@ -43,8 +43,8 @@ pub struct Models {
     pub bodies: Vec<[Model; 4]>,
     /// Windows of the near and mid ones.
     pub glass: Vec<[Model; 2]>,
-    /// What the driver sees of the own car: bonnet, cabin, steering wheel.
-    pub cockpit: [Model; 3],
+    /// What the driver sees of the own car: bonnet, shelf, cabin, steering wheel.
+    pub cockpit: [Model; 4],
     /// One wheel by level.
     pub wheels: [Model; 3],
     /// Trees by kind and [`Detail`]; far ones are a square for a picture.
@@ -73,7 +73,8 @@ impl Models {
         });
         let bodies = bodies.collect();
         let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
-        let cockpit = [&stage.cockpit.bonnet, &stage.cockpit.cabin, &stage.cockpit.wheel].map(&mut add);
+        let Cockpit { bonnet, shelf, cabin, wheel } = &stage.cockpit;
+        let cockpit = [bonnet, shelf, cabin, wheel].map(&mut add);
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
         let squares: Vec<Mesh> = stage.trees.iter().enumerate().map(|(kind, tree)| square(kind, tree)).collect();
         let levels = [&stage.trees, &stage.trees_mid, &squares, &stage.trees_shade];
@@ -108,15 +109,24 @@ impl Models {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
-    /// Draws bodies and wheels of all styles and levels.
-    pub fn draw_cars(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
-        for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
-            model.draw(pass, range.clone());
-        }
-        for (model, range) in self.cockpit.iter().zip(&batches.inside) {
-            model.draw(pass, range.clone());
-        }
+    /// Draws what of cars has no coat (paint, glass, lamps): the own car's shelf and cabin, wheels of all levels.
+    pub fn draw_uncoated(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+        let [_, shelf, cabin, _] = &self.cockpit;
+        let [body, furnished, _] = &batches.inside;
+        shelf.draw(pass, body.clone());
+        cabin.draw(pass, furnished.clone());
         for (model, range) in self.wheels.iter().zip(&batches.wheels) {
+            model.draw(pass, range.clone());
+        }
+    }
+
+    /// Draws bodies of all styles and levels, the own car's bonnet and its steering wheel.
+    pub fn draw_cars(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+        let [bonnet, _, _, wheel] = &self.cockpit;
+        let [body, _, steered] = &batches.inside;
+        bonnet.draw(pass, body.clone());
+        wheel.draw(pass, steered.clone());
+        for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
             model.draw(pass, range.clone());
         }
     }

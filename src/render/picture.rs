@@ -10,8 +10,8 @@ use super::{
     quality::Quality,
     scenery::Scenery,
     shadow::Lights,
-    targets::{PARTS, Targets},
-    timing,
+    targets::Targets,
+    timing::HandOver,
 };
 use crate::scene::View;
 use glam::Vec3;
@@ -20,7 +20,9 @@ use glam::Vec3;
 /// takes still costs its time.
 #[derive(Debug)]
 pub struct Materials {
+    hidden: wgpu::RenderPipeline,
     car: wgpu::RenderPipeline,
+    uncoated: wgpu::RenderPipeline,
     glass: wgpu::RenderPipeline,
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
@@ -61,7 +63,6 @@ pub struct Bindings {
 pub struct PicturePass {
     label: &'static str,
     samples: u32,
-    software: bool,
     grass_m: f32,
     /// See [`Quality::detail`].
     detail: f32,
@@ -70,6 +71,7 @@ pub struct PicturePass {
     clouds: wgpu::BindGroup,
     crowd: Crowd,
     targets: Targets,
+    hand_over: HandOver,
 }
 
 impl Bindings {
@@ -199,7 +201,20 @@ impl Bindings {
         let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
         let instances = [Some(instance_buffer())];
         let made = workshop.pipelines([
+            Recipe {
+                program: "hidden",
+                buffers: &[],
+                depth: Some(wgpu::DepthStencilState {
+                    depth_compare: Some(wgpu::CompareFunction::Always),
+                    ..depth(true, Default::default())
+                }),
+                writes: wgpu::ColorWrites::empty(),
+                cull: None,
+                constants: &[],
+                ..solid.clone()
+            },
             Recipe { program: "car", ..solid.clone() },
+            Recipe { program: "car", constants: &[soft, ("COATED", 0.0)], ..solid.clone() },
             Recipe {
                 program: "car",
                 colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
@@ -252,8 +267,24 @@ impl Bindings {
                 ..solid
             },
         ])?;
-        let [car, glass, road, land, cover, tree, far_cover, impostor, grass, contact, root, sky] = made;
-        Ok(Materials { car, glass, road, land, contact, root, cover, tree, far_cover, impostor, grass, sky })
+        let [hidden, car, uncoated, glass, road, land, cover, tree, far_cover, impostor, grass, contact, root, sky] =
+            made;
+        Ok(Materials {
+            hidden,
+            car,
+            uncoated,
+            glass,
+            road,
+            land,
+            contact,
+            root,
+            cover,
+            tree,
+            far_cover,
+            impostor,
+            grass,
+            sky,
+        })
     }
 }
 
@@ -304,8 +335,8 @@ impl PicturePass {
             clouds: air.clouds().clone(),
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
-            targets: Targets::new(device, label, [1, 1], quality.msaa, scenery.software),
-            software: scenery.software,
+            targets: Targets::new(device, label, [1, 1], quality.msaa),
+            hand_over: HandOver::new(device, scenery.software),
         }
     }
 
@@ -313,7 +344,7 @@ impl PicturePass {
     pub fn fit(&mut self, device: &wgpu::Device, size: [u32; 2]) -> bool {
         let stale = self.targets.size != size;
         if stale {
-            self.targets = Targets::new(device, self.label, size, self.samples, self.software);
+            self.targets = Targets::new(device, self.label, size, self.samples);
         }
         stale
     }
@@ -323,7 +354,7 @@ impl PicturePass {
         &self.targets.light
     }
 
-    /// Draws the scene.
+    /// Draws the scene but for what is `hidden`: left, top, width and height in pixels.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &mut self,
@@ -335,6 +366,7 @@ impl PicturePass {
         optics: &Optics,
         lights: &Lights,
         ego: Ego,
+        hidden: Option<[u32; 4]>,
     ) {
         let frame = frame(view, optics, lights);
         scenery.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
@@ -365,67 +397,55 @@ impl PicturePass {
         let seen = |centre: Vec3, radius_m: f32| optics.sees(centre, radius_m);
         let crowd = &self.crowd;
         let clouds = &self.clouds;
-        let bind = |pass: &mut wgpu::RenderPass| {
-            models.bind(pass);
-            crowd.bind(pass, 1);
-        };
-        // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
-        let cars = |pass: &mut wgpu::RenderPass| {
-            pass.set_pipeline(&materials.car);
-            models.draw_cars(pass, &batches);
-            models.posts.draw(pass, seen);
-        };
-        let cover = |pass: &mut wgpu::RenderPass| {
-            pass.set_pipeline(&materials.cover);
-            models.draw_trees(pass, &batches.trees);
-        };
-        let trees = |pass: &mut wgpu::RenderPass| {
-            pass.set_pipeline(&materials.tree);
-            models.draw_trees(pass, &batches.trees);
-            for pipeline in [&materials.far_cover, &materials.impostor] {
-                pass.set_pipeline(pipeline);
-                models.draw_far_trees(pass, &batches.trees);
-            }
-        };
-        let rest = |pass: &mut wgpu::RenderPass| {
-            pass.set_pipeline(&materials.grass);
-            models.tuft.draw(pass, batches.tufts.clone());
-            pass.set_pipeline(&materials.road);
-            models.road.draw(pass, seen);
-            pass.set_pipeline(&materials.land);
-            models.land.draw(pass, seen);
-            pass.set_pipeline(&materials.contact);
-            crowd.bind(pass, 0);
-            pass.draw(0..6, batches.cars.clone());
-            pass.set_pipeline(&materials.root);
-            pass.draw(0..6, batches.roots.clone());
-            pass.set_pipeline(&materials.sky);
-            pass.set_bind_group(1, clouds, &[]);
+        let mut pass = self.targets.begin(encoder, self.label, stamps);
+        let pass = &mut pass;
+        let mut hand_over = self.hand_over.stamps();
+        pass.set_bind_group(0, &self.group, &[]);
+        models.bind(pass);
+        crowd.bind(pass, 1);
+        if let Some([left, top, width, height]) = hidden {
+            pass.set_pipeline(&materials.hidden);
+            pass.set_scissor_rect(left, top, width, height);
             pass.draw(0..3, 0..1);
-            // Windows over everything behind them.
-            pass.set_pipeline(&materials.glass);
-            bind(pass);
-            models.draw_glass(pass, &batches);
-        };
-        let parts: [&dyn Fn(&mut wgpu::RenderPass); PARTS] = [&cars, &cover, &trees, &rest];
-        if self.targets.in_parts() {
-            for (number, part) in parts.into_iter().enumerate() {
-                let stamps = stamps.as_ref().and_then(|stamps| match number {
-                    0 => Some(timing::begin_only(stamps)),
-                    n if n == PARTS - 1 => Some(timing::end_only(stamps)),
-                    _ => None,
-                });
-                let mut pass = self.targets.begin(encoder, self.label, number, stamps);
-                pass.set_bind_group(0, &self.group, &[]);
-                bind(&mut pass);
-                part(&mut pass);
-            }
-        } else {
-            let mut pass = self.targets.begin(encoder, self.label, 0, stamps);
-            pass.set_bind_group(0, &self.group, &[]);
-            bind(&mut pass);
-            parts.into_iter().for_each(|part| part(&mut pass));
+            let [width, height] = self.targets.size;
+            pass.set_scissor_rect(0, 0, width, height);
         }
+        // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
+        pass.set_pipeline(&materials.uncoated);
+        models.draw_uncoated(pass, &batches);
+        pass.set_pipeline(&materials.car);
+        models.draw_cars(pass, &batches);
+        models.posts.draw(pass, seen);
+        hand_over(pass);
+        pass.set_pipeline(&materials.cover);
+        models.draw_trees(pass, &batches.trees);
+        hand_over(pass);
+        pass.set_pipeline(&materials.tree);
+        models.draw_trees(pass, &batches.trees);
+        for pipeline in [&materials.far_cover, &materials.impostor] {
+            pass.set_pipeline(pipeline);
+            models.draw_far_trees(pass, &batches.trees);
+        }
+        hand_over(pass);
+        pass.set_pipeline(&materials.grass);
+        models.tuft.draw(pass, batches.tufts.clone());
+        pass.set_pipeline(&materials.road);
+        models.road.draw(pass, seen);
+        pass.set_pipeline(&materials.land);
+        models.land.draw(pass, seen);
+        pass.set_pipeline(&materials.contact);
+        crowd.bind(pass, 0);
+        pass.draw(0..6, batches.cars.clone());
+        pass.set_pipeline(&materials.root);
+        pass.draw(0..6, batches.roots.clone());
+        pass.set_pipeline(&materials.sky);
+        pass.set_bind_group(1, clouds, &[]);
+        pass.draw(0..3, 0..1);
+        // Windows over everything behind them.
+        pass.set_pipeline(&materials.glass);
+        models.bind(pass);
+        crowd.bind(pass, 1);
+        models.draw_glass(pass, &batches);
     }
 }
 

@@ -23,7 +23,7 @@ pub struct Quality {
     /// Up to this distance tufts of grass are drawn, metres.
     #[serde(default = "grass_m")]
     pub grass_m: f32,
-    /// Factor on the size by which the levels of trees are chosen, up to 1: at 0.7, a level serves until it is 1.4 times as
+    /// Factor on the size by which the levels of trees are chosen, up to 1: at 0.4, a level serves until it is 2.5 times as
     /// large. Those of cars are the same everywhere.
     #[serde(default = "detail")]
     pub detail: f32,
@@ -51,7 +51,7 @@ impl Quality {
         anisotropy: 1,
         fine: false,
         grass_m: 13.0,
-        detail: 0.7,
+        detail: 0.4,
     };
     /// Smooth edges; the picture of `codrive render`.
     pub const MEDIUM: Self = Self {

@@ -9,7 +9,7 @@ use wgpu::naga;
 type Program = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 17] = [
+pub const PROGRAMS: [Program; 18] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -23,6 +23,7 @@ pub const PROGRAMS: [Program; 17] = [
     ("impostor", &["common", "light", "foliage", "fade", "far", "impostor"]),
     ("grass", &["common", "light", "corner", "grass"]),
     ("contact", &["common", "contact"]),
+    ("hidden", &["hidden"]),
     ("glow", &["glow"]),
     ("develop", &["print", "edges", "develop"]),
     ("soften", &["print", "edges", "soften"]),
@@ -35,7 +36,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 28] = built_in![
+const FILES: [(&str, &str); 29] = built_in![
     "common",
     "light",
     "corner",
@@ -58,6 +59,7 @@ const FILES: [(&str, &str); 28] = built_in![
     "impostor",
     "grass",
     "contact",
+    "hidden",
     "glow",
     "print",
     "edges",

@@ -321,6 +321,7 @@ impl Layer {
         pass.set_bind_group(0, &self.group, &[]);
         scenery.models.bind(&mut pass);
         self.crowd.bind(&mut pass, 1);
+        scenery.models.draw_uncoated(&mut pass, batches);
         scenery.models.draw_cars(&mut pass, batches);
         scenery.models.draw_tree_shades(&mut pass, &batches.trees);
         if let Some(leaves) = &pipeline.leaves {

@@ -1,6 +1,6 @@
-//! What a driver sees of the own car. Out: three meshes in metres: bonnet, wings and scuttle; dashboard, doors and pillars
-//! (both in the body's frame); and the steering wheel about its hub, its axle along x towards the driver. Drawn in the
-//! driver's view only.
+//! What a driver sees of the own car. Out: four meshes in metres: bonnet and wings; the shelf behind the windscreen with the
+//! doors beside it; hood, doors and pillars (these three in the body's frame); and the steering wheel about its hub, its axle
+//! along x towards the driver. Drawn in the driver's view only.
 
 use super::car::{CHROME, CREASE_RAD, DARK, GLOSS, Level, Parts, TRIM};
 use super::mesh::{Finish, Soup};
@@ -29,9 +29,11 @@ const RIM_M: f32 = 0.185;
 /// The own car from the seat.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cockpit {
-    /// Bonnet, wings and scuttle.
+    /// Bonnet and wings.
     pub bonnet: Mesh,
-    /// Dashboard, doors, pillars.
+    /// The dashboard's top from the windscreen's foot on, and the doors below their windows.
+    pub shelf: Mesh,
+    /// Hood of the instruments, doors' edges, pillars.
     pub cabin: Mesh,
     /// Steering wheel, see [`Cockpit::body_from_wheel`].
     pub wheel: Mesh,
@@ -40,7 +42,7 @@ pub struct Cockpit {
 impl Cockpit {
     /// All parts, of the ego's style.
     pub(super) fn new() -> Self {
-        Self { bonnet: bonnet(), cabin: cabin(), wheel: wheel() }
+        Self { bonnet: bonnet(), shelf: shelf(), cabin: cabin(), wheel: wheel() }
     }
 
     /// The steering wheel's place in the body when it is turned by `wheel_rad`, positive to the left.
@@ -56,8 +58,11 @@ fn bonnet() -> Mesh {
     let mut shell = Parts::new(lines, Level::Near).shell;
     // What of the body lies before the windscreen or beside the dashboard and can be seen from above.
     let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > 0.5 && p.z < 0.93));
-    let mut all = shell.take(|face| face.corners.iter().all(|c| seen(c.flat))).mesh();
-    all.append(&grained(scuttle().mesh()));
+    shell.take(|face| face.corners.iter().all(|c| seen(c.flat))).mesh()
+}
+
+fn shelf() -> Mesh {
+    let mut all = grained(scuttle().mesh());
     all.append(&doors().mesh());
     all.append(&fins().into_mesh(CREASE_RAD));
     all
@@ -287,7 +292,7 @@ fn wheel() -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::super::ViewOptions;
-    use super::super::mesh::tests::{check, open_edges, volume_m3};
+    use super::super::mesh::tests::{check, has_coat, open_edges, volume_m3};
     use super::*;
 
     #[test]
@@ -301,11 +306,12 @@ mod tests {
             points.iter().filter(|p| ahead(**p)).map(|p| p.z / p.x).fold(f32::MIN, f32::max)
         };
         check(&cockpit.bonnet, "bonnet");
+        check(&cockpit.shelf, "shelf");
         check(&cockpit.cabin, "cabin");
         check(&cockpit.wheel, "wheel");
         // Straight ahead the bonnet ends 9 degrees below the horizon: the asphalt shows from 7.5 m before the eye on,
         // 5 m before the bumper, and of a car 2 m ahead everything above its bumper.
-        let bonnet = placed(&cockpit.bonnet, Affine3A::IDENTITY);
+        let bonnet = [&cockpit.bonnet, &cockpit.shelf].map(|mesh| placed(mesh, Affine3A::IDENTITY)).concat();
         let edge = highest(&bonnet, &|p| p.x > 0.4 && (p.y / p.x).abs() < 0.30);
         assert!((-0.19..-0.14).contains(&edge), "{edge}");
         // Nothing of the cabin rises above it but the pillars at the picture's edges, however the wheel is turned.
@@ -317,6 +323,12 @@ mod tests {
             assert!(wheel.iter().all(|p| p.length() > 0.25), "clear of the near plane");
         }
         assert!(bonnet.iter().chain(&cabin).all(|p| p.length() > 0.25), "clear of the near plane");
+    }
+
+    #[test]
+    fn shelf_and_cabin_have_no_coat() {
+        let Cockpit { bonnet, shelf, cabin, wheel } = Cockpit::new();
+        assert_eq!([bonnet, shelf, cabin, wheel].map(|mesh| has_coat(&mesh)), [true, false, false, true]);
     }
 
     #[test]

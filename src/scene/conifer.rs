@@ -21,7 +21,7 @@ const BARK: [f32; 3] = [0.155, 0.118, 0.092];
 fn counts(detail: Detail) -> (usize, usize, f32) {
     match detail {
         Detail::Near => (20, 9, 0.36),
-        Detail::Mid => (12, 8, 0.52),
+        Detail::Mid => (16, 6, 0.56),
         Detail::Shade => (5, 7, 0.0),
     }
 }

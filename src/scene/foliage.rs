@@ -74,11 +74,12 @@ impl Card {
         place + 2.0 * Vec2::new(self.variant as f32, self.cut as u8 as f32)
     }
 
-    /// The card `times` as large, drawn into its crown so that the outline stays.
-    pub fn merged(&self, times: f32, cut: Cut, crown: &Crown) -> Self {
+    /// The card `times` as large, drawn into its crown by a share of what it has grown, so that the outline stays.
+    pub fn grown(&self, times: f32, inwards: f32, crown: &Crown) -> Self {
         let grown = (self.across.length() + self.along.length()) / 2.0 * (times - 1.0);
         let out = (self.at - crown.middle).normalize_or_zero();
-        Self { at: self.at - out * grown * 0.62, across: self.across * times, along: self.along * times, cut, ..*self }
+        let at = self.at - out * grown * inwards;
+        Self { at, across: self.across * times, along: self.along * times, ..*self }
     }
 
     /// Adds the card to a mesh.
@@ -92,6 +93,30 @@ impl Card {
         }
         mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|k| first + k));
     }
+}
+
+/// One card for every so many that are next to each other, in their middle and of their mean colour, and for how many of
+/// them it stands (k-means from every so many-th card on; Lloyd 1982).
+pub(super) fn gathered(cards: &[Card], every: usize) -> Vec<(Card, usize)> {
+    const ROUNDS: usize = 4;
+    let mut seeds: Vec<Card> = cards.iter().step_by(every).copied().collect();
+    let mut groups = Vec::new();
+    for _ in 0..ROUNDS {
+        groups = vec![(Vec3::ZERO, Vec3::ZERO, 0); seeds.len()];
+        for card in cards {
+            let distance = |seed: &Card| seed.at.distance_squared(card.at);
+            let nearest = (0..seeds.len()).min_by(|&a, &b| distance(&seeds[a]).total_cmp(&distance(&seeds[b])));
+            let (at, colour, count) = &mut groups[nearest.expect("a seed for every so many cards")];
+            *at += card.at;
+            *colour += Vec3::from(card.colour);
+            *count += 1;
+        }
+        for (seed, (at, colour, count)) in seeds.iter_mut().zip(&groups).filter(|(_, group)| group.2 > 0) {
+            (seed.at, seed.colour) = (*at / *count as f32, (*colour / *count as f32).to_array());
+        }
+    }
+    let counts = groups.into_iter().map(|group| group.2);
+    seeds.into_iter().zip(counts).filter(|(_, count)| *count > 0).collect()
 }
 
 /// A bent, tapering stem of `sides` faces, open at its ends (which are in the ground and in the leaves).

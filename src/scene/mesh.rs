@@ -242,6 +242,12 @@ pub(super) mod tests {
         }
     }
 
+    /// Whether some of a mesh is of a material with a coat.
+    pub fn has_coat(mesh: &Mesh) -> bool {
+        let coated = [Material::Paint, Material::Glass, Material::BrakeLamp, Material::Lamp].map(|of| of as u32);
+        mesh.vertices.iter().any(|v| coated.contains(&v.material))
+    }
+
     /// Corners and face normal (twice the area long) of each triangle.
     pub fn faces(mesh: &Mesh) -> impl Iterator<Item = ([Vertex; 3], Vec3)> {
         mesh.indices.chunks(3).map(|t| {

@@ -124,7 +124,8 @@ pub(super) mod tests {
         for map in [ring(250.0), circuit()] {
             let stage = Stage::build(&map, 1);
             let cars = stage.cars.iter().flat_map(|car| car.levels.iter().chain(&car.glass));
-            let all = [&stage.road, &stage.land, &stage.cockpit.bonnet, &stage.tuft, &stage.posts];
+            let all =
+                [&stage.road, &stage.land, &stage.cockpit.bonnet, &stage.cockpit.shelf, &stage.tuft, &stage.posts];
             for mesh in all
                 .into_iter()
                 .chain(&stage.wheels)

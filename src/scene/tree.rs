@@ -3,7 +3,7 @@
 //! stem, boughs by the golden angle whose reach follows the species' outline, twigs on them, leaf cards along the twigs.
 
 use super::conifer;
-use super::foliage::{Card, Crown, Cut, VARIANTS, stem};
+use super::foliage::{Card, Crown, Cut, VARIANTS, gathered, stem};
 use super::noise::{mix, shade};
 use super::{Material, Mesh, Vertex};
 use crate::rng::{self, Stream};
@@ -229,18 +229,22 @@ impl Grown {
                 stem(&mut mesh, &limb.path, &limb.radii, sides[limb.order], self.kind.bark);
             }
         }
-        // Of every so many cards one stands for all, so much larger.
-        let (every, times, cut) = match detail {
-            Detail::Near => (1, 1.0, self.kind.cut),
-            Detail::Mid => (4, 1.85, Cut::Mass),
+        let mut cards = match detail {
+            Detail::Near => self.cards.clone(),
+            Detail::Mid => {
+                // One for four stands closer to the middle of the crown than the outermost of them did.
+                let merged = |(card, count): (Card, usize)| {
+                    let times = 1.85 * (count as f32 / 4.0).sqrt().clamp(0.6, 1.4);
+                    Card { cut: Cut::Mass, ..card.grown(times, 0.2, &self.crown) }
+                };
+                gathered(&self.cards, 4).into_iter().map(merged).collect()
+            }
             Detail::Shade => {
                 let mut random = rng::stream(0, self.kind.name);
                 self.lumps.iter().for_each(|&(at, size)| lump(&mut mesh, &mut random, at, size));
                 return mesh;
             }
         };
-        let mut cards: Vec<Card> =
-            self.cards.iter().step_by(every).map(|card| card.merged(times, cut, &self.crown)).collect();
         // The hull first: what lies behind it is not shaded then.
         cards.sort_by(|a, b| self.crown.outside(b.at).total_cmp(&self.crown.outside(a.at)));
         cards.iter().for_each(|card| card.draw(&mut mesh, &self.crown));

@@ -115,13 +115,14 @@ fn spoke(soup: &mut Soup, turn: f32, width: f32, finish: Finish) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::mesh::tests::{check, open_edges, volume_m3, worst_agreement};
+    use super::super::mesh::tests::{check, has_coat, open_edges, volume_m3, worst_agreement};
     use super::*;
 
     #[test]
     fn the_wheel_is_closed_round_and_as_large_as_its_hub_is_high() {
         for (wheel, most) in wheels().iter().zip([1800, 700, 100]) {
             check(wheel, "wheel");
+            assert!(!has_coat(wheel), "drawn without");
             assert_eq!(open_edges(wheel), 0);
             assert!(worst_agreement(wheel) > 0.6, "{}", worst_agreement(wheel));
             let (low, high) = wheel.bounds();

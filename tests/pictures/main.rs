@@ -4,7 +4,6 @@
 mod cars;
 mod ground;
 mod light;
-mod parts;
 mod pixels;
 mod place;
 mod plates;

@@ -9,31 +9,38 @@ use glam::Vec3;
 
 const SIZE: [u32; 2] = [320, 320];
 
-/// The share of the picture that a tree covers over the square of its radius in it, and its mean colour.
-fn measured(renderer: &mut Renderer, bare: &mut Renderer, view: &View, radius_px: f32) -> (f32, Vec3) {
-    let (with, without) = (draw_with(renderer, view, SIZE), draw_with(bare, view, SIZE));
-    let (mut count, mut sum) = (0.0, Vec3::ZERO);
-    for (a, b) in with.pixels().zip(without.pixels()) {
-        if crate::pixels::difference(a, b) > 12 {
-            count += 1.0;
-            sum += Vec3::from(crate::pixels::rgb(a));
-        }
-    }
-    (count / (radius_px * radius_px), sum / count)
+/// How much less light of each colour comes from where a tree stands than from the bare sky, over the square of its radius
+/// in the picture: the more it covers and the darker it is, the more.
+fn taken(bare: &mut Renderer, tree: &mut Renderer, view: &View, size: [u32; 2], radius_px: f32) -> Vec3 {
+    let (with, without) = (draw_with(tree, view, size), draw_with(bare, view, size));
+    let pairs = with.pixels().zip(without.pixels());
+    pairs.map(|(a, b)| Vec3::from(crate::pixels::rgb(b)) - Vec3::from(crate::pixels::rgb(a))).sum::<Vec3>()
+        / (radius_px * radius_px)
 }
 
 #[test]
-fn a_tree_covers_as_much_in_the_same_colour_on_both_sides_of_a_switch_of_detail() {
+fn a_tree_takes_as_much_light_on_both_sides_of_a_switch_of_detail() {
     let bare = Stage { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
     let bare =
         Stage { road: Mesh::default(), land: Mesh::default(), tuft_places: Vec::new(), posts: Mesh::default(), ..bare };
-    let quality = Quality { msaa: 4, fine: true, ..Quality::LOW };
-    let mut empty = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
+    // Where the levels change at their own sizes, and where they do so latest; seen as one of a tree's pictures shows it, and
+    // from half-way between two.
+    for (detail, yaw_rad) in [(1.0, 0.0), (Quality::LOW.detail, 0.2)] {
+        changes_without_a_jump(&bare, Quality { msaa: 4, fine: true, detail, ..Quality::LOW }, yaw_rad);
+    }
+}
+
+/// Draws each tree as large as where two levels meet, once just before that and once just after it.
+fn changes_without_a_jump(bare: &Stage, quality: Quality, yaw_rad: f32) {
+    let size = [(300.0 / quality.detail.sqrt()) as u32; 2];
+    let mut empty = Renderer::new(gpu(), bare, OFFSCREEN, quality);
     for kind in 0..bare.trees.len() {
         let (position, tint) = (Vec3::new(300.0, 0.0, 0.0), [1.0; 3]);
-        let place = TreePlace { position, yaw_rad: 0.0, scale: 1.0, tint, kind };
+        let place = TreePlace { position, yaw_rad, scale: 1.0, tint, kind };
         let one = Stage { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..bare.clone() };
-        let mut renderer = Renderer::new(gpu(), &one, OFFSCREEN, quality);
+        let [mut before, mut after] = [1.12, 0.88].map(|factor| {
+            Renderer::new(gpu(), &one, OFFSCREEN, Quality { detail: quality.detail * factor, ..quality })
+        });
         let (centre, radius_m) = one.trees[kind].bounding_sphere();
         let seen = |radius_px: f32| {
             let mut view =
@@ -46,24 +53,26 @@ fn a_tree_covers_as_much_in_the_same_colour_on_both_sides_of_a_switch_of_detail(
                 up: Vec3::Z,
                 lens,
             };
-            let at_1 = Optics::new(&camera(1.0), SIZE).pixels(position + centre, radius_m);
+            let at_1 = Optics::new(&camera(1.0), size).pixels(position + centre, radius_m);
             view.camera = camera(at_1 / radius_px);
             view
         };
-        let mut level = |radius_px: f32| {
-            let [one, other] = Detail::shares(radius_px);
-            assert!(other.is_none(), "{radius_px} px is between two levels");
-            (one.expect("a level").0, measured(&mut renderer, &mut empty, &seen(radius_px), radius_px))
-        };
         for switch_px in [85.0, 36.0] {
-            let (finer, (cover, colour)) = level(switch_px * 1.12);
-            let (coarser, (cover_after, colour_after)) = level(switch_px * 0.88);
+            let [finer, coarser] = [1.12, 0.88].map(|factor| {
+                let [one, other] = Detail::shares(switch_px * factor);
+                assert!(other.is_none(), "{switch_px} px times {factor} is between two levels");
+                one.expect("a level").0
+            });
             assert_ne!(finer, coarser);
-            println!("kind {kind}: {finer:?} {cover:.3} {colour:.3}, {coarser:?} {cover_after:.3} {colour_after:.3}");
-            let more = cover_after / cover;
-            assert!((0.80..1.25).contains(&more), "kind {kind}, {finer:?} to {coarser:?}: {more} times the cover");
-            let jump = (colour_after - colour).abs().max_element();
-            assert!(jump < 0.05, "kind {kind}, {finer:?} to {coarser:?}: {colour} to {colour_after}");
+            let (radius_px, view) = (switch_px / quality.detail, seen(switch_px / quality.detail));
+            let mut level = |renderer: &mut Renderer| taken(&mut empty, renderer, &view, size, radius_px);
+            let [first, then] = [level(&mut before), level(&mut after)];
+            let more = then / first;
+            println!("kind {kind}, {radius_px:.0} px, {finer:?} to {coarser:?}: {more:.2}");
+            assert!(
+                more.min_element() > 0.80 && more.max_element() < 1.25,
+                "kind {kind}, {finer:?} to {coarser:?}: {more} times the light"
+            );
         }
     }
 }

@@ -14,6 +14,14 @@ use std::time::Duration;
 /// Sizes of the pictures that are measured, smallest first.
 pub const SIZES: [[u32; 2]; 4] = [[640, 360], [1280, 720], [1920, 1080], [3840, 2160]];
 
+/// Views that are measured, with their names.
+pub const VIEWS: [(&str, ViewKind); 4] = [
+    ("driver", ViewKind::Driver),
+    ("mirror", ViewKind::Mirror),
+    ("birdseye", ViewKind::Birdseye),
+    ("chase", ViewKind::Chase),
+];
+
 /// From nothing to the first picture, milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Startup {
@@ -152,21 +160,20 @@ pub fn startup(scenario: &Scenario) -> Result<(Startup, Picture), AppError> {
 }
 
 impl Picture {
-    /// Draws every view at every size `n` times, a step of the drive before each; one more before, not counted, for
+    /// Draws each of `views` at every size `n` times, a step of the drive before each; one more before, not counted, for
     /// everything that is made at a first use.
     ///
     /// # Errors
     /// The drive cannot go on or the device is lost.
-    pub fn frames(&mut self, sizes: &[[u32; 2]], n: u32) -> Result<Vec<FrameTimes>, AppError> {
-        let views = [
-            ("driver", ViewKind::Driver),
-            ("mirror", ViewKind::Mirror),
-            ("birdseye", ViewKind::Birdseye),
-            ("chase", ViewKind::Chase),
-        ];
+    pub fn frames(
+        &mut self,
+        views: &[(&'static str, ViewKind)],
+        sizes: &[[u32; 2]],
+        n: u32,
+    ) -> Result<Vec<FrameTimes>, AppError> {
         let mut rows = Vec::new();
         for &size in sizes {
-            for (view, kind) in views {
+            for &(view, kind) in views {
                 self.draw(kind, size)?;
                 let mut times = Vec::new();
                 for _ in 0..n {

@@ -1,0 +1,83 @@
+//! What of the instrument does not move, painted once into a texture of its own: face, groove, ticks, numerals, hub. In: a
+//! dial, its square and colours. Out: a texture for egui's painter, the same until one of them changes.
+
+use egui::{Context, Pos2, RawInput, Rect, TextureId, vec2};
+
+use crate::hud::{Dial, Palette};
+use crate::render::ui_pass::{Overlay, UiPass};
+use crate::units::SpeedUnit;
+
+/// The painted parts and where they belong.
+#[derive(Debug, Default)]
+pub(super) struct Fixed {
+    painted: Option<Look>,
+    texture: Option<TextureId>,
+}
+
+/// All that they depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Look {
+    rect: Rect,
+    palette: Palette,
+    unit: SpeedUnit,
+    full_scale: f64,
+    major_step: f64,
+    minor_per_major: u32,
+}
+
+impl Fixed {
+    /// The texture and its place in the picture, in whole pixels; `paint` paints at a place and is asked when the instrument
+    /// at `rect` looks otherwise than before. Then this submits commands to the device.
+    pub(super) fn of(
+        &mut self,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        format: wgpu::TextureFormat,
+        (ctx, ui): (&Context, &mut UiPass),
+        (rect, dial, palette): (Rect, &Dial, &Palette),
+        paint: impl Fn(&egui::Painter, Rect),
+    ) -> (TextureId, Rect) {
+        let look = Look {
+            rect,
+            palette: *palette,
+            unit: dial.unit,
+            full_scale: dial.full_scale,
+            major_step: dial.major_step,
+            minor_per_major: dial.minor_per_major,
+        };
+        // A pixel more on each side for soft edges.
+        let place = Rect::from_min_max((rect.min - vec2(1.0, 1.0)).floor(), (rect.max + vec2(1.0, 1.0)).ceil());
+        if let (Some(texture), true) = (self.texture, self.painted == Some(look)) {
+            return (texture, place);
+        }
+        let size = [place.width() as u32, place.height() as u32];
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("dial"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let input = RawInput { screen_rect: Some(Rect::from_min_size(Pos2::ZERO, place.size())), ..Default::default() };
+        let output = ctx.run_pass(input, |ctx| {
+            paint(&ctx.layer_painter(egui::LayerId::background()), rect.translate(-place.min.to_vec2()));
+        });
+        // A new texture is empty: nothing to clear. Submitted here, because egui keeps one set of corners a submission.
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("dial") });
+        ui.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size }, ctx, output);
+        queue.submit([encoder.finish()]);
+        let nearest = wgpu::FilterMode::Nearest;
+        let id = match self.texture {
+            Some(id) => {
+                ui.renderer().update_egui_texture_from_wgpu_texture(device, &view, nearest, id);
+                id
+            }
+            None => ui.renderer().register_native_texture(device, &view, nearest),
+        };
+        (self.texture, self.painted) = (Some(id), Some(look));
+        (id, place)
+    }
+}
