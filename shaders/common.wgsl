@@ -2,7 +2,8 @@
 
 struct Frame {
     clip_from_world: mat4x4f,
-    // Rows that turn the world into the sun's view; a shadow map's place and depth are that, scaled and shifted.
+    // Rows that turn the world into the sun's view; a shadow map's place and depth are that, scaled and shifted. The shift
+    // has the map's layer in w.
     light_from_world: array<vec4f, 3>,
     light_scale: array<vec4f, 3>,
     light_shift: array<vec4f, 3>,

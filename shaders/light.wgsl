@@ -72,7 +72,8 @@ fn sunshine_past(world: vec3f, normal: vec3f, cars: bool) -> f32 {
     let far = (p + off * frame.shadow.z) * frame.light_scale[2].xyz + frame.light_shift[2].xyz;
     let beyond = max(abs(near.x), abs(near.y)) > 0.9;
     let standing = select(near, far, beyond);
-    let trees = shadow_layer(select(1, 2, beyond), vec4f(standing, max(abs(standing.x), abs(standing.y)) - select(1.0, 0.0, beyond)));
+    let layer = i32(select(frame.light_shift[1].w, frame.light_shift[2].w, beyond));
+    let trees = shadow_layer(layer, vec4f(standing, max(abs(standing.x), abs(standing.y)) - select(1.0, 0.0, beyond)));
     // Shade under trees has flecks of sun and light that comes through leaves.
     let dappled = mix(FLECKS, 1.0, trees);
     if !cars {

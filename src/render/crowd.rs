@@ -26,7 +26,18 @@ pub struct Batches {
     /// Patches of shade at the feet of trees.
     pub roots: Range<u32>,
     /// Trees by kind and [`Detail`].
-    pub trees: Vec<[Range<u32>; 4]>,
+    pub trees: Vec<[Range<u32>; LEVELS]>,
+}
+
+impl Batches {
+    /// The `k`th of `n` parts of the trees.
+    pub fn part_of_trees(&self, k: usize, n: usize) -> Vec<[Range<u32>; LEVELS]> {
+        let part = |range: Range<u32>| {
+            let at = |k: usize| range.start + (range.len() * k / n) as u32;
+            at(k)..at(k + 1)
+        };
+        self.trees.iter().map(|levels| levels.clone().map(part)).collect()
+    }
 }
 
 /// How finely a car is drawn.
@@ -351,6 +362,22 @@ fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_parts_of_the_trees_are_all_trees_once() {
+        let batches = Batches {
+            trees: vec![[3..3, 3..40, 40..45, 45..46], [46..46, 46..146, 146..146, 146..150]],
+            ..Default::default()
+        };
+        let parts: Vec<_> = (0..12).map(|k| batches.part_of_trees(k, 12)).collect();
+        for (kind, levels) in batches.trees.iter().enumerate() {
+            for (level, range) in levels.iter().enumerate() {
+                let together: Vec<u32> = parts.iter().flat_map(|part| part[kind][level].clone()).collect();
+                assert_eq!(together, range.clone().collect::<Vec<_>>());
+            }
+        }
+        assert!(parts.iter().all(|part| part[1][1].len() <= 9));
+    }
 
     #[test]
     fn a_car_is_a_plan_only_from_above_and_only_while_it_is_a_few_pixels() {

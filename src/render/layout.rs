@@ -15,7 +15,7 @@ pub struct Frame {
     pub light_from_world: [[f32; 4]; 3],
     /// From there to the shadow maps, factors: moving things, standing things near by, standing things far off.
     pub light_scale: [[f32; 4]; 3],
-    /// And what is added after them.
+    /// And what is added after them; w is the layer.
     pub light_shift: [[f32; 4]; 3],
     /// Eye, metres; w is 1 for a perspective lens, 0 for a parallel one.
     pub eye: [f32; 4],

@@ -456,7 +456,7 @@ fn frame(view: &View, optics: &Optics, lights: &Lights) -> Frame {
         clip_from_world: optics.clip_from_world().to_cols_array_2d(),
         light_from_world: lights.rows.map(|row| row.extend(0.0).to_array()),
         light_scale: lights.scale.map(|scale| scale.extend(0.0).to_array()),
-        light_shift: lights.shift.map(|shift| shift.extend(0.0).to_array()),
+        light_shift: std::array::from_fn(|i| lights.shift[i].extend(lights.layer[i] as f32).to_array()),
         eye: optics.camera.eye.extend(perspective).to_array(),
         forward: optics.camera.forward.extend(view.wind_mps).to_array(),
         right: right.extend(0.0).to_array(),

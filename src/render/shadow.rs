@@ -1,9 +1,13 @@
-//! First pass: what the sun does not reach. In: cars and trees. Out: three depth maps seen from the sun.
+//! First pass: what the sun does not reach. In: cars and trees. Out: depth maps seen from the sun.
 //!
-//! Layer 0 holds what moves (cars), drawn every frame around the camera. Layers 1 and 2 hold what stands (trees), near by
-//! and far off; they follow the camera in steps and are drawn anew only when they have moved, so that trees cost their
-//! thousands of corners once every few seconds. All are functions of the view alone: the same view gives the same
-//! shadows. Each moves by whole texels, so that the edges of shadows stay on the ground while the camera drives.
+//! One map holds what moves (cars), drawn every frame around the camera. Two hold what stands (trees), near by and far off;
+//! they follow the camera in steps. The next one is drawn a part in each frame onto a spare layer, while the last one still
+//! serves: a forest has thousands of corners, and no frame shall wait for all of them. Where no map serves (at first, under
+//! another sun, after a leap of the camera) it is drawn whole at once. All maps move by whole texels, so that the edges of
+//! shadows stay on the ground while the camera drives, and each map has the same shadows where it lies over the one before
+//! it.
+
+mod cover;
 
 use super::{
     crowd::{Around, Batches, CarDetail, Crowd, Detail},
@@ -15,22 +19,21 @@ use super::{
     timing,
 };
 use crate::scene::View;
-use glam::{Mat4, Vec3, camera::rh};
+use cover::{Cover, STEP_M, covers};
+use glam::Vec3;
 
-/// Half the width of the map of moving things for a perspective picture, metres: 3.1 cm a texel at 2048.
-const MOVING_M: f32 = 32.0;
-/// Half the widths of the maps of standing things, metres: 6 cm and 18 cm a texel at 2048.
-const STANDING_M: [f32; 2] = [64.0, 184.0];
-/// Grids on which the maps of standing things follow the camera, metres.
-const STEP_M: [f32; 2] = [12.0, 36.0];
 /// What throws those shadows where leaves do.
 const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
 /// Width of a texel from which cars throw the shadow of their coarsest body, metres.
 const COARSE_M: f32 = 0.05;
 /// And from which that of their plan.
 const PLAN_M: f32 = 0.16;
-/// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
-const HEIGHT_M: f32 = 40.0;
+/// Frames over which a map of standing things is drawn.
+const PARTS: usize = 12;
+/// How far, in steps of its grid, such a map may lag: far enough for 250 km/h at 60 frames a second and for 60 at 15.
+const MOST_STEPS: f32 = 2.5;
+/// Layers: of moving things, of standing ones near by and far off, and the spare one.
+const LAYERS: u32 = 4;
 
 /// The pipeline; made anew when shaders are reloaded.
 #[derive(Debug)]
@@ -45,13 +48,43 @@ pub struct ShadowPipeline {
 pub struct ShadowPass {
     layout: wgpu::PipelineLayout,
     maps: wgpu::TextureView,
-    moving: Layer,
-    standing: [Layer; 2],
+    /// The first one holds what moves.
+    layers: [Layer; LAYERS as usize],
+    /// Near by and far off.
+    standing: [Standing; 2],
+    /// The layer that is in nobody's use.
+    spare: usize,
+    next: Option<Next>,
     size: u32,
     /// Leaf cards throw shadows with gaps; otherwise solid lumps do, at a tenth of the work.
     fine: bool,
-    /// Where the standing maps were last drawn.
-    drawn: [Option<Cover>; 2],
+}
+
+/// A map of standing things in use.
+#[derive(Clone, Copy, Debug)]
+struct Standing {
+    layer: usize,
+    /// What it covers, once it has been drawn.
+    cover: Option<Cover>,
+}
+
+/// The map that will take another one's place.
+#[derive(Debug)]
+struct Next {
+    /// Which of the standing ones'.
+    place: usize,
+    cover: Cover,
+    batches: Batches,
+    /// Parts that have been drawn.
+    done: usize,
+}
+
+/// A pass to be drawn in this frame.
+struct Work {
+    layer: usize,
+    batches: Batches,
+    /// Onto an empty map, or onto what is there.
+    clear: bool,
 }
 
 /// What the other passes need to look up shadows.
@@ -63,6 +96,8 @@ pub struct Lights {
     pub scale: [Vec3; 3],
     /// And what is added after them.
     pub shift: [Vec3; 3],
+    /// Layers of the maps' texture, likewise.
+    pub layer: [usize; 3],
     /// Width of a texel, metres, likewise.
     pub texel_m: [f32; 3],
     /// Texels on a side.
@@ -75,14 +110,6 @@ struct Layer {
     uniform: wgpu::Buffer,
     group: wgpu::BindGroup,
     crowd: Crowd,
-}
-
-/// The square of ground that a map covers, seen from the sun.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Cover {
-    to_sun: Vec3,
-    centre: Vec3,
-    half_m: f32,
 }
 
 impl ShadowPass {
@@ -123,7 +150,7 @@ impl ShadowPass {
         });
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("shadow maps"),
-            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 3 },
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: LAYERS },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -165,11 +192,12 @@ impl ShadowPass {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..Default::default()
             }),
-            moving: layer(0),
-            standing: [layer(1), layer(2)],
+            layers: [0, 1, 2, 3].map(layer),
+            standing: [1, 2].map(|layer| Standing { layer, cover: None }),
+            spare: 3,
+            next: None,
             size,
             fine: quality.fine,
-            drawn: [None; 2],
         }
     }
 
@@ -209,7 +237,8 @@ impl ShadowPass {
 
     /// Forgets the standing maps, so that the next picture draws them anew.
     pub fn forget(&mut self) {
-        self.drawn = [None; 2];
+        self.next = None;
+        self.standing.iter_mut().for_each(|map| map.cover = None);
     }
 
     /// Draws what throws shadows into the picture of `optics`.
@@ -222,61 +251,82 @@ impl ShadowPass {
         view: &View,
         optics: &Optics,
     ) -> Lights {
-        let covers = covers(view.to_sun, optics);
-        let lens = covers.map(|cover| cover.lens(self.size));
-        let lights = covers.map(|cover| cover.clip_from_world(self.size));
-        let fine = self.fine;
-        let batches = self.moving.gather(scenery, view, covers[0], lights[0], None, self.size);
-        // One time for all: from the first map's begin to the last one's end.
-        let stale = [0, 1].map(|i| self.drawn[i] != Some(covers[i + 1]));
-        let last = stale.iter().rposition(|stale| *stale).map_or(0, |i| i + 1);
-        let stamp = |map: usize| {
-            let stamps = stamps.as_ref()?;
-            match (map == 0, map == last) {
+        let wanted = covers(view.to_sun, optics);
+        let batches = self.layers[0].gather(scenery, view, wanted[0], None, self.size);
+        let mut works = vec![Work { layer: 0, batches, clear: true }];
+        works.extend((0..2).filter_map(|place| self.at_once(scenery, view, wanted[place + 1], place)));
+        works.extend(self.part_of_next(scenery, view, [wanted[1], wanted[2]]));
+        // One time for all: from the first pass's begin to the last one's end.
+        let last = works.len() - 1;
+        for (number, work) in works.iter().enumerate() {
+            let stamps = stamps.as_ref().and_then(|stamps| match (number == 0, number == last) {
                 (true, true) => Some(stamps.clone()),
                 (true, false) => Some(timing::begin_only(stamps)),
                 (false, true) => Some(timing::end_only(stamps)),
                 (false, false) => None,
-            }
-        };
-        self.moving.draw(encoder, stamp(0), pipeline, scenery, &batches);
-        for (i, layer) in self.standing.iter_mut().enumerate() {
-            let cover = covers[i + 1];
-            if stale[i] {
-                let batches = layer.gather(
-                    scenery,
-                    view,
-                    cover,
-                    lights[i + 1],
-                    Some(if fine { SHADES[i] } else { Detail::Shade }),
-                    self.size,
-                );
-                layer.draw(encoder, stamp(i + 1), pipeline, scenery, &batches);
-                self.drawn[i] = Some(cover);
-            }
+            });
+            self.layers[work.layer].draw(encoder, stamps, pipeline, scenery, &work.batches, work.clear);
         }
-        let rotation = covers[0].view().transpose();
+        let [near, far] = self.standing;
+        let used = [Some(wanted[0]), near.cover, far.cover].map(|cover| cover.expect("drawn above"));
+        let lens = used.map(|cover| cover.lens(self.size));
+        let rotation = used[0].view().transpose();
         Lights {
             rows: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.truncate()),
             scale: lens.map(|lens| Vec3::new(lens.x_axis.x, lens.y_axis.y, lens.z_axis.z)),
             shift: lens.map(|lens| lens.w_axis.truncate()),
-            texel_m: covers.map(|cover| cover.texel_m(self.size)),
+            layer: [0, near.layer, far.layer],
+            texel_m: used.map(|cover| cover.texel_m(self.size)),
             size: self.size,
         }
+    }
+
+    /// All of a standing map, if none that is there or under way serves any more.
+    fn at_once(&mut self, scenery: &Scenery, view: &View, wanted: Cover, place: usize) -> Option<Work> {
+        let most_m = MOST_STEPS * STEP_M[place];
+        self.next.take_if(|next| next.place == place && !next.cover.serves(&wanted, most_m));
+        let map = &mut self.standing[place];
+        if map.cover.is_some_and(|cover| cover.serves(&wanted, most_m)) {
+            return None;
+        }
+        map.cover = Some(wanted);
+        let layer = map.layer;
+        let batches = self.layers[layer].gather(scenery, view, wanted, Some(self.shade(place)), self.size);
+        Some(Work { layer, batches, clear: true })
+    }
+
+    /// A part of the map that will take the place of one that lags; with its last part it does.
+    fn part_of_next(&mut self, scenery: &Scenery, view: &View, wanted: [Cover; 2]) -> Option<Work> {
+        let lags = |place: &usize| self.standing[*place].cover != Some(wanted[*place]);
+        if self.next.is_none()
+            && let Some(place) = (0..2).find(lags)
+        {
+            let (cover, shade) = (wanted[place], self.shade(place));
+            let batches = self.layers[self.spare].gather(scenery, view, cover, Some(shade), self.size);
+            self.next = Some(Next { place, cover, batches, done: 0 });
+        }
+        let next = self.next.as_mut()?;
+        let batches = Batches { trees: next.batches.part_of_trees(next.done, PARTS), ..Default::default() };
+        let work = Work { layer: self.spare, batches, clear: next.done == 0 };
+        next.done += 1;
+        if next.done == PARTS {
+            let map = &mut self.standing[next.place];
+            map.cover = Some(next.cover);
+            std::mem::swap(&mut map.layer, &mut self.spare);
+            self.next = None;
+        }
+        Some(work)
+    }
+
+    /// What throws the shadows of trees in a standing map.
+    fn shade(&self, place: usize) -> Detail {
+        if self.fine { SHADES[place] } else { Detail::Shade }
     }
 }
 
 impl Layer {
-    fn gather(
-        &mut self,
-        scenery: &Scenery,
-        view: &View,
-        cover: Cover,
-        light: Mat4,
-        trees: Option<Detail>,
-        size: u32,
-    ) -> Batches {
-        let queue = &scenery.queue;
+    fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, trees: Option<Detail>, size: u32) -> Batches {
+        let (queue, light) = (&scenery.queue, cover.clip_from_world(size));
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
         let around = Around { forest: trees.map(|_| &scenery.forest), inside: None };
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
@@ -306,12 +356,16 @@ impl Layer {
         pipeline: &ShadowPipeline,
         scenery: &Scenery,
         batches: &Batches,
+        clear: bool,
     ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow"),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.view,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Store }),
+                depth_ops: Some(wgpu::Operations {
+                    load: if clear { wgpu::LoadOp::Clear(1.0) } else { wgpu::LoadOp::Load },
+                    store: wgpu::StoreOp::Store,
+                }),
                 stencil_ops: None,
             }),
             timestamp_writes: stamps,
@@ -327,114 +381,6 @@ impl Layer {
         if let Some(leaves) = &pipeline.leaves {
             pass.set_pipeline(leaves);
             scenery.models.draw_trees(&mut pass, &batches.trees);
-        }
-    }
-}
-
-/// The ground that the maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a parallel
-/// picture.
-fn covers(to_sun: Vec3, optics: &Optics) -> [Cover; 3] {
-    let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
-    let ground = optics.camera.eye.with_z(0.0);
-    match optics.parallel_m() {
-        None => {
-            let standing = |i: usize| {
-                let (half_m, step_m) = (STANDING_M[i], STEP_M[i]);
-                let centre = ((ground + ahead * (0.45 * half_m)) / step_m).round() * step_m;
-                Cover { to_sun, centre, half_m }
-            };
-            let moving = Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M };
-            [moving, standing(0), standing(1)]
-        }
-        Some(half_m) => [Cover { to_sun, centre: ground, half_m: half_m * 1.2 }; 3],
-    }
-}
-
-impl Cover {
-    fn view(&self) -> Mat4 {
-        let up = if self.to_sun.z.abs() > 0.99 { Vec3::Y } else { Vec3::Z };
-        rh::view::look_to_mat4(Vec3::ZERO, -self.to_sun, up)
-    }
-
-    fn texel_m(&self, size: u32) -> f32 {
-        2.0 * self.half_m / size as f32
-    }
-
-    /// World to map.
-    fn clip_from_world(&self, size: u32) -> Mat4 {
-        self.lens(size) * self.view()
-    }
-
-    /// The sun's view to the map. The centre is moved to a whole texel, so that edges of shadows do not crawl while driving.
-    fn lens(&self, size: u32) -> Mat4 {
-        let view = self.view();
-        let centre = view.transform_point3(self.centre);
-        let texel = self.texel_m(size);
-        let [x, y] = [centre.x, centre.y].map(|c| (c / texel).round() * texel);
-        let h = self.half_m;
-        let (near, far) = (-centre.z - h - HEIGHT_M, -centre.z + h + HEIGHT_M);
-        rh::proj::directx::orthographic(x - h, x + h, y - h, y + h, near, far)
-    }
-
-    fn touches(&self, centre: Vec3, radius_m: f32) -> bool {
-        let view = self.view();
-        let off = (view.transform_point3(centre) - view.transform_point3(self.centre)).abs();
-        off.x.max(off.y) < self.half_m + radius_m
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{Camera, Lens};
-
-    const TO_SUN: Vec3 = Vec3::new(0.48, 0.36, 0.8);
-
-    fn optics(eye: Vec3, forward: Vec3, lens: Lens) -> Optics {
-        let up = if forward.z.abs() > 0.5 { Vec3::Y } else { Vec3::Z };
-        Optics::new(&Camera { eye, forward, up, lens }, [640, 360])
-    }
-
-    #[test]
-    fn the_map_moves_by_whole_texels() {
-        let lens = Lens::Perspective { fov_x_rad: 1.1 };
-        let light = |x: f32| {
-            let [moving, ..] = covers(TO_SUN, &optics(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
-            moving.clip_from_world(1024)
-        };
-        let still = Vec3::new(20.0, 3.0, 0.0);
-        for step in 1..50 {
-            let moved = (light(step as f32 * 0.37).project_point3(still) - light(0.0).project_point3(still)) * 512.0;
-            for texels in [moved.x, moved.y] {
-                assert!((texels - texels.round()).abs() < 0.02, "moved by {texels} texels");
-            }
-        }
-    }
-
-    #[test]
-    fn a_picture_in_plan_is_covered_whole() {
-        let plan = optics(Vec3::new(10.0, 5.0, 400.0), Vec3::NEG_Z, Lens::Parallel { half_extent_m: 50.0 });
-        for cover in covers(TO_SUN, &plan) {
-            for corner in [Vec3::new(95.0, 55.0, 0.0), Vec3::new(-75.0, -45.0, 0.0)] {
-                let clip = cover.clip_from_world(1024).project_point3(corner);
-                assert!(clip.x.abs() <= 1.0 && clip.y.abs() <= 1.0 && (0.0..=1.0).contains(&clip.z), "{clip}");
-                assert!(cover.touches(corner, 0.0));
-            }
-        }
-    }
-
-    #[test]
-    fn what_stands_is_drawn_anew_only_every_few_metres() {
-        let lens = Lens::Perspective { fov_x_rad: 1.1 };
-        for (layer, most) in [(1, 10), (2, 4)] {
-            let mut places: Vec<Cover> = Vec::new();
-            for decimetre in 0..1000 {
-                let covers = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
-                if places.last() != Some(&covers[layer]) {
-                    places.push(covers[layer]);
-                }
-            }
-            assert!(places.len() <= most, "{} maps in 100 m", places.len());
         }
     }
 }

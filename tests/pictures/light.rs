@@ -41,6 +41,24 @@ fn shadows_fall_away_from_the_sun() {
 }
 
 #[test]
+fn shadows_that_were_drawn_in_parts_are_those_drawn_at_once() {
+    let mut driving = renderer(true, Quality::LOW);
+    let mut differ = Vec::new();
+    // The maps of trees follow in steps of 12 and 36 m.
+    for metre in 0..60 {
+        let mut view = view(&full_ring(), ViewKind::Chase, &Default::default());
+        view.camera.eye += view.camera.forward.with_z(0.0).normalize() * metre as f32;
+        let there = draw_with(&mut driving, &view, SIZE);
+        if metre % 20 == 19 {
+            let fresh = draw_with(&mut renderer(true, Quality::LOW), &view, SIZE);
+            differ.push(there.pixels().zip(fresh.pixels()).filter(|(a, b)| difference(a, b) > 8).count());
+        }
+    }
+    // A few texels where a map ends.
+    assert!(differ.iter().all(|count| *count < 40), "{differ:?}");
+}
+
+#[test]
 fn lit_brake_lamps_are_brighter_and_redder() {
     let red = |braking: bool| {
         let mut leader = car(1, on_lane(5.0 + 6.0, 0.0));
