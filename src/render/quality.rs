@@ -67,7 +67,7 @@ impl Quality {
     /// Medium where the processor draws: edges are filtered when the picture is developed, and a picture of more than
     /// 1280x720 is drawn at that size.
     pub const MEDIUM_SOFTWARE: Self =
-        Self { msaa: 1, most_pixels: 1280 * 720, fine: false, grass_m: 24.0, detail: 0.7, ..Self::MEDIUM };
+        Self { msaa: 1, most_pixels: 1280 * 720, fine: false, grass_m: 24.0, detail: 0.5, ..Self::MEDIUM };
     /// For a GPU.
     pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }
