@@ -12,6 +12,10 @@ override SEEN_THROUGH: f32 = 0.0;
 // through all that is not a constant (`render/models.rs`).
 override COATED: bool = true;
 
+// Width of a gap between panels (`scene/panels.rs`), metres. Where a pixel is wider, only some of them hit the gap: these
+// are paler, or a line would be a row of dots. With several samples a pixel half as much is enough.
+const GAP_M = 0.005;
+
 // What a car mirrors: the sky, a belt of trees whose tops are ragged, dark below them, then meadow and road.
 fn around_car(direction: vec3f, above: vec3f, ground: vec3f, rough: f32) -> vec3f {
     let sky = sky_light_blurred(direction, 5.0 * sqrt(rough));
@@ -45,12 +49,14 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // What shines at a flat angle; under a coat nothing does of itself.
     var edge = 1.0;
     if material == PAINT {
-        albedo = in.colour * in.paint.rgb;
+        let pixel_m = max(length(dpdx(in.world)), length(dpdy(in.world)));
+        let gap = select(0.0, clamp(select(0.8, 2.0, SOFT > 0.5) * GAP_M / pixel_m, 0.0, 1.0), in.colour.r < 0.5);
+        albedo = mix(vec3f(1.0), in.colour, gap) * in.paint.rgb;
         // Flakes: every paint is a little metallic.
         metal = 0.3;
         rough = 0.42;
-        shine = 0.55;
-        coat = 1.15;
+        shine = 0.55 * (1.0 - gap);
+        coat = 1.15 * (1.0 - gap);
         edge = 0.0;
     } else if material == GLASS {
         // What is seen of the interior is dim.

@@ -74,6 +74,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "recorder_tick": recorder,
             "learning": learning,
             "peak_memory_mb": memory_mb,
+            "program_mb": bench::program_mb(),
         });
         println!("{report:#}");
     } else {
@@ -187,6 +188,7 @@ fn words(
     lines.push(row("tick of the ego          ", &simulation.ego_tick));
     lines.push(row("tick of the whole world  ", &simulation.world_tick));
     lines.push(format!("full speed               {:.0} times real time", simulation.times_real_time));
-    lines.push(format!("peak memory              {}", memory_mb.map_or("-".into(), |m| format!("{m:.0} MB"))));
+    let mb = |mb: Option<f64>| mb.map_or("-".into(), |mb| format!("{mb:.1} MB"));
+    lines.push(format!("peak memory              {}, program file {}", mb(memory_mb), mb(bench::program_mb())));
     lines.join("\n") + "\n"
 }

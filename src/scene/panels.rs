@@ -16,6 +16,8 @@ const ARCH_DEPTH_M: f32 = 0.58;
 const DOORS: [f32; 2] = [-0.01, 0.96];
 /// Clear plastic: the darker a pane, the less is seen through it.
 const CLEAR: Finish = Finish::new(Material::Glass, [0.002, 0.002, 0.002]);
+/// A gap between panels: dark paint, which the shader makes paler where a pixel is wider than the gap (`car.wgsl`).
+const GAP: Finish = Finish::grey(Material::Paint, 0.02);
 /// What a lamp with depth amounts to from afar.
 const HEAD: Finish = Finish::grey(Material::Lamp, 0.16);
 const DAYLIGHT: Finish = Finish::grey(Material::Lamp, 0.90);
@@ -221,8 +223,12 @@ fn gaps(skin: &mut Skin, lines: &Lines) {
     let (seat, tail) = (lines.cabin_rear_m, lines.side_glass[9].0);
     let mut draw = |cell: Cell| {
         for face in skin.cut(&cell) {
-            let kept = matches!(face.finish.material, Material::Paint | Material::BrakeLamp);
-            skin.faces.push(super::skin::Face { finish: if kept { DARK } else { face.finish }, ..face });
+            let finish = match face.finish.material {
+                Material::Paint => GAP,
+                Material::BrakeLamp => DARK,
+                _ => face.finish,
+            };
+            skin.faces.push(super::skin::Face { finish, ..face });
         }
     };
     let door = |a, b| gap(1, a, b).within(-Vec3::Y, -0.6).facing(Vec3::Y, 0.3);

@@ -47,6 +47,12 @@ pub fn peak_memory_mb() -> Option<f64> {
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
+/// The program's own file with all that is built in, megabytes; `None` where the system does not tell.
+pub fn program_mb() -> Option<f64> {
+    let file = std::fs::metadata(std::env::current_exe().ok()?).ok()?;
+    Some(file.len() as f64 / 1e6)
+}
+
 #[allow(clippy::disallowed_methods, reason = "a measurement of time is what this is")]
 fn now() -> Instant {
     Instant::now()
