@@ -13,6 +13,7 @@ pub mod dial;
 pub mod glow;
 pub mod gpu;
 pub mod grain;
+mod hand_over;
 pub mod impostor;
 pub mod layout;
 pub mod leaves;

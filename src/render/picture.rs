@@ -4,6 +4,7 @@
 use super::{
     air::{self, AirPass},
     crowd::{Around, CarDetail, Crowd, Detail},
+    hand_over::HandOver,
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, HDR, Recipe, Workshop},
@@ -11,7 +12,6 @@ use super::{
     scenery::Scenery,
     shadow::Lights,
     targets::Targets,
-    timing::HandOver,
 };
 use crate::scene::View;
 use glam::Vec3;
