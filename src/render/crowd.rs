@@ -2,6 +2,7 @@
 //! test of what can be seen. Out: [`Batches`], ranges of instances by mesh.
 
 use super::{
+    detail::{Batches, CarDetail, Detail, LEVELS, Levels},
     layout::Instance,
     models::{Model, Models},
 };
@@ -10,74 +11,6 @@ use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
 
-/// Ranges in the instance buffer. The first instance is the world itself, for road and land.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Batches {
-    /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel.
-    pub inside: [Range<u32>; 3],
-    /// All car bodies: the patches of contact shade under them.
-    pub cars: Range<u32>,
-    /// Car bodies by style and [`CarDetail`].
-    pub bodies: Vec<[Range<u32>; 4]>,
-    /// Wheels by level.
-    pub wheels: [Range<u32>; 3],
-    /// Tufts of grass.
-    pub tufts: Range<u32>,
-    /// Patches of shade at the feet of trees.
-    pub roots: Range<u32>,
-    /// Trees by kind and [`Detail`].
-    pub trees: Vec<[Range<u32>; LEVELS]>,
-}
-
-impl Batches {
-    /// The `k`th of `n` parts of the trees.
-    pub fn part_of_trees(&self, k: usize, n: usize) -> Vec<[Range<u32>; LEVELS]> {
-        let part = |range: Range<u32>| {
-            let at = |k: usize| range.start + (range.len() * k / n) as u32;
-            at(k)..at(k + 1)
-        };
-        self.trees.iter().map(|levels| levels.clone().map(part)).collect()
-    }
-}
-
-/// How finely a car is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CarDetail {
-    /// With all fittings.
-    Near,
-    /// With glass that is seen through.
-    Mid,
-    /// As a shape with lamps.
-    Far,
-    /// As a shape seen from above, without wheels.
-    Plan,
-}
-
-/// How finely a tree is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detail {
-    /// With every twig.
-    Near,
-    /// With a quarter of the triangles.
-    Mid,
-    /// As a picture on two triangles.
-    Far,
-    /// Solid: what throws its shadow.
-    Shade,
-}
-
-/// Number of details.
-const LEVELS: usize = 4;
-/// Radius in the picture from which a tree is drawn with every twig, pixels.
-const NEAR_PX: f32 = 85.0;
-/// And a car with all fittings: from there on the outline without them is off by more than a pixel (`scene/car.rs`).
-const FITTED_PX: f32 = 100.0;
-/// Radius from which a tree is drawn with its boughs, and a car with glass that is seen through, pixels.
-const MID_PX: f32 = 36.0;
-/// Radius from which a car seen from above is more than its outline, pixels.
-const PLAN_PX: f32 = 7.5;
-/// Share of these radii over which one level gives way to the other.
-const BAND: f32 = 0.22;
 /// Radius of the shade at a tree's foot as a share of the tree's, and how far away it is drawn, metres.
 const ROOT: f32 = 0.62;
 const ROOTS_M: f32 = 90.0;
@@ -85,37 +18,6 @@ const ROOTS_M: f32 = 90.0;
 const REACH_M: f32 = 3.3;
 /// Radius that stands for a car where its detail is chosen, metres: near up to some 20 m in a picture of 1280 pixels.
 const DETAIL_M: f32 = 1.9;
-
-impl CarDetail {
-    /// The detail for a car that is this large in the picture, which may be taken from above.
-    pub fn of(radius_px: f32, from_above: bool) -> Self {
-        match radius_px {
-            px if px > FITTED_PX => Self::Near,
-            px if px > MID_PX => Self::Mid,
-            px if px > PLAN_PX || !from_above => Self::Far,
-            _ => Self::Plan,
-        }
-    }
-}
-
-impl Detail {
-    /// One level, or around a switch both: the finer one with its share of the pixels, the coarser one with the negative
-    /// of that (`gone` in `fade.wgsl`).
-    pub fn shares(radius_px: f32) -> Levels {
-        let share = |at: f32| ((radius_px / at - 1.0) / BAND + 0.5).clamp(0.0, 1.0);
-        for (at, finer, coarser) in [(NEAR_PX, Self::Near, Self::Mid), (MID_PX, Self::Mid, Self::Far)] {
-            match share(at) {
-                1.0 => return [Some((finer, 1.0)), None],
-                0.0 => {}
-                share => return [Some((finer, share)), Some((coarser, -share))],
-            }
-        }
-        [Some((Self::Far, 1.0)), None]
-    }
-}
-
-/// At which levels a tree is drawn, each with its share.
-pub type Levels = [Option<(Detail, f32)>; 2];
 
 /// A tree or tuft made ready once: its ball and its instance.
 #[derive(Clone, Copy, Debug)]
@@ -362,36 +264,6 @@ fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_parts_of_the_trees_are_all_trees_once() {
-        let batches = Batches {
-            trees: vec![[3..3, 3..40, 40..45, 45..46], [46..46, 46..146, 146..146, 146..150]],
-            ..Default::default()
-        };
-        let parts: Vec<_> = (0..12).map(|k| batches.part_of_trees(k, 12)).collect();
-        for (kind, levels) in batches.trees.iter().enumerate() {
-            for (level, range) in levels.iter().enumerate() {
-                let together: Vec<u32> = parts.iter().flat_map(|part| part[kind][level].clone()).collect();
-                assert_eq!(together, range.clone().collect::<Vec<_>>());
-            }
-        }
-        assert!(parts.iter().all(|part| part[1][1].len() <= 9));
-    }
-
-    #[test]
-    fn a_car_is_a_plan_only_from_above_and_only_while_it_is_a_few_pixels() {
-        // 40 cars on ring-641 in a picture of 640x360, 22 on ring-250 there and at 1280x720.
-        for (radius_px, above) in [(3.0, CarDetail::Plan), (7.1, CarDetail::Plan), (14.3, CarDetail::Far)] {
-            assert_eq!(CarDetail::of(radius_px, true), above);
-            assert_eq!(CarDetail::of(radius_px, false), CarDetail::Far, "a car on the road has wheels");
-        }
-        for from_above in [true, false] {
-            assert_eq!(CarDetail::of(40.0, from_above), CarDetail::Mid);
-            assert_eq!(CarDetail::of(95.0, from_above), CarDetail::Mid);
-            assert_eq!(CarDetail::of(105.0, from_above), CarDetail::Near);
-        }
-    }
 
     #[test]
     fn wheels_roll_forwards_and_show_their_outer_side() {

@@ -8,6 +8,7 @@
 pub mod air;
 mod clouds;
 pub mod crowd;
+pub mod detail;
 pub mod develop;
 pub mod dial;
 pub mod glow;

@@ -2,7 +2,7 @@
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
-use super::crowd::{Batches, Detail};
+use super::detail::{Batches, Detail};
 use super::impostor::{self, Extent};
 use crate::scene::{Cockpit, Mesh, Stage, Vertex};
 use glam::Vec3;
@@ -39,7 +39,7 @@ pub struct Models {
     pub posts: Ground,
     /// A tuft of grass.
     pub tuft: Model,
-    /// Cars without wheels, by style and [`CarDetail`](super::crowd::CarDetail).
+    /// Cars without wheels, by style and [`CarDetail`](super::detail::CarDetail).
     pub bodies: Vec<[Model; 4]>,
     /// Windows of the near and mid ones.
     pub glass: Vec<[Model; 2]>,

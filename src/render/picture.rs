@@ -3,7 +3,8 @@
 
 use super::{
     air::{self, AirPass},
-    crowd::{Around, CarDetail, Crowd, Detail},
+    crowd::{Around, Crowd},
+    detail::{CarDetail, Detail},
     hand_over::HandOver,
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,

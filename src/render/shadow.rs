@@ -10,7 +10,8 @@
 mod cover;
 
 use super::{
-    crowd::{Around, Batches, CarDetail, Crowd, Detail},
+    crowd::{Around, Crowd},
+    detail::{Batches, CarDetail, Detail},
     layout::{Light, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, Recipe, Workshop},

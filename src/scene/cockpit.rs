@@ -2,7 +2,8 @@
 //! doors beside it; hood, doors and pillars (these three in the body's frame); and the steering wheel about its hub, its axle
 //! along x towards the driver. Drawn in the driver's view only.
 
-use super::car::{CHROME, CREASE_RAD, DARK, GLOSS, Level, Parts, TRIM};
+use super::car::Parts;
+use super::finish::{CHROME, CREASE_RAD, DARK, GLOSS, Level, TRIM};
 use super::mesh::{Finish, Soup};
 use super::shape::{self, CABIN_FRONT_M, STYLES};
 use super::skin::Skin;

@@ -1,9 +1,8 @@
 //! The spruce: whorls of drooping boughs up a straight stem, long below, short above. In: a seed and a detail. Out: a mesh,
 //! foot at the origin, metres. Every bough is a bent strip of leaf cards with a second one hanging under it.
 
-use super::foliage::{Card, Crown, Cut, VARIANTS, stem};
+use super::foliage::{Card, Crown, Cut, Detail, VARIANTS, stem};
 use super::noise::{mix, shade};
-use super::tree::Detail;
 use super::{Material, Mesh, Vertex};
 use crate::rng;
 use glam::{Vec2, Vec3};

@@ -2,9 +2,8 @@
 //! its windows: seats, dashboard, a driver. In: the body's lines. Out: loose triangles in the body's frame, metres.
 //! Nothing here reaches beyond the body's 5.00 m.
 
-use super::car::{BRAKE, CHROME, DARK, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M};
+use super::finish::{ARCH_RADIUS_M, BRAKE, CHROME, DARK, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M};
 use super::mesh::{Finish, Soup};
-use super::panels::ARCH_RADIUS_M;
 use super::shape::{self, Lines};
 use super::{Material, Mesh, plate};
 use glam::Vec3;

@@ -8,6 +8,17 @@ use super::noise::shade;
 use super::{Material, Mesh, Vertex};
 use glam::{Vec2, Vec3};
 
+/// How much a model shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Detail {
+    /// Every twig: at most 1500 triangles.
+    Near,
+    /// Boughs: at most 400.
+    Mid,
+    /// What throws the shadow: solid, because the shadow's pass cuts nothing out.
+    Shade,
+}
+
 /// What the shader cuts out of a card (`render/leaves.rs` has the same numbers).
 #[repr(u8)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,6 +6,7 @@ pub mod car;
 mod coarse;
 pub mod cockpit;
 mod conifer;
+mod finish;
 mod fittings;
 mod foliage;
 mod forest;

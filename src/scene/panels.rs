@@ -2,14 +2,12 @@
 //! Out: the same in its materials, and the clear covers over its lamps. Metres; places are those before bending.
 
 use super::Material;
-use super::car::{CHROME, DARK, GLASS, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M};
+use super::finish::{ARCH_RADIUS_M, CHROME, DARK, GLASS, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M};
 use super::mesh::Finish;
 use super::shape::{self, CABIN_FRONT_M, Lines};
 use super::skin::{Cell, Skin};
 use glam::{Vec2, Vec3};
 
-/// Radius of a wheel arch around the hub: 4.8 cm around the tyre.
-pub(super) const ARCH_RADIUS_M: f32 = WHEEL_RADIUS_M + 0.048;
 /// Inner wall of the wheel houses.
 const ARCH_DEPTH_M: f32 = 0.58;
 /// Door edges along x at the belt.

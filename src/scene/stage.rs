@@ -1,7 +1,7 @@
 //! Everything that stands still, made once a map. In: a map and a seed. Out: a [`Stage`].
 
+use super::foliage::Detail;
 use super::near::Near;
-use super::tree::Detail;
 use super::{Cockpit, Stage, car, forest, land, road, tree, verge, wheel};
 use crate::map::RoadMap;
 

@@ -3,23 +3,12 @@
 //! stem, boughs by the golden angle whose reach follows the species' outline, twigs on them, leaf cards along the twigs.
 
 use super::conifer;
-use super::foliage::{Card, Crown, Cut, VARIANTS, gathered, stem};
+use super::foliage::{Card, Crown, Cut, Detail, VARIANTS, gathered, stem};
 use super::noise::{mix, shade};
 use super::{Material, Mesh, Vertex};
 use crate::rng::{self, Stream};
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::TAU;
-
-/// How much a model shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Detail {
-    /// Every twig: at most 1500 triangles.
-    Near,
-    /// Boughs: at most 400.
-    Mid,
-    /// What throws the shadow: solid, because the shadow's pass cuts nothing out.
-    Shade,
-}
 
 /// Number of models.
 #[cfg(test)]

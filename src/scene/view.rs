@@ -1,7 +1,7 @@
 //! One picture from one snapshot: where every car stands between two ticks, where the camera is, what colours things
 //! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
-use super::car::{WHEEL_RADIUS_M, WHEELBASE_M};
+use super::finish::{WHEEL_RADIUS_M, WHEELBASE_M};
 use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions, plate};
 use crate::ego::{EgoState, STEERING_RATIO};
 use crate::sim::{CarView, CockpitView, Snapshot};

@@ -1,7 +1,7 @@
 //! One wheel: tyre and a rim of five spokes, so that turning is seen. Axle along y through the origin, outer side towards
 //! +y, metres.
 
-use super::car::{Level, WHEEL_RADIUS_M};
+use super::finish::{Level, WHEEL_RADIUS_M};
 use super::mesh::{Finish, Soup};
 use super::{Material, Mesh};
 use glam::Vec3;

@@ -2,7 +2,7 @@
 
 use crate::place::*;
 use codrive::{
-    render::{OFFSCREEN, Quality, Renderer, crowd::Detail, lens::Optics},
+    render::{OFFSCREEN, Quality, Renderer, detail::Detail, lens::Optics},
     scene::{Camera, Lens, Mesh, Stage, TreePlace, View, ViewKind, ViewOptions},
 };
 use glam::Vec3;
