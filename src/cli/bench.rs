@@ -2,6 +2,7 @@
 
 use super::{CliError, flags};
 use crate::app::bench::{self, Drive, ForceTimes, FrameTimes, Growth, LearningTimes, Report, Startup, Times};
+use crate::scene::ViewKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
@@ -24,7 +25,7 @@ pub(super) fn command() -> Command {
             Arg::new("view")
                 .long("view")
                 .value_name("VIEW")
-                .value_parser(bench::VIEWS.map(|(name, _)| name))
+                .value_parser(ViewKind::NAMED.map(|(name, _)| name))
                 .help("Frames of one view only [default: all]"),
         )
         .arg(
@@ -47,7 +48,8 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     // Start-up first: later the shader cache and the map are warm.
     let (startup, mut picture) = bench::startup(&scenario)?;
     let wanted = matches.get_one::<String>("view");
-    let views: Vec<_> = bench::VIEWS.into_iter().filter(|(name, _)| wanted.is_none_or(|view| view == name)).collect();
+    let views: Vec<_> =
+        ViewKind::NAMED.into_iter().filter(|(name, _)| wanted.is_none_or(|view| view == name)).collect();
     let frames = picture.frames(&views, sizes, count)?;
     let minutes = matches.get_one::<u32>("minutes").copied().unwrap_or(0);
     let drive = (minutes > 0).then(|| drive(&mut picture, minutes, sizes[sizes.len() - 1])).transpose()?;

@@ -7,7 +7,7 @@ use crate::{
     scene::{self, Stage, ViewKind},
     sim::QualityLevel,
 };
-use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use clap::{Arg, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
 /// Largest side of a picture, pixels: what every graphics card can draw.
@@ -39,8 +39,9 @@ pub(super) fn command() -> Command {
 pub(super) fn picture_arguments() -> [Arg; 2] {
     let view = Arg::new("view")
         .long("view")
+        .value_name("VIEW")
         .default_value("driver")
-        .value_parser(PossibleValuesParser::new(["driver", "mirror", "birdseye", "chase"]))
+        .value_parser(ViewKind::NAMED.map(|(name, _)| name))
         .help("From where");
     let size = Arg::new("size")
         .long("size")
@@ -61,12 +62,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 
 /// The view of this name; names are checked by the command line.
 pub(super) fn view_kind(name: &str) -> ViewKind {
-    match name {
-        "mirror" => ViewKind::Mirror,
-        "birdseye" => ViewKind::Birdseye,
-        "chase" => ViewKind::Chase,
-        _ => ViewKind::Driver,
-    }
+    ViewKind::NAMED.iter().find(|(known, _)| *known == name).map_or(ViewKind::Driver, |(_, kind)| *kind)
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {

@@ -227,6 +227,10 @@ pub enum ViewKind {
 }
 
 impl ViewKind {
+    /// All of them by the names that a command line has for them.
+    pub const NAMED: [(&str, Self); 4] =
+        [("driver", Self::Driver), ("mirror", Self::Mirror), ("birdseye", Self::Birdseye), ("chase", Self::Chase)];
+
     /// True for views of the road, which carry the speedometer; from above and in the mirror alone it would only hide cars.
     pub fn has_dial(self) -> bool {
         matches!(self, Self::Driver | Self::Chase)

@@ -9,7 +9,7 @@ mod simulation;
 
 pub use force::{ForceTimes, force};
 pub use learning::{LearningTimes, learning};
-pub use picture::{Drive, FrameTimes, Growth, Picture, SIZES, Startup, VIEWS, growth, startup};
+pub use picture::{Drive, FrameTimes, Growth, Picture, SIZES, Startup, growth, startup};
 pub use recording::{RECORDER_LIMIT_US, recording};
 pub use simulation::{Report, SumoTimes, simulation};
 

@@ -14,14 +14,6 @@ use std::time::Duration;
 /// Sizes of the pictures that are measured, smallest first.
 pub const SIZES: [[u32; 2]; 4] = [[640, 360], [1280, 720], [1920, 1080], [3840, 2160]];
 
-/// Views that are measured, with their names.
-pub const VIEWS: [(&str, ViewKind); 4] = [
-    ("driver", ViewKind::Driver),
-    ("mirror", ViewKind::Mirror),
-    ("birdseye", ViewKind::Birdseye),
-    ("chase", ViewKind::Chase),
-];
-
 /// From nothing to the first picture, milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Startup {
