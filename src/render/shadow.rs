@@ -285,9 +285,11 @@ impl ShadowPass {
     /// All of a standing map, if none that is there or under way serves any more.
     fn at_once(&mut self, scenery: &Scenery, view: &View, wanted: Cover, place: usize) -> Option<Work> {
         let most_m = MOST_STEPS * STEP_M[place];
-        self.next.take_if(|next| next.place == place && !next.cover.serves(&wanted, most_m));
         let map = &mut self.standing[place];
-        if map.cover.is_some_and(|cover| cover.serves(&wanted, most_m)) {
+        let serves = map.cover.is_some_and(|cover| cover.serves(&wanted, most_m));
+        // One that is under way from before must not take the place of a newer one.
+        self.next.take_if(|next| next.place == place && !(serves && next.cover.serves(&wanted, most_m)));
+        if serves {
             return None;
         }
         map.cover = Some(wanted);
