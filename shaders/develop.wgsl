@@ -4,7 +4,7 @@
 override MIRROR: bool = false;
 // Whether edges are smoothed here: otherwise they need it not, or `soften.wgsl` does it.
 override SMOOTH: bool = false;
-// Whether this is as large as its light, pixel for pixel: reading one is cheaper than mixing four.
+// Whether this is as large as its light, pixel for pixel, and a mirror flat: reading one is cheaper than mixing four.
 override EXACT: bool = false;
 
 // From light to the screen's sRGB values. Strong light first spills a little into the other colours, so that a lamp turns
@@ -92,20 +92,25 @@ fn framed(picture: vec3f, at: vec2f, size: vec2f) -> vec4f {
 fn fragment(in: Point) -> @location(0) vec4f {
     let size = print.rect.zw;
     var uv = in.at / size;
+    var pixel = in.at;
     if MIRROR {
-        uv = behind_glass(uv);
+        if !EXACT {
+            uv = behind_glass(uv);
+        }
         uv.x = mix(uv.x, 1.0 - uv.x, print.flip);
+        pixel.x = mix(pixel.x, size.x - pixel.x, print.flip);
     }
     var colour: vec3f;
     if EXACT {
-        colour = load(vec2i(in.at));
+        colour = load(vec2i(pixel));
     } else {
         colour = at(uv);
     }
     if SMOOTH {
         colour = smoothed(uv, colour);
     }
-    colour += print.glow * textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
+    let spread = textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
+    colour += print.glow * spread * spread;
     // Before edges are looked for, noise would make some.
     let picture = tone(colour) + select(dither(in.clip.xy), 0.0, print.soften > 0.5);
     if MIRROR {

@@ -5,7 +5,8 @@
 
 // Above the radiance of a white cloud or a white car in the sun.
 const THRESHOLD = 1.6;
-const MOST = 12.0;
+// As bright as anything is taken for, and what a 1 in the halo's texture stands for.
+override MOST: f32 = 1.0;
 
 // Which of the two steps this is.
 override BLUR: bool = false;
@@ -34,7 +35,8 @@ fn fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
             sum += weight * textureSampleLevel(light, light_sampler, at.xy * texel + off * texel, 0.0).rgb;
             weights += weight;
         }
-        sum /= weights;
+        // Bytes hold the root, which is fine where the halo is faint; the square is taken when it is read.
+        sum = sqrt(sum / (weights * MOST));
     } else {
         // One of this picture for 8 by 8 of the whole: every texel counts once.
         for (var i = 0; i < 16; i++) {

@@ -5,13 +5,16 @@ const PI = 3.14159265;
 // Radius of the horizon in the sky's picture, see `RIM` in `sky.rs`.
 const RIM = 0.96;
 
-// Light from a direction of the cloudless sky, blurred by reduced sizes of its picture; below the horizon, that of the
-// horizon.
+// Light from a direction of the cloudless sky, blurred by reduced sizes of its picture.
 fn sky_light_blurred(direction: vec3f, level: f32) -> vec3f {
+    return textureSampleLevel(sky, sky_sampler, sky_place(direction), level).rgb;
+}
+
+// Place of a direction in the sky's picture; of one below the horizon, that of the horizon.
+fn sky_place(direction: vec3f) -> vec2f {
     let up = clamp(direction.z, 0.0, 1.0);
     let flat_way = direction.xy * inverseSqrt(max(dot(direction.xy, direction.xy), 1e-12));
-    let at = flat_way * sqrt((1.0 - up) / (1.0 + up));
-    return textureSampleLevel(sky, sky_sampler, 0.5 + 0.5 * RIM * at, level).rgb;
+    return 0.5 + 0.5 * RIM * flat_way * sqrt((1.0 - up) / (1.0 + up));
 }
 
 fn sky_light(direction: vec3f) -> vec3f {
@@ -144,6 +147,13 @@ fn through_air(colour: vec3f, world: vec3f) -> vec3f {
     let ray = world - frame.eye.xyz;
     let distance = length(ray);
     let left = exp(-air.extinction.rgb * (distance * frame.eye.w));
-    let veil = sky_light(vec3f(ray.xy, max(ray.z, 0.0) + 0.01 * distance) / max(distance, 0.01));
+    let way = vec3f(ray.xy, max(ray.z, 0.0) + 0.01 * distance) / max(distance, 0.01);
+    var veil: vec3f;
+    if SOFT > 0.5 {
+        veil = sky_light(way);
+    } else {
+        // One texel: of a veil nobody sees where the next begins, and software rendering pays for every texel.
+        veil = textureLoad(sky, vec2i(sky_place(way) * vec2f(textureDimensions(sky))), 0).rgb;
+    }
     return mix(veil, colour, left);
 }

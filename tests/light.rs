@@ -76,7 +76,7 @@ fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
         let body_from_world = Quat::from_rotation_z(-pose.yaw_rad as f32);
         card(&mut cards, Vec3::Z * 1.2 + body_from_world * to_sun * (height / to_sun.z), 1.5, GREY);
         let levels = [cards.clone(), cards.clone(), cards.clone()];
-        let model = CarModel { levels, glass: Default::default(), plan: cards };
+        let model = CarModel { levels, glass: Default::default(), plan: cards.clone(), shade: cards };
         let stage = Stage { cars: vec![model; stage(false).cars.len()], ..stage(false).clone() };
         let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Birdseye, &options);
         let middle = pose.position.as_vec2().extend(1.2);

@@ -142,11 +142,17 @@ impl Crowd {
         let bodies: Vec<_> = (0..models.bodies.len())
             .map(|style| {
                 let of = |car: &&CarInstance| car.style == style;
-                [0, 1, 2, 3].map(|level| self.fill(|list| list.extend(at(level).filter(of).map(body))))
+                std::array::from_fn(|level| self.fill(|list| list.extend(at(level).filter(of).map(body))))
             })
             .collect();
         let all = first..self.instances.len() as u32;
-        let wheels = [0, 1, 2].map(|level| self.fill(|list| list.extend(at(level).flat_map(wheels))));
+        let [near, mid, far, shade] =
+            [CarDetail::Near, CarDetail::Mid, CarDetail::Far, CarDetail::Shade].map(|level| at(level as usize));
+        let wheels = [
+            self.fill(|list| list.extend(near.flat_map(wheels))),
+            self.fill(|list| list.extend(mid.flat_map(wheels))),
+            self.fill(|list| list.extend(far.chain(shade).flat_map(wheels))),
+        ];
         let tufts = around.forest.map_or(&[][..], |forest| &forest.tufts);
         let wanted = |tuft: &&Tree| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.iter().filter(wanted).map(|tuft| tuft.instance)));

@@ -11,7 +11,7 @@ pub struct Batches {
     /// All car bodies: the patches of contact shade under them.
     pub cars: Range<u32>,
     /// Car bodies by style and [`CarDetail`].
-    pub bodies: Vec<[Range<u32>; 4]>,
+    pub bodies: Vec<[Range<u32>; CAR_LEVELS]>,
     /// Wheels by level.
     pub wheels: [Range<u32>; 3],
     /// Tufts of grass.
@@ -44,7 +44,12 @@ pub enum CarDetail {
     Far,
     /// As a shape seen from above, without wheels.
     Plan,
+    /// As what throws its shadow where that is coarse.
+    Shade,
 }
+
+/// Number of details.
+pub(super) const CAR_LEVELS: usize = 5;
 
 /// How finely a tree is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,8 +74,10 @@ const FITTED_PX: f32 = 100.0;
 const MID_PX: f32 = 36.0;
 /// Radius from which a car seen from above is more than its outline, pixels.
 const PLAN_PX: f32 = 7.5;
-/// Share of these radii over which one level gives way to the other.
+/// Share of these radii over which one level of a tree gives way to the other.
 const BAND: f32 = 0.22;
+/// And where a pixel has one sample, which belongs to either level: such a mix is coarse, so that fewer trees shall be in it.
+const STIPPLED_BAND: f32 = 0.1;
 
 impl CarDetail {
     /// The detail for a car that is this large in the picture, which may be taken from above.
@@ -85,10 +92,11 @@ impl CarDetail {
 }
 
 impl Detail {
-    /// One level, or around a switch both: the finer one with its share of the pixels, the coarser one with the negative
-    /// of that (`gone` in `fade.wgsl`).
-    pub fn shares(radius_px: f32) -> Levels {
-        let share = |at: f32| ((radius_px / at - 1.0) / BAND + 0.5).clamp(0.0, 1.0);
+    /// One level, or around a switch both: the finer one with its share of the samples, of which a pixel has as many, the
+    /// coarser one with the negative of that (`kept` in `fade.wgsl`).
+    pub fn shares(radius_px: f32, samples: u32) -> Levels {
+        let band = if samples == 1 { STIPPLED_BAND } else { BAND };
+        let share = |at: f32| ((radius_px / at - 1.0) / band + 0.5).clamp(0.0, 1.0);
         for (at, finer, coarser) in [(NEAR_PX, Self::Near, Self::Mid), (MID_PX, Self::Mid, Self::Far)] {
             match share(at) {
                 1.0 => return [Some((finer, 1.0)), None],

@@ -4,6 +4,7 @@
 use crate::scene::{Camera, Lens};
 
 use super::{
+    glow,
     layout::Print,
     pipeline::{Recipe, Workshop},
 };
@@ -18,16 +19,17 @@ const GLOW: f32 = 0.30;
 const MIRROR_TOP: f32 = 0.02;
 
 /// The pipelines: for pictures and for mirrors, the same with smoothed edges, for the edges of a developed picture, and for
-/// a picture before that; made anew when shaders are reloaded.
+/// a picture and a flat mirror before that; made anew when shaders are reloaded.
 #[derive(Debug)]
-pub struct DevelopPipeline([wgpu::RenderPipeline; 6]);
+pub struct DevelopPipeline([wgpu::RenderPipeline; 7]);
 
 /// How far smoothing edges reaches (`edges.wgsl`), and a pixel more.
 const SMOOTHED_PX: f32 = 4.0;
 /// Number of the pipeline for the edges of a developed picture.
 const SOFTEN: usize = 4;
-/// And for a picture that is as large as its light.
+/// And for a picture that is as large as its light, which may be that of a flat mirror.
 const EXACT: usize = 5;
+const EXACT_MIRROR: usize = 6;
 
 /// The glass of a mirror: what is drawn behind it, and how it shows that.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -217,7 +219,9 @@ impl DevelopPass {
         let smooth = Recipe { constants: &[("SMOOTH", 1.0)], ..picture.clone() };
         let smooth_mirror = Recipe { constants: &[("MIRROR", 1.0), ("SMOOTH", 1.0)], ..mirror.clone() };
         let exact = Recipe { constants: &[("EXACT", 1.0)], ..picture.clone() };
-        workshop.pipelines([picture, mirror, smooth, smooth_mirror, soften, exact]).map(DevelopPipeline)
+        let exact_mirror = Recipe { constants: &[("MIRROR", 1.0), ("EXACT", 1.0)], ..picture.clone() };
+        let made = workshop.pipelines([picture, mirror, smooth, smooth_mirror, soften, exact, exact_mirror]);
+        made.map(DevelopPipeline)
     }
 
     /// Tells the pass that the pictures' textures are new, the main one of `size` pixels; with `soften`, edges of the main
@@ -287,7 +291,7 @@ impl DevelopPass {
             lens: alone.map_or([0.0; 4], |glass| glass.print()),
             flip: f32::from(u8::from(alone.is_some())),
             exposure,
-            glow: GLOW * exposure,
+            glow: GLOW * glow::MOST * exposure,
             soften: f32::from(u8::from(self.flat.is_some())),
             ..sheet_of(first)
         };
@@ -306,6 +310,7 @@ impl DevelopPass {
         let here = if smooth { 2 } else { 0 };
         let main = match (alone, &self.flat) {
             (None, Some(_)) => EXACT,
+            (Some(glass), Some(_)) if glass.bend <= 0.0 => EXACT_MIRROR,
             (Some(_), Some(_)) => 1,
             (alone, None) => usize::from(alone.is_some()) + here,
         };

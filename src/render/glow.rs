@@ -1,5 +1,6 @@
 //! Part of developing: the small halo around lamps and glints. In: the main picture's light. Out: a texture an eighth of
-//! its size, in two draws: what is brighter than paper in the sun, and that blurred.
+//! its size, in two draws: what is brighter than paper in the sun, and that blurred. The latter holds the square root of the
+//! light's share of [`MOST`] in bytes, which software rendering filters in a third of the time that light takes.
 
 use super::{
     pipeline::{HDR, Recipe, Workshop},
@@ -8,6 +9,10 @@ use super::{
 
 /// How much smaller the halo's texture is.
 const SMALLER: u32 = 8;
+/// The strongest light in a halo.
+pub const MOST: f32 = 12.0;
+/// Formats of the two textures.
+const FORMATS: [wgpu::TextureFormat; 2] = [HDR, wgpu::TextureFormat::Rgba8Unorm];
 
 /// The two pipelines; made anew when shaders are reloaded.
 #[derive(Debug)]
@@ -60,7 +65,7 @@ impl GlowPass {
                 ..Default::default()
             }),
             group_layout,
-            targets: [(); 2].map(|()| target(device, [1, 1])),
+            targets: FORMATS.map(|format| target(device, format, [1, 1])),
             groups: None,
         }
     }
@@ -74,21 +79,25 @@ impl GlowPass {
             program: "glow",
             layout: &self.layout,
             buffers: &[],
-            colour: Some((HDR, None)),
+            colour: Some((FORMATS[0], None)),
             depth: None,
             cull: None,
             writes: wgpu::ColorWrites::ALL,
             samples: 1,
             cut_out: false,
-            constants: &[],
+            constants: &[("MOST", MOST as f64)],
         };
-        let blurred = Recipe { constants: &[("BLUR", 1.0)], ..small.clone() };
+        let blurred = Recipe {
+            colour: Some((FORMATS[1], None)),
+            constants: &[("MOST", MOST as f64), ("BLUR", 1.0)],
+            ..small.clone()
+        };
         workshop.pipelines([small, blurred]).map(GlowPipelines)
     }
 
     /// Makes the textures fit a picture of `size` pixels.
     pub fn fit(&mut self, device: &wgpu::Device, light: &wgpu::TextureView, size: [u32; 2]) {
-        self.targets = [(); 2].map(|()| target(device, size.map(|side| side.div_ceil(SMALLER))));
+        self.targets = FORMATS.map(|format| target(device, format, size.map(|side| side.div_ceil(SMALLER))));
         self.groups = Some([light, &self.targets[0]].map(|view| {
             device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("glow"),
@@ -135,14 +144,14 @@ impl GlowPass {
     }
 }
 
-fn target(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::TextureView {
+fn target(device: &wgpu::Device, format: wgpu::TextureFormat, [width, height]: [u32; 2]) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("glow"),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: HDR,
+        format,
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     });

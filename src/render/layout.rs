@@ -67,7 +67,7 @@ pub struct Print {
     pub exposure: f32,
     /// 1 to filter the steps along edges, else 0.
     pub soften: f32,
-    /// Factor on the halo; 0 for a picture without one.
+    /// Light of a halo where its texture holds a 1; 0 for a picture without one.
     pub glow: f32,
     /// A mirror's glass, see [`Glass`](super::develop::Glass): tangents of half its angles, curvature, share of the
     /// drawn picture that is seen in its middle.

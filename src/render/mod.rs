@@ -14,7 +14,6 @@ pub mod dial;
 pub mod glow;
 pub mod gpu;
 pub mod grain;
-mod hand_over;
 pub mod impostor;
 pub mod layout;
 pub mod leaves;
@@ -126,15 +125,15 @@ impl Renderer {
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
-        let drawn = self.quality.drawn_size(size);
+        // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
+        let alone = view.kind == ViewKind::Mirror;
+        let drawn = self.quality.drawn_size(size, alone);
         let smooth = self.quality.msaa == 1;
         if main.fit(device, drawn) | mirror.fit(device, inset) {
             glow.fit(device, main.light(), drawn);
             develop.fit(device, [main.light(), mirror.light(), glow.halo()], drawn, smooth && drawn == size);
         }
 
-        // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
-        let alone = view.kind == ViewKind::Mirror;
         let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
         let aspect = |[width, height]: [u32; 2]| width as f32 / height.max(1) as f32;
         let glass = |camera: &Camera, size| Glass::new(camera, view.mirror_bend, aspect(size));

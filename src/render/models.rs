@@ -2,7 +2,7 @@
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
-use super::detail::{Batches, Detail};
+use super::detail::{Batches, CAR_LEVELS, Detail};
 use super::impostor::{self, Extent};
 use crate::scene::{Cockpit, Mesh, Stage, Vertex};
 use glam::Vec3;
@@ -40,7 +40,7 @@ pub struct Models {
     /// A tuft of grass.
     pub tuft: Model,
     /// Cars without wheels, by style and [`CarDetail`](super::detail::CarDetail).
-    pub bodies: Vec<[Model; 4]>,
+    pub bodies: Vec<[Model; CAR_LEVELS]>,
     /// Windows of the near and mid ones.
     pub glass: Vec<[Model; 2]>,
     /// What the driver sees of the own car: bonnet, shelf, cabin, steering wheel.
@@ -69,7 +69,7 @@ impl Models {
         let tuft = add(&stage.tuft);
         let bodies = stage.cars.iter().map(|car| {
             let [near, mid, far] = &car.levels;
-            [near, mid, far, &car.plan].map(&mut add)
+            [near, mid, far, &car.plan, &car.shade].map(&mut add)
         });
         let bodies = bodies.collect();
         let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();

@@ -5,7 +5,6 @@ use super::{
     air::{self, AirPass},
     crowd::{Around, Crowd},
     detail::{CarDetail, Detail},
-    hand_over::HandOver,
     layout::{Frame, instance_buffer, mesh_buffers},
     lens::Optics,
     pipeline::{DEPTH, HDR, Recipe, Workshop},
@@ -72,7 +71,6 @@ pub struct PicturePass {
     clouds: wgpu::BindGroup,
     crowd: Crowd,
     targets: Targets,
-    hand_over: HandOver,
 }
 
 impl Bindings {
@@ -337,7 +335,6 @@ impl PicturePass {
             frame,
             crowd: Crowd::new(device, &scenery.forest, 64),
             targets: Targets::new(device, label, [1, 1], quality.msaa),
-            hand_over: HandOver::new(device, scenery.software),
         }
     }
 
@@ -386,7 +383,7 @@ impl PicturePass {
                 optics.sees(centre, radius_m).then(detail)
             },
             |centre, radius_m| match optics.sees(centre, radius_m) {
-                true => Detail::shares(optics.pixels(centre, radius_m) * self.detail),
+                true => Detail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),
                 false => Default::default(),
             },
             optics.camera.eye,
@@ -400,7 +397,6 @@ impl PicturePass {
         let clouds = &self.clouds;
         let mut pass = self.targets.begin(encoder, self.label, stamps);
         let pass = &mut pass;
-        let mut hand_over = self.hand_over.stamps();
         pass.set_bind_group(0, &self.group, &[]);
         models.bind(pass);
         crowd.bind(pass, 1);
@@ -417,17 +413,14 @@ impl PicturePass {
         pass.set_pipeline(&materials.car);
         models.draw_cars(pass, &batches);
         models.posts.draw(pass, seen);
-        hand_over(pass);
         pass.set_pipeline(&materials.cover);
         models.draw_trees(pass, &batches.trees);
-        hand_over(pass);
         pass.set_pipeline(&materials.tree);
         models.draw_trees(pass, &batches.trees);
         for pipeline in [&materials.far_cover, &materials.impostor] {
             pass.set_pipeline(pipeline);
             models.draw_far_trees(pass, &batches.trees);
         }
-        hand_over(pass);
         pass.set_pipeline(&materials.grass);
         models.tuft.draw(pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);

@@ -9,7 +9,8 @@ pub struct Quality {
     pub msaa: u32,
     /// Side of each of the three shadow maps, texels.
     pub shadow_size: u32,
-    /// Resolution of the mirror's picture in pixels of the inset, 0.25 to 2.
+    /// Resolution of the mirror's picture in pixels of the inset, 0.25 to 2; up to 1 also where the mirror is the whole
+    /// picture.
     pub mirror_scale: f32,
     /// Most pixels of the main picture: one of more is drawn smaller, by one factor on both sides, and filtered up when it
     /// is developed. Dial and panel are drawn over it at full size.
@@ -23,7 +24,7 @@ pub struct Quality {
     /// Up to this distance tufts of grass are drawn, metres.
     #[serde(default = "grass_m")]
     pub grass_m: f32,
-    /// Factor on the size by which the levels of trees are chosen, up to 1: at 0.4, a level serves until it is 2.5 times as
+    /// Factor on the size by which the levels of trees are chosen, up to 1: at 0.5, a level serves until it is twice as
     /// large. Those of cars are the same everywhere.
     #[serde(default = "detail")]
     pub detail: f32,
@@ -51,7 +52,7 @@ impl Quality {
         anisotropy: 1,
         fine: false,
         grass_m: 13.0,
-        detail: 0.4,
+        detail: 0.3,
     };
     /// Smooth edges; the picture of `codrive render`.
     pub const MEDIUM: Self = Self {
@@ -67,16 +68,17 @@ impl Quality {
     /// Medium where the processor draws: edges are filtered when the picture is developed, and a picture of more than
     /// 1280x720 is drawn at that size.
     pub const MEDIUM_SOFTWARE: Self =
-        Self { msaa: 1, most_pixels: 1280 * 720, fine: false, grass_m: 24.0, detail: 0.5, ..Self::MEDIUM };
+        Self { msaa: 1, most_pixels: 1280 * 720, fine: false, grass_m: 24.0, detail: 0.4, ..Self::MEDIUM };
     /// For a GPU.
     pub const HIGH: Self = Self { shadow_size: 3072, anisotropy: 8, grass_m: 60.0, ..Self::MEDIUM };
 }
 
 impl Quality {
-    /// Size in which a main picture of `size` pixels is drawn.
-    pub fn drawn_size(&self, size: [u32; 2]) -> [u32; 2] {
+    /// Size in which a main picture of `size` pixels is drawn, which may be that of a `mirror` alone.
+    pub fn drawn_size(&self, size: [u32; 2], mirror: bool) -> [u32; 2] {
         let pixels = (size[0] * size[1]) as f32;
-        let scale = (self.most_pixels as f32 / pixels).sqrt().min(1.0);
+        let most = if mirror { self.mirror_scale.min(1.0) } else { 1.0 };
+        let scale = (self.most_pixels as f32 / pixels).sqrt().min(most);
         size.map(|side| ((side as f32 * scale).round() as u32).max(1))
     }
 }

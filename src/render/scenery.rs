@@ -10,8 +10,6 @@ pub struct Scenery {
     pub device: wgpu::Device,
     /// Takes data.
     pub queue: wgpu::Queue,
-    /// True if the processor draws.
-    pub software: bool,
     /// Meshes.
     pub models: Models,
     /// Placed trees.
@@ -36,7 +34,6 @@ impl Scenery {
         Self {
             device: device.clone(),
             queue: queue.clone(),
-            software: gpu.is_software(),
             forest: Forest::new(stage, &models),
             grain: grain::upload(device, queue, &grain),
             leaves: leaves::upload(device, queue),

@@ -25,7 +25,9 @@ use glam::Vec3;
 
 /// What throws those shadows where leaves do.
 const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
-/// Width of a texel from which cars throw the shadow of their coarsest body, metres.
+/// Width of a texel from which cars throw the shadow of their far body where shadows are not fine, metres.
+const FAR_M: f32 = 0.025;
+/// From which they throw that of a lump, wherever.
 const COARSE_M: f32 = 0.05;
 /// And from which that of their plan.
 const PLAN_M: f32 = 0.16;
@@ -253,7 +255,7 @@ impl ShadowPass {
         optics: &Optics,
     ) -> Lights {
         let wanted = covers(view.to_sun, optics);
-        let batches = self.layers[0].gather(scenery, view, wanted[0], None, self.size);
+        let batches = self.layers[0].gather(scenery, view, wanted[0], None, (self.size, self.fine));
         let mut works = vec![Work { layer: 0, batches, clear: true }];
         works.extend((0..2).filter_map(|place| self.at_once(scenery, view, wanted[place + 1], place)));
         works.extend(self.part_of_next(scenery, view, [wanted[1], wanted[2]]));
@@ -294,7 +296,7 @@ impl ShadowPass {
         }
         map.cover = Some(wanted);
         let layer = map.layer;
-        let batches = self.layers[layer].gather(scenery, view, wanted, Some(self.shade(place)), self.size);
+        let batches = self.layers[layer].gather(scenery, view, wanted, Some(self.shade(place)), (self.size, self.fine));
         Some(Work { layer, batches, clear: true })
     }
 
@@ -305,7 +307,7 @@ impl ShadowPass {
             && let Some(place) = (0..2).find(lags)
         {
             let (cover, shade) = (wanted[place], self.shade(place));
-            let batches = self.layers[self.spare].gather(scenery, view, cover, Some(shade), self.size);
+            let batches = self.layers[self.spare].gather(scenery, view, cover, Some(shade), (self.size, self.fine));
             self.next = Some(Next { place, cover, batches, done: 0 });
         }
         let next = self.next.as_mut()?;
@@ -328,16 +330,24 @@ impl ShadowPass {
 }
 
 impl Layer {
-    fn gather(&mut self, scenery: &Scenery, view: &View, cover: Cover, trees: Option<Detail>, size: u32) -> Batches {
+    fn gather(
+        &mut self,
+        scenery: &Scenery,
+        view: &View,
+        cover: Cover,
+        trees: Option<Detail>,
+        (size, fine): (u32, bool),
+    ) -> Batches {
         let (queue, light) = (&scenery.queue, cover.clip_from_world(size));
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
         let around = Around { forest: trees.map(|_| &scenery.forest), inside: None };
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
         let detail = trees.unwrap_or(Detail::Shade);
-        // Where a texel is as wide as a pillar, the coarsest body has the same shadow.
+        // Where a texel is as wide as a pillar, a lump has the same shadow.
         let car = match cover.texel_m(size) {
             texel_m if texel_m > PLAN_M => CarDetail::Plan,
-            texel_m if texel_m > COARSE_M => CarDetail::Far,
+            texel_m if texel_m > COARSE_M => CarDetail::Shade,
+            texel_m if texel_m > FAR_M && !fine => CarDetail::Far,
             _ => CarDetail::Mid,
         };
         self.crowd.gather(

@@ -3,7 +3,7 @@
 //! wheels sit. The left half of a body is lofted through cross-sections (`shape`), closed at both ends, bent into nose and
 //! tail, then cut (`panels`) into windows, lamps, arches and doors, and doubled.
 
-use super::coarse::coarse;
+use super::coarse::{Kept, coarse};
 use super::finish::{CREASE_RAD, DARK, Level, PAINT, TRACK_M, TRIM, WHEEL_RADIUS_M, WHEELBASE_M};
 use super::mesh::{Finish, Soup};
 use super::shape::{self, CABIN_FRONT_M, Lines, STYLES};
@@ -32,13 +32,16 @@ pub fn models() -> Vec<CarModel> {
             glass
         });
         let far = far.whole();
-        CarModel { plan: coarse(&far, PLAN_M), levels: [near.open(), mid.open(), far], glass }
+        let (plan, shade) = (coarse(&far, PLAN_M, Kept::Outermost), coarse(&far, SHADE_M, Kept::Innermost));
+        CarModel { plan, shade, levels: [near.open(), mid.open(), far], glass }
     };
     parts.chunks(3).map(model).collect()
 }
 
 /// Boxes of the plan's corners, metres: a pixel and a half where it begins to be drawn.
 const PLAN_M: Vec3 = Vec3::new(0.42, 0.22, 0.30);
+/// And of the corners of what throws a shadow: two to four texels of the map.
+const SHADE_M: Vec3 = Vec3::new(0.20, 0.14, 0.10);
 
 /// 54 degrees: the body has no edge that light does not run round, but where it is cut.
 const SKIN_CREASE_RAD: f32 = 0.95;
@@ -338,6 +341,40 @@ mod tests {
                     (filled[0][i] && !near(&filled[1])) || (filled[1][i] && !near(&filled[0]))
                 });
                 assert_eq!(differ.count(), 0, "style {style}, direction {k}: pixels beyond one");
+            }
+        }
+    }
+
+    #[test]
+    fn a_coarse_shadow_lies_within_the_bodys_and_is_as_large_within_two_texels() {
+        // A texel of the map at low (`render/shadow`), under a sun that is high, at half height and low.
+        const TEXEL_M: f32 = 0.0625;
+        for (style, model) in models().iter().enumerate() {
+            check(&model.shade, "shade");
+            let [.., far] = &model.levels;
+            assert!(
+                model.shade.triangles() * 3 < far.triangles(),
+                "{} of {}",
+                model.shade.triangles(),
+                far.triangles()
+            );
+            for k in 0..12 {
+                let (sin, cos) = (std::f32::consts::TAU * (k as f32 + 0.3) / 12.0).sin_cos();
+                let towards = Vec3::new(cos, sin, [-2.0, -0.9, -0.2][k % 3]).normalize();
+                let [body, lump] = [far, &model.shade].map(|mesh| silhouette(mesh, towards, TEXEL_M));
+                let beyond = |of: &[bool], by: &[bool], reach: usize| {
+                    let around =
+                        |i: usize| (0..=2 * reach).flat_map(move |y| (0..=2 * reach).map(move |x| i + y * SIDE + x));
+                    let first = reach * (SIDE + 1);
+                    (first..SIDE * SIDE - first).filter(|&i| of[i] && !around(i - first).any(|j| by[j])).count()
+                };
+                assert!(body.iter().filter(|f| **f).count() > 500, "something is seen");
+                let off = [beyond(&lump, &body, 1), beyond(&body, &lump, 2)];
+                // Under a low sun one texel of a thousand is three off: something thin became thinner.
+                assert!(
+                    off[0] == 0 && off[1] <= 1,
+                    "style {style}, direction {k}: {off:?} texels of the lump, of the body"
+                );
             }
         }
     }

@@ -1,8 +1,9 @@
-//! A mesh made coarse, for pictures taken from so high above that a whole car is a few pixels. In: a mesh. Out: one with a
-//! tenth of the triangles and the same outline seen from above. Metres.
+//! A mesh made coarse: for pictures taken from so high above that a whole car is a few pixels, and for shadows. In: a mesh.
+//! Out: one with a tenth of the triangles and much the same outline seen from above. Metres.
 //!
 //! Corners that lie in one box of a lattice become one corner (vertex clustering; Rossignac and Borrel 1993): the one that
-//! is furthest out, so that nothing shrinks. What faces down is left out.
+//! is furthest out, so that nothing shrinks, or furthest in, so that nothing sticks out of the mesh. What faces down is left
+//! out.
 
 use super::{Mesh, Vertex};
 use glam::{IVec3, Vec3};
@@ -14,19 +15,26 @@ const DOWNWARDS: f32 = -0.3;
 /// What makes two corners of the coarse mesh one: box, material, colour.
 type Shared = ([i32; 3], u32, [u32; 3]);
 
+/// Which corner of a box stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kept {
+    Outermost,
+    Innermost,
+}
+
 /// The mesh with the corners in each box of `cell_m` drawn together.
-pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3) -> Mesh {
+pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: Kept) -> Mesh {
     let (low, high) = mesh.bounds();
     let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(Vec3::splat(1e-3)));
     let place = |i: u32| Vec3::from(mesh.vertices[i as usize].position);
     // Boxes lie evenly about the middle, so that both sides of a car are alike.
     let cell = |p: Vec3| ((p - middle) / cell_m).round().as_ivec3();
     let out = |p: Vec3| ((p - middle) / half).length_squared();
-    let mut furthest: BTreeMap<[i32; 3], Vec3> = BTreeMap::new();
+    let mut kept: BTreeMap<[i32; 3], Vec3> = BTreeMap::new();
     for &i in &mesh.indices {
         let p = place(i);
-        let kept = furthest.entry(cell(p).to_array()).or_insert(p);
-        if out(p) > out(*kept) {
+        let kept = kept.entry(cell(p).to_array()).or_insert(p);
+        if (out(p) > out(*kept)) == (which == Kept::Outermost) {
             *kept = p;
         }
     }
@@ -52,7 +60,7 @@ pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3) -> Mesh {
             let vertex = &mesh.vertices[triangle[k] as usize];
             let key = (cells[k].to_array(), vertex.material, vertex.colour.map(f32::to_bits));
             let number = *numbers.entry(key).or_insert_with(|| {
-                let position = furthest[&key.0].to_array();
+                let position = kept[&key.0].to_array();
                 result.vertex(Vertex { position, normal: [0.0; 3], ..*vertex })
             });
             let shared = &mut result.vertices[number as usize];
@@ -82,7 +90,7 @@ mod tests {
         let mut soup = Soup::default();
         soup.ellipsoid(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0), [24, 48], |_| Finish::grey(Material::Paint, 0.5));
         let fine = soup.into_mesh(0.7);
-        let lump = coarse(&fine, Vec3::splat(0.4));
+        let lump = coarse(&fine, Vec3::splat(0.4), Kept::Outermost);
         check(&lump, "lump");
         assert!(lump.triangles() * 5 < fine.triangles(), "{} of {}", lump.triangles(), fine.triangles());
         let ((low, high), (fine_low, fine_high)) = (lump.bounds(), fine.bounds());

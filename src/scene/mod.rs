@@ -114,6 +114,9 @@ pub struct CarModel {
     /// For pictures from above in which a car is a few pixels, and for shadows in them: with windows that are not seen
     /// through and without an underside. What wheels would show is hidden.
     pub plan: Mesh,
+    /// Throws the shadow where a texel of the map is too wide for more: lies within the far level, so that it does not shade
+    /// the body, and has no underside.
+    pub shade: Mesh,
 }
 
 /// Everything that stands still during a drive.

@@ -59,7 +59,7 @@ fn changes_without_a_jump(bare: &Stage, quality: Quality, yaw_rad: f32) {
         };
         for switch_px in [85.0, 36.0] {
             let [finer, coarser] = [1.12, 0.88].map(|factor| {
-                let [one, other] = Detail::shares(switch_px * factor);
+                let [one, other] = Detail::shares(switch_px * factor, quality.msaa);
                 assert!(other.is_none(), "{switch_px} px times {factor} is between two levels");
                 one.expect("a level").0
             });
