@@ -61,9 +61,11 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     return s;
 }
 
-// Share of the second picture: from one to the next over the middle third between their directions.
+// Share of the second picture: from one to the next over the middle third between their directions, or, where a pixel shows
+// either of them and trees that do both are stippled, over a tenth.
 fn turned(in: Surface) -> f32 {
-    return smoothstep(0.33, 0.67, in.pictures.z);
+    let half = select(0.17, 0.05, SAMPLES == 1u);
+    return smoothstep(0.5 - half, 0.5 + half, in.pictures.z);
 }
 
 // Number of the picture for a pixel of one sample.
