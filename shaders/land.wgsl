@@ -1,16 +1,25 @@
 // Meadow and hills: around the mesh's own colour, blades and clumps of grass that shade each other.
 
+// Seen from so high above through a parallel lens that no blade is seen and no air: the same picture for less.
+override AFAR: bool = false;
+// Width of a pixel from which that holds, metres (`render/picture.rs`).
+override AFAR_M: f32 = 1.0;
+
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
     let view = to_eye(in.world);
     let p = in.world.xy;
     // How wide a pixel is, metres: each grain fades before its repetition is as small as a few pixels.
     let thin_m = sqrt(min(dot(dpdx(p), dpdx(p)), dot(dpdy(p), dpdy(p))));
-    let near = 1.0 - smoothstep(0.030, 0.075, thin_m);
+    var near = 0.0;
     let mid = 1.0 - smoothstep(0.13, 0.55, thin_m);
 
     // Blades of 6 to 20 cm. Clumps of 20 cm to 2 m, their places bent by waves that fit into no repetition of the grain.
-    let blades = grain_aslant(vec2f(0.94 * p.x - 0.34 * p.y, 0.34 * p.x + 0.94 * p.y) / 3.3);
+    var blades = vec4f(0.5);
+    if !AFAR {
+        near = 1.0 - smoothstep(0.030, AFAR_M, thin_m);
+        blades = grain_aslant(vec2f(0.94 * p.x - 0.34 * p.y, 0.34 * p.x + 0.94 * p.y) / 3.3);
+    }
     let bent = p + 2.7 * sin(p.yx * vec2f(0.097, 0.083) + vec2f(1.3, 0.2)) + 0.3 * sin(p.yx * vec2f(0.391, 0.447));
     // On hills kilometres away the same grain stands for woods and fields.
     let distant = smoothstep(0.9, 1.6, thin_m);
@@ -50,5 +59,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let against = clamp(dot(-view, frame.to_sun_time.xyz), 0.0, 1.0);
     let through = 0.3 * against * against * vec3f(1.0, 1.05, 0.4);
     let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * (0.82 + 0.5 * deep));
+    if AFAR {
+        return vec4f(light, 1.0);
+    }
     return vec4f(through_air(light, in.world), 1.0);
 }

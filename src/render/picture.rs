@@ -16,6 +16,9 @@ use super::{
 use crate::scene::View;
 use glam::Vec3;
 
+/// Width of a pixel from which no blade of grass is seen, metres.
+const AFAR_M: f32 = 0.075;
+
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
 #[derive(Debug)]
@@ -26,6 +29,8 @@ pub struct Materials {
     glass: wgpu::RenderPipeline,
     road: wgpu::RenderPipeline,
     land: wgpu::RenderPipeline,
+    /// The same where a pixel is at least [`AFAR_M`] wide, seen from above.
+    land_afar: wgpu::RenderPipeline,
     contact: wgpu::RenderPipeline,
     root: wgpu::RenderPipeline,
     cover: wgpu::RenderPipeline,
@@ -168,6 +173,7 @@ impl Bindings {
         // Programs without sunshine leave the constant alone.
         let soft = ("SOFT", f64::from(u8::from(quality.fine)));
         let samples = ("SAMPLES", f64::from(quality.msaa));
+        let afar = ("AFAR_M", f64::from(AFAR_M));
         let solid = Recipe {
             program: "road",
             layout: &self.pipeline,
@@ -222,7 +228,8 @@ impl Bindings {
                 ..solid.clone()
             },
             Recipe { program: "road", ..solid.clone() },
-            Recipe { program: "land", ..solid.clone() },
+            Recipe { program: "land", constants: &[soft, afar], ..solid.clone() },
+            Recipe { program: "land", constants: &[soft, afar, ("AFAR", 1.0)], ..solid.clone() },
             cover.clone(),
             Recipe { program: "tree", ..covered.clone() },
             Recipe { program: "far_cover", ..cover },
@@ -266,8 +273,23 @@ impl Bindings {
                 ..solid
             },
         ])?;
-        let [hidden, car, uncoated, glass, road, land, cover, tree, far_cover, impostor, grass, contact, root, sky] =
-            made;
+        let [
+            hidden,
+            car,
+            uncoated,
+            glass,
+            road,
+            land,
+            land_afar,
+            cover,
+            tree,
+            far_cover,
+            impostor,
+            grass,
+            contact,
+            root,
+            sky,
+        ] = made;
         Ok(Materials {
             hidden,
             car,
@@ -275,6 +297,7 @@ impl Bindings {
             glass,
             road,
             land,
+            land_afar,
             contact,
             root,
             cover,
@@ -425,7 +448,8 @@ impl PicturePass {
         models.tuft.draw(pass, batches.tufts.clone());
         pass.set_pipeline(&materials.road);
         models.road.draw(pass, seen);
-        pass.set_pipeline(&materials.land);
+        let afar = optics.from_above() && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
+        pass.set_pipeline(if afar { &materials.land_afar } else { &materials.land });
         models.land.draw(pass, seen);
         pass.set_pipeline(&materials.contact);
         crowd.bind(pass, 0);
