@@ -19,40 +19,45 @@ const REACH_M: f32 = 3.3;
 /// Radius that stands for a car where its detail is chosen, metres: near up to some 20 m in a picture of 1280 pixels.
 const DETAIL_M: f32 = 1.9;
 
-/// A tree or tuft made ready once: its ball and its instance.
+/// Whether and how a tree or tuft is seen: apart from what is drawn of it, because every picture asks it of all of them.
 #[derive(Clone, Copy, Debug)]
-struct Tree {
+struct Ball {
     centre: Vec3,
     radius_m: f32,
-    instance: Instance,
-    kind: usize,
+    kind: u32,
     /// Stands on the horizon, where it throws no shadow.
     distant: bool,
-    /// The patch of shade at its foot.
+}
+
+/// What is drawn of it.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    instance: Instance,
+    /// The patch of shade at a tree's foot.
     root: Option<Instance>,
 }
+
+/// A tree or tuft made ready once.
+#[derive(Clone, Copy, Debug)]
+struct Tree(Ball, Drawn);
 
 impl Tree {
     fn new(place: &TreePlace, model: &Model, distant: bool) -> Self {
         let turn = Quat::from_rotation_z(place.yaw_rad);
         let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
-        Self {
-            centre: world.transform_point3(model.centre),
-            radius_m: model.radius_m * place.scale,
-            instance: Instance::new(world, place.tint, 1.0),
-            kind: place.kind,
-            distant,
-            root: None,
-        }
+        let (centre, radius_m) = (world.transform_point3(model.centre), model.radius_m * place.scale);
+        let ball = Ball { centre, radius_m, kind: place.kind as u32, distant };
+        Self(ball, Drawn { instance: Instance::new(world, place.tint, 1.0), root: None })
     }
 
     /// With shade on the ground, whose normal this is.
     fn rooted(self, ground: Vec3) -> Self {
         let turn = Quat::from_rotation_arc(Vec3::Z, ground);
-        let foot = self.instance.origin() + 0.08 * ground;
-        let reach = Vec3::splat(ROOT * self.radius_m);
+        let Self(ball, drawn) = self;
+        let foot = drawn.instance.origin() + 0.08 * ground;
+        let reach = Vec3::splat(ROOT * ball.radius_m);
         let world = Affine3A::from_scale_rotation_translation(reach, turn, foot);
-        Self { root: Some(Instance::new(world, [0.0; 3], 1.0)), ..self }
+        Self(ball, Drawn { root: Some(Instance::new(world, [0.0; 3], 1.0)), ..drawn })
     }
 }
 
@@ -60,8 +65,8 @@ impl Tree {
 #[derive(Clone, Debug)]
 pub struct Forest {
     kinds: usize,
-    trees: Vec<Tree>,
-    tufts: Vec<Tree>,
+    trees: (Vec<Ball>, Vec<Drawn>),
+    tufts: (Vec<Ball>, Vec<Drawn>),
 }
 
 impl Forest {
@@ -70,13 +75,14 @@ impl Forest {
         let grown = |distant: bool| move |place: &TreePlace| Tree::new(place, &models.trees[place.kind][0], distant);
         let near = stage.tree_places.iter().map(grown(false));
         let near = near.zip(&stage.tree_grounds).map(|(tree, ground)| tree.rooted(*ground));
-        let trees = near.chain(stage.far_tree_places.iter().map(grown(true))).collect();
-        let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft, false)).collect();
+        let parts = |Tree(ball, drawn)| (ball, drawn);
+        let trees = near.chain(stage.far_tree_places.iter().map(grown(true))).map(parts).unzip();
+        let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft, false)).map(parts).unzip();
         Self { kinds: models.trees.len(), trees, tufts }
     }
 
     fn count(&self) -> usize {
-        self.trees.len() + self.tufts.len()
+        self.trees.0.len() + self.tufts.0.len()
     }
 }
 
@@ -106,7 +112,7 @@ impl Crowd {
         Self {
             buffer: instance_buffer(device, capacity),
             instances: Vec::with_capacity(capacity),
-            found: Vec::with_capacity(2 * forest.trees.len()),
+            found: Vec::with_capacity(2 * forest.trees.0.len()),
         }
     }
 
@@ -153,9 +159,9 @@ impl Crowd {
             self.fill(|list| list.extend(mid.flat_map(wheels))),
             self.fill(|list| list.extend(far.chain(shade).flat_map(wheels))),
         ];
-        let tufts = around.forest.map_or(&[][..], |forest| &forest.tufts);
-        let wanted = |tuft: &&Tree| grass(tuft.centre, tuft.radius_m);
-        let tufts = self.fill(|list| list.extend(tufts.iter().filter(wanted).map(|tuft| tuft.instance)));
+        let tufts = around.forest.iter().flat_map(|forest| forest.tufts.0.iter().zip(&forest.tufts.1));
+        let wanted = |(tuft, _): &(&Ball, &Drawn)| grass(tuft.centre, tuft.radius_m);
+        let tufts = self.fill(|list| list.extend(tufts.filter(wanted).map(|(_, drawn)| drawn.instance)));
         let trees = around.forest.map_or(Vec::new(), |forest| self.trees(forest, levels, eye));
         let roots = self.roots(around.forest, eye);
         if (self.instances.len() * size_of::<Instance>()) as u64 > self.buffer.size() {
@@ -174,12 +180,12 @@ impl Crowd {
     fn roots(&mut self, forest: Option<&Forest>, eye: Vec3) -> Range<u32> {
         let start = self.instances.len() as u32;
         for &(_, _, number, share) in forest.iter().flat_map(|_| &self.found) {
-            let Some(tree) = forest.map(|forest| &forest.trees[number as usize]) else { break };
+            let Some((balls, drawn)) = forest.map(|forest| &forest.trees) else { break };
             // Parallel pictures are taken from far above.
-            let distance = tree.centre.truncate().distance(eye.truncate());
+            let distance = balls[number as usize].centre.truncate().distance(eye.truncate());
             let strength = (2.0 - 2.0 * distance / ROOTS_M).clamp(0.0, 1.0);
             // Of a tree between two levels only one has the shade.
-            if let Some(mut root) = tree.root.filter(|_| share > 0.0 && strength > 0.0) {
+            if let Some(mut root) = drawn[number as usize].root.filter(|_| share > 0.0 && strength > 0.0) {
                 root.colour_brake[3] = strength;
                 self.instances.push(root);
             }
@@ -191,21 +197,21 @@ impl Crowd {
     fn trees(&mut self, forest: &Forest, levels: impl Fn(Vec3, f32) -> Levels, eye: Vec3) -> Vec<[Range<u32>; LEVELS]> {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
-        for (number, tree) in (0..).zip(&forest.trees) {
+        for (number, tree) in (0..).zip(&forest.trees.0) {
             let of = if tree.distant {
                 distant(levels(tree.centre, tree.radius_m))
             } else {
                 levels(tree.centre, tree.radius_m)
             };
             for (detail, share) in of.into_iter().flatten() {
-                let bin = tree.kind * LEVELS + detail as usize;
+                let bin = tree.kind as usize * LEVELS + detail as usize;
                 found.push((bin, tree.centre.distance_squared(eye), number, share));
             }
         }
         found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         let first = self.instances.len();
         self.instances.extend(found.iter().map(|&(_, _, number, share)| {
-            let mut instance = forest.trees[number as usize].instance;
+            let mut instance = forest.trees.1[number as usize].instance;
             instance.colour_brake[3] = share;
             instance
         }));
