@@ -65,6 +65,7 @@ impl Tree {
 #[derive(Clone, Debug)]
 pub struct Forest {
     kinds: usize,
+    /// As many of the one as of the other, in the same order.
     trees: (Vec<Ball>, Vec<Drawn>),
     tufts: (Vec<Ball>, Vec<Drawn>),
 }

@@ -48,7 +48,7 @@ pub enum CarDetail {
     Shade,
 }
 
-/// Number of details.
+/// Number of a car's details.
 pub(super) const CAR_LEVELS: usize = 5;
 
 /// How finely a tree is drawn.
@@ -64,7 +64,7 @@ pub enum Detail {
     Shade,
 }
 
-/// Number of details.
+/// Number of a tree's details.
 pub(super) const LEVELS: usize = 4;
 /// Radius in the picture from which a tree is drawn with every twig, pixels.
 const NEAR_PX: f32 = 85.0;
