@@ -63,13 +63,13 @@ fn seen(colour: vec3f) -> f32 {
 
 // Where the picture behind a curved glass shows what is seen at `uv`: the angle off the middle grows by twice the turn
 // of the glass there (law of reflection; `Glass` in develop.rs).
-fn behind_glass(uv: vec2f) -> vec2f {
-    if print.lens.z <= 0.0 {
+fn behind_glass(uv: vec2f, bend: f32) -> vec2f {
+    if bend <= 0.0 {
         return uv;
     }
     let seen_at = (uv - 0.5) * 2.0 * print.lens.xy;
     let r = max(length(seen_at), 1e-5);
-    let spread = tan(min(atan(r) + 2.0 * asin(min(print.lens.z * r, 1.0)), 1.5)) / r;
+    let spread = tan(min(atan(r) + 2.0 * asin(min(bend * r, 1.0)), 1.5)) / r;
     return 0.5 + (uv - 0.5) * (spread * print.lens.w);
 }
 
@@ -95,7 +95,7 @@ fn fragment(in: Point) -> @location(0) vec4f {
     var pixel = in.at;
     if MIRROR {
         if !EXACT {
-            uv = behind_glass(uv);
+            uv = behind_glass(uv, in.mirror.x);
         }
         uv.x = mix(uv.x, 1.0 - uv.x, print.flip);
         pixel.x = mix(pixel.x, size.x - pixel.x, print.flip);
@@ -114,7 +114,7 @@ fn fragment(in: Point) -> @location(0) vec4f {
     // Before edges are looked for, noise would make some.
     let picture = tone(colour) + select(dither(in.clip.xy), 0.0, print.soften > 0.5);
     if MIRROR {
-        if print.border > 0.0 {
+        if in.mirror.y > 0.0 {
             return framed(picture, in.at, size);
         }
     }

@@ -35,12 +35,8 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     let from_above = frame.forward.z < -0.8;
     let cosine = at.x.x / size;
     let sine = at.y.x / size;
-    var right = vec3f(-out.y, out.x, 0.0);
-    var up = vec3f(0.0, 0.0, 1.0);
-    if from_above {
-        right = vec3f(cosine, sine, 0.0);
-        up = vec3f(-sine, cosine, 0.0);
-    }
+    let right = select(vec3f(-out.y, out.x, 0.0), vec3f(cosine, sine, 0.0), from_above);
+    let up = select(vec3f(0.0, 0.0, 1.0), vec3f(-sine, cosine, 0.0), from_above);
     let half_side = abs(corner.position.x);
     // Only what of the picture holds something.
     let place_m = corner.position.xz * select(corner.first.yz, corner.first.yy, from_above);

@@ -24,6 +24,9 @@ struct Point {
     @builtin(position) clip: vec4f,
     // Pixels from the rectangle's upper left corner.
     @location(0) at: vec2f,
+    // Bend of a mirror's glass and width of its frame. A branch on the uniforms themselves would be compiled again with every
+    // draw on software rendering (a test in `shader.rs` says more).
+    @location(1) @interpolate(flat) mirror: vec2f,
 }
 
 @vertex
@@ -32,5 +35,5 @@ fn vertex(@builtin(vertex_index) index: u32) -> Point {
     // The frame lies outside of the rectangle.
     let at = corners[index] * (print.rect.zw + 2.0 * print.border) - print.border;
     let pixel = print.rect.xy + at;
-    return Point(vec4f(pixel / print.canvas * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at);
+    return Point(vec4f(pixel / print.canvas * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at, vec2f(print.lens.z, print.border));
 }

@@ -167,9 +167,10 @@ fn words(
     }
     if let Some(drive) = drive {
         let [median, p99, max] = [drive.times.median_us, drive.times.p99_us, drive.times.max_us].map(|us| us / 1e3);
+        let grown = drive.grown_mb.map_or(String::new(), |mb| format!("; memory {mb:+.1} MB"));
         lines.push(format!(
             "{:.0} s of driving at {}x{}: median {median:.2} ms, 99 % below {p99:.2}, longest {max:.2}; {} of {} frames above \
-             twice the median",
+             twice the median{grown}",
             drive.seconds, drive.size[0], drive.size[1], drive.hitches, drive.times.samples
         ));
     }

@@ -179,6 +179,123 @@ mod tests {
         }
     }
 
+    /// What a value is made of, as far as a driver sees it without running the program.
+    #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+    enum MadeOf {
+        Constants,
+        Uniforms,
+        More,
+    }
+
+    fn made_of(module: &naga::Module, function: &naga::Function, value: naga::Handle<naga::Expression>) -> MadeOf {
+        use naga::Expression as E;
+        let all = |parts: &[naga::Handle<E>]| {
+            let parts = parts.iter().map(|part| made_of(module, function, *part));
+            parts.fold(MadeOf::Constants, |most, part| if part > most { part } else { most })
+        };
+        match &function.expressions[value] {
+            E::Literal(_) | E::Constant(_) | E::Override(_) | E::ZeroValue(_) => MadeOf::Constants,
+            E::GlobalVariable(place) => match module.global_variables[*place].space {
+                naga::AddressSpace::Uniform => MadeOf::Uniforms,
+                _ => MadeOf::More,
+            },
+            E::Access { base, index } => all(&[*base, *index]),
+            E::AccessIndex { base: part, .. }
+            | E::Load { pointer: part }
+            | E::Splat { value: part, .. }
+            | E::Swizzle { vector: part, .. }
+            | E::Unary { expr: part, .. }
+            | E::As { expr: part, .. }
+            | E::Relational { argument: part, .. } => all(&[*part]),
+            E::Binary { left, right, .. } => all(&[*left, *right]),
+            E::Select { condition, accept, reject } => all(&[*condition, *accept, *reject]),
+            E::Compose { components, .. } => all(components),
+            E::Math { arg, arg1, arg2, arg3, .. } => {
+                all(&[Some(*arg), *arg1, *arg2, *arg3].into_iter().flatten().collect::<Vec<_>>())
+            }
+            _ => MadeOf::More,
+        }
+    }
+
+    /// Calls `found` with the condition of every branch in `block`.
+    fn branches(block: &naga::Block, found: &mut impl FnMut(naga::Handle<naga::Expression>)) {
+        use naga::Statement as S;
+        for statement in block {
+            match statement {
+                S::Block(inner) => branches(inner, found),
+                S::If { condition, accept, reject } => {
+                    found(*condition);
+                    branches(accept, found);
+                    branches(reject, found);
+                }
+                S::Switch { selector, cases } => {
+                    found(*selector);
+                    cases.iter().for_each(|case| branches(&case.body, found));
+                }
+                S::Loop { body, continuing, break_if } => {
+                    break_if.iter().for_each(|condition| found(*condition));
+                    branches(body, found);
+                    branches(continuing, found);
+                }
+                _ => (),
+            }
+        }
+    }
+
+    /// Lines of a program's glued text where it branches on uniforms alone.
+    fn branches_on_uniforms(module: &naga::Module, text: &str) -> Vec<usize> {
+        let functions = module.functions.iter().map(|(_, function)| function);
+        let mut lines = Vec::new();
+        for function in functions.chain(module.entry_points.iter().map(|entry| &entry.function)) {
+            branches(&function.body, &mut |condition| {
+                if made_of(module, function, condition) == MadeOf::Uniforms {
+                    lines.push(function.expressions.get_span(condition).location(text).line_number as usize);
+                }
+            });
+        }
+        lines
+    }
+
+    #[test]
+    fn no_branch_hangs_on_uniforms_alone() {
+        // Mesa's software renderer compiles such a program again with every draw, the uniforms' values within it, and keeps
+        // all of them: 1.5 MB a picture, and a tenth of its time (`update_inline_shader_state`, lavapipe 22.3).
+        let sources = Sources::built_in();
+        let found: Vec<_> = PROGRAMS
+            .iter()
+            .flat_map(|(program, _)| {
+                let module = sources.parse(program).expect("tested above");
+                let lines = branches_on_uniforms(&module, &sources.text(program));
+                lines.into_iter().map(|line| sources.origin(program, line)).collect::<Vec<_>>()
+            })
+            .collect();
+        assert!(found.is_empty(), "a varying, `select` or an `override` serves: {found:?}");
+    }
+
+    #[test]
+    fn a_branch_on_uniforms_is_seen_through_sums_and_names() {
+        let lines = |condition: &str| {
+            let text = format!(
+                "override KIND: bool = true; struct Sheet {{ size: vec4f, border: f32 }}\n\
+                 @group(0) @binding(0) var<uniform> sheet: Sheet;\n\
+                 @fragment fn fragment(@location(0) at: vec2f) -> @location(0) vec4f {{\n\
+                 let wide = max(sheet.size.x, 2.0) - sheet.border;\n\
+                 for (var i = 0; i < 4; i++) {{\n\
+                 if {condition} {{ return vec4f(at, 1.0, 1.0); }}\n\
+                 }} return vec4f(0.0); }}"
+            );
+            branches_on_uniforms(&naga::front::wgsl::parse_str(&text).expect(condition), &text)
+        };
+        for hangs in
+            ["sheet.border > 0.0", "wide > 0.0", "-wide * 2.0 < sheet.size[1]", "any(sheet.size.xy > vec2f(1.0))"]
+        {
+            assert_eq!(lines(hangs), [6], "{hangs}");
+        }
+        for free in ["KIND", "at.x > sheet.border", "wide > at.y", "i > 2"] {
+            assert!(lines(free).is_empty(), "{free}");
+        }
+    }
+
     #[test]
     fn every_file_belongs_to_a_program() {
         for (file, _) in FILES {

@@ -1,7 +1,7 @@
 //! Pictures: from the start to the first one, every view at every size, and a drive of minutes with its hitches. In: a
 //! scenario. Out: times, and what the device's memory holds.
 
-use super::{Times, now};
+use super::{Times, now, present_memory_mb};
 use crate::{
     app::{AppError, Instruments, offline::Run, quality, view_options},
     render::{Gpu, OFFSCREEN, Renderer, canvas},
@@ -59,6 +59,8 @@ pub struct Drive {
     pub times: Times,
     /// Frames that took more than twice the median.
     pub hitches: usize,
+    /// Memory that the process took between the first picture and the last one, megabytes, where the system tells.
+    pub grown_mb: Option<f64>,
 }
 
 /// A drive ready to be drawn.
@@ -192,6 +194,7 @@ impl Picture {
         self.draw(ViewKind::Driver, size)?;
         let start_s = self.run.world().snapshot().tick.seconds();
         let (mut times, mut driven_s) = (Vec::new(), FRAME_S);
+        let before_mb = present_memory_mb();
         while driven_s < seconds {
             let begin = now();
             self.run.until(start_s + driven_s)?;
@@ -203,7 +206,8 @@ impl Picture {
         }
         let all = Times::of(times.clone());
         let hitches = times.iter().filter(|t| t.as_secs_f64() * 1e6 > 2.0 * all.median_us).count();
-        Ok(Drive { size, seconds: driven_s, times: all, hitches })
+        let grown_mb = present_memory_mb().zip(before_mb).map(|(after, before)| after - before);
+        Ok(Drive { size, seconds: driven_s, times: all, hitches, grown_mb })
     }
 
     /// The adapter, in words.
