@@ -38,6 +38,9 @@ struct Air {
 @group(0) @binding(7) var sky: texture_2d<f32>;
 @group(0) @binding(8) var sky_sampler: sampler;
 
+// Seen through a parallel lens from above, with no air between. A constant: software rendering takes both sides of a branch.
+override FROM_ABOVE: bool = false;
+
 // An instance: rows of the mesh-to-world map; paint, and in w of a car the number on its plates plus half of its brake
 // lamps' light.
 struct Placed {
@@ -71,5 +74,8 @@ fn hash(n: i32) -> f32 {
 
 // Unit direction from a point to the eye.
 fn to_eye(world: vec3f) -> vec3f {
+    if FROM_ABOVE {
+        return -frame.forward.xyz;
+    }
     return normalize(mix(-frame.forward.xyz, frame.eye.xyz - world, frame.eye.w));
 }

@@ -1,10 +1,13 @@
 // Far trees: a picture of the tree that turns towards the eye (`render/impostor.rs`).
 
 struct Corner {
-    // x and z: -1..1 on the picture, times half its side in metres; y: height of its middle, metres
+    // x and z: place on the picture, -1..1 on a square or beyond it, times half its side in metres; y: height of its middle,
+    // metres
     @location(0) position: vec3f,
     // x: number of the first picture; y and z: share of half the side that the tree takes across and in height
     @location(1) first: vec3f,
+    // x: half the side, metres
+    @location(3) side: vec2f,
 }
 
 struct Surface {
@@ -30,30 +33,33 @@ const TAU = 6.2831853;
 fn vertex(corner: Corner, at: Placed) -> Surface {
     let size = length(at.z.xyz);
     let foot = vec3f(at.x.w, at.y.w, at.z.w);
-    let flat_way = mix(-frame.forward.xy, frame.eye.xy - foot.xy, frame.eye.w);
-    let out = flat_way * inverseSqrt(max(dot(flat_way, flat_way), 1e-8));
-    let from_above = frame.forward.z < -0.8;
     let cosine = at.x.x / size;
     let sine = at.y.x / size;
-    let right = select(vec3f(-out.y, out.x, 0.0), vec3f(cosine, sine, 0.0), from_above);
-    let up = select(vec3f(0.0, 0.0, 1.0), vec3f(-sine, cosine, 0.0), from_above);
-    let half_side = abs(corner.position.x);
-    // Only what of the picture holds something.
-    let place_m = corner.position.xz * select(corner.first.yz, corner.first.yy, from_above);
+    var right = vec3f(cosine, sine, 0.0);
+    var up = vec3f(-sine, cosine, 0.0);
     var s: Surface;
+    if FROM_ABOVE {
+        s.pictures = vec3f(vec2f(corner.first.x + SIDES), 0.0);
+    } else {
+        let flat_way = mix(-frame.forward.xy, frame.eye.xy - foot.xy, frame.eye.w);
+        let out = flat_way * inverseSqrt(max(dot(flat_way, flat_way), 1e-8));
+        right = vec3f(-out.y, out.x, 0.0);
+        up = vec3f(0.0, 0.0, 1.0);
+        // The eye's azimuth in the tree's frame.
+        let local = vec2f(out.x * cosine + out.y * sine, out.y * cosine - out.x * sine);
+        let place = fract(atan2(local.y, local.x) / TAU) * SIDES;
+        let before = floor(place);
+        s.pictures = vec3f(corner.first.x + vec2f(before, (before + 1.0) % SIDES), place - before);
+    }
+    let half_side = corner.side.x;
+    // Only what of the picture holds something.
+    let place_m = corner.position.xz * select(corner.first.yz, corner.first.yy, FROM_ABOVE);
     s.world = foot + size * (right * place_m.x + up * place_m.y + vec3f(0.0, 0.0, corner.position.y));
     s.clip = frame.clip_from_world * vec4f(s.world, 1.0);
     s.uv = vec2f(0.5, 0.5) + vec2f(0.5, -0.5) * place_m / half_side;
-    // The eye's azimuth in the tree's frame.
-    let local = vec2f(out.x * cosine + out.y * sine, out.y * cosine - out.x * sine);
-    let place = fract(atan2(local.y, local.x) / TAU) * SIDES;
-    let before = floor(place);
-    let a = select(before, SIDES, from_above);
-    let b = select((before + 1.0) % SIDES, SIDES, from_above);
-    s.pictures = vec3f(corner.first.x + a % (SIDES + 1.0), corner.first.x + b, place - before);
     s.tint = at.colour_brake;
     // From above one sees the tops, which nothing shades.
-    s.turn = vec3f(cosine, sine, select(0.5, 0.85, from_above) * half_side * size);
+    s.turn = vec3f(cosine, sine, select(0.5, 0.85, FROM_ABOVE) * half_side * size);
     return s;
 }
 
@@ -66,5 +72,8 @@ fn turned(in: Surface) -> f32 {
 
 // Number of the picture for a pixel of one sample.
 fn chosen(in: Surface) -> i32 {
+    if FROM_ABOVE {
+        return 2 * i32(in.pictures.x + 0.5);
+    }
     return 2 * i32(select(in.pictures.x, in.pictures.y, dithered(in.clip.xy + 31.0) < turned(in)) + 0.5);
 }

@@ -1,5 +1,10 @@
 // Where far trees are: depth alone, see `cover.wgsl`.
 
+// From above a tree is drawn on a triangle, whose corners lie beyond its picture.
+fn on_picture(uv: vec2f) -> f32 {
+    return select(0.0, 1.0, !FROM_ABOVE || all(abs(uv - 0.5) <= vec2f(0.5)));
+}
+
 fn cover_of(there: f32) -> f32 {
     return clamp((there - 0.5) / max(0.88 * fwidth(there), 0.07) + 0.5, 0.0, 1.0);
 }
@@ -10,7 +15,10 @@ fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
     var samples = kept(pixel, in.tint.w);
     if SAMPLES == 1u {
         // As in `cover.wgsl`: one sample is covered or not.
-        samples &= covered_samples(pixel, textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a);
+        samples &= covered_samples(pixel, on_picture(in.uv) * textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a);
+    } else if FROM_ABOVE {
+        let there = cover_of(textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a);
+        samples &= covered_samples(pixel, on_picture(in.uv) * there);
     } else {
         let second = samples_of(turned(in), vec4f(1.0, 3.0, 0.0, 2.0), dithered(pixel + 31.0));
         let a = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.x + 0.5)).a);

@@ -17,7 +17,7 @@ fn look(uv: vec2f, picture: i32) -> Seen {
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
     var seen: Seen;
-    if SAMPLES == 1u {
+    if SAMPLES == 1u || FROM_ABOVE {
         seen = look(in.uv, chosen(in));
     } else {
         // Of two pictures as much as each has of the pixel's samples.

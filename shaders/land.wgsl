@@ -1,6 +1,6 @@
 // Meadow and hills: around the mesh's own colour, blades and clumps of grass that shade each other.
 
-// Seen from so high above through a parallel lens that no blade is seen and no air: the same picture for less.
+// Seen from so far that no blade is seen: the same picture for less.
 override AFAR: bool = false;
 // Width of a pixel from which that holds, metres (`render/picture.rs`).
 override AFAR_M: f32 = 1.0;
@@ -59,8 +59,5 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let against = clamp(dot(-view, frame.to_sun_time.xyz), 0.0, 1.0);
     let through = 0.3 * against * against * vec3f(1.0, 1.05, 0.4);
     let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * (0.82 + 0.5 * deep));
-    if AFAR {
-        return vec4f(light, 1.0);
-    }
     return vec4f(through_air(light, in.world), 1.0);
 }

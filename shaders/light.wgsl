@@ -144,6 +144,9 @@ fn fresnel(normal: vec3f, view: vec3f, f0: f32) -> f32 {
 
 // The air between a surface and the eye: far land melts into the horizon.
 fn through_air(colour: vec3f, world: vec3f) -> vec3f {
+    if FROM_ABOVE {
+        return colour;
+    }
     let ray = world - frame.eye.xyz;
     let distance = length(ray);
     let left = exp(-air.extinction.rgb * (distance * frame.eye.w));

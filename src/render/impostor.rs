@@ -34,8 +34,8 @@ pub struct Extent {
     pub half_m: f32,
     /// Height of the middle above the foot, metres.
     pub middle_m: f32,
-    /// Share of the half side that the tree takes across, seen from a side or from above, and in height: beyond, all
-    /// pictures are empty.
+    /// Share of the half side that the tree takes across, seen from a side or, all around, from above, and in height:
+    /// beyond, all pictures are empty.
     pub filled: [f32; 2],
 }
 
@@ -254,10 +254,12 @@ mod tests {
             for view in [0, 3, SIDES] {
                 let up = if view == SIDES { across } else { high };
                 let texels = softened(&picture(tree, layers, view));
-                let outside =
-                    |i: usize, share: f32| (i as f32 + 0.5 - SIZE as f32 / 2.0).abs() > share * SIZE as f32 / 2.0;
-                let lost = (0..SIZE * SIZE)
-                    .filter(|&i| texels[i][0] > 0.0 && (outside(i % SIZE, across) || outside(i / SIZE, up)));
+                let off = |i: usize| (2 * i + 1) as f32 / SIZE as f32 - 1.0;
+                let lost = (0..SIZE * SIZE).filter(|&i| {
+                    let [x, y] = [off(i % SIZE), off(i / SIZE)];
+                    let around = view == SIDES && x.hypot(y) > across;
+                    texels[i][0] > 0.0 && (x.abs() > across || y.abs() > up || around)
+                });
                 assert_eq!(lost.count(), 0, "kind {kind}, view {view}");
             }
             shares.push([across * high, across * across]);

@@ -5,7 +5,7 @@
 use super::detail::{Batches, CAR_LEVELS, Detail};
 use super::impostor::{self, Extent};
 use crate::scene::{Cockpit, Mesh, Stage, Vertex};
-use glam::Vec3;
+use glam::{Vec2, Vec3, vec2};
 use std::ops::Range;
 
 /// A mesh in the shared buffers.
@@ -25,6 +25,10 @@ pub struct Ground(Vec<Model>);
 
 /// The most triangles in a piece of ground.
 const PIECE: usize = 600;
+/// Corners of a square of half side 1, and of a triangle around the circle of radius 1: on software rendering a small tree
+/// costs by its triangles, and from above it fills no more than that circle.
+const SQUARE: [Vec2; 4] = [vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0)];
+const TRIANGLE: [Vec2; 3] = [vec2(0.0, 2.0), vec2(-1.732_051, -1.0), vec2(1.732_051, -1.0)];
 
 /// All meshes.
 #[derive(Debug)]
@@ -49,6 +53,8 @@ pub struct Models {
     pub wheels: [Model; 3],
     /// Trees by kind and [`Detail`]; far ones are a square for a picture.
     pub trees: Vec<[Model; 4]>,
+    /// Triangles for their pictures from above, by kind.
+    pub trees_from_above: Vec<Model>,
 }
 
 impl Models {
@@ -76,9 +82,13 @@ impl Models {
         let Cockpit { bonnet, shelf, cabin, wheel } = &stage.cockpit;
         let cockpit = [bonnet, shelf, cabin, wheel].map(&mut add);
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
-        let squares: Vec<Mesh> = stage.trees.iter().enumerate().map(|(kind, tree)| square(kind, tree)).collect();
+        let pictured = |corners: &[Vec2]| -> Vec<Mesh> {
+            stage.trees.iter().enumerate().map(|(kind, tree)| picture(kind, tree, corners)).collect()
+        };
+        let [squares, triangles] = [pictured(&SQUARE), pictured(&TRIANGLE)];
         let levels = [&stage.trees, &stage.trees_mid, &squares, &stage.trees_shade];
         let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
+        let trees_from_above = triangles.iter().map(&mut add).collect();
         let buffer = |label, bytes: &[u8], usage| {
             // One spare vertex, so that an empty stage is no special case (a buffer may not be empty).
             let size = bytes.len().next_multiple_of(4) as u64 + size_of::<Vertex>() as u64;
@@ -100,6 +110,7 @@ impl Models {
             cockpit,
             wheels,
             trees,
+            trees_from_above,
         }
     }
 
@@ -146,9 +157,14 @@ impl Models {
         self.draw_trees_of(pass, ranges, Detail::Mid);
     }
 
-    /// Draws the pictures of trees.
-    pub fn draw_far_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
-        self.draw_trees_of(pass, ranges, Detail::Far);
+    /// Draws the pictures of trees, those `from_above` or those from the sides.
+    pub fn draw_far_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]], from_above: bool) {
+        if !from_above {
+            return self.draw_trees_of(pass, ranges, Detail::Far);
+        }
+        for (model, ranges) in self.trees_from_above.iter().zip(ranges) {
+            model.draw(pass, ranges[Detail::Far as usize].clone());
+        }
     }
 
     /// Draws what throws their shadows.
@@ -206,16 +222,17 @@ fn pieces(mesh: &Mesh) -> Vec<Mesh> {
     done
 }
 
-/// The square that a tree's pictures are drawn on (`Corner` in `impostor.wgsl`).
-fn square(kind: usize, tree: &Mesh) -> Mesh {
+/// What a tree's pictures are drawn on (`Corner` in `far.wgsl`): `corners` in turn, in units of half a side.
+fn picture(kind: usize, tree: &Mesh, corners: &[Vec2]) -> Mesh {
     let Extent { half_m, middle_m, filled: [across, high] } = Extent::of(tree);
-    let corner = |x: f32, z: f32| Vertex {
-        position: [x * half_m, middle_m, z * half_m],
+    let corner = |at: &Vec2| Vertex {
+        position: [at.x * half_m, middle_m, at.y * half_m],
         normal: [(kind * impostor::VIEWS) as f32, across, high],
+        uv: [half_m, 0.0],
         ..Default::default()
     };
-    let vertices = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| corner(x, z)).into();
-    Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3] }
+    let fan = (2..corners.len() as u32).flat_map(|last| [0, last - 1, last]);
+    Mesh { vertices: corners.iter().map(corner).collect(), indices: fan.collect() }
 }
 
 /// Some triangles of a mesh with the corners they need.

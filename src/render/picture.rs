@@ -27,16 +27,16 @@ pub struct Materials {
     car: wgpu::RenderPipeline,
     uncoated: wgpu::RenderPipeline,
     glass: wgpu::RenderPipeline,
-    road: wgpu::RenderPipeline,
-    land: wgpu::RenderPipeline,
-    /// The same where a pixel is at least [`AFAR_M`] wide, seen from above.
-    land_afar: wgpu::RenderPipeline,
+    /// What there is much of comes twice: for any lens, and for a parallel one from above.
+    road: [wgpu::RenderPipeline; 2],
+    /// From above where a pixel is at least [`AFAR_M`] wide.
+    land: [wgpu::RenderPipeline; 2],
     contact: wgpu::RenderPipeline,
     root: wgpu::RenderPipeline,
     cover: wgpu::RenderPipeline,
     tree: wgpu::RenderPipeline,
-    far_cover: wgpu::RenderPipeline,
-    impostor: wgpu::RenderPipeline,
+    far_cover: [wgpu::RenderPipeline; 2],
+    impostor: [wgpu::RenderPipeline; 2],
     grass: wgpu::RenderPipeline,
     sky: wgpu::RenderPipeline,
 }
@@ -174,6 +174,7 @@ impl Bindings {
         let soft = ("SOFT", f64::from(u8::from(quality.fine)));
         let samples = ("SAMPLES", f64::from(quality.msaa));
         let afar = ("AFAR_M", f64::from(AFAR_M));
+        let from_above = ("FROM_ABOVE", 1.0);
         let solid = Recipe {
             program: "road",
             layout: &self.pipeline,
@@ -228,12 +229,15 @@ impl Bindings {
                 ..solid.clone()
             },
             Recipe { program: "road", ..solid.clone() },
+            Recipe { program: "road", constants: &[soft, from_above], ..solid.clone() },
             Recipe { program: "land", constants: &[soft, afar], ..solid.clone() },
-            Recipe { program: "land", constants: &[soft, afar, ("AFAR", 1.0)], ..solid.clone() },
+            Recipe { program: "land", constants: &[soft, from_above, afar, ("AFAR", 1.0)], ..solid.clone() },
             cover.clone(),
             Recipe { program: "tree", ..covered.clone() },
-            Recipe { program: "far_cover", ..cover },
-            Recipe { program: "impostor", constants: &[soft, samples], ..covered },
+            Recipe { program: "far_cover", ..cover.clone() },
+            Recipe { program: "far_cover", constants: &[samples, from_above], ..cover },
+            Recipe { program: "impostor", constants: &[soft, samples], ..covered.clone() },
+            Recipe { program: "impostor", constants: &[soft, samples, from_above], ..covered },
             Recipe {
                 program: "grass",
                 cull: None,
@@ -279,12 +283,15 @@ impl Bindings {
             uncoated,
             glass,
             road,
+            road_from_above,
             land,
-            land_afar,
+            land_from_above,
             cover,
             tree,
             far_cover,
+            far_cover_from_above,
             impostor,
+            impostor_from_above,
             grass,
             contact,
             root,
@@ -295,15 +302,14 @@ impl Bindings {
             car,
             uncoated,
             glass,
-            road,
-            land,
-            land_afar,
+            road: [road, road_from_above],
+            land: [land, land_from_above],
             contact,
             root,
             cover,
             tree,
-            far_cover,
-            impostor,
+            far_cover: [far_cover, far_cover_from_above],
+            impostor: [impostor, impostor_from_above],
             grass,
             sky,
         })
@@ -440,16 +446,17 @@ impl PicturePass {
         models.draw_trees(pass, &batches.trees);
         pass.set_pipeline(&materials.tree);
         models.draw_trees(pass, &batches.trees);
-        for pipeline in [&materials.far_cover, &materials.impostor] {
+        let above = usize::from(optics.from_above());
+        for pipeline in [&materials.far_cover[above], &materials.impostor[above]] {
             pass.set_pipeline(pipeline);
-            models.draw_far_trees(pass, &batches.trees);
+            models.draw_far_trees(pass, &batches.trees, optics.from_above());
         }
         pass.set_pipeline(&materials.grass);
         models.tuft.draw(pass, batches.tufts.clone());
-        pass.set_pipeline(&materials.road);
+        pass.set_pipeline(&materials.road[above]);
         models.road.draw(pass, seen);
         let afar = optics.from_above() && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
-        pass.set_pipeline(if afar { &materials.land_afar } else { &materials.land });
+        pass.set_pipeline(&materials.land[usize::from(afar)]);
         models.land.draw(pass, seen);
         pass.set_pipeline(&materials.contact);
         crowd.bind(pass, 0);
