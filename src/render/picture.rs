@@ -29,7 +29,7 @@ pub struct Materials {
     glass: wgpu::RenderPipeline,
     /// What there is much of comes twice: for any lens, and for a parallel one from above.
     road: [wgpu::RenderPipeline; 2],
-    /// From above where a pixel is at least [`AFAR_M`] wide.
+    /// Likewise, the second where a pixel is at least [`AFAR_M`] wide.
     land: [wgpu::RenderPipeline; 2],
     contact: wgpu::RenderPipeline,
     root: wgpu::RenderPipeline,
@@ -446,16 +446,17 @@ impl PicturePass {
         models.draw_trees(pass, &batches.trees);
         pass.set_pipeline(&materials.tree);
         models.draw_trees(pass, &batches.trees);
-        let above = usize::from(optics.from_above());
-        for pipeline in [&materials.far_cover[above], &materials.impostor[above]] {
+        let from_above = optics.from_above();
+        let which = usize::from(from_above);
+        for pipeline in [&materials.far_cover[which], &materials.impostor[which]] {
             pass.set_pipeline(pipeline);
-            models.draw_far_trees(pass, &batches.trees, optics.from_above());
+            models.draw_far_trees(pass, &batches.trees, from_above);
         }
         pass.set_pipeline(&materials.grass);
         models.tuft.draw(pass, batches.tufts.clone());
-        pass.set_pipeline(&materials.road[above]);
+        pass.set_pipeline(&materials.road[which]);
         models.road.draw(pass, seen);
-        let afar = optics.from_above() && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
+        let afar = from_above && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
         pass.set_pipeline(&materials.land[usize::from(afar)]);
         models.land.draw(pass, seen);
         pass.set_pipeline(&materials.contact);

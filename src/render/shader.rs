@@ -180,7 +180,7 @@ mod tests {
     }
 
     /// What a value is made of, as far as a driver sees it without running the program.
-    #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+    #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
     enum MadeOf {
         Constants,
         Uniforms,
@@ -190,8 +190,7 @@ mod tests {
     fn made_of(module: &naga::Module, function: &naga::Function, value: naga::Handle<naga::Expression>) -> MadeOf {
         use naga::Expression as E;
         let all = |parts: &[naga::Handle<E>]| {
-            let parts = parts.iter().map(|part| made_of(module, function, *part));
-            parts.fold(MadeOf::Constants, |most, part| if part > most { part } else { most })
+            parts.iter().map(|part| made_of(module, function, *part)).max().unwrap_or(MadeOf::Constants)
         };
         match &function.expressions[value] {
             E::Literal(_) | E::Constant(_) | E::Override(_) | E::ZeroValue(_) => MadeOf::Constants,
