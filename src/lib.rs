@@ -18,7 +18,7 @@
 //! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
 //! ```text
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
-//! chart                        / the car-following model / figures as SVG and PNG
+//! chart  file                  / the car-following model / figures as SVG and PNG / files read within limits
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -49,6 +49,7 @@ pub mod cli;
 pub mod doctor;
 pub mod driver;
 pub mod ego;
+pub mod file;
 pub mod hud;
 pub mod idm;
 pub mod input;

@@ -2,7 +2,10 @@
 //! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
 use super::{AnalysisError, Measures, Trial, response::Response};
-use crate::time::TICKS_PER_S;
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    time::TICKS_PER_S,
+};
 use rayon::prelude::*;
 use std::{
     fs,
@@ -111,7 +114,7 @@ fn subjects(root: &Path) -> Vec<String> {
 }
 
 fn study_title(root: &Path) -> String {
-    let text = fs::read_to_string(root.join("dataset_description.json")).unwrap_or_default();
+    let text = read_text(&root.join("dataset_description.json"), SETTINGS_BYTES).unwrap_or_default();
     let value: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     value["Name"].as_str().unwrap_or("Study").to_owned()
 }
@@ -119,7 +122,7 @@ fn study_title(root: &Path) -> String {
 /// The drives of one participant.
 fn scans(root: &Path, subject: &str) -> Result<Vec<Found>, AnalysisError> {
     let path = root.join(subject).join(format!("{subject}_scans.tsv"));
-    let Ok(text) = fs::read_to_string(&path) else { return Ok(Vec::new()) };
+    let Ok(text) = read_text(&path, SETTINGS_BYTES) else { return Ok(Vec::new()) };
     let mut lines = text.lines().map(|line| line.split('\t').collect::<Vec<_>>());
     let names = lines.next().unwrap_or_default();
     let fault = |what: &str| AnalysisError::Input(format!("{}: {what}", path.display()));
@@ -128,7 +131,7 @@ fn scans(root: &Path, subject: &str) -> Result<Vec<Found>, AnalysisError> {
     };
     let known = [column("segment")?, column("place")?, column("condition")?, column("recording")?, column("baseline")?];
     let (seed, condition) = (column("seed")?, known[2]);
-    let sidecar = fs::read_to_string(path.with_extension("json")).unwrap_or_default();
+    let sidecar = read_text(&path.with_extension("json"), SETTINGS_BYTES).unwrap_or_default();
     let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap_or_default();
     let order: Vec<&String> =
         sidecar["condition"]["Levels"].as_object().map(|l| l.keys().collect()).unwrap_or_default();

@@ -96,8 +96,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 fn events(path: &std::path::Path) -> Result<Vec<(f64, u16, i32)>, CliError> {
     /// Type of axis events.
     const EV_ABS: u16 = 3;
+    /// The most that a recording of a wheel may hold, bytes: a quarter of an hour of turning it.
+    const EVENTS_BYTES: u64 = 64 << 20;
     let shown = path.display();
-    let text = std::fs::read_to_string(path).map_err(|e| {
+    let text = crate::file::read_text(path, EVENTS_BYTES).map_err(|e| {
         CliError::Input(format!("{shown}: cannot be read: {e}\n  remedy: evemu-record makes such a file"))
     })?;
     let mut found = Vec::new();

@@ -15,7 +15,7 @@ pub fn add(command: Command) -> Command {
         .long("scenario")
         .value_name("FILE")
         .value_parser(value_parser!(PathBuf))
-        .help("Scenario file (TOML); flags beside it win over what it says")
+        .help("Scenario file (TOML, at most 1 MiB); flags beside it win over what it says")
         .help_heading(HEADING);
     add_fields(command.arg(file), &fields(), HEADING)
 }

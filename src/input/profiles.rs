@@ -2,6 +2,7 @@
 //! before a shipped one, and that before a guess.
 
 use super::profile::{AxisRanges, Profile, ProfileError};
+use crate::file::{SETTINGS_BYTES, read_text};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -69,7 +70,7 @@ pub fn own_folder() -> Option<PathBuf> {
 /// The file cannot be read, or is no profile.
 pub fn load(path: &Path) -> Result<Profile, ProfileError> {
     let shown = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|e| {
+    let text = read_text(path, SETTINGS_BYTES).map_err(|e| {
         ProfileError(format!("{shown}: cannot be read: {e}\n  remedy: codrive calibrate --name NAME makes one"))
     })?;
     Profile::from_toml(&text, &shown)

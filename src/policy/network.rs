@@ -2,6 +2,7 @@
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
 use super::{Action, Input, Observation, Policy, observe::is_too_dense};
+use crate::file::read_text;
 use serde::{Deserialize, Serialize};
 use std::{fmt::Write, path::Path};
 
@@ -52,6 +53,9 @@ pub struct Network {
     pub layers: Vec<Layer>,
 }
 
+/// The most that a policy file may hold, bytes: layers of 64 and 64 numbers take 0.1 MB.
+pub const MOST_BYTES: u64 = 2 << 20;
+
 /// What a policy file calls itself.
 pub const FORMAT: &str = "codrive policy 2";
 
@@ -71,7 +75,7 @@ impl Network {
     /// # Errors
     /// It cannot be read, is no policy file, its layers do not fit together, or a number is not finite.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path, MOST_BYTES)
             .map_err(|e| PolicyFileError { path: path.display().to_string(), fault: format!("cannot be read: {e}") })?;
         Self::from_toml(&text).map_err(|fault| PolicyFileError { path: path.display().to_string(), fault })
     }

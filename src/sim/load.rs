@@ -2,6 +2,7 @@
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
 use super::{Field, Scenario, colour, fields::fields_of};
+use crate::file::{SETTINGS_BYTES, read_text};
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
@@ -26,8 +27,8 @@ pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
 /// # Errors
 /// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
 pub fn settings_from_file<T: Settings>(path: &Path) -> Result<T, ScenarioError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|e| ScenarioError(format!("{}: cannot be read: {e}", path.display())))?;
+    let text = read_text(path, SETTINGS_BYTES)
+        .map_err(|e| ScenarioError(format!("{}: cannot be read: {e}", path.display())))?;
     settings_from_toml(&text, &path.display().to_string())
 }
 

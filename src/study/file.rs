@@ -4,6 +4,7 @@
 use super::{Questionnaire, StudyError, order};
 use crate::{
     chart,
+    file::{SETTINGS_BYTES, read_bounded, read_text},
     sim::{Field, Scenario, ScenarioError, World, fields, located_at, located_key},
 };
 use schemars::JsonSchema;
@@ -189,9 +190,13 @@ impl Default for Texts {
     }
 }
 
+/// The most that a font may hold, bytes: those with all of Chinese, Japanese and Korean have 20 MB.
+const FONT_BYTES: u64 = 32 << 20;
+
 /// The bytes of a font.
 fn read_font(path: &Path) -> Result<Arc<[u8]>, String> {
-    let bytes = std::fs::read(path).map_err(|e| format!("the font {} cannot be read: {e}", path.display()))?;
+    let bytes =
+        read_bounded(path, FONT_BYTES).map_err(|e| format!("the font {} cannot be read: {e}", path.display()))?;
     if chart::is_font(&bytes) {
         return Ok(bytes.into());
     }
@@ -232,7 +237,7 @@ impl Study {
     /// # Errors
     /// What is wrong, where, and what is allowed.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
-        let source = std::fs::read_to_string(path)
+        let source = read_text(path, SETTINGS_BYTES)
             .map_err(|e| StudyError(format!("{}: cannot be read: {e}", path.display())))?;
         Self::parse(source, path)
     }

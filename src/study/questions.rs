@@ -8,6 +8,7 @@
 //! means of answers with a weight.
 
 use super::StudyError;
+use crate::file::{SETTINGS_BYTES, read_text};
 use serde::{Deserialize, Deserializer, Serialize, de};
 use serde_json::Value;
 use std::{
@@ -350,7 +351,7 @@ impl Questionnaire {
                 path.display()
             )));
         }
-        let text = std::fs::read_to_string(&path)
+        let text = read_text(&path, SETTINGS_BYTES)
             .map_err(|e| StudyError(format!("{}: cannot be read: {e}", path.display())))?;
         Self::parse(&text, &path.display().to_string())
     }

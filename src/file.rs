@@ -1,0 +1,146 @@
+//! Files that a person names. In: a path and the most that may be read. Out: the bytes or the text, or a
+//! [`std::io::Error`] whose kind a caller can branch on and whose text says what is allowed. Nothing here waits for a pipe
+//! or swells with a device: only a regular file is opened, and no more than the limit is ever in memory.
+
+use std::{
+    fs::{self, File, OpenOptions},
+    io::{Error, ErrorKind, Read},
+    path::Path,
+};
+
+/// The most that a file of settings may hold, bytes: fifty times the largest one shipped, and its worst text (a list of
+/// two million numbers) still takes less than 256 MiB once it is read.
+pub const SETTINGS_BYTES: u64 = 1 << 20;
+
+/// Opens a file for reading that holds bytes and an end: no folder, no pipe, no socket, no device. Never waits.
+///
+/// # Errors
+/// The system refuses, or it is no regular file ([`ErrorKind::InvalidInput`]; a folder [`ErrorKind::IsADirectory`]).
+pub fn open_regular(path: &Path) -> Result<File, Error> {
+    // Asked before it is opened: to open a device may already do something, and a pipe would wait for its other end.
+    check_regular(&fs::metadata(path)?)?;
+    let mut options = OpenOptions::new();
+    options.read(true);
+    // Were it exchanged for a pipe in between, this open returns at once and the second look finds it.
+    #[cfg(target_os = "linux")]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, nix::libc::O_NONBLOCK | nix::libc::O_NOCTTY);
+    let file = options.open(path)?;
+    check_regular(&file.metadata()?)?;
+    Ok(file)
+}
+
+/// Reads a whole regular file of at most `limit` bytes.
+///
+/// # Errors
+/// As [`open_regular`]; it holds more than `limit` bytes ([`ErrorKind::FileTooLarge`]).
+pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let file = open_regular(path)?;
+    let size = file.metadata()?.len();
+    if size > limit {
+        return Err(too_large(limit));
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or_default());
+    // It may grow while it is read, and files of the kernel say that they hold nothing.
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
+}
+
+/// The same for text.
+///
+/// # Errors
+/// As [`read_bounded`]; it is no UTF-8 text ([`ErrorKind::InvalidData`], with the line of the first bad byte).
+pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
+    String::from_utf8(read_bounded(path, limit)?).map_err(|e| {
+        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = good.split(|byte| *byte == b'\n').count();
+        Error::new(ErrorKind::InvalidData, format!("it is no UTF-8 text (line {line}); save it as UTF-8"))
+    })
+}
+
+/// Bytes in words.
+pub fn size_text(bytes: u64) -> String {
+    match bytes {
+        0..1024 => format!("{bytes} bytes"),
+        1024..1_048_576 => format!("{} KiB", bytes >> 10),
+        _ => format!("{} MiB", bytes >> 20),
+    }
+}
+
+fn too_large(limit: u64) -> Error {
+    Error::new(ErrorKind::FileTooLarge, format!("it holds more than {}, the most that is read", size_text(limit)))
+}
+
+fn check_regular(facts: &fs::Metadata) -> Result<(), Error> {
+    let kind = facts.file_type();
+    if kind.is_file() {
+        return Ok(());
+    }
+    if kind.is_dir() {
+        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder; name a file"));
+    }
+    #[cfg(unix)]
+    let what = {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            "a pipe"
+        } else if kind.is_socket() {
+            "a socket"
+        } else {
+            "a device"
+        }
+    };
+    #[cfg(not(unix))]
+    let what = "no file";
+    Err(Error::new(
+        ErrorKind::InvalidInput,
+        format!("it is {what}; save what it delivers in a regular file and name that"),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_just_the_limit_is_read_and_one_byte_more_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, "12345678").unwrap();
+        assert_eq!(read_text(&path, 8).unwrap(), "12345678");
+        let error = read_bounded(&path, 7).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::FileTooLarge);
+        assert_eq!(error.to_string(), "it holds more than 7 bytes, the most that is read");
+    }
+
+    #[test]
+    fn a_file_that_says_it_is_empty_is_still_bounded() {
+        // The kernel's own files have size 0 and contents.
+        let error = read_bounded(Path::new("/proc/self/maps"), 100).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::FileTooLarge);
+    }
+
+    #[test]
+    fn what_is_absent_or_no_text_is_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        assert_eq!(read_text(&path, 8).unwrap_err().kind(), ErrorKind::NotFound);
+        fs::write(&path, b"ab\nc\xff").unwrap();
+        let error = read_text(&path, 8).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::InvalidData);
+        assert_eq!(error.to_string(), "it is no UTF-8 text (line 2); save it as UTF-8");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn folders_pipes_and_devices_are_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(read_bounded(folder.path(), 8).unwrap_err().kind(), ErrorKind::IsADirectory);
+        let pipe = folder.path().join("pipe");
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        let error = read_bounded(&pipe, 8).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::InvalidInput);
+        assert!(error.to_string().starts_with("it is a pipe; save"), "{error}");
+        let error = open_regular(Path::new("/dev/zero")).unwrap_err();
+        assert!(error.to_string().starts_with("it is a device"), "{error}");
+    }
+}
