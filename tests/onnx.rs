@@ -214,36 +214,11 @@ fn an_advisor_keeps_the_last_advice_of_a_network_that_overflows() {
     assert!(advice.target_mps.is_finite());
 }
 
-/// Python with a package from pip, kept between runs; `None` off-line, which is said.
-fn python_with(package: &str) -> Option<PathBuf> {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(package);
-    if place.join(package).exists() {
-        return Some(place);
-    }
-    let pip = std::process::Command::new("python3")
-        .args(["-m", "pip", "install", "--quiet", "--target"])
-        .arg(&place)
-        .args([package, "numpy"])
-        .output();
-    match pip {
-        Ok(output) if output.status.success() => Some(place),
-        Ok(output) => {
-            let said = String::from_utf8_lossy(&output.stderr).into_owned();
-            let offline = ["Connection", "connection", "resolve", "Network", "No matching distribution"];
-            assert!(offline.iter().any(|word| said.contains(word)), "pip install {package}: {said}");
-            eprintln!("SKIPPED: pip cannot be reached, so {package} was not tried");
-            None
-        }
-        Err(error) => {
-            eprintln!("SKIPPED: python3 does not start ({error}), so {package} was not tried");
-            None
-        }
-    }
-}
-
 #[test]
 fn onnxruntime_opens_what_is_written_and_gives_the_same_numbers() {
-    let Some(place) = python_with("onnxruntime") else { return };
+    // Where scripts/setup --test puts what tests need of Python.
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join(".test-python");
+    assert!(place.join("onnxruntime").exists(), "onnxruntime is not in .test-python/; run scripts/setup --test");
     let dir = tempfile::tempdir().unwrap();
     let trained = network(0);
     fs::write(dir.path().join("policy.onnx"), onnx::write(&trained)).unwrap();

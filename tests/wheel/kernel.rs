@@ -1,6 +1,6 @@
 //! What the tests with a real kernel share: who may run, waiting, percentiles. These tests make wheels out of nothing, through
-//! /dev/uinput (`uinput.rs`) or as a USB device of the kernel's own (`usb.rs`). Where the kernel has neither they say so and
-//! test nothing; `scripts/wheel-vm` runs them in a virtual machine that has both.
+//! /dev/uinput (`uinput.rs`) or as a USB device of the kernel's own (`usb.rs`). Where the kernel has neither they are noted as not
+//! run (see [`alone`]); `scripts/wheel-vm` runs them in a virtual machine that has both.
 
 use codrive::{
     ego::Controls,
@@ -8,6 +8,7 @@ use codrive::{
 };
 use std::{
     fs,
+    io::Write as _,
     sync::{Mutex, MutexGuard, PoisonError},
     thread::sleep,
     time::Duration,
@@ -18,21 +19,77 @@ pub const DRIVER: &str = "CODRIVE_TEST_DRIVER";
 /// Set by `scripts/wheel-vm`, where a test that does not run is a failure.
 const MUST: &str = "CODRIVE_TEST_WHEEL_VM";
 
+/// Names a file that takes a line for each test that this kernel cannot run: the reason's name and the test's, with a tab
+/// between. `scripts/test` sets it and compares the lines with `tests/not-run-here/`.
+const NOT_RUN: &str = "CODRIVE_TESTS_NOT_RUN";
+
 /// One wheel at a time: all of them show in one /sys.
 static ALONE: Mutex<()> = Mutex::new(());
 
-/// The right to make a wheel, or `None` and why not. `path` is what the kernel has to have for it.
-pub fn alone(path: &str) -> Option<MutexGuard<'static, ()>> {
+/// What of a kernel a test needs, which no package brings.
+#[derive(Clone, Copy, Debug)]
+pub enum Kernel {
+    /// To make input devices out of nothing.
+    Uinput,
+    /// To play a USB device to itself.
+    UsbGadget,
+}
+
+impl Kernel {
+    /// Name of the reason, and of the list of tests that are not run for it.
+    fn reason(self) -> &'static str {
+        match self {
+            Self::Uinput => "uinput",
+            Self::UsbGadget => "usb-gadget",
+        }
+    }
+
+    /// What is missing here; `scripts/test` asks the same.
+    fn lacking(self) -> Option<String> {
+        let path = match self {
+            Self::Uinput => "/dev/uinput",
+            Self::UsbGadget => "/sys/kernel/config/usb_gadget",
+        };
+        if let Err(error) = fs::metadata(path).and_then(|m| writable(path, &m)) {
+            return Some(format!("{path} cannot be used ({error})"));
+        }
+        let controllers = || fs::read_dir("/sys/class/udc").is_ok_and(|mut found| found.next().is_some());
+        let alone = matches!(self, Self::UsbGadget) && !controllers();
+        alone.then(|| "/sys/class/udc has no controller (dummy_hcd)".to_owned())
+    }
+}
+
+/// The name of the function that this stands in, from its program on: `wheel::uinput::two_wheels_are_told`.
+macro_rules! this_test {
+    () => {{
+        fn here() {}
+        let name = std::any::type_name_of_val(&here);
+        name.strip_suffix("::here").unwrap_or(name)
+    }};
+}
+pub(crate) use this_test;
+
+/// The right to make a wheel. `None` where the kernel cannot: the test is then noted as not run, in the file that
+/// [`NOT_RUN`] names or else, past the test runner's silence, on standard error.
+pub fn alone(kernel: Kernel, test: &str) -> Option<MutexGuard<'static, ()>> {
     let guard = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let lacking = if let Err(error) = fs::metadata(path).and_then(|m| writable(path, &m)) {
-        format!("no {path} ({error}): run scripts/wheel-vm")
-    } else if !codrive::input::linux::wheels().is_empty() {
-        "a wheel is plugged in: unplug it".to_owned()
-    } else {
+    let Some(lacking) = kernel.lacking() else {
+        assert!(codrive::input::linux::wheels().is_empty(), "a wheel is plugged in; unplug it and run this again");
         return Some(guard);
     };
     assert!(std::env::var_os(MUST).is_none(), "{lacking}");
-    eprintln!("skipped: {lacking}");
+    match std::env::var_os(NOT_RUN) {
+        Some(file) => {
+            let line = format!("{}\t{test}\n", kernel.reason());
+            let file = fs::OpenOptions::new().append(true).create(true).open(file);
+            file.and_then(|mut file| file.write_all(line.as_bytes())).unwrap();
+        }
+        None => {
+            let line = format!("NOT RUN HERE: {test}, because {lacking}; scripts/wheel-vm runs it\n");
+            // The macros' output is kept from the screen when a test passes.
+            std::io::stderr().write_all(line.as_bytes()).unwrap();
+        }
+    }
     None
 }
 

@@ -1,7 +1,6 @@
 //! A G29 by umockdev (`tests/g29/`): its ids, axes, ranges and force bits as the kernel tells them, events replayed. What
 //! umockdev cannot do: unplug it while it is open, stamp events with the monotonic clock, take an uploaded force; those are
-//! tested with ports and devices of our own in `src/input/`, and with a real kernel in `uinput.rs` and `usb.rs`. Where
-//! umockdev is missing this is said, and nothing tested.
+//! tested with ports and devices of our own in `src/input/`, and with a real kernel in `uinput.rs` and `usb.rs`.
 #![cfg(target_os = "linux")]
 
 mod haptic;
@@ -24,12 +23,8 @@ use std::{
 /// Set for the process that runs within umockdev.
 const WITHIN: &str = "CODRIVE_TEST_WITHIN_UMOCKDEV";
 
-/// Runs a program with a virtual G29 of this product id, and events. `None` where umockdev is missing.
-fn with_wheel(product: &str, events: Option<&str>, program: &Path, arguments: &[&str]) -> Option<Output> {
-    if Command::new("umockdev-run").arg("--version").output().is_err() {
-        eprintln!("skipped: umockdev-run is missing (Debian, Ubuntu: apt install umockdev)");
-        return None;
-    }
+/// Runs a program with a virtual G29 of this product id, and events.
+fn with_wheel(product: &str, events: Option<&str>, program: &Path, arguments: &[&str]) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/g29");
     let file = |name: &str| folder.path().join(name);
@@ -37,13 +32,21 @@ fn with_wheel(product: &str, events: Option<&str>, program: &Path, arguments: &[
     fs::write(file("device"), device).unwrap();
     fs::write(file("events"), events.unwrap_or_default()).unwrap();
     let node = |what: &Path| format!("/dev/input/event0={}", what.display());
-    let mut command = Command::new("umockdev-run");
+    let mut command = umockdev();
     command.arg("--device").arg(file("device")).arg("--ioctl").arg(node(&here.join("wheel.ioctl")));
     if events.is_some() {
         command.arg("--evemu-events").arg(node(&file("events")));
     }
     command.env(WITHIN, "1").env("XDG_CONFIG_HOME", folder.path()).env("RUST_LOG", "error");
-    Some(command.arg("--").arg(program).args(arguments).output().unwrap())
+    command.arg("--").arg(program).args(arguments).output().expect(UMOCKDEV)
+}
+
+const UMOCKDEV: &str =
+    "umockdev-run is needed; scripts/setup --test installs it (Debian, Ubuntu: apt install umockdev)";
+
+/// A /sys and /dev of a program's own, in which nothing is plugged in yet.
+fn umockdev() -> Command {
+    Command::new("umockdev-run")
 }
 
 fn codrive() -> &'static Path {
@@ -53,10 +56,9 @@ fn codrive() -> &'static Path {
 /// Runs one test of this file within umockdev.
 fn again_within(test: &str, events: Option<&str>) {
     let this = std::env::current_exe().unwrap();
-    if let Some(output) = with_wheel("c24f", events, &this, &["--exact", test, "--nocapture"]) {
-        let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && text.contains("1 passed"), "{text}");
-    }
+    let output = with_wheel("c24f", events, &this, &["--exact", test, "--nocapture"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && text.contains("1 passed"), "{text}");
 }
 
 /// Polls until `what` holds, for up to 60 s: a slow machine is no failure.
@@ -156,7 +158,7 @@ fn calibrate_learns_a_g29_and_saves_what_a_drive_can_read() {
     fs::write(&answered, answers()).unwrap();
     let [out, replay] = [&file, &answered].map(|path| path.to_str().unwrap());
     let arguments = ["calibrate", "--name", "Rig 1", "--out", out, "--replay", replay];
-    let Some(output) = with_wheel("c24f", None, codrive(), &arguments) else { return };
+    let output = with_wheel("c24f", None, codrive(), &arguments);
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
     for question in
@@ -174,22 +176,19 @@ fn calibrate_learns_a_g29_and_saves_what_a_drive_can_read() {
 
 #[test]
 fn calibrate_without_a_wheel_says_what_to_do() {
-    if Path::new("/dev/input").exists() && codrive::input::linux::wheels().iter().any(|_| true) {
-        eprintln!("skipped: a wheel is plugged in");
-        return;
-    }
-    let output = Command::new(codrive()).arg("calibrate").output().unwrap();
+    // Whatever is plugged in here: within umockdev nothing is.
+    let output = umockdev().arg("--").arg(codrive()).arg("calibrate").output().expect(UMOCKDEV);
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("no steering wheel is plugged in\n  remedy: plug it in"), "{text}");
 }
 
 /// The doctor's checks by name: grade, found, remedy.
-fn doctor(product: &str) -> Option<Vec<(String, String, String, String)>> {
+fn doctor(product: &str) -> Vec<(String, String, String, String)> {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let arguments = ["doctor", "--json", "--size", "64x36", "--trees", "0", "--quality", "low", "--out", out];
-    let output = with_wheel(product, None, codrive(), &arguments)?;
+    let output = with_wheel(product, None, codrive(), &arguments);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
         panic!("{e}: {}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
     });
@@ -197,12 +196,12 @@ fn doctor(product: &str) -> Option<Vec<(String, String, String, String)>> {
     assert_eq!(output.status.code(), Some(i32::from(worst == "fault")), "exit 1 on a fault, and only then");
     let checks = json["checks"].as_array().unwrap();
     let text = |line: &serde_json::Value, key: &str| line[key].as_str().unwrap_or_default().to_owned();
-    Some(checks.iter().map(|l| (text(l, "what"), text(l, "grade"), text(l, "found"), text(l, "remedy"))).collect())
+    checks.iter().map(|l| (text(l, "what"), text(l, "grade"), text(l, "found"), text(l, "remedy"))).collect()
 }
 
 #[test]
 fn doctor_finds_the_wheel_and_its_force_and_leaves_nothing_out() {
-    let Some(checks) = doctor("c24f") else { return };
+    let checks = doctor("c24f");
     let of = |what: &str| checks.iter().find(|line| line.0 == what).unwrap_or_else(|| panic!("no line on {what}"));
     assert_eq!((of("wheel").1.as_str(), of("force").1.as_str()), ("ok", "ok"));
     assert!(of("force").2.contains("constant force yes, gain yes, autocentre yes, 16 effects"), "{:?}", of("force"));
@@ -214,7 +213,7 @@ fn doctor_finds_the_wheel_and_its_force_and_leaves_nothing_out() {
 
 #[test]
 fn doctor_tells_a_g29_at_the_ps4_switch_to_be_moved() {
-    let Some(checks) = doctor("c260") else { return };
+    let checks = doctor("c260");
     let (_, grade, found, remedy) = checks.iter().find(|line| line.0 == "wheel").unwrap();
     assert!(grade == "fault" && found.contains("stands at PS4") && remedy.contains("to PS3"), "{found}, {remedy}");
 }

@@ -1,6 +1,6 @@
 //! A virtual G29 through /dev/uinput, with force: what the kernel hands over to it is written down with its time.
 
-use super::kernel::{self, BEND, BEND_LEVEL, Driver, alone, figure, spread};
+use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, spread, this_test};
 use codrive::input::{Action, Feel, RigNews, Stamp, linux};
 use evdev::{
     AbsInfo, AbsoluteAxisCode, AttributeSet, BusType, EventSummary, FFEffectCode, FFEffectData, FFEffectKind,
@@ -17,7 +17,6 @@ use std::{
     time::Duration,
 };
 
-const NODE: &str = "/dev/uinput";
 const NAME: &str = "Logitech G29 Driving Force Racing Wheel";
 const SYN: u16 = 0;
 const KEY: u16 = 1;
@@ -177,7 +176,7 @@ fn is_level(level: i16) -> impl Fn(&Asked) -> bool {
 
 #[test]
 fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
-    let Some(_alone) = alone(NODE) else { return };
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let wheel = Wheel::plug();
     let mut driver = Driver::new();
     driver.find();
@@ -255,7 +254,7 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
 #[test]
 fn a_killed_program_leaves_no_force_on_the_wheel() {
     kernel::drive_until_killed();
-    let Some(_alone) = alone(NODE) else { return };
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let wheel = Wheel::plug();
     let mut child = kernel::start_driver("uinput::a_killed_program_leaves_no_force_on_the_wheel");
     wheel.asked_until(is_level(BEND_LEVEL));
@@ -277,7 +276,7 @@ fn a_killed_program_leaves_no_force_on_the_wheel() {
 
 #[test]
 fn it_drives_from_rest_and_stamps_come_from_the_kernel() {
-    let Some(_alone) = alone(NODE) else { return };
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let wheel = Wheel::plug();
     let mut driver = Driver::new();
     driver.find();
@@ -314,7 +313,7 @@ fn it_drives_from_rest_and_stamps_come_from_the_kernel() {
 
 #[test]
 fn a_queue_that_ran_over_does_not_leave_the_horn_on() {
-    let Some(_alone) = alone(NODE) else { return };
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let wheel = Wheel::plug();
     let nodes = linux::wheels();
     let (mut open, _) = linux::OpenWheel::open(&nodes[0]).unwrap();
@@ -355,7 +354,7 @@ fn buttons(told: &[codrive::input::wheel::Told]) -> Vec<(u16, bool)> {
 
 #[test]
 fn unplugged_and_plugged_in_again_and_again() {
-    let Some(_alone) = alone(NODE) else { return };
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     // Each takes up to half a second, the time after which wheels are looked for again.
     let times: usize = std::env::var("CODRIVE_TEST_REPLUGS").ok().and_then(|text| text.parse().ok()).unwrap_or(5);
     let mut driver = Driver::new();
@@ -386,7 +385,7 @@ fn unplugged_and_plugged_in_again_and_again() {
 
 #[test]
 fn two_wheels_are_told() {
-    let Some(_alone) = alone(NODE) else { return };
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let wheels = [Wheel::plug(), Wheel::named("Another Racing Wheel")];
     let mut driver = Driver::new();
     driver.find();
@@ -397,7 +396,7 @@ fn two_wheels_are_told() {
 
 #[test]
 fn doctor_asks_the_kernel_what_the_wheel_can_and_tells_who_may_not_open_it() {
-    let Some(_alone) = alone(NODE) else { return };
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let _wheel = Wheel::plug();
     let doctor = |user: Option<u32>| {
         let folder = tempfile::tempdir().unwrap();
