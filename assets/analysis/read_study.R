@@ -27,21 +27,37 @@ print(aggregate(trials[measures], by = list(condition = trials$condition), FUN =
 
 # One random intercept a participant; place is the order effect that the Latin square balances.
 library(if (requireNamespace("lmerTest", quietly = TRUE)) "lmerTest" else "lme4", character.only = TRUE)
+
+# A model of what was observed, or NULL, and why in words: such a model needs two conditions, two participants and more
+# observations than it has numbers to find (a mean, differences between conditions, a slope, two variances).
+fit <- function(title, response, terms, data) {
+  cat("\n==", title, "==\n")
+  observed <- data[!is.na(data[[response]]), ]
+  participants <- length(unique(observed$participant))
+  conditions <- length(unique(observed$condition))
+  if (conditions < 2 || participants < 2 || nrow(observed) <= max(participants, conditions + 3)) {
+    cat("too few observations for a model:", nrow(observed), "of", participants, "participants in", conditions,
+        "conditions\n")
+    return(NULL)
+  }
+  observed$condition <- factor(observed$condition)
+  lmer(as.formula(paste(response, "~ condition", terms, "+ (1 | participant)")), data = observed)
+}
+
 for (measure in measures) {
-  formula <- as.formula(paste(measure, "~ condition + place + (1 | participant)"))
-  model <- lmer(formula, data = trials)
-  cat("\n==", measure, "==\n")
-  print(summary(model)$coefficients)
-  print(anova(model))
+  model <- fit(measure, measure, "+ place", trials)
+  if (!is.null(model)) {
+    print(summary(model)$coefficients)
+    print(anova(model))
+  }
 }
 
 # Reaction times, change by change (SAE J2944): skewed, hence their logarithm.
 advice <- read.csv(file.path(tables, "advice.csv"), na.strings = "", stringsAsFactors = FALSE)
-advice <- advice[!is.na(advice$condition) & !is.na(advice$reaction_s), ]
-if (nrow(advice) > 2 * length(unique(advice$participant))) {
-  cat("\n== reaction to each change of the advice ==\n")
-  print(summary(lmer(log(reaction_s) ~ condition + (1 | participant), data = advice))$coefficients)
-}
+advice <- advice[!is.na(advice$condition), ]
+advice$log_reaction_s <- log(advice$reaction_s)
+model <- fit("reaction to each change of the advice (logarithm of seconds)", "log_reaction_s", "", advice)
+if (!is.null(model)) print(summary(model)$coefficients)
 
 if (requireNamespace("arrow", quietly = TRUE)) {
   subject <- as.character(trials$participant[1])
@@ -49,4 +65,6 @@ if (requireNamespace("arrow", quietly = TRUE)) {
   ego <- arrow::read_parquet(file.path(root, scans$recording[nrow(scans)], "ego.parquet"))
   cat("\n", scans$recording[nrow(scans)], ": ", nrow(ego), " ticks, mean speed of all vehicles ",
       round(mean(ego$mean_speed_mps), 3), " m/s\n", sep = "")
+} else {
+  cat("(install arrow to read a recording tick by tick)\n")
 }

@@ -55,6 +55,21 @@ def ticks(root: Path, recording: str) -> pd.DataFrame:
     return ego.merge(advice.assign(tick=advice["tick"] + 1), on="tick", how="left", validate="one_to_one")
 
 
+def mixed(trials: pd.DataFrame) -> None:
+    """Mean speed by condition and place with an intercept for each participant, or why there is none."""
+    participants, conditions = trials["participant"].nunique(), trials["condition"].nunique()
+    # A mean, differences between conditions, a slope and two variances are to be found.
+    if participants < 2 or conditions < 2 or len(trials) <= conditions + 3:
+        print(f"(too few participants or conditions for a mixed model: {participants} and {conditions})")
+        return
+    try:
+        import statsmodels.formula.api as smf
+    except ImportError:
+        print("(install statsmodels for a mixed model)")
+        return
+    print(smf.mixedlm("mean_speed_mps ~ C(condition) + place", trials, groups=trials["participant"]).fit().summary())
+
+
 def main() -> None:
     if len(sys.argv) not in (2, 3):
         sys.exit(__doc__)
@@ -69,15 +84,7 @@ def main() -> None:
         scores = [column for column in table.columns if column.startswith("score_")]
         if scores:
             print(name, table[scores].mean().round(2).to_dict())
-    try:
-        import statsmodels.formula.api as smf
-
-        model = smf.mixedlm(
-            "mean_speed_mps ~ C(condition) + place", trials, groups=trials["participant"]
-        ).fit()
-        print(model.summary())
-    except ImportError:
-        print("(install statsmodels for a mixed model)")
+    mixed(trials)
     scans = pd.read_csv(next(iter(sorted(root.glob("sub-*/sub-*_scans.tsv")))), sep="\t")
     recording = scans["recording"].iloc[-1]
     rows = ticks(root, recording)

@@ -179,11 +179,14 @@ fn marks(chart: &Chart, conditions: &[(String, Vec<&Analysed>)], measure: usize)
                 Some(format!("{x:.1},{y:.1}"))
             })
             .collect();
-        let _ = writeln!(
-            out,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"#999\" stroke-width=\"0.7\" opacity=\"0.55\"/>",
-            points.join(" ")
-        );
+        // What reads the picture complains of a line without length, here and below.
+        if points.len() > 1 {
+            let _ = writeln!(
+                out,
+                "<polyline points=\"{}\" fill=\"none\" stroke=\"#999\" stroke-width=\"0.7\" opacity=\"0.55\"/>",
+                points.join(" ")
+            );
+        }
     }
     for (i, (name, of)) in conditions.iter().enumerate() {
         let colour = COLOURS[i % COLOURS.len()];
@@ -195,10 +198,12 @@ fn marks(chart: &Chart, conditions: &[(String, Vec<&Analysed>)], measure: usize)
         if let Some(e) = Estimate::of(&values(of, measure)) {
             let [x, y] = chart.place(i as f64 + 1.14, e.mean);
             let [low, high] = [e.low, e.high].map(|v| chart.place(0.0, v)[1]);
+            if low - high > 0.1 {
+                let _ = writeln!(out, "<path d=\"M{x:.1} {low:.1}V{high:.1}\" stroke=\"#222\" stroke-width=\"2\"/>");
+            }
             let _ = writeln!(
                 out,
-                "<path d=\"M{x:.1} {low:.1}V{high:.1}\" stroke=\"#222\" stroke-width=\"2\"/>\
-                 <circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.2\" fill=\"{colour}\" stroke=\"#222\" stroke-width=\"1.4\"/>"
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.2\" fill=\"{colour}\" stroke=\"#222\" stroke-width=\"1.4\"/>"
             );
         }
         let [x, _] = chart.place(i as f64 + 1.0, 0.0);

@@ -202,12 +202,15 @@ impl Chart {
     fn line(&self, out: &mut String, line: &Line) {
         let Style { colour, width, dash, dots } = line.style;
         let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
-        let _ = writeln!(
-            out,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
-             stroke-linejoin=\"round\"{dash}/>",
-            self.points(&line.points)
-        );
+        // What reads the picture complains of a line without length.
+        if line.points.iter().any(|point| *point != line.points[0]) {
+            let _ = writeln!(
+                out,
+                "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+                 stroke-linejoin=\"round\"{dash}/>",
+                self.points(&line.points)
+            );
+        }
         for point in line.points.iter().filter(|_| dots) {
             let [x, y] = self.place(point[0], point[1]);
             let _ = write!(out, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.8\" fill=\"{colour}\"/>");
