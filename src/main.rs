@@ -5,5 +5,6 @@ fn main() -> std::process::ExitCode {
     let filter =
         env_logger::Env::default().default_filter_or("warn,wgpu_hal=off,wgpu_core=error,naga=error,egui_extras=error");
     env_logger::Builder::from_env(filter).format_timestamp(None).init();
+    codrive::record::kill_point::arm();
     codrive::cli::main(std::env::args_os()).into()
 }

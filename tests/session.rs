@@ -248,7 +248,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
     };
     let mut child = rehearse();
     let source = out.join("sourcedata/sub-R01");
-    until(&mut child, &source.join("trial-1-narrow/journal/ego.arrows"));
+    until(&mut child, &source.join("trial-1-narrow/journal/rows.blocks"));
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success() && child.wait().unwrap().code() == Some(1));
     let log = Log::load(&source.join("session.json")).unwrap();
@@ -267,7 +267,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
 
     // Killed without a word within it, it is made whole, and the next attempt has a folder of its own once more.
     let mut child = rehearse();
-    until(&mut child, &again.join("journal/ego.arrows"));
+    until(&mut child, &again.join("journal/rows.blocks"));
     child.kill().unwrap();
     child.wait().unwrap();
     let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
@@ -381,10 +381,12 @@ fn folders_that_are_something_else_are_refused_and_left_alone() {
     let cut = folder.path().join("cut");
     let drive = ["run", "--traffic", "native", "--duration", "1", "--out", cut.to_str().unwrap()];
     assert_eq!(codrive(&drive).0, 0);
-    fs::create_dir(cut.join("journal")).unwrap();
+    // A manifest that does not say how the drive ended: it was cut.
+    let manifest = fs::read_to_string(cut.join("manifest.json")).unwrap();
+    fs::write(cut.join("manifest.json"), manifest.replace("\"complete\"", "\"running\"")).unwrap();
     let (code, text) = codrive(&["analyse", cut.to_str().unwrap()]);
     assert!(code == 2 && text.contains("codrive recover"), "{text}");
-    fs::remove_dir(cut.join("journal")).unwrap();
+    fs::write(cut.join("manifest.json"), manifest).unwrap();
     let (code, text) = codrive(&["analyse", cut.to_str().unwrap()]);
     assert!(code == 0 && text.contains("of 1 drives"), "{text}");
     fs::write(cut.join("ego.parquet"), "no").unwrap();

@@ -4,7 +4,7 @@
 use super::AnalysisError;
 use crate::{
     map::RoadMap,
-    record::{Manifest, Reader, RecordError, Table},
+    record::{self, Reader, RecordError, Table},
     sim::Scenario,
     time::Tick,
 };
@@ -94,13 +94,7 @@ impl Trial {
     /// # Errors
     /// There is none, it was cut, or it is not as this program writes it.
     pub fn load(recording: &Path) -> Result<Self, AnalysisError> {
-        let manifest = Manifest::load(recording)?;
-        if recording.join("journal").exists() {
-            return Err(AnalysisError::Input(format!(
-                "{0}: the recording was cut before its end\n  remedy: codrive recover {0}",
-                recording.display()
-            )));
-        }
+        let manifest = record::open(recording)?;
         let scenario = Scenario::from_file(&recording.join("scenario.toml")).map_err(|e| AnalysisError::Input(e.0))?;
         let read = |table: Table| Reader::parquet(&table.parquet(recording));
         let (ego, cars, advice) = (read(Table::Ego)?, read(Table::Cars)?, read(Table::Advice)?);

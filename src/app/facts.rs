@@ -25,8 +25,11 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
         graphics: gpu.map(Gpu::description),
         display_m: [scenario.screen_width_m, scenario.eye_distance_m],
         screen: None,
+        state: None,
         ended: None,
         hash: None,
+        checksums: None,
+        sha256: None,
     }
 }
 

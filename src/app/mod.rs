@@ -45,9 +45,6 @@ pub enum AppError {
     /// The recording cannot be written or read.
     #[error(transparent)]
     Record(#[from] crate::record::RecordError),
-    /// The recording was cut and not yet recovered.
-    #[error("{0}: the recording was cut before its end\n  remedy: codrive recover {0}")]
-    CutRecording(std::path::PathBuf),
     /// A session of a study cannot begin or go on.
     #[error(transparent)]
     Session(#[from] crate::study::SessionError),

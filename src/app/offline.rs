@@ -4,7 +4,7 @@
 use super::{AppError, Drive, facts, words};
 use crate::{
     driver::{self, DriverParams, SimulatedDriver},
-    record::{Manifest, Recorder},
+    record::{FLUSH_EVERY, Manifest, Recorder},
     sim::{Scenario, Summary, Tally, World},
     study::Code,
     time::{Pace, Tick},
@@ -13,9 +13,6 @@ use std::{
     path::Path,
     time::{Duration, Instant},
 };
-
-/// What a drive recorded goes to the disk this often.
-pub const FLUSH_EVERY: Duration = Duration::from_millis(400);
 
 /// One drive by a simulated driver.
 pub struct Run {

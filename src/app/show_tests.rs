@@ -10,7 +10,7 @@ use crate::{
         wheel::{Found, Told},
     },
     panel::calibration::CalibrationCommand,
-    record::{Manifest, Reader, Table, manifest::Hashed},
+    record::{Manifest, Reader, Table},
     sim::FlashPatch,
 };
 use std::{fs, io, sync::Arc, sync::mpsc::Sender};
@@ -53,24 +53,7 @@ fn frame(show: &mut Show) -> Option<bool> {
 
 /// Records into `folder` without a graphics device.
 fn record(show: &mut Show, folder: &Path) {
-    let nothing = || Hashed { name: "none".into(), sha256: None };
-    let manifest = Manifest {
-        program: "codrive".into(),
-        build: "test".into(),
-        traffic: "native".into(),
-        seed: 1,
-        map: nothing(),
-        policy: nothing(),
-        driver: "wheel".into(),
-        participant: None,
-        began: "2026-01-01T00:00:00Z".into(),
-        machine: "any".into(),
-        graphics: None,
-        display_m: [1.0, 1.0],
-        screen: None,
-        ended: None,
-        hash: None,
-    };
+    let manifest = Manifest { driver: "wheel".into(), seed: 1, ..Manifest::default() };
     show.recorder = Some(Recorder::begin(folder, show.drive.world.scenario(), manifest).unwrap());
 }
 

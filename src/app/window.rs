@@ -6,12 +6,12 @@ use super::{
     display::Place,
     host::{ExperimenterWindow, PictureWindow, Placing},
     keys::{self, Command},
-    offline::FLUSH_EVERY,
     shell::{self, Next, Windows, now},
 };
 use crate::{
     input::{Devices, Profile},
     panel::{experimenter::ExperimenterCommand, theme},
+    record,
     sim::Scenario,
     time::Pace,
 };
@@ -162,7 +162,7 @@ impl Frame {
             self.show.shown(done - self.first, elapsed, &due);
         }
         self.desk.frame(elapsed, &due);
-        if done - self.flushed > FLUSH_EVERY {
+        if done - self.flushed > record::FLUSH_EVERY {
             self.flushed = done;
             self.show.flush()?;
         }

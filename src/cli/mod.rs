@@ -139,7 +139,9 @@ impl From<MapError> for CliError {
 impl From<RecordError> for CliError {
     fn from(error: RecordError) -> Self {
         match error {
-            RecordError::Taken { .. } | RecordError::Absent(_) => Self::Input(error.to_string()),
+            RecordError::Taken { .. } | RecordError::Absent(_) | RecordError::Cut(_) | RecordError::Running(_) => {
+                Self::Input(error.to_string())
+            }
             other => Self::Failed(other.to_string()),
         }
     }
@@ -154,9 +156,7 @@ impl From<app::AppError> for CliError {
             app::AppError::Record(error) => error.into(),
             app::AppError::Session(SessionError::Refused(text)) => Self::Input(text),
             app::AppError::Session(SessionError::Record(error)) => error.into(),
-            app::AppError::CutRecording(_) | app::AppError::NoMonitor { .. } | app::AppError::NoRefresh { .. } => {
-                Self::Input(error.to_string())
-            }
+            app::AppError::NoMonitor { .. } | app::AppError::NoRefresh { .. } => Self::Input(error.to_string()),
             other => Self::Failed(other.to_string()),
         }
     }

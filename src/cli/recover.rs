@@ -1,7 +1,10 @@
 //! `codrive recover`: tables of a recording that was cut.
 
 use super::CliError;
-use crate::record;
+use crate::{
+    record::{self, Recovered},
+    time::Tick,
+};
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -12,16 +15,31 @@ pub(super) fn command() -> Command {
             .required(true)
             .num_args(1..)
             .value_parser(value_parser!(PathBuf))
-            .help("Recordings; one that is whole stays as it is"),
+            .help("Recordings; one that is whole stays as it is, one that is still being driven is left alone. What cannot be read moves to lost+found/ in it"),
     )
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     for folder in matches.get_many::<PathBuf>("recording").into_iter().flatten() {
-        let found = record::recover(folder)?;
-        let rows: Vec<String> = found.rows.iter().map(|(table, n)| format!("{} {n}", table.name())).collect();
-        let state = if found.was_whole { "is whole" } else { "recovered" };
-        println!("{}: {state}; rows: {}", folder.display(), rows.join(", "));
+        print!("{}", words(&folder.display().to_string(), &record::recover(folder)?));
     }
     Ok(())
+}
+
+/// What was found, in words: which rows, from when to when, and what is missing.
+fn words(name: &str, found: &Recovered) -> String {
+    let state = if found.was_whole { "is whole" } else { "recovered" };
+    let rows = found.rows.iter().map(|(table, rows)| {
+        let span = found.ticks.iter().find(|(of, _)| of == table).map(|(_, ticks)| ticks.map(Tick::seconds));
+        let span = span.map_or(String::new(), |[from, to]| format!(" ({from:.2} to {to:.2} s)"));
+        format!("{} {rows}{span}", table.name())
+    });
+    let mut text = format!("{name}: {state}; rows: {}\n", rows.collect::<Vec<_>>().join(", "));
+    for hole in &found.missing {
+        text += &format!("  could not be read: {hole}\n");
+    }
+    if let Some(kept) = &found.kept {
+        text += &format!("  the journal is kept in {}; nothing was deleted\n", kept.display());
+    }
+    text
 }

@@ -22,7 +22,7 @@ pub(super) fn command() -> Command {
         |name, value, help| Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help);
     Command::new("replay")
         .about("Drive a recording again from its inputs and prove that every tick is the same; draw it")
-        .after_help("Exit code 1 where a tick differs. Without --png, --frames and --video nothing is drawn.")
+        .after_help("Every column of every table that a drive makes is compared bit by bit, every other file by its SHA-256. Exit code 1 where something differs. Without --png, --frames and --video nothing is drawn.")
         .arg(
             Arg::new("recording")
                 .value_name("DIR")
@@ -143,26 +143,33 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 
 /// What the proof has found.
 fn say(recording: &Path, found: &Verdict, all: u64) -> Result<(), CliError> {
-    match (found.first_difference, found.by) {
-        (Some(tick), Some([speed, place])) => Err(CliError::Failed(format!(
-            "{}: tick {tick} ({:.2} s) is not as recorded: the ego's speed differs by {speed:.3e} m/s, its place by {place:.3e} m. \
-             Another version of the program or of SUMO, another map or changed inputs do that: compare manifest.json",
-            recording.display(),
-            Tick(tick).seconds()
-        ))),
-        _ if found.ticks < all => {
+    let (name, ticks) = (recording.display(), found.ticks);
+    if found.is_proven() {
+        let which = if ticks < all {
+            format!("{ticks} of {all} ticks were driven again, all")
+        } else {
+            format!("all {all} ticks are")
+        };
+        let what = if found.changes.is_some() { "; every file is as it was written" } else { "" };
+        println!("{name}: {which} the same to the bit{what}");
+        if found.changes.is_none() {
             println!(
-                "{}: {} of {all} ticks were driven again, all the same to the bit",
-                recording.display(),
-                found.ticks
+                "It has no checksums (an earlier version wrote it): what devices and the screen did is not proven."
             );
-            Ok(())
         }
-        _ => {
-            println!("{}: all {} ticks are the same to the bit", recording.display(), found.ticks);
-            Ok(())
-        }
+        return Ok(());
     }
+    let mut lines = vec![format!("{name}: not as it was recorded")];
+    lines.extend(found.difference.as_ref().map(|first| format!("first difference: {first}")));
+    if found.cells > 1 {
+        lines.push(format!("cells that differ: {} in {ticks} ticks", found.cells));
+    }
+    lines.extend(found.hole.map(|tick| format!("ego.parquet: rows are missing from {:.2} s on", tick.seconds())));
+    lines.extend(found.changes.iter().flatten().map(ToString::to_string));
+    if found.changes.as_ref().is_none_or(Vec::is_empty) {
+        lines.push("The files are as they were written: another version of the program or of SUMO, or another map, does that; compare manifest.json".into());
+    }
+    Err(CliError::Failed(lines.join("\n  ")))
 }
 
 /// The same drive with something changed.

@@ -1,11 +1,32 @@
 //! Files that are made once, for the user alone, and reach the disk. In: paths. Out: files, or the system's own words.
 
 use super::RecordError;
+use fail::fail_point;
 use std::{
     fs::{self, DirBuilder, File, OpenOptions},
     io::Write,
-    path::Path,
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicU64, Ordering},
 };
+
+/// How often this program has waited for the disk.
+static SYNCS: AtomicU64 = AtomicU64::new(0);
+
+/// How often this program has waited for the disk since it began: what a drive costs it, without a clock.
+pub fn syncs() -> u64 {
+    SYNCS.load(Ordering::Relaxed)
+}
+
+/// The disk is waited for once more.
+pub(super) fn count_sync() {
+    SYNCS.fetch_add(1, Ordering::Relaxed);
+}
+
+/// Waits until the disk has a file whole, its length included.
+pub(super) fn sync_file(file: &File, path: &Path) -> Result<(), RecordError> {
+    count_sync();
+    file.sync_all().map_err(RecordError::file(path))
+}
 
 /// Makes a folder and those above it, private to the user. One that is there already is left as it is.
 ///
@@ -38,6 +59,9 @@ pub fn free_bytes(_folder: &Path) -> Option<u64> {
     None
 }
 
+/// Ending of a file that is not whole yet.
+pub const BESIDE: &str = "new";
+
 /// A new file, private to the user.
 ///
 /// # Errors
@@ -56,7 +80,8 @@ pub(super) fn new_file(path: &Path) -> Result<File, RecordError> {
 /// There is one already, or the system refuses.
 pub fn write_new(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     let mut file = new_file(path)?;
-    file.write_all(text).and_then(|()| file.sync_all()).map_err(RecordError::file(path))?;
+    file.write_all(text).map_err(RecordError::file(path))?;
+    sync_file(&file, path)?;
     sync_dir(path)
 }
 
@@ -65,22 +90,38 @@ pub fn write_new(path: &Path, text: &[u8]) -> Result<(), RecordError> {
 /// # Errors
 /// The system refuses.
 pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
-    let beside = path.with_extension("new");
-    if beside.exists() {
+    let (beside, mut file) = new_beside(path)?;
+    file.write_all(text).map_err(RecordError::file(&beside))?;
+    sync_file(&file, &beside)?;
+    fail_point!("replace.written");
+    fs::rename(&beside, path).map_err(RecordError::file(path))?;
+    sync_dir(path)?;
+    fail_point!("replace.renamed");
+    Ok(())
+}
+
+/// A new file in which that at `path` is written, until it is whole and takes its place.
+///
+/// # Errors
+/// The system refuses.
+pub(super) fn new_beside(path: &Path) -> Result<(PathBuf, File), RecordError> {
+    let beside = path.with_extension(BESIDE);
+    if fs::symlink_metadata(&beside).is_ok() {
         // What a cut left behind; it was never part of the recording.
         fs::remove_file(&beside).map_err(RecordError::file(&beside))?;
     }
-    let mut file = new_file(&beside)?;
-    file.write_all(text).and_then(|()| file.sync_all()).map_err(RecordError::file(&beside))?;
-    fs::rename(&beside, path).map_err(RecordError::file(path))?;
-    sync_dir(path)
+    let file = new_file(&beside)?;
+    Ok((beside, file))
 }
 
 /// Makes names in the folder of `path` last.
 pub(super) fn sync_dir(path: &Path) -> Result<(), RecordError> {
     #[cfg(unix)]
     if let Some(folder) = path.parent() {
-        File::open(folder).and_then(|folder| folder.sync_all()).map_err(RecordError::file(folder))?;
+        // The folder of a bare name is the one that the program stands in.
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let open = File::open(folder).map_err(RecordError::file(folder))?;
+        sync_file(&open, folder)?;
     }
     Ok(())
 }

@@ -1,103 +1,130 @@
-//! The journal: one Arrow IPC stream a table, appended to by one thread, on the disk after every batch. In: batches from a
-//! bounded queue. Out: files that are whole up to their last batch, whenever the power fails.
+//! The journal: one file, appended to by one thread, on the disk after every batch. In: batches from a bounded queue. Out:
+//! blocks (see [`block`]) that are whole up to the last batch, whenever the power fails.
+//!
+//! Each block is an Arrow IPC stream of its own, compressed by zstd: it can be read whatever happened to the ones before it.
+//! All blocks of a batch go to the disk by one write and one sync.
 
 use super::{
-    RecordError, files,
-    table::{Column, batch, schema},
+    RecordError,
+    block::{self, Header},
+    files,
+    table::{Column, Get, batch, schema},
     tables::{self, Batch, Table},
 };
-use arrow_ipc::{
-    CompressionType,
-    writer::{IpcWriteOptions, StreamWriter},
-};
-use arrow_schema::Schema;
+use arrow_ipc::writer::StreamWriter;
+use fail::fail_point;
 use std::{
     fs::File,
+    io::{self, Write},
     path::{Path, PathBuf},
-    sync::{Arc, mpsc::Receiver},
+    sync::mpsc::Receiver,
 };
 
-/// One table's stream.
-struct Stream<R: 'static> {
+/// Name of the file in the journal's folder.
+pub(super) const FILE: &str = "rows.blocks";
+/// Fast, and on rows of a second as small as higher levels to a tenth.
+const ZSTD_LEVEL: i32 = 1;
+
+/// What rows are appended to: a file, or in tests something that sees what is asked of it.
+pub(super) trait Durable: Write + Send + 'static {
+    /// Waits until the disk has all that was written.
+    fn sync(&mut self) -> io::Result<()>;
+}
+
+impl Durable for File {
+    fn sync(&mut self) -> io::Result<()> {
+        files::count_sync();
+        self.sync_data()
+    }
+}
+
+/// The journal of one recording.
+pub(super) struct Journal<F> {
     path: PathBuf,
-    columns: &'static [Column<R>],
-    schema: Arc<Schema>,
-    writer: StreamWriter<File>,
+    file: F,
+    /// Number of the next block.
+    next: u64,
 }
 
-impl<R> Stream<R> {
-    fn begin(path: PathBuf, file: File, columns: &'static [Column<R>]) -> Result<Self, RecordError> {
-        let schema = schema(columns);
-        let options = IpcWriteOptions::default()
-            .try_with_compression(Some(CompressionType::ZSTD))
-            .map_err(RecordError::table(&path))?;
-        let writer = StreamWriter::try_new_with_options(file, &schema, options).map_err(RecordError::table(&path))?;
-        Ok(Self { path, columns, schema, writer })
-    }
-
-    /// Appends rows and waits until the disk has them.
-    fn append(&mut self, rows: &[R]) -> Result<(), RecordError> {
-        if rows.is_empty() {
-            return Ok(());
-        }
-        let fault = RecordError::table(&self.path);
-        self.writer.write(&batch(&self.schema, self.columns, rows)).map_err(fault)?;
-        self.writer.get_ref().sync_data().map_err(RecordError::file(&self.path))
-    }
-
-    fn end(mut self) -> Result<(), RecordError> {
-        self.writer.finish().map_err(RecordError::table(&self.path))?;
-        self.writer.get_ref().sync_all().map_err(RecordError::file(&self.path))
+impl Journal<File> {
+    /// Makes the file in `folder`, which is there.
+    pub fn begin(folder: &Path) -> Result<Self, RecordError> {
+        let path = folder.join(FILE);
+        let file = files::new_file(&path)?;
+        files::sync_dir(&path)?;
+        Ok(Self::over(path, file))
     }
 }
 
-/// All streams of one recording.
-pub(super) struct Journal {
-    ego: Stream<tables::EgoRow>,
-    cars: Stream<tables::CarRow>,
-    advice: Stream<tables::AdviceRow>,
-    frames: Stream<tables::FrameRow>,
-    events: Stream<tables::EventRow>,
-}
-
-impl Journal {
-    /// Makes the files in `folder`, which is there; `open` makes one (tests hand in a disk that is full).
-    pub fn begin(folder: &Path, open: impl Fn(&Path) -> Result<File, RecordError>) -> Result<Self, RecordError> {
-        let place = |table: Table| {
-            let path = table.journal(folder);
-            open(&path).map(|file| (path, file))
-        };
-        let (ego, cars) = (place(Table::Ego)?, place(Table::Cars)?);
-        let (advice, frames, events) = (place(Table::Advice)?, place(Table::Frames)?, place(Table::Events)?);
-        Ok(Self {
-            ego: Stream::begin(ego.0, ego.1, tables::EGO)?,
-            cars: Stream::begin(cars.0, cars.1, tables::CARS)?,
-            advice: Stream::begin(advice.0, advice.1, tables::ADVICE)?,
-            frames: Stream::begin(frames.0, frames.1, tables::FRAMES)?,
-            events: Stream::begin(events.0, events.1, tables::EVENTS)?,
-        })
+impl<F: Durable> Journal<F> {
+    /// Over a file that is new and empty; `path` is for messages.
+    pub fn over(path: PathBuf, file: F) -> Self {
+        Self { path, file, next: 0 }
     }
 
-    /// Appends every batch that comes until there are no more. The ego last: where its row is, the others are too. `done` is
-    /// told of every batch that is on the disk.
+    /// Appends every batch that comes until there are no more; `done` is told of every batch that is on the disk.
     pub fn write(mut self, batches: &Receiver<Batch>, mut done: impl FnMut()) -> Result<(), RecordError> {
         for batch in batches {
-            self.cars.append(&batch.cars)?;
-            self.advice.append(&batch.advice)?;
-            self.frames.append(&batch.frames)?;
-            self.events.append(&batch.events)?;
-            self.ego.append(&batch.ego)?;
+            self.append(&batch)?;
             done();
         }
-        self.cars.end()?;
-        self.advice.end()?;
-        self.frames.end()?;
-        self.events.end()?;
-        self.ego.end()
+        Ok(())
+    }
+
+    /// Appends one batch and waits until the disk has it. The ego comes last: where its row is, the others are too.
+    fn append(&mut self, batch: &Batch) -> Result<(), RecordError> {
+        let mut bytes = Vec::new();
+        self.block(&mut bytes, Table::Cars, tables::CARS, &batch.cars)?;
+        self.block(&mut bytes, Table::Advice, tables::ADVICE, &batch.advice)?;
+        self.block(&mut bytes, Table::Frames, tables::FRAMES, &batch.frames)?;
+        self.block(&mut bytes, Table::Events, tables::EVENTS, &batch.events)?;
+        self.block(&mut bytes, Table::Ego, tables::EGO, &batch.ego)?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        fail_point!("flush.begin");
+        self.file.write_all(&bytes).map_err(RecordError::file(&self.path))?;
+        fail_point!("flush.written");
+        self.file.sync().map_err(RecordError::file(&self.path))?;
+        fail_point!("flush.synced");
+        Ok(())
+    }
+
+    /// Rows of one table as a block behind `bytes`.
+    fn block<R>(
+        &mut self,
+        bytes: &mut Vec<u8>,
+        table: Table,
+        columns: &[Column<R>],
+        rows: &[R],
+    ) -> Result<(), RecordError> {
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
+        let payload = payload(columns, rows).map_err(RecordError::file(&self.path))?;
+        let header = Header {
+            table: Table::ALL.iter().position(|t| *t == table).unwrap_or_default() as u32,
+            rows: rows.len() as u32,
+            number: self.next,
+            ticks: [tick(columns, first), tick(columns, last)],
+        };
+        self.next += 1;
+        bytes.extend(block::encode(&header, &payload));
+        Ok(())
     }
 }
 
-/// Makes a file of the journal.
-pub(super) fn new_stream(path: &Path) -> Result<File, RecordError> {
-    files::new_file(path)
+/// Rows as a compressed Arrow stream with its schema.
+fn payload<R>(columns: &[Column<R>], rows: &[R]) -> io::Result<Vec<u8>> {
+    let schema = schema(columns);
+    let mut stream = StreamWriter::try_new(Vec::new(), &schema).map_err(io::Error::other)?;
+    stream.write(&batch(&schema, columns, rows)).map_err(io::Error::other)?;
+    stream.finish().map_err(io::Error::other)?;
+    zstd::bulk::compress(stream.get_ref(), ZSTD_LEVEL)
+}
+
+/// The tick of a row: every table has a column of that name.
+fn tick<R>(columns: &[Column<R>], row: &R) -> u64 {
+    columns.iter().find(|column| column.name == "tick").map_or(0, |column| match column.get {
+        Get::Whole(get) => get(row),
+        _ => 0,
+    })
 }

@@ -3,6 +3,7 @@
 
 use super::{RecordError, files};
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use std::path::Path;
 
@@ -10,7 +11,7 @@ use std::path::Path;
 pub const FILE: &str = "manifest.json";
 
 /// All about one recording. Unknown keys are kept out: a later program says its own version.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Name and version of the program.
     pub program: String,
@@ -40,10 +41,31 @@ pub struct Manifest {
     /// The screen and how pictures come to it; `None` without a window.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub screen: Option<Screen>,
+    /// How far it is; `None` in a recording of an earlier version.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub state: Option<State>,
     /// How it ended; `None` while it lasts, and after a cut.
     pub ended: Option<String>,
     /// Fingerprint of all snapshots, at the end.
     pub hash: Option<String>,
+    /// SHA-256 of `checksums.json`, once all files are written.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub checksums: Option<String>,
+    /// SHA-256 of this manifest without this line, once it is written for the last time.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub sha256: Option<String>,
+}
+
+/// How far a recording is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// The drive lasts, or was cut: rows are in the journal.
+    Running,
+    /// The drive ended by itself: all tables are whole.
+    Complete,
+    /// The drive was cut: the tables hold what could be saved.
+    Recovered,
 }
 
 /// A screen and how pictures come to it.
@@ -62,7 +84,7 @@ pub struct Screen {
 }
 
 /// A name and the SHA-256 of what it stands for.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hashed {
     /// Its name.
     pub name: String,
@@ -74,11 +96,16 @@ impl Hashed {
     /// A name and its file, if there is one that can be read.
     pub fn of(name: &str, file: Option<&Path>) -> Self {
         let bytes = file.and_then(|file| std::fs::read(file).ok());
-        Self { name: name.into(), sha256: bytes.map(|bytes| hex(&Sha256::digest(bytes))) }
+        Self { name: name.into(), sha256: bytes.map(|bytes| sha256(&bytes)) }
     }
 }
 
-fn hex(bytes: &[u8]) -> String {
+/// SHA-256, hexadecimal.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -96,8 +123,43 @@ impl Manifest {
         serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
     }
 
+    /// True once all tables are written.
+    pub fn is_complete(&self) -> bool {
+        match self.state {
+            Some(state) => state != State::Running,
+            // Earlier versions wrote the end when the tables were whole.
+            None => self.ended.is_some(),
+        }
+    }
+
+    /// False if somebody has changed that of a recording since it was written for the last time; `None` if its own SHA-256 was
+    /// never noted, as by an earlier version.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn is_as_written(recording: &Path) -> Result<Option<bool>, RecordError> {
+        let path = recording.join(FILE);
+        let text = std::fs::read_to_string(&path).map_err(RecordError::file(&path))?;
+        // Of the text and not of what this version understands of it: an added line is a change, too.
+        let read = serde_json::from_str(&text);
+        let mut lines: Map<String, Value> = read.map_err(|e| RecordError::Table { path, why: e.to_string() })?;
+        let written = lines.shift_remove("sha256");
+        let text = serde_json::to_string_pretty(&lines).expect("numbers and words") + "\n";
+        Ok(written.map(|written| written == sha256(text.as_bytes()).as_str()))
+    }
+
+    fn text(&self) -> String {
+        serde_json::to_string_pretty(self).expect("numbers and words") + "\n"
+    }
+
     pub(super) fn save(&self, recording: &Path) -> Result<(), RecordError> {
-        let text = serde_json::to_string_pretty(self).expect("numbers and words");
-        files::replace(&recording.join(FILE), (text + "\n").as_bytes())
+        files::replace(&recording.join(FILE), self.text().as_bytes())
+    }
+
+    /// Saves it for the last time.
+    pub(super) fn seal(&mut self, recording: &Path) -> Result<(), RecordError> {
+        self.sha256 = None;
+        self.sha256 = Some(sha256(self.text().as_bytes()));
+        self.save(recording)
     }
 }

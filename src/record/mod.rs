@@ -3,25 +3,37 @@
 //! ```text
 //! manifest.json   what was driven, on what, by which program; how it ended
 //! scenario.toml   the scenario, to be driven again
-//! journal/        one Arrow IPC stream a table while the drive lasts: cut at any byte it loses one batch at most
+//! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
 //! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events
 //! summary.json    the drive in numbers
+//! checksums.json  SHA-256 of all files, of each column of the tables
+//! lost+found/     only after damage: the journal of which something could not be read
+//! lock            held by the program that records
 //! ```
 //! Rows carry their tick, so that a row of one table joins to its tick in another exactly; [`tables`] names every column
 //! with its unit. Nothing is ever overwritten, and files are the user's alone. Names and contact data never come in here.
 
+mod block;
+mod checksums;
+mod compare;
 mod files;
 mod journal;
+mod journal_reader;
+pub mod kill_point;
+mod lock;
 pub mod manifest;
 mod recorder;
 pub mod recover;
 pub mod table;
 pub mod tables;
 
-pub use files::{LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, replace, write_new};
+pub use checksums::{Change, Checksums, changes, file_sha256};
+pub use compare::{Comparison, Difference};
+pub use files::{BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, replace, syncs, write_new};
+pub use journal_reader::Hole;
 pub use manifest::Manifest;
-pub use recorder::{Gauge, Recorder};
-pub use recover::{Recovered, recover};
+pub use recorder::{FLUSH_EVERY, Gauge, Recorder};
+pub use recover::{Recovered, count, open, recover};
 pub use table::{Column, Reader};
 pub use tables::Table;
 
@@ -62,6 +74,26 @@ pub enum RecordError {
         /// What is wrong.
         why: String,
     },
+    /// Its drive is not over.
+    #[error(
+        "{0}: the drive is still running and is being recorded\n  remedy: end it first (Esc in its window, Ctrl-C where there is none)"
+    )]
+    Running(PathBuf),
+    /// It was cut and not yet recovered.
+    #[error("{0}: the recording was cut before its end\n  remedy: codrive recover {0}")]
+    Cut(PathBuf),
+    /// The disk gave back other bytes than it took.
+    #[error(
+        "{folder}: the recording ended, but the disk lost part of it: {missing}. All that can be read is in the tables, the journal is kept in {kept}\n  remedy: check this disk before you record on it again"
+    )]
+    Damaged {
+        /// The recording.
+        folder: PathBuf,
+        /// What is missing, in words.
+        missing: String,
+        /// Where the journal lies.
+        kept: PathBuf,
+    },
     /// There is no recording.
     #[error("{0} holds no recording: there is no manifest.json in it")]
     Absent(PathBuf),
@@ -80,13 +112,5 @@ impl RecordError {
     fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |why| Self::File { path, why }
-    }
-
-    fn table(path: impl Into<PathBuf>) -> impl FnOnce(arrow_schema::ArrowError) -> Self {
-        let path = path.into();
-        move |why| match why {
-            arrow_schema::ArrowError::IoError(_, why) => Self::File { path, why },
-            other => Self::Table { path, why: other.to_string() },
-        }
     }
 }

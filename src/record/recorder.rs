@@ -2,8 +2,10 @@
 //! tick, a frame, a mark. Out: nothing that waits; a full queue or disk is an error at the next call.
 
 use super::{
-    Manifest, RecordError, files,
-    journal::{self, Journal},
+    Manifest, RecordError, checksums, files,
+    journal::{Durable, Journal},
+    lock::RecordingLock,
+    manifest::State,
     recover,
     tables::{AdviceRow, Batch, CarRow, EgoRow, EventRow, FrameRow, Table},
 };
@@ -12,8 +14,8 @@ use crate::{
     sim::{EventKind, HASH_START, Scenario, Snapshot, Summary, World},
     time::Tick,
 };
+use fail::fail_point;
 use std::{
-    fs::File,
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -21,10 +23,14 @@ use std::{
         mpsc::{self, SyncSender, TrySendError},
     },
     thread::JoinHandle,
+    time::Duration,
 };
 
-/// Batches that may wait for the disk. A window sends two a second.
-const QUEUE: usize = 32;
+/// Rows wait so long at most before they are handed to the writing thread, by whoever has a clock. A power cut costs this
+/// and what the disk takes for a batch: 0.5 s is promised.
+pub const FLUSH_EVERY: Duration = Duration::from_millis(200);
+/// Batches that may wait for the disk: 13 s of a drive.
+const QUEUE: usize = 64;
 /// A batch is sent at the latest with this many ticks: full speed without a clock.
 const MOST_TICKS: usize = 2_000;
 
@@ -66,6 +72,8 @@ pub struct Recorder {
     wheel_force_nm: Option<f64>,
     queue: Option<SyncSender<Batch>>,
     writer: Option<JoinHandle<Result<(), RecordError>>>,
+    /// Held until all is written.
+    _lock: RecordingLock,
 }
 
 impl Recorder {
@@ -74,27 +82,36 @@ impl Recorder {
     /// # Errors
     /// The folder holds one already, or the system refuses.
     pub fn begin(folder: &Path, scenario: &Scenario, manifest: Manifest) -> Result<Self, RecordError> {
-        Self::begin_with(folder, scenario, manifest, journal::new_stream)
+        Self::begin_with(folder, scenario, manifest, Journal::begin)
     }
 
-    fn begin_with(
+    /// `open` makes the journal in its folder: tests hand in one on a disk that is full.
+    fn begin_with<F: Durable>(
         folder: &Path,
         scenario: &Scenario,
-        manifest: Manifest,
-        open: impl Fn(&Path) -> Result<File, RecordError>,
+        mut manifest: Manifest,
+        open: impl Fn(&Path) -> Result<Journal<F>, RecordError>,
     ) -> Result<Self, RecordError> {
         files::new_private_dir(folder)?;
-        let names = ["manifest.json", "scenario.toml", "summary.json", "journal"].map(str::to_owned);
+        files::sync_dir(folder)?;
+        let lock = RecordingLock::take(folder)?;
+        let names = ["manifest.json", "scenario.toml", "summary.json", checksums::FILE, recover::JOURNAL];
         let tables = Table::ALL.map(|table| format!("{}.parquet", table.name()));
-        if let Some(file) = names.into_iter().chain(tables).find(|name| folder.join(name).exists()) {
+        let names = names.into_iter().map(str::to_owned).chain(tables);
+        if let Some(file) = names.into_iter().find(|name| folder.join(name).exists()) {
             return Err(RecordError::Taken { folder: folder.into(), file });
         }
+        fail_point!("begin.folder");
+        manifest.state = Some(State::Running);
         manifest.save(folder)?;
+        fail_point!("begin.manifest");
         files::replace(&folder.join("scenario.toml"), scenario.to_toml().as_bytes())?;
-        let streams = folder.join("journal");
-        files::new_private_dir(&streams)?;
-        let journal = Journal::begin(&streams, open)?;
-        files::sync_dir(&streams.join("ego.arrows"))?;
+        fail_point!("begin.scenario");
+        let blocks = folder.join(recover::JOURNAL);
+        files::new_private_dir(&blocks)?;
+        files::sync_dir(&blocks)?;
+        let journal = open(&blocks)?;
+        fail_point!("begin.journal");
         let (queue, batches) = mpsc::sync_channel(QUEUE);
         let gauge = Arc::new(Gauge { waiting: AtomicUsize::new(0), free: AtomicU64::new(u64::MAX) });
         gauge.look(folder);
@@ -117,6 +134,7 @@ impl Recorder {
             wheel_force_nm: None,
             queue: Some(queue),
             writer: Some(writer),
+            _lock: lock,
         })
     }
 
@@ -140,6 +158,7 @@ impl Recorder {
             self.batch.events.extend(EventRow::of(event));
         }
         self.add(snapshot, controls, scenario.step_ticks())?;
+        fail_point!("tick");
         Ok(())
     }
 
@@ -168,7 +187,7 @@ impl Recorder {
         self.batch.events.push(EventRow { tick, kind: kind.into(), detail: detail.into(), car: None, value: None });
     }
 
-    /// Hands what was gathered to the writing thread; to be called twice a second by whoever has a clock.
+    /// Hands what was gathered to the writing thread; to be called every [`FLUSH_EVERY`] by whoever has a clock.
     ///
     /// # Errors
     /// The disk is full or too slow; everything before is kept.
@@ -194,7 +213,7 @@ impl Recorder {
             if wait { queue.send(batch).map_err(|e| TrySendError::Disconnected(e.0)) } else { queue.try_send(batch) };
         match sent {
             Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => Err(RecordError::Full(QUEUE as u64 / 2)),
+            Err(TrySendError::Full(_)) => Err(RecordError::Full((QUEUE as u32 * FLUSH_EVERY).as_secs())),
             Err(TrySendError::Disconnected(_)) => Err(self.why_stopped()),
         }
     }
@@ -212,22 +231,32 @@ impl Recorder {
     /// The drive is over: everything to the disk, tables as Parquet, summary, and the manifest says how it ended.
     ///
     /// # Errors
-    /// The disk is full; the journal stays, `recover` reads it.
+    /// The disk is full, and the journal stays: `recover` reads it. Or the disk lost part of the journal.
     pub fn finish(mut self, summary: &Summary) -> Result<PathBuf, RecordError> {
         self.hand_over(true)?;
         self.queue = None;
         if let Some(writer) = self.writer.take() {
             writer.join().map_err(|_| RecordError::Stopped("its thread failed".into()))??;
         }
-        recover::close(&self.folder)?;
+        fail_point!("finish.begin");
+        let written = recover::write_tables(&self.folder)?;
         let text = serde_json::to_string_pretty(summary).expect("numbers and words");
         files::replace(&self.folder.join("summary.json"), text.as_bytes())?;
+        fail_point!("finish.summary");
+        self.manifest.checksums = Some(written.checksums.save(&self.folder)?);
+        fail_point!("finish.checksums");
         let reason = summary.ended.map_or("stopped".to_owned(), |end| format!("{end:?}").to_lowercase());
         self.manifest.ended = Some(reason);
         self.manifest.hash = Some(format!("{:016x}", self.hash));
-        self.manifest.save(&self.folder)?;
-        recover::drop_journal(&self.folder)?;
-        Ok(std::mem::take(&mut self.folder))
+        self.manifest.state = Some(State::Complete);
+        self.manifest.seal(&self.folder)?;
+        fail_point!("finish.complete");
+        let kept = recover::settle_journal(&self.folder, &written.holes)?;
+        fail_point!("finish.journal_gone");
+        let folder = std::mem::take(&mut self.folder);
+        let Some(kept) = kept else { return Ok(folder) };
+        let missing: Vec<String> = written.holes.iter().map(ToString::to_string).collect();
+        Err(RecordError::Damaged { folder, missing: missing.join("; "), kept })
     }
 
     /// The scenario has changed while it is driven, as by a longer duration: what is driven again is the whole.

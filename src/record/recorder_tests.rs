@@ -1,31 +1,21 @@
 //! What a cut, a full disk and a disk that hangs leave behind.
 
-use super::*;
+use super::{super::tables, *};
 use crate::{
-    record::{Reader, manifest::Hashed},
+    record::{Reader, table},
     sim::Tally,
 };
-use std::fs;
+use arrow_ipc::{
+    CompressionType,
+    writer::{IpcWriteOptions, StreamWriter},
+};
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+};
 
 fn manifest() -> Manifest {
-    let nothing = || Hashed { name: "none".into(), sha256: None };
-    Manifest {
-        program: "codrive".into(),
-        build: "test".into(),
-        traffic: "native".into(),
-        seed: 1,
-        map: nothing(),
-        policy: nothing(),
-        driver: "nobody".into(),
-        participant: None,
-        began: "2026-01-01T00:00:00Z".into(),
-        machine: "any".into(),
-        graphics: None,
-        display_m: [1.0, 1.0],
-        screen: None,
-        ended: None,
-        hash: None,
-    }
+    Manifest { program: "codrive".into(), seed: 1, ..Manifest::default() }
 }
 
 fn world() -> World {
@@ -46,40 +36,244 @@ fn ticks_of(recording: &Path) -> Vec<u64> {
     Reader::parquet(&Table::Ego.parquet(recording)).expect("a table").wholes("tick")
 }
 
-#[test]
-fn a_journal_cut_at_every_byte_of_its_last_batch_keeps_all_batches_before() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let whole = folder.path().join("whole");
+/// A recording that was cut after three batches of 50 ticks: its folder, and where each batch ends in the journal.
+fn cut_drive(folder: &Path) -> (PathBuf, Vec<usize>) {
+    let recording = folder.join("whole");
     let mut world = world();
-    let mut recorder = Recorder::begin(&whole, world.scenario(), manifest()).expect("begun");
-    let stream = whole.join("journal/ego.arrows");
+    let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
+    let stream = journal_of(&recording);
     let mut ends = Vec::new();
-    for _ in 0..3 {
+    for batch in 0..3 {
         drive(&mut world, &mut recorder, 50).expect("room");
-        // The writing thread is done when the file has grown and rests.
-        let mut size = 0;
-        while size <= ends.last().copied().unwrap_or(0) || fs::metadata(&stream).expect("there").len() != size {
-            size = fs::metadata(&stream).expect("there").len();
-            std::thread::sleep(std::time::Duration::from_millis(20));
+        // The writing thread says when the disk has it.
+        while recorder.gauge().waiting()[0] > 0 {
+            std::thread::sleep(std::time::Duration::from_millis(1));
         }
-        ends.push(size);
+        ends.push(fs::metadata(&stream).expect("there").len() as usize);
+        assert_eq!(ends.len(), batch + 1);
     }
     // Ended by an error: the journal stays.
     drop(recorder);
-    let bytes = fs::read(&stream).expect("a stream");
-    for end in 0..=bytes.len() {
-        let kept = 50 * ends.iter().filter(|batch_end| **batch_end <= end as u64).count();
-        assert_eq!(recover::whole_rows(&bytes[..end]), kept, "cut at byte {end} of {}", bytes.len());
+    (recording, ends)
+}
+
+fn journal_of(recording: &Path) -> PathBuf {
+    recording.join("journal/rows.blocks")
+}
+
+/// A recording with the manifest of another and these bytes as its journal.
+fn with_journal(of: &Path, name: &str, bytes: &[u8]) -> PathBuf {
+    let recording = of.with_file_name(name);
+    fs::create_dir_all(recording.join("journal")).expect("a folder");
+    for file in ["manifest.json", "scenario.toml"] {
+        fs::copy(of.join(file), recording.join(file)).expect("copied");
     }
-    // The same through files, with streams that are not there at all.
-    let cut = folder.path().join("cut");
-    fs::create_dir_all(cut.join("journal")).expect("a folder");
-    fs::copy(whole.join("manifest.json"), cut.join("manifest.json")).expect("copied");
-    fs::write(cut.join("journal/ego.arrows"), &bytes[..ends[2] as usize - 1]).expect("written");
-    let found = recover::recover(&cut).expect("recovered");
-    assert_eq!(found.rows[0], (Table::Ego, 100));
-    assert!(found.rows[1..].iter().all(|(_, rows)| *rows == 0));
-    assert_eq!(ticks_of(&cut), (1..=100).collect::<Vec<u64>>());
+    fs::write(journal_of(&recording), bytes).expect("written");
+    recording
+}
+
+#[test]
+fn a_journal_cut_at_any_byte_keeps_all_batches_before_and_what_is_cut_in_lost_and_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, ends) = cut_drive(folder.path());
+    let bytes = fs::read(journal_of(&whole)).expect("a journal");
+    assert_eq!(*ends.last().expect("three"), bytes.len());
+    // `block` cuts at every byte; here the borders and some between.
+    let cuts = ends.iter().flat_map(|end| [end - 1, *end, end + 1]).chain([0, 1, 60, ends[0] / 2, ends[1] + 2000]);
+    for end in cuts.filter(|end| *end <= bytes.len()) {
+        let cut = with_journal(&whole, &format!("cut-{end}"), &bytes[..end]);
+        let found = recover::recover(&cut).expect("recovered");
+        let batches = ends.iter().filter(|batch_end| **batch_end <= end).count() as u64;
+        assert_eq!(found.rows[0], (Table::Ego, 50 * batches), "cut at {end} of {}", bytes.len());
+        assert_eq!(ticks_of(&cut), (1..=50 * batches).collect::<Vec<u64>>());
+        let is_between = end > 0 && !ends.contains(&end);
+        assert_eq!((found.kept.is_some(), found.missing.len()), (is_between, usize::from(is_between)), "{end}");
+        let kept = cut.join("lost+found/journal/rows.blocks");
+        assert_eq!(kept.exists(), found.kept.is_some());
+        if kept.exists() {
+            assert_eq!(fs::read(kept).expect("kept"), &bytes[..end]);
+        }
+        assert!(!cut.join("journal").exists());
+        // Once more changes nothing.
+        let again = recover::recover(&cut).expect("whole");
+        assert!(again.was_whole && again.rows == found.rows);
+    }
+}
+
+#[test]
+fn a_flipped_byte_anywhere_costs_the_rows_of_its_block_and_recovery_says_which() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, ends) = cut_drive(folder.path());
+    let bytes = fs::read(journal_of(&whole)).expect("a journal");
+    for at in (0..ends[2]).step_by(ends[2] / 40) {
+        let mut flipped = bytes.clone();
+        flipped[at] ^= 0x10;
+        let damaged = with_journal(&whole, &format!("flip-{at}"), &flipped);
+        let found = recover::recover(&damaged).expect("recovered");
+        let [hole] = &found.missing[..] else { panic!("byte {at}: {:?}", found.missing) };
+        assert!(hole.bytes[0] <= at as u64 && (at as u64) < hole.bytes[1], "byte {at}: {hole}");
+        // Each batch has a block of the cars and one of the ego at least; 5 steps of 22 cars, 50 ticks.
+        let rows: BTreeMap<&str, u64> = found.rows.iter().map(|(table, rows)| (table.name(), *rows)).collect();
+        let lost = [150 - rows["ego"], 3 * 5 * 22 - rows["cars"]];
+        assert!(matches!(lost, [50, 0] | [0, 110] | [0, 0]), "byte {at}: {lost:?}");
+        if let Some(table) = hole.table {
+            let batch = ends.iter().take_while(|end| **end <= at).count() as u64;
+            let said = hole.to_string();
+            assert!(said.contains(&format!(" rows of {} (", table.name())), "{said}");
+            if table == Table::Ego {
+                assert_eq!(hole.ticks, Some([Tick(50 * batch + 1), Tick(50 * batch + 50)]), "{said}");
+            }
+        }
+        assert!(found.kept.is_some_and(|kept| kept.starts_with(damaged.join("lost+found"))));
+    }
+}
+
+#[test]
+fn the_drive_that_runs_is_left_alone_by_everybody() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("p1");
+    let mut world = world();
+    let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
+    drive(&mut world, &mut recorder, 50).expect("room");
+    let refused = |error: RecordError| {
+        let text = error.to_string();
+        assert!(matches!(error, RecordError::Running(_)) && text.contains("still running"), "{text}");
+    };
+    refused(recover::recover(&recording).expect_err("it runs"));
+    refused(recover::open(&recording).expect_err("it runs"));
+    refused(Recorder::begin(&recording, world.scenario(), manifest()).expect_err("it runs"));
+    drive(&mut world, &mut recorder, 50).expect("room");
+    recorder.finish(&Tally::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    assert!(recover::open(&recording).is_ok_and(|manifest| manifest.is_complete()));
+    assert_eq!(ticks_of(&recording).len(), 100);
+}
+
+#[test]
+fn recovery_never_puts_fewer_rows_in_the_place_of_more() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("p1");
+    let mut world = world();
+    let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
+    drive(&mut world, &mut recorder, 50).expect("room");
+    recorder.finish(&Tally::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    // As an earlier version left it, killed while it removed the journal: first some of its files were gone, then all.
+    for left in [&["cars.arrows", "ego.arrows"][..], &[]] {
+        fs::create_dir(recording.join("journal")).expect("a folder");
+        left.iter().for_each(|name| fs::write(recording.join("journal").join(name), "").expect("written"));
+        let found = recover::recover(&recording).expect("whole");
+        assert!(found.was_whole && found.rows[0] == (Table::Ego, 50), "{found:?}");
+        assert!(!recording.join("journal").exists());
+    }
+    // Even where the manifest does not know that they are whole.
+    let mut manifest = Manifest::load(&recording).expect("there");
+    (manifest.state, manifest.ended) = (Some(State::Running), None);
+    manifest.save(&recording).expect("saved");
+    fs::create_dir(recording.join("journal")).expect("a folder");
+    let found = recover::recover(&recording).expect("recovered");
+    assert_eq!(found.rows[0], (Table::Ego, 50));
+    assert_eq!(ticks_of(&recording).len(), 50);
+}
+
+#[test]
+fn what_is_in_a_journal_and_is_none_is_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, _) = cut_drive(folder.path());
+    let bytes = fs::read(journal_of(&whole)).expect("a journal");
+    let other = with_journal(&whole, "other", &bytes);
+    fs::write(other.join("journal/notes.txt"), "of value").expect("written");
+    let found = recover::recover(&other).expect("recovered");
+    assert_eq!(found.rows[0], (Table::Ego, 150));
+    assert_eq!(fs::read_to_string(other.join("lost+found/journal/notes.txt")).expect("kept"), "of value");
+    // A pipe would be waited for without end; a folder is no journal.
+    for make in [
+        |path: &Path| fs::create_dir(path),
+        |path: &Path| nix::unistd::mkfifo(path, nix::sys::stat::Mode::S_IRUSR).map_err(Into::into),
+    ] {
+        let none = with_journal(&whole, "none", b"");
+        fs::remove_file(journal_of(&none)).expect("removed");
+        make(&journal_of(&none)).expect("made");
+        let error = recover::recover(&none).expect_err("no file").to_string();
+        assert!(error.contains("rows.blocks: is no regular file"), "{error}");
+        assert!(journal_of(&none).exists());
+        fs::remove_dir_all(&none).expect("removed");
+    }
+}
+
+#[test]
+fn the_journal_of_an_earlier_version_is_read_as_far_as_it_makes_sense() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, _) = cut_drive(folder.path());
+    // One stream a table, its buffers compressed, no end: as 0.1.0 left it when it was cut.
+    let schema = table::schema(tables::EVENTS);
+    let options = IpcWriteOptions::default().try_with_compression(Some(CompressionType::ZSTD)).expect("known");
+    let mut stream = StreamWriter::try_new_with_options(Vec::new(), &schema, options).expect("memory");
+    let mut ends = Vec::new();
+    for first in [0u64, 100] {
+        let row =
+            |i| EventRow { tick: Tick(first + i), kind: "mark".into(), detail: "x".into(), car: None, value: None };
+        let rows: Vec<EventRow> = (0..100).map(row).collect();
+        stream.write(&table::batch(&schema, tables::EVENTS, &rows)).expect("memory");
+        ends.push(stream.get_ref().len());
+    }
+    let bytes = stream.get_ref().clone();
+    let old = |name: &str, bytes: &[u8]| {
+        let recording = with_journal(&whole, name, b"");
+        fs::remove_file(journal_of(&recording)).expect("removed");
+        fs::write(recording.join("journal/events.arrows"), bytes).expect("written");
+        recording
+    };
+    let found = recover::recover(&old("old", &bytes)).expect("recovered");
+    assert_eq!((found.rows[4], found.kept), ((Table::Events, 200), None));
+    for at in (0..bytes.len()).step_by(37) {
+        let cut = old(&format!("old-cut-{at}"), &bytes[..at]);
+        let found = recover::recover(&cut).expect("recovered");
+        assert_eq!(found.rows[4].1, 100 * ends.iter().filter(|end| **end <= at).count() as u64, "cut at {at}");
+        let mut flipped = bytes.clone();
+        flipped[at] ^= 0x80;
+        // Without checksums a flip may go unseen; it must not end the program, or cost what lies before it.
+        let found = recover::recover(&old(&format!("old-flip-{at}"), &flipped)).expect("recovered");
+        assert!(found.rows[4].1 >= 100 * ends.iter().filter(|end| **end <= at).count() as u64, "flip at {at}");
+    }
+}
+
+/// A disk that notes what is asked of it.
+#[derive(Clone, Default)]
+struct NotedDisk(Arc<std::sync::Mutex<Vec<&'static str>>>);
+
+impl std::io::Write for NotedDisk {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().expect("held by nobody who panicked").push("write");
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Durable for NotedDisk {
+    fn sync(&mut self) -> std::io::Result<()> {
+        self.0.lock().expect("held by nobody who panicked").push("sync");
+        Ok(())
+    }
+}
+
+#[test]
+fn a_batch_is_said_to_be_on_the_disk_after_one_write_and_one_sync_of_it() {
+    let disk = NotedDisk::default();
+    let (queue, batches) = mpsc::sync_channel(QUEUE);
+    for first in [1, 51, 101] {
+        let frames = (first..first + 50).map(|tick| FrameRow { tick: Tick(tick), ..FrameRow::default() }).collect();
+        queue.send(Batch { frames, ..Batch::default() }).expect("room");
+    }
+    // Nothing in it: nothing to wait for.
+    queue.send(Batch::default()).expect("room");
+    drop(queue);
+    let told = disk.clone();
+    let done = || told.0.lock().expect("held by nobody who panicked").push("done");
+    Journal::over("rows.blocks".into(), disk.clone()).write(&batches, done).expect("room");
+    let noted = disk.0.lock().expect("held by nobody who panicked").join(" ");
+    assert_eq!(noted, "write sync done write sync done write sync done done");
 }
 
 #[test]
@@ -87,17 +281,15 @@ fn a_full_disk_ends_the_recording_with_its_reason_and_keeps_what_is_there() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("p1");
     let mut world = world();
-    // The ego's stream has room, that of the cars is on a disk without any.
-    let open = |path: &Path| {
-        if path.ends_with("cars.arrows") {
-            return File::options().write(true).open("/dev/full").map_err(RecordError::file(path));
-        }
-        journal::new_stream(path)
+    let open = |folder: &Path| {
+        let path = folder.join("rows.blocks");
+        let file = File::options().write(true).open("/dev/full").map_err(RecordError::file(&path))?;
+        Ok(Journal::over(path, file))
     };
     let failed = Recorder::begin_with(&recording, world.scenario(), manifest(), open)
         .and_then(|mut recorder| (0..200).try_for_each(|_| drive(&mut world, &mut recorder, 10)));
     let message = failed.expect_err("the disk is full").to_string();
-    assert!(message.contains("cars.arrows") && message.contains("make room on the disk"), "{message}");
+    assert!(message.contains("rows.blocks") && message.contains("make room on the disk"), "{message}");
     let found = recover::recover(&recording).expect("what is there can be read");
     assert_eq!(found.rows.len(), Table::ALL.len());
 }

@@ -1,113 +1,265 @@
-//! From journal to tables, at the end of a drive or after it was cut. In: streams, whole or cut at any byte. Out: Parquet
-//! files with every row of every whole batch.
+//! From journal to tables, at the end of a drive or after it was cut. In: a journal, whole, cut or damaged anywhere. Out: Parquet
+//! files with every row that can be read.
+//!
+//! Nothing is destroyed on the way: tables are written beside and take their place when the disk has them, never one with
+//! fewer rows; the manifest says that they are whole when they are; then the journal goes, unless something of it could not be
+//! read: it moves to `lost+found/` then. Cut at any point, the next call goes on.
 
-use super::{Manifest, RecordError, Table, files, table, tables};
-use arrow_array::RecordBatch;
-use arrow_ipc::reader::StreamReader;
+use super::{
+    Manifest, RecordError, Table,
+    checksums::{Checksums, ColumnSums, HashedFile, TableSums},
+    files,
+    journal_reader::{self, Hole},
+    lock::{self, RecordingLock},
+    manifest::{State, hex},
+    table::{self, Reader},
+    tables,
+};
+use crate::time::Tick;
+use arrow_array::{Array, RecordBatch, UInt64Array};
 use arrow_schema::Schema;
+use fail::fail_point;
 use parquet::{
     arrow::ArrowWriter,
     basic::{Compression, ZstdLevel},
     file::properties::WriterProperties,
 };
+use sha2::{Digest, Sha256};
 use std::{
-    fs::{self, File},
-    io::{BufReader, Read},
-    path::Path,
+    fs,
+    path::{Path, PathBuf},
     sync::Arc,
 };
+
+/// Folder of the journal, in that of the recording.
+pub(super) const JOURNAL: &str = "journal";
+/// Where goes what could not be read.
+pub(super) const LOST_AND_FOUND: &str = "lost+found";
+/// Rows that are gathered before they go to the disk: memory stays the same however long a drive is.
+const ROW_GROUP: usize = 50_000;
 
 /// What was found in a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recovered {
     /// Rows of each table.
     pub rows: Vec<(Table, u64)>,
+    /// Ticks of the first row and of the last, of each table that has rows; known only of what was recovered just now.
+    pub ticks: Vec<(Table, [Tick; 2])>,
     /// True if the recording had ended by itself and there was nothing to do.
     pub was_whole: bool,
+    /// What could not be read.
+    pub missing: Vec<Hole>,
+    /// Where the journal is kept, if something of it could not be read.
+    pub kept: Option<PathBuf>,
 }
 
 /// Makes tables of what a cut left of a recording. One that is whole stays as it is.
 ///
 /// # Errors
-/// There is no recording, or the disk refuses.
+/// There is no recording, its drive is still running, or the disk refuses.
 pub fn recover(recording: &Path) -> Result<Recovered, RecordError> {
-    let mut manifest = Manifest::load(recording)?;
-    let was_whole = !recording.join("journal").exists();
-    let rows = if was_whole { count(recording)? } else { close(recording)? };
-    if !was_whole {
-        if manifest.ended.is_none() {
-            manifest.ended = Some("cut".into());
-            manifest.save(recording)?;
-        }
-        drop_journal(recording)?;
+    Manifest::load(recording)?;
+    lock::check_free(recording)?;
+    let journal = recording.join(JOURNAL);
+    // One that is whole may be for reading only.
+    if !journal.exists() && Manifest::load(recording)?.is_complete() {
+        return whole(recording);
     }
-    Ok(Recovered { rows, was_whole })
+    let _lock = RecordingLock::take(recording)?;
+    let mut manifest = Manifest::load(recording)?;
+    fail_point!("recover.begin");
+    if manifest.is_complete() && is_whole(recording) {
+        // Only the journal was left to be removed.
+        drop_journal(recording)?;
+        return whole(recording);
+    }
+    let written = write_tables(recording)?;
+    manifest.ended.get_or_insert_with(|| "cut".into());
+    manifest.state = Some(State::Recovered);
+    manifest.checksums = Some(written.checksums.save(recording)?);
+    manifest.seal(recording)?;
+    fail_point!("recover.complete");
+    let kept = settle_journal(recording, &written.holes)?;
+    Ok(Recovered { rows: written.rows, ticks: written.ticks, was_whole: false, missing: written.holes, kept })
 }
 
-fn count(recording: &Path) -> Result<Vec<(Table, u64)>, RecordError> {
-    Table::ALL
-        .into_iter()
-        .map(|table| Ok((table, table::Reader::parquet(&table.parquet(recording))?.rows() as u64)))
-        .collect()
+/// A recording that can be read: its drive is over, and its tables are written.
+///
+/// # Errors
+/// There is none, its drive is still running, or it was cut and not yet recovered.
+pub fn open(recording: &Path) -> Result<Manifest, RecordError> {
+    let manifest = Manifest::load(recording)?;
+    lock::check_free(recording)?;
+    if manifest.is_complete() { Ok(manifest) } else { Err(RecordError::Cut(recording.into())) }
 }
 
-/// Writes a Parquet file for every stream of the journal.
-pub(super) fn close(recording: &Path) -> Result<Vec<(Table, u64)>, RecordError> {
-    let journal = recording.join("journal");
-    let schemas = |table| match table {
+/// How many rows a table of a recording has.
+///
+/// # Errors
+/// It cannot be read.
+pub fn count(recording: &Path, table: Table) -> Result<u64, RecordError> {
+    Reader::count(&table.parquet(recording))
+}
+
+fn whole(recording: &Path) -> Result<Recovered, RecordError> {
+    let counted = |table: Table| Ok((table, count(recording, table)?));
+    let rows = Table::ALL.into_iter().map(counted).collect::<Result<_, RecordError>>()?;
+    Ok(Recovered { rows, ticks: Vec::new(), was_whole: true, missing: Vec::new(), kept: None })
+}
+
+/// Every table is there with all the rows that were written.
+fn is_whole(recording: &Path) -> bool {
+    let sums = Checksums::load(recording).ok().flatten().unwrap_or_default();
+    Table::ALL.into_iter().all(|table| {
+        let rows = Reader::count(&table.parquet(recording)).ok();
+        rows.is_some_and(|rows| sums.tables.get(table.name()).is_none_or(|sums| sums.rows == rows))
+    })
+}
+
+/// What became of a journal.
+pub(super) struct Written {
+    pub rows: Vec<(Table, u64)>,
+    pub ticks: Vec<(Table, [Tick; 2])>,
+    pub holes: Vec<Hole>,
+    pub checksums: Checksums,
+}
+
+/// Writes a Parquet file for every table of the journal; all are whole on the disk before the first takes its place.
+pub(super) fn write_tables(recording: &Path) -> Result<Written, RecordError> {
+    let mut writers: Vec<Option<TableWriter>> = Table::ALL.iter().map(|_| None).collect();
+    let holes = journal_reader::read(&recording.join(JOURNAL), &mut |table, batch| {
+        let place = Table::ALL.iter().position(|t| *t == table).unwrap_or_default();
+        let writer = match &mut writers[place] {
+            Some(writer) => writer,
+            empty => empty.insert(TableWriter::new(table.parquet(recording), batch.schema())?),
+        };
+        writer.write(&batch)
+    })?;
+    let mut written = Vec::new();
+    for (table, writer) in Table::ALL.into_iter().zip(writers) {
+        let writer = match writer {
+            Some(writer) => writer,
+            None => TableWriter::new(table.parquet(recording), schema(table))?,
+        };
+        written.push((table, writer.finish()?));
+    }
+    fail_point!("finish.tables_written");
+    let mut all = Written { rows: Vec::new(), ticks: Vec::new(), holes, checksums: Checksums::default() };
+    for (table, file) in written {
+        let FinishedTable { path, beside, mut sums, ticks } = file;
+        let there = Reader::count(&path).unwrap_or(0);
+        if there > sums.rows {
+            sums = sums_of(&path)?;
+            fs::remove_file(&beside).map_err(RecordError::file(&beside))?;
+        } else {
+            fs::rename(&beside, &path).map_err(RecordError::file(&path))?;
+            all.ticks.extend(ticks.map(|ticks| (table, ticks.map(Tick))));
+        }
+        fail_point!("finish.table_renamed");
+        all.rows.push((table, sums.rows));
+        all.checksums.tables.insert(table.name().into(), sums);
+    }
+    files::sync_dir(&recording.join(JOURNAL))?;
+    fail_point!("finish.tables");
+    Ok(all)
+}
+
+fn schema(table: Table) -> Arc<Schema> {
+    match table {
         Table::Ego => table::schema(tables::EGO),
         Table::Cars => table::schema(tables::CARS),
         Table::Advice => table::schema(tables::ADVICE),
         Table::Frames => table::schema(tables::FRAMES),
         Table::Events => table::schema(tables::EVENTS),
-    };
-    let mut rows = Vec::new();
-    for table in Table::ALL {
-        rows.push((table, convert(&table.journal(&journal), &table.parquet(recording), schemas(table))?));
     }
-    Ok(rows)
 }
 
-/// One stream to one file: every whole batch. Returns how many rows.
-fn convert(stream: &Path, to: &Path, schema: Arc<Schema>) -> Result<u64, RecordError> {
-    let beside = to.with_extension("new");
-    if beside.exists() {
-        // Of a conversion that was cut; the stream is still here.
-        fs::remove_file(&beside).map_err(RecordError::file(&beside))?;
+/// Fingerprints of a table that is there.
+fn sums_of(path: &Path) -> Result<TableSums, RecordError> {
+    let mut columns = ColumnSums::default();
+    let rows = Reader::each_batch(path, &mut |batch| columns.push(batch))?;
+    Ok(TableSums { rows, sha256: super::checksums::file_sha256(path)?, columns: columns.finish() })
+}
+
+/// A table on its way to the disk, beside its place.
+struct TableWriter {
+    path: PathBuf,
+    beside: PathBuf,
+    writer: ArrowWriter<HashedFile>,
+    columns: ColumnSums,
+    rows: u64,
+    ticks: Option<[u64; 2]>,
+}
+
+/// A table that the disk has, not yet at its place.
+struct FinishedTable {
+    path: PathBuf,
+    beside: PathBuf,
+    sums: TableSums,
+    ticks: Option<[u64; 2]>,
+}
+
+impl TableWriter {
+    fn new(path: PathBuf, schema: Arc<Schema>) -> Result<Self, RecordError> {
+        // Each by its own name: the tables are beside their places at the same time.
+        let (beside, file) = files::new_beside(&path)?;
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_max_row_group_row_count(Some(ROW_GROUP))
+            .build();
+        let file = HashedFile { file, hash: Sha256::new() };
+        let writer = ArrowWriter::try_new(file, schema, Some(properties)).map_err(fault(&path))?;
+        Ok(Self { path, beside, writer, columns: ColumnSums::default(), rows: 0, ticks: None })
     }
-    let fault = |e: parquet::errors::ParquetError| RecordError::Table { path: to.into(), why: e.to_string() };
-    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
-    let file = files::new_file(&beside)?;
-    // A stream whose very beginning was cut has no rows, but its table has columns.
-    let batches = File::open(stream).ok().and_then(|file| StreamReader::try_new(BufReader::new(file), None).ok());
-    let schema = batches.as_ref().map_or(schema, |stream| stream.schema());
-    let mut writer = ArrowWriter::try_new(file, schema, Some(properties)).map_err(fault)?;
-    let mut rows = 0;
-    for batch in batches.into_iter().flat_map(whole) {
-        writer.write(&batch).map_err(fault)?;
-        rows += batch.num_rows() as u64;
+
+    fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
+        self.writer.write(batch).map_err(fault(&self.path))?;
+        self.columns.push(batch);
+        self.rows += batch.num_rows() as u64;
+        let ticks = batch.column_by_name("tick").and_then(|column| column.as_any().downcast_ref::<UInt64Array>());
+        if let Some(ticks) = ticks.filter(|ticks| !ticks.is_empty()) {
+            let (first, last) = (ticks.value(0), ticks.value(ticks.len() - 1));
+            self.ticks = Some([self.ticks.map_or(first, |[first, _]| first), last]);
+        }
+        Ok(())
     }
-    let file = writer.into_inner().map_err(fault)?;
-    file.sync_all().map_err(RecordError::file(&beside))?;
-    fs::rename(&beside, to).map_err(RecordError::file(to))?;
-    files::sync_dir(to)?;
-    Ok(rows)
+
+    fn finish(self) -> Result<FinishedTable, RecordError> {
+        let Self { path, beside, writer, columns, rows, ticks } = self;
+        let HashedFile { file, hash } = writer.into_inner().map_err(fault(&path))?;
+        files::sync_file(&file, &beside)?;
+        let sums = TableSums { rows, sha256: hex(&hash.finalize()), columns: columns.finish() };
+        Ok(FinishedTable { path, beside, sums, ticks })
+    }
 }
 
-/// The batches of a stream until its end, or until it was cut.
-fn whole<R: Read>(stream: StreamReader<R>) -> impl Iterator<Item = RecordBatch> {
-    stream.map_while(Result::ok)
+fn fault(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> RecordError {
+    move |e| RecordError::Table { path: path.into(), why: e.to_string() }
 }
 
-/// How many rows the whole batches of a stream hold.
-#[cfg(test)]
-pub(super) fn whole_rows(stream: &[u8]) -> usize {
-    let batches = StreamReader::try_new(stream, None).ok();
-    batches.into_iter().flat_map(whole).map(|batch| batch.num_rows()).sum()
+/// The tables are on the disk and the manifest says so: the journal has done its work. What could not be read of it is kept.
+/// Returns where.
+pub(super) fn settle_journal(recording: &Path, holes: &[Hole]) -> Result<Option<PathBuf>, RecordError> {
+    if holes.is_empty() {
+        drop_journal(recording)?;
+        return Ok(None);
+    }
+    let journal = recording.join(JOURNAL);
+    let folder = recording.join(LOST_AND_FOUND);
+    files::new_private_dir(&folder)?;
+    let names = (1..).map(|n| if n == 1 { JOURNAL.into() } else { format!("{JOURNAL}-{n}") });
+    let kept = names.map(|name| folder.join(name)).find(|path| !path.exists()).expect("numbers do not end");
+    fs::rename(&journal, &kept).map_err(RecordError::file(&journal))?;
+    files::sync_dir(&kept)?;
+    files::sync_dir(&folder)?;
+    Ok(Some(kept))
 }
 
-/// The tables are on the disk: the journal has done its work.
-pub(super) fn drop_journal(recording: &Path) -> Result<(), RecordError> {
-    let journal = recording.join("journal");
-    fs::remove_dir_all(&journal).map_err(RecordError::file(&journal))
+fn drop_journal(recording: &Path) -> Result<(), RecordError> {
+    let journal = recording.join(JOURNAL);
+    if journal.exists() {
+        fs::remove_dir_all(&journal).map_err(RecordError::file(&journal))?;
+        files::sync_dir(&journal)?;
+    }
+    Ok(())
 }

@@ -4,7 +4,14 @@
 use super::RecordError;
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use arrow_schema::{DataType, Field, Schema};
-use std::{collections::BTreeMap, fs::File, path::Path, sync::Arc};
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// Where a row's value comes from.
 pub enum Get<R> {
@@ -69,6 +76,53 @@ pub fn batch<R>(schema: &Arc<Schema>, columns: &[Column<R>], rows: &[R]) -> Reco
     RecordBatch::try_new(Arc::clone(schema), arrays).expect("columns of one list of rows are equally long")
 }
 
+/// A Parquet file, batch by batch: what a drive of days takes of memory stays the same.
+pub(super) struct Batches {
+    path: PathBuf,
+    reader: ParquetRecordBatchReader,
+}
+
+impl Batches {
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        let reader = Self::builder(path)?.build().map_err(|e| no_parquet(path, &e.to_string()))?;
+        Ok(Self { path: path.into(), reader })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn builder(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, RecordError> {
+        let about = std::fs::metadata(path).map_err(RecordError::file(path))?;
+        if !about.is_file() {
+            return Err(no_parquet(path, "is no regular file"));
+        }
+        let file = File::open(path).map_err(RecordError::file(path))?;
+        // The library panics on some files that are none; nothing of it is used after that.
+        let built = catch_unwind(AssertUnwindSafe(|| ParquetRecordBatchReaderBuilder::try_new(file)));
+        match built {
+            Ok(built) => built.map_err(|e| no_parquet(path, &e.to_string())),
+            Err(_) => Err(no_parquet(path, "is damaged")),
+        }
+    }
+}
+
+impl Iterator for Batches {
+    type Item = Result<RecordBatch, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let reader = &mut self.reader;
+        match catch_unwind(AssertUnwindSafe(|| reader.next())) {
+            Ok(batch) => batch.map(|batch| batch.map_err(|e| no_parquet(&self.path, &e.to_string()))),
+            Err(_) => Some(Err(no_parquet(&self.path, "is damaged"))),
+        }
+    }
+}
+
+fn no_parquet(path: &Path, why: &str) -> RecordError {
+    RecordError::Table { path: path.into(), why: format!("no Parquet file of this program: {why}") }
+}
+
 /// A table that has been read.
 #[derive(Clone, Debug, Default)]
 pub struct Reader {
@@ -82,16 +136,29 @@ impl Reader {
     /// # Errors
     /// There is none, or it is not one.
     pub fn parquet(path: &Path) -> Result<Self, RecordError> {
-        let file = File::open(path).map_err(RecordError::file(path))?;
-        let fault = |why: String| RecordError::Table { path: path.into(), why };
-        let reader = parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder::try_new(file)
-            .and_then(|builder| builder.build())
-            .map_err(|e| fault(format!("no Parquet file: {e}")))?;
         let mut table = Self::default();
-        for batch in reader {
-            table.push(&batch.map_err(|e| fault(e.to_string()))?);
-        }
+        Self::each_batch(path, &mut |batch| table.push(batch))?;
         Ok(table)
+    }
+
+    /// Reads a Parquet file batch by batch. Returns how many rows it has.
+    pub(super) fn each_batch(path: &Path, put: &mut dyn FnMut(&RecordBatch)) -> Result<u64, RecordError> {
+        let mut rows = 0;
+        for batch in Batches::open(path)? {
+            let batch = batch?;
+            rows += batch.num_rows() as u64;
+            put(&batch);
+        }
+        Ok(rows)
+    }
+
+    /// How many rows a Parquet file has, by its own account.
+    ///
+    /// # Errors
+    /// There is none, or it is not one.
+    pub(super) fn count(path: &Path) -> Result<u64, RecordError> {
+        let rows = Batches::builder(path)?.metadata().file_metadata().num_rows();
+        u64::try_from(rows).map_err(|_| RecordError::Table { path: path.into(), why: format!("{rows} rows") })
     }
 
     pub(super) fn push(&mut self, batch: &RecordBatch) {

@@ -42,11 +42,6 @@ impl Table {
         }
     }
 
-    /// Its stream, in the journal's folder.
-    pub(super) fn journal(self, folder: &Path) -> PathBuf {
-        folder.join(format!("{}.arrows", self.name()))
-    }
-
     /// Its file in a recording that has ended.
     pub fn parquet(self, recording: &Path) -> PathBuf {
         recording.join(format!("{}.parquet", self.name()))
@@ -379,6 +374,9 @@ pub struct EventRow {
 }
 
 impl EventRow {
+    /// Kinds of events that the world makes; all others are made by people and windows.
+    pub(super) const KINDS_OF_WORLD: [&str; 4] = ["contact", "left_road", "back_on_road", "ended"];
+
     /// The row of an event of the world; advice has a table of its own.
     pub fn of(event: &Event) -> Option<Self> {
         let row = |kind: &str, detail: String, car: Option<u32>, value: Option<f64>| {

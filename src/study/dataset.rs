@@ -29,6 +29,19 @@ pub const BASELINE: &str = "-baseline";
 /// The copy of the study's file.
 const STUDY: &str = "study.toml";
 
+/// What a validator of BIDS is not to look at.
+const BIDSIGNORE: &str = "study.toml\nreport/\nanalysis/\n";
+
+/// One of `files`, whole or as a cut left it while the data set was made.
+fn is_begun(path: &Path, files: &[(&str, String)]) -> bool {
+    files.iter().any(|(name, text)| {
+        let name = Path::new(name);
+        let is_named = |name: &Path| path.file_name() == name.file_name();
+        (is_named(name) || is_named(&name.with_extension(record::BESIDE)))
+            && fs::read(path).is_ok_and(|found| text.as_bytes().starts_with(&found))
+    })
+}
+
 /// A study's folder.
 #[derive(Clone, Debug)]
 pub struct DataSet {
@@ -54,18 +67,24 @@ impl DataSet {
             }
             return Ok(data);
         }
+        let files = [
+            ("dataset_description.json", description(study)),
+            ("README.md", readme(study)),
+            (".bidsignore", BIDSIGNORE.into()),
+            // Last: with it the data set is there.
+            (STUDY, study.source.clone()),
+        ];
         let found = fs::read_dir(root).map_err(|why| RecordError::File { path: root.into(), why })?;
-        if let Some(other) = found.flatten().next() {
+        if let Some(other) = found.flatten().find(|entry| !is_begun(&entry.path(), &files)) {
             return Err(SessionError::Refused(format!(
                 "{} holds {} and is no data set of a study; name a new or an empty folder",
                 root.display(),
                 other.file_name().display()
             )));
         }
-        data.put("dataset_description.json", &description(study))?;
-        data.put("README.md", &readme(study))?;
-        data.put(".bidsignore", "study.toml\nreport/\nanalysis/\n")?;
-        data.put(STUDY, &study.source)?;
+        for (name, text) in &files {
+            data.put(name, text)?;
+        }
         Ok(data)
     }
 

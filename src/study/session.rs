@@ -8,6 +8,7 @@
 
 use super::{Code, DataSet, Plan, Planned, SessionError, Study, questions::Answers};
 use crate::record::{self, RecordError};
+use fail::fail_point;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{
@@ -257,7 +258,9 @@ impl Session {
 
     fn first(folder: &Path, study: &Study, code: &Code, who: Who, index: usize) -> Result<Log, SessionError> {
         let left = fs::read_dir(folder).map_err(|why| RecordError::File { path: folder.into(), why })?;
-        let left = left.flatten().map(|entry| entry.file_name()).find(|name| name != LOCK);
+        // Cut while it was saved for the first time, it is there under the name of a file that is not whole.
+        let unfinished = Path::new(FILE).with_extension(record::BESIDE);
+        let left = left.flatten().map(|entry| entry.file_name()).find(|name| name != LOCK && *name != unfinished);
         if let Some(left) = left {
             return Err(SessionError::Refused(format!(
                 "{} holds {} but no {FILE}: put that back, or begin with another participant code",
@@ -316,6 +319,7 @@ impl Session {
         let folder = self.folder.join(&recording);
         self.log.running = Some(Running { item, recording, began: now.into(), answers: Vec::new() });
         self.save()?;
+        fail_point!("session.begin");
         Ok(folder)
     }
 
@@ -335,7 +339,9 @@ impl Session {
             recording,
             answers: running.answers,
         });
-        self.save()
+        self.save()?;
+        fail_point!("session.end");
+        Ok(())
     }
 
     /// What has been answered of the running questionnaire; it is on the disk at once, if it is new.

@@ -132,7 +132,7 @@ fn a_whole_visit_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     let log = place.log().unwrap();
     assert!(log.passages.iter().all(|p| p.outcome == Outcome::Done) && log.notes.is_empty(), "{log:?}");
     assert_eq!(log.answers["before"].len(), 2);
-    let journal = place.source().join("trial-1-narrow/journal/ego.arrows");
+    let journal = place.source().join("trial-1-narrow/journal/rows.blocks");
     strike_until(&server, participant, &[&[ENTER]], "the drive", || journal.exists());
     wait_for("rows", || fs::metadata(&journal).ok().filter(|file| file.len() > 20_000));
     program.kill().unwrap();

@@ -11,34 +11,46 @@ pub use what_if::{Pair, changes, what_if, words};
 
 use super::{AppError, Drive, Instruments, quality, view_options};
 use crate::{
-    ego::{Controls, Selector},
-    record::{self, Manifest, Reader, Table, tables},
+    ego::Controls,
+    record::{self, Change, Comparison, Difference, Table},
     render::{Gpu, OFFSCREEN, Renderer, render_to_image},
     scene::{self, Stage, ViewKind},
-    sim::{HASH_START, QualityLevel, Scenario, World},
-    time::Pace,
+    sim::{QualityLevel, Scenario, World},
+    time::{Pace, Tick},
 };
 use std::{path::Path, time::Duration};
 
 /// What a replay found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// Ticks that were driven again.
     pub ticks: u64,
-    /// The first tick whose world differs from the recorded one; `None` if all bits are equal.
+    /// The first tick whose world or rows differ from the recorded ones; `None` if all bits are equal.
     pub first_difference: Option<u64>,
-    /// How far speed and place of the ego differ there, m/s and metres.
-    pub by: Option<[f64; 2]>,
+    /// The cell that differs there.
+    pub difference: Option<Difference>,
+    /// How many cells of the tables differ.
+    pub cells: u64,
+    /// Files of the recording that are not as they were written; `None` where that was never noted, as by an earlier version.
+    pub changes: Option<Vec<Change>>,
+    /// The tick from which on rows of the ego are missing: the replay ends there.
+    pub hole: Option<Tick>,
+}
+
+impl Verdict {
+    /// Nothing was found that is not as it was recorded.
+    pub fn is_proven(&self) -> bool {
+        self.first_difference.is_none() && self.hole.is_none() && self.changes.as_ref().is_none_or(Vec::is_empty)
+    }
 }
 
 /// A recording being driven again.
 pub struct Replay {
     drive: Drive,
-    inputs: Vec<Controls>,
-    hashes: Vec<u64>,
-    speeds: Vec<Option<f64>>,
-    places: Vec<Option<f64>>,
-    hash: u64,
+    recorded: Comparison,
+    /// Ticks that were recorded, to the first hole of a recording that was damaged.
+    ticks: u64,
+    controls: Controls,
     verdict: Verdict,
 }
 
@@ -48,36 +60,25 @@ impl Replay {
     /// # Errors
     /// The folder holds no recording that has ended, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, AppError> {
-        Manifest::load(recording)?;
+        record::open(recording)?;
         let scenario = Scenario::from_file(&recording.join("scenario.toml"))?;
-        let path = Table::Ego.parquet(recording);
-        if !path.exists() {
-            return Err(AppError::CutRecording(recording.into()));
-        }
-        let table = Reader::parquet(&path)?;
-        let inputs = inputs(&table).ok_or_else(|| record::RecordError::Table {
-            path,
-            why: "columns throttle, brake, steering_wheel_rad or selector are not as this program writes them".into(),
-        })?;
         Ok(Self {
             drive: Drive::new(&scenario, Pace::Paused)?,
-            inputs,
-            hashes: table.wholes("hash"),
-            speeds: table.numbers("speed_mps"),
-            places: table.numbers("s_m"),
-            hash: HASH_START,
-            verdict: Verdict { ticks: 0, first_difference: None, by: None },
+            recorded: Comparison::open(recording)?,
+            ticks: record::count(recording, Table::Ego)?,
+            controls: Controls::default(),
+            verdict: Verdict { changes: record::changes(recording)?, ..Verdict::default() },
         })
     }
 
-    /// How many ticks were recorded.
+    /// How many ticks were recorded, to the first hole of a recording that was damaged.
     pub fn len(&self) -> u64 {
-        self.inputs.len() as u64
+        self.ticks
     }
 
     /// True if nothing was recorded.
     pub fn is_empty(&self) -> bool {
-        self.inputs.is_empty()
+        self.ticks == 0
     }
 
     /// The world as it is now.
@@ -93,32 +94,37 @@ impl Replay {
     /// Drives `ticks` on, or to the end of the recording.
     ///
     /// # Errors
-    /// The traffic engine failed.
+    /// The traffic engine failed, or the recording cannot be read on.
     pub fn advance(&mut self, ticks: u64) -> Result<(), AppError> {
-        for _ in 0..ticks.min(self.len() - self.verdict.ticks) {
-            let at = self.verdict.ticks as usize;
-            let controls = self.inputs[at];
+        for _ in 0..ticks {
+            if self.over() {
+                break;
+            }
+            let due = Tick(self.verdict.ticks + 1);
+            let Some(controls) = self.recorded.controls(due)? else {
+                (self.verdict.hole, self.ticks) = (Some(due), self.verdict.ticks);
+                break;
+            };
+            self.controls = controls;
             self.drive.clock.single_step(1);
             self.drive.frame(Duration::ZERO, |_| controls, |_, _| ())?;
-            let snapshot = self.drive.world.snapshot();
-            self.hash = snapshot.hash(self.hash);
+            self.recorded.tick(&self.drive.world, &controls)?;
             self.verdict.ticks += 1;
-            if self.verdict.first_difference.is_none() && self.hashes.get(at) != Some(&self.hash) {
-                let difference = |recorded: Option<f64>, now: f64| recorded.map_or(f64::NAN, |was| now - was);
-                self.verdict.first_difference = Some(snapshot.tick.0);
-                self.verdict.by = Some([
-                    difference(self.speeds[at], snapshot.ego.speed_mps),
-                    difference(self.places[at], snapshot.ego_s_m),
-                ]);
-            }
         }
+        if self.over() {
+            self.recorded.end(Tick(self.ticks))?;
+        }
+        if let (None, Some(first)) = (&self.verdict.difference, self.recorded.first()) {
+            self.verdict.first_difference = Some(first.tick.0);
+            self.verdict.difference = Some(first.clone());
+        }
+        self.verdict.cells = self.recorded.cells();
         Ok(())
     }
 
     /// The controls of the last tick; at rest before the first.
     pub fn controls(&self) -> Controls {
-        let last = (self.verdict.ticks as usize).checked_sub(1);
-        last.and_then(|at| self.inputs.get(at)).copied().unwrap_or_default()
+        self.controls
     }
 
     /// What was found so far.
@@ -166,23 +172,4 @@ impl Easel {
         view.dial = self.kind.has_dial().then(|| self.instruments.read(world.snapshot()));
         Ok(render_to_image(&self.gpu, &mut self.renderer, &view, self.size)?)
     }
-}
-
-/// The controls of every tick.
-fn inputs(table: &Reader) -> Option<Vec<Controls>> {
-    let [throttle, brake, wheel] = ["throttle", "brake", "steering_wheel_rad"].map(|name| table.numbers(name));
-    let words = table.words("selector");
-    let selectors = [Selector::Drive, Selector::Neutral, Selector::Reverse];
-    (words.len() == table.rows()).then_some(())?;
-    (0..table.rows())
-        .map(|i| {
-            let selector = selectors.into_iter().find(|s| tables::selector_word(*s) == words[i])?;
-            Some(Controls {
-                throttle: throttle[i]? as f32,
-                brake: brake[i]? as f32,
-                steering_wheel_rad: wheel[i]? as f32,
-                selector,
-            })
-        })
-        .collect()
 }

@@ -93,7 +93,7 @@ pub fn what_if(
         tally.add(replay.world().snapshot(), replay.world().events());
         driven(1);
     }
-    let is_proven = replay.verdict().first_difference.is_none();
+    let is_proven = replay.verdict().is_proven();
     let pair = Pair { driver, is_proven, recorded: tally.summary(), instead };
     Ok((!stop.load(Ordering::Relaxed)).then_some(pair))
 }

@@ -124,7 +124,7 @@ impl Show {
         Self {
             prover,
             done: false,
-            verdict: Verdict { ticks: 0, first_difference: None, by: None },
+            verdict: Verdict::default(),
             film: Film::new(first, scenario.step_s),
             player,
             marks,
@@ -195,7 +195,7 @@ impl Show {
             speeds: &self.marks.speeds,
             events: &self.marks.events,
             proof: &proof,
-            differs: self.verdict.first_difference.is_some(),
+            differs: !self.verdict.is_proven(),
         };
         timeline::show(ui, &state)
     }
@@ -203,6 +203,13 @@ impl Show {
 
 /// What the proof has found, in words.
 fn proof(verdict: &Verdict, all: u64) -> String {
+    if let Some([first, more @ ..]) = verdict.changes.as_deref() {
+        let others = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+        return format!("changed since it was recorded: {}{others}", first.file);
+    }
+    if let Some(tick) = verdict.hole {
+        return format!("rows are missing from {:.2} s on", tick.seconds());
+    }
     match verdict.first_difference {
         Some(tick) => format!("not as recorded from {:.2} s on", Tick(tick).seconds()),
         None if verdict.ticks >= all => format!("proven: all {all} ticks are the same to the bit"),
@@ -320,13 +327,20 @@ impl Frame<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::Change;
 
     #[test]
     fn the_proof_is_said_as_far_as_it_goes() {
-        let verdict = |ticks, first_difference| Verdict { ticks, first_difference, by: None };
+        let verdict = |ticks, first_difference| Verdict { ticks, first_difference, ..Verdict::default() };
         assert_eq!(proof(&verdict(1200, None), 3000), "proven to 12 s: the same to the bit");
         assert_eq!(proof(&verdict(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
         assert_eq!(proof(&verdict(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
+        let change = |file: &str| Change { file: file.into(), what: String::new() };
+        let changes = Some(vec![change("ego.parquet"), change("manifest.json")]);
+        let changed = Verdict { changes, ..verdict(3000, None) };
+        assert_eq!(proof(&changed, 3000), "changed since it was recorded: ego.parquet and 1 more");
+        let cut = Verdict { hole: Some(Tick(51)), ..verdict(50, None) };
+        assert_eq!(proof(&cut, 3000), "rows are missing from 0.51 s on");
     }
 
     #[test]

@@ -15,11 +15,11 @@ use crate::{
         facts,
         host::{ExperimenterWindow, PictureWindow, Placing},
         keys::{self, Command},
-        offline::FLUSH_EVERY,
         shell::{self, Next, Windows, now},
     },
     input::{Devices, Profile},
     panel::{ScreenState, Screens, VisitCommand, experimenter::WheelHealth, theme},
+    record,
     study::{
         Code, DataSet, Input, Session, SessionError, Study,
         session::{self, Log, Who},
@@ -222,7 +222,7 @@ impl Frame<'_> {
         for input in self.draw_picture(elapsed, due) {
             self.on_road(|visit, road| visit.input(input, road))?;
         }
-        if let (true, Some(show)) = (now() - self.flushed > FLUSH_EVERY, &mut self.kit.show) {
+        if let (true, Some(show)) = (now() - self.flushed > record::FLUSH_EVERY, &mut self.kit.show) {
             self.flushed = now();
             if let Err(error) = show.flush() {
                 self.on_road(|visit, road| visit.fail(&error, road))?;

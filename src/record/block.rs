@@ -1,0 +1,231 @@
+//! Blocks of a journal: rows of one table behind a header that says whose, how many and from when to when, each part with a
+//! checksum (CRC32C). In: bytes of a payload. Out: bytes of a block; and back, every good block of a file that was cut or
+//! damaged anywhere, with the holes between them.
+//!
+//! ```text
+//! 0   8  MAGIC                    24  8  tick of the first row
+//! 8   4  table                    32  8  tick of the last row
+//! 12  4  rows                     40  4  length of the payload, bytes
+//! 16  8  number of the block      44  4  CRC32C of the payload
+//!                                 48  4  CRC32C of the header up to here
+//! 52  .. payload; all numbers little-endian
+//! ```
+
+use crc32c::crc32c;
+use std::io::{self, Read, Seek, SeekFrom};
+
+/// Where a block begins: not text, and no part of what zstd writes.
+const MAGIC: [u8; 8] = *b"\x93CDBLK\r\n";
+/// Length of a header, bytes.
+pub(super) const HEADER: usize = 52;
+/// The longest payload that is read, bytes: a batch of 2,000 ticks with 1,000 cars stays below it.
+pub(super) const MOST_PAYLOAD: u32 = 64 << 20;
+
+/// What a block says of itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Header {
+    /// Which table, by its place in [`super::Table::ALL`].
+    pub table: u32,
+    /// Rows in the payload.
+    pub rows: u32,
+    /// Number of the block in its journal, from 0: a gap tells that some are missing.
+    pub number: u64,
+    /// Ticks of the first row and of the last.
+    pub ticks: [u64; 2],
+}
+
+/// A block as the disk is to have it.
+pub(super) fn encode(header: &Header, payload: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(HEADER + payload.len());
+    bytes.extend(MAGIC);
+    bytes.extend(header.table.to_le_bytes());
+    bytes.extend(header.rows.to_le_bytes());
+    bytes.extend(header.number.to_le_bytes());
+    bytes.extend(header.ticks[0].to_le_bytes());
+    bytes.extend(header.ticks[1].to_le_bytes());
+    bytes.extend(u32::try_from(payload.len()).unwrap_or(u32::MAX).to_le_bytes());
+    bytes.extend(crc32c(payload).to_le_bytes());
+    bytes.extend(crc32c(&bytes).to_le_bytes());
+    bytes.extend(payload);
+    bytes
+}
+
+/// A header with its own checksum right: what it says, and length and checksum of the payload.
+fn decode(bytes: &[u8; HEADER]) -> Option<(Header, u32, u32)> {
+    let small = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+    let large = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
+    if bytes[..8] != MAGIC || small(48) != crc32c(&bytes[..48]) {
+        return None;
+    }
+    let header = Header { table: small(8), rows: small(12), number: large(16), ticks: [large(24), large(32)] };
+    Some((header, small(40), small(44)))
+}
+
+/// What comes next in a journal.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// A block whose checksums are right.
+    Block(Header, Vec<u8>),
+    /// Bytes that are no block; with the header where that much can be read, else unknown.
+    Hole {
+        /// The header of the block that is damaged.
+        header: Option<Header>,
+        /// From this byte of the file to that one.
+        bytes: [u64; 2],
+    },
+}
+
+/// Goes through a journal from its start to its end; each byte is in exactly one part.
+pub(super) struct Blocks<R> {
+    file: R,
+    length: u64,
+    at: u64,
+}
+
+impl<R: Read + Seek> Blocks<R> {
+    /// From the start of `file`.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn new(mut file: R) -> io::Result<Self> {
+        let length = file.seek(SeekFrom::End(0))?;
+        Ok(Self { file, length, at: 0 })
+    }
+
+    /// The next part; `None` at the end.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn next(&mut self) -> io::Result<Option<Part>> {
+        if self.at >= self.length {
+            return Ok(None);
+        }
+        let from = self.at;
+        match self.header_at(from)? {
+            Some((header, length, sum)) => {
+                let end = from + HEADER as u64 + u64::from(length);
+                if length <= MOST_PAYLOAD && end <= self.length {
+                    let mut payload = vec![0; length as usize];
+                    self.file.read_exact(&mut payload)?;
+                    if crc32c(&payload) == sum {
+                        self.at = end;
+                        return Ok(Some(Part::Block(header, payload)));
+                    }
+                }
+                // A length is believed only as far as no other block begins within it.
+                self.at = self.find_from(from + 1)?;
+                Ok(Some(Part::Hole { header: Some(header), bytes: [from, self.at] }))
+            }
+            None => {
+                self.at = self.find_from(from + 1)?;
+                Ok(Some(Part::Hole { header: None, bytes: [from, self.at] }))
+            }
+        }
+    }
+
+    /// The header at this byte, if there is one; the file then stands behind it.
+    fn header_at(&mut self, at: u64) -> io::Result<Option<(Header, u32, u32)>> {
+        if self.length - at < HEADER as u64 {
+            return Ok(None);
+        }
+        let mut bytes = [0; HEADER];
+        self.file.seek(SeekFrom::Start(at))?;
+        self.file.read_exact(&mut bytes)?;
+        Ok(decode(&bytes))
+    }
+
+    /// The first byte from `from` on at which a header with a right checksum begins; the file's end if there is none.
+    fn find_from(&mut self, from: u64) -> io::Result<u64> {
+        const PIECE: usize = 1 << 16;
+        let mut at = from;
+        let mut piece = vec![0; PIECE];
+        while at + HEADER as u64 <= self.length {
+            let n = PIECE.min((self.length - at) as usize);
+            self.file.seek(SeekFrom::Start(at))?;
+            self.file.read_exact(&mut piece[..n])?;
+            for (offset, _) in piece[..n].windows(MAGIC.len()).enumerate().filter(|(_, bytes)| **bytes == MAGIC) {
+                let found = at + offset as u64;
+                if self.header_at(found)?.is_some() {
+                    return Ok(found);
+                }
+            }
+            // The next piece begins so that a mark across the border is seen.
+            at += (n - (MAGIC.len() - 1)) as u64;
+        }
+        Ok(self.length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    fn three() -> (Vec<u8>, [usize; 4]) {
+        let mut bytes = Vec::new();
+        let mut ends = [0; 4];
+        for (number, payload) in [&b"first"[..], &[0x93; 300], b"the third"].into_iter().enumerate() {
+            let number = number as u64;
+            let header = Header { table: number as u32, rows: 7, number, ticks: [10 * number, 10 * number + 9] };
+            bytes.extend(encode(&header, payload));
+            ends[number as usize + 1] = bytes.len();
+        }
+        (bytes, ends)
+    }
+
+    /// Numbers of the good blocks, and the bytes that are in none.
+    fn read(bytes: &[u8]) -> (Vec<u64>, Vec<[u64; 2]>) {
+        let mut blocks = Blocks::new(Cursor::new(bytes)).expect("memory");
+        let (mut good, mut holes) = (Vec::new(), Vec::new());
+        while let Some(part) = blocks.next().expect("memory") {
+            match part {
+                Part::Block(header, _) => good.push(header.number),
+                Part::Hole { bytes, .. } => holes.push(bytes),
+            }
+        }
+        (good, holes)
+    }
+
+    #[test]
+    fn the_checksum_is_crc32c() {
+        // RFC 3720, B.4: 32 bytes of zeroes, and the bytes 0 to 31.
+        assert_eq!(crc32c(&[0; 32]), 0x8a91_36aa);
+        assert_eq!(crc32c(&(0..32).collect::<Vec<u8>>()), 0x46dd_794e);
+    }
+
+    #[test]
+    fn every_flipped_bit_costs_its_own_block_and_no_other_and_is_reported() {
+        let (bytes, ends) = three();
+        assert_eq!(read(&bytes), (vec![0, 1, 2], vec![]));
+        for bit in 0..8 * bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            let hit = (0..3).find(|block| bit / 8 < ends[block + 1]).expect("inside");
+            let kept: Vec<u64> = (0..3).filter(|block| *block != hit as u64).collect();
+            let hole = [ends[hit] as u64, ends[hit + 1] as u64];
+            assert_eq!(read(&flipped), (kept, vec![hole]), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_cut_at_every_byte_keeps_the_blocks_before_it_and_reports_the_rest() {
+        let (bytes, ends) = three();
+        for end in 0..=bytes.len() {
+            let whole = ends[1..].iter().filter(|block_end| **block_end <= end).count();
+            let rest = (ends[whole] < end).then_some([ends[whole] as u64, end as u64]);
+            assert_eq!(read(&bytes[..end]), ((0..whole as u64).collect(), rest.into_iter().collect()), "{end}");
+        }
+    }
+
+    #[test]
+    fn reading_goes_on_after_bytes_of_any_length_that_are_no_block() {
+        let (bytes, ends) = three();
+        for length in [1, 7, 8, 51, 52, 65_535, 65_536, 65_537, 200_000] {
+            let mut text = bytes[..ends[1]].to_vec();
+            text.extend((0..length).map(|i| MAGIC[i % 8]));
+            text.extend(&bytes[ends[1]..]);
+            let hole = [ends[1] as u64, (ends[1] + length) as u64];
+            assert_eq!(read(&text), (vec![0, 1, 2], vec![hole]), "{length} bytes between");
+        }
+    }
+}

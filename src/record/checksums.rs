@@ -1,0 +1,241 @@
+//! Fingerprints of a recording that has ended, so that a later change of any file is found and named. In: the rows and files as
+//! they are written. Out: `checksums.json`; and what differs from it.
+
+use super::{
+    Manifest, RecordError, Table, files,
+    manifest::{self, hex},
+    table::Reader,
+};
+use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::{
+    collections::BTreeMap,
+    fmt,
+    fs::File,
+    io::{self, Read, Write},
+    path::Path,
+};
+
+/// Name of the file.
+pub(super) const FILE: &str = "checksums.json";
+/// Files beside the tables that are written once.
+pub(super) const OTHERS: [&str; 2] = ["scenario.toml", "summary.json"];
+
+/// All fingerprints of a recording; SHA-256, hexadecimal.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Checksums {
+    /// Of each table, by its name.
+    pub tables: BTreeMap<String, TableSums>,
+    /// Of other files, by their name.
+    pub files: BTreeMap<String, String>,
+}
+
+/// Fingerprints of a table.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TableSums {
+    /// How many rows.
+    pub rows: u64,
+    /// Of its file.
+    pub sha256: String,
+    /// Of the values of each column: for each row a byte 1 and its bytes, little-endian, or a byte 0 where it is empty.
+    pub columns: BTreeMap<String, String>,
+}
+
+impl Checksums {
+    /// Reads those of a recording; `None` if it has none, as one of an earlier version.
+    ///
+    /// # Errors
+    /// They cannot be read.
+    pub fn load(recording: &Path) -> Result<Option<Self>, RecordError> {
+        let path = recording.join(FILE);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = std::fs::read_to_string(&path).map_err(RecordError::file(&path))?;
+        let read = serde_json::from_str(&text);
+        read.map(Some).map_err(|e| RecordError::Table { path, why: e.to_string() })
+    }
+
+    /// Adds the other files of a recording and saves all. Returns the fingerprint of what was saved.
+    pub(super) fn save(mut self, recording: &Path) -> Result<String, RecordError> {
+        for name in OTHERS {
+            let path = recording.join(name);
+            if path.exists() {
+                self.files.insert(name.into(), file_sha256(&path)?);
+            }
+        }
+        let text = serde_json::to_string_pretty(&self).expect("numbers and words") + "\n";
+        files::replace(&recording.join(FILE), text.as_bytes())?;
+        Ok(manifest::sha256(text.as_bytes()))
+    }
+}
+
+/// SHA-256 of a file, hexadecimal, in bounded memory.
+///
+/// # Errors
+/// It cannot be read.
+pub fn file_sha256(path: &Path) -> Result<String, RecordError> {
+    let mut file = File::open(path).map_err(RecordError::file(path))?;
+    let mut hash = Sha256::new();
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut piece).map_err(RecordError::file(path))? {
+            0 => return Ok(hex(&hash.finalize())),
+            n => hash.update(&piece[..n]),
+        }
+    }
+}
+
+/// A file and the fingerprint of what was written to it.
+pub(super) struct HashedFile {
+    pub file: File,
+    pub hash: Sha256,
+}
+
+impl Write for HashedFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let n = self.file.write(bytes)?;
+        self.hash.update(&bytes[..n]);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Fingerprints of columns, batch by batch.
+#[derive(Default)]
+pub(super) struct ColumnSums {
+    columns: BTreeMap<String, Sha256>,
+    bytes: Vec<u8>,
+}
+
+impl ColumnSums {
+    pub fn push(&mut self, batch: &RecordBatch) {
+        for (field, array) in batch.schema().fields().iter().zip(batch.columns()) {
+            self.push_column(field.name(), array);
+        }
+    }
+
+    fn push_column(&mut self, name: &str, array: &ArrayRef) {
+        let Self { columns, bytes } = self;
+        bytes.clear();
+        let any = array.as_any();
+        if let Some(values) = any.downcast_ref::<Float64Array>() {
+            values.iter().for_each(|v| put(bytes, v.map(|v| v.to_bits().to_le_bytes())));
+        } else if let Some(values) = any.downcast_ref::<UInt64Array>() {
+            values.iter().for_each(|v| put(bytes, v.map(u64::to_le_bytes)));
+        } else if let Some(values) = any.downcast_ref::<UInt32Array>() {
+            values.iter().for_each(|v| put(bytes, v.map(u32::to_le_bytes)));
+        } else if let Some(values) = any.downcast_ref::<BooleanArray>() {
+            values.iter().for_each(|v| put(bytes, v.map(|v| [u8::from(v)])));
+        } else if let Some(values) = any.downcast_ref::<StringArray>() {
+            // With its length: "ab", "c" is not "a", "bc".
+            for word in values {
+                put(bytes, word.map(|word| (word.len() as u64).to_le_bytes()));
+                bytes.extend(word.unwrap_or_default().as_bytes());
+            }
+        }
+        columns.entry(name.into()).or_default().update(&*bytes);
+    }
+
+    pub fn finish(self) -> BTreeMap<String, String> {
+        self.columns.into_iter().map(|(name, hash)| (name, hex(&hash.finalize()))).collect()
+    }
+}
+
+fn put<const N: usize>(bytes: &mut Vec<u8>, value: Option<[u8; N]>) {
+    bytes.push(u8::from(value.is_some()));
+    bytes.extend(value.into_iter().flatten());
+}
+
+/// Something in a recording that is not as it was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Name of the file.
+    pub file: String,
+    /// What is different.
+    pub what: String,
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.file, self.what)
+    }
+}
+
+/// Compares a recording with its own fingerprints. `None` if it has none, as one of an earlier version.
+///
+/// # Errors
+/// A file of it cannot be read.
+pub fn changes(recording: &Path) -> Result<Option<Vec<Change>>, RecordError> {
+    let manifest = Manifest::load(recording)?;
+    let Some(written) = &manifest.checksums else { return Ok(None) };
+    let mut found = Vec::new();
+    let mut say = |file: &str, what: String| found.push(Change { file: file.into(), what });
+    if Manifest::is_as_written(recording)? == Some(false) {
+        say(manifest::FILE, "is not as it was written: its own SHA-256 differs".into());
+    }
+    let path = recording.join(FILE);
+    if !path.exists() {
+        say(FILE, "is missing".into());
+        return Ok(Some(found));
+    }
+    if file_sha256(&path)? != *written {
+        say(FILE, "is not as it was written: manifest.json has another SHA-256 of it".into());
+    }
+    let sums = Checksums::load(recording)?.unwrap_or_default();
+    for (name, was) in &sums.files {
+        let path = recording.join(name);
+        if !path.exists() {
+            say(name, "is missing".into());
+        } else if file_sha256(&path)? != *was {
+            say(name, "is not as it was written: its SHA-256 differs".into());
+        }
+    }
+    for table in Table::ALL {
+        let path = table.parquet(recording);
+        let name = format!("{}.parquet", table.name());
+        let Some(was) = sums.tables.get(table.name()) else {
+            say(&name, format!("{FILE} does not know it"));
+            continue;
+        };
+        if !path.exists() {
+            say(&name, "is missing".into());
+        } else if file_sha256(&path)? != was.sha256 {
+            match table_differences(&path, was) {
+                Ok(what) => what.into_iter().for_each(|what| say(&name, what)),
+                Err(error) => say(&name, format!("cannot be read any more: {error}")),
+            }
+        }
+    }
+    Ok(Some(found))
+}
+
+/// What of a table is not as it was written, in words.
+fn table_differences(path: &Path, was: &TableSums) -> Result<Vec<String>, RecordError> {
+    let mut sums = ColumnSums::default();
+    let rows = Reader::each_batch(path, &mut |batch| sums.push(batch))?;
+    let mut found = Vec::new();
+    if rows != was.rows {
+        found.push(format!("has {rows} rows; {} were written", was.rows));
+    }
+    let now = sums.finish();
+    for (column, sha256) in &was.columns {
+        match now.get(column) {
+            None => found.push(format!("column {column} is missing")),
+            Some(other) if other != sha256 && rows == was.rows => {
+                found.push(format!("column {column} is not as it was written"));
+            }
+            Some(_) => {}
+        }
+    }
+    found
+        .extend(now.keys().filter(|name| !was.columns.contains_key(*name)).map(|name| format!("column {name} is new")));
+    if found.is_empty() {
+        found.push("was written anew; all values are as they were".into());
+    }
+    Ok(found)
+}

@@ -1,0 +1,311 @@
+//! A recording beside the same drive once more. In: the tables of a recording, and the world that is driven again with the
+//! recorded controls. Out: the first cell that differs in any bit, and how many do. Rows are read batch by batch: a drive of
+//! days takes no more memory than one of minutes.
+//!
+//! What no simulation makes (times of devices and frames, the wheel's force, marks and notes) is not compared here; its
+//! fingerprints are in `checksums.json`.
+
+use super::{
+    RecordError, Table,
+    table::{Batches, Column, Get},
+    tables::{self, ADVICE, AdviceRow, CARS, CarRow, EGO, EVENTS, EgoRow, EventRow},
+};
+use crate::{
+    ego::{Controls, Selector},
+    sim::{EventKind, HASH_START, World},
+    time::Tick,
+};
+use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
+use std::{fmt, path::Path};
+
+/// Columns that no simulation makes.
+const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
+
+/// A cell that is not as it was recorded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Of which table.
+    pub table: Table,
+    /// Number of the row, from 0.
+    pub row: u64,
+    /// The row's tick.
+    pub tick: Tick,
+    /// Name of the column.
+    pub column: String,
+    /// What the recording says; empty for a row that is not there.
+    pub recorded: String,
+    /// What the same drive gives; empty for a row that it does not give.
+    pub driven: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let or = |text: &str| if text.is_empty() { "nothing".to_owned() } else { text.to_owned() };
+        let Self { table, row, tick, column, recorded, driven } = self;
+        let (name, time_s, recorded, driven) = (table.name(), tick.seconds(), or(recorded), or(driven));
+        write!(
+            f,
+            "{name}.parquet, row {row} ({time_s:.2} s), column {column}: recorded {recorded}, driven again {driven}"
+        )
+    }
+}
+
+/// Goes through the tables of a recording beside the world.
+pub struct Comparison {
+    ego: Cursor,
+    cars: Cursor,
+    advice: Cursor,
+    events: Cursor,
+    hash: u64,
+    first: Option<Difference>,
+    cells: u64,
+}
+
+impl Comparison {
+    /// Opens the tables of a recording that has ended.
+    ///
+    /// # Errors
+    /// They cannot be read.
+    pub fn open(recording: &Path) -> Result<Self, RecordError> {
+        let cursor = |table| Cursor::open(recording, table);
+        Ok(Self {
+            ego: cursor(Table::Ego)?,
+            cars: cursor(Table::Cars)?,
+            advice: cursor(Table::Advice)?,
+            events: cursor(Table::Events)?,
+            hash: HASH_START,
+            first: None,
+            cells: 0,
+        })
+    }
+
+    /// The controls of tick `due`, which comes next; `None` where the recording ends, or a hole begins.
+    ///
+    /// # Errors
+    /// The table is not as this program writes it.
+    pub fn controls(&mut self, due: Tick) -> Result<Option<Controls>, RecordError> {
+        if !self.ego.has_row()? || self.ego.tick() != due {
+            return Ok(None);
+        }
+        let ego = &self.ego;
+        let [throttle, brake, wheel] = ["throttle", "brake", "steering_wheel_rad"].map(|name| ego.number(name));
+        let word = ego.word("selector");
+        let selectors = [Selector::Drive, Selector::Neutral, Selector::Reverse];
+        let selector = selectors.into_iter().find(|s| word == Some(tables::selector_word(*s)));
+        match (throttle, brake, wheel, selector) {
+            (Some(throttle), Some(brake), Some(wheel), Some(selector)) => Ok(Some(Controls {
+                throttle: throttle as f32,
+                brake: brake as f32,
+                steering_wheel_rad: wheel as f32,
+                selector,
+            })),
+            _ => Err(ego.batches_error(
+                "columns throttle, brake, steering_wheel_rad or selector are not as this program writes them",
+            )),
+        }
+    }
+
+    /// The world has made a tick with these controls: its rows are compared with the recorded ones.
+    ///
+    /// # Errors
+    /// A table cannot be read on.
+    pub fn tick(&mut self, world: &World, controls: &Controls) -> Result<(), RecordError> {
+        let (snapshot, scenario) = (world.snapshot(), world.scenario());
+        self.hash = snapshot.hash(self.hash);
+        for event in world.events() {
+            if let EventKind::Advice(advice) = event.kind {
+                let (step_s, speed_mps) = (scenario.step_s, snapshot.ego_before.speed_mps);
+                let row = AdviceRow { advice, step_s, speed_mps, shown_frame: None, shown_wall_s: None };
+                let found = self.advice.compare(ADVICE, &row)?;
+                self.note(found);
+            }
+            if let Some(row) = EventRow::of(event) {
+                // Marks, pauses and notes stand between them.
+                while self.events.has_row()? && self.events.is_by_hand() {
+                    self.events.skip();
+                }
+                let found = self.events.compare(EVENTS, &row)?;
+                self.note(found);
+            }
+        }
+        let found = self.ego.compare(EGO, &EgoRow::of(snapshot, &controls.sane(), None, self.hash))?;
+        self.note(found);
+        if snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
+            let found = self.cars.compare(CARS, &CarRow::ego(snapshot))?;
+            self.note(found);
+            for car in &snapshot.cars {
+                let found = self.cars.compare(CARS, &CarRow::of(snapshot.tick, car))?;
+                self.note(found);
+            }
+        }
+        Ok(())
+    }
+
+    /// All ticks to `last` were driven: what the tables have of that time beyond what was driven is counted.
+    ///
+    /// # Errors
+    /// A table cannot be read on.
+    pub fn end(&mut self, last: Tick) -> Result<(), RecordError> {
+        for cursor in [&mut self.cars, &mut self.advice, &mut self.events] {
+            let mut found = (0, None);
+            // A drive that was cut may have steps in the journal whose ticks are lost.
+            while cursor.has_row()? && cursor.tick() <= last {
+                if !(cursor.table == Table::Events && cursor.is_by_hand()) {
+                    found.0 += 1;
+                    found
+                        .1
+                        .get_or_insert_with(|| cursor.difference("tick", cursor.tick().0.to_string(), String::new()));
+                }
+                cursor.skip();
+            }
+            self.cells += found.0;
+            if self.first.is_none() {
+                self.first = found.1;
+            }
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, (cells, first): (u64, Option<Difference>)) {
+        self.cells += cells;
+        if self.first.is_none() {
+            self.first = first;
+        }
+    }
+
+    /// The first cell that differs; `None` if all bits are equal so far.
+    pub fn first(&self) -> Option<&Difference> {
+        self.first.as_ref()
+    }
+
+    /// How many cells differ so far.
+    pub fn cells(&self) -> u64 {
+        self.cells
+    }
+}
+
+/// A table, row by row.
+struct Cursor {
+    table: Table,
+    batches: Batches,
+    batch: Option<RecordBatch>,
+    /// Row within the batch, and rows of the batches before.
+    at: usize,
+    before: u64,
+}
+
+impl Cursor {
+    fn open(recording: &Path, table: Table) -> Result<Self, RecordError> {
+        let batches = Batches::open(&table.parquet(recording))?;
+        Ok(Self { table, batches, batch: None, at: 0, before: 0 })
+    }
+
+    fn batches_error(&self, why: &str) -> RecordError {
+        RecordError::Table { path: self.batches.path().into(), why: why.into() }
+    }
+
+    /// True if there is a row here; reads on if need be.
+    fn has_row(&mut self) -> Result<bool, RecordError> {
+        while self.batch.as_ref().is_none_or(|batch| self.at >= batch.num_rows()) {
+            let Some(next) = self.batches.next().transpose()? else { return Ok(false) };
+            self.before += self.batch.take().map_or(0, |batch| batch.num_rows() as u64);
+            self.at = 0;
+            self.batch = Some(next);
+        }
+        Ok(true)
+    }
+
+    fn skip(&mut self) {
+        self.at += 1;
+    }
+
+    fn array<A: Array + 'static>(&self, name: &str) -> Option<&A> {
+        let array: &ArrayRef = self.batch.as_ref()?.column_by_name(name)?;
+        array.as_any().downcast_ref::<A>().filter(|array| self.at < array.len() && array.is_valid(self.at))
+    }
+
+    fn tick(&self) -> Tick {
+        Tick(self.array::<UInt64Array>("tick").map_or(0, |ticks| ticks.value(self.at)))
+    }
+
+    fn number(&self, name: &str) -> Option<f64> {
+        self.array::<Float64Array>(name).map(|values| values.value(self.at))
+    }
+
+    fn word(&self, name: &str) -> Option<&str> {
+        self.array::<StringArray>(name).map(|words| words.value(self.at))
+    }
+
+    /// An event that no world makes.
+    fn is_by_hand(&self) -> bool {
+        !self.word("event").is_some_and(|kind| EventRow::KINDS_OF_WORLD.contains(&kind))
+    }
+
+    /// Compares the row here with the one that was driven, and goes on. How many cells differ, and the first.
+    fn compare<R>(&mut self, columns: &[Column<R>], driven: &R) -> Result<(u64, Option<Difference>), RecordError> {
+        if !self.has_row()? {
+            let tick =
+                columns.iter().find(|column| column.name == "tick").map_or_else(String::new, |c| text(c, driven));
+            let number = tick.parse().unwrap_or_default();
+            let difference = Difference { tick: Tick(number), ..self.difference("tick", String::new(), tick) };
+            return Ok((1, Some(difference)));
+        }
+        let (mut cells, mut first) = (0, None);
+        for column in columns.iter().filter(|column| !OF_DEVICES.contains(&column.name)) {
+            // A recording of an earlier version may lack a column; one that was taken out is found by its checksum.
+            if self.batch.as_ref().is_none_or(|batch| batch.column_by_name(column.name).is_none()) {
+                continue;
+            }
+            if !self.is_equal(column, driven) {
+                cells += 1;
+                // The chain of fingerprints differs wherever anything does: it is named if nothing else is.
+                if first.as_ref().is_none_or(|first: &Difference| first.column == "hash") {
+                    first = Some(self.difference(column.name, self.cell(column), text(column, driven)));
+                }
+            }
+        }
+        self.skip();
+        Ok((cells, first))
+    }
+
+    fn is_equal<R>(&self, column: &Column<R>, driven: &R) -> bool {
+        let name = column.name;
+        match column.get {
+            Get::Number(get) => self.number(name).map(f64::to_bits) == get(driven).map(f64::to_bits),
+            Get::Whole(get) => self.array::<UInt64Array>(name).map(|a| a.value(self.at)) == Some(get(driven)),
+            Get::Id(get) => self.array::<UInt32Array>(name).map(|a| a.value(self.at)) == get(driven),
+            Get::Flag(get) => self.array::<BooleanArray>(name).map(|a| a.value(self.at)) == get(driven),
+            Get::Word(get) => self.word(name) == Some(&get(driven)),
+        }
+    }
+
+    /// The cell here, in words.
+    fn cell<R>(&self, column: &Column<R>) -> String {
+        let (name, at) = (column.name, self.at);
+        let found = match column.get {
+            Get::Number(_) => self.number(name).map(|v| v.to_string()),
+            Get::Whole(_) => self.array::<UInt64Array>(name).map(|a| a.value(at).to_string()),
+            Get::Id(_) => self.array::<UInt32Array>(name).map(|a| a.value(at).to_string()),
+            Get::Flag(_) => self.array::<BooleanArray>(name).map(|a| a.value(at).to_string()),
+            Get::Word(_) => self.word(name).map(|word| format!("{word:?}")),
+        };
+        found.unwrap_or_else(|| "empty".into())
+    }
+
+    fn difference(&self, column: &str, recorded: String, driven: String) -> Difference {
+        let (table, row) = (self.table, self.before + self.at as u64);
+        Difference { table, row, tick: self.tick(), column: column.into(), recorded, driven }
+    }
+}
+
+/// A driven cell, in words.
+fn text<R>(column: &Column<R>, row: &R) -> String {
+    let found = match column.get {
+        Get::Number(get) => get(row).map(|v| v.to_string()),
+        Get::Whole(get) => Some(get(row).to_string()),
+        Get::Id(get) => get(row).map(|v| v.to_string()),
+        Get::Flag(get) => get(row).map(|v| v.to_string()),
+        Get::Word(get) => Some(format!("{:?}", get(row))),
+    };
+    found.unwrap_or_else(|| "empty".into())
+}

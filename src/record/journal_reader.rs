@@ -1,0 +1,259 @@
+//! Reads what is left of a journal. In: its folder, whole, cut or damaged anywhere. Out: the rows of every good block, and the
+//! holes. Memory is bounded before it is taken: no number in a file is believed that is larger than the file allows.
+//!
+//! Journals of earlier versions (one Arrow stream a table, `*.arrows`, without checksums) are read as far as they make sense.
+
+use super::{
+    RecordError, Table,
+    block::{Blocks, Header, MOST_PAYLOAD, Part},
+    journal,
+};
+use crate::time::Tick;
+use arrow_array::RecordBatch;
+use arrow_buffer::Buffer;
+use arrow_ipc::{MessageHeader, reader::StreamDecoder, root_as_message};
+use std::{
+    fs::File,
+    io::{BufReader, Read},
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::{Path, PathBuf},
+};
+
+/// The most that a block may take when it is no longer compressed, bytes.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Rows that could not be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hole {
+    /// The file.
+    pub file: PathBuf,
+    /// Bytes of the file that are no block: from, to.
+    pub bytes: [u64; 2],
+    /// Of which table, where that can still be told.
+    pub table: Option<Table>,
+    /// How many rows, where that can still be told.
+    pub rows: Option<u32>,
+    /// Ticks of the first row and of the last, where that can still be told.
+    pub ticks: Option<[Tick; 2]>,
+}
+
+impl std::fmt::Display for Hole {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [from, to] = self.bytes;
+        let name = self.file.file_name().unwrap_or_default().display();
+        match (self.table, self.rows, self.ticks) {
+            (Some(table), Some(rows), Some([first, last])) => {
+                write!(f, "{rows} rows of {} ({:.2} to {:.2} s)", table.name(), first.seconds(), last.seconds())?;
+            }
+            (Some(table), ..) => write!(f, "rows of {}", table.name())?,
+            _ => f.write_str("rows of an unknown table")?,
+        }
+        write!(f, ", bytes {from} to {to} of {name}")
+    }
+}
+
+/// Hands every good batch of rows to `put`, in the order of the file, and returns what could not be read.
+///
+/// # Errors
+/// The system refuses a file, or `put` does.
+pub(super) fn read(
+    folder: &Path,
+    put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
+) -> Result<Vec<Hole>, RecordError> {
+    let mut holes = Vec::new();
+    let path = folder.join(journal::FILE);
+    if path.exists() {
+        read_blocks(&path, put, &mut holes)?;
+    }
+    for table in Table::ALL {
+        let path = folder.join(format!("{}.arrows", table.name()));
+        if path.exists() {
+            read_stream(&path, table, put, &mut holes)?;
+        }
+    }
+    let known = |name: &str| name == journal::FILE || Table::ALL.iter().any(|t| name == format!("{}.arrows", t.name()));
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        // Cut before it was made.
+        Err(why) if why.kind() == std::io::ErrorKind::NotFound => return Ok(holes),
+        Err(why) => return Err(RecordError::file(folder)(why)),
+    };
+    for entry in entries {
+        let entry = entry.map_err(RecordError::file(folder))?;
+        if !entry.file_name().to_str().is_some_and(known) {
+            let length = entry.metadata().map_or(0, |about| about.len());
+            holes.push(Hole { file: entry.path(), bytes: [0, length], table: None, rows: None, ticks: None });
+        }
+    }
+    Ok(holes)
+}
+
+/// A file that is really one: a pipe in its place would be waited for without end.
+fn open(path: &Path) -> Result<(File, u64), RecordError> {
+    let about = std::fs::metadata(path).map_err(RecordError::file(path))?;
+    if !about.is_file() {
+        return Err(RecordError::Table { path: path.into(), why: "is no regular file".into() });
+    }
+    Ok((File::open(path).map_err(RecordError::file(path))?, about.len()))
+}
+
+fn read_blocks(
+    path: &Path,
+    put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
+    holes: &mut Vec<Hole>,
+) -> Result<(), RecordError> {
+    let (file, _) = open(path)?;
+    let mut blocks = Blocks::new(BufReader::new(file)).map_err(RecordError::file(path))?;
+    let mut next = 0;
+    let mut at = 0;
+    while let Some(part) = blocks.next().map_err(RecordError::file(path))? {
+        match part {
+            Part::Hole { header, bytes } => {
+                at = bytes[1];
+                // The number of the block is used up, so that it is not counted as missing once more.
+                next = header.map_or(next, |header| header.number + 1);
+                holes.push(hole(path, header.as_ref(), bytes));
+            }
+            Part::Block(header, payload) => {
+                let bytes = [at, at + (super::block::HEADER + payload.len()) as u64];
+                let follows_a_hole = holes.last().is_some_and(|hole| hole.file == path && hole.bytes[1] == at);
+                if header.number > next && !follows_a_hole {
+                    holes.push(Hole { bytes: [at, at], ..hole(path, None, bytes) });
+                }
+                at = bytes[1];
+                let known = Table::ALL.get(header.table as usize).copied();
+                // A block that was there before is a copy; one of an unknown table is of a later version.
+                match (known, header.number >= next, unpack(&payload)) {
+                    (Some(table), true, Ok(batches)) => {
+                        for batch in batches {
+                            put(table, batch)?;
+                        }
+                    }
+                    _ => holes.push(hole(path, Some(&header), bytes)),
+                }
+                next = next.max(header.number + 1);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn hole(path: &Path, header: Option<&Header>, bytes: [u64; 2]) -> Hole {
+    Hole {
+        file: path.into(),
+        bytes,
+        table: header.and_then(|header| Table::ALL.get(header.table as usize).copied()),
+        rows: header.map(|header| header.rows),
+        ticks: header.map(|header| header.ticks.map(Tick)),
+    }
+}
+
+/// The rows of a payload.
+fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, String> {
+    let decoder = zstd::stream::read::Decoder::new(payload).map_err(|e| e.to_string())?;
+    let mut bytes = Vec::new();
+    decoder.take(MOST_BYTES).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    let left = bytes.len() as u64;
+    let mut stream = Stream { from: bytes.as_slice(), left, decoder: StreamDecoder::new() };
+    let mut batches = Vec::new();
+    while let Some(batch) = stream.next()? {
+        batches.push(batch);
+    }
+    if stream.left > 0 { Err(format!("{} bytes too many", stream.left)) } else { Ok(batches) }
+}
+
+fn read_stream(
+    path: &Path,
+    table: Table,
+    put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
+    holes: &mut Vec<Hole>,
+) -> Result<(), RecordError> {
+    let (file, length) = open(path)?;
+    let mut stream = Stream { from: BufReader::new(file), left: length, decoder: StreamDecoder::new() };
+    loop {
+        let from = length - stream.left;
+        match stream.next() {
+            Ok(Some(batch)) => put(table, batch)?,
+            Ok(None) if stream.left == 0 => return Ok(()),
+            Ok(None) | Err(_) => {
+                let bytes = [from.min(length - stream.left), length];
+                holes.push(Hole { file: path.into(), bytes, table: Some(table), rows: None, ticks: None });
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// An Arrow IPC stream, message by message.
+struct Stream<R> {
+    from: R,
+    /// Bytes that are left.
+    left: u64,
+    decoder: StreamDecoder,
+}
+
+impl<R: Read> Stream<R> {
+    fn take(&mut self, count: u64) -> Result<Vec<u8>, String> {
+        if count > self.left || count > u64::from(MOST_PAYLOAD) {
+            return Err(format!("{count} bytes wanted, {} left", self.left));
+        }
+        let mut bytes = vec![0; count as usize];
+        self.from.read_exact(&mut bytes).map_err(|e| e.to_string())?;
+        self.left -= count;
+        Ok(bytes)
+    }
+
+    /// The next batch; `None` at the end, be it said or just there.
+    fn next(&mut self) -> Result<Option<RecordBatch>, String> {
+        while self.left > 0 {
+            let mut bytes = self.take(8)?;
+            let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+            let (mark, length) = (word(0), word(4));
+            if mark != u32::MAX {
+                return Err("no message begins here".into());
+            }
+            if length == 0 {
+                return Ok(None);
+            }
+            let about = self.take(length.into())?;
+            let message = root_as_message(&about).map_err(|e| e.to_string())?;
+            let body = self.take(u64::try_from(message.bodyLength()).map_err(|e| e.to_string())?)?;
+            check_buffers(&message, &body)?;
+            bytes.extend(&about);
+            bytes.extend(body);
+            let mut buffer = Buffer::from_vec(bytes);
+            let decoder = &mut self.decoder;
+            // The library checks much and panics on the rest; what it left half done is not used again.
+            let decoded = catch_unwind(AssertUnwindSafe(|| decoder.decode(&mut buffer)));
+            match decoded {
+                Ok(Ok(Some(batch))) => return Ok(Some(batch)),
+                Ok(Ok(None)) => {}
+                Ok(Err(error)) => return Err(error.to_string()),
+                Err(_) => return Err("is not as this program writes it".into()),
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// A compressed buffer begins with its length when it is no longer compressed, for which memory is taken at once.
+fn check_buffers(message: &arrow_ipc::Message<'_>, body: &[u8]) -> Result<(), String> {
+    if message.header_type() != MessageHeader::RecordBatch {
+        return Ok(());
+    }
+    let batch = message.header_as_record_batch().ok_or("no batch")?;
+    if batch.compression().is_none() {
+        return Ok(());
+    }
+    for buffer in batch.buffers().iter().flatten() {
+        let (offset, length) = (usize::try_from(buffer.offset()), usize::try_from(buffer.length()));
+        let (Ok(offset), Ok(length)) = (offset, length) else { return Err("a buffer begins nowhere".into()) };
+        let bytes = offset.checked_add(length).and_then(|end| body.get(offset..end)).ok_or("a buffer ends nowhere")?;
+        let Some(first) = bytes.first_chunk::<8>() else { continue };
+        let plain = i64::from_le_bytes(*first);
+        if plain > MOST_BYTES as i64 {
+            return Err(format!("a buffer of {plain} bytes"));
+        }
+    }
+    Ok(())
+}
