@@ -4,6 +4,7 @@
 
 use super::{
     clouds,
+    cost::CountedQueue,
     layout::Air,
     sky::{SIZE, Sky},
 };
@@ -114,7 +115,7 @@ impl AirPass {
     }
 
     /// Makes the sky that of this sun and visibility, and gives it.
-    pub fn fit(&mut self, queue: &wgpu::Queue, to_sun: Vec3, visibility_m: f32) -> &Sky {
+    pub fn fit(&mut self, queue: &CountedQueue, to_sun: Vec3, visibility_m: f32) -> &Sky {
         let same = |sky: &Sky| sky.to_sun == to_sun && sky.visibility_m == visibility_m;
         if !self.sky.as_ref().is_some_and(same) {
             let sky = self.make(queue, to_sun, visibility_m);
@@ -124,7 +125,7 @@ impl AirPass {
     }
 
     /// A sky, written to the device.
-    fn make(&self, queue: &wgpu::Queue, to_sun: Vec3, visibility_m: f32) -> Sky {
+    fn make(&self, queue: &CountedQueue, to_sun: Vec3, visibility_m: f32) -> Sky {
         let mut sky = Sky::new(to_sun, visibility_m);
         // As asked for, so that it is found again.
         sky.to_sun = to_sun;

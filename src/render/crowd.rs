@@ -2,6 +2,7 @@
 //! test of what can be seen. Out: [`Batches`], ranges of instances by mesh.
 
 use super::{
+    cost::{CountedPass, CountedQueue},
     detail::{Batches, CarDetail, Detail, LEVELS, Levels},
     layout::Instance,
     models::{Model, Models},
@@ -122,7 +123,7 @@ impl Crowd {
     #[expect(clippy::too_many_arguments, reason = "what a pass sees of each kind of thing")]
     pub fn gather<'a>(
         &mut self,
-        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        (device, queue): (&wgpu::Device, &CountedQueue),
         models: &Models,
         cars: impl Iterator<Item = &'a CarInstance> + Clone,
         around: Around,
@@ -173,7 +174,7 @@ impl Crowd {
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.
-    pub fn bind(&self, pass: &mut wgpu::RenderPass, slot: u32) {
+    pub fn bind(&self, pass: &mut CountedPass, slot: u32) {
         pass.set_vertex_buffer(slot, self.buffer.slice(..));
     }
 

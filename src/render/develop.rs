@@ -4,6 +4,7 @@
 use crate::scene::{Camera, Lens};
 
 use super::{
+    cost::{CountedPass, CountedQueue, PassCost},
     glow,
     layout::Print,
     pipeline::{Recipe, Workshop},
@@ -274,14 +275,14 @@ impl DevelopPass {
         encoder: &mut wgpu::CommandEncoder,
         stamps: Option<wgpu::RenderPassTimestampWrites>,
         pipeline: &DevelopPipeline,
-        queue: &wgpu::Queue,
+        queue: &CountedQueue,
         target: &wgpu::TextureView,
         size: [u32; 2],
         exposure: f32,
         alone: Option<Glass>,
         inset: Option<Glass>,
         smooth: bool,
-    ) {
+    ) -> PassCost {
         let sheet_of = |size: [u32; 2]| {
             let [width, height] = size.map(|side| side as f32);
             Print { rect: [0.0, 0.0, width, height], canvas: [width, height], ..Default::default() }
@@ -315,15 +316,16 @@ impl DevelopPass {
             (alone, None) => usize::from(alone.is_some()) + here,
         };
         let main = (&self.main, main);
+        let mut cost = PassCost::default();
         let onto_target = match &self.flat {
             None => main,
             Some(flat) => {
                 queue.write_buffer(&flat.sheet.uniform, 0, bytemuck::bytes_of(&sheet_of(size)));
-                lay(encoder, None, pipeline, &flat.view, [Some(main), None]);
+                cost += lay(encoder, None, pipeline, &flat.view, [Some(main), None]);
                 (&flat.sheet, SOFTEN)
             }
         };
-        lay(encoder, stamps, pipeline, target, [Some(onto_target), inset.map(|_| (&self.mirror, 1 + here))]);
+        cost + lay(encoder, stamps, pipeline, target, [Some(onto_target), inset.map(|_| (&self.mirror, 1 + here))])
     }
 }
 
@@ -334,8 +336,8 @@ fn lay(
     pipeline: &DevelopPipeline,
     target: &wgpu::TextureView,
     sheets: [Option<(&Sheet, usize)>; 2],
-) {
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+) -> PassCost {
+    let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("develop"),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
             view: target,
@@ -345,12 +347,13 @@ fn lay(
         })],
         timestamp_writes: stamps,
         ..Default::default()
-    });
+    }));
     for (sheet, number) in sheets.into_iter().flatten() {
         pass.set_pipeline(&pipeline.0[number]);
         pass.set_bind_group(0, sheet.group.as_ref(), &[]);
         pass.draw(0..6, 0..1);
     }
+    pass.cost()
 }
 
 #[cfg(test)]

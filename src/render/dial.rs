@@ -6,6 +6,7 @@ mod fixed;
 
 use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 
+use super::cost::PassCost;
 use super::ui_pass::{Overlay, UiPass};
 use crate::hud::{Dial, Palette, lettering};
 use crate::scene::{View, ViewKind};
@@ -145,6 +146,11 @@ impl DialPass {
             }
         });
         ui.draw(target, ctx, output);
+    }
+
+    /// As [`UiPass::take_cost`].
+    pub fn take_cost(&mut self) -> (PassCost, u64) {
+        self.ui.take_cost()
     }
 }
 

@@ -3,6 +3,7 @@
 //! light's share of [`MOST`] in bytes, which software rendering filters in a third of the time that light takes.
 
 use super::{
+    cost::{CountedPass, PassCost},
     pipeline::{HDR, Recipe, Workshop},
     timing,
 };
@@ -121,9 +122,10 @@ impl GlowPass {
         encoder: &mut wgpu::CommandEncoder,
         stamps: Option<&wgpu::RenderPassTimestampWrites>,
         pipelines: &GlowPipelines,
-    ) {
+    ) -> PassCost {
+        let mut cost = PassCost::default();
         for (step, target) in self.targets.iter().enumerate() {
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("glow"),
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                     view: target,
@@ -136,11 +138,13 @@ impl GlowPass {
                 })],
                 timestamp_writes: stamps.filter(|_| step == 0).map(timing::begin_only),
                 ..Default::default()
-            });
+            }));
             pass.set_pipeline(&pipelines.0[step]);
             pass.set_bind_group(0, self.groups.as_ref().map(|groups| &groups[step]), &[]);
             pass.draw(0..3, 0..1);
+            cost += pass.cost();
         }
+        cost
     }
 }
 

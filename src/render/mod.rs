@@ -7,6 +7,7 @@
 
 pub mod air;
 mod clouds;
+pub mod cost;
 pub mod crowd;
 pub mod detail;
 pub mod develop;
@@ -33,6 +34,7 @@ mod targets;
 pub mod timing;
 pub mod ui_pass;
 
+pub use cost::FrameCost;
 pub use gpu::{Gpu, GpuError};
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
@@ -72,6 +74,7 @@ pub struct Renderer {
     dial: DialPass,
     panel: UiPass,
     timing: Option<Timing>,
+    cost: FrameCost,
 }
 
 /// What the experimenter's panel put out in this frame, to be drawn over the picture.
@@ -115,7 +118,23 @@ impl Renderer {
         let timing = Timing::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
-        Self { scenery, quality, bindings, pipelines, air, shadow, main, mirror, glow, develop, dial, panel, timing }
+        let cost = FrameCost::default();
+        Self {
+            scenery,
+            quality,
+            bindings,
+            pipelines,
+            air,
+            shadow,
+            main,
+            mirror,
+            glow,
+            develop,
+            dial,
+            panel,
+            timing,
+            cost,
+        }
     }
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
@@ -150,18 +169,21 @@ impl Renderer {
         let materials = &pipelines.materials;
         let timed = timing.as_ref();
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
-        let lights = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
+        let mut cost = FrameCost::default();
+        let lights;
+        (lights, cost.shadow) = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
         let hidden = back.and_then(|_| develop::hidden_by_mirror(size, drawn));
-        main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego, hidden);
+        cost.main = main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego, hidden);
         if let (Some(camera), Some(glass)) = (back, framed) {
             let optics = Optics::new(&glass.behind(camera), inset);
-            mirror.draw(e, stamps(Pass::Mirror), materials, scenery, view, &optics, &lights, Ego::Nowhere, None);
+            let stamps = stamps(Pass::Mirror);
+            cost.mirror = mirror.draw(e, stamps, materials, scenery, view, &optics, &lights, Ego::Nowhere, None);
         }
         let stamp = stamps(Pass::Develop);
         let sky = air.fit(queue, view.to_sun, view.visibility_m);
         let exposure = if view.kind == ViewKind::Birdseye { sky.plan_exposure() } else { sky.exposure };
-        glow.draw(e, stamp.as_ref(), &pipelines.glow);
-        develop.draw(
+        cost.develop = glow.draw(e, stamp.as_ref(), &pipelines.glow);
+        cost.develop += develop.draw(
             e,
             stamp.as_ref().map(timing::end_only),
             &pipelines.develop,
@@ -186,6 +208,17 @@ impl Renderer {
             timing.collect(e);
         }
         queue.submit([encoder.finish()]);
+        cost.uploaded_bytes = queue.take_bytes();
+        for (drawn, bytes) in [dial.take_cost(), self.panel.take_cost()] {
+            cost.overlay += drawn;
+            cost.uploaded_bytes += bytes;
+        }
+        self.cost = cost;
+    }
+
+    /// What the last picture asked of the device.
+    pub fn cost(&self) -> FrameCost {
+        self.cost
     }
 
     /// Time of each pass on the device, a few frames ago; none if the adapter has no timestamps or has not answered yet.

@@ -2,6 +2,7 @@
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
+use super::cost::CountedPass;
 use super::detail::{Batches, CAR_LEVELS, Detail};
 use super::impostor::{self, Extent};
 use crate::scene::{Cockpit, Mesh, Stage, Vertex};
@@ -115,13 +116,13 @@ impl Models {
     }
 
     /// Makes the meshes the source of the pass's draws.
-    pub fn bind(&self, pass: &mut wgpu::RenderPass) {
+    pub fn bind(&self, pass: &mut CountedPass) {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
     /// Draws what of cars has no coat (paint, glass, lamps): the own car's shelf and cabin, wheels of all levels.
-    pub fn draw_uncoated(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+    pub fn draw_uncoated(&self, pass: &mut CountedPass, batches: &Batches) {
         let [_, shelf, cabin, _] = &self.cockpit;
         let [body, furnished, _] = &batches.inside;
         shelf.draw(pass, body.clone());
@@ -132,7 +133,7 @@ impl Models {
     }
 
     /// Draws bodies of all styles and levels, the own car's bonnet and its steering wheel.
-    pub fn draw_cars(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+    pub fn draw_cars(&self, pass: &mut CountedPass, batches: &Batches) {
         let [bonnet, _, _, wheel] = &self.cockpit;
         let [body, _, steered] = &batches.inside;
         bonnet.draw(pass, body.clone());
@@ -143,7 +144,7 @@ impl Models {
     }
 
     /// Draws the windows that are seen through, far ones first.
-    pub fn draw_glass(&self, pass: &mut wgpu::RenderPass, batches: &Batches) {
+    pub fn draw_glass(&self, pass: &mut CountedPass, batches: &Batches) {
         for level in [1, 0] {
             for (models, ranges) in self.glass.iter().zip(&batches.bodies) {
                 models[level].draw(pass, ranges[level].clone());
@@ -152,13 +153,13 @@ impl Models {
     }
 
     /// Draws the trees of all kinds that have leaf cards, the nearest first: what they hide is not shaded then.
-    pub fn draw_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
+    pub fn draw_trees(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]]) {
         self.draw_trees_of(pass, ranges, Detail::Near);
         self.draw_trees_of(pass, ranges, Detail::Mid);
     }
 
     /// Draws the pictures of trees, those `from_above` or those from the sides.
-    pub fn draw_far_trees(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]], from_above: bool) {
+    pub fn draw_far_trees(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]], from_above: bool) {
         if !from_above {
             return self.draw_trees_of(pass, ranges, Detail::Far);
         }
@@ -168,11 +169,11 @@ impl Models {
     }
 
     /// Draws what throws their shadows.
-    pub fn draw_tree_shades(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]]) {
+    pub fn draw_tree_shades(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]]) {
         self.draw_trees_of(pass, ranges, Detail::Shade);
     }
 
-    fn draw_trees_of(&self, pass: &mut wgpu::RenderPass, ranges: &[[Range<u32>; 4]], detail: Detail) {
+    fn draw_trees_of(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]], detail: Detail) {
         for (models, ranges) in self.trees.iter().zip(ranges) {
             models[detail as usize].draw(pass, ranges[detail as usize].clone());
         }
@@ -181,7 +182,7 @@ impl Models {
 
 impl Model {
     /// Draws the instances in `range`; nothing for an empty mesh or range.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass, range: Range<u32>) {
+    pub fn draw(&self, pass: &mut CountedPass, range: Range<u32>) {
         if !range.is_empty() && !self.indices.is_empty() {
             pass.draw_indexed(self.indices.clone(), self.first_vertex, range);
         }
@@ -190,7 +191,7 @@ impl Model {
 
 impl Ground {
     /// Draws the pieces for which `seen(centre, radius_m)` holds; the first instance is the world itself.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass, seen: impl Fn(Vec3, f32) -> bool) {
+    pub fn draw(&self, pass: &mut CountedPass, seen: impl Fn(Vec3, f32) -> bool) {
         for piece in self.0.iter().filter(|piece| seen(piece.centre, piece.radius_m)) {
             piece.draw(pass, 0..1);
         }

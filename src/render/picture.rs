@@ -3,6 +3,7 @@
 
 use super::{
     air::{self, AirPass},
+    cost::PassCost,
     crowd::{Around, Crowd},
     detail::{CarDetail, Detail},
     layout::{Frame, instance_buffer, mesh_buffers},
@@ -394,7 +395,7 @@ impl PicturePass {
         lights: &Lights,
         ego: Ego,
         hidden: Option<[u32; 4]>,
-    ) {
+    ) -> PassCost {
         let frame = frame(view, optics, lights);
         scenery.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let cars = view.cars.iter().filter(|car| ego == Ego::Outside || !car.is_ego);
@@ -472,6 +473,7 @@ impl PicturePass {
         models.bind(pass);
         crowd.bind(pass, 1);
         models.draw_glass(pass, &batches);
+        pass.cost()
     }
 }
 

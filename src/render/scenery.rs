@@ -1,6 +1,6 @@
 //! What all passes share: the device and what stands on the stage. In: a [`Stage`]. Out: handles, lent to each draw.
 
-use super::{clouds, crowd::Forest, gpu::Gpu, grain, impostor, leaves, models::Models};
+use super::{clouds, cost::CountedQueue, crowd::Forest, gpu::Gpu, grain, impostor, leaves, models::Models};
 use crate::scene::Stage;
 
 /// Device, meshes, trees and grain.
@@ -8,8 +8,8 @@ use crate::scene::Stage;
 pub struct Scenery {
     /// Makes buffers.
     pub device: wgpu::Device,
-    /// Takes data.
-    pub queue: wgpu::Queue,
+    /// Takes data, and counts it.
+    pub queue: CountedQueue,
     /// Meshes.
     pub models: Models,
     /// Placed trees.
@@ -33,7 +33,7 @@ impl Scenery {
         );
         Self {
             device: device.clone(),
-            queue: queue.clone(),
+            queue: CountedQueue::new(queue.clone()),
             forest: Forest::new(stage, &models),
             grain: grain::upload(device, queue, &grain),
             leaves: leaves::upload(device, queue),

@@ -10,6 +10,7 @@
 mod cover;
 
 use super::{
+    cost::{CountedPass, PassCost},
     crowd::{Around, Crowd},
     detail::{Batches, CarDetail, Detail},
     layout::{Light, mesh_buffers},
@@ -253,7 +254,7 @@ impl ShadowPass {
         scenery: &Scenery,
         view: &View,
         optics: &Optics,
-    ) -> Lights {
+    ) -> (Lights, PassCost) {
         let wanted = covers(view.to_sun, optics);
         let batches = self.layers[0].gather(scenery, view, wanted[0], None, (self.size, self.fine));
         let mut works = vec![Work { layer: 0, batches, clear: true }];
@@ -261,6 +262,7 @@ impl ShadowPass {
         works.extend(self.part_of_next(scenery, view, [wanted[1], wanted[2]]));
         // One time for all: from the first pass's begin to the last one's end.
         let last = works.len() - 1;
+        let mut cost = PassCost::default();
         for (number, work) in works.iter().enumerate() {
             let stamps = stamps.as_ref().and_then(|stamps| match (number == 0, number == last) {
                 (true, true) => Some(stamps.clone()),
@@ -268,20 +270,21 @@ impl ShadowPass {
                 (false, true) => Some(timing::end_only(stamps)),
                 (false, false) => None,
             });
-            self.layers[work.layer].draw(encoder, stamps, pipeline, scenery, &work.batches, work.clear);
+            cost += self.layers[work.layer].draw(encoder, stamps, pipeline, scenery, &work.batches, work.clear);
         }
         let [near, far] = self.standing;
         let used = [Some(wanted[0]), near.cover, far.cover].map(|cover| cover.expect("drawn above"));
         let lens = used.map(|cover| cover.lens(self.size));
         let rotation = used[0].view().transpose();
-        Lights {
+        let lights = Lights {
             rows: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.truncate()),
             scale: lens.map(|lens| Vec3::new(lens.x_axis.x, lens.y_axis.y, lens.z_axis.z)),
             shift: lens.map(|lens| lens.w_axis.truncate()),
             layer: [0, near.layer, far.layer],
             texel_m: used.map(|cover| cover.texel_m(self.size)),
             size: self.size,
-        }
+        };
+        (lights, cost)
     }
 
     /// All of a standing map, if none that is there or under way serves any more.
@@ -370,8 +373,8 @@ impl Layer {
         scenery: &Scenery,
         batches: &Batches,
         clear: bool,
-    ) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+    ) -> PassCost {
+        let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow"),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.view,
@@ -383,7 +386,7 @@ impl Layer {
             }),
             timestamp_writes: stamps,
             ..Default::default()
-        });
+        }));
         pass.set_pipeline(&pipeline.solid);
         pass.set_bind_group(0, &self.group, &[]);
         scenery.models.bind(&mut pass);
@@ -395,5 +398,6 @@ impl Layer {
             pass.set_pipeline(leaves);
             scenery.models.draw_trees(&mut pass, &batches.trees);
         }
+        pass.cost()
     }
 }

@@ -1,5 +1,6 @@
 //! What a picture of the scene is drawn into: light and depth. In: a size. Out: a render pass.
 
+use super::cost::CountedPass;
 use super::pipeline::{DEPTH, HDR};
 
 /// Textures that a picture is drawn into.
@@ -45,12 +46,12 @@ impl Targets {
         encoder: &'e mut wgpu::CommandEncoder,
         label: &str,
         stamps: Option<wgpu::RenderPassTimestampWrites>,
-    ) -> wgpu::RenderPass<'e> {
+    ) -> CountedPass<'e> {
         let (view, resolve_target, store) = match &self.samples {
             Some(samples) => (samples, Some(&self.light), wgpu::StoreOp::Discard),
             None => (&self.light, None, wgpu::StoreOp::Store),
         };
-        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view,
@@ -65,6 +66,6 @@ impl Targets {
             }),
             timestamp_writes: stamps,
             ..Default::default()
-        })
+        }))
     }
 }

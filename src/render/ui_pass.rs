@@ -1,7 +1,8 @@
 //! What egui drew, put on top of a picture. In: a pass of an egui [`Context`] (its [`FullOutput`]) and a view of the
 //! picture. Out: commands. Colours are sRGB values, written as they are: the target's format has to be a plain `Unorm`.
 
-use egui::{Context, FullOutput, TextureId};
+use super::cost::PassCost;
+use egui::{Context, FullOutput, TextureId, epaint::Primitive};
 
 /// Where a pass over a finished picture draws.
 pub struct Overlay<'a> {
@@ -24,6 +25,7 @@ pub struct UiPass {
     /// Textures egui has done with. Freeing destroys at once, but the frame that last shows them has yet to be
     /// submitted when egui names them: they go at the next frame.
     done_with: Vec<TextureId>,
+    cost: (PassCost, u64),
 }
 
 impl std::fmt::Debug for UiPass {
@@ -38,7 +40,11 @@ impl UiPass {
         debug_assert!(!format.is_srgb(), "egui writes sRGB values itself; {format:?} would encode them twice");
         // No dithering: a colour of the dial is the same number in every pixel.
         let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
-        Self { renderer: egui_wgpu::Renderer::new(device, format, options), done_with: Vec::new() }
+        Self {
+            renderer: egui_wgpu::Renderer::new(device, format, options),
+            done_with: Vec::new(),
+            cost: Default::default(),
+        }
     }
 
     /// The renderer, to register textures of our own.
@@ -54,6 +60,13 @@ impl UiPass {
 
         let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: size, pixels_per_point: output.pixels_per_point };
         let meshes = ctx.tessellate(output.shapes, output.pixels_per_point);
+        for mesh in &meshes {
+            // Of one rectangle of the screen. Nobody here paints by a callback.
+            if let Primitive::Mesh(mesh) = &mesh.primitive {
+                self.cost.0 += PassCost { draws: 1, instances: 1, triangles: mesh.indices.len() as u64 / 3 };
+                self.cost.1 += (size_of_val(&mesh.indices[..]) + size_of_val(&mesh.vertices[..])) as u64;
+            }
+        }
         let uploads = self.renderer.update_buffers(device, queue, encoder, &meshes, &screen);
         if !uploads.is_empty() {
             queue.submit(uploads);
@@ -79,12 +92,18 @@ impl UiPass {
         self.take_textures(device, queue, &mut output);
     }
 
+    /// What was drawn, and the bytes that were written for it, since the last call.
+    pub fn take_cost(&mut self) -> (PassCost, u64) {
+        std::mem::take(&mut self.cost)
+    }
+
     fn take_textures(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, output: &mut FullOutput) {
         for id in self.done_with.drain(..) {
             self.renderer.free_texture(&id);
         }
         for (id, deltas) in output.textures_delta.set.drain() {
             for delta in &deltas {
+                self.cost.1 += (delta.image.width() * delta.image.height() * delta.image.bytes_per_pixel()) as u64;
                 self.renderer.update_texture(device, queue, id, delta);
             }
         }

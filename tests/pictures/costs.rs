@@ -1,0 +1,152 @@
+//! What a picture costs, as counts: a slow-down fails here without a clock. Budgets are promises with reasons; the counts
+//! are the renderer's own.
+//!
+//! A budget has a wide margin to what is needed now, but none for work that is done twice: a shadow map of trees drawn whole
+//! in each frame, cars drawn near by everywhere, a mirror as fine as the picture.
+
+use crate::place::*;
+use codrive::{
+    hud::Dial,
+    render::{FrameCost, OFFSCREEN, Quality, Renderer, canvas},
+    scene::{Mesh, Stage, Vertex, ViewKind, ViewOptions},
+    units::SpeedUnit,
+};
+use glam::Quat;
+
+/// The size for which the times are promised.
+const SIZE: [u32; 2] = [1280, 720];
+/// 30 m/s, the ring's limit, at 15 pictures a second.
+const FRAME_M: f64 = 2.0;
+/// Pictures of a drive: long enough for the maps of standing shadows to follow once.
+const FRAMES: u32 = 8;
+
+/// The most that a picture of a drive may ask of the device.
+struct Budget {
+    name: &'static str,
+    quality: Quality,
+    /// Of the driver's view and of the chase view, the dearest ones.
+    triangles: u64,
+    instances: u64,
+    uploaded_bytes: u64,
+}
+
+/// Where the processor draws, a triangle costs 50 ns (950,000 in about 45 ms on two cores). A low picture has 60 ms: a
+/// quarter of them for triangles; a medium one has 250 ms, most of them for its pixels: a tenth. A small graphics card
+/// sets up 300 million triangles a second: a fifth of a frame of 60 Hz for them.
+///
+/// An instance is 64 bytes, and a tree between two levels is two of them. 256 kB a picture are 15 MB/s at 60 Hz, which the
+/// processor copies in a hundredth of its time; a card may have twice that, for grass that reaches further.
+const BUDGETS: [Budget; 4] = [
+    Budget { name: "low", quality: Quality::LOW, triangles: 300_000, instances: 4_000, uploaded_bytes: 256_000 },
+    Budget {
+        name: "medium in software",
+        quality: Quality::MEDIUM_SOFTWARE,
+        triangles: 500_000,
+        instances: 4_000,
+        uploaded_bytes: 256_000,
+    },
+    Budget {
+        name: "medium",
+        quality: Quality::MEDIUM,
+        triangles: 1_000_000,
+        instances: 8_000,
+        uploaded_bytes: 512_000,
+    },
+    Budget { name: "high", quality: Quality::HIGH, triangles: 1_000_000, instances: 8_000, uploaded_bytes: 512_000 },
+];
+
+/// Each view with its share of a budget's triangles, in sixths, and with the most draws. The mirror alone is one picture,
+/// not two, but a narrow one, in which cars are large; the plan shows cars and trees at their least. A draw costs the processor about 10 us: 2 ms of a frame for the
+/// two pictures of the driver's view, 1 ms for one.
+const VIEWS: [(ViewKind, u64, u64); 4] =
+    [(ViewKind::Driver, 6, 200), (ViewKind::Chase, 6, 100), (ViewKind::Mirror, 5, 100), (ViewKind::Birdseye, 2, 100)];
+
+/// Draws `FRAMES` pictures of a drive, and one before them; their costs.
+fn drive(kind: ViewKind, quality: Quality) -> Vec<FrameCost> {
+    // The counts depend on the size that is shown, the time on the pixels that are drawn: few of them.
+    let mut renderer = renderer(true, Quality { most_pixels: 64 * 36, ..quality });
+    let target = canvas(gpu(), OFFSCREEN, SIZE);
+    let costs = (0..=FRAMES).map(|frame| {
+        let mut snapshot = full_ring();
+        let pose = on_lane(40.0 + f64::from(frame) * FRAME_M, 0.0);
+        snapshot.ego.position = pose.position.extend(0.0);
+        snapshot.ego.rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
+        snapshot.ego_before = snapshot.ego;
+        let mut view = view(&snapshot, kind, &ViewOptions::default());
+        let unit = SpeedUnit::Mph;
+        let speed_mps = 4.0 + 0.1 * f64::from(frame);
+        let dial = Dial::new(speed_mps, Some((4.4, 3.9, 4.8)), unit, Dial::scale_for(8.0, unit), false);
+        view.dial = kind.has_dial().then_some(dial);
+        renderer.draw(&view, None, &target, SIZE);
+        gpu().finish().unwrap_or_else(|e| panic!("{e}"));
+        renderer.cost()
+    });
+    costs.collect()
+}
+
+#[test]
+fn every_view_keeps_its_budget_of_triangles_draws_instances_and_bytes() {
+    for Budget { name, quality, triangles, instances, uploaded_bytes } in BUDGETS {
+        for (kind, sixths, draws) in VIEWS {
+            let costs = drive(kind, quality);
+            for (frame, cost) in costs.iter().enumerate() {
+                let total = cost.total();
+                // The first picture also has the maps of standing shadows drawn whole, for which it may take half as long
+                // again as low has, and gets its sky: at most 768 by 768 texels of 8 bytes.
+                let (more, times, sky_bytes) = if frame == 0 { (2 * triangles, 2, 5_000_000) } else { (0, 1, 0) };
+                let most = triangles * sixths / 6 + more;
+                let seen = format!("{name}, {kind:?}, picture {frame}");
+                assert!(total.triangles <= most, "{seen}: {} triangles, {most} allowed: {cost:?}", total.triangles);
+                assert!(total.draws <= draws, "{seen}: {} draws, {draws} allowed: {cost:?}", total.draws);
+                let most = times * instances;
+                assert!(total.instances <= most, "{seen}: {} instances, {most} allowed: {cost:?}", total.instances);
+                let (bytes, most) = (cost.uploaded_bytes, times * uploaded_bytes + sky_bytes);
+                assert!(bytes <= most, "{seen}: {bytes} bytes uploaded, {most} allowed: {cost:?}");
+            }
+            let worst = |of: fn(&FrameCost) -> u64| costs[1..].iter().map(of).max().unwrap_or(0);
+            println!(
+                "{name}, {kind:?}: {} triangles (at first {}), {} draws, {} instances, {} bytes (at first {})",
+                worst(|cost| cost.total().triangles),
+                costs[0].total().triangles,
+                worst(|cost| cost.total().draws),
+                worst(|cost| cost.total().instances),
+                worst(|cost| cost.uploaded_bytes),
+                costs[0].uploaded_bytes,
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_drawn_is_counted_to_the_triangle_and_to_the_byte() {
+    let plain = Stage { posts: Mesh::default(), ..stage(false).clone() };
+    let snapshot = full_ring();
+    let view = view(&snapshot, ViewKind::Chase, &ViewOptions::default());
+    let ahead = view.camera.eye + view.camera.forward * 10.0;
+    let vertex = |x: f32, y: f32| Vertex { position: [ahead.x + x, ahead.y + y, ahead.z], ..Default::default() };
+    let corners = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(0.0, 1.0), vertex(1.0, 1.0)];
+    let posts = Mesh { vertices: corners.to_vec(), indices: vec![0, 1, 2, 1, 3, 2] };
+    let cost = |stage: &Stage, cars: usize| {
+        let mut view = view.clone();
+        view.cars.truncate(cars);
+        let mut renderer = Renderer::new(gpu(), stage, OFFSCREEN, Quality::LOW);
+        let target = canvas(gpu(), OFFSCREEN, [160, 90]);
+        // The second picture: the first one made sky and shadows.
+        for _ in 0..2 {
+            renderer.draw(&view, None, &target, [160, 90]);
+        }
+        gpu().finish().unwrap_or_else(|e| panic!("{e}"));
+        renderer.cost()
+    };
+    let (without, with) = (cost(&plain, 0), cost(&Stage { posts, ..plain.clone() }, 0));
+    let more = codrive::render::cost::PassCost { draws: 1, instances: 1, triangles: 2 };
+    assert_eq!(with.main, without.main + more, "two triangles in the main picture");
+    assert_eq!(FrameCost { main: without.main, ..with }, without, "and nowhere else");
+    // Main picture and shadow map: a body, and four wheels unless it is seen in plan, of 64 bytes each.
+    let car = cost(&plain, 1);
+    let bytes = car.uploaded_bytes - without.uploaded_bytes;
+    assert_eq!(bytes, 64 * (2 * 5), "{car:?} {without:?}");
+    assert!(
+        car.total().triangles > without.total().triangles && car.total().instances >= without.total().instances + 10
+    );
+}
