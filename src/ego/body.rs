@@ -137,12 +137,16 @@ impl Body {
             let from = car.pose.filter(|pose| pose.position.distance(obstacle.pose.position) < JUMP_M);
             let from = *car.pose.insert(from.unwrap_or(obstacle.pose));
             let near = obstacle.pose.is_finite() && obstacle.pose.position.distance(here) < NEAR_M;
-            let body = &mut self.world.bodies[car.body];
-            if near {
-                body.set_position(frame_pose(from, self.origin), true);
-            }
-            if near != body.is_enabled() {
-                body.set_enabled(near);
+            // rapier lists every body that is asked for as one to change: only those that are.
+            let enabled = self.world.bodies[car.body].is_enabled();
+            if near || enabled {
+                let body = &mut self.world.bodies[car.body];
+                if near {
+                    body.set_position(frame_pose(from, self.origin), true);
+                }
+                if near != enabled {
+                    body.set_enabled(near);
+                }
             }
         }
     }
@@ -190,8 +194,9 @@ impl Body {
     /// Moves everything by one sub-step; the other cars to `fraction` of their way in this tick.
     pub fn step(&mut self, obstacles: &[Obstacle], fraction: f64) {
         for (car, obstacle) in self.cars.iter().zip(obstacles) {
-            let body = &mut self.world.bodies[car.body];
-            if let Some(from) = car.pose.filter(|_| body.is_enabled()) {
+            let enabled = self.world.bodies[car.body].is_enabled();
+            if let Some(from) = car.pose.filter(|_| enabled) {
+                let body = &mut self.world.bodies[car.body];
                 let mut next = frame_pose(from.lerp(&obstacle.pose, fraction), self.origin);
                 // Past west the quaternion changes sign; rapier would take that for a whole turn within a sub-step.
                 if next.rotation.dot(*body.rotation()) < 0.0 {

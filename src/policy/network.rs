@@ -4,7 +4,12 @@
 use super::{Action, Input, Observation, Policy, observe::is_too_dense};
 use crate::file::read_text;
 use serde::{Deserialize, Serialize};
-use std::{fmt::Write, path::Path};
+use std::{cell::RefCell, fmt::Write, path::Path};
+
+thread_local! {
+    /// Values of a layer and of the one before it, kept so that a drive asks for no memory while it runs.
+    static LAYERS: RefCell<[Vec<f32>; 2]> = const { RefCell::new([Vec::new(), Vec::new()]) };
+}
 
 /// Kind of a network's action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -158,25 +163,37 @@ impl Network {
     /// The last layer's outputs. A hold outside of those trained for is seen as the nearest of them: a policy that has
     /// learned to look every second may be asked ten times a second.
     pub fn outputs(&self, observation: &Observation) -> Vec<f32> {
+        self.with_outputs(observation, <[f32]>::to_vec)
+    }
+
+    /// What `look` makes of them where they are.
+    fn with_outputs<T>(&self, observation: &Observation, look: impl FnOnce(&[f32]) -> T) -> T {
         let hold_s = observation.hold_s.clamp(self.holds_s[0], self.holds_s[1]);
         let observation = &Observation { hold_s, ..*observation };
-        let mut x: Vec<f32> = self.inputs.iter().map(|input| input.scaled(observation)).collect();
-        for (i, layer) in self.layers.iter().enumerate() {
-            let mut y = layer.bias.clone();
-            for (x, weights) in x.iter().zip(&layer.weights) {
-                y.iter_mut().zip(weights).for_each(|(y, w)| *y += x * w);
+        LAYERS.with_borrow_mut(|[x, y]| {
+            x.clear();
+            x.extend(self.inputs.iter().map(|input| input.scaled(observation)));
+            for (i, layer) in self.layers.iter().enumerate() {
+                y.clear();
+                y.extend_from_slice(&layer.bias);
+                for (x, weights) in x.iter().zip(&layer.weights) {
+                    y.iter_mut().zip(weights).for_each(|(y, w)| *y += x * w);
+                }
+                if i + 1 < self.layers.len() {
+                    y.iter_mut().for_each(|y| *y = y.tanh());
+                }
+                std::mem::swap(x, y);
             }
-            if i + 1 < self.layers.len() {
-                y.iter_mut().for_each(|y| *y = y.tanh());
-            }
-            x = y;
-        }
-        x
+            look(x)
+        })
     }
 
     /// The action without noise.
     pub fn action(&self, observation: &Observation) -> Action {
-        let outputs = self.outputs(observation);
+        self.with_outputs(observation, |outputs| self.chosen(outputs, observation))
+    }
+
+    fn chosen(&self, outputs: &[f32], observation: &Observation) -> Action {
         let [low, high] = match self.action {
             Output::Acceleration => bounded(self.limits, self.speed_change_mps, observation.hold_s),
             Output::Speed => self.limits,
