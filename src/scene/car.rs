@@ -406,9 +406,33 @@ mod tests {
             let brake = middle(Material::BrakeLamp);
             assert!(brake.iter().any(|p| p.y > 0.4) && brake.iter().any(|p| p.y < -0.4), "left and right");
             assert!(brake.iter().any(|p| p.z > 1.3 && p.y.abs() < 0.1), "the third, high");
-            assert!(brake.iter().filter(|p| p.z < 1.0).all(|p| p.x < -2.1));
+            let low: Vec<Vec3> = brake.into_iter().filter(|p| p.z < 1.0).collect();
             let head: Vec<Vec3> = middle(Material::Lamp).into_iter().filter(|p| p.x > 0.0).collect();
-            assert!(!head.is_empty() && head.iter().all(|p| p.x > 1.9 && p.y.abs() > 0.3));
+            // UN Regulation 48: pairs are at least 0.6 m apart and begin at most 0.4 m from the car's side; stop lamps are at
+            // a height of 0.35 to 1.5 m, dipped headlamps at one of 0.5 to 1.2 m.
+            for (lamps, heights_m) in [(&low, 0.35..1.5), (&head, 0.5..1.2)] {
+                assert!(lamps.iter().all(|p| p.y.abs() > 0.3 && heights_m.contains(&p.z)), "{lamps:?}");
+                let widest = lamps.iter().map(|p| p.y.abs()).fold(0.0, f32::max);
+                assert!(widest > CAR_WIDTH_M as f32 / 2.0 - 0.4, "{widest}");
+            }
+            // They are at the ends, and reach around the corner to be seen from aside, not along the flanks: 12.5 cm2 of a
+            // stop lamp at 45 degrees, of what holds the front position lamp at 80 (the same regulation).
+            assert!(low.iter().all(|p| p.x < -2.1) && head.iter().all(|p| p.x > 1.9), "{low:?} {head:?}");
+            let seen_cm2 = |material: Material, towards: Vec3| -> f32 {
+                let lit = faces(&body).filter(|(corners, _)| {
+                    let [x, y, z] = corners[0].position;
+                    let its_side = x * towards.x > 0.0 && y * towards.y > 0.0 && z < 1.0;
+                    corners[0].material == material as u32 && corners[0].colour[0] > 0.15 && its_side
+                });
+                lit.map(|(_, face)| 1e4 * (face.dot(towards) / 2.0).max(0.0)).sum()
+            };
+            for (material, aside_deg, end) in [(Material::BrakeLamp, 45.0f32, -1.0), (Material::Lamp, 80.0, 1.0)] {
+                for side in [-1.0, 1.0] {
+                    let (sin, cos) = aside_deg.to_radians().sin_cos();
+                    let seen = seen_cm2(material, Vec3::new(end * cos, side * sin, 0.0));
+                    assert!(seen > 12.5, "{material:?}: {seen} cm2 from {aside_deg} degrees aside");
+                }
+            }
         }
     }
 }

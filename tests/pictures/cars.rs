@@ -6,6 +6,7 @@ use codrive::{
     scene::{self, Camera, Lens, Mesh, Stage, ViewKind, ViewOptions},
     sim::CockpitView,
     space::Pose,
+    traffic::EGO,
 };
 use glam::{Vec2, Vec3};
 
@@ -100,19 +101,26 @@ fn the_bonnet_stays_red_towards_a_low_sun() {
     let ahead_deg = 90.0 - on_lane(0.0, 0.0).yaw_rad.to_degrees() as f32;
     for aside_deg in [-35.0, -12.0, 20.0] {
         let options = ViewOptions { sun_azimuth_deg: ahead_deg + aside_deg, ..evening.clone() };
-        let off = ViewOptions { cockpit: CockpitView::Off, ..options.clone() };
-        let [with, without] =
-            [options, off].map(|options| draw(&view(&snapshot, ViewKind::Driver, &options), false, SIZE));
-        // The sheet, not the black shelf behind it.
-        let seen = with.pixels().zip(without.pixels()).filter(|(a, b)| difference(a, b) > 12);
-        let sheet: Vec<[f32; 3]> = seen.map(|(a, _)| rgb(a)).filter(|[r, ..]| *r > 0.25).collect();
-        assert!(sheet.len() > 500, "{} pixels", sheet.len());
+        let worn = |paint: Option<[f32; 3]>| {
+            let mut options = options.clone();
+            options.paint_overrides.extend(paint.map(|paint| (EGO, paint)));
+            draw(&view(&snapshot, ViewKind::Driver, &options), false, SIZE)
+        };
+        let [red, black, white] = [None, Some([0.0; 3]), Some([0.8; 3])].map(worn);
+        // The sheet is what its paint changes, and has it on all sides: a pixel at its edge is half of the road.
+        let painted = |[x, y]: [u32; 2]| difference(black.get_pixel(x, y), white.get_pixel(x, y)) > 40;
+        let inner = |x: u32, y: u32| {
+            let around = [[x, y], [x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]];
+            around.into_iter().all(painted)
+        };
+        let all =
+            red.enumerate_pixels().filter(|(x, y, _)| (1..SIZE[0] - 1).contains(x) && (1..SIZE[1] - 1).contains(y));
+        let sheet: Vec<[f32; 3]> = all.filter(|(x, y, _)| inner(*x, *y)).map(|(.., p)| rgb(p)).collect();
         let pale = sheet.iter().filter(|[r, g, b]| g.max(*b) > 0.72 * r).count();
         let mean = sheet.iter().map(|[r, g, b]| g.max(*b) / r).sum::<f32>() / sheet.len() as f32;
         println!("sun {aside_deg} degrees aside: {pale} of {} pale, green over red {mean}", sheet.len());
-        // Pixels along its edges are half of the road, and the sun itself is mirrored where it stands nearly ahead: that may
-        // be a third of it. With a base coat that mirrors white at flat angles it was a half, and the mean 0.68.
-        assert!(pale * 3 < sheet.len() && mean < 0.55, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
+        // A twentieth is for the sun's own image, half a degree wide with its halo; all else of a red sheet is red.
+        assert!(pale * 20 < sheet.len() && mean < 0.5, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
     }
 }
 
@@ -248,14 +256,20 @@ fn the_flat_mirror_shows_the_rear_view_flipped() {
     let mirror = view(&followed(), ViewKind::Mirror, &marked());
     // The same camera without a mirror: the driver's view, looking back, nothing of the own car.
     let rear = scene::View { kind: ViewKind::Driver, mirror: None, seat: None, ..mirror.clone() };
-    // Where the mirror is as fine as the picture, which at low it is not.
-    let mut renderer = renderer(true, Quality { mirror_scale: 1.0, ..Quality::LOW });
-    let [mirror, rear] = [mirror, rear].map(|view| draw_with(&mut renderer, &view, SIZE));
-    let flipped = image::imageops::flip_horizontal(&rear);
-    // Two steps of 255: rounding, and the noise against bands, which is not flipped.
-    let most = mirror.pixels().zip(flipped.pixels()).map(|(a, b)| difference(a, b)).max().unwrap_or(255);
-    assert!(most <= 2, "{most}");
-    assert!(rear != flipped, "a picture that is its own mirror image proves nothing");
+    // At low a mirror is drawn with fewer pixels than it is shown with: the rear view with as few.
+    let drawn = Quality::LOW.drawn_size(SIZE, true);
+    assert!(drawn[0] < SIZE[0]);
+    let as_fine = Quality { most_pixels: drawn[0] * drawn[1], ..Quality::LOW };
+    assert_eq!(as_fine.drawn_size(SIZE, false), drawn);
+    for (low, same) in [(Quality::LOW, as_fine), (Quality { mirror_scale: 1.0, ..Quality::LOW }, Quality::LOW)] {
+        let mirror = draw_with(&mut renderer(true, low), &mirror, SIZE);
+        let rear = draw_with(&mut renderer(true, same), &rear, SIZE);
+        let flipped = image::imageops::flip_horizontal(&rear);
+        // Two steps of 255: rounding, and the noise against bands, which is not flipped.
+        let most = mirror.pixels().zip(flipped.pixels()).map(|(a, b)| difference(a, b)).max().unwrap_or(255);
+        assert!(most <= 2, "{most}, mirror's scale {}", low.mirror_scale);
+        assert!(rear != flipped, "a picture that is its own mirror image proves nothing");
+    }
 }
 
 #[test]
@@ -308,6 +322,8 @@ fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
         lamp(-1.0).min(lamp(1.0))
     };
     let (running, braking) = (light(false, 60.0), light(true, 60.0));
+    // A step of the screen's 255: a lamp of less would not be there.
     assert!(running > 0.004, "running lamps can be seen: {running}");
+    // The least that UN Regulation 7 allows where one lamp is both.
     assert!(braking > 5.0 * running, "{braking} braking, {running} running, in linear red above green");
 }

@@ -83,3 +83,8 @@ pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
 pub fn difference(a: &Rgba<u8>, b: &Rgba<u8>) -> u8 {
     (0..3).map(|i| a.0[i].abs_diff(b.0[i])).max().unwrap_or(0)
 }
+
+/// Light before the tone curve and after exposure, from a grey of the screen, below the curve's shoulder.
+pub fn light(seen: f32) -> f32 {
+    0.26 * (seen / (1.0 - seen).max(0.01)).powf(1.0 / 1.08)
+}
