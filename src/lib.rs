@@ -18,7 +18,8 @@
 //! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
 //! ```text
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
-//! chart  file                  / the car-following model / figures as SVG and PNG / files read within limits
+//! chart  file  private         / the car-following model / figures as SVG and PNG / files read within limits, and
+//!                              written for the user alone
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -41,6 +42,9 @@
 //! map and traffic, `f32` in physics and picture. Seconds, metres, m/s inside; mph and km/h only at the edge
 //! ([`units`]). Same seed, same inputs, same bits: named random streams ([`rng`]), no wall clock below [`app`].
 
+// println! ends the program with a panic where its reader has gone; cli::out says what there is to say.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod analysis;
 pub mod app;
 pub mod audio;
@@ -56,6 +60,7 @@ pub mod input;
 pub mod map;
 pub mod panel;
 pub mod policy;
+pub mod private;
 pub mod record;
 pub mod render;
 pub mod rng;

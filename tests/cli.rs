@@ -1,7 +1,11 @@
 //! The command line as a person meets it: exit codes and messages of mistakes, and short runs of the commands.
 
 use assert_cmd::Command;
-use std::fs;
+use std::{
+    fs,
+    path::Path,
+    process::{self, Stdio},
+};
 
 /// The program, told nothing by the environment it is tested in.
 fn codrive(arguments: &[&str]) -> Command {
@@ -186,4 +190,105 @@ fn a_ring_of_any_length_can_be_made_and_driven() {
         &["map", "ring", "--circumference", "100", "--out", other.to_str().unwrap()],
         &["circumference", "150 to 5000"],
     );
+}
+
+/// Commands that print, each of which can be run again and again: with every path they need.
+fn talkative(folder: &Path) -> Vec<Vec<String>> {
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let made = |arguments: &[&str]| _ = codrive(arguments).assert().success();
+    let record = file("recording");
+    made(&["run", "--traffic", "native", "--duration", "2", "--out", &record]);
+    let text = "title = \"Short\"\nparticipants = 1\n[base]\ntraffic = \"native\"\nduration_s = 2.0\n[[segment]]\n\
+                kind = \"drive\"\nname = \"drive\"\ntext = \"Drive.\"\n";
+    fs::write(file("study.toml"), text).unwrap();
+    let (study, data) = (file("study.toml"), file("data"));
+    made(&["study", &study, "--rehearse", "--participants", "1", "--out", &data]);
+    let picture = file("picture.png");
+    let words: &[&[&str]] = &[
+        &["--version"],
+        &["--help"],
+        &["help", "run"],
+        &["run", "--traffic", "native", "--duration", "1"],
+        &["run", "--traffic", "native", "--duration", "1", "--json"],
+        &["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", &picture],
+        &["map", "list"],
+        &["study", "--schema"],
+        &["study", &study],
+        &["study", &study, "--rehearse", "--participants", "1", "--out", &data],
+        &["analyse", &record],
+        &["replay", &record],
+        &["recover", &record],
+        &["evaluate", "--policy", "none", "--over", "2", "--horizon", "1"],
+        &["evaluate", "--policy", "none", "--over", "2", "--horizon", "1", "--json"],
+    ];
+    words.iter().map(|words| words.iter().map(|word| (*word).to_owned()).collect()).collect()
+}
+
+/// Exit code and standard error of the program with this as its standard output.
+fn into_output(arguments: &[String], output: impl Into<Stdio>) -> (Option<i32>, String) {
+    let mut command = process::Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    let done = command.stdout(output).stderr(Stdio::piped()).spawn().unwrap().wait_with_output().unwrap();
+    (done.status.code(), String::from_utf8(done.stderr).unwrap())
+}
+
+#[test]
+fn where_nobody_reads_on_every_command_ends_quietly() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in talkative(folder.path()) {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        // 128 and SIGPIPE, as a shell sees of any other tool.
+        assert_eq!(into_output(&arguments, writer), (Some(141), String::new()), "{arguments:?}");
+    }
+}
+
+#[test]
+fn on_a_full_disk_every_command_says_that_its_output_is_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in talkative(folder.path()) {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let (code, text) = into_output(&arguments, full);
+        assert_eq!(code, Some(1), "{arguments:?}: {text}");
+        assert!(text.contains("the standard output cannot be written: No space left"), "{arguments:?}: {text}");
+        assert!(text.contains("remedy: "), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
+fn a_message_that_nobody_takes_changes_no_exit_code() {
+    let mut command = process::Command::new(env!("CARGO_BIN_EXE_codrive"));
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let status = command.args(["run", "--map", "nowhere"]).stderr(full).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+}
+
+#[test]
+fn an_evaluation_is_written_even_where_nobody_reads_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let words = ["evaluate", "--policy", "none", "--over", "2", "--horizon", "1", "--out", out.to_str().unwrap()];
+    assert_eq!(into_output(&words.map(str::to_owned), writer).0, Some(141));
+    assert!(out.join("summary.csv").exists());
+}
+
+#[test]
+fn a_locale_that_does_not_exist_is_no_matter() {
+    for locale in ["C.UTF-8@x", "../x", "xx_YY.KLINGON", "xx_YY.UTF-8"] {
+        let mut command = codrive(&["run", "--duration", "1"]);
+        let output = command.env("LC_ALL", locale).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{locale}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn without_a_session_of_the_desktop_a_picture_is_drawn_without_a_complaint() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.png");
+    let mut command =
+        codrive(&["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", file.to_str().unwrap()]);
+    let (code, text) = said(command.env_remove("XDG_RUNTIME_DIR"));
+    assert_eq!((code, text.as_str()), (0, ""));
 }

@@ -47,24 +47,23 @@ pub struct WindowOptions {
     pub stop: Arc<AtomicBool>,
 }
 
-/// Opens the window and drives until it is closed.
+/// Opens the window and drives until it is closed. Returns the drive in words, also that of one which ended by a failure.
 ///
 /// # Errors
-/// No display, no graphics adapter, or a world that cannot start or go on.
-pub fn run(options: WindowOptions) -> Result<(), AppError> {
+/// No display, no graphics adapter, or a world that cannot start.
+pub fn run(options: WindowOptions) -> Result<(String, Result<(), AppError>), AppError> {
     let event_loop = shell::event_loop()?;
     // The world first: what is wrong with a scenario is said before a window opens.
     let pace = if options.paused { Pace::Paused } else { Pace::RealTime };
     let show = Show::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
     let stop = Arc::clone(&options.stop);
     let (frame, ended) = shell::run::<Frame>(event_loop, (options, show), &stop);
-    if let Some(mut frame) = frame {
-        print!("{}", frame.show.words());
-        if let Some(folder) = frame.show.finish_recording()? {
-            println!("recorded                 {}", folder.display());
-        }
-    }
-    ended
+    let Some(mut frame) = frame else { return Ok((String::new(), ended)) };
+    let mut words = frame.show.words();
+    let recorded = frame.show.finish_recording().map(|folder| {
+        words.extend(folder.map(|folder| format!("recorded                 {}\n", folder.display())));
+    });
+    Ok((words, ended.and(recorded)))
 }
 
 /// A drive in its window.

@@ -1,6 +1,6 @@
 //! `codrive analyse`: measures, figures and a report of recordings.
 
-use super::CliError;
+use super::{CliError, out};
 use crate::{
     analysis::{AnalysisError, collect, find, report, tables},
     chart, record,
@@ -50,7 +50,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         Ok::<(), CliError>(record::replace(&path, &png)?)
     })?;
     put("report.html", &made.html)?;
-    println!("{}: report.html, tables (CSV) and figures (SVG, PNG) of {} drives", out.display(), drives.len());
+    out::line(format_args!(
+        "{}: report.html, tables (CSV) and figures (SVG, PNG) of {} drives",
+        out.display(),
+        drives.len()
+    ))?;
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! `codrive bench`: measurements of this program on this machine.
 
-use super::{CliError, flags};
+use super::{CliError, flags, out};
 use crate::app::bench::{self, Drive, ForceTimes, FrameTimes, Growth, LearningTimes, Report, Startup, Times};
 use crate::scene::ViewKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -78,11 +78,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             "peak_memory_mb": memory_mb,
             "program_mb": bench::program_mb(),
         });
-        println!("{report:#}");
+        out::line(format_args!("{report:#}"))?;
     } else {
-        print!("{}", words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb));
-        print!("{}{}", recorder_words(&recorder), learning_words(&learning));
-        print!("{}", force_words(force.as_ref()));
+        out::text(words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb))?;
+        out::text(format_args!("{}{}", recorder_words(&recorder), learning_words(&learning)))?;
+        out::text(force_words(force.as_ref()))?;
     }
     Ok(())
 }

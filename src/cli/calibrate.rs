@@ -1,6 +1,8 @@
 //! `codrive calibrate`: learns a wheel by asking, with wheel and pedals alone, and saves its profile.
 
 use super::CliError;
+#[cfg(target_os = "linux")]
+use super::out;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -44,7 +46,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let nodes = linux::wheels();
     if let Some(text) = nodes.iter().find_map(|node| if let Kind::Unfit(text) = node.kind { Some(text) } else { None })
     {
-        eprintln!("{text}");
+        out::aside(format_args!("{text}"));
     }
     let node = nodes.iter().find(|node| node.kind == Kind::Wheel).ok_or_else(|| {
         CliError::Failed(
@@ -53,10 +55,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     })?;
     let others = nodes.iter().filter(|other| other.kind == Kind::Wheel && other.path != node.path);
     for other in others {
-        eprintln!(
+        out::aside(format_args!(
             "{} is plugged in, too; {} is asked\n  remedy: unplug the one that is not meant",
             other.name, node.name
-        );
+        ));
     }
     let failed = |error: &std::io::Error| CliError::Failed(linux::trouble(node, error));
     let (mut wheel, device) = OpenWheel::open(node).map_err(|e| failed(&e))?;
@@ -65,15 +67,15 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let seconds = || begin.until(Stamp::now()).as_secs_f64();
     let mut calibration = Calibration::new(device, 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
     let mut screen = Screen::new();
-    println!("{}", node.name);
+    out::line(format_args!("{}", node.name))?;
     if let Some(path) = matches.get_one::<PathBuf>("replay") {
         for (at_s, code, raw) in events(path)? {
-            screen.show(calibration.step().question(), &calibration.bars());
+            screen.show(calibration.step().question(), &calibration.bars())?;
             calibration.moved(code, raw, at_s);
         }
     }
     while calibration.step() != Step::Done && !matches.contains_id("replay") {
-        screen.show(calibration.step().question(), &calibration.bars());
+        screen.show(calibration.step().question(), &calibration.bars())?;
         let mut told = Vec::new();
         wheel.read(Duration::from_millis(40), &mut told).map_err(|e| failed(&e))?;
         for told in told {
@@ -83,11 +85,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         }
         calibration.time(seconds());
     }
-    screen.show(Step::Done.question(), &calibration.bars());
+    screen.show(Step::Done.question(), &calibration.bars())?;
     let profile = calibration.profile(&name).map_err(|e| CliError::Failed(e.to_string()))?;
     let path = matches.get_one::<PathBuf>("out").map(PathBuf::as_path);
     let path = profiles::save(&profile, path).map_err(|e| CliError::Failed(e.to_string()))?;
-    println!("\n{}\nsaved in {}", summary(&profile), path.display());
+    out::line(format_args!("\n{}\nsaved in {}", summary(&profile), path.display()))?;
     Ok(())
 }
 
@@ -134,17 +136,16 @@ impl Screen {
         Self { question: "", live: std::io::stdout().is_terminal() }
     }
 
-    fn show(&mut self, question: &'static str, bars: &[(u16, String, f64)]) {
-        use std::io::Write;
+    fn show(&mut self, question: &'static str, bars: &[(u16, String, f64)]) -> Result<(), CliError> {
         if question != self.question {
             self.question = question;
-            println!("{}{question}", if self.live { "\n" } else { "" });
+            out::line(format_args!("{}{question}", if self.live { "\n" } else { "" }))?;
         }
         if self.live {
             let bars: Vec<String> = bars.iter().map(|(_, name, share)| format!("{name} {}", bar(*share))).collect();
-            print!("\r\x1b[K  {}", bars.join("  "));
+            out::text(format_args!("\r\x1b[K  {}", bars.join("  ")))?;
         }
-        let _ = std::io::stdout().flush();
+        Ok(())
     }
 }
 

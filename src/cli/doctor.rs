@@ -1,6 +1,6 @@
 //! `codrive doctor`: is this rig fit for a study, on one page.
 
-use super::{CliError, drive, flags};
+use super::{CliError, drive, flags, out};
 use crate::{
     app::display,
     doctor::{self, Grade, Options},
@@ -57,9 +57,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     };
     let lines = doctor::examine(&options);
     if matches.get_flag("json") {
-        println!("{:#}", doctor::json(&lines));
+        out::line(format_args!("{:#}", doctor::json(&lines)))?;
     } else {
-        print!("{}", doctor::words(&lines));
+        out::text(doctor::words(&lines))?;
     }
     match lines.iter().filter(|line| line.grade == Grade::Fault).count() {
         0 => Ok(()),

@@ -1,8 +1,8 @@
 //! `codrive drive`: the window.
 
-use super::{CliError, flags, stop_on_ctrl_c};
+use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
-    app::{AppError, display::Place, window},
+    app::{display::Place, window},
     input::profiles,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -75,5 +75,8 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out: matches.get_one("out").cloned(),
         stop: stop_on_ctrl_c(),
     };
-    window::run(options).map_err(|error: AppError| error.into())
+    let (words, ended) = window::run(options)?;
+    let said = out::text(words);
+    ended?;
+    said
 }

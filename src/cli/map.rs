@@ -1,6 +1,6 @@
 //! `codrive map`: make, import and list road networks.
 
-use super::CliError;
+use super::{CliError, out};
 use crate::map;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::path::{Path, PathBuf};
@@ -78,8 +78,7 @@ fn circuit(matches: &ArgMatches) -> Result<(), CliError> {
 /// Loads what was just written and tells about it.
 fn written(folder: &Path) -> Result<(), CliError> {
     let name = folder.to_string_lossy();
-    tell(&map::RoadMap::load(&name)?, &name);
-    Ok(())
+    tell(&map::RoadMap::load(&name)?, &name)
 }
 
 fn import(matches: &ArgMatches) -> Result<(), CliError> {
@@ -87,20 +86,24 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     // `a.net.xml` and `a.osm` both become `a`.
     let stem = file.file_name().unwrap_or_default().to_string_lossy().split('.').next().unwrap_or_default().to_owned();
     let name = matches.get_one::<String>("name").unwrap_or(&stem);
-    tell(&map::import(file, name)?, name);
-    Ok(())
+    tell(&map::import(file, name)?, name)
 }
 
 /// Says what was made, from the files themselves; `drive` is what `--map` takes.
-fn tell(made: &map::RoadMap, drive: &str) {
-    println!("{}: {:.3} m in {} lanes", made.net_file.display(), made.route.length_m(), made.route.lanes().len());
-    println!("drive it with: codrive --map {drive}");
+fn tell(made: &map::RoadMap, drive: &str) -> Result<(), CliError> {
+    out::line(format_args!(
+        "{}: {:.3} m in {} lanes",
+        made.net_file.display(),
+        made.route.length_m(),
+        made.route.lanes().len()
+    ))?;
+    out::line(format_args!("drive it with: codrive --map {drive}"))
 }
 
 fn list() -> Result<(), CliError> {
     for info in map::list() {
         let route = map::RoadMap::load(&info.name)?.route;
-        println!("{:<12} {:>8.1} m  {}", info.name, route.length_m(), info.title);
+        out::line(format_args!("{:<12} {:>8.1} m  {}", info.name, route.length_m(), info.title))?;
     }
     Ok(())
 }

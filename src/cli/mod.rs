@@ -1,20 +1,24 @@
 //! The command line. In: arguments. Out: an exit code: 0 done; 1 failed, with one clear message; 2 bad input, naming
-//! what is wrong and what is allowed.
+//! what is wrong and what is allowed; 141 (as of a program that SIGPIPE ended) nobody reads on.
 
 mod analyse;
 mod bench;
 mod calibrate;
 mod doctor;
 mod drive;
+mod environment;
 mod evaluate;
 mod flags;
 mod map;
+mod out;
 mod recover;
 mod render;
 mod replay;
 mod run;
 mod study;
 mod train;
+
+pub use environment::prepare as prepare_environment;
 
 use crate::{
     app,
@@ -26,7 +30,7 @@ use crate::{
 };
 use clap::Command;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::ffi::OsString;
+use std::{ffi::OsString, io::Write};
 
 /// Why a command did not do what was asked; the message is complete.
 #[derive(Debug, thiserror::Error)]
@@ -37,6 +41,9 @@ pub enum CliError {
     /// The machine or the program failed: exit 1.
     #[error("{0}")]
     Failed(String),
+    /// Whoever read the standard output has gone, as `head` does: no more is said, exit 141.
+    #[error("nobody reads the standard output")]
+    Unread,
 }
 
 /// A bar of `length` steps; where no one watches it stays silent.
@@ -52,8 +59,12 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(matches) => matches,
         Err(error) => {
             // clap knows: help and version go to stdout and are no failure; all else is bad input.
-            let _ = error.print();
-            return if error.use_stderr() { 2 } else { 0 };
+            let printed = error.print().and_then(|()| std::io::stdout().flush());
+            return match printed {
+                _ if error.use_stderr() => 2,
+                Ok(()) => 0,
+                Err(error) => tell(&out::fault(&error)),
+            };
         }
     };
     let done = match matches.subcommand() {
@@ -74,14 +85,21 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     match done {
         Ok(()) => 0,
-        Err(error) => {
-            eprintln!("codrive: {error}");
-            match error {
-                CliError::Input(_) => 2,
-                CliError::Failed(_) => 1,
-            }
-        }
+        Err(error) => tell(&error),
     }
+}
+
+/// Says what went wrong. Returns the exit code.
+fn tell(error: &CliError) -> u8 {
+    let code = match error {
+        CliError::Input(_) => 2,
+        CliError::Failed(_) => 1,
+        // 128 and the number of SIGPIPE: what a shell sees of other tools. The signal itself stays off, since SUMO, ffmpeg
+        // and the display are at other ends of pipes, and a drive must outlive them.
+        CliError::Unread => return 141,
+    };
+    out::aside(format_args!("codrive: {error}"));
+    code
 }
 
 /// The whole command line, for `--help` and tests.

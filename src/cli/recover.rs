@@ -1,6 +1,6 @@
 //! `codrive recover`: tables of a recording that was cut.
 
-use super::CliError;
+use super::{CliError, out};
 use crate::{
     record::{self, Recovered},
     time::Tick,
@@ -21,7 +21,7 @@ pub(super) fn command() -> Command {
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     for folder in matches.get_many::<PathBuf>("recording").into_iter().flatten() {
-        print!("{}", words(&folder.display().to_string(), &record::recover(folder)?));
+        out::text(words(&folder.display().to_string(), &record::recover(folder)?))?;
     }
     Ok(())
 }

@@ -1,14 +1,19 @@
 //! `codrive render`: one picture of a drive, without a window.
 
-use super::{CliError, flags};
+use super::{CliError, flags, out};
 use crate::{
     app::{Instruments, offline::Run, quality, view_options},
+    private,
     render::{Gpu, OFFSCREEN, Renderer, render_to_image},
     scene::{self, Stage, ViewKind},
     sim::QualityLevel,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
-use std::path::PathBuf;
+use image::{ImageFormat, RgbaImage};
+use std::{
+    io::Cursor,
+    path::{Path, PathBuf},
+};
 
 /// Largest side of a picture, pixels: what every graphics card can draw.
 const MAX_SIDE: u32 = 8192;
@@ -22,7 +27,7 @@ pub(super) fn command() -> Command {
                 .value_name("SECS")
                 .default_value("60")
                 .value_parser(value_parser!(f64))
-                .help("When, seconds from the start of the drive, 0 to 36000"),
+                .help("When, seconds from the start of the drive, 0 to 604800"),
         )
         .args(picture_arguments())
         .arg(
@@ -65,11 +70,19 @@ pub(super) fn view_kind(name: &str) -> ViewKind {
     ViewKind::NAMED.iter().find(|(known, _)| *known == name).map_or(ViewKind::Driver, |(_, kind)| *kind)
 }
 
+/// Writes a picture as PNG, for the user alone; one of this name is replaced.
+pub(super) fn save(picture: &RgbaImage, file: &Path) -> Result<(), CliError> {
+    let failed = |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", file.display()));
+    let mut bytes = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).map_err(|error| failed(&error))?;
+    private::replace(file, &bytes).map_err(|error| failed(&error))
+}
+
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut scenario = flags::scenario(matches)?;
     let at_s = matches.get_one::<f64>("at").copied().unwrap_or_default();
-    if !(0.0..=36_000.0).contains(&at_s) {
-        return Err(CliError::Input(format!("--at is {at_s}; allowed: a number from 0 to 36000 s")));
+    if !(0.0..=604_800.0).contains(&at_s) {
+        return Err(CliError::Input(format!("--at is {at_s}; allowed: a number from 0 to 604800 s")));
     }
     let (Some(out), Some(&size)) = (matches.get_one::<PathBuf>("out"), matches.get_one::<[u32; 2]>("size")) else {
         return Ok(());
@@ -91,7 +104,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         view.dial = Some(Instruments::new(world).read(world.snapshot()));
     }
     let picture = render_to_image(&gpu, &mut renderer, &view, size).map_err(crate::app::AppError::from)?;
-    picture.save(out).map_err(|error| CliError::Failed(format!("{}: {error}", out.display())))?;
-    println!("{}: {}x{}, {} at {:.2} s", out.display(), size[0], size[1], scenario.map, world.time_s());
+    save(&picture, out)?;
+    out::line(format_args!("{}: {}x{}, {} at {:.2} s", out.display(), size[0], size[1], scenario.map, world.time_s()))?;
     Ok(())
 }

@@ -1,12 +1,13 @@
 //! `codrive replay`: a recorded drive once more, with the proof that it is the same; a picture of it, all of
 //! them, a window; or the same with something changed.
 
-use super::{CliError, render, stop_on_ctrl_c};
+use super::{CliError, out, render, stop_on_ctrl_c};
 use crate::{
     app::{
         replay::{self, Easel, Replay, Verdict, window},
         sound::Track,
     },
+    private,
     record::{Reader, Table},
     time::Tick,
 };
@@ -110,7 +111,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         if let (true, Some(easel)) = (due && (film.is_some() || frames.is_some()), &mut easel) {
             let picture = easel.draw(&replay)?;
             if let Some(folder) = frames {
-                save(&picture, &folder.join(format!("{frame:06}.png")))?;
+                render::save(&picture, &folder.join(format!("{frame:06}.png")))?;
             }
             if let Some(film) = &mut film {
                 film.add(&picture)?;
@@ -118,7 +119,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             frame += 1;
         }
         if let (Some(file), Some(easel), true) = (path("png"), &mut easel, tick == at) {
-            save(&easel.draw(&replay)?, file)?;
+            render::save(&easel.draw(&replay)?, file)?;
         }
     }
     bar.finish_and_clear();
@@ -151,11 +152,11 @@ fn say(recording: &Path, found: &Verdict, all: u64) -> Result<(), CliError> {
             format!("all {all} ticks are")
         };
         let what = if found.changes.is_some() { "; every file is as it was written" } else { "" };
-        println!("{name}: {which} the same to the bit{what}");
+        out::line(format_args!("{name}: {which} the same to the bit{what}"))?;
         if found.changes.is_none() {
-            println!(
+            out::line(format_args!(
                 "It has no checksums (an earlier version wrote it): what devices and the screen did is not proven."
-            );
+            ))?;
         }
         return Ok(());
     }
@@ -191,35 +192,51 @@ fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<
     let Some(pair) = pair? else {
         return Err(CliError::Failed(format!("stopped; {} holds what was driven", out.display())));
     };
-    println!("{}, driven by {}; instead: {words}", recording.display(), pair.driver);
+    out::line(format_args!("{}, driven by {}; instead: {words}", recording.display(), pair.driver))?;
     if !pair.is_proven {
-        println!("the recorded drive could not be driven again to the bit: codrive replay {}", recording.display());
+        out::line(format_args!(
+            "the recorded drive could not be driven again to the bit: codrive replay {}",
+            recording.display()
+        ))?;
     }
-    print!("{}", pair.table());
-    println!("recorded in              {}", out.display());
+    out::text(pair.table())?;
+    out::line(format_args!("recorded in              {}", out.display()))?;
     Ok(())
 }
 
-fn save(picture: &image::RgbaImage, file: &Path) -> Result<(), CliError> {
-    picture.save(file).map_err(|error| CliError::Failed(format!("{}: {error}", file.display())))
+fn new_folder(folder: &Path) -> Result<&Path, CliError> {
+    if folder.symlink_metadata().is_ok() {
+        return Err(CliError::Input(format!("{} exists; nothing is overwritten", folder.display())));
+    }
+    private::folder(folder).map_err(|error| CliError::Input(format!("{}: {error}", folder.display())))?;
+    Ok(folder)
 }
 
-fn new_folder(folder: &Path) -> Result<&Path, CliError> {
-    std::fs::create_dir(folder).map_err(|error| CliError::Input(format!("{}: {error}", folder.display())))?;
-    Ok(folder)
+/// Makes the file that ffmpeg is to fill: new, and the user's alone.
+fn reserve(file: &Path) -> Result<(), CliError> {
+    private::file(file).map(drop).map_err(|error| match error.kind() {
+        std::io::ErrorKind::AlreadyExists => {
+            CliError::Input(format!("{} exists; nothing is overwritten", file.display()))
+        }
+        _ => CliError::Failed(format!("{}: {error}", file.display())),
+    })
 }
 
 /// Puts the sound into the film; the sound's own file stays.
 fn join(film: &Path, sound: &Path) -> Result<(), CliError> {
     let mute = film.with_extension("mute.mp4");
     let failed = |error: std::io::Error| CliError::Failed(format!("{}: {error}", film.display()));
+    if mute.symlink_metadata().is_ok() {
+        return Err(CliError::Failed(format!("{} is in the way; the film has no sound", mute.display())));
+    }
     std::fs::rename(film, &mute).map_err(failed)?;
+    reserve(film)?;
     let status = process::Command::new("ffmpeg")
         .args(["-loglevel", "error", "-i"])
         .arg(&mute)
         .arg("-i")
         .arg(sound)
-        .args(["-c:v", "copy", "-c:a", "aac", "-b:a", "160k", "-shortest"])
+        .args(["-c:v", "copy", "-c:a", "aac", "-b:a", "160k", "-shortest", "-y"])
         .arg(film)
         .status();
     match status {
@@ -241,14 +258,12 @@ struct Film {
 
 impl Film {
     fn begin(file: &Path, [width, height]: [u32; 2], rate: u32) -> Result<Self, CliError> {
-        if file.exists() {
-            return Err(CliError::Input(format!("{} exists; nothing is overwritten", file.display())));
-        }
+        reserve(file)?;
         let (size, rate) = (format!("{width}x{height}"), rate.to_string());
         let raw = ["-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &size, "-r", &rate, "-i", "-"];
         let ffmpeg = process::Command::new("ffmpeg")
             .args(raw)
-            .args(["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
+            .args(["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-y"])
             .arg(file)
             .stdin(process::Stdio::piped())
             .spawn();

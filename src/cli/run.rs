@@ -1,6 +1,6 @@
 //! `codrive run`: a whole drive by a simulated driver, without a window, as fast as the machine can.
 
-use super::{CliError, flags, stop_on_ctrl_c};
+use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::app::offline;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
@@ -63,9 +63,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         "summary": summary,
     });
     if matches.get_flag("json") {
-        println!("{report:#}");
+        out::line(format_args!("{report:#}"))?;
     } else {
-        print!("{}", run.words());
+        out::text(run.words())?;
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use super::{
     CliError,
     drive::{place, place_arguments},
-    stop_on_ctrl_c,
+    out, stop_on_ctrl_c,
 };
 use crate::{
     app::{
@@ -88,7 +88,7 @@ pub(super) fn command() -> Command {
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if matches.get_flag("schema") {
-        println!("{:#}", Study::schema());
+        out::line(format_args!("{:#}", Study::schema()))?;
         return Ok(());
     }
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
@@ -100,7 +100,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     match matches.get_one::<PathBuf>("out") {
         Some(root) if matches.get_flag("rehearse") => rehearse(&study, root, participants as usize),
         _ => {
-            print!("{}", study.table(participants as usize));
+            out::text(study.table(participants as usize))?;
             Ok(())
         }
     }
@@ -122,8 +122,8 @@ fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<
         Left::Stopped => "was stopped for good".into(),
         Left::Open(item) => format!("goes on at {item} with the same command"),
     };
-    println!("{}: participant {code} {state}", root.display());
-    println!("look at the data with: codrive analyse {}", root.display());
+    out::line(format_args!("{}: participant {code} {state}", root.display()))?;
+    out::line(format_args!("look at the data with: codrive analyse {}", root.display()))?;
     Ok(())
 }
 
@@ -133,11 +133,16 @@ fn rehearse(study: &Study, root: &Path, participants: usize) -> Result<(), CliEr
     let found = rehearsal.run(&stop_on_ctrl_c(), &|ticks| bar.inc(ticks));
     bar.finish_and_clear();
     let found = found?;
-    println!("{}: {} of {} participants are through the study", root.display(), found.complete, found.participants);
+    out::line(format_args!(
+        "{}: {} of {} participants are through the study",
+        root.display(),
+        found.complete,
+        found.participants
+    ))?;
     if found.complete < found.participants {
         return Err(CliError::Failed("stopped; all that was driven is kept, the same command goes on".into()));
     }
-    println!("look at it with: codrive analyse {}", root.display());
+    out::line(format_args!("look at it with: codrive analyse {}", root.display()))?;
     Ok(())
 }
 

@@ -1,9 +1,9 @@
 //! `codrive train`: a policy from a configuration, with its learning curve. Ctrl-C ends it with the best policy so far
 //! written; `--resume` goes on from the last checkpoint with the same bits.
 
-use super::{CliError, flags, stop_on_ctrl_c};
+use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
-    policy,
+    policy, private,
     sim::{Settings, fields_of, settings_from_file, settings_with},
     train::{Learner, Row, TrainConfig, curve},
 };
@@ -68,7 +68,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     save(dir, &learner)?;
     let (_, iteration, judged_mps) = learner.best();
     let judged = judged_mps.map_or("not judged yet".into(), |v| format!("{v:.3} m/s over whole horizons"));
-    println!("{}: update {iteration} of {}, {judged}", dir.join(POLICY).display(), learner.iteration());
+    out::line(format_args!("{}: update {iteration} of {}, {judged}", dir.join(POLICY).display(), learner.iteration()))?;
     Ok(())
 }
 
@@ -84,7 +84,7 @@ fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliErr
 /// A new training in a folder that holds none.
 fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let config = config(matches, TrainConfig::default())?;
-    fs::create_dir_all(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
+    private::folder(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
     if let Some(name) = [POLICY, ONNX, CHECKPOINT, CURVE_CSV].iter().find(|name| dir.join(name).exists()) {
         let text = format!(
             "{} holds a training already ({name}); name another folder with --out, or go on with --resume",
@@ -153,7 +153,7 @@ fn action(learner: &Learner) -> String {
 
 /// Writes beside and then renames: a full disk or a cut leaves the old file whole.
 fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<(), CliError> {
-    let (path, beside) = (dir.join(name), dir.join(format!("{name}.new")));
-    let done = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, &path));
-    done.map_err(|e| CliError::Failed(format!("{}: {e}; the file of before is kept", path.display())))
+    let path = dir.join(name);
+    private::replace(&path, bytes)
+        .map_err(|e| CliError::Failed(format!("{}: {e}; the file of before is kept", path.display())))
 }

@@ -61,14 +61,18 @@ pub fn list() -> Vec<MapInfo> {
     maps
 }
 
+/// True if a map is named by its path, not by the name of its folder in `maps/`.
+pub fn is_path(name_or_path: &str) -> bool {
+    name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml")
+}
+
 impl RoadMap {
     /// Loads a map by the name of its folder in `maps/`, or by the path of a `net.xml` or of a folder with one.
     ///
     /// # Errors
     /// If there is no such map, or its files cannot be used; the message names file, line, value and remedy.
     pub fn load(name_or_path: &str) -> Result<Self, MapError> {
-        let path = Path::new(name_or_path);
-        let is_path = name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml");
+        let (path, is_path) = (Path::new(name_or_path), is_path(name_or_path));
         let folder = if is_path { path.to_path_buf() } else { project_root().join("maps").join(name_or_path) };
         if !is_path && !folder.join("net.xml").exists() {
             let maps = list();

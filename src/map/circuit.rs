@@ -6,6 +6,7 @@ use super::{
     MapError, catalog,
     write::{RoadEdge, net_xml, write_folder},
 };
+use crate::private;
 use glam::{DMat2, DVec2};
 use serde::Deserialize;
 use std::path::Path;
@@ -98,8 +99,8 @@ pub fn make(file: &Path) -> Result<Made, MapError> {
 pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
     let made = make(file)?;
     write_folder(folder, &made.net_xml, &made.title, &made.description)?;
-    let copied = std::fs::copy(file, folder.join("circuit.toml"));
-    copied.map(|_| ()).map_err(|source| MapError::Io { file: folder.into(), source })
+    let copied = std::fs::read(file).and_then(|text| private::replace(&folder.join("circuit.toml"), &text));
+    copied.map_err(|source| MapError::Io { file: folder.into(), source })
 }
 
 impl Curve {

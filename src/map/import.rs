@@ -2,6 +2,7 @@
 //! folder in `maps/` that is known to load. Conversion is SUMO's own netconvert, run as a program.
 
 use super::{MapError, RoadMap, catalog};
+use crate::private;
 use std::{
     path::{Path, PathBuf},
     process::Command,
@@ -37,7 +38,7 @@ pub(super) fn import_into(maps: &Path, netconvert: &Path, file: &Path, name: &st
     let unfinished = maps.join(format!(".{name}.unfinished"));
     let failed = |source| MapError::Io { file: unfinished.clone(), source };
     let _ = std::fs::remove_dir_all(&unfinished);
-    std::fs::create_dir_all(&unfinished).map_err(failed)?;
+    private::folder(&unfinished).map_err(failed)?;
     let made = fill(&unfinished, netconvert, file, name)
         .and_then(|()| std::fs::rename(&unfinished, &folder).map_err(failed))
         .and_then(|()| RoadMap::load(&folder.to_string_lossy()));
@@ -58,7 +59,8 @@ fn fill(folder: &Path, netconvert: &Path, file: &Path, name: &str) -> Result<(),
         let options = ["--keep-edges.by-vclass", "passenger", "--remove-edges.isolated", "--junctions.join"];
         convert(netconvert, "--osm-files", file, &net, &options)?;
     } else if source_name.ends_with("net.xml") {
-        std::fs::copy(file, &net).map_err(|source| MapError::Io { file: file.into(), source })?;
+        let copied = std::fs::read(file).and_then(|bytes| private::replace(&net, &bytes));
+        copied.map_err(|source| MapError::Io { file: file.into(), source })?;
     } else {
         let allowed = "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO)".to_owned();
         return Err(MapError::Parameter { what: "the file to import", value: file.display().to_string(), allowed });
@@ -71,7 +73,8 @@ fn fill(folder: &Path, netconvert: &Path, file: &Path, name: &str) -> Result<(),
         text(name.to_owned()),
         text(format!("A closed route of {length_m:.0} m, imported from {source_name}."))
     );
-    std::fs::write(folder.join("map.toml"), map_file).map_err(|source| MapError::Io { file: folder.into(), source })
+    private::replace(&folder.join("map.toml"), map_file.as_bytes())
+        .map_err(|source| MapError::Io { file: folder.into(), source })
 }
 
 /// The same error about the file that a person knows, not the one that was made from it.

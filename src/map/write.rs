@@ -3,6 +3,7 @@
 //! lengths add up to the lap. The edge repeats its lane's shape: SUMO drives on lanes, its tools read edges. Metres and m/s with six decimals: 1 um, so that headings of 1 m chords are good to 1 urad.
 
 use super::MapError;
+use crate::private;
 use glam::DVec2;
 use std::{fmt::Write, path::Path};
 
@@ -80,11 +81,11 @@ pub(super) fn write_folder(folder: &Path, net: &str, title: &str, description: &
         return Err(MapError::Exists { folder: folder.into() });
     }
     let failed = |source| MapError::Io { file: folder.into(), source };
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    std::fs::write(folder.join("net.xml"), net).map_err(failed)?;
+    private::folder(folder).map_err(failed)?;
+    private::replace(&folder.join("net.xml"), net.as_bytes()).map_err(failed)?;
     let quoted = |text: &str| toml::Value::String(text.into()).to_string();
     let map_file = format!("title = {}\ndescription = {}\n", quoted(title), quoted(description));
-    std::fs::write(folder.join("map.toml"), map_file).map_err(failed)
+    private::replace(&folder.join("map.toml"), map_file.as_bytes()).map_err(failed)
 }
 
 fn push(text: &mut String, arguments: std::fmt::Arguments) {

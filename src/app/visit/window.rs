@@ -26,6 +26,7 @@ use crate::{
     },
 };
 use std::{
+    io::Write,
     path::PathBuf,
     sync::{
         Arc,
@@ -111,7 +112,9 @@ fn look_ahead(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
     let lock = session::lock(&folder, &options.code)?;
     let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
     if made > 0 {
-        println!("{made} baselines of participant {} were missing and have been made", options.code);
+        let text = format!("{made} baselines of participant {} were missing and have been made", options.code);
+        // A visit goes on where nobody reads that.
+        let _ = writeln!(std::io::stdout(), "{text}");
     }
     drop(lock);
     open_session(options, data).map(drop)

@@ -4,7 +4,7 @@
 mod plan;
 mod report;
 
-use super::{CliError, flags, stop_on_ctrl_c};
+use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     app,
     policy::{self, Policy, PolicySettings},
@@ -108,14 +108,17 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         report::claim(dir)?;
     }
     let rows = drive(&plan, &config)?;
-    if matches.get_flag("json") {
-        println!("{:#}", report::json(&plan, &config, &rows));
-    } else {
-        print!("{}", report::table(&rows));
-    }
+    // First what was asked for as files: whoever reads the table may go.
     if let Some(dir) = &plan.out {
         report::write(dir, &plan, &config, &rows)?;
-        println!("{}: rings.csv, summary.csv and figures", dir.display());
+    }
+    if matches.get_flag("json") {
+        out::line(format_args!("{:#}", report::json(&plan, &config, &rows)))?;
+    } else {
+        out::text(report::table(&rows))?;
+    }
+    if let Some(dir) = &plan.out {
+        out::line(format_args!("{}: rings.csv, summary.csv and figures", dir.display()))?;
     }
     Ok(())
 }
@@ -208,8 +211,8 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
 fn worker() -> Result<(), CliError> {
     let text = std::io::read_to_string(std::io::stdin()).map_err(|e| CliError::Input(e.to_string()))?;
     let verdict = app::trial::judged(&Scenario::from_toml(&text, "worker")?)?;
-    println!("{}", serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?);
-    Ok(())
+    let verdict = serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?;
+    out::line(format_args!("{verdict}"))
 }
 
 impl plan::Plan {

@@ -6,11 +6,11 @@ use super::{
     plan::{Case, Driver, Numbers, Plan},
 };
 use crate::{
-    chart,
+    chart, private,
     train::{Estimate, TrainConfig, Verdict, figures, judge, trace},
 };
 use serde_json::{Value, json};
-use std::{fmt::Write, fs, path::Path};
+use std::{fmt::Write, path::Path};
 
 /// A case and what came of it, ring by ring.
 pub struct Row {
@@ -102,7 +102,7 @@ pub fn json(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Value {
 /// # Errors
 /// It does, or it cannot be made.
 pub fn claim(dir: &Path) -> Result<(), CliError> {
-    fs::create_dir_all(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
+    private::folder(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
     match ["rings.csv", "summary.csv"].iter().find(|name| dir.join(name).exists()) {
         Some(name) => {
             let text =
@@ -120,7 +120,7 @@ pub fn claim(dir: &Path) -> Result<(), CliError> {
 pub fn write(dir: &Path, plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Result<(), CliError> {
     let put = |name: &str, text: &str| {
         let path = dir.join(name);
-        fs::write(&path, text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
+        private::replace(&path, text.as_bytes()).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
     };
     put("rings.csv", &rings_csv(plan, config, rows))?;
     put("summary.csv", &summary_csv(plan, config, rows))?;
@@ -130,7 +130,7 @@ pub fn write(dir: &Path, plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Res
         let path = dir.join(name).with_extension("png");
         let failed = |why: String| CliError::Failed(format!("{}: {why}", path.display()));
         let png = chart::png(&text).map_err(failed)?;
-        fs::write(&path, png).map_err(|e| failed(e.to_string()))?;
+        private::replace(&path, &png).map_err(|e| failed(e.to_string()))?;
     }
     Ok(())
 }
