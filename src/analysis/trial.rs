@@ -5,7 +5,6 @@ use super::AnalysisError;
 use crate::{
     map::RoadMap,
     record::{self, Reader, RecordError, Table},
-    sim::Scenario,
     time::Tick,
 };
 use std::path::Path;
@@ -95,7 +94,7 @@ impl Trial {
     /// There is none, it was cut, or it is not as this program writes it.
     pub fn load(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
-        let scenario = Scenario::from_file(&recording.join("scenario.toml")).map_err(|e| AnalysisError::Input(e.0))?;
+        let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.0))?;
         let read = |table: Table| Reader::parquet(&table.parquet(recording));
         let (ego, cars, advice) = (read(Table::Ego)?, read(Table::Cars)?, read(Table::Advice)?);
         let (frames, events) = (read(Table::Frames)?, read(Table::Events)?);

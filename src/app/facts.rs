@@ -2,10 +2,11 @@
 
 use crate::{
     policy,
-    record::{Manifest, manifest::Hashed},
+    record::{Manifest, RecordError, Recorder, inputs, manifest::Hashed},
     render::Gpu,
     sim::World,
 };
+use std::{path::Path, time::SystemTime};
 
 /// The facts of a drive that begins now.
 pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
@@ -16,8 +17,8 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
         build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
         traffic: world.traffic_engine(),
         seed: scenario.seed,
-        map: Hashed::of(&scenario.map, Some(&world.map().net_file)),
-        policy: Hashed::of(&policy, policy::file_of(&policy).as_deref()),
+        map: Hashed::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
+        policy: Hashed::of(inputs::last(&policy), policy::file_of(&policy).as_deref()),
         driver,
         participant: None,
         began: now(),
@@ -33,9 +34,31 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
     }
 }
 
+/// Begins the recording of this world's drive, with what it was made from.
+///
+/// # Errors
+/// The folder holds a recording already, or the system refuses.
+pub fn begin(folder: &Path, world: &World, manifest: Manifest) -> Result<Recorder, RecordError> {
+    let recorder = Recorder::begin(folder, &inputs::portable(world), manifest)?;
+    inputs::carry(folder, world)?;
+    Ok(recorder)
+}
+
 /// The time, UTC.
+#[allow(clippy::disallowed_methods, reason = "when a drive was made is a fact of the wall clock")]
 pub fn now() -> String {
-    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
+    utc(SystemTime::now())
+}
+
+/// A time as ISO 8601 writes it. A clock that is set beyond the year 9999, where that has no words, stands at its end.
+fn utc(time: SystemTime) -> String {
+    let stamp = jiff::Timestamp::try_from(time).unwrap_or_else(|error| {
+        log::warn!(
+            "the computer's clock is wrong: {error}\n  remedy: set it, so that recordings say when they were made"
+        );
+        if time < SystemTime::UNIX_EPOCH { jiff::Timestamp::MIN } else { jiff::Timestamp::MAX }
+    });
+    stamp.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 /// Operating system and processor.
@@ -46,4 +69,21 @@ fn machine() -> String {
         Some(line.split_once(':')?.1.trim().to_owned())
     });
     format!("{} {}, {}, {cores} cores", std::env::consts::OS, std::env::consts::ARCH, model.unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_clock_beyond_the_year_9999_is_no_reason_to_stop() {
+        let at = |s| utc(SystemTime::UNIX_EPOCH + Duration::from_secs(s));
+        assert_eq!(at(0), "1970-01-01T00:00:00Z");
+        assert_eq!(at(1_795_000_000), "2026-11-18T11:06:40Z");
+        // The year 11540, and one that no calendar has.
+        for s in [302_000_000_000, i64::MAX as u64] {
+            assert!(at(s).starts_with("9999-12-30T"), "{}", at(s));
+        }
+    }
 }

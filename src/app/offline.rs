@@ -65,7 +65,7 @@ impl Run {
     pub fn record_of(&mut self, folder: &Path, driver: String, participant: Option<&Code>) -> Result<(), AppError> {
         let participant = participant.map(|code| code.as_str().to_owned());
         let manifest = Manifest { participant, ..facts::manifest(&self.drive.world, driver, None) };
-        self.recorder = Some(Recorder::begin(folder, self.drive.world.scenario(), manifest)?);
+        self.recorder = Some(facts::begin(folder, &self.drive.world, manifest)?);
         Ok(())
     }
 

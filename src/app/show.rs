@@ -12,7 +12,7 @@ use crate::{
     ego::Surface,
     hud::Palette,
     input::{Action, Devices, Feel, RigNews, Stamp, Standing},
-    record::{Gauge, Manifest, Recorder, manifest::Screen, tables::FrameRow},
+    record::{Gauge, Manifest, Recorder, inputs, manifest::Screen, tables::FrameRow},
     render::Gpu,
     scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
     sim::{DialPalette, Scenario, Tally, World, colour},
@@ -134,7 +134,8 @@ impl Show {
     /// The disk refuses.
     pub fn extend(&mut self, seconds: f64) -> Result<(), AppError> {
         self.drive.world.extend(seconds);
-        Ok(self.recorder.as_ref().map_or(Ok(()), |recorder| recorder.set_scenario(self.drive.world.scenario()))?)
+        let longer = inputs::portable(&self.drive.world);
+        Ok(self.recorder.as_ref().map_or(Ok(()), |recorder| recorder.set_scenario(&longer))?)
     }
 
     /// Records this drive in `folder` from here on.
@@ -154,10 +155,9 @@ impl Show {
         self.hear_devices();
         let world = &self.drive.world;
         let participant = participant.map(|code| code.as_str().to_owned());
-        let screen = self.screen.clone();
-        let facts = facts::manifest(world, self.devices.describe(), Some(gpu));
-        let manifest = Manifest { participant, screen, ..facts };
-        self.recorder = Some(Recorder::begin(folder, world.scenario(), manifest)?);
+        let drive = facts::manifest(world, self.devices.describe(), Some(gpu));
+        let manifest = Manifest { participant, screen: self.screen.clone(), ..drive };
+        self.recorder = Some(facts::begin(folder, world, manifest)?);
         self.note_profile();
         Ok(())
     }

@@ -18,7 +18,7 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, summary: &Summary) 
         format!("mean speed, ego          {}", speed(summary.ego_mean_speed_mps)),
         format!("time in range            {in_range}"),
         format!("smallest gap             {}", summary.min_gap_m.map_or("-".into(), |gap| format!("{gap:.2} m"))),
-        format!("contacts, off the road   {}, {}", summary.contacts.len(), summary.left_road),
+        format!("contacts, off the road   {}, {}", summary.contact_count, summary.left_road),
     ];
     if let Some(contact) = summary.contacts.first() {
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);

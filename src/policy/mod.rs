@@ -166,9 +166,14 @@ pub fn meant(name: &str, map: &str) -> String {
     if shipped().contains(&own) { own } else { "two-phase".into() }
 }
 
+/// True if a policy is named by the path of its file.
+pub fn is_path(name: &str) -> bool {
+    name.ends_with(".onnx") || name.ends_with(".toml")
+}
+
 /// The file of a policy that has one: as it is given, or that of a shipped one.
 pub fn file_of(name: &str) -> Option<PathBuf> {
-    if name.ends_with(".onnx") || name.ends_with(".toml") {
+    if is_path(name) {
         return Some(name.into());
     }
     shipped().iter().any(|own| own == name).then(|| project_root().join(SHIPPED).join(name).join("policy.toml"))

@@ -3,6 +3,7 @@
 //! ```text
 //! manifest.json   what was driven, on what, by which program; how it ended
 //! scenario.toml   the scenario, to be driven again
+//! inputs/         copies of a map and a policy that the scenario named by their paths
 //! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
 //! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events
 //! summary.json    the drive in numbers
@@ -17,6 +18,7 @@ mod block;
 mod checksums;
 mod compare;
 mod files;
+pub mod inputs;
 mod journal;
 mod journal_reader;
 pub mod kill_point;

@@ -16,8 +16,9 @@ use super::{
     bids::{self, Col, Tsv},
     questions::{Element, ElementKind, Questionnaire},
     session::{self, Answered, Log, Who},
+    source,
 };
-use crate::record::{self, RecordError};
+use crate::record::{self, RecordError, inputs};
 use serde_json::{Value, json};
 use std::{
     fs,
@@ -56,10 +57,11 @@ impl DataSet {
     pub fn open(root: &Path, study: &Study) -> Result<Self, SessionError> {
         let data = Self { root: root.into() };
         record::new_private_dir(root)?;
+        data.check_links()?;
         let copy = root.join(STUDY);
         if copy.exists() {
             let was = fs::read_to_string(&copy).map_err(|why| RecordError::File { path: copy.clone(), why })?;
-            if was != study.source {
+            if source::portable(&was) != source::portable(&study.source) {
                 return Err(SessionError::Refused(format!(
                     "{} is not the study that this data set was begun with; name a new folder, or put the file back as it was",
                     copy.display()
@@ -72,7 +74,7 @@ impl DataSet {
             ("README.md", readme(study)),
             (".bidsignore", BIDSIGNORE.into()),
             // Last: with it the data set is there.
-            (STUDY, study.source.clone()),
+            (STUDY, source::portable(&study.source)),
         ];
         let found = fs::read_dir(root).map_err(|why| RecordError::File { path: root.into(), why })?;
         if let Some(other) = found.flatten().find(|entry| !is_begun(&entry.path(), &files)) {
@@ -109,6 +111,26 @@ impl DataSet {
         }
     }
 
+    /// A participant's folder that is a link leads the data of one person elsewhere, or another's into here.
+    fn check_links(&self) -> Result<(), SessionError> {
+        for folder in [self.root.clone(), self.root.join("sourcedata")] {
+            let entries = fs::read_dir(&folder).into_iter().flatten().flatten();
+            let mut paths =
+                entries.map(|entry| entry.path()).chain([folder.join("sourcedata"), folder.join("phenotype")]);
+            let planted = |path: &PathBuf| {
+                let ours = |name: &str| name.starts_with("sub-") || ["sourcedata", "phenotype"].contains(&name);
+                path.is_symlink() && path.file_name().and_then(|name| name.to_str()).is_some_and(ours)
+            };
+            if let Some(link) = paths.find(planted) {
+                return Err(SessionError::Refused(format!(
+                    "{} is a symbolic link; a data set holds its participants itself\n  remedy: put the folder in its place",
+                    link.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
     fn codes(&self) -> Vec<Code> {
         let entries = fs::read_dir(self.root.join("sourcedata")).into_iter().flatten().flatten();
         let mut codes: Vec<Code> =
@@ -122,6 +144,7 @@ impl DataSet {
     /// # Errors
     /// One of them cannot be read.
     pub fn logs(&self) -> Result<Vec<Log>, SessionError> {
+        self.check_links()?;
         let paths = self.codes().into_iter().map(|code| self.source(&code).join(session::FILE));
         let mut logs: Vec<Log> =
             paths.filter(|path| path.exists()).map(|path| Log::load(&path)).collect::<Result<_, _>>()?;
@@ -187,7 +210,8 @@ impl DataSet {
             match &planned.item {
                 Item::Drive { scenario, levels, .. } => {
                     let Some(folder) = &passage.recording else { continue };
-                    let about = format!("Driving on {} in traffic of {} cars", scenario.map, scenario.vehicles);
+                    let about =
+                        format!("Driving on {} in traffic of {} cars", inputs::last(&scenario.map), scenario.vehicles);
                     let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text);
                     self.put_table(
                         &format!("{name}_events"),
@@ -269,7 +293,11 @@ fn scans(study: &Study) -> Tsv {
     ];
     for (factor, levels) in &study.file.factors {
         let words = levels.iter().map(|level| {
-            let set: Vec<String> = level.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+            let word = |value: &Value| match value {
+                Value::String(text) => format!("\"{}\"", inputs::last(text)),
+                other => other.to_string(),
+            };
+            let set: Vec<String> = level.set.iter().map(|(key, value)| format!("{key} = {}", word(value))).collect();
             (level.name.clone(), if set.is_empty() { "as the base of the study".into() } else { set.join(", ") })
         });
         columns.push(Col::new(factor, &format!("level of the factor {factor}"), "").with(words));

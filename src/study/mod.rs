@@ -9,6 +9,7 @@
 //! * [`code`]: what a participant is called in files.
 //! * [`session`]: one participant's visit as it goes: what comes next, what was done; on the disk after every step.
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
+//! * `source`: what a data set keeps of the study's file.
 //! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
 
 pub mod bids;
@@ -21,6 +22,7 @@ pub mod plan;
 pub mod questions;
 pub mod session;
 pub mod simulated;
+mod source;
 
 pub use code::Code;
 pub use dataset::DataSet;

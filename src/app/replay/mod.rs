@@ -15,7 +15,7 @@ use crate::{
     record::{self, Change, Comparison, Difference, Table},
     render::{Gpu, OFFSCREEN, Renderer, render_to_image},
     scene::{self, Stage, ViewKind},
-    sim::{QualityLevel, Scenario, World},
+    sim::{QualityLevel, World},
     time::{Pace, Tick},
 };
 use std::{path::Path, time::Duration};
@@ -61,7 +61,7 @@ impl Replay {
     /// The folder holds no recording that has ended, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, AppError> {
         record::open(recording)?;
-        let scenario = Scenario::from_file(&recording.join("scenario.toml"))?;
+        let scenario = record::inputs::scenario(recording)?;
         Ok(Self {
             drive: Drive::new(&scenario, Pace::Paused)?,
             recorded: Comparison::open(recording)?,

@@ -4,7 +4,7 @@
 use super::Replay;
 use crate::{
     app::{AppError, offline::Run},
-    record::Manifest,
+    record::{Manifest, inputs},
     sim::{Field, Scenario, Summary, Tally, fields},
     time::Tick,
 };
@@ -78,7 +78,7 @@ pub fn what_if(
     drop(replay);
     let mut run = Run::new(&changed, [0.0, f64::INFINITY])?;
     run.record(out)?;
-    run.note("what if", &format!("{} of {}", words(changes), recording.display()));
+    run.note("what if", &format!("{} of {}", words(changes), recording.file_name().unwrap_or_default().display()));
     while run.world().ended().is_none() && !stop.load(Ordering::Relaxed) {
         let before = run.world().snapshot().tick.0;
         run.step()?;
@@ -101,7 +101,7 @@ pub fn what_if(
 /// `policy=none, driver=idm`.
 pub fn words(changes: &[(Field, Value)]) -> String {
     let word = |(field, value): &(Field, Value)| match value {
-        Value::String(text) => format!("{}={text}", field.path),
+        Value::String(text) => format!("{}={}", field.path, inputs::last(text)),
         other => format!("{}={other}", field.path),
     };
     changes.iter().map(word).collect::<Vec<_>>().join(", ")
@@ -126,7 +126,7 @@ impl Pair {
             let difference = a.zip(b).map_or("-".into(), |(a, b)| format!("{:+.3}", a - b));
             text += &format!("{name:<24} {:>10} {:>10} {difference:>12} {unit}\n", cell(a), cell(b));
         }
-        let contacts = [&self.recorded, &self.instead].map(|summary| summary.contacts.len());
+        let contacts = [&self.recorded, &self.instead].map(|summary| summary.contact_count);
         text + &format!("{:<24} {:>10} {:>10}\n", "contacts", contacts[0], contacts[1])
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::{
     app::{AppError, rehearsal},
-    sim::Scenario,
+    record::inputs,
     study::{
         Code, DataSet, Plan,
         dataset::BASELINE,
@@ -35,7 +35,7 @@ pub fn missing(folder: &Path, plan: &Plan, log: &Log) -> Vec<PathBuf> {
 /// A drive cannot start or go on, or the disk refuses.
 pub fn make(code: &Code, trials: &[PathBuf], stop: &AtomicBool, driven: &impl Fn(u64)) -> Result<bool, AppError> {
     for trial in trials {
-        let scenario = Scenario::from_file(&trial.join("scenario.toml"))?;
+        let scenario = inputs::scenario(trial)?;
         if !rehearsal::baseline(code, trial, &scenario, stop, driven)? {
             return Ok(false);
         }
@@ -48,7 +48,7 @@ pub fn make(code: &Code, trials: &[PathBuf], stop: &AtomicBool, driven: &impl Fn
 /// # Errors
 /// A scenario cannot be read.
 pub fn ticks(trials: &[PathBuf]) -> Result<u64, AppError> {
-    let of = |trial: &PathBuf| Ok(rehearsal::ticks(&Scenario::from_file(&trial.join("scenario.toml"))?));
+    let of = |trial: &PathBuf| Ok(rehearsal::ticks(&inputs::scenario(trial)?));
     trials.iter().map(of).sum()
 }
 

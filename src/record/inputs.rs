@@ -1,0 +1,84 @@
+//! The files that a drive was made from, carried in its recording. In: a scenario that names a map or a policy by its path.
+//! Out: copies in `inputs/`, and the scenario with their place in the recording instead: it can be driven again on another
+//! machine, and does not tell where its author keeps things. Maps and policies that the program brings keep their names.
+
+use super::{RecordError, files};
+use crate::{
+    map, policy,
+    sim::{Scenario, ScenarioError, World},
+};
+use std::{
+    fs,
+    path::{Component, Path},
+};
+
+/// Folder of the copies.
+const INPUTS: &str = "inputs";
+
+/// The scenario as a recording keeps it.
+pub fn portable(world: &World) -> Scenario {
+    let scenario = world.scenario();
+    let map = if map::is_path(&scenario.map) { map_place(world) } else { scenario.map.clone() };
+    let policy = if policy::is_path(&scenario.policy) {
+        format!("{INPUTS}/policies/{}", last(&scenario.policy))
+    } else {
+        scenario.policy.clone()
+    };
+    Scenario { map, policy, ..scenario.clone() }
+}
+
+fn map_place(world: &World) -> String {
+    format!("{INPUTS}/maps/{}", last(&world.map().name))
+}
+
+/// Copies into a recording what its scenario names by path.
+///
+/// # Errors
+/// A file cannot be read any more, or the disk refuses.
+pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
+    let scenario = world.scenario();
+    let copy = |from: &Path, to: &Path| {
+        files::new_private_dir(to.parent().unwrap_or(recording))?;
+        files::write_new(to, &fs::read(from).map_err(RecordError::file(from))?)
+    };
+    if map::is_path(&scenario.map) {
+        let (net, folder) = (&world.map().net_file, recording.join(map_place(world)));
+        copy(net, &folder.join("net.xml"))?;
+        // Of a map's folder, its title and its route.
+        let about = net.with_file_name("map.toml");
+        if net.ends_with("net.xml") && about.is_file() {
+            copy(&about, &folder.join("map.toml"))?;
+        }
+    }
+    if policy::is_path(&scenario.policy) {
+        copy(Path::new(&scenario.policy), &recording.join(portable(world).policy))?;
+    }
+    Ok(())
+}
+
+/// The scenario of a recording, with the place on this machine of what it carries. One that an older program recorded
+/// keeps the paths that it names.
+///
+/// # Errors
+/// It cannot be read, or is not as this program writes it.
+pub fn scenario(recording: &Path) -> Result<Scenario, ScenarioError> {
+    let mut scenario = Scenario::from_file(&recording.join(SCENARIO))?;
+    for name in [&mut scenario.map, &mut scenario.policy] {
+        let path = Path::new(name.as_str());
+        let carried = path.starts_with(INPUTS) && path.components().all(|part| matches!(part, Component::Normal(_)));
+        // A recording in the folder of today would be a name otherwise.
+        let recording = if recording.as_os_str().is_empty() { Path::new(".") } else { recording };
+        if carried {
+            *name = recording.join(path).to_string_lossy().into_owned();
+        }
+    }
+    Ok(scenario)
+}
+
+/// Its file.
+pub const SCENARIO: &str = "scenario.toml";
+
+/// What stands for a name or a path where others read: the name of its file or folder.
+pub fn last(name: &str) -> &str {
+    name.trim_end_matches(['/', '\\']).rsplit(['/', '\\']).next().unwrap_or(name)
+}

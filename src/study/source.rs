@@ -1,0 +1,54 @@
+//! The copy of a study's file that its data set keeps. In: the file as its author wrote it. Out: the same without the folders
+//! in which the author keeps things: they say who that is, and are on no other machine.
+
+use crate::record::inputs;
+use toml::{Spanned, de::DeValue};
+
+/// The text with the name of its file or folder in the place of each absolute path; what is not TOML stays as it is.
+pub fn portable(text: &str) -> String {
+    let Ok(document) = toml::de::DeTable::parse(text) else { return text.into() };
+    let mut places = Vec::new();
+    document.get_ref().values().for_each(|value| absolute(value, &mut places));
+    places.sort_by_key(|(start, ..)| *start);
+    let (mut out, mut at) = (String::new(), 0);
+    for (start, end, name) in places {
+        out += &text[at..start];
+        out += &toml::Value::String(name).to_string();
+        at = end;
+    }
+    out + &text[at..]
+}
+
+/// Where absolute paths begin and end, with their names.
+fn absolute(value: &Spanned<DeValue>, places: &mut Vec<(usize, usize, String)>) {
+    match value.get_ref() {
+        DeValue::String(text) => {
+            let drive = text.as_bytes().get(1..3).is_some_and(|two| two == b":\\" || two == b":/");
+            let one_line = !text.trim_end().contains('\n');
+            if one_line && (text.starts_with('/') || text.starts_with("~/") || text.starts_with("\\\\") || drive) {
+                places.push((value.span().start, value.span().end, inputs::last(text).to_owned()));
+            }
+        }
+        DeValue::Array(list) => list.iter().for_each(|value| absolute(value, places)),
+        DeValue::Table(table) => table.values().for_each(|value| absolute(value, places)),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_absolute_paths_lose_their_folders() {
+        let text = "title = \"a / b\"  # /home/ann\nfont = \"/home/ann/fonts/big.ttf\"\n[base]\nmap = '~/maps/ring/'\n\
+                    policy = \"policies/calm.onnx\"\n[factors]\nway = [{ name = \"x\", set = { map = \"C:\\\\maps\\\\x.xml\" } }]\n\
+                    [[segment]]\ntext = \"\"\"\n/ is read as or.\nTwo lines.\"\"\"\n";
+        let kept = "title = \"a / b\"  # /home/ann\nfont = \"big.ttf\"\n[base]\nmap = \"ring\"\n\
+                    policy = \"policies/calm.onnx\"\n[factors]\nway = [{ name = \"x\", set = { map = \"x.xml\" } }]\n\
+                    [[segment]]\ntext = \"\"\"\n/ is read as or.\nTwo lines.\"\"\"\n";
+        assert_eq!(portable(text), kept);
+        assert_eq!(portable(kept), kept);
+        assert_eq!(portable("no = toml = /home"), "no = toml = /home");
+    }
+}
