@@ -257,7 +257,7 @@ pub struct View {
     pub to_sun: Vec3,
     /// Distance at which haze leaves 2 % of a contrast, metres.
     pub visibility_m: f32,
-    /// Seconds since the start of the drive, for wind.
+    /// Seconds since the start of the drive, for wind; anew every ten hours.
     pub time_s: f32,
     /// Speed of the wind, m/s; at 0 nothing sways.
     pub wind_mps: f32,

@@ -223,6 +223,8 @@ mod tests {
         assert!(
             fault("mirror_radius_m = 0.3").starts_with("trial.toml:1:19: mirror_radius_m is 0.3; allowed: 0 (flat)")
         );
+        assert!(fault("duration_s = 604801").contains("allowed: a number from 0 to 604800 s"));
+        assert!(Scenario::from_toml("duration_s = 604800", "x").is_ok(), "seven days");
         assert!(fault("cockpit = \"none\"").contains("`off`, `bonnet`, `full`"));
         assert!(
             fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000")

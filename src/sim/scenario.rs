@@ -28,8 +28,8 @@ pub struct Scenario {
     /// Length of a step of traffic and policy, a multiple of 0.01 s
     #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
     pub step_s: f64,
-    /// Length of the drive; 0 drives until the window is closed
-    #[schemars(range(min = 0.0, max = 36000.0), extend("unit" = "s"))]
+    /// Length of the drive, at most 7 days; 0 drives until the window is closed
+    #[schemars(range(min = 0.0, max = 604800.0), extend("unit" = "s"))]
     pub duration_s: f64,
     /// Seed of everything random: noise, simulated driver, trees
     #[schemars(range(min = 0, max = 9007199254740991_u64))]

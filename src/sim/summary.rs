@@ -19,6 +19,9 @@ pub struct ContactRecord {
     pub closing_mps: f64,
 }
 
+/// So many contacts are listed one by one; a drive of days may have any number.
+pub const MOST_CONTACTS: usize = 10_000;
+
 /// One drive in numbers. Means and deviations are over all ticks in the window; `None` where the window has none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
@@ -34,8 +37,10 @@ pub struct Summary {
     pub time_in_range: Option<f64>,
     /// Smallest gap of the ego to its leader in the whole drive, metres.
     pub min_gap_m: Option<f64>,
-    /// All contacts of the drive.
+    /// Contacts of the drive in order, the first [`MOST_CONTACTS`].
     pub contacts: Vec<ContactRecord>,
+    /// How many contacts there were, those beyond the list included.
+    pub contact_count: u64,
     /// How often the ego left the road.
     pub left_road: u32,
     /// How many advices were issued.
@@ -61,6 +66,7 @@ pub struct Tally {
     in_range_ticks: u64,
     min_gap_m: f64,
     contacts: Vec<ContactRecord>,
+    contact_count: u64,
     left_road: u32,
     advices: u32,
     duration_s: f64,
@@ -82,6 +88,7 @@ impl Tally {
             in_range_ticks: 0,
             min_gap_m: f64::INFINITY,
             contacts: Vec::new(),
+            contact_count: 0,
             left_road: 0,
             advices: 0,
             duration_s: 0.0,
@@ -122,6 +129,10 @@ impl Tally {
             EventKind::BackOnRoad => {}
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
+                self.contact_count += 1;
+                if self.contacts.len() == MOST_CONTACTS {
+                    return;
+                }
                 let time_s = event.tick.seconds();
                 self.contacts.push(ContactRecord { time_s, car: car.0, ego_speed_mps, car_speed_mps, closing_mps });
             }
@@ -141,11 +152,30 @@ impl Tally {
             time_in_range: share(self.in_range_ticks as f64, self.advised_ticks),
             min_gap_m: self.min_gap_m.is_finite().then_some(self.min_gap_m),
             contacts: self.contacts.clone(),
+            contact_count: self.contact_count,
             left_road: self.left_road,
             advices: self.advices,
             duration_s: self.duration_s,
             ended: self.ended,
             hash: format!("{:016x}", self.hash),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{time::Tick, traffic::CarId};
+
+    #[test]
+    fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
+        let mut tally = Tally::new([0.0, f64::INFINITY]);
+        for tick in 0..=MOST_CONTACTS as u64 {
+            let kind = EventKind::Contact { car: CarId(1), ego_speed_mps: 2.0, car_speed_mps: 1.0, closing_mps: 1.0 };
+            tally.note(&Event { tick: Tick(tick), kind });
+        }
+        let summary = tally.summary();
+        assert_eq!((summary.contacts.len(), summary.contact_count), (10_000, 10_001));
+        assert_eq!(summary.contacts[9_999].time_s, Tick(9_999).seconds());
     }
 }
