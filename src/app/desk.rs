@@ -31,6 +31,8 @@ pub struct Desk {
     show_times: bool,
     message: Option<String>,
     error: Option<String>,
+    /// The recording came to its end before the drive, which stands since.
+    is_cut: bool,
     /// The page of wheel and pedals, and what came of its last command.
     wheel: CalibrationPage,
     wheel_said: Option<String>,
@@ -56,6 +58,7 @@ impl Desk {
             show_times: false,
             message: None,
             error: None,
+            is_cut: false,
             wheel: CalibrationPage::default(),
             wheel_said: None,
         }
@@ -110,6 +113,9 @@ impl Desk {
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, show: &Show, times: Option<PassTimes>) -> Notes {
         let middle = match phase(show) {
+            Phase::Paused if self.is_cut && !self.attended => {
+                "The recording has ended, and the drive with it. Esc leaves."
+            }
             Phase::Paused if self.attended && show.waits_for_wheel() => "The wheel was unplugged.",
             Phase::Paused | Phase::Ready if self.attended => "Please wait.",
             Phase::Ended if self.attended => "The drive is over.",
@@ -178,6 +184,7 @@ impl Desk {
     pub fn restart(&mut self, scenario: &Scenario, show: &mut Show) -> bool {
         self.message = None;
         self.error = None;
+        self.is_cut = false;
         let restarted = show.restart(scenario);
         let world = &show.drive.world;
         self.log = Log::new(world);
@@ -199,6 +206,12 @@ impl Desk {
             ExperimenterCommand::Note(text) => show.note("note", &text),
         }
         false
+    }
+
+    /// The recording can take nothing more: says so until another drive begins.
+    pub fn recording_ended(&mut self, why: String) {
+        self.error = Some(why);
+        self.is_cut = true;
     }
 
     /// Shows a message: on the picture until the next key, or to the experimenter.

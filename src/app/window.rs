@@ -11,12 +11,12 @@ use super::{
 use crate::{
     input::{Devices, Profile},
     panel::{experimenter::ExperimenterCommand, theme},
-    record,
+    record::{self, RecordError},
     sim::Scenario,
     time::Pace,
 };
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{Arc, atomic::AtomicBool},
     time::{Duration, Instant},
 };
@@ -63,7 +63,8 @@ pub fn run(options: WindowOptions) -> Result<(String, Result<(), AppError>), App
     let recorded = frame.show.finish_recording().map(|folder| {
         words.extend(folder.map(|folder| format!("recorded                 {}\n", folder.display())));
     });
-    Ok((words, ended.and(recorded)))
+    let cut = frame.cut.take().map_or(Ok(()), |error| Err(error.into()));
+    Ok((words, ended.and(cut).and(recorded)))
 }
 
 /// A drive in its window.
@@ -79,6 +80,9 @@ struct Frame {
     /// When the first frame began, and when rows last went to the disk.
     first: Instant,
     flushed: Instant,
+    /// Where the drive is recorded, and why that came to its end before the drive.
+    out: Option<PathBuf>,
+    cut: Option<RecordError>,
 }
 
 impl Windows for Frame {
@@ -104,7 +108,17 @@ impl Windows for Frame {
         };
         let desk = Desk::new(&show, options.panel && experimenter.is_none(), experimenter.is_some());
         let start = now();
-        Ok(Self { picture, experimenter, show, desk, last: None, first: start, flushed: start })
+        Ok(Self {
+            picture,
+            experimenter,
+            show,
+            desk,
+            last: None,
+            first: start,
+            flushed: start,
+            out: options.out,
+            cut: None,
+        })
     }
 
     fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<Next, AppError> {
@@ -137,7 +151,12 @@ impl Frame {
     fn draw(&mut self) -> Result<(), AppError> {
         let first = self.last.is_none();
         let elapsed = self.lap();
-        let due = self.show.advance(elapsed, |world| self.desk.watch(world))?;
+        if self.cut.is_some() && self.show.gauge().is_some() {
+            // What is not recorded is not driven, whoever presses Space.
+            self.show.drive.clock.set_pace(Pace::Paused);
+        }
+        let advanced = self.show.advance(elapsed, |world| self.desk.watch(world));
+        let due = self.or_cut(advanced)?;
         if let Some(news) = self.show.take_news().pop() {
             self.desk.say(news, &self.show);
         }
@@ -163,7 +182,8 @@ impl Frame {
         self.desk.frame(elapsed, &due);
         if done - self.flushed > record::FLUSH_EVERY {
             self.flushed = done;
-            self.show.flush()?;
+            let flushed = self.show.flush();
+            self.or_cut(flushed)?;
         }
         let mut asked: Vec<ExperimenterCommand> = asked.into_iter().map(ExperimenterCommand::Drive).collect();
         asked.extend(self.draw_experimenter());
@@ -173,6 +193,21 @@ impl Frame {
             }
         }
         Ok(())
+    }
+
+    /// What came of a piece of the drive. Where the recording takes no more, the drive stands and the window says why, until
+    /// someone leaves: a window that is gone explains nothing.
+    fn or_cut<T: Default>(&mut self, done: Result<T, AppError>) -> Result<T, AppError> {
+        let Err(AppError::Record(error)) = done else { return done };
+        if self.cut.is_none() {
+            self.show.drive.clock.set_pace(Pace::Paused);
+            let folder = self.out.as_deref().unwrap_or(Path::new(".")).display();
+            self.desk.recording_ended(format!(
+                "The recording in {folder} has ended.\n{error}\nWhat was driven before is kept."
+            ));
+            self.cut = Some(error);
+        }
+        Ok(T::default())
     }
 
     /// The experimenter's window, when it is due.
