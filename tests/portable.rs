@@ -129,7 +129,26 @@ fn a_recording_drives_again_where_its_authors_files_are_not() {
     assert!(elsewhere.join("copy-what-if-policy-none-driver-idm/inputs/maps/own ring/net.xml").exists());
     codrive(&["analyse", "copy"]).current_dir(&elsewhere).assert().success();
 
-    // As an older program recorded it: with the paths themselves.
+    // What it carries is as safe against a change as its tables.
+    let about = elsewhere.join("copy/inputs/maps/own ring/map.toml");
+    let was = fs::read(&about).unwrap();
+    fs::write(&about, [&was[..], b"# changed\n"].concat()).unwrap();
+    let output = codrive(&["replay", "copy"]).current_dir(&elsewhere).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        !output.status.success() && said.contains("inputs/maps/own ring/map.toml: is not as it was written"),
+        "{said}"
+    );
+    fs::write(&about, was).unwrap();
+    same(&["replay", "copy"]);
+
+    // As an older program recorded it: with the paths themselves, without fingerprints.
+    let manifest = elsewhere.join("copy/manifest.json");
+    let mut facts: serde_json::Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
+    for key in ["checksums", "sha256", "state"] {
+        facts.as_object_mut().unwrap().remove(key).unwrap();
+    }
+    fs::write(&manifest, facts.to_string()).unwrap();
     let scenario = elsewhere.join("copy/scenario.toml");
     let was = fs::read_to_string(&scenario).unwrap();
     let old = was

@@ -2,7 +2,7 @@
 //! they are written. Out: `checksums.json`; and what differs from it.
 
 use super::{
-    Manifest, RecordError, Table, files,
+    Manifest, RecordError, Table, files, inputs,
     manifest::{self, hex},
     table::Reader,
 };
@@ -59,10 +59,10 @@ impl Checksums {
 
     /// Adds the other files of a recording and saves all. Returns the fingerprint of what was saved.
     pub(super) fn save(mut self, recording: &Path) -> Result<String, RecordError> {
-        for name in OTHERS {
-            let path = recording.join(name);
+        for name in OTHERS.map(str::to_owned).into_iter().chain(inputs::carried(recording)?) {
+            let path = recording.join(&name);
             if path.exists() {
-                self.files.insert(name.into(), file_sha256(&path)?);
+                self.files.insert(name, file_sha256(&path)?);
             }
         }
         let text = serde_json::to_string_pretty(&self).expect("numbers and words") + "\n";

@@ -56,6 +56,21 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     Ok(())
 }
 
+/// Names of what a recording carries, from its folder on, in order.
+pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
+    let (mut names, mut folders) = (Vec::new(), vec![INPUTS.to_owned()]);
+    while let Some(folder) = folders.pop().filter(|_| recording.join(INPUTS).exists()) {
+        let path = recording.join(&folder);
+        for entry in fs::read_dir(&path).map_err(RecordError::file(&path))? {
+            let entry = entry.map_err(RecordError::file(&path))?;
+            let name = format!("{folder}/{}", entry.file_name().to_string_lossy());
+            if entry.path().is_dir() { folders.push(name) } else { names.push(name) }
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
 /// The scenario of a recording, with the place on this machine of what it carries. One that an older program recorded
 /// keeps the paths that it names.
 ///
