@@ -155,6 +155,20 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     }
     assert_eq!((workload.len(), table(&out.join("phenotype/ssq_before.tsv")).len()), (6, 6));
 
+    // The list has every file that holds data, and another program agrees with it.
+    let checked = std::process::Command::new("sha256sum")
+        .args(["--check", "--strict", "--quiet", "SHA256SUMS"])
+        .current_dir(&out)
+        .output()
+        .unwrap();
+    assert!(checked.status.success(), "{checked:?}");
+    let listed = fs::read_to_string(out.join("SHA256SUMS")).unwrap();
+    for path in files(&out) {
+        let name = path.strip_prefix(&out).unwrap().to_str().unwrap().to_owned();
+        let is_listed = listed.lines().any(|line| line.ends_with(&format!("  {name}")));
+        assert_eq!(is_listed, !name.ends_with("lock") && name != "SHA256SUMS", "{name}");
+    }
+
     // The analysis finds all of it.
     let (code, text) = codrive(&["analyse", out.to_str().unwrap()]);
     assert!(code == 0 && text.contains("24 drives"), "{text}");
@@ -189,9 +203,45 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
 
 /// Everything that must be equal between two runs: all files but those with times of day.
 fn contents(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let timed = |path: &Path| ["session.json", "manifest.json"].iter().any(|name| path.ends_with(name));
+    let timed = |path: &Path| ["session.json", "manifest.json", "SHA256SUMS"].iter().any(|name| path.ends_with(name));
     let list = files(out).into_iter().filter(|path| !timed(path));
     list.map(|path| (path.strip_prefix(out).unwrap().to_owned(), fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn a_data_set_that_was_changed_is_not_analysed_unless_asked_for_and_the_report_says_so() {
+    let (_folder, file, out) = place();
+    assert_eq!(rehearse(&file, &out, "2").0, 0);
+    let analyse = |more: &[&str]| codrive(&[&["analyse", out.to_str().unwrap()], more].concat());
+    assert_eq!(analyse(&[]).0, 0);
+    // A second analysis finds its own files there, and a what-if lies beside what was recorded: neither is a change.
+    let trial = out.join("sourcedata/sub-R01/trial-1-narrow");
+    assert_eq!(codrive(&["replay", trial.to_str().unwrap(), "--what-if", "none"]).0, 0);
+    assert_eq!(analyse(&[]).0, 0);
+    let session = out.join("sourcedata/sub-R01/session.json");
+    let changed = fs::read_to_string(&session).unwrap().replacen("\"done\"", "\"skipped\"", 1);
+    fs::write(&session, changed).unwrap();
+    let (code, text) = analyse(&[]);
+    assert!(code == 1 && text.contains("sourcedata/sub-R01/session.json: is not as it was written"), "{text}");
+    // To publish again does not make it right.
+    assert_eq!(rehearse(&file, &out, "2").0, 0);
+    assert_eq!(analyse(&[]).1, text);
+    let mut advice = fs::read(trial.join("advice.parquet")).unwrap();
+    advice[100] ^= 1;
+    fs::write(trial.join("advice.parquet"), advice).unwrap();
+    fs::remove_file(trial.join("summary.json")).unwrap();
+    let (code, text) = analyse(&[]);
+    let names = ["advice.parquet: is not as it was written", "summary.json: is missing"];
+    assert!(code == 1 && names.iter().all(|name| text.contains(name)) && text.contains("--accept-changes"), "{text}");
+    // What can still be read is analysed where that is asked for.
+    fs::copy(out.join("sourcedata/sub-R02/trial-1-middle/advice.parquet"), trial.join("advice.parquet")).unwrap();
+    let (code, text) = analyse(&["--accept-changes"]);
+    assert_eq!(code, 0, "{text}");
+    let report = fs::read_to_string(out.join("derivatives/codrive/report.html")).unwrap();
+    assert!(report.contains("not as they were written") && report.contains("trial-1-narrow/summary.json: is missing"));
+    // A recording alone has its own fingerprints.
+    let (code, text) = codrive(&["analyse", trial.to_str().unwrap()]);
+    assert!(code == 1 && text.contains("advice.parquet: ") && text.contains("--accept-changes"), "{text}");
 }
 
 #[test]

@@ -49,6 +49,8 @@ impl Found {
 pub struct Holdings {
     /// Recordings, in the order of participants and places.
     pub found: Vec<Found>,
+    /// Folder of the data set; `None` for a recording alone.
+    pub root: Option<PathBuf>,
     /// Where tables and report go.
     pub out: PathBuf,
     /// Name of the whole.
@@ -70,7 +72,7 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
         let baseline = Some(beside("-baseline")).filter(|path| path.exists());
         let found = Found { recording: folder.into(), baseline, ..Found::default() };
         let title = found.title();
-        return Ok(Holdings { found: vec![found], out: folder.join("analysis"), title });
+        return Ok(Holdings { found: vec![found], root: None, out: folder.join("analysis"), title });
     }
     let nothing = || {
         AnalysisError::Input(format!(
@@ -102,7 +104,7 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
     let whole = is_root(folder);
     let out = root.join("derivatives").join("codrive");
     let title = if whole { study_title(root) } else { name.clone() };
-    Ok(Holdings { found, out: if whole { out } else { out.join(name) }, title })
+    Ok(Holdings { found, root: Some(root.into()), out: if whole { out } else { out.join(name) }, title })
 }
 
 fn subjects(root: &Path) -> Vec<String> {

@@ -26,7 +26,7 @@ const STYLE: &str = "body{font:15px/1.5 Helvetica,Arial,sans-serif;color:#222;ma
 h1{font-size:1.7em;margin-bottom:.2em}h2{margin-top:2em;border-bottom:1px solid #ccc}\
 table{border-collapse:collapse;font-size:13px;margin:.6em 0}th,td{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}\
 th{border-bottom:1.5px solid #555}td:first-child,th:first-child,td.t,th.t{text-align:left}\
-.grid{display:flex;flex-wrap:wrap;gap:8px 18px}.wide{overflow-x:auto}svg{max-width:100%;height:auto}.note{color:#555;font-size:13px}";
+.grid{display:flex;flex-wrap:wrap;gap:8px 18px}.wide{overflow-x:auto}svg{max-width:100%;height:auto}.note{color:#555;font-size:13px}.warning{color:#a00}";
 
 /// A page and the figures in it, by their file names.
 pub struct Report {
@@ -61,7 +61,7 @@ impl Page {
 ///
 /// # Errors
 /// A recording whose ways are drawn cannot be read.
-pub fn report(title: &str, drives: &[Analysed]) -> Result<Report, AnalysisError> {
+pub fn report(title: &str, drives: &[Analysed], changed: &[String]) -> Result<Report, AnalysisError> {
     let mut page = Page { html: String::new(), figures: Vec::new() };
     let mut people: Vec<&str> = drives.iter().map(|drive| drive.found.participant.as_str()).collect();
     people.dedup();
@@ -73,6 +73,11 @@ pub fn report(title: &str, drives: &[Analysed]) -> Result<Report, AnalysisError>
         if people.len() > 1 { format!(" of {} participants", people.len()) } else { String::new() },
         env!("CARGO_PKG_VERSION")
     ));
+    if !changed.is_empty() {
+        page.put("<p class=\"warning\"><b>These files are not as they were written, and were analysed all the same:</b></p><ul>");
+        changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
+        page.put("</ul>");
+    }
     if !conditions(drives).is_empty() && people.len() > 1 {
         study(&mut page, drives);
         page.put("<h2>One participant's trials</h2>");

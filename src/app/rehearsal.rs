@@ -5,7 +5,7 @@
 use super::{AppError, facts, offline::Run};
 use crate::{
     driver,
-    record::RecordError,
+    record::{self, RecordError},
     sim::Scenario,
     study::{
         Code, DataSet, Item, Outcome, Planned, SessionError, Study,
@@ -183,7 +183,7 @@ pub fn baseline(
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
     let driven = drive(&mut run, None, stop, driven)?;
     if driven {
-        std::fs::rename(&folder, &whole).map_err(|why| RecordError::File { path: whole, why })?;
+        record::rename(&folder, &whole)?;
     }
     Ok(driven)
 }

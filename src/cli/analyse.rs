@@ -2,12 +2,18 @@
 
 use super::{CliError, out};
 use crate::{
-    analysis::{AnalysisError, collect, find, report, tables},
+    analysis::{
+        AnalysisError,
+        collect::{self, Holdings},
+        find, report, tables,
+    },
+    app::AppError,
     chart, record,
+    study::checksums,
 };
-use clap::{Arg, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use rayon::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
     Command::new("analyse")
@@ -25,17 +31,24 @@ pub(super) fn command() -> Command {
                 "Where to write [default: analysis/ in a recording, derivatives/codrive/ in the folder of a study]",
             ),
         )
+        .arg(Arg::new("accept-changes").long("accept-changes").action(ArgAction::SetTrue).help(
+            "Analyse recordings and data sets whose files were changed since they were written; the report names them",
+        ))
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(folder) = matches.get_one::<PathBuf>("folder") else { return Ok(()) };
     let holdings = find(folder)?;
     let out = matches.get_one::<PathBuf>("out").unwrap_or(&holdings.out);
+    let changed = changes(&holdings)?;
+    if !changed.is_empty() && !matches.get_flag("accept-changes") {
+        return Err(CliError::Failed(refusal(folder, &changed)));
+    }
     let bar = super::progress(holdings.found.len() as u64, "drives".into());
     let drives = collect::analyse(&holdings.found, &|| bar.inc(1));
     bar.finish_and_clear();
     let drives = drives?;
-    let made = report::report(&holdings.title, &drives)?;
+    let made = report::report(&holdings.title, &drives, &changed)?;
     let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
@@ -56,6 +69,41 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         drives.len()
     ))?;
     Ok(())
+}
+
+/// Files that are not as they were written: of the data set, or of the recordings one by one where there is none.
+fn changes(holdings: &Holdings) -> Result<Vec<String>, CliError> {
+    if let Some(root) = &holdings.root
+        && let Some(changes) = checksums::changes(root).map_err(AppError::from)?
+    {
+        return Ok(changes.iter().map(ToString::to_string).collect());
+    }
+    let recordings = holdings.found.iter().flat_map(|found| [Some(&found.recording), found.baseline.as_ref()]);
+    let recordings: Vec<&PathBuf> = recordings.flatten().collect();
+    let of_one = |folder: &&PathBuf| -> Result<Vec<String>, CliError> {
+        // What is still running, or was cut, is refused with its own words.
+        record::open(folder)?;
+        let changes = record::changes(folder)?.unwrap_or_default();
+        Ok(changes.iter().map(|change| folder.join(&change.file).display().to_string() + ": " + &change.what).collect())
+    };
+    let all: Vec<Vec<String>> = recordings.par_iter().map(of_one).collect::<Result<_, _>>()?;
+    Ok(all.into_iter().flatten().collect())
+}
+
+/// Why nothing is analysed, and what can be done.
+fn refusal(folder: &Path, changed: &[String]) -> String {
+    const MOST: usize = 20;
+    let mut lines = vec![format!("{}: {} not as written", folder.display(), files(changed.len()))];
+    lines.extend(changed.iter().take(MOST).cloned());
+    if changed.len() > MOST {
+        lines.push(format!("and {} more", changed.len() - MOST));
+    }
+    lines.push("remedy: put the files back as they were, or analyse them as they are with --accept-changes: the report will say so".into());
+    lines.join("\n  ")
+}
+
+fn files(count: usize) -> String {
+    if count == 1 { "1 file".into() } else { format!("{count} files") }
 }
 
 impl From<AnalysisError> for CliError {

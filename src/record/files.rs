@@ -94,8 +94,7 @@ pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     file.write_all(text).map_err(RecordError::file(&beside))?;
     sync_file(&file, &beside)?;
     fail_point!("replace.written");
-    fs::rename(&beside, path).map_err(RecordError::file(path))?;
-    sync_dir(path)?;
+    rename(&beside, path)?;
     fail_point!("replace.renamed");
     Ok(())
 }
@@ -112,6 +111,15 @@ pub(super) fn new_beside(path: &Path) -> Result<(PathBuf, File), RecordError> {
     }
     let file = new_file(&beside)?;
     Ok((beside, file))
+}
+
+/// Gives a file or folder another name in its folder, so that the disk has it.
+///
+/// # Errors
+/// The system refuses.
+pub fn rename(from: &Path, to: &Path) -> Result<(), RecordError> {
+    fs::rename(from, to).map_err(RecordError::file(to))?;
+    sync_dir(to)
 }
 
 /// Makes names in the folder of `path` last.

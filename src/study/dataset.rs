@@ -6,6 +6,7 @@
 //! phenotype/SEGMENT.tsv     one row a participant: answers and scores of one questionnaire
 //! sub-CODE/sub-CODE_scans.tsv          its drives: condition, levels, where the recording lies
 //! sub-CODE/beh/*_events.tsv, *_beh.tsv advice and events of a drive; answers with their times
+//! SHA256SUMS                all of it but what an analysis makes, for `sha256sum --check` and `codrive analyse`
 //! sourcedata/sub-CODE/session.json     what was when (see `session`)
 //! sourcedata/sub-CODE/ITEM/            the recording of a drive; ITEM-baseline the same without advice
 //! ```
@@ -14,6 +15,7 @@
 use super::{
     Code, Item, Planned, SessionError, Study,
     bids::{self, Col, Tsv},
+    checksums,
     questions::{Element, ElementKind, Questionnaire},
     session::{self, Answered, Log, Who},
     source,
@@ -31,7 +33,7 @@ pub const BASELINE: &str = "-baseline";
 const STUDY: &str = "study.toml";
 
 /// What a validator of BIDS is not to look at.
-const BIDSIGNORE: &str = "study.toml\nreport/\nanalysis/\n";
+const BIDSIGNORE: &str = "study.toml\nSHA256SUMS\nreport/\nanalysis/\n";
 
 /// One of `files`, whole or as a cut left it while the data set was made.
 fn is_begun(path: &Path, files: &[(&str, String)]) -> bool {
@@ -196,7 +198,8 @@ impl DataSet {
                 "Description": format!("{}. {}", questionnaire.title, questionnaire.description) } });
             self.put_table(&format!("phenotype/{}", planned.name.replace('-', "_")), &table, more)?;
         }
-        Ok(())
+        let is_over = logs.iter().any(|log| log.participant == *code && log.end.is_some());
+        checksums::list(&self.root, &code.subject(), is_over)
     }
 
     /// Drives and answers of one participant.

@@ -10,9 +10,11 @@
 //! * [`session`]: one participant's visit as it goes: what comes next, what was done; on the disk after every step.
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
 //! * `source`: what a data set keeps of the study's file.
+//! * [`checksums`]: the list of a data set's files with their SHA-256.
 //! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
 
 pub mod bids;
+pub mod checksums;
 pub mod code;
 pub mod dataset;
 pub mod file;

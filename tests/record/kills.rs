@@ -130,7 +130,7 @@ fn a_recovery_killed_at_any_point_is_taken_up_by_the_next() {
     }
 }
 
-const STUDY: &str = r#"title = "Short"
+pub const STUDY: &str = r#"title = "Short"
 participants = 2
 seed = 7
 [base]

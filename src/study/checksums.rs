@@ -1,0 +1,115 @@
+//! The list of a data set's files with their SHA-256, so that a later change of any of them is found and named. In: the folder.
+//! Out: `SHA256SUMS`, as `sha256sum --check` reads it; and what differs from it.
+//!
+//! A participant's files are listed when the visit is over; what is published anew after every participant (`participants.tsv`,
+//! `phenotype/`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again.
+
+use super::SessionError;
+use crate::record::{self, Change, RecordError};
+use rayon::prelude::*;
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// Name of the list.
+pub const FILE: &str = "SHA256SUMS";
+/// Folders that hold no data, wherever they are.
+const MADE_AGAIN: [&str; 3] = ["derivatives", "analysis", "report"];
+/// Files that only hold a lock.
+const LOCK: &str = "lock";
+
+/// SHA-256, hexadecimal, by the file's name from the top with slashes.
+type List = BTreeMap<String, String>;
+
+/// Lists a data set after one participant was published: `subject` (`sub-P03`) anew if `is_over`, not at all if not; every
+/// other participant as listed.
+pub(super) fn list(root: &Path, subject: &str, is_over: bool) -> Result<(), SessionError> {
+    let mut list = read(root)?.unwrap_or_default();
+    // Raw data never change: once listed they stay listed as they were. All else was just made from them.
+    list.retain(|name, _| match of_subject(name) {
+        Some(of) => of != subject || (is_over && name.starts_with("sourcedata/")),
+        None => !is_published_anew(name),
+    });
+    let wanted = |name: &String| !list.contains_key(name) && of_subject(name).is_none_or(|of| of == subject && is_over);
+    let files: Vec<String> = files(root)?.into_iter().filter(wanted).collect();
+    list.extend(sums(root, files)?);
+    let text: String = list.iter().map(|(name, sha256)| format!("{sha256}  {name}\n")).collect();
+    Ok(record::replace(&root.join(FILE), text.as_bytes())?)
+}
+
+/// What of a data set is not as it was listed; `None` if it has no list, as one of an earlier version.
+///
+/// # Errors
+/// A file cannot be read.
+pub fn changes(root: &Path) -> Result<Option<Vec<Change>>, SessionError> {
+    let Some(list) = read(root)? else { return Ok(None) };
+    let there = files(root)?;
+    let now: List = sums(root, there.iter().filter(|name| list.contains_key(*name)).cloned().collect())?;
+    let listed = list.iter().filter_map(|(name, was)| match now.get(name) {
+        None => Some((name, "is missing")),
+        Some(sha256) if sha256 != was => Some((name, "is not as it was written: its SHA-256 differs")),
+        Some(_) => None,
+    });
+    let found = listed.map(|(name, what)| Change { file: name.clone(), what: what.into() });
+    Ok(Some(found.collect()))
+}
+
+/// The participant that a file is of.
+fn of_subject(name: &str) -> Option<&str> {
+    name.split('/').find(|part| part.starts_with("sub-")).filter(|_| name.contains('/'))
+}
+
+fn is_published_anew(name: &str) -> bool {
+    name.starts_with("participants.") || name.starts_with("phenotype/")
+}
+
+fn read(root: &Path) -> Result<Option<List>, SessionError> {
+    let path = root.join(FILE);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(why) if why.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(why) => return Err(RecordError::File { path, why }.into()),
+    };
+    let line = |(i, line): (usize, &str)| match line.split_once("  ") {
+        Some((sha256, name)) if sha256.len() == 64 => Ok((name.to_owned(), sha256.to_owned())),
+        _ => Err(SessionError::Refused(format!(
+            "{}, line {}: allowed is SHA-256, two spaces, name",
+            path.display(),
+            i + 1
+        ))),
+    };
+    text.lines().enumerate().map(line).collect::<Result<_, _>>().map(Some)
+}
+
+/// All files of a data set that hold data, by their names from the top, in order.
+fn files(root: &Path) -> Result<Vec<String>, SessionError> {
+    let mut found = Vec::new();
+    let mut folders = vec![PathBuf::new()];
+    while let Some(folder) = folders.pop() {
+        let path = root.join(&folder);
+        let entries = fs::read_dir(&path).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+        for entry in entries.map_err(|why| RecordError::File { path: path.clone(), why })? {
+            let name = folder.join(entry.file_name());
+            let kind = entry.file_type().map_err(|why| RecordError::File { path: entry.path(), why })?;
+            let text = name.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
+            let is_skipped = [LOCK, FILE].iter().any(|skipped| entry.file_name() == *skipped)
+                || name.extension().is_some_and(|ending| ending == record::BESIDE)
+                || MADE_AGAIN.iter().any(|folder| entry.file_name() == *folder);
+            match kind {
+                _ if is_skipped => {}
+                kind if kind.is_dir() => folders.push(name),
+                kind if kind.is_file() => found.push(text),
+                _ => {}
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+fn sums(root: &Path, files: Vec<String>) -> Result<List, SessionError> {
+    let sum = |name: String| Ok((name.clone(), record::file_sha256(&root.join(&name))?));
+    files.into_par_iter().map(sum).collect::<Result<_, RecordError>>().map_err(Into::into)
+}
