@@ -6,6 +6,7 @@ use super::{
     manifest::{self, hex},
     table::Reader,
 };
+use crate::file;
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -52,7 +53,7 @@ impl Checksums {
         if !path.exists() {
             return Ok(None);
         }
-        let text = std::fs::read_to_string(&path).map_err(RecordError::file(&path))?;
+        let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
         let read = serde_json::from_str(&text);
         read.map(Some).map_err(|e| RecordError::Table { path, why: e.to_string() })
     }
@@ -76,7 +77,7 @@ impl Checksums {
 /// # Errors
 /// It cannot be read.
 pub fn file_sha256(path: &Path) -> Result<String, RecordError> {
-    let mut file = File::open(path).map_err(RecordError::file(path))?;
+    let mut file = file::open_regular(path).map_err(RecordError::file(path))?;
     let mut hash = Sha256::new();
     let mut piece = vec![0; 1 << 16];
     loop {

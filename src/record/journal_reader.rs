@@ -8,7 +8,7 @@ use super::{
     block::{Blocks, Header, MOST_PAYLOAD, Part},
     journal,
 };
-use crate::time::Tick;
+use crate::{file, time::Tick};
 use arrow_array::RecordBatch;
 use arrow_buffer::Buffer;
 use arrow_ipc::{MessageHeader, reader::StreamDecoder, root_as_message};
@@ -88,13 +88,10 @@ pub(super) fn read(
     Ok(holes)
 }
 
-/// A file that is really one: a pipe in its place would be waited for without end.
 fn open(path: &Path) -> Result<(File, u64), RecordError> {
-    let about = std::fs::metadata(path).map_err(RecordError::file(path))?;
-    if !about.is_file() {
-        return Err(RecordError::Table { path: path.into(), why: "is no regular file".into() });
-    }
-    Ok((File::open(path).map_err(RecordError::file(path))?, about.len()))
+    let file = file::open_regular(path).map_err(RecordError::file(path))?;
+    let length = file.metadata().map_err(RecordError::file(path))?.len();
+    Ok((file, length))
 }
 
 fn read_blocks(

@@ -2,6 +2,7 @@
 //! facts of the loop. Out: `manifest.json`.
 
 use super::{RecordError, files};
+use crate::file;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
@@ -119,7 +120,7 @@ impl Manifest {
         if !path.exists() {
             return Err(RecordError::Absent(recording.into()));
         }
-        let text = std::fs::read_to_string(&path).map_err(RecordError::file(&path))?;
+        let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
         serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
     }
 
@@ -139,7 +140,7 @@ impl Manifest {
     /// It cannot be read.
     pub fn is_as_written(recording: &Path) -> Result<Option<bool>, RecordError> {
         let path = recording.join(FILE);
-        let text = std::fs::read_to_string(&path).map_err(RecordError::file(&path))?;
+        let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
         // Of the text and not of what this version understands of it: an added line is a change, too.
         let read = serde_json::from_str(&text);
         let mut lines: Map<String, Value> = read.map_err(|e| RecordError::Table { path, why: e.to_string() })?;

@@ -2,6 +2,7 @@
 //! batches; and back, columns by name from a file. Every list is the only place that names a column.
 
 use super::RecordError;
+use crate::file;
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
@@ -93,11 +94,7 @@ impl Batches {
     }
 
     fn builder(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, RecordError> {
-        let about = std::fs::metadata(path).map_err(RecordError::file(path))?;
-        if !about.is_file() {
-            return Err(no_parquet(path, "is no regular file"));
-        }
-        let file = File::open(path).map_err(RecordError::file(path))?;
+        let file = file::open_regular(path).map_err(RecordError::file(path))?;
         // The library panics on some files that are none; nothing of it is used after that.
         let built = catch_unwind(AssertUnwindSafe(|| ParquetRecordBatchReaderBuilder::try_new(file)));
         match built {

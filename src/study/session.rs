@@ -7,7 +7,10 @@
 //! program away.
 
 use super::{Code, DataSet, Plan, Planned, SessionError, Study, questions::Answers};
-use crate::record::{self, RecordError};
+use crate::{
+    file,
+    record::{self, RecordError},
+};
 use fail::fail_point;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -19,6 +22,8 @@ use std::{
 
 /// Name of the file.
 pub const FILE: &str = "session.json";
+/// The most that is read of it, bytes: a note every ten seconds of a day takes less.
+const MOST_BYTES: u64 = 8 << 20;
 
 /// How a passage through an item ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -166,7 +171,7 @@ impl Log {
                 path.display()
             ))
         };
-        let text = fs::read_to_string(path).map_err(|e| refused(format!("cannot be read: {e}")))?;
+        let text = file::read_text(path, MOST_BYTES).map_err(|e| refused(format!("cannot be read: {e}")))?;
         serde_json::from_str(&text).map_err(|e| refused(format!("is no session of this program: {e}")))
     }
 

@@ -224,6 +224,28 @@ fn real_time(engine: &str, out: &Path) -> std::process::Child {
     codrive(&arguments, "").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
+#[test]
+fn a_drive_that_runs_is_left_alone_by_every_command_and_ends_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("p1");
+    let out = drive.to_str().unwrap();
+    let mut child = real_time("native", &drive);
+    while fs::metadata(drive.join("journal/rows.blocks")).map_or(0, |file| file.len()) == 0 {
+        assert!(child.try_wait().unwrap().is_none(), "ended by itself");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    for command in [&["recover", out][..], &["replay", out], &["analyse", out], &run("native", out)] {
+        let (_, code, text) = ended(codrive(command, ""));
+        let is_said = text.contains("still running") || text.contains("holds a recording already");
+        assert!(code == Some(2) && is_said, "{command:?}: {code:?} {text}");
+    }
+    // As Ctrl-C does.
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    child.wait().unwrap();
+    assert!(Manifest::load(&drive).unwrap().is_complete() && ticks(&drive) > 0);
+    succeeds(&["replay", out]);
+}
+
 fn print(what: &str, mut lost: Vec<f64>) {
     lost.sort_by(f64::total_cmp);
     let at = |share: f64| lost[((lost.len() - 1) as f64 * share).round() as usize];

@@ -1,10 +1,15 @@
-//! Drives in a window that are killed at a point of their recording: what is left is recovered and replays.
+//! Drives and visits in windows that are killed at a point of their recording: what is left is recovered and replays, and the
+//! visit goes on by the same command.
 
-use crate::xserver::Server;
-use codrive::record::{Reader, Table, recover};
+use crate::xserver::{Server, wait_for};
+use codrive::{
+    record::{Reader, Table, recover},
+    study::session::{FILE, Log},
+};
 use std::{
+    fs,
     os::unix::process::ExitStatusExt,
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
 };
 
 fn codrive(arguments: &[&str], server: &Server, point: Option<&str>) -> Output {
@@ -41,5 +46,57 @@ fn a_drive_in_a_window_killed_at_any_point_is_recovered() {
             let replayed = codrive(&["replay", out], &server, None);
             assert!(replayed.status.success(), "{point}: {replayed:?}");
         }
+    }
+}
+
+const STUDY: &str = r#"title = "Short"
+participants = 2
+[base]
+traffic = "native"
+vehicles = 6
+trees = 0
+quality = "low"
+[[condition]]
+name = "narrow"
+[[segment]]
+kind = "text"
+name = "welcome"
+text = "Welcome"
+[[segment]]
+kind = "trials"
+name = "trial"
+"#;
+
+#[test]
+fn a_visit_in_its_windows_killed_at_its_start_opens_again_by_the_same_command() {
+    let server = Server::start([1300, 820]);
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("short.toml");
+    fs::write(&study, STUDY).unwrap();
+    // Four saves make the data set; the next make the visit's file, then the first item begins.
+    let saves = (1..=6).map(|save| format!("replace.written:{save}"));
+    for point in saves.chain(["replace.renamed:5", "replace.renamed:6", "session.begin:1"].map(str::to_owned)) {
+        let out = folder.path().join(point.replace(':', "-"));
+        let arguments = ["study", study.to_str().unwrap(), "--participant", "P03", "--out", out.to_str().unwrap()];
+        let killed = codrive(&arguments, &server, Some(&point));
+        assert_eq!(killed.status.signal(), Some(9), "{point} was not reached: {killed:?}");
+        let mut again = Command::new(env!("CARGO_BIN_EXE_codrive"))
+            .args(arguments)
+            .env("RUST_LOG", "error")
+            .env("DISPLAY", &server.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let file = out.join("sourcedata/sub-P03").join(FILE);
+        let opened = wait_for("the visit", || {
+            let log = Log::load(&file).ok();
+            // Begun at once where it is new; where something was cut the experimenter says when it goes on.
+            let is_open = log.is_some_and(|log| log.running.is_some() || !log.passages.is_empty());
+            (is_open || again.try_wait().unwrap().is_some()).then_some(is_open)
+        });
+        again.kill().unwrap();
+        let output = again.wait_with_output().unwrap();
+        assert!(opened, "{point}: {}", String::from_utf8_lossy(&output.stderr));
     }
 }
