@@ -18,8 +18,8 @@
 //! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
 //! ```text
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
-//! chart  file  private         / the car-following model / figures as SVG and PNG / files read within limits, and
-//!                              written for the user alone
+//! chart  file  foreign         / the car-following model / figures as SVG and PNG / files read within limits / panics of
+//! private                      libraries that read them as errors / files written for the user alone
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -54,6 +54,7 @@ pub mod doctor;
 pub mod driver;
 pub mod ego;
 pub mod file;
+pub mod foreign;
 pub mod hud;
 pub mod idm;
 pub mod input;

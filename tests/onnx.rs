@@ -12,7 +12,9 @@ use std::{
     fs,
     path::{Path, PathBuf},
 };
-use tract_onnx::pb::{ModelProto, tensor_proto::DataType, type_proto};
+use tract_onnx::pb::{
+    AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, attribute_proto, tensor_proto::DataType, type_proto,
+};
 
 /// A network of the usual size with random weights.
 fn network(levels: u32) -> Network {
@@ -101,6 +103,142 @@ fn what_does_not_fit_is_named_before_the_drive() {
         tensor.elem_type = DataType::Double.into();
     });
     assert_eq!(fault(&doubles, None), "input `observation` is not of 32-bit floating-point numbers");
+}
+
+/// A node that gives `output`.
+fn node(kind: &str, inputs: &[&str], output: &str, attribute: Vec<AttributeProto>) -> NodeProto {
+    NodeProto {
+        input: inputs.iter().map(|name| (*name).to_owned()).collect(),
+        output: vec![output.into()],
+        op_type: kind.into(),
+        attribute,
+        ..NodeProto::default()
+    }
+}
+
+fn numbers(name: &str, values: &[i64]) -> AttributeProto {
+    let kind = attribute_proto::AttributeType::Ints.into();
+    AttributeProto { name: name.into(), r#type: kind, ints: values.to_vec(), ..AttributeProto::default() }
+}
+
+/// The file, whose action is multiplied by the mean of what `nodes` make of it, called `large`.
+fn with_nodes(nodes: Vec<NodeProto>) -> Vec<u8> {
+    changed(0, |m| {
+        let graph = m.graph.as_mut().unwrap();
+        let last = graph.node.last_mut().unwrap();
+        let action = std::mem::replace(&mut last.output[0], "raw".into());
+        graph.node.extend(nodes);
+        graph.node.push(node("ReduceMean", &["large"], "mean", vec![numbers("axes", &[0])]));
+        graph.node.push(node("Mul", &["raw", "mean"], &action, vec![]));
+    })
+}
+
+/// A constant list of whole numbers.
+fn list(name: &str, values: &[i64]) -> NodeProto {
+    node("Constant", &[], name, vec![numbers("value_ints", values)])
+}
+
+#[test]
+fn sizes_that_no_policy_has_are_refused_before_anything_is_made_of_that_size() {
+    let sized = |kind: &str, sizes: &[i64]| {
+        let inputs: &[&str] = if kind == "ConstantOfShape" { &["sizes"] } else { &["base", "sizes"] };
+        fault(&with_nodes(vec![list("base", &[1]), list("sizes", sizes), node(kind, inputs, "large", vec![])]), None)
+    };
+    for kind in ["ConstantOfShape", "Expand", "Tile"] {
+        for size in [-1, -5, i64::MIN, i64::MAX, 1 << 40, 1 << 30, 5 << 20] {
+            let said = sized(kind, &[size]);
+            assert!(said.starts_with("cannot be run: node "), "{kind} {size}: {said}");
+            // Of others the runtime takes the lower 32 bits, 0, and breaks off at a mean over nothing.
+            let named = said.contains(&format!("({kind})")) && !said.contains("broke off");
+            assert!(named || size.trailing_zeros() > 31, "{kind} {size}: {said}");
+        }
+    }
+    let said = sized("ConstantOfShape", &[5 << 20]);
+    assert!(said.contains("has the shape [5242880]; allowed: sizes of 0 or more, 4194304 numbers"), "{said}");
+    // Each doubles the last: 40 nodes reach 2^40 numbers.
+    let name = |k: usize| if k == 0 { "base".to_owned() } else { format!("twice{k}") };
+    let axis = AttributeProto {
+        name: "axis".into(),
+        r#type: attribute_proto::AttributeType::Int.into(),
+        ..AttributeProto::default()
+    };
+    let mut doubling = vec![list("base", &[1])];
+    doubling.extend((0..40).map(|k| node("Concat", &[&name(k), &name(k)], &name(k + 1), vec![axis.clone()])));
+    doubling.push(node("Identity", &[&name(40)], "large", vec![]));
+    let said = fault(&with_nodes(doubling), None);
+    assert!(said.contains("twice13") && said.contains("has 8192 whole numbers of 64 bits; allowed: 4096"), "{said}");
+}
+
+#[test]
+fn a_network_without_nodes_or_with_too_many_is_refused() {
+    let said = fault(&changed(0, |m| m.graph.as_mut().unwrap().node.clear()), None);
+    assert_eq!(said, "has no nodes: it computes nothing");
+    let mut chain: Vec<NodeProto> = vec![list("n0", &[1])];
+    chain.extend((0..20_000).map(|k| node("Identity", &[&format!("n{k}")], &format!("n{}", k + 1), vec![])));
+    let said = fault(&with_nodes(chain), None);
+    assert!(said.starts_with("has more than 50000 fields"), "{said}");
+    let chain = (0..1001).map(|k| node("Relu", &["observation"], &format!("n{k}"), vec![])).collect();
+    let said = fault(&with_nodes(chain), None);
+    assert!(said.contains("allowed: 1000 of either"), "{said}");
+}
+
+#[test]
+fn a_network_of_as_many_nodes_as_are_allowed_loads() {
+    let mut nodes = vec![node("Relu", &["observation"], "n0", vec![])];
+    nodes.extend((0..980).map(|k| node("Relu", &[&format!("n{k}")], &format!("n{}", k + 1), vec![])));
+    nodes.push(node("ReduceSum", &["n980"], "large", vec![numbers("axes", &[1])]));
+    OnnxPolicy::from_bytes(&with_nodes(nodes), None).unwrap();
+}
+
+#[test]
+fn operators_that_draw_numbers_are_refused_also_inside_a_network_within_the_network() {
+    let shape = || vec![numbers("shape", &[1])];
+    let kinds = ["RandomNormal", "RandomUniform", "RandomNormalLike", "RandomUniformLike", "Multinomial", "Bernoulli"];
+    for kind in kinds {
+        let said = fault(&with_nodes(vec![node(kind, &[], "large", shape())]), None);
+        assert!(said.contains(&format!("node `large` ({kind}): it draws random numbers")), "{said}");
+    }
+    let inner = GraphProto { node: vec![node("RandomNormal", &[], "drawn", shape())], ..GraphProto::default() };
+    let body = AttributeProto {
+        name: "body".into(),
+        r#type: attribute_proto::AttributeType::Graph.into(),
+        g: Some(inner),
+        ..AttributeProto::default()
+    };
+    let said = fault(&with_nodes(vec![node("Loop", &[], "large", vec![body.clone()])]), None);
+    assert!(said.contains("node `drawn` (RandomNormal): it draws random numbers"), "{said}");
+    let empty = AttributeProto { g: Some(GraphProto::default()), ..body };
+    let said = fault(&with_nodes(vec![node("Loop", &[], "large", vec![empty])]), None);
+    assert!(said.contains("it holds a network of its own; a policy is one flat network"), "{said}");
+}
+
+#[test]
+fn weights_are_as_many_as_their_shape_says() {
+    let with = |change: &dyn Fn(&mut TensorProto)| {
+        fault(&changed(0, |m| change(&mut m.graph.as_mut().unwrap().initializer[0])), None)
+    };
+    assert_eq!(
+        with(&|t| t.dims[0] = 5),
+        "weights `weights0` have the shape [5, 64], that is 320 numbers, but hold 256"
+    );
+    assert!(with(&|t| t.dims[0] = -4).contains("have the shape [-4, 64]; allowed: at most"));
+    assert!(with(&|t| t.dims = vec![i64::MAX; 2]).contains("allowed: at most 4194304 numbers"));
+    assert!(with(&|t| t.dims = vec![1; 9]).contains("have 9 dimensions; allowed: 8"));
+    assert!(with(&|t| t.data_type = DataType::String.into()).contains("are of the type STRING"));
+    assert!(with(&|t| t.data_location = Some(1)).contains("lie in another file"));
+}
+
+#[test]
+fn a_panic_of_the_runtime_is_an_error_with_its_words() {
+    // A convolution of a stride of 0 divides by it.
+    let strides = numbers("strides", &[0]);
+    let shape = node("Reshape", &["observation", "three"], "signal", vec![]);
+    let convolution = node("Conv", &["signal", "kernel"], "large", vec![strides]);
+    let kernel = node("Reshape", &["weights0", "kernels"], "kernel", vec![]);
+    let lists = [list("three", &[1, 1, 4]), list("kernels", &[64, 1, 4])];
+    let bytes = with_nodes(lists.into_iter().chain([shape, kernel, convolution]).collect());
+    let said = fault(&bytes, None);
+    assert!(said.contains("(ConvHir): the runtime (tract) cannot deal with it and broke off: "), "{said}");
 }
 
 /// A description of the network above, with one line changed.

@@ -1,8 +1,10 @@
 //! An ONNX file as a policy. In: the path. Out: a policy that has been asked some hundred questions and has answered each
 //! with a number. Batches of any size load; one row is run at a time.
 
-use super::{Description, EXAMPLE, METADATA_KEY, Meaning};
+use super::{Description, EXAMPLE, METADATA_KEY, Meaning, limits, sizes, wire};
 use crate::{
+    file::{SETTINGS_BYTES, read_bounded, read_text},
+    foreign::guarded,
     policy::{Action, Observation, Output, Policy, PolicyFileError, bounded, observe::is_too_dense},
     rng,
 };
@@ -33,13 +35,13 @@ impl OnnxPolicy {
     /// Reads a file and its description.
     ///
     /// # Errors
-    /// The file cannot be read, is no ONNX, has no description, its shapes or operators do not fit, or it answers with
-    /// something that is no number.
+    /// The file cannot be read, is no ONNX, has no description, its shapes or operators do not fit, it is larger than
+    /// `limits` allows, or it answers with something that is no number.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
         let fault = |fault: String| PolicyFileError { path: path.display().to_string(), fault };
-        let bytes = std::fs::read(path).map_err(|e| fault(format!("cannot be read: {e}")))?;
+        let bytes = read_bounded(path, limits::MOST_BYTES).map_err(|e| fault(format!("cannot be read: {e}")))?;
         let beside = path.with_extension("onnx.toml");
-        let text = match std::fs::read_to_string(&beside) {
+        let text = match read_text(&beside, SETTINGS_BYTES) {
             Ok(text) => Some(text),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => None,
             Err(e) => return Err(fault(format!("{} cannot be read: {e}", beside.display()))),
@@ -52,6 +54,7 @@ impl OnnxPolicy {
     /// # Errors
     /// What is wrong, in words.
     pub fn from_bytes(bytes: &[u8], description: Option<&str>) -> Result<Self, String> {
+        wire::check(bytes)?;
         let model = ModelProto::decode(bytes).map_err(|e| format!("is no ONNX file: {e}"))?;
         let graph = model.graph.as_ref().ok_or("is no ONNX file: it holds no network")?;
         let metadata = model.metadata_props.iter().find(|entry| entry.key == METADATA_KEY);
@@ -68,6 +71,7 @@ impl OnnxPolicy {
                 OPERATOR_SETS.end()
             ));
         }
+        limits::check(&model, graph)?;
         // Old files list their weights among the inputs.
         let is_weight = |name: &str| graph.initializer.iter().any(|tensor| tensor.name == name);
         let inputs: Vec<&ValueInfoProto> = graph.input.iter().filter(|value| !is_weight(&value.name)).collect();
@@ -93,11 +97,14 @@ impl OnnxPolicy {
     /// # Errors
     /// The runtime failed.
     pub fn outputs(&self, seen: &[f32]) -> Result<Vec<f32>, String> {
-        let tensor = Tensor::from_shape(&self.shape, seen).map_err(|e| e.to_string())?;
-        let out = self.plan.run(tvec!(tensor.into())).map_err(|e| words(&e))?;
-        let numbers = out[self.output].cast_to::<f32>().map_err(|e| e.to_string())?;
-        let view = numbers.to_plain_array_view::<f32>().map_err(|e| e.to_string())?;
-        Ok(view.iter().copied().collect())
+        let run = || -> TractResult<Vec<f32>> {
+            let tensor = Tensor::from_shape(&self.shape, seen)?;
+            let out = self.plan.run(tvec!(tensor.into()))?;
+            let numbers = out[self.output].cast_to::<f32>()?;
+            Ok(numbers.to_plain_array_view::<f32>()?.iter().copied().collect())
+        };
+        // An index that the network reckons may lie outside of a table, which the runtime does not expect.
+        guarded(run).map_err(broke_off)?.map_err(|e| words(&e))
     }
 
     /// What the network sees of an observation.
@@ -216,16 +223,24 @@ fn holds_nan(tensor: &TensorProto) -> bool {
 fn runnable(model: &ModelProto, shape: &[usize]) -> Result<Arc<TypedRunnableModel>, String> {
     // PyTorch's exports with a dynamic batch declare shapes that contradict the fixed one.
     let reader = tract_onnx::onnx().with_ignore_value_info(true).with_ignore_output_shapes(true);
-    let build = || -> TractResult<Arc<TypedRunnableModel>> {
-        let mut parsed = reader.model_for_proto_model(model)?;
-        parsed.set_input_fact(0, f32::fact(shape).into())?;
-        parsed.into_optimized()?.into_runnable()
+    let build = || -> Result<Arc<TypedRunnableModel>, String> {
+        let mut parsed = reader.model_for_proto_model(model).map_err(|e| words(&e))?;
+        parsed.set_input_fact(0, f32::fact(shape).into()).map_err(|e| words(&e))?;
+        sizes::check(&mut parsed)?;
+        parsed.into_optimized().and_then(|network| network.into_runnable()).map_err(|e| words(&e))
     };
-    build().map_err(|e| format!("cannot be run: {}", words(&e)))
+    // The structure has been checked, but not each attribute of each operator.
+    let built = guarded(build).map_err(broke_off).and_then(|built| built);
+    built.map_err(|fault| format!("cannot be run: {fault}"))
+}
+
+/// What the runtime said when it broke off.
+pub(super) fn broke_off(panic: String) -> String {
+    format!("the runtime (tract) cannot deal with it and broke off: {panic}")
 }
 
 /// The runtime's message without its history.
-fn words(error: &TractError) -> String {
+pub(super) fn words(error: &TractError) -> String {
     let chain: Vec<String> = error.chain().map(ToString::to_string).collect();
     chain.join(": ")
 }

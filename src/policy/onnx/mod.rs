@@ -2,7 +2,10 @@
 //! metadata or in a TOML file beside it (`policy.onnx.toml` beside `policy.onnx`). Out: a [`Policy`](super::Policy), or a
 //! message that says what does not fit, before the drive. Run by tract; written by [`write()`].
 
+pub mod limits;
 mod load;
+mod sizes;
+mod wire;
 mod write;
 
 pub use load::OnnxPolicy;

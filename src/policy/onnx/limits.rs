@@ -1,0 +1,176 @@
+//! How large a network may be, and which operators it may use. In: a file's structure, before the runtime sees it. Out:
+//! nothing, or what cannot be, with node and value. A policy answers within milliseconds, so all limits lie far above one.
+
+use std::collections::BTreeSet;
+use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, tensor_proto::DataType};
+
+/// The most that a file may hold, bytes: 4 million weights.
+pub const MOST_BYTES: u64 = 16 << 20;
+/// The most fields (protobuf) that a file may have: 20 for each of the most nodes, and as many again.
+pub const MOST_FIELDS: usize = 50_000;
+/// How deep its structures may lie within each other; those of a flat network lie 7 deep.
+pub const MOST_DEPTH: usize = 16;
+/// The most bytes of one list of whole numbers.
+pub const MOST_VARINTS: usize = 1 << 18;
+/// The most nodes: the runtime takes a time that grows with their square, 1 s for these.
+pub const MOST_NODES: usize = 1_000;
+/// The most numbers in one tensor.
+pub const MOST_ELEMENTS: usize = 4 << 20;
+/// The most numbers in all tensors of a network together.
+pub const MOST_ELEMENTS_IN_ALL: usize = 8 << 20;
+/// The most dimensions of a tensor.
+pub const MOST_DIMENSIONS: usize = 8;
+/// The most numbers in a tensor of 64-bit whole numbers, with which networks reckon shapes.
+pub const MOST_WHOLE_NUMBERS: usize = 4096;
+/// The most multiplications for one answer: some 10 ms.
+pub const MOST_WORK: f64 = 20e6;
+
+/// Limits in words, for help texts.
+pub const IN_WORDS: &str = "an ONNX file has at most 16 MiB, 1000 nodes, 4 million numbers in a tensor and 20 million \
+                            multiplications for an answer, no random operator and no network within the network";
+
+/// Operators whose result and whose cost follow from the shapes of what they are given, by the alphabet.
+const OPERATORS: &str = "\
+    Abs Acos Acosh Add And ArgMax ArgMin Asin Asinh Atan Atanh BatchNormalization BiasGelu BitShift BitwiseAnd \
+    BitwiseNot BitwiseOr BitwiseXor Cast CastLike Ceil Celu Clip Concat Constant ConstantOfShape Conv Cos Cosh \
+    CumSum DequantizeLinear Div Dropout DynamicQuantizeLinear Elu Equal Erf Exp Expand FastGelu Flatten Floor GRU \
+    Gather GatherElements GatherND Gelu Gemm GlobalAveragePool GlobalMaxPool Greater GreaterOrEqual \
+    GroupNormalization HardSigmoid HardSwish Hardmax Identity InstanceNormalization IsInf IsNaN LSTM \
+    LayerNormalization LeakyRelu Less LessOrEqual Log LogSoftmax LpNormalization MatMul MatMulInteger Max Mean \
+    MeanVarianceNormalization Min Mish Mod Mul Neg Not Or PRelu Pad ParametricSoftplus Pow QuantizeLinear QuickGelu \
+    RMSNormalization RNN Reciprocal ReduceL1 ReduceL2 ReduceLogSum ReduceLogSumExp ReduceMax ReduceMean ReduceMin \
+    ReduceProd ReduceSum ReduceSumSquare Relu Reshape Round Rsqrt ScaledTanh ScatterElements ScatterND Selu Shape \
+    Shrink Sigmoid Sign SimplifiedLayerNormalization Sin Sinh Size Slice Softmax Softplus Softsign Split Sqrt \
+    Squeeze Sub Sum Swish Tan Tanh ThresholdedRelu Tile TopK Transpose Trilu Unsqueeze Where Xor";
+/// Operators that draw numbers: the same drive would not come out the same twice.
+const RANDOM: [&str; 6] =
+    ["Bernoulli", "Multinomial", "RandomNormal", "RandomNormalLike", "RandomUniform", "RandomUniformLike"];
+
+/// Checks the structure of a file.
+///
+/// # Errors
+/// What cannot be, in words.
+pub fn check(model: &ModelProto, graph: &GraphProto) -> Result<(), String> {
+    // Also where it could not be run, so that the message names what matters most.
+    random(graph)?;
+    if !model.functions.is_empty() {
+        return Err("has functions of its own; export it with all of them inlined".into());
+    }
+    let (nodes, weights) = (graph.node.len(), graph.initializer.len());
+    if nodes == 0 {
+        return Err("has no nodes: it computes nothing".into());
+    }
+    if nodes.max(weights) > MOST_NODES {
+        return Err(format!("has {nodes} nodes and {weights} tensors of weights; allowed: {MOST_NODES} of either"));
+    }
+    if !graph.sparse_initializer.is_empty() {
+        return Err("has sparse weights; store them as ordinary ones".into());
+    }
+    let mut known: BTreeSet<&str> = BTreeSet::new();
+    for tensor in &graph.initializer {
+        sized(tensor).map_err(|fault| format!("weights `{}` {fault}", tensor.name))?;
+        if !known.insert(&tensor.name) {
+            return Err(format!("has two tensors of weights `{}`", tensor.name));
+        }
+    }
+    // Old files list their weights among the inputs.
+    known.extend(graph.input.iter().map(|value| value.name.as_str()));
+    for node in &graph.node {
+        let fault = |fault: String| format!("cannot be run: node {}: {fault}", title(node));
+        flat(node).map_err(fault)?;
+        if let Some(name) = node.input.iter().find(|name| !name.is_empty() && !known.contains(name.as_str())) {
+            return Err(fault(format!("its input `{name}` comes from nowhere before it")));
+        }
+        for name in node.output.iter().filter(|name| !name.is_empty()) {
+            if !known.insert(name) {
+                return Err(fault(format!("its output `{name}` is there already")));
+            }
+        }
+    }
+    match graph.output.iter().find(|value| !known.contains(value.name.as_str())) {
+        Some(value) => Err(format!("output `{}` comes from no node", value.name)),
+        None => Ok(()),
+    }
+}
+
+fn title(node: &NodeProto) -> String {
+    let name = if node.name.is_empty() { node.output.first() } else { Some(&node.name) };
+    format!("`{}` ({})", name.map_or("", String::as_str), node.op_type)
+}
+
+/// Refuses operators that draw numbers, wherever they stand.
+fn random(graph: &GraphProto) -> Result<(), String> {
+    for node in &graph.node {
+        if RANDOM.contains(&node.op_type.as_str()) {
+            return Err(format!(
+                "cannot be run: node {}: it draws random numbers, so that a drive could not be driven again the same; \
+                 export the policy for evaluation, with its mean action as output",
+                title(node)
+            ));
+        }
+        for attribute in &node.attribute {
+            attribute.g.iter().chain(&attribute.graphs).try_for_each(random)?;
+        }
+    }
+    Ok(())
+}
+
+/// A node that the limits can be told for.
+fn flat(node: &NodeProto) -> Result<(), String> {
+    let holds_graph = |attribute: &AttributeProto| attribute.g.is_some() || !attribute.graphs.is_empty();
+    if node.attribute.iter().any(holds_graph) || ["If", "Loop", "Scan"].contains(&node.op_type.as_str()) {
+        return Err("it holds a network of its own; a policy is one flat network: export it unrolled".into());
+    }
+    if !OPERATORS.split_whitespace().any(|name| name == node.op_type) {
+        return Err(format!("operator {} is none that a policy may use", node.op_type));
+    }
+    if node.op_type == "Dropout" && node.input.len() > 2 {
+        return Err("it may drop at random; export the policy for evaluation".into());
+    }
+    for attribute in &node.attribute {
+        attribute
+            .t
+            .iter()
+            .chain(&attribute.tensors)
+            .try_for_each(sized)
+            .map_err(|fault| format!("attribute `{}` {fault}", attribute.name))?;
+        if attribute.sparse_tensor.is_some() || !attribute.sparse_tensors.is_empty() {
+            return Err(format!("attribute `{}` is sparse; store it as an ordinary tensor", attribute.name));
+        }
+    }
+    Ok(())
+}
+
+/// A tensor whose data are as many as its shape says, and not too many.
+fn sized(tensor: &TensorProto) -> Result<(), String> {
+    if tensor.dims.len() > MOST_DIMENSIONS {
+        return Err(format!("have {} dimensions; allowed: {MOST_DIMENSIONS}", tensor.dims.len()));
+    }
+    let n = tensor.dims.iter().try_fold(1usize, |n, &dim| n.checked_mul(usize::try_from(dim).ok()?));
+    let Some(n) = n.filter(|n| *n <= MOST_ELEMENTS) else {
+        return Err(format!("have the shape {:?}; allowed: at most {MOST_ELEMENTS} numbers", tensor.dims));
+    };
+    if tensor.data_location.is_some_and(|place| place != 0) || !tensor.external_data.is_empty() {
+        return Err("lie in another file; export the policy as one file".into());
+    }
+    let kind = DataType::try_from(tensor.data_type).unwrap_or(DataType::Undefined);
+    let (bytes, listed) = match kind {
+        DataType::Float => (4, tensor.float_data.len()),
+        DataType::Double => (8, tensor.double_data.len()),
+        DataType::Int64 => (8, tensor.int64_data.len()),
+        DataType::Int32 | DataType::Uint32 => (4, tensor.int32_data.len()),
+        DataType::Int8 | DataType::Uint8 | DataType::Bool => (1, tensor.int32_data.len()),
+        DataType::Int16 | DataType::Uint16 | DataType::Float16 => (2, tensor.int32_data.len()),
+        DataType::Uint64 => (8, tensor.int64_data.len()),
+        _ => return Err(format!("are of the type {}; allowed: numbers of 8 to 64 bits", kind.as_str_name())),
+    };
+    if matches!(kind, DataType::Int64 | DataType::Uint64) && n > MOST_WHOLE_NUMBERS {
+        return Err(format!("are {n} whole numbers of 64 bits; allowed: {MOST_WHOLE_NUMBERS}"));
+    }
+    let found = if tensor.raw_data.is_empty() { listed } else { tensor.raw_data.len() / bytes };
+    let whole = tensor.raw_data.len().is_multiple_of(bytes);
+    if found != n || !whole {
+        return Err(format!("have the shape {:?}, that is {n} numbers, but hold {found}", tensor.dims));
+    }
+    Ok(())
+}

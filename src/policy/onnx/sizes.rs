@@ -1,0 +1,148 @@
+//! How large a network's tensors become. In: the network as the runtime has parsed it, with the shape of its input. Out:
+//! nothing, with all shapes known, or the node that is too large. The runtime reckons with constants as soon as it knows
+//! them; here each node says the shape of its result first, and only then is it let reckon.
+
+use super::limits::{MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_WHOLE_NUMBERS, MOST_WORK};
+use crate::foreign::guarded;
+use tract_onnx::{
+    prelude::*,
+    tract_hir::infer::{Factoid, InferenceFact, InferenceModel},
+};
+
+/// Passes over the nodes: what a later node tells about an earlier one is known in the next.
+const PASSES: usize = 3;
+
+/// Finds the shape of every tensor, in the order of the file.
+///
+/// # Errors
+/// A tensor or the whole is too large, a size is negative or cannot be told; in words.
+pub fn check(model: &mut InferenceModel) -> Result<(), String> {
+    let mut left = None;
+    for _ in 0..PASSES {
+        left = None;
+        let (mut elements, mut work) = (0, 0.0);
+        for id in 0..model.nodes().len() {
+            let name = format!("node `{}` ({})", model.node(id).name, model.node(id).op.name());
+            let fault = |fault: String| format!("{name}: {fault}");
+            let shaped = guarded(|| told(model, id)).map_err(super::load::broke_off).and_then(|told| told);
+            if !shaped.map_err(fault)? {
+                left = Some(name);
+                continue;
+            }
+            for outlet in 0..model.node(id).outputs.len() {
+                elements +=
+                    shape_of(&model.node(id).outputs[outlet].fact).map_err(fault)?.iter().flatten().product::<usize>();
+            }
+            work += work_of(model, id);
+            if elements > MOST_ELEMENTS_IN_ALL {
+                return Err(fault(format!(
+                    "with it all tensors together have {elements} numbers; allowed: {MOST_ELEMENTS_IN_ALL}"
+                )));
+            }
+            if work > MOST_WORK {
+                return Err(fault(format!(
+                    "with it one answer takes {work:.0} multiplications; allowed: {MOST_WORK:.0}"
+                )));
+            }
+        }
+        if left.is_none() {
+            return Ok(());
+        }
+    }
+    Err(left.map_or_else(String::new, |name| {
+        format!("{name}: the size of its result cannot be told before it is run; export the policy with fixed shapes")
+    }))
+}
+
+/// What is known of the tensors around a node: those it takes, gives and looks at.
+struct Around {
+    takes: Vec<OutletId>,
+    gives: Vec<OutletId>,
+    looks_at: Vec<OutletId>,
+}
+
+impl Around {
+    fn new(model: &InferenceModel, id: usize) -> TractResult<Self> {
+        let node = model.node(id);
+        let gives = (0..node.outputs.len()).map(|slot| OutletId::new(id, slot)).collect();
+        Ok(Self { takes: node.inputs.to_vec(), gives, looks_at: node.op.observe_outlets(model, node)? })
+    }
+}
+
+fn facts(model: &InferenceModel, outlets: &[OutletId]) -> TractResult<Vec<InferenceFact>> {
+    outlets.iter().map(|outlet| model.outlet_fact(*outlet).cloned()).collect()
+}
+
+/// Lets a node tell about the tensors around it, its results' shapes first. False if one of those is not known yet.
+fn told(model: &mut InferenceModel, id: usize) -> Result<bool, String> {
+    let error = |e: TractError| super::load::words(&e);
+    let around = Around::new(model, id).map_err(error)?;
+    let takes = facts(model, &around.takes).map_err(error)?;
+    let gives = facts(model, &around.gives).map_err(error)?;
+    let looks_at = facts(model, &around.looks_at).map_err(error)?;
+    let op = &mut model.node_mut(id).op;
+    let shapes =
+        op.infer_facts(takes.iter().collect(), gives.iter().collect(), looks_at.iter().collect()).map_err(error)?.1;
+    for fact in &shapes {
+        if shape_of(fact)?.is_none() {
+            return Ok(false);
+        }
+    }
+    let (takes, gives, _) =
+        op.infer(takes.iter().collect(), gives.iter().collect(), looks_at.iter().collect()).map_err(error)?;
+    for (outlet, fact) in around.takes.iter().zip(&takes).chain(around.gives.iter().zip(&gives)) {
+        let known = model.outlet_fact(*outlet).and_then(|known| known.unify(fact)).map_err(error)?;
+        model.set_outlet_fact(*outlet, known).map_err(error)?;
+    }
+    Ok(true)
+}
+
+/// The shape of a tensor, if it is known.
+fn shape_of(fact: &InferenceFact) -> Result<Option<Vec<usize>>, String> {
+    let Some(dims) = fact.shape.concretize() else { return Ok(None) };
+    let Some(sizes) = dims.iter().map(TDim::as_i64).collect::<Option<Vec<i64>>>() else { return Ok(None) };
+    if sizes.len() > MOST_DIMENSIONS {
+        return Err(format!("its result has {} dimensions; allowed: {MOST_DIMENSIONS}", sizes.len()));
+    }
+    let n = sizes.iter().try_fold(1usize, |n, &size| n.checked_mul(usize::try_from(size).ok()?));
+    // With a size of 0 among them, others could still be of any size.
+    let Some(n) = n.filter(|n| *n <= MOST_ELEMENTS && sizes.iter().all(|size| *size <= MOST_ELEMENTS as i64)) else {
+        return Err(format!(
+            "its result has the shape {sizes:?}; allowed: sizes of 0 or more, {MOST_ELEMENTS} numbers"
+        ));
+    };
+    let kind = fact.datum_type.concretize();
+    if n > MOST_WHOLE_NUMBERS && kind.is_some_and(|kind| kind.is_tdim() || kind == i64::datum_type()) {
+        return Err(format!("its result has {n} whole numbers of 64 bits; allowed: {MOST_WHOLE_NUMBERS}"));
+    }
+    Ok(Some(sizes.into_iter().map(|size| size as usize).collect()))
+}
+
+/// About how many multiplications a node takes, never too few by much.
+fn work_of(model: &InferenceModel, id: usize) -> f64 {
+    let Ok((inputs, outputs)) = model.node_facts(id) else { return 0.0 };
+    let known = |facts: &[&InferenceFact]| -> Vec<Vec<usize>> {
+        facts.iter().map(|fact| shape_of(fact).ok().flatten().unwrap_or_default()).collect()
+    };
+    let (inputs, outputs) = (known(&inputs), known(&outputs));
+    let numbers = |shape: &Vec<usize>| shape.iter().product::<usize>() as f64;
+    let touched: f64 = inputs.iter().chain(&outputs).map(numbers).sum();
+    let name = model.node(id).op.name().into_owned();
+    touched
+        + match (inputs.as_slice(), outputs.as_slice()) {
+            // [m, k] by [k, n] gives [m, n] with m k n multiplications, the root of all three sizes' product.
+            ([a, b, ..], [c, ..]) if ["Gemm", "MatMul"].iter().any(|known| name.contains(known)) => {
+                (numbers(a) * numbers(b) * numbers(c)).sqrt()
+            }
+            // Each number of the result sees the weights of its channel.
+            ([_, weights, ..], [c, ..]) if name.contains("Conv") => {
+                numbers(c) * numbers(weights) / weights.first().copied().unwrap_or(1).max(1) as f64
+            }
+            // Each row of each moment sees all weights.
+            ([rows, weights @ ..], _) if ["LSTM", "GRU", "RNN"].iter().any(|known| name.contains(known)) => {
+                let moments: usize = rows.iter().take(2).product();
+                moments as f64 * weights.iter().map(numbers).sum::<f64>()
+            }
+            _ => 0.0,
+        }
+}

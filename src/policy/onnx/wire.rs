@@ -1,0 +1,147 @@
+//! An ONNX file before it is read. In: its bytes. Out: nothing, or what about it is too large. The file is a protobuf: two
+//! bytes of it can become a structure of some hundred bytes, and one byte a number of eight. So its fields are counted as
+//! they stand in the bytes, by the same rules by which the reader makes structures of them, before it makes one.
+
+use super::limits::{MOST_DEPTH, MOST_FIELDS, MOST_VARINTS};
+
+/// Messages of ONNX that hold others or lists of numbers.
+#[derive(Clone, Copy, PartialEq)]
+enum Message {
+    Model,
+    Graph,
+    Node,
+    Attribute,
+    Tensor,
+    Sparse,
+    Value,
+    Type,
+    TensorType,
+    Shape,
+    Training,
+    Function,
+    /// Any other; its own fields are few.
+    Leaf,
+}
+
+/// What a field of bytes holds.
+enum Holds {
+    Message(Message),
+    /// Numbers of variable length, one byte or more each.
+    Varints,
+    /// Text, bytes, or numbers of fixed size.
+    Bytes,
+}
+
+fn held(message: Message, field: u64) -> Holds {
+    use Holds::{Bytes, Varints};
+    use Message::{
+        Attribute, Function, Graph, Leaf, Model, Node, Shape, Sparse, Tensor, TensorType, Training, Type, Value,
+    };
+    Holds::Message(match (message, field) {
+        (Model, 7) | (Attribute, 6 | 11) | (Training, 1 | 2) => Graph,
+        (Model, 8 | 14) | (Graph, 14) | (Tensor, 3 | 13) | (Shape, 1) | (Training, 3 | 4) | (Function, 9) => Leaf,
+        (Model, 20) => Training,
+        (Model, 25) => Function,
+        (Graph, 1) | (Function, 7) => Node,
+        (Graph, 5) | (Attribute, 5 | 10) | (Sparse, 1 | 2) => Tensor,
+        (Graph, 15) | (Attribute, 22 | 23) => Sparse,
+        (Graph, 11..=13) => Value,
+        (Node, 5) => Attribute,
+        (Attribute, 14 | 15) | (Value, 2) => Type,
+        (Type, 1) => TensorType,
+        (TensorType, 2) => Shape,
+        (Attribute, 8) | (Tensor, 1 | 5 | 7 | 11) | (Sparse, 3) => return Varints,
+        _ => return Bytes,
+    })
+}
+
+/// Walks through a file.
+///
+/// # Errors
+/// It is cut or no protobuf, or has more of something than the limits allow; in words.
+pub fn check(bytes: &[u8]) -> Result<(), String> {
+    let mut fields = 0;
+    walk(bytes, Message::Model, 0, &mut fields)
+}
+
+fn walk(mut bytes: &[u8], message: Message, depth: usize, fields: &mut usize) -> Result<(), String> {
+    const CUT: &str = "is no ONNX file: it is damaged or cut";
+    if depth > MOST_DEPTH {
+        return Err(format!("holds networks within networks over {MOST_DEPTH} deep; that is no policy"));
+    }
+    while !bytes.is_empty() {
+        *fields += 1;
+        if *fields > MOST_FIELDS {
+            return Err(format!("has more than {MOST_FIELDS} fields; a policy is smaller"));
+        }
+        let tag = varint(&mut bytes).ok_or(CUT)?;
+        let skip = match tag & 7 {
+            0 => {
+                varint(&mut bytes).ok_or(CUT)?;
+                0
+            }
+            1 => 8,
+            5 => 4,
+            2 => usize::try_from(varint(&mut bytes).ok_or(CUT)?).map_err(|_| CUT)?,
+            // Groups, which ONNX has none of.
+            _ => return Err(CUT.into()),
+        };
+        let (inside, rest) = bytes.split_at_checked(skip).ok_or(CUT)?;
+        bytes = rest;
+        if tag & 7 != 2 {
+            continue;
+        }
+        match held(message, tag >> 3) {
+            Holds::Message(inner) => walk(inside, inner, depth + 1, fields)?,
+            Holds::Varints if inside.len() > MOST_VARINTS => {
+                return Err(format!(
+                    "has a list of whole numbers of {} bytes; allowed: {MOST_VARINTS} (weights are stored as raw data)",
+                    inside.len()
+                ));
+            }
+            Holds::Varints | Holds::Bytes => {}
+        }
+    }
+    Ok(())
+}
+
+fn varint(bytes: &mut &[u8]) -> Option<u64> {
+    let mut value = 0;
+    for i in 0..10 {
+        let (byte, rest) = bytes.split_first()?;
+        *bytes = rest;
+        value |= u64::from(byte & 0x7f) << (7 * i);
+        if byte & 0x80 == 0 {
+            return Some(value);
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_empty_nodes_is_refused_before_it_is_read() {
+        // 16 MiB of these would become 1.7 GB.
+        let graph = [0x0a, 0x00].repeat(MOST_FIELDS);
+        let mut file = vec![0x3a];
+        let mut size = graph.len();
+        while size > 0x7f {
+            file.push(size as u8 | 0x80);
+            size >>= 7;
+        }
+        file.push(size as u8);
+        file.extend(graph);
+        assert!(check(&file).unwrap_err().starts_with("has more than"));
+    }
+
+    #[test]
+    fn a_cut_file_is_named_as_such() {
+        for bytes in [&[0x3a][..], &[0x3a, 0x05, 0x00], &[0x3b, 0x00], &[0x80; 11], &[0x39, 0, 0]] {
+            assert_eq!(check(bytes).unwrap_err(), "is no ONNX file: it is damaged or cut");
+        }
+        assert_eq!(check(&[]), Ok(()));
+    }
+}
