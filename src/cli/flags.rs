@@ -17,7 +17,8 @@ pub fn add(command: Command) -> Command {
         .value_parser(value_parser!(PathBuf))
         .help("Scenario file (TOML, at most 1 MiB); flags beside it win over what it says")
         .help_heading(HEADING);
-    add_fields(command.arg(file), &fields(), HEADING)
+    let limits = format!("Limits: {}; {}.", crate::map::limits::IN_WORDS, crate::policy::onnx::limits::IN_WORDS);
+    add_fields(command.arg(file), &fields(), HEADING).after_help(limits)
 }
 
 /// Adds a flag for each of these settings, and one for each table of them.

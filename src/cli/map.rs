@@ -14,8 +14,13 @@ pub(super) fn command() -> Command {
         .value_name("DIR")
         .value_parser(value_parser!(PathBuf))
         .help("Folder of the new map [default: maps/NAME]");
+    let whole = |id: &'static str, name: &'static str, range: std::ops::RangeInclusive<u64>, default: u64| {
+        let parser = value_parser!(u64).range(range);
+        Arg::new(id).long(id).value_name(name).value_parser(parser).default_value(default.to_string())
+    };
     Command::new("map")
         .about("Make, import and list road networks")
+        .after_help(format!("Limits: {}; a file to import has at most 256 MiB.", map::limits::IN_WORDS))
         .subcommand_required(true)
         .subcommand(Command::new("list").about("List the maps that --map knows"))
         .subcommand(
@@ -36,7 +41,15 @@ pub(super) fn command() -> Command {
             Command::new("import")
                 .about("Import a SUMO net.xml, OpenDRIVE (.xodr) or OpenStreetMap (.osm) file as a map")
                 .arg(Arg::new("file").required(true).value_name("FILE").value_parser(value_parser!(PathBuf)))
-                .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the map [default: the file's]")),
+                .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the map [default: the file's]"))
+                .arg(
+                    whole("time-limit", "SECS", 1..=86_400, map::import::SECONDS)
+                        .help("How long netconvert may run, 1 to 86400 s"),
+                )
+                .arg(
+                    whole("memory-limit", "MIB", 256..=1_048_576, map::import::MEMORY_MIB)
+                        .help("How much memory netconvert may have, 256 to 1048576 MiB"),
+                ),
         )
 }
 
@@ -86,7 +99,10 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     // `a.net.xml` and `a.osm` both become `a`.
     let stem = file.file_name().unwrap_or_default().to_string_lossy().split('.').next().unwrap_or_default().to_owned();
     let name = matches.get_one::<String>("name").unwrap_or(&stem);
-    tell(&map::import(file, name)?, name)
+    let number = |id: &str| matches.get_one::<u64>(id).copied().unwrap_or_default();
+    let stop = super::stop_on_ctrl_c();
+    let bounds = map::import::Bounds { seconds: number("time-limit"), memory_mib: number("memory-limit"), stop: &stop };
+    tell(&map::import(file, name, &bounds)?, name)
 }
 
 /// Says what was made, from the files themselves; `drive` is what `--map` takes.

@@ -150,7 +150,10 @@ impl From<WorldError> for CliError {
 
 impl From<MapError> for CliError {
     fn from(error: MapError) -> Self {
-        Self::Input(error.to_string())
+        match error {
+            MapError::Interrupted { .. } => Self::Failed(error.to_string()),
+            other => Self::Input(other.to_string()),
+        }
     }
 }
 

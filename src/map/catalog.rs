@@ -1,7 +1,8 @@
 //! The maps that are here. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a folder
 //! `maps/<name>/` with `net.xml` and `map.toml`.
 
-use super::{MapError, RoadMap, cycle::route_of, net_xml::Net};
+use super::{MapError, RoadMap, cycle::route_of, limits::MOST_BYTES, net_xml::Net};
+use crate::file::{SETTINGS_BYTES, read_text};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -104,7 +105,7 @@ impl RoadMap {
 
     /// Loads a `net.xml` with the edges of its route, or with the longest loop that it has.
     fn load_file(net_file: &Path, route: Option<&[String]>) -> Result<Self, MapError> {
-        let text = read(net_file)?;
+        let text = read(net_file, MOST_BYTES)?;
         let net = Net::parse(net_file, &text)?;
         let route = route_of(net_file, &net, route)?;
         let file_name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -113,9 +114,9 @@ impl RoadMap {
     }
 }
 
-/// The text of a file.
-pub(super) fn read(file: &Path) -> Result<String, MapError> {
-    std::fs::read_to_string(file).map_err(|source| match source.kind() {
+/// The text of a file of at most `limit` bytes.
+pub(super) fn read(file: &Path, limit: u64) -> Result<String, MapError> {
+    read_text(file, limit).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => MapError::Missing { file: file.into() },
         std::io::ErrorKind::InvalidData => {
             MapError::NotXml { file: file.into(), line: 1, column: 1, message: "it is not UTF-8 text".into() }
@@ -129,6 +130,6 @@ fn read_map_file(folder: &Path) -> Result<Option<MapFile>, MapError> {
     if !file.exists() {
         return Ok(None);
     }
-    let parsed = toml::from_str(&read(&file)?);
+    let parsed = toml::from_str(&read(&file, SETTINGS_BYTES)?);
     parsed.map(Some).map_err(|error| MapError::Toml { file, message: error.to_string() })
 }

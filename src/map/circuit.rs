@@ -6,7 +6,7 @@ use super::{
     MapError, catalog,
     write::{RoadEdge, net_xml, write_folder},
 };
-use crate::private;
+use crate::{file::SETTINGS_BYTES, private};
 use glam::{DMat2, DVec2};
 use serde::Deserialize;
 use std::path::Path;
@@ -15,6 +15,10 @@ use std::path::Path;
 const CLEARANCE_M: f64 = 15.0;
 /// Parts closer than this along the lane are neighbours, metres.
 const NEIGHBOURS_M: f64 = 60.0;
+/// The longest circuit, metres, and the most pieces: points are 1 m apart and each is compared with each.
+const LONGEST_M: f64 = 20_000.0;
+/// See [`LONGEST_M`].
+const MOST_PIECES: usize = 200;
 /// The shortest piece, metres: two cars.
 const SHORTEST_M: f64 = 10.0;
 
@@ -72,10 +76,13 @@ pub struct Made {
 /// If the file is absent, has unknown keys or wrong values, its bends do not add up to one turn, the straights to solve
 /// are not two that can close it, or two parts of the lane come too close.
 pub fn make(file: &Path) -> Result<Made, MapError> {
-    let text = catalog::read(file)?;
+    let text = catalog::read(file, SETTINGS_BYTES)?;
     let circuit: Circuit =
         toml::from_str(&text).map_err(|error| MapError::Toml { file: file.into(), message: error.to_string() })?;
     let problem = |problem: String| MapError::Circuit { file: file.into(), problem };
+    if circuit.pieces.len() > MOST_PIECES {
+        return Err(problem(format!("there are {} pieces; allowed: at most {MOST_PIECES}", circuit.pieces.len())));
+    }
     let mut curves = Vec::new();
     for piece in &circuit.pieces {
         let line = text[..piece.span().start].matches('\n').count() + 1;
@@ -85,7 +92,9 @@ pub fn make(file: &Path) -> Result<Made, MapError> {
     if !(2.5..=10.0).contains(&circuit.width_m) {
         return Err(problem(format!("width_m is {}; allowed: 2.5 to 10", circuit.width_m)));
     }
+    check_length(&curves).map_err(problem)?;
     let curves = close(curves).map_err(problem)?;
+    check_length(&curves).map_err(problem)?;
     let road = centred(lay(&curves, circuit.width_m));
     check_clearance(&road).map_err(problem)?;
     let comment = "A circuit made by codrive from circuit.toml.";
@@ -168,6 +177,12 @@ impl Curve {
         }
         points
     }
+}
+
+fn check_length(curves: &[Curve]) -> Result<(), String> {
+    let length_m: f64 = curves.iter().map(|curve| curve.length_m).sum();
+    let fits = length_m <= LONGEST_M;
+    fits.then_some(()).ok_or_else(|| format!("the circuit is {length_m:.0} m long; allowed: at most {LONGEST_M} m"))
 }
 
 /// Heading at the start of each piece, radians; the first heads east.

@@ -3,10 +3,14 @@
 
 use super::{
     Lane, MapError, Route,
-    net_xml::{Link, Net},
+    limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
+    net_xml::Net,
 };
 use glam::DVec2;
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 /// How many lanes the search for the longest loop may visit in all; 2 million take about 0.1 s.
 const SEARCH_STEPS: usize = 2_000_000;
@@ -20,15 +24,65 @@ pub(super) fn route_of(file: &Path, net: &Net, edges: Option<&[String]>) -> Resu
         None => longest_loop(file, net)?,
     };
     let mut lanes = Vec::new();
+    let mut declared_m = 0.0;
     for (k, &entered) in chain.iter().enumerate() {
         let next = chain[(k + 1) % chain.len()];
         let left = lane_towards(net, entered, next);
+        for lane in [entered, left] {
+            check_stretch(file, &net.lanes[lane].lane)?;
+        }
+        // A change of lanes makes a point each 2 m.
+        declared_m += net.lanes[entered].lane.length_m.max(net.lanes[left].lane.length_m);
+        check_length(file, declared_m)?;
         lanes.push(change_lanes(&net.lanes[entered].lane, &net.lanes[left].lane));
         lanes.extend(inside(net, left, next).into_iter().map(|lane| net.lanes[lane].lane.clone()));
     }
     extend_points(&mut lanes);
+    check_gaps(file, &lanes)?;
     bridge_gaps(&mut lanes);
     Ok(Route::new(lanes))
+}
+
+fn check_length(file: &Path, length_m: f64) -> Result<(), MapError> {
+    if length_m <= LONGEST_ROUTE_M {
+        return Ok(());
+    }
+    let (what, value) = ("the length of the closed route".into(), format!("over {length_m:.0} m"));
+    Err(MapError::Limit { file: file.into(), what, value, allowed: format!("at most {LONGEST_ROUTE_M} m") })
+}
+
+fn shape_length_m(shape: &[DVec2]) -> f64 {
+    shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
+}
+
+/// Positions are declared metres and cars drive drawn ones: one may be longer than the other, but not by a hundred times.
+/// Lanes of less than a metre, as there are inside junctions, are let be.
+fn check_stretch(file: &Path, lane: &Lane) -> Result<(), MapError> {
+    let drawn_m = shape_length_m(&lane.shape);
+    if drawn_m.max(lane.length_m) < 1.0 || (0.01..=100.0).contains(&(lane.length_m / drawn_m)) {
+        return Ok(());
+    }
+    let what = format!("the declared length of lane \"{}\" on the route", lane.id);
+    let (value, allowed) =
+        (format!("{} m", lane.length_m), format!("0.01 to 100 times that of its shape, {drawn_m:.3} m"));
+    Err(MapError::Limit { file: file.into(), what, value, allowed })
+}
+
+/// The route as it will be drawn is not too long, and no hole in it too wide to be bridged.
+fn check_gaps(file: &Path, lanes: &[Lane]) -> Result<(), MapError> {
+    let mut drawn_m = 0.0;
+    for (k, lane) in lanes.iter().enumerate() {
+        let next = &lanes[(k + 1) % lanes.len()];
+        let gap_m = lane.shape[lane.shape.len() - 1].distance(next.shape[0]);
+        if gap_m > WIDEST_GAP_M {
+            let what = format!("the hole in the route between lanes \"{}\" and \"{}\"", lane.id, next.id);
+            let (value, allowed) = (format!("{gap_m:.1} m"), format!("at most {WIDEST_GAP_M} m"));
+            return Err(MapError::Limit { file: file.into(), what, value, allowed });
+        }
+        drawn_m += shape_length_m(&lane.shape) + gap_m;
+        check_length(file, drawn_m)?;
+    }
+    Ok(())
 }
 
 /// Which links a search may use.
@@ -64,7 +118,7 @@ fn links_by_lane(net: &Net, allowed: Allowed) -> Vec<Vec<usize>> {
 
 /// The lane by which an edge is left for `next`: the one that was entered if it leads there, else the right-most that does.
 fn lane_towards(net: &Net, entered: usize, next: usize) -> usize {
-    let leads = |lane: &usize| net.links.iter().any(|link| link.from == *lane && link.to == next);
+    let leads = |lane: &usize| net.link(*lane, next).is_some();
     std::iter::once(entered).chain(beside(net, entered)).find(leads).unwrap_or(entered)
 }
 
@@ -130,36 +184,46 @@ fn longest_without_crossing(net: &Net, next: &[Vec<usize>]) -> Option<Vec<usize>
 
 /// Takes away, again and again, lanes that lead nowhere or that nothing leads to.
 fn peel(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
-    let mut next = next.to_vec();
-    loop {
-        let mut reached = vec![false; next.len()];
-        next.iter().flatten().for_each(|&goal| reached[goal] = true);
-        let alive: Vec<bool> = (0..next.len()).map(|lane| reached[lane] && !next[lane].is_empty()).collect();
-        let before: usize = next.iter().map(Vec::len).sum();
-        for (lane, goals) in next.iter_mut().enumerate() {
-            goals.retain(|&goal| alive[lane] && alive[goal]);
-        }
-        if next.iter().map(Vec::len).sum::<usize>() == before {
-            return next;
+    let mut before = vec![Vec::new(); next.len()];
+    for (lane, goals) in next.iter().enumerate() {
+        goals.iter().for_each(|&goal| before[goal].push(lane));
+    }
+    let mut ways_in: Vec<usize> = before.iter().map(Vec::len).collect();
+    let mut ways_out: Vec<usize> = next.iter().map(Vec::len).collect();
+    let mut gone: Vec<bool> = (0..next.len()).map(|lane| ways_in[lane] == 0 || ways_out[lane] == 0).collect();
+    let mut left: Vec<usize> = (0..next.len()).filter(|&lane| gone[lane]).collect();
+    while let Some(lane) = left.pop() {
+        for (others, ways) in [(&next[lane], &mut ways_in), (&before[lane], &mut ways_out)] {
+            for &other in others {
+                ways[other] -= 1;
+                if ways[other] == 0 && !gone[other] {
+                    gone[other] = true;
+                    left.push(other);
+                }
+            }
         }
     }
+    let kept = |lane: usize| next[lane].iter().copied().filter(|&goal| !gone[lane] && !gone[goal]).collect();
+    (0..next.len()).map(kept).collect()
 }
 
 /// The shortest loop through the first lane that has one, counted in lanes.
 fn any_loop(next: &[Vec<usize>]) -> Option<Vec<usize>> {
     let next = peel(next);
+    let mut steps = 0;
     (0..next.len()).filter(|&lane| !next[lane].is_empty()).find_map(|start| {
+        let start = if steps < SEARCH_STEPS { start } else { on_a_loop(&next, start) };
         let mut came_from = BTreeMap::new();
         let mut queue = std::collections::VecDeque::from([start]);
         while let Some(lane) = queue.pop_front() {
             if next[lane].contains(&start) {
-                let mut chain = vec![lane];
-                while chain[0] != start {
-                    chain.insert(0, came_from[&chain[0]]);
-                }
+                let mut chain: Vec<usize> =
+                    std::iter::successors(Some(lane), |lane| came_from.get(lane).copied()).collect();
+                chain.reverse();
                 return Some(chain);
             }
             for &goal in &next[lane] {
+                steps += 1;
                 if goal != start && !came_from.contains_key(&goal) {
                     came_from.insert(goal, lane);
                     queue.push_back(goal);
@@ -170,18 +234,30 @@ fn any_loop(next: &[Vec<usize>]) -> Option<Vec<usize>> {
     })
 }
 
+/// A lane on a loop that can be reached from `lane`, in a network that has been peeled: the first that comes twice.
+fn on_a_loop(next: &[Vec<usize>], mut lane: usize) -> usize {
+    let mut seen = vec![false; next.len()];
+    while !std::mem::replace(&mut seen[lane], true) {
+        lane = next[lane][0];
+    }
+    lane
+}
+
 /// The lanes along the edges that a person named, the right-most that lead all the way round.
 fn along(file: &Path, net: &Net, edges: &[String]) -> Result<Vec<usize>, MapError> {
+    let outside = net.edges.iter().enumerate().filter(|(_, edge)| !edge.internal);
+    let index_of: BTreeMap<&str, usize> = outside.map(|(index, edge)| (edge.id.as_str(), index)).collect();
+    let mut named = BTreeSet::new();
     let mut indices = Vec::new();
-    for (k, id) in edges.iter().enumerate() {
+    for id in edges {
         let bad = |problem| {
             let known: Vec<&str> = net.edges.iter().filter(|e| !e.internal).map(|e| e.id.as_str()).collect();
             MapError::RouteEdge { file: file.into(), edge: id.clone(), problem, known: super::listed(&known) }
         };
-        if edges[..k].contains(id) {
+        if !named.insert(id) {
             return Err(bad("is named twice"));
         }
-        indices.push(net.edge(id).ok_or_else(|| bad("does not exist"))?);
+        indices.push(*index_of.get(id.as_str()).ok_or_else(|| bad("does not exist"))?);
     }
     let mut furthest = 0;
     for changes in [false, true] {
@@ -226,12 +302,12 @@ fn along(file: &Path, net: &Net, edges: &[String]) -> Result<Vec<usize>, MapErro
 
 /// The lanes inside the junction between two lanes that are linked, in driving order.
 fn inside(net: &Net, from: usize, to: usize) -> Vec<usize> {
-    let link_from = |lane: usize| net.links.iter().find(|link| link.from == lane && link.to == to);
     let mut lanes = Vec::new();
-    let mut via = link_from(from).and_then(|link: &Link| link.via);
-    while let Some(lane) = via.filter(|lane| !lanes.contains(lane)) {
+    let mut via = net.link(from, to).and_then(|link| link.via);
+    // netconvert makes two or three of them; a network that leads in circles inside a junction is not followed.
+    while let Some(lane) = via.filter(|lane| lanes.len() < 16 && !lanes.contains(lane)) {
         lanes.push(lane);
-        via = link_from(lane).and_then(|link| link.via);
+        via = net.link(lane, to).and_then(|link| link.via);
     }
     lanes
 }
@@ -253,7 +329,7 @@ fn change_lanes(entered: &Lane, left: &Lane) -> Lane {
 
 /// The point at `fraction` (0..1) of a shape's length.
 fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
-    let mut rest_m = fraction * shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f64>();
+    let mut rest_m = fraction * shape_length_m(shape);
     for pair in shape.windows(2) {
         let length_m = pair[0].distance(pair[1]);
         if rest_m < length_m {

@@ -41,6 +41,18 @@ pub enum MapError {
         /// Name of the root element.
         found: String,
     },
+    /// Larger than what is read.
+    #[error("{}: {what} is {value}; allowed: {allowed}", file.display())]
+    Limit {
+        /// Which file.
+        file: PathBuf,
+        /// Which size.
+        what: String,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        allowed: String,
+    },
     /// An attribute is absent or cannot be used.
     #[error("{}:{line}: {element}: {attribute} is {value}; allowed: {allowed}", file.display())]
     Value {
@@ -125,11 +137,21 @@ pub enum MapError {
         /// Where it was expected.
         program: PathBuf,
     },
+    /// Someone ended the import.
+    #[error("{}: the import was ended; nothing is left of it", file.display())]
+    Interrupted {
+        /// What was to be imported.
+        file: PathBuf,
+    },
     /// SUMO's converter did not accept the file.
-    #[error("{}: netconvert failed: {message}", file.display())]
+    #[error("{}: netconvert failed: {message}\n  it may take {seconds} s (--time-limit) and {memory_mib} MiB (--memory-limit)", file.display())]
     Netconvert {
         /// What was to be converted.
         file: PathBuf,
+        /// How long it may run, seconds.
+        seconds: u64,
+        /// How much memory it may have, MiB.
+        memory_mib: u64,
         /// Its own words.
         message: String,
     },

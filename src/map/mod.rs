@@ -8,7 +8,11 @@ mod catalog;
 pub mod circuit;
 mod cycle;
 mod error;
-mod import;
+pub mod import;
+#[cfg(test)]
+mod limit_tests;
+pub mod limits;
+mod net_check;
 #[cfg(test)]
 mod net_tests;
 mod net_xml;

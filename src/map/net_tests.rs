@@ -14,6 +14,11 @@ fn load(path: &Path) -> Result<RoadMap, MapError> {
     RoadMap::load(path.to_str().unwrap())
 }
 
+fn bounds(seconds: u64) -> import::Bounds<'static> {
+    static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+    import::Bounds { seconds, memory_mib: import::MEMORY_MIB, stop: &STOP }
+}
+
 /// The edges driven on outside junctions, in order.
 fn edges(map: &RoadMap) -> Vec<&str> {
     map.route.lanes().iter().map(|lane| lane.edge.as_str()).filter(|edge| !edge.starts_with(':')).collect()
@@ -112,7 +117,12 @@ fn a_corrupt_network_is_refused_with_file_line_value_and_remedy() {
     let lane = line_of("id=\"bc_0\"");
     let link = line_of("from=\"ab\" to=\"bc\"");
     let cases = [
-        ("length=\"46.50\"", "length=\"0\"", lane, "lane \"bc_0\": length is \"0\"; allowed: a finite number above 0"),
+        (
+            "length=\"46.50\"",
+            "length=\"0\"",
+            lane,
+            "lane \"bc_0\": length is \"0\"; allowed: a number from 0.001 to 100000 m",
+        ),
         ("length=\"46.50\"", "length=\"nan\"", lane, "length is \"nan\""),
         ("length=\"46.50\"", "", lane, "length is absent"),
         ("141.60,5.50 141.60,52.00", "", lane, "lane \"bc_0\": shape is \"\"; allowed: two or more different points"),
@@ -196,7 +206,7 @@ fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() 
     let netconvert = sumo.join("bin/netconvert");
     assert!(netconvert.is_file(), "{}: run scripts/setup first", netconvert.display());
     let maps = folder.path().join("maps");
-    let import = |file: &Path, name: &str| import::import_into(&maps, &netconvert, file, name);
+    let import = |file: &Path, name: &str| import::import_into(&maps, &netconvert, file, name, &bounds(60));
 
     let osm = folder.path().join("block.osm");
     let block = |ways: &str| {
@@ -232,7 +242,7 @@ fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() 
     assert!(message(import(&folder.path().join("maps/copy/map.toml"), "no")).contains("allowed: a file .xodr"));
     fs::write(&osm, "<osm version=\"0.6\"><node id=").unwrap();
     assert!(message(import(&osm, "no")).contains("block.osm: netconvert failed: "));
-    let absent = import::import_into(&maps, Path::new("nowhere/netconvert"), &osm, "no");
+    let absent = import::import_into(&maps, Path::new("nowhere/netconvert"), &osm, "no", &bounds(60));
     assert!(message(absent).contains("netconvert is not at nowhere/netconvert\n  remedy: run scripts/setup"));
     let text = fs::read_to_string(&net).unwrap();
     let open: String = text.lines().filter(|line| !line.contains("<connection from=\"e3\"")).collect();

@@ -1,10 +1,18 @@
 //! SUMO's network file as data. In: the text of a `net.xml`. Out: a [`Net`]: edges, lanes and the links between lanes, in
 //! the order of the file, every number checked. Metres, m/s; heights (z) are left out: the world is flat.
 
-use super::{Lane, MapError};
+use super::{
+    Lane, MapError,
+    limits::{self, FURTHEST_M, LENGTH_M, MOST_POINTS, MOST_POINTS_IN_ALL, SPEED_MPS, WIDTH_M},
+    net_check,
+};
 use glam::{DVec2, dvec2};
 use roxmltree::{Document, Node};
-use std::{collections::BTreeMap, ops::Range, path::Path};
+use std::{
+    collections::BTreeMap,
+    ops::{Range, RangeInclusive},
+    path::Path,
+};
 
 /// Width of a lane that states none, metres (SUMO's default).
 const DEFAULT_WIDTH_M: f64 = 3.2;
@@ -15,6 +23,8 @@ pub(super) struct Net {
     pub edges: Vec<Edge>,
     pub lanes: Vec<NetLane>,
     pub links: Vec<Link>,
+    /// Indices of the links from each lane, in the order of the file.
+    links_of: Vec<Vec<usize>>,
 }
 
 #[derive(Debug)]
@@ -51,19 +61,16 @@ pub(super) struct Link {
 impl Net {
     /// Reads the text of `file`, which is named in errors only.
     pub fn parse(file: &Path, text: &str) -> Result<Self, MapError> {
-        let document = Document::parse(text).map_err(|error| MapError::NotXml {
-            file: file.into(),
-            line: error.pos().row,
-            column: error.pos().col,
-            message: error.to_string(),
-        })?;
+        let document = limits::parse(file, text)?;
         let root = document.root_element();
         let reader = Reader { file, document: &document };
         if root.tag_name().name() != "net" {
             let (line, found) = (reader.line(root), root.tag_name().name().to_owned());
             return Err(MapError::NotANet { file: file.into(), line, found });
         }
-        let mut net = Self { edges: Vec::new(), lanes: Vec::new(), links: Vec::new() };
+        net_check::check(&reader, root)?;
+        let mut net = Self { edges: Vec::new(), lanes: Vec::new(), links: Vec::new(), links_of: Vec::new() };
+        let mut points = 0;
         let mut edge_of_id = BTreeMap::new();
         let mut junctions = BTreeMap::new();
         for node in root.children().filter(|node| node.has_tag_name("edge")) {
@@ -78,7 +85,12 @@ impl Net {
             let to_junction = *junctions.entry(node.attribute("to").unwrap_or(id)).or_insert(next_number);
             let first = net.lanes.len();
             for lane_node in node.children().filter(|node| node.has_tag_name("lane")) {
-                net.lanes.push(reader.lane(lane_node, id, net.edges.len(), internal)?);
+                let lane = reader.lane(lane_node, id, net.edges.len(), internal)?;
+                points += lane.lane.shape.len();
+                if points > MOST_POINTS_IN_ALL {
+                    return Err(reader.value(lane_node, "shape", "at most a million points in all lanes together"));
+                }
+                net.lanes.push(lane);
             }
             edge_of_id.insert(id, Some(net.edges.len()));
             net.edges.push(Edge { id: id.to_owned(), internal, to_junction, lanes: first..net.lanes.len() });
@@ -99,16 +111,20 @@ impl Net {
                 net.links.push(Link { from, to, via, turnaround: node.attribute("dir") == Some("t") });
             }
         }
+        net.links_of = vec![Vec::new(); net.lanes.len()];
+        for (k, link) in net.links.iter().enumerate() {
+            net.links_of[link.from].push(k);
+        }
         Ok(net)
     }
 
-    /// The edge of this id that cars drive on outside junctions.
-    pub fn edge(&self, id: &str) -> Option<usize> {
-        self.edges.iter().position(|edge| edge.id == id && !edge.internal)
+    /// The first link between two lanes.
+    pub fn link(&self, from: usize, to: usize) -> Option<&Link> {
+        self.links_of[from].iter().map(|&k| &self.links[k]).find(|link| link.to == to)
     }
 }
 
-struct Reader<'a, 'input> {
+pub(super) struct Reader<'a, 'input> {
     file: &'a Path,
     document: &'a Document<'input>,
 }
@@ -119,7 +135,7 @@ impl<'input> Reader<'_, 'input> {
         self.document.text_pos_at(node.range().start).row
     }
 
-    fn value(&self, node: Node, attribute: &str, allowed: &'static str) -> MapError {
+    pub fn value(&self, node: Node, attribute: &str, allowed: &'static str) -> MapError {
         let tag = node.tag_name().name();
         let element = match (node.attribute("id"), node.attribute("from"), node.attribute("to")) {
             (Some(id), _, _) => format!("{tag} \"{id}\""),
@@ -131,40 +147,55 @@ impl<'input> Reader<'_, 'input> {
         MapError::Value { file, line, element, attribute, value, allowed }
     }
 
-    fn text<'n>(&self, node: Node<'n, 'input>, attribute: &str) -> Result<&'n str, MapError> {
+    pub fn text<'n>(&self, node: Node<'n, 'input>, attribute: &str) -> Result<&'n str, MapError> {
         node.attribute(attribute).ok_or_else(|| self.value(node, attribute, "a name"))
     }
 
-    fn positive(&self, node: Node, attribute: &str, default: Option<f64>) -> Result<f64, MapError> {
-        let number = match (node.attribute(attribute), default) {
-            (Some(text), _) => text.trim().parse().ok(),
-            (None, default) => default,
-        };
-        number
-            .filter(|x: &f64| x.is_finite() && *x > 0.0)
-            .ok_or_else(|| self.value(node, attribute, "a finite number above 0"))
+    /// A number within limits, which `allowed` says in words.
+    pub fn within(
+        &self,
+        node: Node,
+        attribute: &str,
+        limits: &RangeInclusive<f64>,
+        allowed: &'static str,
+    ) -> Result<f64, MapError> {
+        let number = node.attribute(attribute).and_then(|text| text.trim().parse().ok());
+        number.filter(|x| limits.contains(x)).ok_or_else(|| self.value(node, attribute, allowed))
+    }
+
+    pub fn coordinate(&self, node: Node, attribute: &str) -> Result<f64, MapError> {
+        self.within(node, attribute, &(-FURTHEST_M..=FURTHEST_M), "a number from -1e7 to 1e7 m")
+    }
+
+    /// The points of a shape, at least `least`.
+    pub fn shape(&self, node: Node, least: usize) -> Result<Vec<DVec2>, MapError> {
+        let points = node.attribute("shape").and_then(parse_shape);
+        points.filter(|points| points.len() >= least).ok_or_else(|| {
+            self.value(
+                node,
+                "shape",
+                "two or more different points \"x,y\" or \"x,y,z\" of numbers from -1e7 to 1e7, in metres, at most 20000",
+            )
+        })
     }
 
     fn lane(&self, node: Node, edge_id: &str, edge: usize, internal: bool) -> Result<NetLane, MapError> {
-        let shape = node
-            .attribute("shape")
-            .and_then(parse_shape)
-            // netconvert writes the inside of a junction of no size as one point twice; `route_of` gives it an extent.
-            .filter(|shape| shape.len() > 1 && (internal || shape.iter().any(|point| *point != shape[0])))
-            .ok_or_else(|| {
-                self.value(
-                    node,
-                    "shape",
-                    "two or more different points \"x,y\" or \"x,y,z\" of finite numbers, in metres",
-                )
-            })?;
+        let shape = self.shape(node, 2)?;
+        // netconvert writes the inside of a junction of no size as one point twice; `route_of` gives it an extent.
+        if !internal && shape.iter().all(|point| *point == shape[0]) {
+            return Err(self.value(node, "shape", "two or more different points \"x,y\" or \"x,y,z\""));
+        }
+        let width_m = match node.has_attribute("width") {
+            true => self.within(node, "width", &WIDTH_M, "a number from 0.1 to 100 m")?,
+            false => DEFAULT_WIDTH_M,
+        };
         let lane = Lane {
             id: self.text(node, "id")?.to_owned(),
             edge: edge_id.to_owned(),
             start_s_m: 0.0,
-            length_m: self.positive(node, "length", None)?,
-            speed_limit_mps: self.positive(node, "speed", None)?,
-            width_m: self.positive(node, "width", Some(DEFAULT_WIDTH_M))?,
+            length_m: self.within(node, "length", &LENGTH_M, "a number from 0.001 to 100000 m")?,
+            speed_limit_mps: self.within(node, "speed", &SPEED_MPS, "a number from 0.01 to 500 m/s")?,
+            width_m,
             shape,
         };
         Ok(NetLane { lane, edge, passenger: admits_passenger_cars(node) })
@@ -192,17 +223,21 @@ impl<'input> Reader<'_, 'input> {
     }
 }
 
+/// Points, if there are not too many and all numbers are within limits. One that lies within a micrometre of the one before
+/// is taken for the same: the square of a smaller distance may be nothing.
 fn parse_shape(text: &str) -> Option<Vec<DVec2>> {
-    text.split_whitespace()
-        .map(|point| {
-            let numbers: Option<Vec<f64>> =
-                point.split(',').map(|x| x.parse().ok().filter(|x: &f64| x.is_finite())).collect();
-            match numbers.as_deref() {
-                Some([x, y] | [x, y, _]) => Some(dvec2(*x, *y)),
-                _ => None,
-            }
-        })
-        .collect()
+    const SAME_M: f64 = 1e-6;
+    let mut points: Vec<DVec2> = Vec::new();
+    for point in text.split_whitespace() {
+        let mut numbers = point.split(',').map(|x| x.parse().ok().filter(|x: &f64| x.abs() <= FURTHEST_M));
+        let (x, y, z) = (numbers.next()??, numbers.next()??, numbers.next());
+        if numbers.next().is_some() || z == Some(None) || points.len() == MOST_POINTS {
+            return None;
+        }
+        let point = dvec2(x, y);
+        points.push(points.last().copied().filter(|last| last.distance(point) < SAME_M).unwrap_or(point));
+    }
+    Some(points)
 }
 
 /// SUMO's rule: `allow` lists the classes that may, else `disallow` those that may not, else all may.

@@ -1,0 +1,208 @@
+//! Tests of what is refused: networks too large or unsound in a part that only SUMO reads, files that are none, and a
+//! converter that does not end.
+
+use super::*;
+use std::{
+    fs,
+    path::Path,
+    sync::atomic::AtomicBool,
+    time::{Duration, Instant},
+};
+
+fn message(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bad.net.xml");
+    fs::write(&file, text).unwrap();
+    RoadMap::load(file.to_str().unwrap()).map(|map| map.name).unwrap_err().to_string()
+}
+
+fn fixture(name: &str) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)).unwrap()
+}
+
+#[test]
+fn coordinates_and_lengths_beyond_the_earth_are_refused_before_points_are_made_for_them() {
+    let good = fixture("junctions-none.net.xml");
+    let lane = good.lines().find(|line| line.contains("id=\"bc_0\"")).unwrap();
+    let start = lane.find("shape=\"").unwrap() + 7;
+    let point = &lane[start..start + lane[start..].find(' ').unwrap()];
+    // 9.4 GB, a panic and a panic before there were limits.
+    for far in ["1e8,0", "0,1e18", "0,-1e300"] {
+        let said = message(&good.replace(lane, &lane.replacen(point, far, 1)));
+        assert!(said.contains("lane \"bc_0\": shape is ") && said.contains("from -1e7 to 1e7"), "{said}");
+    }
+    let length = &lane[lane.find("length=\"").unwrap()..];
+    let length = &length[..length[8..].find('"').unwrap() + 9];
+    for text in ["1e308", "1e6", "-1", "0"] {
+        let said = message(&good.replace(lane, &lane.replace(length, &format!("length=\"{text}\""))));
+        assert!(said.contains(&format!("length is \"{text}\"; allowed: a number from 0.001 to 100000 m")), "{said}");
+    }
+    // Each within limits, but the hole between two lanes is not.
+    let said = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
+    assert!(said.contains("hole in the route") || said.contains("declared length of lane \"bc_0\""), "{said}");
+}
+
+#[test]
+fn a_file_with_more_of_anything_than_is_read_is_refused_before_it_is_parsed() {
+    let said = message(&format!("<net>{}</net>", "<a/>".repeat(400_000)));
+    assert!(said.contains("the number of tags is 400002; allowed: at most 400000"), "{said}");
+    let attributes: String = (0..257).map(|k| format!(" a{k}=\"\"")).collect();
+    let said = message(&format!("<net{attributes}/>"));
+    assert!(said.contains("the number of attributes of one element is 257; allowed: at most 256"), "{said}");
+    let said = message(&format!("<net>{}</net>", "<a b=\"\" c=\"\" d=\"\" e=\"\"/>".repeat(300_001)));
+    assert!(said.contains("the number of attributes is 1200004"), "{said}");
+    let said = message(&format!("<net>{}</net>", "<a xmlns:b=\"c\"/>".repeat(17)));
+    assert!(said.contains("the number of namespaces is 17"), "{said}");
+    let shape = "0,0 ".repeat(20_001);
+    let said = message(&format!(
+        "<net><edge id=\"e\"><lane id=\"e_0\" speed=\"9\" length=\"9\" shape=\"{shape}\"/></edge></net>"
+    ));
+    assert!(said.contains("at most 20000"), "{}", &said[said.len() - 200..]);
+}
+
+#[test]
+fn a_long_way_into_a_loop_is_searched_in_time_that_grows_with_its_length() {
+    // 30,000 edges lead one after the other into a ring of three; each pass over all would take one of them away.
+    let n = 30_000;
+    let mut text = String::from("<net>");
+    for k in 0..n + 3 {
+        let (x, y) = if k < n { (k as f64, 9.0) } else { ([0.0, 5.0, 5.0][k - n], [0.0, 0.0, 5.0][k - n]) };
+        text += &format!(
+            "<edge id=\"{k}\"><lane id=\"{k}_0\" speed=\"9\" length=\"9\" shape=\"{x},{y} {},{y}\"/></edge>",
+            x + 1.0
+        );
+    }
+    for k in 0..n + 3 {
+        let next = if k == n + 2 { n } else { k + 1 };
+        text += &format!("<connection from=\"{k}\" to=\"{next}\" fromLane=\"0\" toLane=\"0\"/>");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("way.net.xml");
+    fs::write(&file, text + "</net>").unwrap();
+    assert_eq!(RoadMap::load(file.to_str().unwrap()).unwrap().route.lanes().len(), 3);
+}
+
+#[test]
+fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
+    let good = fixture("junctions-inside.net.xml");
+    let cases = [
+        (
+            "<junction id=\"b\" type=\"priority\"",
+            "<junction id=\"b\" type=\"pirority\"",
+            "junction \"b\": type is \"pirority\"",
+        ),
+        (
+            "<junction id=\"b\" ",
+            "<junction id=\"a\" ",
+            "junction \"a\": id is \"a\"; allowed: a name that no other junction has",
+        ),
+        ("x=\"140.00\" y=\"0.00\"", "x=\"nan\" y=\"0.00\"", "junction \"b\": x is \"nan\""),
+        ("incLanes=\"ab_0 ab_1\"", "incLanes=\"ab_0 ab_7\"", "incLanes is \"ab_0 ab_7\"; allowed: ids of lanes"),
+        ("intLanes=\":b_0_0\"", "intLanes=\":b_0_9\"", "intLanes is \":b_0_9\""),
+        ("intLanes=\":b_0_0\"", "intLanes=\":b_0_0 :c_0_0\"", "intLanes is \":b_0_0 :c_0_0\"; allowed: as many"),
+        ("index=\"1\" response=\"01\"", "index=\"9\" response=\"01\"", "request: index is \"9\""),
+        (
+            "index=\"1\" response=\"01\"",
+            "index=\"1\" response=\"0111\"",
+            "response is \"0111\"; allowed: a 0 or 1 for each",
+        ),
+        ("foes=\"1000000\"", "foes=\"100000x\"", "foes is \"100000x\""),
+        ("from=\"a\" to=\"c\"", "from=\"a\" to=\"zz\"", "edge \"ac\": to is \"zz\"; allowed: the id of a junction"),
+        (
+            "<edge id=\"ac\" ",
+            "<edge id=\"ab\" ",
+            "lane \"ac_0\": id is \"ac_0\"; allowed: the edge's id, an underscore",
+        ),
+        ("id=\"cd_1\" index=\"1\"", "id=\"cd_1\" index=\"3\"", "lane \"cd_1\": index is \"3\""),
+        ("<lane id=\"bc_0\"", "<lame id=\"bc_0\"", "edge \"bc\": lane is absent; allowed: at least one lane"),
+        ("toLane=\"1\" via=\":c_1_0\" dir=\"l\"", "toLane=\"1\" via=\":c_1_0\" dir=\"x\"", "dir is \"x\""),
+        ("dir=\"t\" state=\"M\"", "dir=\"t\" state=\"?\"", "state is \"?\""),
+        (
+            "dir=\"t\" state=\"M\"",
+            "dir=\"t\" state=\"M\" tl=\"a\" linkIndex=\"0\"",
+            "tl is \"a\"; allowed: the id of a tlLogic",
+        ),
+        ("</net>", "<tlLogic id=\"a\"><phase duration=\"-3\" state=\"G\"/></tlLogic></net>", "duration is \"-3\""),
+        ("</net>", "<tlLogic id=\"a\"/></net>", "allowed: at least one phase"),
+        ("</net>", "<roundabout nodes=\"a q\" edges=\"ab\"/></net>", "nodes is \"a q\""),
+        ("</net>", "<location netOffset=\"1,inf\"/></net>", "netOffset is \"1,inf\""),
+    ];
+    for (from, to, expected) in cases {
+        assert!(good.contains(from), "{from}");
+        let said = message(&good.replacen(from, to, 1));
+        assert!(said.contains("bad.net.xml:") && said.contains(expected), "{expected:?}: {said}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_pipe_a_device_and_a_folder_are_no_networks() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.net.xml");
+    nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+    let said = RoadMap::load(pipe.to_str().unwrap()).unwrap_err().to_string();
+    assert!(said.contains("pipe.net.xml: it is a pipe; save"), "{said}");
+    let said = RoadMap::load("/dev/zero").unwrap_err().to_string();
+    assert!(said.contains("it is a device"), "{said}");
+    let stop = AtomicBool::new(false);
+    let bounds = import::Bounds { seconds: 5, memory_mib: 512, stop: &stop };
+    let said = import::import_into(folder.path(), Path::new("netconvert"), &pipe, "no", &bounds);
+    assert!(said.unwrap_err().to_string().contains("it is a pipe"));
+}
+
+/// A converter that notes its process and then does what `line` says; and a file for it.
+fn converter(folder: &Path, line: &str) -> (PathBuf, PathBuf) {
+    let program = folder.join("netconvert");
+    fs::write(&program, format!("#!/bin/sh\necho $$ >{}/pid\n{line}\n", folder.display())).unwrap();
+    fs::set_permissions(&program, std::os::unix::fs::PermissionsExt::from_mode(0o700)).unwrap();
+    let osm = folder.join("town.osm");
+    fs::write(&osm, "<osm/>").unwrap();
+    (program, osm)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_converter_that_does_not_end_is_ended_with_all_that_it_started() {
+    let folder = tempfile::tempdir().unwrap();
+    // Not by `exec`: the sleep is a process of its own.
+    let (program, osm) = converter(folder.path(), "sleep 600; true");
+    let maps = folder.path().join("maps");
+    let stop = AtomicBool::new(false);
+    let bounds = import::Bounds { seconds: 1, memory_mib: 512, stop: &stop };
+    let gone = || {
+        let pid = fs::read_to_string(folder.path().join("pid")).unwrap();
+        let children = format!("/proc/{0}/task/{0}/children", pid.trim());
+        assert!(!Path::new(&children).exists(), "process {} still runs", pid.trim());
+        assert_eq!(fs::read_dir(&maps).unwrap().count(), 0, "nothing is left behind");
+    };
+    #[expect(clippy::disallowed_methods, reason = "the end of a real process is waited for")]
+    let begun = Instant::now();
+    let said = import::import_into(&maps, &program, &osm, "town", &bounds).unwrap_err().to_string();
+    assert!(said.contains("town.osm: netconvert failed: it was not done in time and was ended"), "{said}");
+    assert!(said.contains("it may take 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{said}");
+    gone();
+    // Ctrl-C.
+    let bounds = import::Bounds { seconds: 600, ..bounds };
+    let ended = std::thread::scope(|scope| {
+        let import = scope.spawn(|| import::import_into(&maps, &program, &osm, "town", &bounds));
+        std::thread::sleep(Duration::from_millis(300));
+        stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        import.join().unwrap().unwrap_err().to_string()
+    });
+    assert!(ended.contains("town.osm: the import was ended; nothing is left of it"), "{ended}");
+    gone();
+    assert!(begun.elapsed() < Duration::from_secs(60), "ten times what it takes on a busy machine");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_converter_gets_no_more_memory_than_it_may_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, osm) = converter(folder.path(), "exec dd if=/dev/zero of=/dev/null bs=1G count=1");
+    let stop = AtomicBool::new(false);
+    let bounds = import::Bounds { seconds: 60, memory_mib: 256, stop: &stop };
+    let said = import::import_into(&folder.path().join("maps"), &program, &osm, "town", &bounds);
+    let said = said.unwrap_err().to_string();
+    assert!(said.contains("town.osm: netconvert failed: ") && said.contains("memory"), "{said}");
+    assert!(said.contains("256 MiB (--memory-limit)"), "{said}");
+}

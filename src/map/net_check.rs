@@ -1,0 +1,261 @@
+//! Is all of a network sound? In: a `net.xml` as XML. Out: nothing, or the first element whose value cannot be: SUMO takes
+//! much of this on trust, and breaks down with the whole program where it does not hold. What the program itself reads of
+//! lanes is checked where it is read (`net_xml`); here is what only SUMO reads: junctions and their rules, signals,
+//! connections, boundaries.
+
+use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::Reader};
+use roxmltree::Node;
+use std::collections::{BTreeMap, BTreeSet};
+
+const EDGE_FUNCTIONS: &str = "normal internal connector crossing walkingarea roundabout_edge";
+const JUNCTION_TYPES: &str = "traffic_light traffic_light_unregulated traffic_light_right_on_red priority \
+                              priority_stop right_before_left left_before_right allway_stop zipper rail_signal \
+                              rail_crossing unregulated internal dead_end district unknown";
+const SIGNALS: &str = "rRgGyYoOsSuU";
+const LINK_STATES: &str = "-=oOrRgGyYuUmMswaZ";
+const DIRECTIONS: &str = "s t l r L R invalid";
+
+/// What elements may refer to.
+#[derive(Default)]
+struct Names<'a> {
+    /// Lanes of each edge.
+    edges: BTreeMap<&'a str, usize>,
+    lanes: BTreeSet<&'a str>,
+    junctions: BTreeSet<&'a str>,
+    /// Lengths of the shortest state of each signal.
+    signals: BTreeMap<&'a str, usize>,
+}
+
+/// Checks all elements below the root.
+pub(super) fn check<'input>(reader: &Reader<'_, 'input>, root: Node<'_, 'input>) -> Result<(), MapError> {
+    let mut names = Names::default();
+    let elements = || root.children().filter(Node::is_element);
+    for node in elements() {
+        match node.tag_name().name() {
+            "edge" => edge(reader, node, &mut names)?,
+            "junction" => {
+                let id = reader.text(node, "id")?;
+                if !names.junctions.insert(id) {
+                    return Err(reader.value(node, "id", "a name that no other junction has"));
+                }
+            }
+            "tlLogic" => signal(reader, node, &mut names)?,
+            "location" => {
+                for attribute in ["netOffset", "convBoundary", "origBoundary"] {
+                    let sound = |text: &str| {
+                        let numbers: Vec<&str> = text.split(',').take(5).collect();
+                        [2, 4].contains(&numbers.len()) && numbers.iter().all(|x| number(x).is_some())
+                    };
+                    if node.attribute(attribute).is_some_and(|text| !sound(text)) {
+                        return Err(reader.value(node, attribute, "2 or 4 finite numbers with commas between"));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    for node in elements() {
+        match node.tag_name().name() {
+            "edge" => ends(reader, node, &names)?,
+            "junction" => junction(reader, node, &names)?,
+            "connection" => connection(reader, node, &names)?,
+            "roundabout" => {
+                let edges = node.attribute("edges").unwrap_or_default();
+                if edges.split_whitespace().any(|id| !names.edges.contains_key(id)) {
+                    return Err(reader.value(node, "edges", "ids of edges of this network"));
+                }
+                let nodes = node.attribute("nodes").unwrap_or_default();
+                if nodes.split_whitespace().any(|id| !names.junctions.contains(id)) {
+                    return Err(reader.value(node, "nodes", "ids of junctions of this network"));
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+fn one_of(list: &str, word: &str) -> bool {
+    list.split_whitespace().any(|known| known == word)
+}
+
+fn edge<'a, 'input>(
+    reader: &Reader<'_, 'input>,
+    node: Node<'a, 'input>,
+    names: &mut Names<'a>,
+) -> Result<(), MapError> {
+    let id = reader.text(node, "id")?;
+    let lanes = node.children().filter(|child| child.has_tag_name("lane"));
+    let mut n = 0;
+    for lane in lanes {
+        let lane_id = reader.text(lane, "id")?;
+        if lane.attribute("index").is_some_and(|index| index.trim().parse() != Ok(n)) {
+            return Err(reader.value(lane, "index", "the lane's place in its edge: 0, 1, 2 and so on from the right"));
+        }
+        if lane_id.strip_prefix(id).and_then(|rest| rest.strip_prefix('_')).and_then(|index| index.parse().ok())
+            != Some(n)
+        {
+            return Err(reader.value(lane, "id", "the edge's id, an underscore and the lane's place in it"));
+        }
+        if !names.lanes.insert(lane_id) {
+            return Err(reader.value(lane, "id", "a name that no other lane has"));
+        }
+        n += 1;
+        if n > MOST_LANES_OF_ONE {
+            return Err(reader.value(lane, "index", "at most 32 lanes in an edge"));
+        }
+        for attribute in ["endOffset", "acceleration"] {
+            if lane.attribute(attribute).is_some_and(|text| number(text).is_none_or(|x| !(0.0..=1e5).contains(&x))) {
+                return Err(reader.value(lane, attribute, "a finite number of 0 or more, at most 100000"));
+            }
+        }
+    }
+    if n == 0 {
+        return Err(reader.value(node, "lane", "at least one lane in each edge"));
+    }
+    if names.edges.insert(id, n).is_some() {
+        return Err(reader.value(node, "id", "a name that no other edge has"));
+    }
+    if node.attribute("function").is_some_and(|function| !one_of(EDGE_FUNCTIONS, function)) {
+        return Err(reader.value(node, "function", EDGE_FUNCTIONS));
+    }
+    if node.attribute("priority").is_some_and(|text| text.trim().parse::<i32>().is_err()) {
+        return Err(reader.value(node, "priority", "a whole number"));
+    }
+    if node.attribute("length").is_some() {
+        reader.within(node, "length", &super::limits::LENGTH_M, "a number from 0.001 to 100000 m")?;
+    }
+    if node.has_attribute("shape") {
+        reader.shape(node, 2)?;
+    }
+    Ok(())
+}
+
+/// Edges outside junctions lead from a junction to a junction. A network without any junction is one that only this
+/// program reads.
+fn ends<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Names) -> Result<(), MapError> {
+    let inside = matches!(node.attribute("function"), Some("internal" | "crossing" | "walkingarea"));
+    if inside || names.junctions.is_empty() {
+        return Ok(());
+    }
+    for attribute in ["from", "to"] {
+        if !names.junctions.contains(node.attribute(attribute).unwrap_or_default()) {
+            return Err(reader.value(node, attribute, "the id of a junction of this network"));
+        }
+    }
+    Ok(())
+}
+
+fn junction<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Names) -> Result<(), MapError> {
+    let kind = node.attribute("type").unwrap_or_default();
+    if !one_of(JUNCTION_TYPES, kind) {
+        return Err(reader.value(node, "type", JUNCTION_TYPES));
+    }
+    for attribute in ["x", "y"] {
+        reader.coordinate(node, attribute)?;
+    }
+    if node.has_attribute("z") {
+        reader.coordinate(node, "z")?;
+    }
+    if node.attribute("shape").is_some_and(|shape| !shape.trim().is_empty()) {
+        reader.shape(node, 1)?;
+    }
+    for attribute in ["incLanes", "intLanes"] {
+        let lanes = node.attribute(attribute).unwrap_or_default();
+        if lanes.split_whitespace().any(|id| !names.lanes.contains(id)) {
+            return Err(reader.value(node, attribute, "ids of lanes of this network"));
+        }
+    }
+    let inside = node.attribute("intLanes").unwrap_or_default().split_whitespace().count();
+    let requests = || node.children().filter(|child| child.has_tag_name("request"));
+    let n = requests().count();
+    if n > 0 && inside > 0 && n != inside {
+        return Err(reader.value(node, "intLanes", "as many lanes as the junction has requests, or none"));
+    }
+    for (k, request) in requests().enumerate() {
+        if request.attribute("index").and_then(|text| text.trim().parse().ok()) != Some(k) {
+            return Err(reader.value(request, "index", "the request's place in its junction: 0, 1, 2 and so on"));
+        }
+        for attribute in ["response", "foes"] {
+            let bits = request.attribute(attribute).unwrap_or_default();
+            if bits.len() != n || bits.bytes().any(|bit| !b"01".contains(&bit)) {
+                return Err(reader.value(request, attribute, "a 0 or 1 for each request of its junction"));
+            }
+        }
+        if request.attribute("cont").is_some_and(|cont| !one_of("0 1 true false", cont)) {
+            return Err(reader.value(request, "cont", "0 or 1"));
+        }
+    }
+    Ok(())
+}
+
+fn signal<'a, 'input>(
+    reader: &Reader<'_, 'input>,
+    node: Node<'a, 'input>,
+    names: &mut Names<'a>,
+) -> Result<(), MapError> {
+    let id = reader.text(node, "id")?;
+    if node.attribute("offset").is_some_and(|text| text.trim() != "begin" && number(text).is_none()) {
+        return Err(reader.value(node, "offset", "a finite number, seconds"));
+    }
+    let mut length = None;
+    for phase in node.children().filter(|child| child.has_tag_name("phase")) {
+        for attribute in ["duration", "minDur", "maxDur"] {
+            let sound = |text: &str| number(text).is_some_and(|s| (0.0..=1e9).contains(&s));
+            if !phase.attribute(attribute).map_or(attribute != "duration", sound) {
+                return Err(reader.value(phase, attribute, "a number from 0 to 1e9, seconds"));
+            }
+        }
+        let state = phase.attribute("state").unwrap_or_default();
+        if state.is_empty() || state.chars().any(|c| !SIGNALS.contains(c)) {
+            return Err(reader.value(phase, "state", "a letter of rRgGyYoOsSuU for each link"));
+        }
+        if length.is_some_and(|length| length != state.len()) {
+            return Err(reader.value(phase, "state", "as many letters as in the phase before"));
+        }
+        length = Some(state.len());
+    }
+    let Some(length) = length else { return Err(reader.value(node, "phase", "at least one phase in each signal")) };
+    // A signal may have several programs.
+    let shortest = names.signals.entry(id).or_insert(length);
+    *shortest = length.min(*shortest);
+    Ok(())
+}
+
+fn connection<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Names) -> Result<(), MapError> {
+    for (edge, lane) in [("from", "fromLane"), ("to", "toLane")] {
+        let Some(lanes) = names.edges.get(reader.text(node, edge)?) else {
+            return Err(reader.value(node, edge, "the id of an edge of this network"));
+        };
+        let index: Option<usize> = node.attribute(lane).and_then(|text| text.trim().parse().ok());
+        if index.is_none_or(|index| index >= *lanes) {
+            return Err(reader.value(node, lane, "the index of a lane of that edge, the right-most being 0"));
+        }
+    }
+    if node.attribute("via").is_some_and(|via| !names.lanes.contains(via)) {
+        return Err(reader.value(node, "via", "the id of a lane of this network"));
+    }
+    if node.attribute("dir").is_some_and(|dir| !one_of(DIRECTIONS, dir)) {
+        return Err(reader.value(node, "dir", DIRECTIONS));
+    }
+    if node.attribute("state").is_some_and(|state| state.chars().count() != 1 || !LINK_STATES.contains(state)) {
+        return Err(reader.value(node, "state", LINK_STATES));
+    }
+    if let Some(signal) = node.attribute("tl") {
+        let Some(length) = names.signals.get(signal) else {
+            return Err(reader.value(node, "tl", "the id of a tlLogic of this network"));
+        };
+        for attribute in ["linkIndex", "linkIndex2"] {
+            let text = node.attribute(attribute);
+            let inside = text.is_some_and(|text| text.trim().parse().is_ok_and(|k: usize| k < *length));
+            if !inside && (text.is_some() || attribute == "linkIndex") {
+                return Err(reader.value(node, attribute, "the place of a letter in the states of its signal"));
+            }
+        }
+    }
+    Ok(())
+}
