@@ -1,0 +1,352 @@
+//! Every reader of a file that people or other programs write. In: bytes. Out: whether they were accepted; what is read is
+//! used as the program would use it first. Good inputs are the files that the program ships, those of its tests, a recording
+//! that it makes, and `corpus/`.
+
+use super::mutate;
+use codrive::{
+    input::{Profile, profiles},
+    map::{RoadMap, circuit},
+    policy::{Network, Observation, OnnxPolicy, Policy},
+    record::{self, Manifest, Table},
+    rng::Stream,
+    sim::Scenario,
+    study::{
+        Code, DataSet, Outcome, Questionnaire, Session, Study,
+        session::{Answered, Log, Who},
+    },
+};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// A change of one good input, with another at hand.
+type Change = fn(&mut Stream, Vec<u8>, &[u8]) -> Vec<u8>;
+
+/// Reads; true if there was nothing to refuse.
+type Read = Box<dyn Fn(&[u8]) -> bool>;
+
+/// One reader.
+pub struct Reader {
+    /// Its name, also of its folder in `corpus/`.
+    pub name: &'static str,
+    /// Good inputs.
+    pub good: Vec<Vec<u8>>,
+    /// How they are changed.
+    pub change: Change,
+    /// How many inputs it gets where all readers together have half a minute.
+    pub share: usize,
+    /// Reads; true if there was nothing to refuse.
+    pub read: Read,
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn shipped(files: &[&str]) -> Vec<Vec<u8>> {
+    files.iter().map(|file| fs::read(root().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))).collect()
+}
+
+/// A recording that the program makes: one that ended, and one whose journal is still there.
+struct Recordings {
+    ended: PathBuf,
+    cut: PathBuf,
+}
+
+fn recordings(folder: &Path) -> Recordings {
+    let made = Recordings { ended: folder.join("ended"), cut: folder.join("cut") };
+    // Killed where the tables are to be written: all is in the journal, and always the same.
+    for (out, kill_at) in [(&made.ended, ""), (&made.cut, "finish.begin")] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_codrive"));
+        command.args(["run", "--traffic", "native", "--vehicles", "5", "--duration", "2", "--warm-up", "0", "--out"]);
+        command.arg(out).env_remove("CODRIVE_KILL_AT");
+        if !kill_at.is_empty() {
+            command.env("CODRIVE_KILL_AT", kill_at);
+        }
+        let status = command.output().unwrap().status;
+        assert_eq!(status.success(), kill_at.is_empty(), "{status}");
+    }
+    made
+}
+
+/// The file of a visit with a drive behind it, answers in it, and notes.
+fn visit(folder: &Path) -> Vec<u8> {
+    let study = Study::load(&root().join("assets/studies/congestion.toml")).unwrap();
+    let data = DataSet::open(folder, &study).unwrap();
+    let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
+    for _ in 0..3 {
+        session.begin("now").unwrap();
+        let answer = Answered { question: "nausea".into(), answer: 2.into(), time_s: 1.5 };
+        session.keep(vec![answer]).unwrap();
+        session.note("mark", "a note", "now").unwrap();
+        session.end(Outcome::Done, "", "now").unwrap();
+    }
+    session.begin("now").unwrap();
+    fs::read(session.folder().join("session.json")).unwrap()
+}
+
+/// A copy of a recording, without folders within folders but the journal.
+fn copied(from: &Path, to: &Path) {
+    let _ = fs::remove_dir_all(to);
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().flatten() {
+        if entry.path().is_dir() {
+            copied(&entry.path(), &to.join(entry.file_name()));
+        } else {
+            fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+        }
+    }
+}
+
+fn text(bytes: &[u8]) -> Option<&str> {
+    std::str::from_utf8(bytes).ok()
+}
+
+/// Drives round a map as the program's start does.
+fn used(map: &RoadMap) {
+    let (centre, radius_m) = map.bounds();
+    assert!(centre.is_finite() && radius_m.is_finite(), "bounds {centre} {radius_m}");
+    let length_m = map.route.length_m();
+    for i in 0..50 {
+        let s_m = length_m * f64::from(i) / 50.0;
+        let (point, yaw) = (map.route.point_at(s_m), map.route.yaw_at(s_m));
+        assert!(point.is_finite() && yaw.is_finite(), "{point} {yaw} at {s_m} of {length_m}");
+        assert!(map.route.project(point, Some(s_m)).s_m.is_finite());
+    }
+}
+
+fn with_file(file: PathBuf, read: impl Fn(&Path) -> bool + 'static) -> Read {
+    Box::new(move |bytes| {
+        fs::write(&file, bytes).unwrap();
+        read(&file)
+    })
+}
+
+const MOMENT: Observation = Observation {
+    speed_mps: 4.0,
+    leader_speed_mps: 4.0,
+    gap_m: 6.0,
+    circumference_m: 250.0,
+    vehicles: 22,
+    hold_s: 1.0,
+    mean_speed_mps: 4.0,
+};
+
+/// All readers. Files that a reader wants on the disk go into `folder`.
+pub fn all(folder: &Path) -> Vec<Reader> {
+    let mut readers = settings(folder);
+    readers.extend(networks(folder));
+    readers.extend(recorded(folder));
+    for reader in &mut readers {
+        let kept = root().join("tests/fuzz/corpus").join(reader.name);
+        let mut files: Vec<PathBuf> = fs::read_dir(kept).into_iter().flatten().flatten().map(|e| e.path()).collect();
+        files.sort();
+        reader.good.extend(files.iter().map(|file| fs::read(file).unwrap()));
+        assert!(!reader.good.is_empty(), "{} has no good input", reader.name);
+    }
+    readers
+}
+
+fn settings(folder: &Path) -> Vec<Reader> {
+    let study = root().join("assets/studies/congestion.toml");
+    let scenario = Scenario::default().to_toml().into_bytes();
+    let wheels = ["g29", "g27", "g920", "g923"].map(|name| format!("assets/wheels/{name}.toml"));
+    let wheels: Vec<&str> = wheels.iter().map(String::as_str).collect();
+    let forms =
+        ["ssq", "raw-tlx", "acceptance", "driving-experience"].map(|name| format!("assets/questionnaires/{name}.json"));
+    let forms: Vec<&str> = forms.iter().map(String::as_str).collect();
+    vec![
+        Reader {
+            name: "scenario",
+            good: vec![scenario],
+            change: mutate::text,
+            share: 800,
+            read: Box::new(|bytes| text(bytes).is_some_and(|text| Scenario::from_toml(text, "fuzz").is_ok())),
+        },
+        Reader {
+            name: "study",
+            good: shipped(&["assets/studies/congestion.toml"]),
+            change: mutate::text,
+            share: 450,
+            read: Box::new(move |bytes| text(bytes).is_some_and(|text| Study::parse(text.to_owned(), &study).is_ok())),
+        },
+        Reader {
+            name: "questionnaire",
+            good: shipped(&forms),
+            change: mutate::text,
+            share: 800,
+            read: Box::new(|bytes| {
+                let read = text(bytes).and_then(|text| Questionnaire::parse(text, "fuzz").ok());
+                read.is_some_and(|form| {
+                    form.scores(&Default::default());
+                    true
+                })
+            }),
+        },
+        Reader {
+            name: "wheel",
+            good: shipped(&wheels),
+            change: mutate::text,
+            share: 450,
+            read: with_file(folder.join("wheel.toml"), |file| {
+                profiles::load(file).is_ok_and(|profile: Profile| {
+                    for raw in [i32::MIN, -1, 0, 1, 32_768, 65_535, i32::MAX] {
+                        assert!(profile.steering.wheel_rad(raw).is_finite(), "{raw}");
+                    }
+                    true
+                })
+            }),
+        },
+        Reader {
+            name: "network",
+            good: shipped(&["assets/policies/ring-250-speed/policy.toml"]),
+            change: mutate::text,
+            share: 450,
+            read: Box::new(|bytes| {
+                let read = text(bytes).and_then(|text| Network::from_toml(text).ok());
+                read.is_some_and(|mut network| {
+                    network.act(0.0, &MOMENT);
+                    true
+                })
+            }),
+        },
+    ]
+}
+
+fn networks(folder: &Path) -> Vec<Reader> {
+    let map_folder = folder.join("map");
+    fs::create_dir_all(&map_folder).unwrap();
+    fs::copy(root().join("maps/ring-250/net.xml"), map_folder.join("net.xml")).unwrap();
+    let own = shipped(&["assets/policies/ring-250-speed/policy.onnx"]).remove(0);
+    vec![
+        Reader {
+            name: "circuit",
+            good: shipped(&["maps/practice/circuit.toml"]),
+            change: mutate::text,
+            share: 400,
+            read: with_file(folder.join("circuit.toml"), |file| circuit::make(file).is_ok()),
+        },
+        Reader {
+            name: "net",
+            good: shipped(&[
+                "tests/data/junctions-inside.net.xml",
+                "tests/data/junctions-none.net.xml",
+                "maps/ring-250/net.xml",
+            ]),
+            change: mutate::text,
+            share: 500,
+            read: with_file(folder.join("fuzz.net.xml"), |file| {
+                RoadMap::load(file.to_str().unwrap()).is_ok_and(|map| {
+                    used(&map);
+                    true
+                })
+            }),
+        },
+        Reader {
+            name: "map",
+            good: vec![b"title = \"a\"\ndescription = \"b\"\nroute = [\"e0\", \"e1\", \"e2\", \"e3\"]\n".to_vec()],
+            change: mutate::text,
+            share: 700,
+            read: with_file(map_folder.join("map.toml"), move |_| {
+                RoadMap::load(map_folder.to_str().unwrap()).is_ok_and(|map| {
+                    used(&map);
+                    true
+                })
+            }),
+        },
+        Reader {
+            name: "onnx",
+            good: [vec![own.clone()], shipped(&["tests/data/torch-legacy.onnx", "tests/data/torch-dynamo.onnx"])]
+                .concat(),
+            change: mutate::onnx,
+            share: 700,
+            read: {
+                let beside = fs::read_to_string(root().join("tests/data/torch-legacy.onnx.toml")).unwrap();
+                Box::new(move |bytes| {
+                    let own = OnnxPolicy::from_bytes(bytes, None);
+                    let read = own.or_else(|_| OnnxPolicy::from_bytes(bytes, Some(&beside)));
+                    read.is_ok_and(|mut policy| {
+                        policy.act(0.0, &MOMENT);
+                        true
+                    })
+                })
+            },
+        },
+        Reader {
+            name: "description",
+            good: shipped(&["tests/data/torch-legacy.onnx.toml"]),
+            change: mutate::text,
+            share: 2000,
+            read: Box::new(move |bytes| {
+                text(bytes).is_some_and(|text| OnnxPolicy::from_bytes(&own, Some(text)).is_ok())
+            }),
+        },
+    ]
+}
+
+fn recorded(folder: &Path) -> Vec<Reader> {
+    let made = recordings(folder);
+    let at = |name: &str| folder.join(name);
+    let tables: Vec<Vec<u8>> = Table::ALL.iter().map(|table| fs::read(table.parquet(&made.ended)).unwrap()).collect();
+    let journals: Vec<PathBuf> = fs::read_dir(made.cut.join("journal")).unwrap().flatten().map(|e| e.path()).collect();
+    let mut streams: Vec<(PathBuf, Vec<u8>)> =
+        journals.into_iter().map(|p| (p.clone(), fs::read(p).unwrap())).collect();
+    streams.sort();
+    // Which of the journal's files it is goes before its bytes.
+    let good = streams.iter().enumerate().map(|(k, (_, bytes))| [&[k as u8], bytes.as_slice()].concat()).collect();
+    let names: Vec<_> = streams.iter().map(|(path, _)| path.file_name().unwrap().to_owned()).collect();
+    let (cut, again, whole) = (made.cut.clone(), at("again"), at("whole"));
+    copied(&made.ended, &whole);
+    let manifest = whole.join(record::manifest::FILE);
+    let manifest_bytes = fs::read(&manifest).unwrap();
+    let session = visit(&at("data"));
+    vec![
+        Reader {
+            name: "journal",
+            good,
+            change: mutate::bytes,
+            share: 60,
+            read: Box::new(move |bytes| {
+                let Some((which, bytes)) = bytes.split_first() else { return false };
+                copied(&cut, &again);
+                fs::write(again.join("journal").join(&names[usize::from(*which) % names.len()]), bytes).unwrap();
+                record::recover(&again).is_ok()
+            }),
+        },
+        Reader {
+            name: "manifest",
+            good: vec![manifest_bytes],
+            change: mutate::text,
+            share: 2500,
+            read: with_file(manifest, move |_| {
+                let _ = record::recover(&whole);
+                Manifest::load(&whole).is_ok()
+            }),
+        },
+        Reader {
+            name: "parquet",
+            good: tables,
+            change: mutate::bytes,
+            share: 800,
+            read: with_file(at("table.parquet"), |file| {
+                record::Reader::parquet(file).is_ok_and(|table| {
+                    for name in ["tick", "car", "speed_mps", "in_range", "kind", "detail"] {
+                        let rows = [table.numbers(name).len(), table.ids(name).len(), table.flags(name).len()];
+                        assert!(rows.iter().all(|n| *n <= table.rows()), "{name}: {rows:?} of {}", table.rows());
+                        table.wholes(name);
+                        table.words(name);
+                    }
+                    true
+                })
+            }),
+        },
+        Reader {
+            name: "session",
+            good: vec![session],
+            change: mutate::text,
+            share: 2500,
+            read: with_file(at("session.json"), |file| Log::load(file).is_ok()),
+        },
+    ]
+}
