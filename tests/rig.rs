@@ -1,0 +1,267 @@
+//! Between the loop of a drive and the wheel on the desk: a [`Show`] as its window runs it, a reading thread, and a motor that
+//! writes down what reaches the rim. What the kernel makes of it is tested in `tests/wheel/`, the window itself in
+//! `tests/window/wheel.rs`.
+
+use codrive::{
+    app::Show,
+    input::{
+        Devices, Profile, Rig,
+        feel::{Angle, ForceDevice},
+        lamps::Lamps,
+        profiles::{self, Device},
+        reader::{Port, ReadingThread},
+        wheel::{Found, Told},
+    },
+    sim::Scenario,
+    time::Pace,
+};
+use std::{
+    io,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, Receiver, RecvTimeoutError, Sender},
+    },
+    thread::sleep,
+    time::Duration,
+};
+
+const STEERING: u16 = 0;
+const ACCELERATOR: u16 = 2;
+/// Some 50 degrees to either side: about what the ring's bend takes.
+const LEFT: i32 = 29_100;
+const RIGHT: i32 = 36_400;
+const STRAIGHT: i32 = 32_767;
+
+/// What the motor was told. A level above 0 turns towards greater values of the axis: to the right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sent {
+    Level(i16),
+    End,
+}
+
+#[derive(Clone, Default)]
+struct Motor(Arc<Mutex<Vec<Sent>>>);
+
+impl ForceDevice for Motor {
+    fn set(&mut self, level: i16) -> io::Result<()> {
+        self.0.lock().unwrap().push(Sent::Level(level));
+        Ok(())
+    }
+
+    fn end(&mut self) {
+        self.0.lock().unwrap().push(Sent::End);
+    }
+}
+
+/// A system with one wheel, which is plugged in while the flag stands.
+struct Desk {
+    plugged: Arc<AtomicBool>,
+    events: Receiver<(u16, i32)>,
+    motor: Motor,
+    profile: Profile,
+}
+
+impl Port for Desk {
+    type Wheel = Arc<Angle>;
+
+    fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(Found, Self::Wheel)> {
+        if !self.plugged.load(Ordering::Relaxed) {
+            return None;
+        }
+        let angle = Arc::new(Angle::default());
+        let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
+        let values = [(STEERING, STRAIGHT), (1, 255), (ACCELERATOR, 255), (5, 255)];
+        let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
+        let force: Option<Box<dyn ForceDevice>> = Some(Box::new(self.motor.clone()));
+        let (profile, lamps) = (self.profile.clone(), Lamps::default());
+        Some((Found { device, profile, lamps, force, angle: Arc::clone(&angle) }, angle))
+    }
+
+    fn prefer(&mut self, _profile: Profile) {}
+
+    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<Told>) -> io::Result<()> {
+        if !self.plugged.load(Ordering::Relaxed) {
+            return Err(io::ErrorKind::NotConnected.into());
+        }
+        match self.events.recv_timeout(Duration::from_millis(2)) {
+            Ok((code, raw)) => {
+                if code == STEERING {
+                    wheel.set(self.profile.steering.wheel_rad(raw));
+                }
+                told.push(Told::Axis { code, raw, at: None });
+                Ok(())
+            }
+            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => Err(io::ErrorKind::NotConnected.into()),
+        }
+    }
+}
+
+/// A car that rolls on the ring with a foot on the accelerator, and the wheel that it is driven with.
+struct Seat {
+    // Above the reading thread: the drive ends first, as in the program.
+    show: Show,
+    motor: Motor,
+    plugged: Arc<AtomicBool>,
+    hand: Sender<(u16, i32)>,
+    _thread: ReadingThread,
+}
+
+impl Seat {
+    fn new() -> Self {
+        let (motor, plugged) = (Motor::default(), Arc::new(AtomicBool::new(true)));
+        let (hand, events) = mpsc::channel();
+        let profile = profiles::named("g29").unwrap();
+        let desk = Desk { plugged: Arc::clone(&plugged), events, motor: motor.clone(), profile };
+        let (thread, told) = ReadingThread::start(desk).unwrap();
+        let scenario = Scenario {
+            traffic: "native".into(),
+            policy: "none".into(),
+            vehicles: 6,
+            warm_up_s: 5.0,
+            duration_s: 0.0,
+            trees: 0,
+            ..Scenario::default()
+        };
+        let show = Show::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap();
+        let mut seat = Self { show, motor, plugged, hand, _thread: thread };
+        seat.until("the wheel", |seat| seat.show.devices.wheel_profile().is_some());
+        seat.put(ACCELERATOR, 100);
+        seat
+    }
+
+    fn put(&self, code: u16, raw: i32) {
+        self.hand.send((code, raw)).unwrap();
+    }
+
+    /// A hundredth of a second, in the world and on the clock.
+    fn frame(&mut self) {
+        self.show.advance(Duration::from_millis(10), |_| ()).unwrap();
+        sleep(Duration::from_millis(10));
+    }
+
+    fn frames(&mut self, count: usize) {
+        (0..count).for_each(|_| self.frame());
+    }
+
+    /// Drives until something holds; a slow machine has 30 s.
+    fn until(&mut self, what: &str, holds: impl Fn(&Self) -> bool) {
+        for _ in 0..3000 {
+            if holds(self) {
+                return;
+            }
+            self.frame();
+        }
+        panic!("{what} did not come: {:?}", self.sent());
+    }
+
+    fn sent(&self) -> Vec<Sent> {
+        self.motor.0.lock().unwrap().clone()
+    }
+
+    fn last(&self) -> Option<Sent> {
+        self.motor.0.lock().unwrap().last().copied()
+    }
+
+    /// Levels from here on.
+    fn forget(&self) {
+        self.motor.0.lock().unwrap().clear();
+    }
+
+    /// Holds the wheel to the left until it is pushed.
+    fn bend(&mut self) {
+        self.put(STEERING, LEFT);
+        self.until("a push", |seat| matches!(seat.last(), Some(Sent::Level(level)) if level != 0));
+        self.frames(40);
+    }
+}
+
+fn is_force(sent: &Sent) -> bool {
+    matches!(sent, Sent::Level(level) if *level != 0)
+}
+
+#[test]
+fn a_wheel_that_is_held_to_one_side_is_pushed_to_the_other() {
+    let mut seat = Seat::new();
+    seat.until("some speed", |seat| seat.show.drive.world.snapshot().ego.speed_mps > 4.0);
+    for (held, to_the) in [(LEFT, 1), (RIGHT, -1), (LEFT, 1)] {
+        seat.put(STEERING, held);
+        seat.until(
+            "a push back",
+            |seat| matches!(seat.last(), Some(Sent::Level(level)) if level.signum() == to_the && level.abs() > 1000),
+        );
+        // It stays so while the wheel is held still.
+        seat.forget();
+        seat.frames(40);
+        let sent = seat.sent();
+        assert!(sent.iter().all(|sent| matches!(sent, Sent::Level(level) if level.signum() != -to_the)), "{sent:?}");
+        let torque_nm = seat.show.devices.torque_nm().unwrap();
+        assert_eq!(torque_nm.signum(), -f64::from(to_the), "{torque_nm}: positive turns to the left");
+    }
+}
+
+#[test]
+fn nothing_pushes_while_the_drive_is_paused_even_if_the_wheel_is_turned() {
+    let mut seat = Seat::new();
+    seat.bend();
+    seat.show.toggle_pause();
+    seat.frame();
+    seat.until("no force", |seat| seat.last() == Some(Sent::Level(0)));
+    seat.forget();
+    for held in [RIGHT, LEFT, 1000, STRAIGHT] {
+        seat.put(STEERING, held);
+        seat.frames(15);
+    }
+    assert!(!seat.sent().iter().any(is_force), "{:?}", seat.sent());
+    assert_eq!(seat.show.devices.torque_nm(), Some(0.0));
+    seat.show.toggle_pause();
+    seat.bend();
+}
+
+#[test]
+fn time_stands_while_the_wheel_is_unplugged_and_force_fades_in_when_it_is_back() {
+    let mut seat = Seat::new();
+    seat.bend();
+    let full = seat.show.devices.torque_nm().unwrap().abs();
+    seat.plugged.store(false, Ordering::Relaxed);
+    seat.until("the pause", |seat| seat.show.waits_for_wheel());
+    assert_eq!((seat.last(), seat.show.devices.torque_nm()), (Some(Sent::End), None), "{:?}", seat.sent());
+    let stood = seat.show.drive.world.snapshot().tick;
+    seat.forget();
+    seat.frames(30);
+    assert_eq!((seat.show.drive.world.snapshot().tick, seat.sent()), (stood, vec![]));
+    // Back again, and turned at once: no hand is surprised.
+    seat.plugged.store(true, Ordering::Relaxed);
+    seat.put(STEERING, LEFT);
+    seat.put(ACCELERATOR, 100);
+    seat.until("the drive", |seat| seat.show.drive.clock.pace() == Pace::RealTime);
+    seat.until("a push", |seat| seat.sent().iter().any(is_force));
+    let first = seat.sent().into_iter().find(is_force);
+    let Some(Sent::Level(first)) = first else { panic!("{first:?}") };
+    let first_nm = f64::from(first).abs() / 32_640.0 * profiles::named("g29").unwrap().force.full_nm;
+    assert!(first_nm < 0.5 * full, "{first_nm} of {full} N m at once");
+    assert!(seat.show.drive.world.snapshot().tick > stood);
+}
+
+#[test]
+fn the_end_of_a_drive_and_a_panic_in_its_midst_take_the_force_from_the_wheel() {
+    for panics in [false, true] {
+        let mut seat = Seat::new();
+        seat.bend();
+        let motor = seat.motor.clone();
+        let ended = catch_unwind(AssertUnwindSafe(move || {
+            let watch = |_: &codrive::sim::World| assert!(!panics, "on purpose");
+            seat.show.advance(Duration::from_millis(20), watch).unwrap();
+        }));
+        assert_eq!(ended.is_err(), panics);
+        sleep(Duration::from_millis(50));
+        let sent = motor.0.lock().unwrap();
+        assert_eq!(sent.last(), Some(&Sent::End), "panics: {panics}");
+        assert_eq!(sent.iter().filter(|sent| **sent == Sent::End).count(), 1);
+    }
+    // A panic that aborted would run none of this.
+    let profiles = include_str!("../Cargo.toml");
+    assert!(!profiles.contains("panic ="), "profiles of Cargo.toml unwind");
+}
