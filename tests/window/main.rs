@@ -3,4 +3,5 @@
 mod drive;
 mod kills;
 mod visit;
+mod wheel;
 mod xserver;
