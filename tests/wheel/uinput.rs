@@ -1,13 +1,19 @@
 //! A virtual G29 through /dev/uinput, with force: what the kernel hands over to it is written down with its time.
 
 use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, spread, this_test};
-use codrive::input::{Action, Feel, RigNews, Stamp, linux};
+use codrive::{
+    app::Show,
+    input::{Action, Devices, Feel, RigNews, Stamp, linux},
+    sim::Scenario,
+    time::Pace,
+};
 use evdev::{
     AbsInfo, AbsoluteAxisCode, AttributeSet, BusType, EventSummary, FFEffectCode, FFEffectData, FFEffectKind,
     InputEvent, InputId, KeyCode, UInputCode, UinputAbsSetup, uinput::VirtualDevice,
 };
 use std::{
     os::fd::{AsRawFd, BorrowedFd},
+    panic::{AssertUnwindSafe, catch_unwind},
     process::Command,
     sync::{
         Arc, Mutex,
@@ -249,6 +255,46 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     let (end, erased) = last.split_at(3);
     assert_eq!(end, [zero, Asked::Play(0, 0), Asked::Autocentre(32_767)], "its own centring as the profile wants it");
     assert!(erased.iter().all(|a| matches!(a, Asked::Play(_, 0) | Asked::Erase(_))), "{erased:?}");
+}
+
+#[test]
+fn a_drive_pushes_against_the_hand_but_not_in_a_pause_or_after_a_panic() {
+    let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
+    let wheel = Wheel::plug();
+    let devices = Devices::open_with(Some(kernel::profile()));
+    let scenario = Scenario { traffic: "native".into(), policy: "none".into(), vehicles: 6, ..Scenario::default() };
+    let scenario = Scenario { warm_up_s: 5.0, duration_s: 0.0, trees: 0, ..scenario };
+    let mut show = Show::new(&scenario, Pace::RealTime, devices).unwrap();
+    let frames = |show: &mut Show, count: usize| {
+        for _ in 0..count {
+            show.advance(Duration::from_millis(10), |_| ()).unwrap();
+            sleep(Duration::from_millis(10));
+        }
+    };
+    while show.devices.torque_nm().is_none() {
+        frames(&mut show, 1);
+    }
+    // Held to the left, with a foot on the accelerator: pushed to the right.
+    wheel.send(&[(ABS, ACCELERATOR, 100), (SYN, 0, 0), (ABS, STEERING, 29_100), (SYN, 0, 0)]);
+    frames(&mut show, 200);
+    wheel.asked();
+    frames(&mut show, 100);
+    show.toggle_pause();
+    frames(&mut show, 20);
+    let pushed: Vec<i16> = levels(&wheel.asked()).into_iter().map(|(_, level)| level).collect();
+    assert!(pushed.iter().all(|level| *level >= 0) && pushed.iter().any(|level| *level > 1000), "{pushed:?}");
+    assert_eq!(pushed.last(), Some(&0));
+    frames(&mut show, 50);
+    assert_eq!(wheel.asked(), [], "in the pause");
+    show.toggle_pause();
+    frames(&mut show, 100);
+    let panicked = catch_unwind(AssertUnwindSafe(move || {
+        show.advance(Duration::from_millis(20), |_| panic!("on purpose")).map(drop)
+    }));
+    assert!(panicked.is_err());
+    let last = wheel.asked_until(|asked| *asked == Asked::Erase(1));
+    assert_eq!(levels(&last).last().unwrap().1, 0, "{last:?}");
+    assert!(last.iter().any(|(_, asked)| *asked == Asked::Play(0, 0)), "{last:?}");
 }
 
 #[test]
