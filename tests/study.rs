@@ -169,18 +169,56 @@ fn every_mistake_is_named_with_its_place() {
 
 #[test]
 fn scores_are_those_of_their_authors() {
-    // All symptoms slight: seven of each scale, so 7 x 9.54, 7 x 7.58, 7 x 13.92 and 21 x 3.74.
+    // Which symptom counts for nausea, oculomotor, disorientation: table 5 of Kennedy, Lane, Berbaum and Lilienthal (1993).
     let ssq = questionnaire("ssq");
-    let mut answers: Answers = BTreeMap::new();
-    for element in ssq.pages.iter().flat_map(|page| &page.elements) {
-        answers.extend(element.answer_names().into_iter().map(|name| (name, json!(1))));
-    }
-    assert_eq!(answers.len(), 16);
+    let table = [
+        ("general-discomfort", [1, 1, 0]),
+        ("fatigue", [0, 1, 0]),
+        ("headache", [0, 1, 0]),
+        ("eyestrain", [0, 1, 0]),
+        ("difficulty-focusing", [0, 1, 1]),
+        ("increased-salivation", [1, 0, 0]),
+        ("sweating", [1, 0, 0]),
+        ("nausea", [1, 0, 1]),
+        ("difficulty-concentrating", [1, 1, 0]),
+        ("fullness-of-head", [0, 0, 1]),
+        ("blurred-vision", [0, 1, 1]),
+        ("dizzy-eyes-open", [0, 0, 1]),
+        ("dizzy-eyes-closed", [0, 0, 1]),
+        ("vertigo", [0, 0, 1]),
+        ("stomach-awareness", [1, 0, 0]),
+        ("burping", [1, 0, 0]),
+    ];
+    let asked: Vec<String> =
+        ssq.pages.iter().flat_map(|page| &page.elements).flat_map(|element| element.answer_names()).collect();
+    // The two pages are one list, as the questionnaire has it.
+    let name = |symptom: &str| asked.iter().find(|name| name.ends_with(&format!(".{symptom}"))).expect(symptom).clone();
+    let names: Vec<String> = table.iter().map(|(symptom, _)| name(symptom)).collect();
+    assert_eq!(asked, names);
     let figure = |scores: &[(String, Option<f64>)], name: &str| scores.iter().find(|s| s.0 == name).expect(name).1;
-    let scores = ssq.scores(&answers);
-    for (name, wanted) in [("nausea", 66.78), ("oculomotor", 53.06), ("disorientation", 97.44), ("total", 78.54)] {
-        assert!((figure(&scores, name).expect("all answered") - wanted).abs() < 1e-9, "{name}: {scores:?}");
+    let answered = |of: &dyn Fn(usize) -> u8| -> Answers {
+        names.iter().enumerate().map(|(i, name)| (name.clone(), json!(of(i)))).collect()
+    };
+    let check = |answers: &Answers, wanted: [f64; 4], what: &str| {
+        let scores = ssq.scores(answers);
+        for (name, wanted) in ["nausea", "oculomotor", "disorientation", "total"].into_iter().zip(wanted) {
+            let found = figure(&scores, name).expect("all answered");
+            assert!((found - wanted).abs() < 1e-9, "{what}, {name}: {found}, wanted {wanted}");
+        }
+    };
+    // Each symptom alone, severe: 3 in its scales, by the weights 9.54, 7.58, 13.92, and 3.74 for their sum.
+    for (i, (symptom, [n, o, d])) in table.iter().enumerate() {
+        let [n, o, d] = [n, o, d].map(|counts| f64::from(3 * counts));
+        let wanted = [9.54 * n, 7.58 * o, 13.92 * d, 3.74 * (n + o + d)];
+        check(&answered(&|k| if k == i { 3 } else { 0 }), wanted, symptom);
     }
+    // Worked by hand: nausea 1 + 3 + 2 + 1 = 7, oculomotor 1 + 2 + 1 + 3 + 1 = 8, disorientation 3 + 2 + 1 + 2 = 8.
+    let mixed = [1, 2, 1, 0, 3, 0, 3, 2, 1, 0, 0, 1, 2, 0, 0, 0];
+    check(&answered(&|k| mixed[k]), [66.78, 60.64, 111.36, 86.02], "mixed answers");
+    // The ends of the published scales: nothing, and 200.34, 159.18, 292.32, 235.62.
+    check(&answered(&|_| 0), [0.0; 4], "nothing");
+    check(&answered(&|_| 3), [200.34, 159.18, 292.32, 235.62], "all severe");
+    let mut answers = answered(&|k| mixed[k]);
     answers.remove("symptom.nausea");
     let scores = ssq.scores(&answers);
     assert!(figure(&scores, "nausea").is_none() && figure(&scores, "oculomotor").is_some());

@@ -1,10 +1,11 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives,
-//! `sumo` about SUMO alone, `remote` about a SUMO behind a socket. Metres, m/s, steps of 0.1 s.
+//! `noise` about its strength, `sumo` about SUMO alone, `remote` about a SUMO behind a socket. Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation in a process, so every test holds [`alone`].
 
 mod contract;
 mod imposed;
+mod noise;
 mod remote;
 mod sumo;
 
