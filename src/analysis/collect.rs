@@ -209,3 +209,7 @@ pub fn analyse(found: &[Found], done: &(impl Fn() + Sync)) -> Result<Vec<Analyse
 fn per_second(ticks: &[f64]) -> Vec<f64> {
     ticks.chunks_exact(TICKS_PER_S as usize).map(|second| second.iter().sum::<f64>() / second.len() as f64).collect()
 }
+
+#[cfg(test)]
+#[path = "collect_tests.rs"]
+mod tests;

@@ -295,3 +295,7 @@ fn choices() -> Choices {
         .with("policy", policies(), None)
         .with("driver", driver::PRESETS, None)
 }
+
+#[cfg(test)]
+#[path = "desk_tests.rs"]
+mod tests;

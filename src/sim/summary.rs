@@ -163,19 +163,6 @@ impl Tally {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{time::Tick, traffic::CarId};
-
-    #[test]
-    fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
-        let mut tally = Tally::new([0.0, f64::INFINITY]);
-        for tick in 0..=MOST_CONTACTS as u64 {
-            let kind = EventKind::Contact { car: CarId(1), ego_speed_mps: 2.0, car_speed_mps: 1.0, closing_mps: 1.0 };
-            tally.note(&Event { tick: Tick(tick), kind });
-        }
-        let summary = tally.summary();
-        assert_eq!((summary.contacts.len(), summary.contact_count), (10_000, 10_001));
-        assert_eq!(summary.contacts[9_999].time_s, Tick(9_999).seconds());
-    }
-}
+#[cfg(test)]
+#[path = "summary_tests.rs"]
+mod tests;

@@ -1,0 +1,119 @@
+//! What a folder holds, of data sets written by hand.
+
+use super::*;
+
+const HEAD: &str = "filename\tsegment\tplace\tcondition\tdensity\tseed\trecording\tbaseline";
+
+/// A data set of a study whose conditions are "loose" and "dense", in that order.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        fs::write(place.root().join("dataset_description.json"), r#"{ "Name": "Of two roads" }"#).unwrap();
+        place
+    }
+
+    fn root(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Gives a participant these drives.
+    fn scans(&self, subject: &str, rows: &[&str]) {
+        let folder = self.root().join(subject);
+        fs::create_dir_all(&folder).unwrap();
+        let text = [HEAD].iter().chain(rows).fold(String::new(), |text, row| text + row + "\n");
+        fs::write(folder.join(format!("{subject}_scans.tsv")), text).unwrap();
+        let levels = r#"{ "condition": { "Levels": { "loose": "few cars", "dense": "many" } } }"#;
+        fs::write(folder.join(format!("{subject}_scans.json")), levels).unwrap();
+    }
+}
+
+fn fault(folder: &Path) -> String {
+    find(folder).expect_err("nothing to analyse").to_string()
+}
+
+#[test]
+fn drives_come_by_participant_and_place_with_condition_levels_and_baseline() {
+    let place = Place::new();
+    place.scans(
+        "sub-P02",
+        &["b1\ttrial\t1\tdense\thigh\t5\tsourcedata/sub-P02/trial-1-dense\tsourcedata/sub-P02/trial-1-dense-baseline"],
+    );
+    place.scans(
+        "sub-P01",
+        &[
+            "a0\tpractice\tn/a\tn/a\tn/a\t3\tsourcedata/sub-P01/practice\tn/a",
+            "a1\ttrial\t1\tloose\tlow\t4\tsourcedata/sub-P01/trial-1-loose\tn/a",
+        ],
+    );
+    let held = find(place.root()).unwrap();
+    assert_eq!((held.title.as_str(), held.out), ("Of two roads", place.root().join("derivatives/codrive")));
+    let [practice, first, second] = &held.found[..] else { panic!("{:?}", held.found) };
+    assert_eq!(
+        *practice,
+        Found {
+            participant: "sub-P01".into(),
+            segment: "practice".into(),
+            // After all conditions of the study.
+            rank: 2,
+            levels: vec![("density".into(), String::new())],
+            recording: place.root().join("sourcedata/sub-P01/practice"),
+            ..Found::default()
+        }
+    );
+    assert_eq!(practice.title(), "sub-P01 practice");
+    assert_eq!((first.title().as_str(), first.rank, &first.baseline), ("sub-P01 trial 1 loose", 0, &None));
+    assert_eq!((second.participant.as_str(), second.rank), ("sub-P02", 1));
+    assert_eq!(second.levels, [("density".to_owned(), "high".to_owned())]);
+    assert_eq!(second.baseline, Some(place.root().join("sourcedata/sub-P02/trial-1-dense-baseline")));
+
+    // One participant alone, by the folder of the tables or by that of the recordings.
+    let sources = place.root().join("sourcedata/sub-P01");
+    fs::create_dir_all(&sources).unwrap();
+    for folder in [place.root().join("sub-P01"), sources] {
+        let held = find(&folder).unwrap();
+        assert_eq!((held.title.as_str(), held.found.len()), ("sub-P01", 2));
+        assert_eq!(held.out, place.root().join("derivatives/codrive/sub-P01"));
+    }
+}
+
+#[test]
+fn a_recording_is_found_with_the_baseline_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let [drive, baseline] = ["p1", "p1-baseline"].map(|name| folder.path().join(name));
+    fs::create_dir(&drive).unwrap();
+    fs::write(drive.join("manifest.json"), "{}").unwrap();
+    let held = find(&drive).unwrap();
+    assert_eq!((held.title.as_str(), held.out), ("p1", drive.join("analysis")));
+    assert_eq!(held.found, [Found { recording: drive.clone(), ..Found::default() }]);
+    fs::create_dir(&baseline).unwrap();
+    assert_eq!(find(&drive).unwrap().found[0].baseline, Some(baseline));
+}
+
+#[test]
+fn what_holds_nothing_or_is_broken_is_named() {
+    let place = Place::new();
+    let outside = tempfile::tempdir().unwrap();
+    assert!(fault(outside.path()).contains("holds nothing to analyse; name a recording"), "{}", fault(outside.path()));
+    let other = place.root().join("phenotype");
+    fs::create_dir(&other).unwrap();
+    assert!(fault(&other).contains("holds nothing to analyse"));
+    assert!(fault(place.root()).contains("holds no drive that came to its end"), "{}", fault(place.root()));
+    place.scans("sub-P01", &["a\ttrial\t1\tloose\tlow\t4\tx\tn/a", "b\ttrial\t2"]);
+    assert!(
+        fault(place.root()).contains("sub-P01_scans.tsv: line 3 has 3 cells instead of 8"),
+        "{}",
+        fault(place.root())
+    );
+    let table = place.root().join("sub-P01/sub-P01_scans.tsv");
+    fs::write(&table, HEAD.replace("recording", "recorded") + "\n").unwrap();
+    assert!(fault(place.root()).contains("there is no column \"recording\""), "{}", fault(place.root()));
+}
+
+#[test]
+fn a_second_is_a_hundred_ticks_and_what_is_left_over_is_none() {
+    let ticks: Vec<f64> = [1.0, 3.0].iter().flat_map(|v| [*v; 100]).chain([9.0; 50]).collect();
+    assert_eq!(per_second(&ticks), [1.0, 3.0]);
+    assert!(per_second(&ticks[..99]).is_empty());
+}

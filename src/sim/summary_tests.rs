@@ -1,0 +1,138 @@
+//! A drive of five ticks, counted by hand.
+
+use super::*;
+use crate::{
+    ego::EgoState,
+    policy::{Action, Advice},
+    sim::{
+        event::{Event, EventKind},
+        snapshot::{CarView, Leader, Pitch},
+    },
+    space::Pose,
+    time::Tick,
+    traffic::CarId,
+};
+
+fn snapshot(tick: u64, ego_mps: f64, car_mps: f64, gap_m: Option<f64>, target_mps: Option<f64>) -> Snapshot {
+    let ego = EgoState { speed_mps: ego_mps, ..EgoState::default() };
+    let car = CarView {
+        id: CarId(1),
+        pose: Pose::default(),
+        pose_before: Pose::default(),
+        s_m: 0.0,
+        speed_mps: car_mps,
+        accel_mps2: 0.0,
+        odometer_m: 0.0,
+        braking: false,
+        pitch: Pitch::default(),
+    };
+    Snapshot {
+        tick: Tick(tick),
+        ego,
+        ego_before: ego,
+        ego_s_m: 0.0,
+        lane_offset_m: 0.0,
+        cars: vec![car],
+        leader: gap_m.map(|gap_m| Leader { id: CarId(1), gap_m, speed_mps: car_mps }),
+        advice: target_mps.map(advice),
+        mean_speed_mps: 0.5 * (ego_mps + car_mps),
+    }
+}
+
+/// Within half a metre a second.
+fn advice(target_mps: f64) -> Advice {
+    let action = Action::Speed(target_mps);
+    Advice { issued: Tick(0), hold_steps: 1, action, target_mps, range_mps: 0.5, is_fallback: false }
+}
+
+/// The ego at 1 to 5 m/s behind a car at 3 m/s. The gap is least after the window.
+fn drive() -> Vec<Snapshot> {
+    vec![
+        snapshot(1, 1.0, 3.0, Some(7.0), Some(1.0)),
+        snapshot(2, 2.0, 3.0, None, Some(2.5)),
+        snapshot(3, 3.0, 3.0, Some(4.25), None),
+        snapshot(4, 4.0, 3.0, Some(6.0), Some(3.0)),
+        snapshot(5, 5.0, 3.0, Some(3.5), Some(5.0)),
+    ]
+}
+
+fn summary(window_s: [f64; 2], drive: &[Snapshot], events: &[Event]) -> Summary {
+    let mut tally = Tally::new(window_s);
+    for snapshot in drive {
+        let of: Vec<Event> = events.iter().copied().filter(|event| event.tick == snapshot.tick).collect();
+        tally.add(snapshot, &of);
+    }
+    tally.summary()
+}
+
+#[test]
+fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
+    let found = summary([0.02, 0.04], &drive(), &[]);
+    // Speeds in the window: 2 3 4 of the ego, 3 3 3 of the other.
+    assert_eq!((found.mean_speed_mps, found.ego_mean_speed_mps), (Some(3.0), Some(3.0)));
+    let sd_mps = found.speed_sd_mps.unwrap();
+    assert!((sd_mps - (2.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{sd_mps}: N, not N-1");
+    // With advice are ticks 2 (in its range, at the edge) and 4 (not).
+    assert_eq!(found.time_in_range, Some(0.5));
+    assert_eq!(found.min_gap_m, Some(3.5));
+    assert_eq!((found.window_s, found.duration_s), ([0.02, 0.04], 0.05));
+    // A window that the drive does not fill ends with it.
+    let whole = summary([0.0, f64::INFINITY], &drive(), &[]);
+    assert_eq!((whole.window_s, whole.ego_mean_speed_mps), ([0.0, 0.05], Some(3.0)));
+    assert_eq!((whole.mean_speed_mps, whole.time_in_range), (Some(3.0), Some(0.75)));
+}
+
+#[test]
+fn what_there_was_not_has_no_number() {
+    let nothing = Tally::new([0.0, 1.0]).summary();
+    assert_eq!((nothing.mean_speed_mps, nothing.speed_sd_mps, nothing.ego_mean_speed_mps), (None, None, None));
+    assert_eq!((nothing.time_in_range, nothing.min_gap_m, nothing.ended), (None, None, None));
+    // A drive that ends before its window begins has a gap, and no mean.
+    let early = summary([1.0, 2.0], &drive(), &[]);
+    assert_eq!((early.mean_speed_mps, early.min_gap_m), (None, Some(3.5)));
+    let alone = summary([0.0, 1.0], &[snapshot(1, 2.0, 3.0, None, None)], &[]);
+    assert_eq!((alone.min_gap_m, alone.time_in_range, alone.speed_sd_mps), (None, None, Some(0.5)));
+}
+
+#[test]
+fn events_are_counted_and_contacts_keep_their_numbers() {
+    let at = |tick: u64, kind: EventKind| Event { tick: Tick(tick), kind };
+    let contact = EventKind::Contact { car: CarId(7), ego_speed_mps: 4.0, car_speed_mps: 3.0, closing_mps: 1.25 };
+    let events = [
+        at(1, EventKind::Advice(advice(1.0))),
+        at(2, EventKind::Advice(advice(2.5))),
+        at(3, EventKind::LeftRoad { s_m: 3.0, offset_m: 2.0 }),
+        at(4, EventKind::BackOnRoad),
+        at(4, contact),
+        at(5, EventKind::Ended(EndReason::Contact)),
+    ];
+    let found = summary([0.0, 0.01], &drive(), &events);
+    assert_eq!((found.advices, found.left_road, found.ended), (2, 1, Some(EndReason::Contact)));
+    let record = ContactRecord { time_s: 0.04, car: 7, ego_speed_mps: 4.0, car_speed_mps: 3.0, closing_mps: 1.25 };
+    assert_eq!(found.contacts, [record]);
+}
+
+#[test]
+fn the_fingerprint_is_that_of_every_snapshot_in_its_order() {
+    let all = [0.0, f64::INFINITY];
+    let [first, again] = [(); 2].map(|()| summary(all, &drive(), &[]).hash);
+    assert_eq!(first, again);
+    let mut other = drive();
+    other[2].ego.speed_mps = f64::from_bits(3.0_f64.to_bits() + 1);
+    assert_ne!(summary(all, &other, &[]).hash, first, "the last bit of one speed");
+    let mut swapped = drive();
+    swapped.swap(1, 2);
+    assert_ne!(summary(all, &swapped, &[]).hash, first);
+}
+
+#[test]
+fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
+    let mut tally = Tally::new([0.0, f64::INFINITY]);
+    for tick in 0..=MOST_CONTACTS as u64 {
+        let kind = EventKind::Contact { car: CarId(1), ego_speed_mps: 2.0, car_speed_mps: 1.0, closing_mps: 1.0 };
+        tally.note(&Event { tick: Tick(tick), kind });
+    }
+    let summary = tally.summary();
+    assert_eq!((summary.contacts.len(), summary.contact_count), (10_000, 10_001));
+    assert_eq!(summary.contacts[9_999].time_s, Tick(9_999).seconds());
+}
