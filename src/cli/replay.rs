@@ -8,7 +8,7 @@ use crate::{
         sound::Track,
     },
     private,
-    record::{Reader, Table},
+    record::{LOST_AND_FOUND, Reader, Table},
     time::Tick,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -163,11 +163,15 @@ fn say(recording: &Path, found: &Verdict, all: u64) -> Result<(), CliError> {
     let mut lines = vec![format!("{name}: not as it was recorded")];
     lines.extend(found.difference.as_ref().map(|first| format!("first difference: {first}")));
     if found.cells > 1 {
-        lines.push(format!("cells that differ: {} in {ticks} ticks", found.cells));
+        lines.push(format!("cells and rows that differ: {} in {ticks} ticks", found.cells));
     }
     lines.extend(found.hole.map(|tick| format!("ego.parquet: rows are missing from {:.2} s on", tick.seconds())));
     lines.extend(found.changes.iter().flatten().map(ToString::to_string));
-    if found.changes.as_ref().is_none_or(Vec::is_empty) {
+    if recording.join(LOST_AND_FOUND).exists() {
+        lines.push(format!(
+            "rows could not be read when it was recovered: {LOST_AND_FOUND}/ in it holds what they were read from"
+        ));
+    } else if found.changes.as_ref().is_none_or(Vec::is_empty) {
         lines.push("The files are as they were written: another version of the program or of SUMO, or another map, does that; compare manifest.json".into());
     }
     Err(CliError::Failed(lines.join("\n  ")))

@@ -178,7 +178,7 @@ impl Comparison {
         self.first.as_ref()
     }
 
-    /// How many cells differ so far.
+    /// How many cells differ so far, rows that are missing or too many among them.
     pub fn cells(&self) -> u64 {
         self.cells
     }
@@ -241,15 +241,27 @@ impl Cursor {
         !self.word("event").is_some_and(|kind| EventRow::KINDS_OF_WORLD.contains(&kind))
     }
 
-    /// Compares the row here with the one that was driven, and goes on. How many cells differ, and the first.
+    /// Compares the row here with the one that was driven, and goes on. How many cells differ, and the first. A row of another
+    /// tick counts as one cell: one too many, or one that is missing, and the tables stay side by side.
     fn compare<R>(&mut self, columns: &[Column<R>], driven: &R) -> Result<(u64, Option<Difference>), RecordError> {
-        if !self.has_row()? {
-            let tick =
-                columns.iter().find(|column| column.name == "tick").map_or_else(String::new, |c| text(c, driven));
-            let number = tick.parse().unwrap_or_default();
-            let difference = Difference { tick: Tick(number), ..self.difference("tick", String::new(), tick) };
-            return Ok((1, Some(difference)));
+        let tick = tables::tick(columns, driven);
+        let mut more = 0;
+        let mut extra = None;
+        while self.has_row()? && self.tick() < tick {
+            more += 1;
+            extra.get_or_insert_with(|| self.difference("tick", self.tick().0.to_string(), String::new()));
+            self.skip();
         }
+        if !self.has_row()? || self.tick() > tick {
+            let missing = Difference { tick, ..self.difference("tick", String::new(), tick.0.to_string()) };
+            return Ok((more + 1, extra.or(Some(missing))));
+        }
+        let (cells, first) = self.compare_cells(columns, driven);
+        self.skip();
+        Ok((more + cells, extra.or(first)))
+    }
+
+    fn compare_cells<R>(&self, columns: &[Column<R>], driven: &R) -> (u64, Option<Difference>) {
         let (mut cells, mut first) = (0, None);
         for column in columns.iter().filter(|column| !OF_DEVICES.contains(&column.name)) {
             // A recording of an earlier version may lack a column; one that was taken out is found by its checksum.
@@ -264,8 +276,7 @@ impl Cursor {
                 }
             }
         }
-        self.skip();
-        Ok((cells, first))
+        (cells, first)
     }
 
     fn is_equal<R>(&self, column: &Column<R>, driven: &R) -> bool {

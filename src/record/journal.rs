@@ -8,7 +8,7 @@ use super::{
     RecordError,
     block::{self, Header},
     files,
-    table::{Column, Get, batch, schema},
+    table::{Column, batch, schema},
     tables::{self, Batch, Table},
 };
 use arrow_ipc::writer::StreamWriter;
@@ -104,7 +104,7 @@ impl<F: Durable> Journal<F> {
             table: Table::ALL.iter().position(|t| *t == table).unwrap_or_default() as u32,
             rows: rows.len() as u32,
             number: self.next,
-            ticks: [tick(columns, first), tick(columns, last)],
+            ticks: [tables::tick(columns, first).0, tables::tick(columns, last).0],
         };
         self.next += 1;
         bytes.extend(block::encode(&header, &payload));
@@ -119,12 +119,4 @@ fn payload<R>(columns: &[Column<R>], rows: &[R]) -> io::Result<Vec<u8>> {
     stream.write(&batch(&schema, columns, rows)).map_err(io::Error::other)?;
     stream.finish().map_err(io::Error::other)?;
     zstd::bulk::compress(stream.get_ref(), ZSTD_LEVEL)
-}
-
-/// The tick of a row: every table has a column of that name.
-fn tick<R>(columns: &[Column<R>], row: &R) -> u64 {
-    columns.iter().find(|column| column.name == "tick").map_or(0, |column| match column.get {
-        Get::Whole(get) => get(row),
-        _ => 0,
-    })
 }

@@ -35,7 +35,7 @@ pub use files::{BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, r
 pub use journal_reader::Hole;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Gauge, Recorder};
-pub use recover::{Recovered, count, open, recover};
+pub use recover::{LOST_AND_FOUND, Recovered, count, open, recover};
 pub use table::{Column, Reader};
 pub use tables::Table;
 

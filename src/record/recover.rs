@@ -33,8 +33,8 @@ use std::{
 
 /// Folder of the journal, in that of the recording.
 pub(super) const JOURNAL: &str = "journal";
-/// Where goes what could not be read.
-pub(super) const LOST_AND_FOUND: &str = "lost+found";
+/// Folder in a recording where goes what could not be read.
+pub const LOST_AND_FOUND: &str = "lost+found";
 /// Rows that are gathered before they go to the disk: memory stays the same however long a drive is.
 const ROW_GROUP: usize = 50_000;
 

@@ -48,6 +48,15 @@ impl Table {
     }
 }
 
+/// The tick of a row: every table has a column of that name.
+pub(super) fn tick<R>(columns: &[Column<R>], row: &R) -> Tick {
+    let ticks = columns.iter().find(|column| column.name == "tick");
+    Tick(ticks.map_or(0, |column| match column.get {
+        Get::Whole(get) => get(row),
+        _ => 0,
+    }))
+}
+
 /// Rows on their way to the disk.
 #[derive(Debug, Default)]
 pub(super) struct Batch {

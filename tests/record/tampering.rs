@@ -128,7 +128,7 @@ fn a_changed_cell_of_any_table_is_named_with_row_column_and_both_values() {
         assert!(text.contains(&format!(" s), column {column}: recorded {recorded}, driven again {was}")), "{text}");
         assert!(text.contains(&format!("({time_s} s)")) || table == "advice", "{time_s}: {text}");
         assert!(text.contains(&format!("{table}.parquet: column {column} is not as it was written")), "{text}");
-        assert!(!text.contains("cells that differ"), "one cell: {text}");
+        assert!(!text.contains("cells and rows that differ"), "one cell: {text}");
     }
 }
 
@@ -140,7 +140,10 @@ fn a_changed_input_is_named_by_its_column_and_by_what_it_changes() {
     change(&copy.join("ego.parquet"), 200, "brake", &Cell::Number(0.0));
     let (code, text) = replay(&copy);
     assert!(code == 1 && text.contains("ego.parquet: column throttle is not as it was written"), "{text}");
-    assert!(text.contains("first difference: ego.parquet, row 20") && text.contains("cells that differ: "), "{text}");
+    assert!(
+        text.contains("first difference: ego.parquet, row 20") && text.contains("cells and rows that differ: "),
+        "{text}"
+    );
 }
 
 #[test]
@@ -180,6 +183,16 @@ fn rows_that_were_taken_out_or_put_in_are_named() {
         assert!(code == 1 && text.contains(", driven again nothing"), "{text}");
         assert!(text.contains(&format!("{table}.parquet: has {} rows; {row} were written", row + 1)), "{text}");
     }
+    // A step taken out of the middle costs its rows, and no others.
+    let copy = drive.copy("step-out");
+    let all = rows(&copy.join("cars.parquet"));
+    write(&copy.join("cars.parquet"), &joined(&all.slice(0, 22 * 20), &all.slice(22 * 21, 22 * 39)));
+    let (code, text) = replay(&copy);
+    assert!(
+        code == 1 && text.contains("cars.parquet, row 440 (2.10 s), column tick: recorded nothing, driven again 210"),
+        "{text}"
+    );
+    assert!(text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
     // A row of the ego taken out of the middle: what follows cannot be driven.
     let copy = drive.copy("ego-out");
     let all = rows(&copy.join("ego.parquet"));
