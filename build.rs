@@ -1,6 +1,5 @@
-//! Builds two small shared libraries from `src/traffic/sumo/shim.cpp`: one over libsumo (in process), one over libtraci (socket). The
-//! program opens them at run time (`traffic::sumo`), so that it builds and starts without SUMO, and SUMO's hundred
-//! bundled libraries stay out of the way of the graphics drivers. Without SUMO, or without a C++ compiler, the build
+//! Builds a small shared library over libsumo from `src/traffic/sumo/shim.cpp`. The program opens it at run time
+//! (`traffic::sumo`), so that it builds and starts without SUMO, and SUMO's hundred bundled libraries stay out of the way of the graphics drivers. Without SUMO, or without a C++ compiler, the build
 //! goes on with a warning.
 
 use std::{
@@ -8,10 +7,6 @@ use std::{
     path::{Path, PathBuf},
     process::Command,
 };
-
-/// Name of the shim, the SUMO library behind it, and the macro that chooses it.
-const SHIMS: [(&str, &str, Option<&str>); 2] =
-    [("codrive_sumo", "sumocpp", None), ("codrive_traci", "tracicpp", Some("LIBTRACI"))];
 
 fn main() {
     println!("cargo:rerun-if-changed=src/traffic/sumo/shim.cpp");
@@ -24,10 +19,10 @@ fn main() {
     // A path that is not there makes cargo look again at every build: wanted for as long as SUMO is missing.
     let header = home.clone().unwrap_or_else(|| root.join(".sumo/sumo")).join("include/libsumo/libsumo.h");
     println!("cargo:rerun-if-changed={}", header.display());
-    let built =
-        home.as_ref().ok_or("SUMO is not here; run scripts/setup or set SUMO_HOME".to_string()).and_then(|home| {
-            SHIMS.iter().try_for_each(|(name, library, define)| build_shim(&out, home, name, library, *define))
-        });
+    let built = home
+        .as_ref()
+        .ok_or("SUMO is not here; run scripts/setup or set SUMO_HOME".to_string())
+        .and_then(|home| build_shim(&out, home));
     if let Err(reason) = &built {
         println!("cargo:warning=built without SUMO: {reason}");
     }
@@ -49,19 +44,16 @@ fn library_folder(home: &Path) -> Option<PathBuf> {
     ["lib64", "lib"].iter().map(|d| home.join(d)).find(|d| names.iter().any(|n| d.join(n).exists()))
 }
 
-fn build_shim(out: &Path, home: &Path, name: &str, library: &str, define: Option<&str>) -> Result<(), String> {
+fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     let folder = library_folder(home).ok_or("SUMO's libraries are not here")?;
     let mut build = cc::Build::new();
     // Optimised in every profile: it stands in the loop of each step.
     build.cpp(true).std("c++17").pic(true).opt_level(2).include(home.join("include")).cargo_metadata(false);
-    if let Some(define) = define {
-        build.define(define, None);
-    }
     let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
     let mut command: Command = compiler.to_command();
-    let file = out.join(format!("{}{name}{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX));
+    let file = out.join(format!("{}codrive_sumo{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX));
     command.args(["-shared", "-fvisibility=hidden", "src/traffic/sumo/shim.cpp", "-o"]).arg(file);
-    command.arg(format!("-L{}", folder.display())).arg(format!("-l{library}"));
+    command.arg(format!("-L{}", folder.display())).arg("-lsumocpp");
     command.arg(format!("-Wl,-rpath,{}", folder.display()));
     if cfg!(target_os = "linux") {
         // DT_RPATH wins over LD_LIBRARY_PATH; SUMO's bundled libraries are found at run time through its own paths.

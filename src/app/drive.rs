@@ -7,12 +7,19 @@ use crate::{
 };
 use std::time::Duration;
 
+/// A frame of a window waits so long for a traffic engine that runs elsewhere: one that hears its keys 20 times a second
+/// does not feel hung.
+pub(super) const PATIENCE: Duration = Duration::from_millis(50);
+
 /// A running drive: the world and its clock.
 pub struct Drive {
     /// The simulation.
     pub world: World,
     /// How it follows the frames.
     pub clock: Clock,
+    /// How long a tick may wait for a traffic engine that runs elsewhere. A window sets it to a moment, so that it hears
+    /// its keys meanwhile; ticks that are due then are dropped.
+    pub patience: Duration,
 }
 
 impl Drive {
@@ -21,7 +28,7 @@ impl Drive {
     /// # Errors
     /// If its world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
-        Ok(Self { world: World::new(scenario)?, clock: Clock::new(pace) })
+        Ok(Self { world: World::new(scenario)?, clock: Clock::new(pace), patience: Duration::MAX })
     }
 
     /// One frame: all ticks that are due. `steer` is asked for the controls of each tick, `watch` sees the world
@@ -35,9 +42,14 @@ impl Drive {
         mut steer: impl FnMut(&World) -> Controls,
         mut watch: impl FnMut(&World, &Controls),
     ) -> Result<Due, WorldError> {
-        let due = self.clock.advance(elapsed);
-        for _ in 0..due.ticks {
+        let mut due = self.clock.advance(elapsed);
+        for done in 0..due.ticks {
             if self.world.ended().is_some() {
+                break;
+            }
+            if !self.world.prepare(self.patience)? {
+                due.dropped += self.clock.drop_ticks(due.ticks - done);
+                due.ticks = done;
                 break;
             }
             let controls = steer(&self.world);

@@ -21,6 +21,7 @@ mod show;
 pub mod sound;
 mod surface;
 pub mod trial;
+mod view_options;
 pub mod visit;
 pub mod wheel;
 pub mod window;
@@ -31,7 +32,8 @@ pub use drive::Drive;
 pub use effort::{quality, renderer_that_keeps_up};
 pub use instruments::Instruments;
 pub use pulse::Pulse;
-pub use show::{Show, view_options};
+pub use show::Show;
+pub use view_options::view_options;
 
 /// Why a drive could not be shown or run.
 #[derive(Debug, thiserror::Error)]

@@ -2,20 +2,21 @@
 //! Out: the [`View`] of the moment.
 
 use super::{
-    AppError, Drive, Instruments, facts,
+    AppError, Drive, Instruments,
+    drive::PATIENCE,
+    facts,
     flash::Flash,
     latency::Latency,
     sound::{self, Sound},
-    words,
+    view_options, words,
 };
 use crate::{
     ego::Surface,
-    hud::Palette,
     input::{Action, Devices, Feel, RigNews, Stamp, Standing},
     record::{Gauge, Manifest, Recorder, inputs, manifest::Screen, tables::FrameRow},
     render::Gpu,
-    scene::{self, MirrorOptions, Stage, View, ViewKind, ViewOptions},
-    sim::{DialPalette, Scenario, Tally, World, colour},
+    scene::{self, Stage, View, ViewKind, ViewOptions},
+    sim::{Scenario, Tally, World},
     study::Code,
     time::{Due, Pace},
 };
@@ -260,6 +261,7 @@ impl Show {
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, AppError> {
         self.hear_devices();
         let Self { drive, devices, tally, lane_help, recorder, sound, flash, .. } = self;
+        drive.patience = PATIENCE;
         let mut recorded = Ok(());
         if let Some(recorder) = recorder {
             recorder.force(devices.torque_nm());
@@ -465,34 +467,6 @@ impl Show {
         let world = &self.drive.world;
         words::summary(world.scenario(), &world.traffic_engine(), &self.devices.describe(), &self.tally.summary())
     }
-}
-
-/// What the scenario says of the picture.
-pub fn view_options(scenario: &Scenario) -> ViewOptions {
-    let usual = ViewOptions::default();
-    ViewOptions {
-        screen_width_m: scenario.screen_width_m as f32,
-        eye_distance_m: scenario.eye_distance_m as f32,
-        ordinary_paints: scenario.ordinary_paints,
-        cockpit: scenario.cockpit,
-        palette: match scenario.palette {
-            DialPalette::Standard => Palette::HC22,
-            DialPalette::ColourBlindSafe => Palette::COLOUR_BLIND_SAFE,
-        },
-        mirror: MirrorOptions {
-            yaw_deg: scenario.mirror_yaw_deg as f32,
-            pitch_deg: scenario.mirror_pitch_deg as f32,
-            fov_x_deg: scenario.mirror_fov_deg as f32,
-            radius_m: scenario.mirror_radius_m as f32,
-            ..usual.mirror
-        },
-        ego_paint: colour::linear(&scenario.ego_colour).unwrap_or(usual.ego_paint),
-        traffic_paint: colour::linear(&scenario.traffic_colour).unwrap_or(usual.traffic_paint),
-        visibility_m: (1000.0 * scenario.visibility_km) as f32,
-        wind_mps: scenario.wind_mps as f32,
-        ..usual
-    }
-    .at_hour(scenario.time_h as f32)
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ use crate::{
     record::RecordError,
     sim::{ScenarioError, WorldError},
     study::SessionError,
-    traffic::TrafficError,
+    traffic::{self, TrafficError},
 };
 use clap::Command;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -142,8 +142,10 @@ impl From<ScenarioError> for CliError {
 
 impl From<WorldError> for CliError {
     fn from(error: WorldError) -> Self {
-        let machine =
-            matches!(error, WorldError::Traffic(TrafficError::Absent(_) | TrafficError::Busy | TrafficError::Sumo(_)));
+        let machine = matches!(
+            &error,
+            WorldError::Traffic(error) if !matches!(error, TrafficError::Setup(_) | TrafficError::NotFinite { .. })
+        );
         if machine { Self::Failed(error.to_string()) } else { Self::Input(error.to_string()) }
     }
 }
@@ -187,7 +189,10 @@ impl From<app::AppError> for CliError {
 pub(crate) fn stop_on_ctrl_c() -> std::sync::Arc<std::sync::atomic::AtomicBool> {
     let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
     let flag = std::sync::Arc::clone(&stop);
-    let set = ctrlc::set_handler(move || flag.store(true, std::sync::atomic::Ordering::Relaxed));
+    let set = ctrlc::set_handler(move || {
+        flag.store(true, std::sync::atomic::Ordering::Relaxed);
+        traffic::interrupt();
+    });
     if let Err(error) = set {
         log::warn!("Ctrl-C will end the program at once: {error}");
     }

@@ -18,6 +18,9 @@ pub struct Scenario {
     pub vehicles: u32,
     /// Who moves the other cars: sumo (in this program), native (our own IDM ring), or HOST:PORT of a SUMO elsewhere
     pub traffic: String,
+    /// How long a SUMO elsewhere may take for the connection and for each answer; then the drive ends, and is kept
+    #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
+    pub traffic_timeout_s: f64,
     /// Car-following model of the other cars: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
     pub idm: IdmParams,
     /// How the cars stand at the start
@@ -196,6 +199,7 @@ impl Default for Scenario {
             map: "ring-250".into(),
             vehicles: 22,
             traffic: "sumo".into(),
+            traffic_timeout_s: 5.0,
             idm: IdmParams::default(),
             start: StartLayout::Even,
             warm_up_s: 0.0,

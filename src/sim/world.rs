@@ -15,12 +15,12 @@ use crate::{
     ego::{CarParams, Controls, Ego, EgoError, Obstacle},
     input::LaneHint,
     map::{MapError, RoadMap, Route},
-    policy::{self, Advisor, Observation, PolicyError, PolicySettings},
+    policy::{self, Advice, Advisor, Observation, PolicyError, PolicySettings},
     space::{CAR_LENGTH_M, wrap_angle},
     time::{TICK_S, TICKS_PER_S, Tick},
     traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup, UnknownEngine},
 };
-use std::{collections::VecDeque, sync::Arc};
+use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 /// A contact that begins again sooner than this after the last one with the same car is the same contact, ticks.
 const SAME_CONTACT_TICKS: u64 = TICKS_PER_S as u64 / 2;
@@ -78,8 +78,18 @@ pub struct World {
     expected: ExpectedSpeeds,
     snapshot: Snapshot,
     events: Vec<Event>,
+    /// The step that the next tick begins, once the engine was asked for it.
+    asked: Option<AskedStep>,
     /// Controls on their way to the car, oldest first; as many as the scenario's extra delay has ticks.
     under_way: VecDeque<Controls>,
+}
+
+/// A step that the traffic engine was asked for.
+struct AskedStep {
+    /// What the driver is to be advised when it begins.
+    advice: Option<Advice>,
+    /// True once the engine has answered.
+    is_done: bool,
 }
 
 impl World {
@@ -103,6 +113,7 @@ impl World {
             idm: scenario.idm,
             step_s: scenario.step_s,
             seed: scenario.seed,
+            timeout_s: scenario.traffic_timeout_s,
         };
         let mut traffic = traffic::start(&engine, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
@@ -140,6 +151,7 @@ impl World {
             expected,
             snapshot,
             events: Vec::new(),
+            asked: None,
             under_way: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
         };
         world.look_around();
@@ -158,7 +170,8 @@ impl World {
         let step_ticks = self.scenario.step_ticks();
         let within = self.snapshot.tick.0 % step_ticks;
         if within == 0 {
-            self.step()?;
+            while !self.prepare(Duration::MAX)? {}
+            self.step();
         }
         self.move_traffic((within + 1) as f64 / step_ticks as f64);
         self.under_way.push_back(*controls);
@@ -173,24 +186,46 @@ impl World {
         Ok(())
     }
 
-    /// One step begins: advice for the driver, then the traffic one step ahead.
-    fn step(&mut self) -> Result<(), WorldError> {
-        let now = self.snapshot.tick;
-        let limit_mps = self.map.route.speed_limit_mps(self.snapshot.ego_s_m);
-        if let Some(advice) = self.advisor.step(now, &self.observe(), limit_mps) {
-            self.snapshot.advice = Some(advice);
-            self.events.push(Event { tick: now, kind: EventKind::Advice(advice) });
+    /// Readies the next tick: asks for the step that it begins, if it begins one. True once the tick will not wait for the
+    /// traffic engine; this waits for that for `patience` at most. Nothing is to be seen of it before the tick.
+    ///
+    /// # Errors
+    /// The traffic engine failed; the drive cannot go on.
+    pub fn prepare(&mut self, patience: Duration) -> Result<bool, WorldError> {
+        if self.ended.is_some() || !self.snapshot.tick.0.is_multiple_of(self.scenario.step_ticks()) {
+            return Ok(true);
         }
+        if self.asked.is_none() {
+            self.ask()?;
+        }
+        let Some(asked) = &mut self.asked else { return Ok(true) };
+        asked.is_done = asked.is_done || self.traffic.finish_step(patience)?;
+        Ok(asked.is_done)
+    }
+
+    /// Advice for the driver, and the question for the traffic one step ahead.
+    fn ask(&mut self) -> Result<(), WorldError> {
+        let limit_mps = self.map.route.speed_limit_mps(self.snapshot.ego_s_m);
+        let advice = self.advisor.step(self.snapshot.tick, &self.observe(), limit_mps);
         let (pose, speed_mps) = self.ego.predict(0.0);
         let (next_pose, next_speed_mps) = self.ego.predict(self.scenario.step_s);
         // Engines know no reverse gear: a car that rolls backwards stands for them.
         let report =
             EgoReport { pose, speed_mps: speed_mps.max(0.0), next_pose, next_speed_mps: next_speed_mps.max(0.0) };
-        self.traffic.step(Some(&report))?;
+        self.traffic.begin_step(Some(&report))?;
+        self.asked = Some(AskedStep { advice, is_done: false });
+        Ok(())
+    }
+
+    /// One step begins, as it was asked for.
+    fn step(&mut self) {
+        if let Some(advice) = self.asked.take().and_then(|asked| asked.advice) {
+            self.snapshot.advice = Some(advice);
+            self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::Advice(advice) });
+        }
         std::mem::swap(&mut self.from, &mut self.to);
         self.to.clear();
         self.to.extend_from_slice(self.traffic.cars());
-        Ok(())
     }
 
     /// All other cars go to the place that they have `fraction` of the way through the step.

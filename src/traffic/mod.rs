@@ -4,6 +4,7 @@
 
 mod choice;
 mod ego;
+mod interrupt;
 mod motion;
 mod native;
 mod noise;
@@ -11,10 +12,11 @@ pub mod start;
 pub mod sumo;
 
 pub use choice::{EngineChoice, UnknownEngine};
+pub use interrupt::{interrupt, is_interrupted};
 pub use native::NativeTraffic;
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 /// The hardest that any car of the traffic brakes, m/s2 (SUMO's default for passenger cars). The model is never clipped at
 /// `b` (FACTS 2); it reaches this bound only behind an ego that cuts in or stops dead.
@@ -67,6 +69,8 @@ pub struct TrafficSetup {
     pub step_s: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// How long a SUMO that runs elsewhere may take for the connection and for each answer, seconds.
+    pub timeout_s: f64,
 }
 
 /// The ego's part in one step: as it is now and as it will be at the end of the step.
@@ -91,6 +95,24 @@ pub trait Traffic {
     /// If the engine failed or a number is not finite; the drive cannot go on. Without a report also if the last one
     /// left the ego beside the road.
     fn step(&mut self, ego: Option<&EgoReport>) -> Result<(), TrafficError>;
+
+    /// [`Traffic::step`] in two parts, for whoever must not wait for an engine that runs elsewhere: begins a step. Nothing
+    /// else may be asked before [`Traffic::finish_step`] has said that it is over. An engine in this process takes the
+    /// whole step here.
+    ///
+    /// # Errors
+    /// As [`Traffic::step`].
+    fn begin_step(&mut self, ego: Option<&EgoReport>) -> Result<(), TrafficError> {
+        self.step(ego)
+    }
+
+    /// True once the step that was begun is over; waits for that for `patience` at most.
+    ///
+    /// # Errors
+    /// The engine failed, or took longer than [`TrafficSetup::timeout_s`].
+    fn finish_step(&mut self, _patience: Duration) -> Result<bool, TrafficError> {
+        Ok(true)
+    }
 
     /// All cars at the end of the last step, by ascending id, the ego first.
     fn cars(&self) -> &[CarState];
@@ -125,6 +147,61 @@ pub enum TrafficError {
     /// SUMO or the connection to it reported an error.
     #[error("SUMO: {0}")]
     Sumo(String),
+    /// Nobody listens where a SUMO shall be.
+    #[error("nobody listens at {address} ({why})\n  remedy: start SUMO there: sumo --net-file NET --remote-port PORT")]
+    Unreachable {
+        /// Host and port.
+        address: String,
+        /// What the system says.
+        why: String,
+    },
+    /// A SUMO that runs elsewhere does not answer in time.
+    #[error(
+        "SUMO at {address} did not answer within {seconds} s: {what} did not come\n  remedy: see whether it still runs and \
+         whether the network is up; a SUMO started with --num-clients N answers when all N are connected; \
+         --traffic-timeout allows more time"
+    )]
+    Silent {
+        /// Host and port.
+        address: String,
+        /// What was waited for.
+        what: String,
+        /// How long, seconds.
+        seconds: f64,
+    },
+    /// A SUMO that runs elsewhere, or the way to it, has failed.
+    #[error("SUMO at {address} is gone: {why}; {what} did not come\n  remedy: start it again and see its own messages")]
+    Lost {
+        /// Host and port.
+        address: String,
+        /// What was waited for.
+        what: String,
+        /// What happened.
+        why: String,
+    },
+    /// Another program listens where a SUMO shall be.
+    #[error(
+        "what listens at {address} is not SUMO at all: it says \"{said}\"\n  remedy: name the port that SUMO got with --remote-port"
+    )]
+    NotSumo {
+        /// Host and port.
+        address: String,
+        /// What it answered, one line.
+        said: String,
+    },
+    /// A SUMO that runs elsewhere is of another version, and would move cars otherwise.
+    #[error("at {address} runs {theirs}; this program drives {ours}\n  remedy: start that version there")]
+    OtherVersion {
+        /// Host and port.
+        address: String,
+        /// Its version.
+        theirs: String,
+        /// The one that it has to be.
+        ours: String,
+    },
+    /// The program was told to end while it waited.
+    #[error("interrupted while waiting for SUMO")]
+    Interrupted,
     /// The setup cannot be simulated.
     #[error("{0}")]
     Setup(String),

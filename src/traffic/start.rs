@@ -62,6 +62,9 @@ impl TrafficSetup {
         if !(idm.noise.is_finite() && idm.noise >= 0.0) {
             return Err(TrafficError::Setup(format!("IDM parameter noise = {}: it must be 0 or more", idm.noise)));
         }
+        if !(self.timeout_s.is_finite() && self.timeout_s > 0.0) {
+            return Err(TrafficError::Setup(format!("a time-out of {} s: it must be above 0", self.timeout_s)));
+        }
         let milliseconds = self.step_s * 1000.0;
         // SUMO counts time in whole milliseconds.
         if !(0.5..=1000.5).contains(&milliseconds) || (milliseconds - milliseconds.round()).abs() > 1e-6 {

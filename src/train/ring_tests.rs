@@ -38,7 +38,8 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         place.s_m = s_m;
     }
     let mut native =
-        NativeTraffic::start(TrafficSetup { map, cars: places, idm: quiet(), step_s: 0.1, seed: 1 }).unwrap();
+        NativeTraffic::start(TrafficSetup { map, cars: places, idm: quiet(), step_s: 0.1, seed: 1, timeout_s: 5.0 })
+            .unwrap();
     let mut ring = block(&start);
     let mut largest: f64 = 0.0;
     for _ in 0..1200 {

@@ -1,5 +1,5 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives,
-//! `noise` about its strength, `sumo` about SUMO alone, `remote` about a SUMO behind a socket. Metres, m/s, steps of 0.1 s.
+//! `sumo` about SUMO alone, `remote` about a SUMO behind a socket, `strangers` about what else may listen there. Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation in a process, so every test holds [`alone`].
 
@@ -7,6 +7,7 @@ mod contract;
 mod imposed;
 mod noise;
 mod remote;
+mod strangers;
 mod sumo;
 
 use codrive::{
@@ -41,7 +42,7 @@ fn model(noise: f64) -> IdmParams {
 fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
     let map = Arc::new(RoadMap::load(map).expect("the map is in the project"));
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
-    TrafficSetup { map, cars, idm, step_s: STEP_S, seed: 1 }
+    TrafficSetup { map, cars, idm, step_s: STEP_S, seed: 1, timeout_s: 5.0 }
 }
 
 /// The paper's ring: 22 cars at its speed.

@@ -6,10 +6,11 @@ use codrive::traffic::{
     sumo::{self, SumoTraffic},
 };
 use std::{
-    net::TcpListener,
+    io::{Read, Write},
+    net::{TcpListener, TcpStream},
     process::{Child, Command, Stdio},
     thread::sleep,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 /// A listening SUMO, ended when dropped.
@@ -30,12 +31,17 @@ fn free_port() -> u16 {
 }
 
 fn listen(map: &str) -> Remote {
+    listen_for(map, 1)
+}
+
+/// The same for so many clients.
+fn listen_for(map: &str, clients: u32) -> Remote {
     let port = free_port();
     let net = RoadMap::load(map).unwrap().net_file;
     let child = Command::new(sumo::program(&sumo::home().unwrap()))
         .arg("--net-file")
         .arg(net)
-        .args(["--remote-port", &port.to_string()])
+        .args(["--remote-port", &port.to_string(), "--num-clients", &clients.to_string()])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -47,7 +53,7 @@ fn listen(map: &str) -> Remote {
 fn connect(remote: &Remote, setup: &TrafficSetup) -> Result<SumoTraffic, TrafficError> {
     for _ in 0..400 {
         match SumoTraffic::connect("127.0.0.1", remote.port, setup.clone()) {
-            Err(TrafficError::Sumo(message)) if message.contains("nobody listens") => sleep(Duration::from_millis(50)),
+            Err(TrafficError::Unreachable { .. }) => sleep(Duration::from_millis(50)),
             other => return other,
         }
     }
@@ -78,7 +84,7 @@ fn a_port_where_nobody_listens_is_an_error_with_the_remedy() {
     let port = free_port();
     let error = SumoTraffic::connect("127.0.0.1", port, ring(0.0)).err().expect("nobody listens").to_string();
     assert!(error.contains(&format!("nobody listens at 127.0.0.1:{port}")), "{error}");
-    assert!(error.contains(&format!("--remote-port {port}")), "{error}");
+    assert!(error.contains("remedy: start SUMO there: sumo --net-file NET --remote-port PORT"), "{error}");
 }
 
 #[test]
@@ -99,5 +105,96 @@ fn a_remote_sumo_that_dies_is_an_error_and_not_a_hang() {
     remote.child.kill().unwrap();
     remote.child.wait().unwrap();
     let error = traffic.step(None).unwrap_err();
-    assert!(matches!(error, TrafficError::Sumo(_)), "{error}");
+    assert!(matches!(error, TrafficError::Lost { .. }), "{error}");
+    let text = error.to_string();
+    assert!(text.contains(&format!("127.0.0.1:{} is gone", remote.port)) && text.contains("a step"), "{text}");
+}
+
+/// A client of SUMO's that looks on: it takes its place and makes every step along, until SUMO ends.
+fn watch(port: u16) -> std::thread::JoinHandle<usize> {
+    std::thread::spawn(move || {
+        let mut stream = (0..400)
+            .find_map(|_| {
+                sleep(Duration::from_millis(50));
+                TcpStream::connect(("127.0.0.1", port)).ok()
+            })
+            .expect("SUMO listens for a second client");
+        // Message, command: set the order to 2; then: one step.
+        let order = [0, 0, 0, 10, 6, 3, 0, 0, 0, 2];
+        let step = [0, 0, 0, 14, 10, 2, 0, 0, 0, 0, 0, 0, 0, 0];
+        let mut steps = 0;
+        stream.write_all(&order).unwrap();
+        while answer(&mut stream).is_ok() && stream.write_all(&step).is_ok() {
+            steps += 1;
+        }
+        steps
+    })
+}
+
+/// One whole message.
+fn answer(stream: &mut TcpStream) -> std::io::Result<Vec<u8>> {
+    let mut length = [0; 4];
+    stream.read_exact(&mut length)?;
+    let mut message = vec![0; u32::from_be_bytes(length) as usize - 4];
+    stream.read_exact(&mut message)?;
+    Ok(message)
+}
+
+#[test]
+fn a_second_client_of_a_remote_sumo_watches_the_same_drive() {
+    let _alone = alone();
+    let setup = ring(0.2);
+    let map = setup.map.clone();
+    let drive =
+        |traffic: &mut dyn Traffic| run(traffic, 100, |step, cars| (step >= 50).then(|| report(&map, &cars[0], 1.0)));
+    let here = drive(&mut SumoTraffic::start(setup.clone()).unwrap());
+    let mut remote = listen_for("ring-250", 2);
+    let watcher = watch(remote.port);
+    let mut traffic = connect(&remote, &setup).unwrap();
+    let there = drive(&mut traffic);
+    assert!(bits(&here) == bits(&there), "{:?}", differences(&map, &here, &there));
+    drop(traffic);
+    remote.child.kill().unwrap();
+    let steps = watcher.join().unwrap();
+    assert!(steps >= 100, "the watcher was there for {steps} steps");
+}
+
+#[test]
+fn a_step_of_a_remote_sumo_can_be_begun_and_waited_for_a_moment_at_a_time() {
+    let _alone = alone();
+    let setup = ring(0.0);
+    let remote = listen("ring-250");
+    let mut traffic = connect(&remote, &setup).unwrap();
+    let before = traffic.cars().to_vec();
+    // SUMO is stopped by the system: the step does not come, and nobody waits longer than asked.
+    let pause = |signal: &str| {
+        let done = Command::new("kill").args([signal, &remote.child.id().to_string()]).status().unwrap();
+        assert!(done.success());
+    };
+    pause("-STOP");
+    traffic.begin_step(None).unwrap();
+    assert!(!traffic.finish_step(Duration::from_millis(20)).unwrap());
+    assert_eq!(traffic.cars(), before);
+    pause("-CONT");
+    while !traffic.finish_step(Duration::from_millis(20)).unwrap() {}
+    assert_ne!(traffic.cars(), before);
+}
+
+#[test]
+fn a_remote_sumo_that_falls_silent_is_an_error_after_the_time_out() {
+    let _alone = alone();
+    let setup = TrafficSetup { timeout_s: 0.5, ..ring(0.0) };
+    let remote = listen("ring-250");
+    let mut traffic = connect(&remote, &setup).unwrap();
+    traffic.step(None).unwrap();
+    assert!(Command::new("kill").args(["-STOP", &remote.child.id().to_string()]).status().unwrap().success());
+    let begun = Instant::now();
+    let error = traffic.step(None).unwrap_err();
+    // The time-out and what a loaded machine adds; without one this test would not end.
+    assert!(begun.elapsed() >= Duration::from_millis(500) && begun.elapsed() < Duration::from_secs(5));
+    assert!(matches!(error, TrafficError::Silent { .. }), "{error}");
+    let text = error.to_string();
+    for part in [&format!("127.0.0.1:{} did not answer within 0.5 s", remote.port), "a step", "--traffic-timeout"] {
+        assert!(text.contains(part), "{text}");
+    }
 }

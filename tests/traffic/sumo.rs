@@ -81,7 +81,7 @@ fn poses_are_where_sumo_draws_the_cars() {
         for _ in 0..3000 {
             traffic.step(None).unwrap();
             history.push(traffic.cars().to_vec());
-            for car in traffic.cars() {
+            for car in traffic.cars().to_vec() {
                 let drawn = traffic.drawn_pose(car.id).unwrap();
                 most_m = most_m.max(drawn.position.distance(car.pose.position));
                 assert!(codrive::space::wrap_angle(drawn.yaw_rad - car.pose.yaw_rad).abs() < 1e-9, "{car:?} {drawn:?}");

@@ -61,7 +61,14 @@ pub fn simulation(scenario: &Scenario) -> Result<Report, AppError> {
 fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
     let map = Arc::new(RoadMap::load(&scenario.map)?);
     let cars = start::even(scenario.vehicles as usize, map.route.length_m(), scenario.idm.s0, 0.0)?;
-    Ok(TrafficSetup { map, cars, idm: scenario.idm, step_s: scenario.step_s, seed: scenario.seed })
+    Ok(TrafficSetup {
+        map,
+        cars,
+        idm: scenario.idm,
+        step_s: scenario.step_s,
+        seed: scenario.seed,
+        timeout_s: scenario.traffic_timeout_s,
+    })
 }
 
 /// Blocks of bare and full steps in turn, so that a change of the machine's speed meets both.

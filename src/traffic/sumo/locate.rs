@@ -1,4 +1,4 @@
-//! Where SUMO and the shims are on this machine. Out: paths, or [`TrafficError::Absent`] with what was looked for.
+//! Where SUMO and the shim are on this machine. Out: paths, or [`TrafficError::Absent`] with what was looked for.
 
 use crate::traffic::TrafficError;
 use std::{
@@ -6,27 +6,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Which library is behind the shim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Backend {
-    /// libsumo: SUMO in this process.
-    InProcess,
-    /// libtraci: a SUMO behind a socket.
-    Socket,
-}
-
 /// SUMO's home: `CODRIVE_SUMO_HOME` and nothing else if it is set; else `SUMO_HOME`, the home that the program was built with, or `.sumo/sumo` in the working directory, in the
 /// program's folder or in any folder above them; the first that holds libsumo.
 pub fn home() -> Result<PathBuf, TrafficError> {
     if let Some(home) = env::var_os("CODRIVE_SUMO_HOME").map(PathBuf::from) {
-        return library(&home, Backend::InProcess).map(|_| home);
+        return library(&home).map(|_| home);
     }
     let mut candidates: Vec<PathBuf> = env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
     candidates.push(PathBuf::from(env!("CODRIVE_SUMO_HOME_AT_BUILD")));
     for folder in [env::current_dir(), env::current_exe()].into_iter().flatten() {
         candidates.extend(folder.ancestors().map(|above| above.join(".sumo/sumo")));
     }
-    candidates.into_iter().find(|home| library(home, Backend::InProcess).is_ok()).ok_or_else(|| {
+    candidates.into_iter().find(|home| library(home).is_ok()).ok_or_else(|| {
         TrafficError::Absent("neither SUMO_HOME nor a folder .sumo/sumo here or above holds libsumocpp".to_string())
     })
 }
@@ -36,24 +27,16 @@ pub fn program(home: &Path) -> PathBuf {
     home.join("bin").join(format!("sumo{}", consts::EXE_SUFFIX))
 }
 
-/// The library behind a shim.
-pub(super) fn library(home: &Path, backend: Backend) -> Result<PathBuf, TrafficError> {
-    let name = match backend {
-        Backend::InProcess => "sumocpp",
-        Backend::Socket => "tracicpp",
-    };
-    let file = format!("{}{name}{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
+/// The library behind the shim.
+pub(super) fn library(home: &Path) -> Result<PathBuf, TrafficError> {
+    let file = format!("{}sumocpp{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
     let found = ["lib64", "lib", "bin"].iter().map(|folder| home.join(folder).join(&file)).find(|path| path.exists());
     found.ok_or_else(|| TrafficError::Absent(format!("no {file} in {}", home.display())))
 }
 
 /// The shim itself: beside the program (as it is shipped), else where the build left it.
-pub(super) fn shim(backend: Backend) -> Result<PathBuf, TrafficError> {
-    let name = match backend {
-        Backend::InProcess => "codrive_sumo",
-        Backend::Socket => "codrive_traci",
-    };
-    let file = format!("{}{name}{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
+pub(super) fn shim() -> Result<PathBuf, TrafficError> {
+    let file = format!("{}codrive_sumo{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
     let beside = env::current_exe().ok().and_then(|exe| Some(exe.parent()?.join(&file)));
     let built = Path::new(env!("CODRIVE_SHIM_DIR")).join(&file);
     beside.into_iter().chain([built]).find(|path| path.exists()).ok_or_else(|| {

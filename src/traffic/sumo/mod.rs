@@ -1,4 +1,4 @@
-//! SUMO as a traffic engine, in this process (libsumo) or behind a socket (libtraci). In: a [`TrafficSetup`], then
+//! SUMO as a traffic engine, in this process (libsumo) or behind a socket. In: a [`TrafficSetup`], then
 //! reports. Out: [`CarState`]s. Metres, m/s, world axes; SUMO's front bumpers and compass headings stay in here.
 //!
 //! One call a step takes the commands, steps, and reads all cars. Before a step the ego is put where it is predicted to
@@ -6,13 +6,20 @@
 //! of SUMO's own (DESIGN 4). Noise is given as a change of the speed that the model starts from.
 //!
 //! A remote SUMO is started by somebody else: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is
-//! compared with the map's lane by lane, and begins anew with our options. It ends when the drive ends.
+//! compared with the map's lane by lane, and begins anew with our options. It ends when the drive ends. Its protocol is
+//! spoken here ([`wire`], [`link`], [`remote`]) and not by SUMO's own libtraci, which waits without end, breaks down at
+//! a SUMO of another version, and needs an exchange for each command.
 
+mod link;
 mod locate;
 mod options;
+mod remote;
 mod shim;
+mod simulation;
+mod wire;
 
 pub use locate::{home, program};
+pub use remote::VERSION;
 
 use super::{
     CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, ego, motion::SpeedStep, noise::Noise,
@@ -22,10 +29,11 @@ use crate::{
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
 use glam::{DVec2, dvec2};
-use locate::Backend;
 use options::{DEFAULT_DELTA, TYPE_IN_FILE, TypeFile};
+use remote::Remote;
 use shim::{Command, Kind, Record, Shim};
-use std::{path::Path, sync::Arc};
+use simulation::Simulation;
+use std::{path::Path, sync::Arc, time::Duration};
 
 /// Name of the cars' type and route in SUMO.
 const NAME: &str = "codrive";
@@ -37,7 +45,7 @@ const LENGTH_TOLERANCE_M: f64 = 0.01;
 
 /// SUMO.
 pub struct SumoTraffic {
-    shim: Shim,
+    simulation: Simulation,
     map: Arc<RoadMap>,
     step_s: f64,
     noise: Noise,
@@ -50,6 +58,8 @@ pub struct SumoTraffic {
     /// Where the ego is put while others do not see it.
     nowhere: DVec2,
     description: String,
+    /// What the ego does in the step that was begun, and where that is.
+    asked: Option<Option<(EgoReport, RoutePoint)>>,
 }
 
 impl SumoTraffic {
@@ -68,18 +78,19 @@ impl SumoTraffic {
     pub fn start_from(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
         check_file(&setup.map.net_file)?;
-        let mut shim = Shim::open(home, Backend::InProcess)?;
+        let mut shim = Shim::open(home)?;
         let types = if setup.idm.delta == DEFAULT_DELTA { None } else { Some(TypeFile::write(setup.idm.delta)?) };
         let net = setup.map.net_file.display().to_string();
         shim.start(&options::options(&net, setup.step_s, types.as_ref().map(|file| file.0.as_path())))?;
         let description = format!("{} in process", shim.version()?);
-        Self::populate(shim, setup, description)
+        Self::populate(Simulation::Here(shim), setup, description)
     }
 
     /// A SUMO that listens at `host:port`. It needs no file of ours.
     ///
     /// # Errors
-    /// If nobody listens, its network is not the map's, or the setup cannot be simulated.
+    /// If nobody listens, no SUMO of our version answers in time, its network is not the map's, or the setup cannot be
+    /// simulated.
     pub fn connect(host: &str, port: u16, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
         if setup.idm.delta != DEFAULT_DELTA {
@@ -88,30 +99,24 @@ impl SumoTraffic {
                 setup.idm.delta
             )));
         }
-        let mut shim = Shim::open(&home()?, Backend::Socket)?;
-        shim.connect(host, port).map_err(|error| {
-            TrafficError::Sumo(format!(
-                "nobody listens at {host}:{port} ({error})\n  remedy: start `sumo --net-file {} --remote-port {port}` there",
-                setup.map.net_file.display()
-            ))
-        })?;
-        let version = shim.version()?;
-        let its_net = shim.option("net-file")?;
+        let mut remote = Remote::connect(host, port, Duration::from_secs_f64(setup.timeout_s))?;
+        let description = format!("{} at {host}:{port}", remote.version());
+        let its_net = remote.option("net-file")?;
         let net = if its_net.is_empty() { setup.map.net_file.display().to_string() } else { its_net };
-        shim.load(&options::options(&net, setup.step_s, None))?;
-        Self::populate(shim, setup, format!("{version} at {host}:{port}"))
+        remote.load(&options::options(&net, setup.step_s, None))?;
+        Self::populate(Simulation::Elsewhere(Box::new(remote)), setup, description)
     }
 
     /// Type, route and cars in a SUMO that has just begun.
-    fn populate(mut shim: Shim, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
+    fn populate(mut simulation: Simulation, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
         let route = &setup.map.route;
-        check_network(&mut shim, &setup.map)?;
+        check_network(&mut simulation, &setup.map)?;
         let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
-        shim.add_type(base, NAME, &options::type_values(&setup.idm))?;
-        shim.add_route(NAME, &options::endless_edges(route))?;
+        simulation.add_type(base, NAME, &options::type_values(&setup.idm))?;
+        simulation.add_route(NAME, &options::endless_edges(route))?;
         for (i, car) in setup.cars.iter().enumerate() {
             let (lane, position_m) = route.lane_at(car.s_m);
-            shim.add_car((&format!("car{i}"), NAME, NAME), lane, position_m, car.speed_mps)?;
+            simulation.add_car((&format!("car{i}"), NAME, NAME), lane, position_m, car.speed_mps)?;
         }
         let n = setup.cars.len();
         let corner = route.lanes().iter().flat_map(|lane| &lane.shape).fold(DVec2::MAX, |low, point| low.min(*point));
@@ -125,10 +130,11 @@ impl SumoTraffic {
             nowhere: corner - dvec2(1000.0, 1000.0),
             step_s: setup.step_s,
             map: setup.map,
-            shim,
+            simulation,
             description,
+            asked: None,
         };
-        traffic.shim.read(&mut traffic.records)?;
+        traffic.simulation.read(&mut traffic.records)?;
         for (i, start) in setup.cars.iter().enumerate() {
             let speed = start.speed_mps;
             traffic.publish(
@@ -167,8 +173,8 @@ impl SumoTraffic {
     ///
     /// # Errors
     /// If SUMO failed.
-    pub fn drawn_pose(&self, car: CarId) -> Result<Pose, TrafficError> {
-        Ok(Pose::from_sumo(self.shim.pose(car.0)?, CAR_LENGTH_M))
+    pub fn drawn_pose(&mut self, car: CarId) -> Result<Pose, TrafficError> {
+        Ok(Pose::from_sumo(self.simulation.pose(car.0)?, CAR_LENGTH_M))
     }
 
     /// SUMO's step alone: no command, nothing read. For measuring what the rest of [`Traffic::step`] costs; the states
@@ -177,7 +183,7 @@ impl SumoTraffic {
     /// # Errors
     /// If SUMO failed.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
-        self.shim.bare_step()
+        self.simulation.bare_step()
     }
 
     /// Tells SUMO where the ego will be and how fast it is.
@@ -230,10 +236,10 @@ fn check_file(net_file: &Path) -> Result<(), TrafficError> {
 }
 
 /// Numbers the lanes and compares them with the map's.
-fn check_network(shim: &mut Shim, map: &RoadMap) -> Result<(), TrafficError> {
+fn check_network(simulation: &mut Simulation, map: &RoadMap) -> Result<(), TrafficError> {
     let lanes = map.route.lanes();
     let ids: Vec<String> = lanes.iter().map(|lane| lane.id.clone()).collect();
-    shim.set_lanes(&ids)?;
+    simulation.set_lanes(&ids)?;
     for (i, lane) in lanes.iter().enumerate() {
         let differs = |what: String| {
             TrafficError::Setup(format!(
@@ -243,7 +249,10 @@ fn check_network(shim: &mut Shim, map: &RoadMap) -> Result<(), TrafficError> {
                 map.net_file.display()
             ))
         };
-        let (length_m, limit_mps) = shim.lane(i).map_err(|error| differs(format!("is missing ({error})")))?;
+        let (length_m, limit_mps) = simulation.lane(i).map_err(|error| match error {
+            TrafficError::Sumo(why) => differs(format!("is missing ({why})")),
+            other => other,
+        })?;
         if (length_m - lane.length_m).abs() > LENGTH_TOLERANCE_M {
             return Err(differs(format!("is {length_m} m long instead of {} m", lane.length_m)));
         }
@@ -256,11 +265,17 @@ fn check_network(shim: &mut Shim, map: &RoadMap) -> Result<(), TrafficError> {
 
 impl Traffic for SumoTraffic {
     fn step(&mut self, report: Option<&EgoReport>) -> Result<(), TrafficError> {
-        let mut ego_point = None;
+        self.begin_step(report)?;
+        while !self.finish_step(Duration::MAX)? {}
+        Ok(())
+    }
+
+    fn begin_step(&mut self, report: Option<&EgoReport>) -> Result<(), TrafficError> {
+        let mut ego = None;
         match report {
             Some(report) => {
                 report.check()?;
-                ego_point = Some(self.command_ego(report));
+                ego = Some((*report, self.command_ego(report)));
             }
             None if !self.ego_is_seen => return Err(ego::off_the_road()),
             None => {}
@@ -270,13 +285,23 @@ impl Traffic for SumoTraffic {
                 self.command_speed(i, self.start_mps[i]);
             }
         }
-        let result = self.shim.frame(&self.commands, self.step_s, &mut self.records);
+        let begun = self.simulation.begin(&self.commands, self.step_s, &mut self.records);
         self.commands.clear();
-        result?;
+        begun?;
+        self.asked = Some(ego);
+        Ok(())
+    }
+
+    fn finish_step(&mut self, patience: Duration) -> Result<bool, TrafficError> {
+        let Some(ego) = self.asked else { return Ok(true) };
+        if !self.simulation.finish(patience, &mut self.records)? {
+            return Ok(false);
+        }
+        self.asked = None;
         for i in 0..self.cars.len() {
             let chosen_mps = self.records[i].speed_mps;
             let after_mps = self.noise.push(chosen_mps);
-            match report.zip(ego_point) {
+            match &ego {
                 Some((report, point)) if i == EGO.0 as usize => {
                     ego::follow(&mut self.cars[0], report, point.s_m, self.step_s);
                     self.start_mps[0] = self.cars[0].speed_mps;
@@ -284,7 +309,7 @@ impl Traffic for SumoTraffic {
                 _ => self.publish(i, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps })?,
             }
         }
-        Ok(())
+        Ok(true)
     }
 
     fn cars(&self) -> &[CarState] {

@@ -1,5 +1,4 @@
-// C interface over libsumo or (with -DLIBTRACI) libtraci, which differ only in their namespace. Vehicles and lanes are
-// numbers here: their names are given once. Every function returns 0, or 1 with a message in cs_error(); no exception
+// C interface over libsumo. Vehicles and lanes are numbers here: their names are given once. Every function returns 0, or 1 with a message in cs_error(); no exception
 // leaves this file. Metres, m/s, compass degrees. Used by one thread at a time (src/traffic/sumo/shim.rs).
 #include <libsumo/libsumo.h>
 #include <cmath>
@@ -10,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace sim = LIBSUMO_NAMESPACE;
+namespace sim = libsumo;
 #define API extern "C" __attribute__((visibility("default")))
 
 namespace {
@@ -69,25 +68,6 @@ void obey(const Command& c) {
     }
 }
 
-#ifdef LIBTRACI
-// Over a socket each getter is a round trip, so the states come as one subscription.
-const std::vector<int> VARIABLES = {libsumo::VAR_SPEED, libsumo::VAR_LANEPOSITION, libsumo::VAR_LANE_ID};
-
-void read(Record* out, double) {
-    const auto all = sim::Vehicle::getAllSubscriptionResults();
-    for (size_t i = 0; i < cars.size(); i++) {
-        const auto found = all.find(cars[i].id);
-        out[i].present = found != all.end();
-        if (!out[i].present) continue;
-        // The number of a variable fixes the type of its value.
-        const auto& values = found->second;
-        const auto number = [&](int v) { return static_cast<const libsumo::TraCIDouble&>(*values.at(v)).value; };
-        const auto& lane = static_cast<const libsumo::TraCIString&>(*values.at(libsumo::VAR_LANE_ID)).value;
-        cars[i].lane = lane_number(lane, cars[i].lane);
-        out[i] = Record{number(libsumo::VAR_SPEED), number(libsumo::VAR_LANEPOSITION), cars[i].lane, 1};
-    }
-}
-#else
 // In process a getter costs 25 ns (a look-up by name), and a subscription copies maps. SUMO moves a car by speed times
 // step: one that did just that is on the lane where it was, and is not asked for it.
 void read(Record* out, double step_s) {
@@ -101,7 +81,6 @@ void read(Record* out, double step_s) {
         out[i] = Record{speed, pos, car.lane, 1};
     }
 }
-#endif
 
 std::vector<std::string> strings(const char* const* items, size_t n) { return {items, items + n}; }
 
@@ -109,32 +88,11 @@ std::vector<std::string> strings(const char* const* items, size_t n) { return {i
 
 API const char* cs_error() { return error_text.c_str(); }
 
-// libsumo only: begins a simulation with the options of the command line; argv[0] is ignored.
+// Begins a simulation with the options of the command line; argv[0] is ignored.
 API int cs_start(const char* const* argv, size_t n) {
     return guard([&] {
         cars.clear();
         sim::Simulation::start(strings(argv, n));
-    });
-}
-
-// libtraci only: connects to a SUMO that listens. No second try: it would sleep a second before.
-API int cs_connect(const char* host, int port) {
-    return guard([&] {
-        cars.clear();
-#ifdef LIBTRACI
-        sim::Simulation::init(port, 0, host);
-#else
-        (void)host, (void)port;
-        throw std::logic_error("libsumo has no connection");
-#endif
-    });
-}
-
-// Begins anew in the SUMO at hand.
-API int cs_load(const char* const* argv, size_t n) {
-    return guard([&] {
-        cars.clear();
-        sim::Simulation::load(strings(argv, n));
     });
 }
 
@@ -143,13 +101,6 @@ API int cs_close() {
         cars.clear();
         lanes.clear();
         sim::Simulation::close();
-    });
-}
-
-API int cs_option(const char* name, const char** value) {
-    return guard([&] {
-        answer = sim::Simulation::getOption(name);
-        *value = answer.c_str();
     });
 }
 
@@ -206,9 +157,6 @@ API int cs_add(const char* id, const char* route, const char* type, size_t lane,
         sim::Vehicle::setPreviousSpeed(id, speed, 0.);
         sim::Vehicle::setLaneChangeMode(id, 0);
         cars.push_back(Car{id, static_cast<int32_t>(lane), pos});
-#ifdef LIBTRACI
-        sim::Vehicle::subscribe(id, VARIABLES);
-#endif
     });
 }
 

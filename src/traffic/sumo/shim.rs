@@ -1,7 +1,7 @@
 //! The C interface of `shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
-//! A [`Shim`] is the right to use SUMO in this process: there is one at a time for each of the two libraries.
+//! A [`Shim`] is the right to use SUMO in this process: there is one at a time.
 
-use super::locate::{self, Backend};
+use super::locate;
 use crate::{space::SumoPose, traffic::TrafficError};
 use glam::DVec2;
 use std::{
@@ -57,10 +57,7 @@ type Texts = *const *const c_char;
 struct Api {
     error: unsafe extern "C" fn() -> Text,
     start: unsafe extern "C" fn(Texts, usize) -> c_int,
-    connect: unsafe extern "C" fn(Text, c_int) -> c_int,
-    load: unsafe extern "C" fn(Texts, usize) -> c_int,
     close: unsafe extern "C" fn() -> c_int,
-    option: unsafe extern "C" fn(Text, *mut Text) -> c_int,
     version: unsafe extern "C" fn(*mut Text) -> c_int,
     lanes: unsafe extern "C" fn(Texts, usize) -> c_int,
     lane: unsafe extern "C" fn(usize, *mut f64, *mut f64) -> c_int,
@@ -72,17 +69,16 @@ struct Api {
     read: unsafe extern "C" fn(*mut Record) -> c_int,
     pose: unsafe extern "C" fn(u32, *mut f64, *mut f64, *mut f64) -> c_int,
     _library: libloading::Library,
-    /// libsumocpp or libtracicpp themselves, loaded first from where SUMO is now.
+    /// libsumocpp itself, loaded first from where SUMO is now.
     _sumo: libloading::Library,
 }
 
-static LOADED: [OnceLock<Api>; 2] = [OnceLock::new(), OnceLock::new()];
-static BUSY: [AtomicBool; 2] = [AtomicBool::new(false), AtomicBool::new(false)];
+static LOADED: OnceLock<Api> = OnceLock::new();
+static BUSY: AtomicBool = AtomicBool::new(false);
 
-/// The right to use one of the two libraries; given back when dropped.
+/// The right to use the library; given back when dropped.
 pub(super) struct Shim {
     api: &'static Api,
-    backend: Backend,
     cars: usize,
 }
 
@@ -100,9 +96,9 @@ fn open(path: &Path) -> Result<libloading::Library, TrafficError> {
 }
 
 impl Api {
-    fn load(home: &Path, backend: Backend) -> Result<Self, TrafficError> {
-        let sumo = open(&locate::library(home, backend)?)?;
-        let path = locate::shim(backend)?;
+    fn load(home: &Path) -> Result<Self, TrafficError> {
+        let sumo = open(&locate::library(home)?)?;
+        let path = locate::shim()?;
         let library = open(&path)?;
         macro_rules! symbol {
             ($name:literal) => {
@@ -114,10 +110,7 @@ impl Api {
         Ok(Self {
             error: symbol!(b"cs_error\0"),
             start: symbol!(b"cs_start\0"),
-            connect: symbol!(b"cs_connect\0"),
-            load: symbol!(b"cs_load\0"),
             close: symbol!(b"cs_close\0"),
-            option: symbol!(b"cs_option\0"),
             version: symbol!(b"cs_version\0"),
             lanes: symbol!(b"cs_lanes\0"),
             lane: symbol!(b"cs_lane\0"),
@@ -149,23 +142,21 @@ fn with_texts<T>(texts: &[String], call: impl FnOnce(Texts, usize) -> T) -> T {
 // `&mut`, and only one exists for a library), and no exception leaves shim.cpp.
 impl Shim {
     /// Takes the library from the SUMO at `home`.
-    pub fn open(home: &Path, backend: Backend) -> Result<Self, TrafficError> {
-        locate::library(home, backend)?;
-        let busy = &BUSY[backend as usize];
-        if busy.swap(true, Ordering::Acquire) {
+    pub fn open(home: &Path) -> Result<Self, TrafficError> {
+        locate::library(home)?;
+        if BUSY.swap(true, Ordering::Acquire) {
             return Err(TrafficError::Busy);
         }
-        let loaded = &LOADED[backend as usize];
-        if loaded.get().is_none() {
-            match Api::load(home, backend) {
-                Ok(api) => drop(loaded.set(api)),
+        if LOADED.get().is_none() {
+            match Api::load(home) {
+                Ok(api) => drop(LOADED.set(api)),
                 Err(error) => {
-                    busy.store(false, Ordering::Release);
+                    BUSY.store(false, Ordering::Release);
                     return Err(error);
                 }
             }
         }
-        Ok(Self { api: loaded.get().expect("set above"), backend, cars: 0 })
+        Ok(Self { api: LOADED.get().expect("set above"), cars: 0 })
     }
 
     fn check(&self, code: c_int) -> Result<(), TrafficError> {
@@ -191,23 +182,6 @@ impl Shim {
         all.extend_from_slice(options);
         self.cars = 0;
         self.check(with_texts(&all, |texts, n| unsafe { (self.api.start)(texts, n) }))
-    }
-
-    /// Connects to a SUMO that listens; fails at once if nobody does.
-    pub fn connect(&mut self, host: &str, port: u16) -> Result<(), TrafficError> {
-        self.check(unsafe { (self.api.connect)(c_text(host).as_ptr(), c_int::from(port)) })
-    }
-
-    /// Begins anew in the SUMO at hand.
-    pub fn load(&mut self, options: &[String]) -> Result<(), TrafficError> {
-        self.cars = 0;
-        self.check(with_texts(options, |texts, n| unsafe { (self.api.load)(texts, n) }))
-    }
-
-    /// The value of an option of the SUMO at hand.
-    pub fn option(&self, name: &str) -> Result<String, TrafficError> {
-        let name = c_text(name);
-        self.text(|out| unsafe { (self.api.option)(name.as_ptr(), out) })
     }
 
     /// SUMO's version, as it names itself.
@@ -285,8 +259,8 @@ impl Shim {
 
 impl Drop for Shim {
     fn drop(&mut self) {
-        // A connection that broke cannot be closed once more; there is nobody left to tell.
+        // There is nobody left to tell of a failure.
         unsafe { (self.api.close)() };
-        BUSY[self.backend as usize].store(false, Ordering::Release);
+        BUSY.store(false, Ordering::Release);
     }
 }
