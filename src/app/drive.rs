@@ -2,14 +2,22 @@
 
 use crate::{
     ego::Controls,
-    sim::{Scenario, World, WorldError},
+    sim::{Scenario, Tally, World, WorldError},
     time::{Clock, Due, Pace},
+    traffic::TrafficError,
 };
 use std::time::Duration;
 
 /// A frame of a window waits so long for a traffic engine that runs elsewhere: one that hears its keys 20 times a second
 /// does not feel hung.
 pub(super) const PATIENCE: Duration = Duration::from_millis(50);
+
+/// A failure of the world ends the drive, and its recording says why; that somebody ended the program is none.
+pub(super) fn note_failure(tally: &mut Tally, error: &WorldError) {
+    if !matches!(error, WorldError::Traffic(TrafficError::Interrupted)) {
+        tally.fail(error.to_string());
+    }
+}
 
 /// A running drive: the world and its clock.
 pub struct Drive {

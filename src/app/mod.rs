@@ -27,6 +27,8 @@ pub mod wheel;
 pub mod window;
 mod words;
 
+use crate::{sim::WorldError, traffic::TrafficError};
+
 pub use desk::Desk;
 pub use drive::Drive;
 pub use effort::{quality, renderer_that_keeps_up};
@@ -34,6 +36,13 @@ pub use instruments::Instruments;
 pub use pulse::Pulse;
 pub use show::Show;
 pub use view_options::view_options;
+
+impl AppError {
+    /// True if nothing failed: somebody ended the program while it waited for an engine that runs elsewhere.
+    pub fn is_interruption(&self) -> bool {
+        matches!(self, Self::World(WorldError::Traffic(TrafficError::Interrupted)))
+    }
+}
 
 /// Why a drive could not be shown or run.
 #[derive(Debug, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! A drive without a window: a simulated driver at full speed. In: a scenario. Out: a recording, a summary, or a world
 //! at a given second to take a picture of.
 
-use super::{AppError, Drive, facts, words};
+use super::{AppError, Drive, drive::note_failure, facts, words};
 use crate::{
     driver::{self, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
@@ -91,7 +91,7 @@ impl Run {
     /// Drives one step (0.1 s unless the scenario says otherwise), or what is left of it before the drive ends.
     ///
     /// # Errors
-    /// The traffic engine failed.
+    /// The traffic engine failed; the recording is ended and says so.
     pub fn step(&mut self) -> Result<(), AppError> {
         self.ticks(self.drive.world.scenario().step_ticks())
     }
@@ -109,7 +109,7 @@ impl Run {
         let Self { drive, driver, tally, recorder, flushed, .. } = self;
         let mut recorded = Ok(());
         drive.clock.single_step(ticks);
-        drive.frame(
+        let driven = drive.frame(
             Duration::ZERO,
             |world| driver.controls(&world.perceived_by(driver)),
             |world, asked| {
@@ -118,7 +118,15 @@ impl Run {
                     recorded = recorder.tick(world, asked);
                 }
             },
-        )?;
+        );
+        if let Err(error) = driven {
+            note_failure(tally, &error);
+            // The drive is over, and what there is of it is whole; a disk that refuses meanwhile is not why it ended.
+            if let Err(also) = self.finish_recording() {
+                log::error!("{also}");
+            }
+            return Err(error.into());
+        }
         recorded?;
         if let (Some(recorder), true) = (recorder, flushed.elapsed() > FLUSH_EVERY) {
             recorder.flush_waiting()?;

@@ -3,7 +3,7 @@
 
 use super::{
     AppError, Drive, Instruments,
-    drive::PATIENCE,
+    drive::{PATIENCE, note_failure},
     facts,
     flash::Flash,
     latency::Latency,
@@ -279,7 +279,8 @@ impl Show {
                     recorded = recorder.tick(world, controls);
                 }
             },
-        )?;
+        );
+        let due = due.inspect_err(|error| note_failure(tally, error))?;
         recorded?;
         if due.ticks > 0 {
             let used = self.unused_input.take().map(|at| UsedInput { at, ticked });

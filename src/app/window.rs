@@ -58,6 +58,7 @@ pub fn run(options: WindowOptions) -> Result<(String, Result<(), AppError>), App
     let show = Show::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
     let stop = Arc::clone(&options.stop);
     let (frame, ended) = shell::run::<Frame>(event_loop, (options, show), &stop);
+    let ended = ended.or_else(|error| if error.is_interruption() { Ok(()) } else { Err(error) });
     let Some(mut frame) = frame else { return Ok((String::new(), ended)) };
     let mut words = frame.show.words();
     let recorded = frame.show.finish_recording().map(|folder| {

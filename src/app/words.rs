@@ -24,8 +24,14 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, summary: &Summary) 
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);
         lines.push(format!("first contact            at {at:.2} s with car {car}, closing at {closing:.2} m/s"));
     }
-    if summary.ended.is_none() {
-        lines.push(format!("stopped                  at {:.1} s", summary.duration_s));
+    match &summary.failure {
+        Some(_) => {
+            lines.push(format!("broken off               at {:.1} s: {}", summary.duration_s, summary.end_in_words()))
+        }
+        None if summary.ended.is_none() => {
+            lines.push(format!("stopped                  at {:.1} s", summary.duration_s));
+        }
+        None => {}
     }
     lines.join("\n") + "\n"
 }

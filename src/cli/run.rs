@@ -47,7 +47,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         run.record(folder)?;
     }
     while !stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
-        run.step()?;
+        match run.step() {
+            Err(error) if error.is_interruption() => break,
+            other => other?,
+        }
         if matches.get_flag("real-time") {
             run.keep_time();
         }

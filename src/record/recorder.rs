@@ -245,8 +245,7 @@ impl Recorder {
         fail_point!("finish.summary");
         self.manifest.checksums = Some(written.checksums.save(&self.folder)?);
         fail_point!("finish.checksums");
-        let reason = summary.ended.map_or("stopped".to_owned(), |end| format!("{end:?}").to_lowercase());
-        self.manifest.ended = Some(reason);
+        self.manifest.ended = Some(summary.end_in_words());
         self.manifest.hash = Some(format!("{:016x}", self.hash));
         self.manifest.state = Some(State::Complete);
         self.manifest.seal(&self.folder)?;

@@ -48,4 +48,6 @@ pub enum EndReason {
     Duration,
     /// A contact, and the scenario ends with it.
     Contact,
+    /// The traffic engine failed: see [`super::Summary::failure`].
+    Failed,
 }

@@ -49,8 +49,22 @@ pub struct Summary {
     pub duration_s: f64,
     /// Why it ended; `None` if it was stopped.
     pub ended: Option<EndReason>,
+    /// What failed, where it ended by that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
     /// Fingerprint of every snapshot of the drive: equal for equal bits.
     pub hash: String,
+}
+
+impl Summary {
+    /// How the drive ended, as recordings say it: "stopped" if somebody stopped it.
+    pub fn end_in_words(&self) -> String {
+        match (self.ended, &self.failure) {
+            (_, Some(why)) => format!("failed: {}", why.split_once("\n  remedy").map_or(why.as_str(), |(why, _)| why)),
+            (Some(end), None) => format!("{end:?}").to_lowercase(),
+            (None, None) => "stopped".into(),
+        }
+    }
 }
 
 /// Collects what [`Summary`] tells.
@@ -71,6 +85,7 @@ pub struct Tally {
     advices: u32,
     duration_s: f64,
     ended: Option<EndReason>,
+    failure: Option<String>,
     hash: u64,
 }
 
@@ -93,6 +108,7 @@ impl Tally {
             advices: 0,
             duration_s: 0.0,
             ended: None,
+            failure: None,
             hash: super::snapshot::HASH_START,
         }
     }
@@ -120,6 +136,12 @@ impl Tally {
             self.advised_ticks += 1;
             self.in_range_ticks += u64::from(advice.accepts(ego_mps));
         }
+    }
+
+    /// The drive is over because this failed.
+    pub fn fail(&mut self, why: String) {
+        self.ended = Some(EndReason::Failed);
+        self.failure = Some(why);
     }
 
     fn note(&mut self, event: &Event) {
@@ -157,6 +179,7 @@ impl Tally {
             advices: self.advices,
             duration_s: self.duration_s,
             ended: self.ended,
+            failure: self.failure.clone(),
             hash: format!("{:016x}", self.hash),
         }
     }

@@ -1,9 +1,11 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives,
-//! `sumo` about SUMO alone, `remote` about a SUMO behind a socket, `strangers` about what else may listen there. Metres, m/s, steps of 0.1 s.
+//! `sumo` about SUMO alone, `remote` about a SUMO behind a socket, `strangers` about what else may listen there, `ended` about drives of the
+//! program whose SUMO ends before them. Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation in a process, so every test holds [`alone`].
 
 mod contract;
+mod ended;
 mod imposed;
 mod noise;
 mod remote;

@@ -14,9 +14,9 @@ use std::{
 };
 
 /// A listening SUMO, ended when dropped.
-struct Remote {
-    child: Child,
-    port: u16,
+pub struct Remote {
+    pub child: Child,
+    pub port: u16,
 }
 
 impl Drop for Remote {
@@ -26,11 +26,17 @@ impl Drop for Remote {
     }
 }
 
+/// Sends a signal. The shell's own kill: a bare Debian has no other.
+pub fn signal(child: &Child, name: &str) {
+    let sent = Command::new("sh").args(["-c", &format!("kill -{name} {}", child.id())]).status().unwrap();
+    assert!(sent.success());
+}
+
 fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-fn listen(map: &str) -> Remote {
+pub fn listen(map: &str) -> Remote {
     listen_for(map, 1)
 }
 
@@ -167,15 +173,11 @@ fn a_step_of_a_remote_sumo_can_be_begun_and_waited_for_a_moment_at_a_time() {
     let mut traffic = connect(&remote, &setup).unwrap();
     let before = traffic.cars().to_vec();
     // SUMO is stopped by the system: the step does not come, and nobody waits longer than asked.
-    let pause = |signal: &str| {
-        let done = Command::new("kill").args([signal, &remote.child.id().to_string()]).status().unwrap();
-        assert!(done.success());
-    };
-    pause("-STOP");
+    signal(&remote.child, "STOP");
     traffic.begin_step(None).unwrap();
     assert!(!traffic.finish_step(Duration::from_millis(20)).unwrap());
     assert_eq!(traffic.cars(), before);
-    pause("-CONT");
+    signal(&remote.child, "CONT");
     while !traffic.finish_step(Duration::from_millis(20)).unwrap() {}
     assert_ne!(traffic.cars(), before);
 }
@@ -187,7 +189,7 @@ fn a_remote_sumo_that_falls_silent_is_an_error_after_the_time_out() {
     let remote = listen("ring-250");
     let mut traffic = connect(&remote, &setup).unwrap();
     traffic.step(None).unwrap();
-    assert!(Command::new("kill").args(["-STOP", &remote.child.id().to_string()]).status().unwrap().success());
+    signal(&remote.child, "STOP");
     let begun = Instant::now();
     let error = traffic.step(None).unwrap_err();
     // The time-out and what a loaded machine adds; without one this test would not end.

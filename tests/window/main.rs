@@ -3,6 +3,7 @@
 mod display;
 mod drive;
 mod kills;
+mod traffic;
 mod visit;
 mod wheel;
 mod xserver;

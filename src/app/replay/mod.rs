@@ -17,6 +17,7 @@ use crate::{
     scene::{self, Stage, ViewKind},
     sim::{QualityLevel, World},
     time::{Pace, Tick},
+    traffic::EngineChoice,
 };
 use std::{path::Path, time::Duration};
 
@@ -61,7 +62,14 @@ impl Replay {
     /// The folder holds no recording that has ended, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, AppError> {
         record::open(recording)?;
-        let scenario = record::inputs::scenario(recording)?;
+        let mut scenario = record::inputs::scenario(recording)?;
+        if let Ok(EngineChoice::Remote { .. }) = scenario.traffic.parse() {
+            let (folder, there) = (recording.display(), &scenario.traffic);
+            log::warn!(
+                "{folder}: driven on the SUMO at {there}; driven again on SUMO in this program, where cars move alike"
+            );
+            scenario.traffic = EngineChoice::Sumo.to_string();
+        }
         Ok(Self {
             drive: Drive::new(&scenario, Pace::Paused)?,
             recorded: Comparison::open(recording)?,

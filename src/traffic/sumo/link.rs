@@ -107,6 +107,8 @@ impl Link {
                 }
                 Err(self.not_sumo())
             }
+            // Some servers answer and hang up at once.
+            Err(TrafficError::Lost { .. }) if !self.looks_like_version() => Err(self.not_sumo()),
             Err(error) => Err(error),
         }
     }

@@ -1,0 +1,186 @@
+//! Drives of the program on a SUMO that dies, falls silent, or is gone when they are replayed: each ends in time, keeps its
+//! recording, and says what happened.
+
+use super::{
+    remote::{Remote, listen, signal},
+    *,
+};
+use codrive::record::{Manifest, Reader, Table};
+use std::{
+    io::{BufRead, BufReader, Read},
+    net::{TcpListener, TcpStream},
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+/// How long the program may take to end once it is told to or has no traffic any more: a time-out of 0.5 s, and what two
+/// loaded cores add. Without time-outs none of these tests would end.
+const SOON: Duration = Duration::from_secs(20);
+
+fn codrive(arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_codrive"))
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Exit code and what was printed, once it has ended, which it has to [`SOON`].
+fn ended(mut program: Child) -> (i32, String) {
+    let begun = Instant::now();
+    let status = loop {
+        if let Some(status) = program.try_wait().unwrap() {
+            break status;
+        }
+        if begun.elapsed() > SOON {
+            program.kill().unwrap();
+            panic!("the program goes on after {SOON:?}");
+        }
+        sleep(Duration::from_millis(20));
+    };
+    let mut text = String::new();
+    program.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    program.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    (status.code().unwrap_or(-1), text)
+}
+
+/// A SUMO that listens already: where it is loaded slowly, the program would find nobody.
+fn listening() -> Remote {
+    let remote = listen("ring-250");
+    // A connection would be its one client; the kernel's list of sockets is asked instead.
+    let entry = format!(":{:04X} 00000000:0000 0A", remote.port);
+    for _ in 0..400 {
+        let sockets = ["/proc/net/tcp", "/proc/net/tcp6"].map(|file| std::fs::read_to_string(file).unwrap_or_default());
+        if sockets.iter().any(|text| text.contains(&entry)) {
+            return remote;
+        }
+        sleep(Duration::from_millis(50));
+    }
+    panic!("SUMO does not listen after 20 s");
+}
+
+/// A drive in real time on `remote`, recorded in `out`, that has begun.
+fn driving(remote: &Remote, out: &Path, timeout_s: &str) -> Child {
+    let traffic = format!("127.0.0.1:{}", remote.port);
+    let out = out.to_str().unwrap();
+    let drive = ["run", "--real-time", "--traffic", &traffic, "--duration", "600", "--out", out];
+    let program = codrive(&[&drive[..], &["--traffic-timeout", timeout_s]].concat());
+    // Its rows come to the disk twice a second.
+    let (mut bytes, mut grown) = (0, 0);
+    for _ in 0..400 {
+        let now = std::fs::metadata(Path::new(out).join("journal/rows.blocks")).map_or(0, |file| file.len());
+        (grown, bytes) = (grown + usize::from(now > bytes), now);
+        if grown > 3 {
+            return program;
+        }
+        sleep(Duration::from_millis(50));
+    }
+    panic!("no drive after 20 s: {:?}", ended(program));
+}
+
+/// How a drive in `out` ended, by its manifest and by its summary; its tables are there.
+fn told(out: &Path) -> [String; 2] {
+    let rows = Reader::parquet(&Table::Ego.parquet(out)).unwrap().rows();
+    assert!(rows >= 10, "{rows} ticks were kept");
+    assert!(!out.join("journal").exists(), "nothing is left to recover");
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    [Manifest::load(out).unwrap().ended.expect("the manifest says how it ended"), summary]
+}
+
+#[test]
+fn a_drive_whose_sumo_is_killed_is_kept_and_says_why_it_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let mut remote = listening();
+    let program = driving(&remote, &out, "0.5");
+    remote.child.kill().unwrap();
+    let (code, text) = ended(program);
+    let why = format!("SUMO at 127.0.0.1:{} is gone", remote.port);
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains(&why), "{text}");
+    let [manifest, summary] = told(&out);
+    assert!(manifest.starts_with(&format!("failed: {why}")), "{manifest}");
+    assert!(summary.contains("\"ended\": \"failed\"") && summary.contains(&why), "{summary}");
+}
+
+#[test]
+fn a_drive_whose_sumo_falls_silent_ends_after_the_time_out_and_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let remote = listening();
+    let program = driving(&remote, &out, "0.5");
+    signal(&remote.child, "STOP");
+    let (code, text) = ended(program);
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("did not answer within 0.5 s: a step did not come"), "{text}");
+    let [manifest, _] = told(&out);
+    assert!(manifest.starts_with("failed: SUMO at 127.0.0.1:"), "{manifest}");
+}
+
+#[test]
+fn ctrl_c_ends_a_drive_that_waits_for_sumo_at_once_and_it_was_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let remote = listening();
+    let program = driving(&remote, &out, "600");
+    signal(&remote.child, "STOP");
+    // So that it waits already.
+    sleep(Duration::from_millis(300));
+    signal(&program, "INT");
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    let [manifest, summary] = told(&out);
+    assert_eq!(manifest, "stopped", "{summary}");
+}
+
+#[test]
+fn signals_end_a_program_that_waits_for_the_first_answer() {
+    for name in ["INT", "TERM"] {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let traffic = listener.local_addr().unwrap().to_string();
+        let program = codrive(&["run", "--traffic", &traffic, "--traffic-timeout", "600"]);
+        // It has connected and asks for the version: it waits.
+        let (mut stream, _): (TcpStream, _) = listener.accept().unwrap();
+        stream.read_exact(&mut [0; 10]).unwrap();
+        signal(&program, name);
+        let (code, text) = ended(program);
+        assert_eq!(code, 1, "{text}");
+        assert!(text.contains("interrupted while waiting for SUMO"), "{text}");
+    }
+}
+
+#[test]
+fn a_drive_on_a_remote_sumo_replays_in_process_when_that_is_gone() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let remote = listening();
+    let traffic = format!("127.0.0.1:{}", remote.port);
+    let (code, text) =
+        ended(codrive(&["run", "--traffic", &traffic, "--duration", "20", "--out", out.to_str().unwrap()]));
+    assert_eq!(code, 0, "{text}");
+    drop(remote);
+    let (code, text) = ended(codrive(&["replay", out.to_str().unwrap()]));
+    assert_eq!(code, 0, "{text}");
+    let said: Vec<&str> = text.lines().filter(|line| line.contains(&traffic)).collect();
+    assert!(said.len() == 1 && said[0].contains("driven again on SUMO in this program"), "{text}");
+    assert!(text.contains("the same"), "{text}");
+}
+
+#[test]
+fn the_program_names_a_web_server_in_the_place_of_sumo() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let traffic = listener.local_addr().unwrap().to_string();
+    std::thread::spawn(move || {
+        let (stream, _) = listener.accept().unwrap();
+        let mut line = Vec::new();
+        BufReader::new(&stream).read_until(b'\n', &mut line).unwrap();
+        std::io::Write::write_all(&mut &stream, b"HTTP/1.0 400 Bad Request\r\n\r\n").unwrap();
+    });
+    let (code, text) = ended(codrive(&["run", "--traffic", &traffic, "--traffic-timeout", "0.3"]));
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains(&format!("what listens at {traffic} is not SUMO at all")), "{text}");
+}

@@ -1,0 +1,118 @@
+//! A drive in a window whose traffic fails: the window stays awake while SUMO is silent, and the recording says what happened.
+
+use crate::xserver::{Server, wait_for};
+use codrive::{
+    record::Manifest,
+    traffic::sumo::{home, program},
+};
+use std::{
+    io::Read,
+    net::TcpListener,
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+const KEY_ESC: u8 = 9;
+
+/// A SUMO that runs elsewhere; ended when dropped.
+struct Remote(Child, u16);
+
+impl Remote {
+    fn listen() -> Self {
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let net = concat!(env!("CARGO_MANIFEST_DIR"), "/maps/ring-250/net.xml");
+        let child = Command::new(program(&home().unwrap()))
+            .args(["--net-file", net, "--remote-port", &port.to_string()])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // A connection would be its one client; the kernel's list of sockets is asked instead.
+        let entry = format!(":{port:04X} 00000000:0000 0A");
+        wait_for("SUMO", || {
+            let files = ["/proc/net/tcp", "/proc/net/tcp6"];
+            files.iter().any(|file| std::fs::read_to_string(file).unwrap_or_default().contains(&entry)).then_some(())
+        });
+        Self(child, port)
+    }
+
+    fn signal(&self, name: &str) {
+        let sent = Command::new("sh").args(["-c", &format!("kill -{name} {}", self.0.id())]).status().unwrap();
+        assert!(sent.success());
+    }
+}
+
+impl Drop for Remote {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A recorded drive in a window on `remote` that runs.
+fn driving(server: &Server, remote: &Remote, out: &Path, timeout_s: &str) -> Child {
+    let traffic = format!("127.0.0.1:{}", remote.1);
+    let program = Command::new(env!("CARGO_BIN_EXE_codrive"))
+        .args(["drive", "--quality", "low", "--trees", "0", "--duration", "0", "--out", out.to_str().unwrap()])
+        .args(["--traffic", &traffic, "--traffic-timeout", timeout_s])
+        .env("DISPLAY", &server.display)
+        .env_remove("WAYLAND_DISPLAY")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let window = server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    server.focus(window);
+    sleep(Duration::from_secs(1));
+    program
+}
+
+/// Exit code, and what was printed.
+fn ended(mut program: Child) -> (i32, String) {
+    let status = wait_for("the end of the program", || program.try_wait().unwrap());
+    let mut text = String::new();
+    program.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    program.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    (status.code().unwrap_or(-1), text)
+}
+
+#[test]
+fn a_drive_in_a_window_whose_sumo_is_killed_is_recorded_as_failed_and_why() {
+    let server = Server::start([640, 400]);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let remote = Remote::listen();
+    let program = driving(&server, &remote, &out, "5");
+    remote.signal("KILL");
+    let (code, text) = ended(program);
+    assert_eq!(code, 1, "{text}");
+    let why = format!("SUMO at 127.0.0.1:{} is gone", remote.1);
+    assert!(text.contains(&why), "{text}");
+    let ended = Manifest::load(&out).unwrap().ended.unwrap();
+    assert!(ended.starts_with(&format!("failed: {why}")), "{ended}");
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"ended\": \"failed\""), "{summary}");
+}
+
+#[test]
+fn esc_ends_a_drive_in_a_window_whose_sumo_is_silent_long_before_the_time_out() {
+    let server = Server::start([640, 400]);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let remote = Remote::listen();
+    let program = driving(&server, &remote, &out, "600");
+    remote.signal("STOP");
+    sleep(Duration::from_secs(1));
+    let pressed = Instant::now();
+    server.key(KEY_ESC, true);
+    server.key(KEY_ESC, false);
+    let (code, text) = ended(program);
+    // The time-out is ten minutes: it is the key that ended it.
+    assert!(pressed.elapsed() < Duration::from_secs(60), "{:?}", pressed.elapsed());
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(Manifest::load(&out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
+    remote.signal("CONT");
+}
