@@ -4,6 +4,7 @@
 mod analyse;
 mod bench;
 mod calibrate;
+mod check_network;
 mod doctor;
 mod drive;
 mod environment;
@@ -77,6 +78,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("recover", m)) => recover::main(m),
         Some(("map", m)) => map::main(m),
         Some(("bench", m)) => bench::main(m),
+        Some((check_network::NAME, m)) => check_network::main(m),
         Some(("calibrate", m)) => calibrate::main(m),
         Some(("doctor", m)) => doctor::main(m),
         Some(("train", m)) => train::main(m),
@@ -120,6 +122,7 @@ pub fn command() -> Command {
         .subcommand(evaluate::command())
         .subcommand(map::command())
         .subcommand(calibrate::command())
+        .subcommand(check_network::command())
         .subcommand(flags::add(doctor::command()))
         .subcommand(flags::add(bench::command()))
 }

@@ -64,7 +64,7 @@ fn a_broken_network_file_is_an_error_and_the_next_start_works() {
     map.net_file = file;
     setup.map = Arc::new(map);
     let error = SumoTraffic::start(setup).err().expect("the file is broken");
-    assert!(error.to_string().contains("net.xml: "), "{error}");
+    assert!(error.to_string().contains("net.xml:"), "{error}");
     SumoTraffic::start(ring(0.0)).unwrap().step(None).unwrap();
 }
 

@@ -12,6 +12,7 @@
 
 mod link;
 mod locate;
+mod network_check;
 mod options;
 mod remote;
 mod shim;
@@ -19,6 +20,7 @@ mod simulation;
 mod wire;
 
 pub use locate::{home, program};
+pub use network_check::{COMMAND as CHECK_NETWORK, try_network};
 pub use remote::VERSION;
 
 use super::{
@@ -77,7 +79,15 @@ impl SumoTraffic {
     /// As [`SumoTraffic::start`].
     pub fn start_from(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
-        check_file(&setup.map.net_file)?;
+        // Absent is absent, whatever the network is.
+        locate::library(home)?;
+        network_check::check(home, &setup.map.net_file)?;
+        Self::start_unchecked(home, setup)
+    }
+
+    /// The same without a look at the network: where SUMO breaks down on it, so does this process.
+    fn start_unchecked(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
+        setup.check()?;
         let mut shim = Shim::open(home)?;
         let types = if setup.idm.delta == DEFAULT_DELTA { None } else { Some(TypeFile::write(setup.idm.delta)?) };
         let net = setup.map.net_file.display().to_string();
@@ -226,13 +236,6 @@ impl SumoTraffic {
         self.start_mps[i] = speed.after_mps;
         Ok(())
     }
-}
-
-/// SUMO breaks down with the whole program on XML that ends too early.
-fn check_file(net_file: &Path) -> Result<(), TrafficError> {
-    let broken = |error: &dyn std::fmt::Display| TrafficError::Setup(format!("{}: {error}", net_file.display()));
-    let text = std::fs::read_to_string(net_file).map_err(|error| broken(&error))?;
-    roxmltree::Document::parse(&text).map(|_| ()).map_err(|error| broken(&error))
 }
 
 /// Numbers the lanes and compares them with the map's.

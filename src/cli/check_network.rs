@@ -1,0 +1,24 @@
+//! `codrive check-network`, which no help lists: whether SUMO survives a network. The program calls itself so before it
+//! takes a foreign network into its own process.
+
+use super::CliError;
+use crate::traffic::{TrafficError, sumo};
+use clap::{Arg, ArgMatches, Command, value_parser};
+use std::path::PathBuf;
+
+pub(super) const NAME: &str = sumo::CHECK_NETWORK;
+
+pub(super) fn command() -> Command {
+    Command::new(NAME)
+        .hide(true)
+        .about("Drive some cars on a network to see whether SUMO survives it")
+        .arg(Arg::new("network").value_name("NET.XML").required(true).value_parser(value_parser!(PathBuf)))
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(file) = matches.get_one::<PathBuf>("network") else { return Ok(()) };
+    sumo::try_network(file).map_err(|error| match error {
+        TrafficError::Setup(text) => CliError::Input(text),
+        other => CliError::Failed(other.to_string()),
+    })
+}

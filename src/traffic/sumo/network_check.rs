@@ -1,0 +1,215 @@
+//! Whether SUMO survives a network. In: a network file. Out: nothing, or an error that names it. SUMO in this process takes
+//! the whole program along where it breaks down (12 of 1,000 networks with a mutation did), so one that is not ours, byte
+//! by byte, is read by our own reader first and then driven a little by a child process, within limits of time and memory.
+//! The result holds for the bytes of the file as long as the program runs.
+
+use super::SumoTraffic;
+use crate::{
+    file,
+    map::RoadMap,
+    space::CAR_LENGTH_M,
+    traffic::{EgoReport, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
+};
+use sha2::{Digest, Sha256};
+use std::{
+    collections::BTreeMap,
+    env::{self, consts},
+    io::Read,
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    sync::{Arc, Mutex, PoisonError},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+/// The networks that this program brings along. A mark in a file would not do: a damaged copy keeps it.
+const SHIPPED: [&[u8]; 3] = [
+    include_bytes!("../../../maps/practice/net.xml"),
+    include_bytes!("../../../maps/ring-250/net.xml"),
+    include_bytes!("../../../maps/ring-641/net.xml"),
+];
+/// Name of the hidden command of the program that the child runs.
+pub const COMMAND: &str = "check-network";
+/// The largest network that is read at all, bytes: SUMO's largest published scenarios (a whole city) are half of it.
+const MOST_BYTES: u64 = 1 << 30;
+/// How long the child may take: a city's network takes SUMO 20 s on a slow machine.
+const TIMEOUT: Duration = Duration::from_secs(120);
+/// Address space of the child, bytes: SUMO's libraries take 1 GiB of it, a city's network another.
+const MOST_MEMORY: u64 = 4 << 30;
+/// Steps of the child's drive, half of them with an ego that is told where it is.
+const STEPS: usize = 60;
+/// Cars of the child's drive, at most.
+const MOST_CARS: usize = 60;
+/// What the child may say that is kept, bytes.
+const MOST_WORDS: u64 = 4096;
+
+/// What is known of a network: nothing bad, or why it cannot be used.
+type Known = BTreeMap<[u8; 32], Result<(), String>>;
+
+/// Fails if `net_file` is not a network that SUMO from the folder `home` can be given in this process.
+///
+/// # Errors
+/// It cannot be read, our reader refuses it, or SUMO refuses it or breaks down on it.
+pub(super) fn check(home: &Path, net_file: &Path) -> Result<(), TrafficError> {
+    static KNOWN: Mutex<Known> = Mutex::new(Known::new());
+    let about = |text: String| TrafficError::Setup(format!("{}: {text}", net_file.display()));
+    let bytes = file::read_bounded(net_file, MOST_BYTES).map_err(|error| about(error.to_string()))?;
+    if SHIPPED.contains(&bytes.as_slice()) {
+        return Ok(());
+    }
+    let hash: [u8; 32] = Sha256::digest(&bytes).into();
+    drop(bytes);
+    // One check at a time: a second one of the same network waits for the first and has its result.
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(result) = known.get(&hash) {
+        return result.clone().map_err(about);
+    }
+    // Not kept: its message names the line, and it costs little.
+    let map = RoadMap::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let result = try_in_child(home, &map.net_file)?;
+    known.insert(hash, result.clone());
+    result.map_err(about)
+}
+
+/// What a child process finds.
+fn try_in_child(home: &Path, net_file: &Path) -> Result<Result<(), String>, TrafficError> {
+    let program = own_program()?;
+    let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", program.display()));
+    let mut child = Command::new(&program)
+        .arg(COMMAND)
+        .arg(net_file)
+        .env("CODRIVE_SUMO_HOME", home)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(failed)?;
+    let words = child.stderr.take().map(|mut stderr| {
+        std::thread::spawn(move || {
+            let mut words = Vec::new();
+            let _ = stderr.by_ref().take(MOST_WORDS).read_to_end(&mut words);
+            // The rest is read, too: a child that cannot write would wait.
+            let _ = std::io::copy(&mut stderr, &mut std::io::sink());
+            words
+        })
+    });
+    let ended = wait(&mut child);
+    if ended.is_err() {
+        // It may have ended meanwhile.
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+    let words = words.and_then(|thread| thread.join().ok()).unwrap_or_default();
+    let words = String::from_utf8_lossy(&words);
+    let words = words.trim().trim_start_matches("codrive: ");
+    let remedy = "\n  remedy: repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
+    let status = match ended {
+        Ok(status) => status,
+        Err(Ended::Interrupted) => return Err(TrafficError::Interrupted),
+        Err(Ended::TimedOut) => {
+            return Ok(Err(format!("SUMO did not read this network within {} s{remedy}", TIMEOUT.as_secs())));
+        }
+        Err(Ended::System(error)) => return Err(failed(error)),
+    };
+    Ok(match status.code() {
+        Some(0) => Ok(()),
+        Some(_) => Err(format!("SUMO cannot drive on this network: {words}{remedy}")),
+        None => Err(format!("SUMO breaks down on this network ({status}){remedy}")),
+    })
+}
+
+/// Why a child was not waited for any longer.
+enum Ended {
+    Interrupted,
+    TimedOut,
+    System(std::io::Error),
+}
+
+fn wait(child: &mut Child) -> Result<std::process::ExitStatus, Ended> {
+    let begun = now();
+    loop {
+        match child.try_wait() {
+            Ok(Some(status)) => return Ok(status),
+            Ok(None) if is_interrupted() => return Err(Ended::Interrupted),
+            Ok(None) if begun.elapsed() > TIMEOUT => return Err(Ended::TimedOut),
+            Ok(None) => sleep(Duration::from_millis(10)),
+            Err(error) => return Err(Ended::System(error)),
+        }
+    }
+}
+
+/// The program itself: a test or a benchmark finds it beside its own folder.
+fn own_program() -> Result<PathBuf, TrafficError> {
+    let name = format!("codrive{}", consts::EXE_SUFFIX);
+    let here = env::current_exe().unwrap_or_default();
+    let candidates = here.ancestors().skip(1).take(2).map(|folder| folder.join(&name));
+    candidates.into_iter().find(|path: &PathBuf| path.is_file()).ok_or_else(|| {
+        let text = format!(
+            "a network that does not come with codrive is tried in a process of its own first, and the program {name} for \
+             that is not beside {}\n  remedy: put it there, or build it with cargo build",
+            here.display()
+        );
+        TrafficError::Setup(text)
+    })
+}
+
+/// What the child does: limits itself, and drives some cars on the network for a few seconds of simulation.
+///
+/// # Errors
+/// Our reader or SUMO refuses the network.
+pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
+    limit();
+    let map = RoadMap::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let map = Arc::new(map);
+    let length_m = map.route.length_m();
+    let idm = crate::idm::IdmParams::default();
+    let fit = (length_m / (2.0 * CAR_LENGTH_M + idm.s0)) as usize;
+    let cars = start::even(fit.clamp(2, MOST_CARS), length_m, idm.s0, 0.0)?;
+    let step_s = 0.1;
+    let setup = TrafficSetup { map: Arc::clone(&map), cars, idm, step_s, seed: 1, timeout_s: 1.0 };
+    let mut traffic = SumoTraffic::start_unchecked(&super::home()?, setup)?;
+    for step in 0..STEPS {
+        let ego = traffic.cars()[0];
+        let report = (step >= STEPS / 2).then(|| EgoReport {
+            pose: ego.pose,
+            speed_mps: ego.speed_mps,
+            next_pose: map.route.pose_of_front(ego.s_m + ego.speed_mps * step_s, CAR_LENGTH_M),
+            next_speed_mps: ego.speed_mps,
+        });
+        traffic.step(report.as_ref())?;
+    }
+    Ok(())
+}
+
+/// Bounds the memory of this process, and keeps a breakdown from leaving an image of it on the disk.
+fn limit() {
+    #[cfg(target_os = "linux")]
+    {
+        use nix::sys::resource::{Resource, setrlimit};
+        // Where the system refuses there is no limit, and the time-out is left.
+        let _ = setrlimit(Resource::RLIMIT_AS, MOST_MEMORY, MOST_MEMORY);
+        let _ = setrlimit(Resource::RLIMIT_CORE, 0, 0);
+    }
+}
+
+#[allow(
+    clippy::disallowed_methods,
+    reason = "a time-out for another process is a matter of wall time, not of simulation"
+)]
+fn now() -> Instant {
+    Instant::now()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_network_in_maps_is_known_as_ours() {
+        let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps");
+        for name in ["practice", "ring-250", "ring-641"] {
+            let bytes = std::fs::read(maps.join(name).join("net.xml")).unwrap();
+            assert!(SHIPPED.contains(&bytes.as_slice()), "{name}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Networks that do not come with the program: SUMO breaks down on some of them, and must not take the program along.
+
+use super::*;
+use codrive::traffic::{TrafficError, sumo::SumoTraffic};
+use std::{
+    path::Path,
+    process::{Command, Output},
+    time::{Duration, Instant},
+};
+
+/// The ring's network with one attribute changed.
+fn changed(from: &str, to: &str) -> String {
+    let text = std::fs::read_to_string(RoadMap::load("ring-250").unwrap().net_file).unwrap();
+    assert!(text.contains(from), "the ring has no {from}");
+    text.replacen(from, to, 1)
+}
+
+/// A network on which SUMO 1.28 itself breaks down and with which our reader finds no fault: the inside of a junction, which
+/// no connection leads over.
+fn breaks_sumo() -> String {
+    let lane = r#"<lane id=":n0_0_0" index="0" speed="1" length="1" shape="0,0 1,1"/>"#;
+    changed("</net>", &format!(r#"<edge id=":n0_0" function="internal">{lane}</edge></net>"#))
+}
+
+fn written(folder: &Path, text: &str) -> std::path::PathBuf {
+    let file = folder.join("net.xml");
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+fn run_on(net: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_codrive"))
+        .args(["run", "--duration", "1", "--map", net.to_str().unwrap()])
+        .output()
+        .unwrap()
+}
+
+/// The setup of the ring on the network in `file`.
+fn on(file: &Path) -> TrafficSetup {
+    let mut setup = ring(0.0);
+    let mut map = (*setup.map).clone();
+    map.net_file = file.to_path_buf();
+    setup.map = Arc::new(map);
+    setup
+}
+
+#[test]
+fn a_network_of_somebody_else_is_tried_once_and_driven_on() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(folder.path(), &changed("<net ", "<!-- not ours --><net "));
+    let before = Instant::now();
+    SumoTraffic::start(on(&file)).unwrap().step(None).unwrap();
+    let first = before.elapsed();
+    let before = Instant::now();
+    SumoTraffic::start(on(&file)).unwrap().step(None).unwrap();
+    let second = before.elapsed();
+    // A process is started for the first and not for the second: it loads SUMO's hundred libraries, 0.1 s at least.
+    assert!(second < first && second < Duration::from_millis(500), "{first:?}, then {second:?}");
+}
+
+#[test]
+fn a_network_on_which_sumo_breaks_down_is_an_error_with_its_name_and_the_next_start_works() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(folder.path(), &breaks_sumo());
+    for _ in 0..2 {
+        let error = SumoTraffic::start(on(&file)).err().expect("SUMO breaks down on it");
+        let text = error.to_string();
+        assert!(matches!(error, TrafficError::Setup(_)), "{text}");
+        assert!(text.starts_with(&format!("{}: SUMO breaks down on this network (signal: ", file.display())), "{text}");
+        assert!(text.contains("remedy"), "{text}");
+    }
+    SumoTraffic::start(ring(0.0)).unwrap().step(None).unwrap();
+}
+
+#[test]
+fn the_program_says_so_and_does_not_break_down() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(folder.path(), &breaks_sumo());
+    let ended = run_on(&file);
+    let text = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(2), "{text}");
+    assert!(text.contains("SUMO breaks down on this network"), "{text}");
+}
+
+#[test]
+fn our_own_reader_refuses_a_network_before_sumo_sees_it() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(folder.path(), &changed("speed=\"", "speed=\"-"));
+    let text = SumoTraffic::start(on(&file)).err().expect("a speed below 0").to_string();
+    assert!(text.starts_with(&format!("{}:", file.display())) && text.contains("speed"), "{text}");
+    assert!(!text.contains("SUMO cannot drive") && !text.contains("breaks down"), "{text}");
+}
