@@ -12,7 +12,7 @@ use std::{
     path::Path,
     process::{Child, Command, Stdio},
     thread::sleep,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// How long the program may take to end once it is told to or has no traffic any more: a time-out of 0.5 s, and what two
@@ -30,7 +30,7 @@ fn codrive(arguments: &[&str]) -> Child {
 
 /// Exit code and what was printed, once it has ended, which it has to [`SOON`].
 fn ended(mut program: Child) -> (i32, String) {
-    let begun = Instant::now();
+    let begun = now();
     let status = loop {
         if let Some(status) = program.try_wait().unwrap() {
             break status;

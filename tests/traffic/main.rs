@@ -20,7 +20,10 @@ use codrive::{
     space::CAR_LENGTH_M,
     traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficSetup, start},
 };
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::{
+    sync::{Arc, Mutex, MutexGuard},
+    time::Instant,
+};
 
 /// Length of a step, seconds.
 const STEP_S: f64 = 0.1;
@@ -31,6 +34,12 @@ const ENGINES: [EngineChoice; 2] = [EngineChoice::Native, EngineChoice::Sumo];
 
 /// All cars at every step, the start first.
 type History = Vec<Vec<CarState>>;
+
+/// The time, for bounds on how long things take.
+#[allow(clippy::disallowed_methods, reason = "that a wait ends is a matter of wall time")]
+fn now() -> Instant {
+    Instant::now()
+}
 
 /// The right to use SUMO in this process.
 fn alone() -> MutexGuard<'static, ()> {

@@ -5,7 +5,7 @@ use codrive::traffic::{TrafficError, sumo::SumoTraffic};
 use std::{
     path::Path,
     process::{Command, Output},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// The ring's network with one attribute changed.
@@ -49,10 +49,10 @@ fn a_network_of_somebody_else_is_tried_once_and_driven_on() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let file = written(folder.path(), &changed("<net ", "<!-- not ours --><net "));
-    let before = Instant::now();
+    let before = now();
     SumoTraffic::start(on(&file)).unwrap().step(None).unwrap();
     let first = before.elapsed();
-    let before = Instant::now();
+    let before = now();
     SumoTraffic::start(on(&file)).unwrap().step(None).unwrap();
     let second = before.elapsed();
     // A process is started for the first and not for the second: it loads SUMO's hundred libraries, 0.1 s at least.

@@ -10,7 +10,7 @@ use std::{
     net::{TcpListener, TcpStream},
     process::{Child, Command, Stdio},
     thread::sleep,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// A listening SUMO, ended when dropped.
@@ -190,7 +190,7 @@ fn a_remote_sumo_that_falls_silent_is_an_error_after_the_time_out() {
     let mut traffic = connect(&remote, &setup).unwrap();
     traffic.step(None).unwrap();
     signal(&remote.child, "STOP");
-    let begun = Instant::now();
+    let begun = now();
     let error = traffic.step(None).unwrap_err();
     // The time-out and what a loaded machine adds; without one this test would not end.
     assert!(begun.elapsed() >= Duration::from_millis(500) && begun.elapsed() < Duration::from_secs(5));

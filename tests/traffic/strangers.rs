@@ -8,7 +8,7 @@ use codrive::traffic::{
 use std::{
     io::{BufRead, BufReader, Read, Write},
     net::{TcpListener, TcpStream},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// What a time-out of half a second may take on a loaded machine, the half second for a name included; without time-outs
@@ -25,7 +25,7 @@ fn server(serve: impl FnOnce(TcpStream) + Send + 'static) -> u16 {
 
 /// Why codrive cannot drive on what listens at `port`.
 fn refused(port: u16) -> TrafficError {
-    let begun = Instant::now();
+    let begun = now();
     let setup = TrafficSetup { timeout_s: 0.5, ..ring(0.0) };
     let error = SumoTraffic::connect("127.0.0.1", port, setup).err().expect("it is no SUMO");
     assert!(begun.elapsed() < SOON, "{:?}: {error}", begun.elapsed());

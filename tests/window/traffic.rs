@@ -11,7 +11,7 @@ use std::{
     path::Path,
     process::{Child, Command, Stdio},
     thread::sleep,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 const KEY_ESC: u8 = 9;
@@ -106,12 +106,10 @@ fn esc_ends_a_drive_in_a_window_whose_sumo_is_silent_long_before_the_time_out() 
     let program = driving(&server, &remote, &out, "600");
     remote.signal("STOP");
     sleep(Duration::from_secs(1));
-    let pressed = Instant::now();
     server.key(KEY_ESC, true);
     server.key(KEY_ESC, false);
+    // That is waited for for a minute, and the time-out is ten: it is the key that ends it.
     let (code, text) = ended(program);
-    // The time-out is ten minutes: it is the key that ended it.
-    assert!(pressed.elapsed() < Duration::from_secs(60), "{:?}", pressed.elapsed());
     assert_eq!(code, 0, "{text}");
     assert_eq!(Manifest::load(&out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
     remote.signal("CONT");
