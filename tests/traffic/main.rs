@@ -1,5 +1,5 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives,
-//! `sumo` about SUMO alone, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
+//! `noise` about its strength, `sumo` about SUMO alone, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
 //! socket, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
 //! Metres, m/s, steps of 0.1 s.
 //!
@@ -8,8 +8,8 @@
 mod contract;
 mod ended;
 mod imposed;
-mod noise;
 mod networks;
+mod noise;
 mod remote;
 mod strangers;
 mod sumo;

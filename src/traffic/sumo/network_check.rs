@@ -6,7 +6,7 @@
 use super::SumoTraffic;
 use crate::{
     file,
-    map::RoadMap,
+    map::{RoadMap, limits::MOST_BYTES},
     space::CAR_LENGTH_M,
     traffic::{EgoReport, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
 };
@@ -30,11 +30,9 @@ const SHIPPED: [&[u8]; 3] = [
 ];
 /// Name of the hidden command of the program that the child runs.
 pub const COMMAND: &str = "check-network";
-/// The largest network that is read at all, bytes: SUMO's largest published scenarios (a whole city) are half of it.
-const MOST_BYTES: u64 = 1 << 30;
-/// How long the child may take: a city's network takes SUMO 20 s on a slow machine.
+/// How long the child may take: the largest network that our reader takes (a town) takes SUMO some seconds.
 const TIMEOUT: Duration = Duration::from_secs(120);
-/// Address space of the child, bytes: SUMO's libraries take 1 GiB of it, a city's network another.
+/// Address space of the child, bytes: SUMO's libraries take 1 GiB of it, a town's network less.
 const MOST_MEMORY: u64 = 4 << 30;
 /// Steps of the child's drive, half of them with an ego that is told where it is.
 const STEPS: usize = 60;
