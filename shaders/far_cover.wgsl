@@ -5,8 +5,16 @@ fn on_picture(uv: vec2f) -> f32 {
     return select(0.0, 1.0, !FROM_ABOVE || all(abs(uv - 0.5) <= vec2f(0.5)));
 }
 
-fn cover_of(there: f32) -> f32 {
-    return clamp((there - 0.5) / max(0.88 * fwidth(there), 0.07) + 0.5, 0.0, 1.0);
+// Texels of a picture's side (`SIZE` in `render/impostor.rs`).
+const SIDE = 128.0;
+
+// How much of a pixel the tree covers. Where a pixel has several texels, twigs and gaps are finer than either: as a tree with
+// leaf cards does there, more lets a little through and less hides all. Where a texel has several pixels, the reverse.
+fn cover_of(there: f32, uv: vec2f) -> f32 {
+    let texels = SIDE * max(length(dpdx(uv)), length(dpdy(uv)));
+    let finer = clamp(log2(max(texels, 0.01)), -2.0, 1.0);
+    let soft = max(0.88 * (1.0 + finer) * fwidth(there), 0.07);
+    return clamp((there - 0.5 - 0.11 * finer) / soft + 0.5, 0.0, 1.0);
 }
 
 @fragment
@@ -17,12 +25,12 @@ fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
         // As in `cover.wgsl`: one sample is covered or not.
         samples &= covered_samples(pixel, on_picture(in.uv) * textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a);
     } else if FROM_ABOVE {
-        let there = cover_of(textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a);
+        let there = cover_of(textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a, in.uv);
         samples &= covered_samples(pixel, on_picture(in.uv) * there);
     } else {
         let second = samples_of(turned(in), vec4f(1.0, 3.0, 0.0, 2.0), dithered(pixel + 31.0));
-        let a = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.x + 0.5)).a);
-        let b = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.y + 0.5)).a);
+        let a = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.x + 0.5)).a, in.uv);
+        let b = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.y + 0.5)).a, in.uv);
         samples &= (covered_samples(pixel, a) & (15u - second)) | (covered_samples(pixel, b) & second);
     }
     if samples == 0u {

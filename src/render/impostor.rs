@@ -220,6 +220,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_shader_knows_how_large_a_picture_is() {
+        assert!(include_str!("../../shaders/far_cover.wgsl").contains(&format!("SIDE = {SIZE}.0;")));
+    }
+
+    #[test]
     fn a_picture_is_the_models_outline() {
         // A triangle that faces +x, 4 m wide and 6 m high: seen from +x it is there, from +y it is an edge.
         let corner = |y: f32, z: f32| Vertex {
