@@ -123,6 +123,33 @@ fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
             "tl is \"a\"; allowed: the id of a tlLogic",
         ),
         ("</net>", "<tlLogic id=\"a\"><phase duration=\"-3\" state=\"G\"/></tlLogic></net>", "duration is \"-3\""),
+        ("version=\"1.20\" ", "", "net: version is absent; allowed: the version of the format"),
+        (
+            "<junction id=\"b\"",
+            "<lane id=\"bc_0\" index=\"0\"/><junction id=\"b\"",
+            "lane \"bc_0\": its place is absent",
+        ),
+        (
+            " via=\":b_0_0\"",
+            "",
+            "lane \":b_0_0\": id is \":b_0_0\"; allowed: a lane inside a junction that is the via of one",
+        ),
+        ("via=\":b_0_0\"", "via=\":a_9_0\"", "via is \":a_9_0\"; allowed: a lane that is the via of no other"),
+        (
+            "<connection from=\":b_0\" to=\"bc\"",
+            "<c from=\":b_0\" to=\"bc\"",
+            "with a connection to where its via leads",
+        ),
+        (
+            "from=\"bc\" to=\"cd\" fromLane=\"0\" toLane=\"0\"",
+            "from=\"bc\" to=\"ae\" fromLane=\"0\" toLane=\"0\"",
+            "an edge that begins at",
+        ),
+        (
+            "</net>",
+            "<connection from=\"bc\" to=\"cd\" fromLane=\"0\" toLane=\"0\"/></net>",
+            "one connection from a lane to another",
+        ),
         ("</net>", "<tlLogic id=\"a\"/></net>", "allowed: at least one phase"),
         ("</net>", "<roundabout nodes=\"a q\" edges=\"ab\"/></net>", "nodes is \"a q\""),
         ("</net>", "<location netOffset=\"1,inf\"/></net>", "netOffset is \"1,inf\""),

@@ -18,18 +18,52 @@ const DIRECTIONS: &str = "s t l r L R invalid";
 /// What elements may refer to.
 #[derive(Default)]
 struct Names<'a> {
-    /// Lanes of each edge.
-    edges: BTreeMap<&'a str, usize>,
+    edges: BTreeMap<&'a str, Edge<'a>>,
     lanes: BTreeSet<&'a str>,
     junctions: BTreeSet<&'a str>,
     /// Lengths of the shortest state of each signal.
     signals: BTreeMap<&'a str, usize>,
 }
 
+/// What connections have to agree with.
+struct Edge<'a> {
+    lanes: usize,
+    /// The inside of a junction for cars.
+    internal: bool,
+    /// The junctions where it begins and ends.
+    from: Option<&'a str>,
+    to: Option<&'a str>,
+}
+
+/// A lane where a connection leads: edge and index.
+type Goal<'a> = (&'a str, &'a str);
+
+/// What is known of the ways through junctions once all connections are.
+#[derive(Default)]
+struct Ways<'a> {
+    /// All connections: where from and where to.
+    known: BTreeSet<(Goal<'a>, Goal<'a>)>,
+    /// Where a connection leads that goes over this lane inside a junction.
+    over: BTreeMap<&'a str, Goal<'a>>,
+    /// Where a lane inside a junction leads, by its id.
+    out: BTreeMap<String, Goal<'a>>,
+}
+
 /// Checks all elements below the root.
 pub(super) fn check<'input>(reader: &Reader<'_, 'input>, root: Node<'_, 'input>) -> Result<(), MapError> {
     let mut names = Names::default();
     let elements = || root.children().filter(Node::is_element);
+    let parents = [("lane", "edge"), ("request", "junction"), ("phase", "tlLogic")];
+    for node in root.descendants() {
+        let parent = parents.iter().find(|(child, _)| node.has_tag_name(*child)).map(|(_, parent)| *parent);
+        if parent.is_some_and(|name| !node.parent().is_some_and(|parent| parent.has_tag_name(name))) {
+            return Err(reader.value(
+                node,
+                "its place",
+                "a lane in an edge, a request in a junction, a phase in a tlLogic",
+            ));
+        }
+    }
     for node in elements() {
         match node.tag_name().name() {
             "edge" => edge(reader, node, &mut names)?,
@@ -54,11 +88,17 @@ pub(super) fn check<'input>(reader: &Reader<'_, 'input>, root: Node<'_, 'input>)
             _ => {}
         }
     }
+    let version = root.attribute("version").and_then(|version| version.split_once('.'));
+    let versioned = version.is_some_and(|(a, b)| a.parse::<u16>().is_ok() && b.parse::<u16>().is_ok());
+    if !versioned && !names.junctions.is_empty() {
+        return Err(reader.value(root, "version", "the version of the format, such as 1.20"));
+    }
+    let mut ways = Ways::default();
     for node in elements() {
         match node.tag_name().name() {
             "edge" => ends(reader, node, &names)?,
             "junction" => junction(reader, node, &names)?,
-            "connection" => connection(reader, node, &names)?,
+            "connection" => connection(reader, node, &names, &mut ways)?,
             "roundabout" => {
                 let edges = node.attribute("edges").unwrap_or_default();
                 if edges.split_whitespace().any(|id| !names.edges.contains_key(id)) {
@@ -70,6 +110,36 @@ pub(super) fn check<'input>(reader: &Reader<'_, 'input>, root: Node<'_, 'input>)
                 }
             }
             _ => {}
+        }
+    }
+    insides(reader, root, &names, &ways)
+}
+
+/// Each lane inside a junction has one way in and one way out, and both lead to the same lane.
+fn insides<'input>(
+    reader: &Reader<'_, 'input>,
+    root: Node<'_, 'input>,
+    names: &Names,
+    ways: &Ways,
+) -> Result<(), MapError> {
+    if names.junctions.is_empty() {
+        return Ok(());
+    }
+    let inside = |edge: &Node| edge.attribute("function") == Some("internal");
+    for edge in root.children().filter(|node| node.has_tag_name("edge")).filter(inside) {
+        for lane in edge.children().filter(|node| node.has_tag_name("lane")) {
+            let id = lane.attribute("id").unwrap_or_default();
+            let (over, out) = (ways.over.get(id), ways.out.get(id));
+            if over.is_none() {
+                return Err(reader.value(lane, "id", "a lane inside a junction that is the via of one connection"));
+            }
+            if out != over {
+                return Err(reader.value(
+                    lane,
+                    "id",
+                    "a lane inside a junction with a connection to where its via leads",
+                ));
+            }
         }
     }
     Ok(())
@@ -117,7 +187,9 @@ fn edge<'a, 'input>(
     if n == 0 {
         return Err(reader.value(node, "lane", "at least one lane in each edge"));
     }
-    if names.edges.insert(id, n).is_some() {
+    let internal = node.attribute("function") == Some("internal");
+    let (from, to) = (node.attribute("from"), node.attribute("to"));
+    if names.edges.insert(id, Edge { lanes: n, internal, from, to }).is_some() {
         return Err(reader.value(node, "id", "a name that no other edge has"));
     }
     if node.attribute("function").is_some_and(|function| !one_of(EDGE_FUNCTIONS, function)) {
@@ -226,18 +298,40 @@ fn signal<'a, 'input>(
     Ok(())
 }
 
-fn connection<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Names) -> Result<(), MapError> {
-    for (edge, lane) in [("from", "fromLane"), ("to", "toLane")] {
-        let Some(lanes) = names.edges.get(reader.text(node, edge)?) else {
-            return Err(reader.value(node, edge, "the id of an edge of this network"));
+fn connection<'a, 'input>(
+    reader: &Reader<'_, 'input>,
+    node: Node<'a, 'input>,
+    names: &Names,
+    ways: &mut Ways<'a>,
+) -> Result<(), MapError> {
+    let end = |edge_name: &str, lane_name: &str| {
+        let id = reader.text(node, edge_name)?;
+        let Some(edge) = names.edges.get(id) else {
+            return Err(reader.value(node, edge_name, "the id of an edge of this network"));
         };
-        let index: Option<usize> = node.attribute(lane).and_then(|text| text.trim().parse().ok());
-        if index.is_none_or(|index| index >= *lanes) {
-            return Err(reader.value(node, lane, "the index of a lane of that edge, the right-most being 0"));
+        let text = node.attribute(lane_name).unwrap_or_default();
+        if text.parse().is_ok_and(|index: usize| index < edge.lanes && text == index.to_string()) {
+            return Ok((edge, (id, text)));
         }
+        Err(reader.value(node, lane_name, "the index of a lane of that edge, the right-most being 0"))
+    };
+    let ((from, from_lane), (to, to_lane)) = (end("from", "fromLane")?, end("to", "toLane")?);
+    if !ways.known.insert((from_lane, to_lane)) {
+        return Err(reader.value(node, "toLane", "one connection from a lane to another"));
     }
-    if node.attribute("via").is_some_and(|via| !names.lanes.contains(via)) {
-        return Err(reader.value(node, "via", "the id of a lane of this network"));
+    if !from.internal && !to.internal && from.to != to.from && from.to.is_some() && to.from.is_some() {
+        return Err(reader.value(node, "to", "an edge that begins at the junction where the other ends"));
+    }
+    if from.internal {
+        ways.out.insert(format!("{}_{}", from_lane.0, from_lane.1), to_lane);
+    }
+    if let Some(via) = node.attribute("via") {
+        if !names.lanes.contains(via) {
+            return Err(reader.value(node, "via", "the id of a lane of this network"));
+        }
+        if ways.over.insert(via, to_lane).is_some() {
+            return Err(reader.value(node, "via", "a lane that is the via of no other connection"));
+        }
     }
     if node.attribute("dir").is_some_and(|dir| !one_of(DIRECTIONS, dir)) {
         return Err(reader.value(node, "dir", DIRECTIONS));
