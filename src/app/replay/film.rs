@@ -2,41 +2,68 @@
 //! time between the first and the last, so that a seek back is at once and drives nothing again.
 //!
 //! A simulation cannot be taken back (neither SUMO nor the physics give up their state), but a picture needs only where
-//! everything is. A step of 22 cars takes 3.5 kB: five minutes 10 MB, an hour 130.
+//! everything is. A step of 22 cars takes 3.5 kB: five minutes 10 MB, an hour 130. After two hours every second step is let
+//! go, after four every second of these, so that a film of days takes no more.
 
 use crate::sim::Snapshot;
 
-/// Snapshots, one a step, from the start of the drive on.
+/// Snapshots that are kept: two hours of steps of 0.1 s.
+const KEPT: usize = 72_000;
+/// Between snapshots further apart than so many steps nothing is guessed: on a ring cars would leave the road.
+const GUESSED: f64 = 20.0;
+
+/// Snapshots, one a step or a few, from the start of the drive on.
 #[derive(Debug)]
 pub struct Film {
     step_s: f64,
     steps: Vec<Snapshot>,
+    /// The newest one, where it is not kept for long.
+    newest: Option<Snapshot>,
+    pushed: usize,
+    /// One of so many is kept.
+    stride: usize,
 }
 
 impl Film {
     /// A film that begins with `first`, at time zero.
     pub fn new(first: Snapshot, step_s: f64) -> Self {
-        Self { step_s, steps: vec![first] }
+        Self { step_s, steps: vec![first], newest: None, pushed: 0, stride: 1 }
     }
 
     /// The next step, or what the last one of the drive is cut down to.
     pub fn push(&mut self, snapshot: Snapshot) {
+        self.pushed += 1;
+        if !self.pushed.is_multiple_of(self.stride) {
+            self.newest = Some(snapshot);
+            return;
+        }
+        self.newest = None;
         self.steps.push(snapshot);
+        // The first and every second after it: with an odd number the newest stays, too.
+        if self.steps.len() > KEPT {
+            let mut keep = [false, true].into_iter().cycle();
+            self.steps.retain(|_| keep.next() == Some(false));
+            self.stride *= 2;
+        }
+    }
+
+    fn get(&self, at: usize) -> &Snapshot {
+        self.steps.get(at).or(self.newest.as_ref()).unwrap_or(&self.steps[self.steps.len() - 1])
     }
 
     /// How far it reaches, seconds.
     pub fn end_s(&self) -> f64 {
-        self.steps.last().map_or(0.0, |snapshot| snapshot.tick.seconds())
+        self.newest.as_ref().or(self.steps.last()).map_or(0.0, |snapshot| snapshot.tick.seconds())
     }
 
     /// The world at `time_s`, or at the nearest time that there is: a snapshot whose `before` is the step before, and how far
     /// the moment lies between the two, 0 to 1, as [`scene::view`](crate::scene::view()) wants it.
     pub fn at(&self, time_s: f64) -> (Snapshot, f32) {
         let time_s = time_s.clamp(0.0, self.end_s());
-        let after = (time_s / self.step_s - 1e-9).ceil().max(0.0) as usize;
-        let after = after.min(self.steps.len() - 1);
-        let mut now = self.steps[after].clone();
-        let Some(before) = after.checked_sub(1).map(|i| &self.steps[i]) else {
+        let after = self.steps.partition_point(|snapshot| snapshot.tick.seconds() < time_s - 1e-9);
+        let mut now = self.get(after).clone();
+        let near = |before: &&Snapshot| now.tick.seconds() - before.tick.seconds() <= GUESSED * self.step_s;
+        let Some(before) = after.checked_sub(1).map(|i| self.get(i)).filter(near) else {
             now.ego_before = now.ego;
             return (now, 1.0);
         };
@@ -165,6 +192,21 @@ mod tests {
             let at = now.ego_before.position.lerp(now.ego.position, f64::from(fraction)).x;
             assert!((at - x).abs() < 1e-4, "{time_s}: {at}");
             assert!((now.ego.speed_mps - x / 100.0).abs() < 1e-4, "{time_s}");
+        }
+    }
+
+    #[test]
+    fn a_film_of_many_hours_takes_no_more_than_one_of_two_and_still_shows_every_moment() {
+        let mut film = Film::new(snapshot(0), 0.1);
+        for step in 1..=200_001 {
+            film.push(snapshot(step * 10));
+            assert!(film.steps.len() <= KEPT);
+        }
+        assert_eq!((film.stride, film.end_s()), (4, Tick(2_000_010).seconds()));
+        for time_s in [0.0, 0.13, 7_000.27, 19_999.9, 20_000.05, 20_000.1] {
+            let (now, fraction) = film.at(time_s);
+            let at = now.ego_before.position.lerp(now.ego.position, f64::from(fraction)).x;
+            assert!((at - 100.0 * time_s).abs() < 0.1, "{time_s}: {at}");
         }
     }
 
