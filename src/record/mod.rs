@@ -3,7 +3,7 @@
 //! ```text
 //! manifest.json   what was driven, on what, by which program; how it ended
 //! scenario.toml   the scenario, to be driven again
-//! inputs/         copies of a map and a policy that the scenario named by their paths
+//! inputs/         copies of a map and a policy that do not come with the program
 //! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
 //! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events
 //! summary.json    the drive in numbers
@@ -103,7 +103,9 @@ pub enum RecordError {
 
 fn remedy(why: &std::io::Error) -> &'static str {
     match why.kind() {
-        std::io::ErrorKind::StorageFull => "; make room on the disk and begin again in another folder",
+        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded | std::io::ErrorKind::FileTooLarge => {
+            "; make room on the disk and begin again"
+        }
         std::io::ErrorKind::AlreadyExists => "; nothing is overwritten: name another",
         std::io::ErrorKind::PermissionDenied => "; choose a folder that you may write to",
         _ => "",

@@ -213,7 +213,10 @@ impl Recorder {
             if wait { queue.send(batch).map_err(|e| TrySendError::Disconnected(e.0)) } else { queue.try_send(batch) };
         match sent {
             Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => Err(RecordError::Full((QUEUE as u32 * FLUSH_EVERY).as_secs())),
+            Err(TrySendError::Full(_)) => {
+                self.note_failure("the disk is too slow");
+                Err(RecordError::Full((QUEUE as u32 * FLUSH_EVERY).as_secs()))
+            }
             Err(TrySendError::Disconnected(_)) => Err(self.why_stopped()),
         }
     }
@@ -222,10 +225,22 @@ impl Recorder {
     fn why_stopped(&mut self) -> RecordError {
         self.queue = None;
         let end = self.writer.take().map(JoinHandle::join);
-        match end {
+        let error = match end {
             Some(Ok(Err(error))) => error,
             _ => RecordError::Stopped("its thread is gone".into()),
+        };
+        match &error {
+            RecordError::File { why, .. } => self.note_failure(&why.to_string()),
+            other => self.note_failure(&other.to_string()),
         }
+        error
+    }
+
+    /// The manifest says how the drive ended, if the disk has room for so little; recovery keeps it. Without paths, which are
+    /// nobody's business.
+    fn note_failure(&mut self, why: &str) {
+        self.manifest.ended.get_or_insert_with(|| format!("recording failed: {why}"));
+        let _ = self.manifest.save(&self.folder);
     }
 
     /// The drive is over: everything to the disk, tables as Parquet, summary, and the manifest says how it ended.
@@ -245,7 +260,7 @@ impl Recorder {
         fail_point!("finish.summary");
         self.manifest.checksums = Some(written.checksums.save(&self.folder)?);
         fail_point!("finish.checksums");
-        self.manifest.ended = Some(summary.end_in_words());
+        self.manifest.ended.get_or_insert_with(|| summary.end_in_words());
         self.manifest.hash = Some(format!("{:016x}", self.hash));
         self.manifest.state = Some(State::Complete);
         self.manifest.seal(&self.folder)?;

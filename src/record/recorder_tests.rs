@@ -290,8 +290,12 @@ fn a_full_disk_ends_the_recording_with_its_reason_and_keeps_what_is_there() {
         .and_then(|mut recorder| (0..200).try_for_each(|_| drive(&mut world, &mut recorder, 10)));
     let message = failed.expect_err("the disk is full").to_string();
     assert!(message.contains("rows.blocks") && message.contains("make room on the disk"), "{message}");
+    let ended = || Manifest::load(&recording).expect("a manifest").ended;
+    let reason = Some("recording failed: No space left on device (os error 28)".to_owned());
+    assert_eq!(ended(), reason);
     let found = recover::recover(&recording).expect("what is there can be read");
     assert_eq!(found.rows.len(), Table::ALL.len());
+    assert_eq!(ended(), reason, "recovery keeps the reason");
 }
 
 #[test]

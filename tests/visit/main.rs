@@ -313,8 +313,32 @@ fn a_drive_that_cannot_start_or_go_on_is_said_and_comes_again() {
     assert!(rig.visit().error().is_none());
     rig.drive_off();
     let Rig { visit, road, .. } = &mut rig;
-    visit.as_mut().unwrap().fail(&RecordError::Full(8).into(), road).unwrap();
+    visit.as_mut().unwrap().fail(&RecordError::Full(8).into(), road);
     let last = rig.log().passages.pop().unwrap();
     assert!(last.outcome == Outcome::Aborted && last.reason.contains("the disk takes nothing any more"), "{last:?}");
     assert_eq!(rig.sees(), "please wait");
+}
+
+#[test]
+fn on_a_full_disk_the_visit_stays_says_why_and_keeps_its_log_until_there_is_room() {
+    let mut rig = Rig::new();
+    rig.until_practice();
+    rig.drive_off();
+    // Nothing can be written: a folder is where the new log would lie.
+    let source = rig.out.join("sourcedata/sub-P03");
+    let in_the_way = source.join("session.new");
+    std::fs::create_dir(&in_the_way).unwrap();
+    let path = rig.road.folder.clone().unwrap().join("journal/rows.blocks");
+    let full = RecordError::File { path: path.clone(), why: std::io::Error::from_raw_os_error(28) };
+    let Rig { visit, road, .. } = &mut rig;
+    visit.as_mut().unwrap().fail(&full.into(), road);
+    let error = rig.visit().error().unwrap().to_owned();
+    assert!(error.contains(path.to_str().unwrap()) && error.contains("make room on the disk"), "{error}");
+    assert!(error.contains("The visit's log: ") && error.contains("session"), "{error}");
+    assert_eq!(rig.sees(), "please wait");
+    std::fs::remove_dir(&in_the_way).unwrap();
+    rig.command(VisitCommand::Go);
+    let last = rig.log().passages.pop().unwrap();
+    assert_eq!(last.outcome, Outcome::Aborted);
+    assert!(last.reason.starts_with("journal/rows.blocks: No space left"), "{}", last.reason);
 }

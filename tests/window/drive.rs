@@ -2,7 +2,7 @@
 //! window and Ctrl-C end the program with 0; what is typed in the experimenter's window does not drive.
 
 use crate::xserver::{Server, wait_for};
-use codrive::record::{Reader, Table};
+use codrive::record::{Manifest, Reader, Table};
 use std::{
     io::Read,
     process::{Child, Command, Stdio},
@@ -169,4 +169,42 @@ fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("all 600 ticks are the same to the bit"), "{text}");
+}
+
+#[test]
+fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_recording_ended() {
+    let server = Server::start(SIZE);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    // A limit on files stands for the disk's: 200 blocks of 512 bytes, which the journal reaches within seconds.
+    let program = Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 200; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_codrive")])
+        .args(["drive", "--traffic", "native", "--quality", "low", "--duration", "0", "--policy", "constant", "--out"])
+        .arg(&out)
+        .env("DISPLAY", &server.display)
+        .env_remove("WAYLAND_DISPLAY")
+        .env("MESA_SHADER_CACHE_DISABLE", "true")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let window = focused(&server, "codrive");
+    let ended_as = || Manifest::load(&out).ok().and_then(|manifest| manifest.ended);
+    let reason = wait_for("the end of the recording", ended_as);
+    assert!(reason.starts_with("recording failed: File too large"), "{reason}");
+    // The picture stands, also after Space.
+    sleep(Duration::from_millis(500));
+    let standing = server.screen();
+    server.key(KEY_SPACE, true);
+    server.key(KEY_SPACE, false);
+    sleep(Duration::from_secs(1));
+    let differ = server.screen().chunks(4).zip(standing.chunks(4)).filter(|(a, b)| a != b).count();
+    assert!(differ < PIXELS / 50, "{differ} pixels moved");
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains(out.to_str().unwrap()) && text.contains("make room on the disk"), "{text}");
+    codrive::record::recover(&out).unwrap();
+    assert_eq!(ended_as().unwrap(), reason);
+    assert!(Reader::parquet(&Table::Ego.parquet(&out)).unwrap().rows() > 100);
 }

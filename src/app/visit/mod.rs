@@ -179,7 +179,7 @@ impl Visit {
                 };
                 match road.prepare(&scenario) {
                     Ok(()) => self.see(At::Countdown(self.study.file.countdown_s, false)),
-                    Err(error) => self.fail(&error, road)?,
+                    Err(error) => self.fail(&error, road),
                 }
             }
             At::Countdown(left_s, false) => {
@@ -187,7 +187,7 @@ impl Visit {
                 if *left_s <= 0.0 {
                     match road.begin(&self.folder) {
                         Ok(()) => self.see(At::Driving),
-                        Err(error) => self.fail(&error, road)?,
+                        Err(error) => self.fail(&error, road),
                     }
                 }
             }
@@ -214,23 +214,32 @@ impl Visit {
                 self.see(At::Over);
                 Ok(())
             }
-            Err(error) => self.fail(&error, road),
+            Err(error) => {
+                self.fail(&error, road);
+                Ok(())
+            }
         }
     }
 
-    /// The drive came to an end by an error: it comes again when the experimenter says so.
-    ///
-    /// # Errors
-    /// The session cannot be written.
-    pub fn fail(&mut self, error: &AppError, road: &mut dyn Road) -> Result<(), AppError> {
-        log::error!("{error}");
-        self.error = Some(error.to_string());
+    /// The drive came to an end by an error: it comes again when the experimenter says so. On a full disk the log cannot be
+    /// written either, until there is room: it is whole in memory, and a window that is gone explains nothing.
+    pub fn fail(&mut self, error: &AppError, road: &mut dyn Road) {
+        let text = error.to_string();
+        log::error!("{text}");
         if let Err(also) = road.end() {
             log::error!("{also}");
         }
-        self.session.end(Outcome::Aborted, &error.to_string(), &(self.utc)())?;
+        // The log goes where the data goes: it does not say where that was.
+        let reason = match self.folder.to_str() {
+            Some(folder) if !folder.is_empty() => text.replace(&format!("{folder}/"), ""),
+            _ => text.clone(),
+        };
+        let kept = self.session.end(Outcome::Aborted, &reason, &(self.utc)());
+        self.error = Some(match kept {
+            Ok(()) => text,
+            Err(also) => format!("{text}\nThe visit's log: {also}"),
+        });
         self.see(At::Hold);
-        Ok(())
     }
 
     /// The program ends before the visit: what runs is broken off and comes again.

@@ -204,7 +204,7 @@ impl Frame<'_> {
         let (due, inputs) = match kit.frame(elapsed, |world| lead.watch(world)) {
             Ok(done) => done,
             Err(error) => {
-                self.on_road(|visit, road| visit.fail(&error, road))?;
+                self.on_road(|visit, road| visit.fail(&error, road));
                 Default::default()
             }
         };
@@ -228,7 +228,7 @@ impl Frame<'_> {
         if let (true, Some(show)) = (now() - self.flushed > record::FLUSH_EVERY, &mut self.kit.show) {
             self.flushed = now();
             if let Err(error) = show.flush() {
-                self.on_road(|visit, road| visit.fail(&error, road))?;
+                self.on_road(|visit, road| visit.fail(&error, road));
             }
         }
         self.after_the_visit()?;
