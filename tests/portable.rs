@@ -258,3 +258,29 @@ fn a_participants_folder_that_is_a_link_is_refused() {
     }
     rehearse("2").assert().success();
 }
+
+#[test]
+fn a_map_of_the_authors_own_is_carried_by_name_too_and_shipped_ones_are_not() {
+    // A folder of the program's own as another machine has it: with one map more.
+    let author = Author::new();
+    let (project, root) = (Path::new(env!("CARGO_MANIFEST_DIR")), author.at("program"));
+    for name in codrive::map::SHIPPED {
+        let folder = root.join("maps").join(name);
+        fs::create_dir_all(&folder).unwrap();
+        for file in fs::read_dir(project.join("maps").join(name)).unwrap().map(|entry| entry.unwrap().path()) {
+            fs::copy(&file, folder.join(file.file_name().unwrap())).unwrap();
+        }
+    }
+    let own = root.join("maps/own");
+    author.run(&["map", "ring", "--circumference", "252", "--out", text(&own)]);
+    for (map, carried) in [("own", true), ("practice", false)] {
+        let recording = author.at(map);
+        let drive = ["run", "--traffic", "native", "--vehicles", "12", "--duration", "2", "--map", map];
+        let mut command = codrive(&[&drive[..], &["--out", text(&recording)]].concat());
+        command.env("CODRIVE_ROOT", &root).assert().success();
+        assert_eq!(recording.join("inputs").exists(), carried);
+        fs::rename(&own, root.join("gone")).unwrap();
+        codrive(&["replay", text(&recording)]).env("CODRIVE_ROOT", &root).assert().success();
+        fs::rename(root.join("gone"), &own).unwrap();
+    }
+}

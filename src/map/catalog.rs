@@ -62,8 +62,16 @@ pub fn list() -> Vec<MapInfo> {
     maps
 }
 
+/// The maps that come with the program: what goes by these names is the same everywhere.
+pub const SHIPPED: [&str; 3] = ["practice", "ring-250", "ring-641"];
+
+/// True if a map is not one of [`SHIPPED`]: elsewhere there may be none of its name, or another.
+pub fn is_own(name_or_path: &str) -> bool {
+    !SHIPPED.contains(&name_or_path)
+}
+
 /// True if a map is named by its path, not by the name of its folder in `maps/`.
-pub fn is_path(name_or_path: &str) -> bool {
+fn is_path(name_or_path: &str) -> bool {
     name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml")
 }
 

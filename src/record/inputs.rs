@@ -1,4 +1,4 @@
-//! The files that a drive was made from, carried in its recording. In: a scenario that names a map or a policy by its path.
+//! The files that a drive was made from, carried in its recording. In: a scenario whose map or policy is the author's own.
 //! Out: copies in `inputs/`, and the scenario with their place in the recording instead: it can be driven again on another
 //! machine, and does not tell where its author keeps things. Maps and policies that the program brings keep their names.
 
@@ -18,11 +18,12 @@ const INPUTS: &str = "inputs";
 /// The scenario as a recording keeps it.
 pub fn portable(world: &World) -> Scenario {
     let scenario = world.scenario();
-    let map = if map::is_path(&scenario.map) { map_place(world) } else { scenario.map.clone() };
-    let policy = if policy::is_path(&scenario.policy) {
-        format!("{INPUTS}/policies/{}", last(&scenario.policy))
-    } else {
-        scenario.policy.clone()
+    let map = if map::is_own(&scenario.map) { map_place(world) } else { scenario.map.clone() };
+    let policy = match &scenario.policy {
+        path if policy::is_path(path) => format!("{INPUTS}/policies/{}", last(path)),
+        // The map's name chooses it, and that changes.
+        name if map::is_own(&scenario.map) => policy::meant(name, &scenario.map),
+        name => name.clone(),
     };
     Scenario { map, policy, ..scenario.clone() }
 }
@@ -41,7 +42,7 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
         files::new_private_dir(to.parent().unwrap_or(recording))?;
         files::write_new(to, &fs::read(from).map_err(RecordError::file(from))?)
     };
-    if map::is_path(&scenario.map) {
+    if map::is_own(&scenario.map) {
         let (net, folder) = (&world.map().net_file, recording.join(map_place(world)));
         copy(net, &folder.join("net.xml"))?;
         // Of a map's folder, its title and its route.
