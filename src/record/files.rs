@@ -1,9 +1,10 @@
 //! Files that are made once, for the user alone, and reach the disk. In: paths. Out: files, or the system's own words.
 
 use super::RecordError;
+use crate::private;
 use fail::fail_point;
 use std::{
-    fs::{self, DirBuilder, File, OpenOptions},
+    fs::{self, File},
     io::Write,
     path::{Path, PathBuf},
     sync::atomic::{AtomicU64, Ordering},
@@ -33,11 +34,7 @@ pub(super) fn sync_file(file: &File, path: &Path) -> Result<(), RecordError> {
 /// # Errors
 /// The system refuses.
 pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
-    let mut builder = DirBuilder::new();
-    builder.recursive(true);
-    #[cfg(unix)]
-    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.create(path).map_err(RecordError::file(path))
+    private::folder(path).map_err(RecordError::file(path))
 }
 
 /// Room on the disk, GB, below which there is little, and too little: a session of an hour takes less than 1 GB.
@@ -67,11 +64,7 @@ pub const BESIDE: &str = "new";
 /// # Errors
 /// There is one already, or the system refuses.
 pub(super) fn new_file(path: &Path) -> Result<File, RecordError> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    options.open(path).map_err(RecordError::file(path))
+    private::file(path).map_err(RecordError::file(path))
 }
 
 /// Writes a whole new file, private to the user, that reaches the disk.
