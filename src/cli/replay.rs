@@ -8,7 +8,7 @@ use crate::{
         sound::Track,
     },
     private,
-    record::{LOST_AND_FOUND, Reader, Table},
+    record::{self, LOST_AND_FOUND, Table},
     time::Tick,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -189,7 +189,7 @@ fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<
     };
     let out = out.cloned().unwrap_or_else(beside);
     let stop = stop_on_ctrl_c();
-    let ticks = Reader::parquet(&Table::Ego.parquet(recording)).map_or(0, |table| table.rows() as u64);
+    let ticks = record::count(recording, Table::Ego).unwrap_or(0);
     let bar = super::progress(2 * ticks, format!("what if {words}"));
     let pair = replay::what_if(recording, &changes, &out, &stop, &|ticks| bar.inc(ticks));
     bar.finish_and_clear();

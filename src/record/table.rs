@@ -138,6 +138,19 @@ impl Reader {
         Ok(table)
     }
 
+    /// Reads a Parquet file part by part, some thousand rows each: what a drive of days takes of memory stays the same.
+    ///
+    /// # Errors
+    /// There is none, or it is not one.
+    pub fn parts(path: &Path, see: &mut dyn FnMut(&Self)) -> Result<(), RecordError> {
+        let mut one = |batch: &RecordBatch| {
+            let mut part = Self::default();
+            part.push(batch);
+            see(&part);
+        };
+        Self::each_batch(path, &mut one).map(drop)
+    }
+
     /// Reads a Parquet file batch by batch. Returns how many rows it has.
     pub(super) fn each_batch(path: &Path, put: &mut dyn FnMut(&RecordBatch)) -> Result<u64, RecordError> {
         let mut rows = 0;

@@ -18,7 +18,7 @@ use crate::{
         theme,
         timeline::{self, Happened, TimelineCommand, TimelineState},
     },
-    record::{Reader, Table},
+    record::{self, Reader, Table},
     scene::{self, Stage, View, ViewKind, ViewOptions},
     sim::Scenario,
     time::{TICK_S, Tick},
@@ -79,15 +79,20 @@ impl Marks {
     pub fn read(recording: &Path) -> Result<Self, AppError> {
         let table = |table: Table| Reader::parquet(&table.parquet(recording));
         let seconds = |ticks: Vec<u64>| ticks.into_iter().map(|tick| Tick(tick).seconds());
-        let (advice, ego, events) = (table(Table::Advice)?, table(Table::Ego)?, table(Table::Events)?);
+        let (advice, events) = (table(Table::Advice)?, table(Table::Events)?);
         let targets = advice.numbers("target_mps").into_iter().map(Option::unwrap_or_default);
-        let speeds = ego.numbers("speed_mps").into_iter().map(Option::unwrap_or_default);
         // As many as a screen has columns.
-        let stride = (ego.rows() / 1000).max(1);
+        let stride = (record::count(recording, Table::Ego)? / 1000).max(1);
+        let mut speeds = Vec::new();
+        Reader::parts(&Table::Ego.parquet(recording), &mut |ego| {
+            let rows = ego.wholes("tick").into_iter().zip(ego.numbers("speed_mps"));
+            let seen = rows.filter(|(tick, _)| tick.is_multiple_of(stride));
+            speeds.extend(seen.map(|(tick, speed)| [Tick(tick).seconds(), speed.unwrap_or_default()]));
+        })?;
         let kinds = events.words("event").into_iter().zip(events.words("detail"));
         Ok(Self {
             advice: seconds(advice.wholes("tick")).zip(targets).map(|(t, v)| [t, v]).collect(),
-            speeds: seconds(ego.wholes("tick")).zip(speeds).step_by(stride).map(|(t, v)| [t, v]).collect(),
+            speeds,
             events: seconds(events.wholes("tick"))
                 .zip(kinds)
                 .map(|(time_s, (kind, detail))| {
