@@ -113,9 +113,7 @@ impl Desk {
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, show: &Show, times: Option<PassTimes>) -> Notes {
         let middle = match phase(show) {
-            Phase::Paused if self.is_cut && !self.attended => {
-                "The recording has ended, and the drive with it. Esc leaves."
-            }
+            Phase::Paused if self.is_cut && !self.attended => "The recording has ended. Esc leaves.",
             Phase::Paused if self.attended && show.waits_for_wheel() => "The wheel was unplugged.",
             Phase::Paused | Phase::Ready if self.attended => "Please wait.",
             Phase::Ended if self.attended => "The drive is over.",
@@ -234,7 +232,8 @@ fn write_notes(ui: &Ui, notes: &Notes) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let screen = ui.ctx().content_rect();
     let boxed = |align: Align2, at: egui::Pos2, text: String, size: f32| {
-        let galley = painter.layout_no_wrap(text, FontId::proportional(size), Color32::WHITE);
+        // In a small window long words break rather than lose their end.
+        let galley = painter.layout(text, FontId::proportional(size), Color32::WHITE, screen.width() - 48.0);
         let rect = align.anchor_size(at, galley.size());
         painter.rect_filled(rect.expand2(egui::vec2(10.0, 6.0)), 6.0, Color32::from_black_alpha(150));
         painter.galley(rect.min, galley, Color32::WHITE);
