@@ -77,11 +77,11 @@ mod tests {
 
     #[test]
     fn the_picture_is_well_formed_even_without_rows() {
-        for rows in [rows(), Vec::new()] {
+        for (rows, drawn) in [(rows(), 4), (Vec::new(), 0)] {
             let text = svg(&rows, "a < b & c");
             let picture = roxmltree::Document::parse(&text).unwrap();
             let lines = picture.descendants().filter(|n| n.has_tag_name("polyline")).count();
-            assert_eq!(lines, 4);
+            assert_eq!(lines, drawn);
             assert!(!text.contains("NaN") && !text.contains("inf"));
         }
     }
