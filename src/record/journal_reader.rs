@@ -8,14 +8,13 @@ use super::{
     block::{Blocks, Header, MOST_PAYLOAD, Part},
     journal,
 };
-use crate::{file, time::Tick};
+use crate::{file, foreign::guarded, time::Tick};
 use arrow_array::RecordBatch;
 use arrow_buffer::Buffer;
 use arrow_ipc::{MessageHeader, reader::StreamDecoder, root_as_message};
 use std::{
     fs::File,
     io::{BufReader, Read},
-    panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
 };
 
@@ -221,12 +220,9 @@ impl<R: Read> Stream<R> {
             let mut buffer = Buffer::from_vec(bytes);
             let decoder = &mut self.decoder;
             // The library checks much and panics on the rest; what it left half done is not used again.
-            let decoded = catch_unwind(AssertUnwindSafe(|| decoder.decode(&mut buffer)));
-            match decoded {
-                Ok(Ok(Some(batch))) => return Ok(Some(batch)),
-                Ok(Ok(None)) => {}
-                Ok(Err(error)) => return Err(error.to_string()),
-                Err(_) => return Err("is not as this program writes it".into()),
+            let decoded = guarded(|| decoder.decode(&mut buffer))?.map_err(|e| e.to_string())?;
+            if decoded.is_some() {
+                return Ok(decoded);
             }
         }
         Ok(None)

@@ -2,14 +2,13 @@
 //! batches; and back, columns by name from a file. Every list is the only place that names a column.
 
 use super::RecordError;
-use crate::file;
+use crate::{file, foreign::guarded};
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 use std::{
     collections::BTreeMap,
     fs::File,
-    panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -85,8 +84,9 @@ pub(super) struct Batches {
 
 impl Batches {
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let reader = Self::builder(path)?.build().map_err(|e| no_parquet(path, &e.to_string()))?;
-        Ok(Self { path: path.into(), reader })
+        let builder = Self::builder(path)?;
+        let reader = guarded(|| builder.build()).and_then(|built| built.map_err(|e| e.to_string()));
+        Ok(Self { path: path.into(), reader: reader.map_err(|why| no_parquet(path, &why))? })
     }
 
     pub fn path(&self) -> &Path {
@@ -96,11 +96,9 @@ impl Batches {
     fn builder(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, RecordError> {
         let file = file::open_regular(path).map_err(RecordError::file(path))?;
         // The library panics on some files that are none; nothing of it is used after that.
-        let built = catch_unwind(AssertUnwindSafe(|| ParquetRecordBatchReaderBuilder::try_new(file)));
-        match built {
-            Ok(built) => built.map_err(|e| no_parquet(path, &e.to_string())),
-            Err(_) => Err(no_parquet(path, "is damaged")),
-        }
+        guarded(|| ParquetRecordBatchReaderBuilder::try_new(file))
+            .and_then(|built| built.map_err(|e| e.to_string()))
+            .map_err(|why| no_parquet(path, &why))
     }
 }
 
@@ -109,10 +107,8 @@ impl Iterator for Batches {
 
     fn next(&mut self) -> Option<Self::Item> {
         let reader = &mut self.reader;
-        match catch_unwind(AssertUnwindSafe(|| reader.next())) {
-            Ok(batch) => batch.map(|batch| batch.map_err(|e| no_parquet(&self.path, &e.to_string()))),
-            Err(_) => Some(Err(no_parquet(&self.path, "is damaged"))),
-        }
+        let read = guarded(|| reader.next().transpose()).and_then(|batch| batch.map_err(|e| e.to_string()));
+        read.map_err(|why| no_parquet(&self.path, &why)).transpose()
     }
 }
 

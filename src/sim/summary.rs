@@ -37,7 +37,7 @@ pub struct Summary {
     pub time_in_range: Option<f64>,
     /// Smallest gap of the ego to its leader in the whole drive, metres.
     pub min_gap_m: Option<f64>,
-    /// Contacts of the drive in order, the first [`MOST_CONTACTS`].
+    /// Contacts of the drive in order, the first `MOST_CONTACTS`.
     pub contacts: Vec<ContactRecord>,
     /// How many contacts there were, those beyond the list included.
     pub contact_count: u64,

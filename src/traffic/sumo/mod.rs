@@ -7,7 +7,7 @@
 //!
 //! A remote SUMO is started by somebody else: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is
 //! compared with the map's lane by lane, and begins anew with our options. It ends when the drive ends. Its protocol is
-//! spoken here ([`wire`], [`link`], [`remote`]) and not by SUMO's own libtraci, which waits without end, breaks down at
+//! spoken here (`wire`, `link`, `remote`) and not by SUMO's own libtraci, which waits without end, breaks down at
 //! a SUMO of another version, and needs an exchange for each command.
 
 mod link;
