@@ -132,7 +132,9 @@ fn no_input_brings_a_panic_an_abort_or_much_memory() {
         all.inputs += account.inputs;
         all.peak = all.peak.max(account.peak);
         all.faults.extend(account.faults);
-        assert!(account.accepted > 0, "{}: not even a good input is accepted", reader.name);
+        if account.accepted == 0 {
+            all.faults.push(format!("{}: not even a good input is accepted", reader.name));
+        }
     }
     drop(std::panic::take_hook());
     println!(
