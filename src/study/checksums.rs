@@ -35,6 +35,17 @@ pub(super) fn list(root: &Path, subject: &str, is_over: bool) -> Result<(), Sess
     let wanted = |name: &String| !list.contains_key(name) && of_subject(name).is_none_or(|of| of == subject && is_over);
     let files: Vec<String> = files(root)?.into_iter().filter(wanted).collect();
     list.extend(sums(root, files)?);
+    write(root, &list)
+}
+
+/// Takes a folder off the list, if there is one: what is in it is about to be made anew. `folder` is its name from the top.
+pub(super) fn forget(root: &Path, folder: &str) -> Result<(), SessionError> {
+    let Some(mut list) = read(root)? else { return Ok(()) };
+    list.retain(|name, _| !name.strip_prefix(folder).is_some_and(|rest| rest.starts_with('/')));
+    write(root, &list)
+}
+
+fn write(root: &Path, list: &List) -> Result<(), SessionError> {
     let text: String = list.iter().map(|(name, sha256)| format!("{sha256}  {name}\n")).collect();
     Ok(record::replace(&root.join(FILE), text.as_bytes())?)
 }

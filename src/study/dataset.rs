@@ -202,6 +202,14 @@ impl DataSet {
         checksums::list(&self.root, &code.subject(), is_over)
     }
 
+    /// The baseline of this recording is about to be made anew: it is listed again when the participant is published.
+    ///
+    /// # Errors
+    /// The list cannot be read or written.
+    pub fn remakes_baseline(&self, code: &Code, recording: &str) -> Result<(), SessionError> {
+        checksums::forget(&self.root, &format!("sourcedata/{}/{recording}{BASELINE}", code.subject()))
+    }
+
     /// Drives and answers of one participant.
     fn publish_one(&self, study: &Study, log: &Log) -> Result<(), SessionError> {
         let subject = log.participant.subject();

@@ -67,6 +67,9 @@ pub fn make_up(
     let log = Log::load(&folder.join(session::FILE))?;
     let trials = missing(&folder, &study.plan(log.index), &log);
     if !trials.is_empty() {
+        for name in trials.iter().filter_map(|trial| trial.file_name()?.to_str()) {
+            data.remakes_baseline(code, name)?;
+        }
         make(code, &trials, stop, driven)?;
     }
     data.publish(study, code)?;
