@@ -198,8 +198,11 @@ fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m_with_18_to_26_ca
     // The corners, and the densest rings on which advice is given, from 8.7 m of road a car on: there the flow is slow, and an
     // erring driver wastes the little road that there is. On each of them both policies speak, and help.
     let corners = [(210.0, 18), (290.0, 18), (290.0, 26)];
-    let dense = [(210.0, 24), (227.0, 26), (220.0, 25), (230.0, 26), (225.0, 25), (215.0, 24), (240.0, 26)];
-    for (length_m, cars) in corners.into_iter().chain(dense) {
+    let dense = [(210.0, 24), (230.0, 26)];
+    // 0.01 m/s is more than rounding and chance over 16 rings, and was promised of these; of those between, no loss.
+    let gain = corners.into_iter().chain(dense).map(|ring| (ring, 0.01));
+    let between = [(227.0, 26), (220.0, 25), (225.0, 25), (215.0, 24), (240.0, 26)];
+    for ((length_m, cars), least_mps) in gain.chain(between.map(|ring| (ring, 0.0))) {
         for (hold_s, reaction_s, error_mps) in [(1.0, 1.0, 0.5), (10.0, 0.0, 0.0), (30.0, 1.0, 0.5)] {
             let ring = ring_of(length_m, cars, driven(hold_s, reaction_s, error_mps));
             let without = mean(&judge(&ring, "shipped", 16, || None), |v| v.mean_mps);
@@ -208,7 +211,7 @@ fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m_with_18_to_26_ca
                 let with = mean(&verdicts, |v| v.mean_mps);
                 let where_ = format!("{name}, {length_m} m, {cars} cars, {hold_s} s, {error_mps} m/s");
                 assert!(verdicts.iter().all(|v| v.in_range.is_some()), "{where_}: silent");
-                assert!(with > without, "{where_}: {with} against {without}");
+                assert!(with > without + least_mps, "{where_}: {with} against {without}");
             }
         }
     }
