@@ -1,11 +1,8 @@
 //! Which recordings a folder holds. In: a recording, a participant's folder or a whole data set. Out: what to analyse, with
 //! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
-use super::{AnalysisError, Measures, Trial, response::Response};
-use crate::{
-    file::{SETTINGS_BYTES, read_text},
-    time::TICKS_PER_S,
-};
+use super::{AnalysisError, Measures, Trial, response::Response, totals::DriveTotals};
+use crate::file::{SETTINGS_BYTES, read_text};
 use rayon::prelude::*;
 use std::{
     fs,
@@ -189,13 +186,15 @@ impl Analysed {
 /// One of them cannot be read.
 pub fn analyse(found: &[Found], done: &(impl Fn() + Sync)) -> Result<Vec<Analysed>, AnalysisError> {
     let one = |found: &Found| {
-        let trial = Trial::load(&found.recording)?;
-        let baseline = found.baseline.as_deref().map(Trial::load).transpose()?;
+        let trial = Trial::open(&found.recording)?;
+        let (totals, responses) = DriveTotals::of(&trial)?;
+        let of_baseline = |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&Trial::open(folder)?)?.0);
+        let baseline = found.baseline.as_deref().map(of_baseline).transpose()?;
         let analysed = Analysed {
-            measures: Measures::of(&trial, baseline.as_ref()),
-            per_second_mps: per_second(&trial.ego.mean_speed_mps),
-            baseline_per_second_mps: baseline.map(|b| per_second(&b.ego.mean_speed_mps)).unwrap_or_default(),
-            duration_s: trial.duration_s(),
+            measures: Measures::of(&trial, &totals, responses, baseline.as_ref()),
+            per_second_mps: totals.per_second_mps,
+            baseline_per_second_mps: baseline.map(|b| b.per_second_mps).unwrap_or_default(),
+            duration_s: totals.duration_s,
             ended: trial.ended,
             found: found.clone(),
         };
@@ -203,11 +202,6 @@ pub fn analyse(found: &[Found], done: &(impl Fn() + Sync)) -> Result<Vec<Analyse
         Ok(analysed)
     };
     found.par_iter().map(one).collect()
-}
-
-/// Means over whole seconds.
-fn per_second(ticks: &[f64]) -> Vec<f64> {
-    ticks.chunks_exact(TICKS_PER_S as usize).map(|second| second.iter().sum::<f64>() / second.len() as f64).collect()
 }
 
 #[cfg(test)]

@@ -110,10 +110,3 @@ fn what_holds_nothing_or_is_broken_is_named() {
     fs::write(&table, HEAD.replace("recording", "recorded") + "\n").unwrap();
     assert!(fault(place.root()).contains("there is no column \"recording\""), "{}", fault(place.root()));
 }
-
-#[test]
-fn a_second_is_a_hundred_ticks_and_what_is_left_over_is_none() {
-    let ticks: Vec<f64> = [1.0, 3.0].iter().flat_map(|v| [*v; 100]).chain([9.0; 50]).collect();
-    assert_eq!(per_second(&ticks), [1.0, 3.0]);
-    assert!(per_second(&ticks[..99]).is_empty());
-}

@@ -1,70 +1,50 @@
-//! The figures of an analysis, as SVG. In: trials, or analysed drives. Out: pictures without fonts or scripts of their own.
+//! The figures of an analysis, as SVG. In: what a figure of one drive can show, or analysed drives. Out: pictures without fonts
+//! or scripts of their own. They take no more room for a drive of days than for one of hours.
 
 use super::{
-    Analysed, MEASURES, Trial,
-    measures::median,
+    Analysed, MEASURES,
     tables::{conditions, values},
+    traces::DriveTraces,
 };
 use crate::{
     chart::{Axis, COLOURS, Chart, Line, Style, picture},
-    train::{Estimate, Trace, figures},
+    train::{Estimate, figures},
 };
 use std::fmt::Write;
 
 /// What the time of a drive counts from.
 const TIME: &str = "time since the start of the drive, s";
-/// Seconds that are averaged for lines over time.
+/// Seconds that are averaged for lines over time, at the least.
 const SMOOTH_S: usize = 5;
+/// Points of a line over time, at the most: two for each unit of its width. They stand 5 s apart up to two hours.
+const MOST_POINTS: usize = 1440;
 
-/// Way of all cars, the ego thick: with advice, and without.
-pub fn space_time(title: &str, trial: &Trial, baseline: Option<&Trial>) -> Option<String> {
-    let with = trace(trial)?;
-    let without = baseline.and_then(trace);
-    let mut rings = vec![(title, &with)];
-    rings.extend(without.as_ref().map(|trace| ("The same without advice", trace)));
+/// Way of all cars, the ego thick: with advice, and without. Of a long drive its beginning, and the title says so.
+pub fn space_time(title: &str, drive: &DriveTraces, baseline: Option<&DriveTraces>) -> String {
+    let named = |title: &str, drive: &DriveTraces| match drive.ways_end_s {
+        Some(end_s) => format!("{title}, the first {:.0} min", end_s / 60.0),
+        None => title.to_owned(),
+    };
+    let titles = [named(title, drive), baseline.map_or(String::new(), |of| named("The same without advice", of))];
+    let drawn = [Some(drive), baseline];
+    let rings: Vec<_> = titles.iter().zip(drawn).filter_map(|(title, of)| Some((title.as_str(), &of?.ways))).collect();
     // So that standing and flowing differ in colour: somewhat above what most cars drive.
-    let speeds: Vec<f64> = trial.steps.iter().step_by(10).flat_map(|step| step.speed_mps.iter().copied()).collect();
-    let top_mps = (2.0 * median(speeds).unwrap_or(5.0)).max(4.0);
-    Some(figures::space_time(&rings, top_mps, TIME, ""))
+    let top_mps = (2.0 * drive.median_speed_mps.unwrap_or(5.0)).max(4.0);
+    figures::space_time(&rings, top_mps, TIME, "")
 }
 
 /// Speed of the ego, advice with its range, and the spread of all cars over time.
-pub fn speeds(title: &str, trial: &Trial) -> Option<String> {
-    let range_mps = trial.advice.first().map_or(0.0, |advice| advice.range_mps[1] - advice.target_mps);
-    Some(figures::speeds(title, &trace(trial)?, range_mps, TIME, ""))
-}
-
-/// A trial as the figures of a ring want it; `None` without steps or without a map.
-fn trace(trial: &Trial) -> Option<Trace> {
-    let first = trial.steps.first()?;
-    if trial.route_m <= 0.0 || trial.steps.len() < 20 {
-        return None;
-    }
-    let mut trace = Trace { circumference_m: trial.route_m, ..Trace::default() };
-    let mut way_m = first.s_m.clone();
-    let mut before = first;
-    for step in trial.steps.iter().filter(|step| step.s_m.len() == first.s_m.len()) {
-        for (way, (now, was)) in way_m.iter_mut().zip(step.s_m.iter().zip(&before.s_m)) {
-            // The short way round, whichever it is.
-            let moved = (now - was).rem_euclid(trial.route_m);
-            *way += if moved > trial.route_m / 2.0 { moved - trial.route_m } else { moved };
-        }
-        before = step;
-        let row = usize::try_from(step.tick).ok()?.checked_sub(1)?;
-        trace.time_s.push(crate::time::Tick(step.tick).seconds());
-        trace.way_m.push(way_m.iter().map(|way| *way as f32).collect());
-        trace.speed_mps.push(step.speed_mps.iter().map(|speed| *speed as f32).collect());
-        trace.shown_mps.push(trial.ego.target_mps.get(row).copied().flatten());
-    }
-    Some(trace)
+pub fn speeds(title: &str, drive: &DriveTraces) -> String {
+    figures::speeds(title, &drive.speeds, drive.range_mps, TIME, "")
 }
 
 /// Mean speed of all cars over time, with advice and without.
 pub fn gain(title: &str, drive: &Analysed) -> String {
+    let smooth_s = smooth_s([drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
     let line = |name: &str, style: Style, values: &[f64]| Line {
         name: name.into(),
         style,
-        points: smooth(values),
+        points: smooth(values, smooth_s),
         band: Vec::new(),
     };
     let mut lines = vec![line("with advice", Style::solid(COLOURS[0]), &drive.per_second_mps)];
@@ -77,12 +57,18 @@ pub fn gain(title: &str, drive: &Analysed) -> String {
     picture(&[chart], "")
 }
 
-/// Means of [`SMOOTH_S`] seconds, at their middle.
-fn smooth(values: &[f64]) -> Vec<[f64; 2]> {
+/// Means of so many seconds, at their middle.
+fn smooth(values: &[f64], seconds: usize) -> Vec<[f64; 2]> {
     let mean = |(i, part): (usize, &[f64])| {
-        [(i * SMOOTH_S) as f64 + part.len() as f64 / 2.0, part.iter().sum::<f64>() / part.len() as f64]
+        [(i * seconds) as f64 + part.len() as f64 / 2.0, part.iter().sum::<f64>() / part.len() as f64]
     };
-    values.chunks(SMOOTH_S).enumerate().map(mean).collect()
+    values.chunks(seconds).enumerate().map(mean).collect()
+}
+
+/// Seconds that are averaged where the longest drive has so many.
+fn smooth_s(seconds: impl IntoIterator<Item = usize>) -> usize {
+    let longest = seconds.into_iter().max().unwrap_or_default();
+    longest.div_ceil(MOST_POINTS).max(SMOOTH_S)
 }
 
 fn time_axis(lines: &[Line]) -> Axis {
@@ -116,9 +102,11 @@ pub fn over_time(drives: &[Analysed]) -> Option<String> {
             band: estimates.iter().map(|e| [e.1.low, e.1.high]).collect(),
         }
     };
+    let lengths = drives.iter().flat_map(|drive| [drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
+    let smooth_s = smooth_s(lengths);
     let without: Vec<Vec<[f64; 2]>> = conditions
         .iter()
-        .flat_map(|(_, of)| of.iter().map(|drive| smooth(&drive.baseline_per_second_mps)))
+        .flat_map(|(_, of)| of.iter().map(|drive| smooth(&drive.baseline_per_second_mps, smooth_s)))
         .filter(|values| !values.is_empty())
         .collect();
     let mut lines = Vec::new();
@@ -127,7 +115,7 @@ pub fn over_time(drives: &[Analysed]) -> Option<String> {
         lines.push(line("without advice".into(), style, &without));
     }
     for (i, (name, of)) in conditions.iter().enumerate() {
-        let of: Vec<Vec<[f64; 2]>> = of.iter().map(|drive| smooth(&drive.per_second_mps)).collect();
+        let of: Vec<Vec<[f64; 2]>> = of.iter().map(|drive| smooth(&drive.per_second_mps, smooth_s)).collect();
         lines.push(line(name.clone(), Style::solid(COLOURS[i % COLOURS.len()]), &of));
     }
     if lines.iter().all(|line| line.points.is_empty()) {

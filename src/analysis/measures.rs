@@ -1,14 +1,8 @@
-//! One drive in numbers. In: a [`Trial`], and the same drive without advice where there is one. Out: [`Measures`]. Each is
-//! over the whole trial unless its row in [`MEASURES`] says otherwise; that list is the only place that names them.
+//! One drive in numbers. In: its totals, and those of the same drive without advice where there is one. Out: [`Measures`]. Each
+//! is over the whole trial unless its row in [`MEASURES`] says otherwise; that list is the only place that names them.
 
-use super::{
-    Trial,
-    response::{Response, responses},
-};
-use crate::train;
-
-/// Gap size of a steering reversal, degrees of the steering wheel (SAE J2944, 11.6).
-pub const REVERSAL_DEG: f64 = 3.0;
+use super::{Trial, response::Response, totals::DriveTotals};
+use crate::train::FlowTotals;
 
 /// A drive in numbers; `None` where there is nothing to measure.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,10 +29,16 @@ pub struct Measure {
 /// What measures are taken of.
 struct Sight<'a> {
     trial: &'a Trial,
-    baseline: Option<&'a Trial>,
+    totals: &'a DriveTotals,
+    baseline: Option<&'a DriveTotals>,
     responses: &'a [Response],
-    verdict: Option<train::Verdict>,
-    baseline_verdict: Option<train::Verdict>,
+}
+
+impl Sight<'_> {
+    /// Middle value over the responses that have one.
+    fn median(&self, of: fn(&Response) -> Option<f64>) -> Option<f64> {
+        median(self.responses.iter().filter_map(of).collect())
+    }
 }
 
 const fn measure(
@@ -58,62 +58,59 @@ pub const MEASURES: &[Measure] = &[
         "Mean speed of all cars",
         "m/s",
         "speed of all vehicles, the ego included: mean over vehicles and ticks",
-        |s| mean(&s.trial.ego.mean_speed_mps),
+        |s| s.totals.mean_speed_mps.get(),
     ),
     measure(
         "baseline_speed_mps",
         "The same without advice",
         "m/s",
         "the same in the drive from the same seed without advice, driven by the car-following model",
-        |s| mean(&s.baseline?.ego.mean_speed_mps),
+        |s| s.baseline?.mean_speed_mps.get(),
     ),
     measure(
         "speed_gain_mps",
         "Gain of mean speed over no advice",
         "m/s",
         "mean_speed_mps less baseline_speed_mps: the paired difference",
-        |s| Some(mean(&s.trial.ego.mean_speed_mps)? - mean(&s.baseline?.ego.mean_speed_mps)?),
+        |s| Some(s.totals.mean_speed_mps.get()? - s.baseline?.mean_speed_mps.get()?),
     ),
     measure(
         "sd_over_cars_mps",
         "Spread of speed over cars",
         "m/s",
         "standard deviation of speed over the vehicles (N), mean over steps",
-        |s| Some(s.verdict?.sd_over_cars_mps),
+        |s| Some(all_cars(s.totals)?.sd_over_cars_mps()),
     ),
     measure(
         "calm_after_s",
         "Time until the wave is calm",
         "s",
         "from the first step until the spread over cars stays below 0.5 m/s; empty if it never does",
-        |s| s.verdict?.calm_s,
+        |s| all_cars(s.totals)?.calm_s(),
     ),
     measure("ego_speed_mps", "Mean speed of the ego", "m/s", "speed of the ego: mean over ticks", |s| {
-        mean(&s.trial.ego.speed_mps)
+        s.totals.ego_speed_mps.get()
     }),
     measure(
         "time_in_range",
         "Share of time in the range",
         "",
         "share of the ticks with advice at which the speed is in the acceptable range, its edges included",
-        |s| {
-            let known: Vec<f64> = s.trial.ego.in_range.iter().flatten().map(|is| f64::from(u8::from(*is))).collect();
-            mean(&known)
-        },
+        |s| s.totals.in_range.get(),
     ),
     measure(
         "speed_error_mps",
         "Mean absolute speed error",
         "m/s",
         "absolute difference of speed and target: mean over ticks with advice",
-        |s| mean(&errors(s.trial).map(f64::abs).collect::<Vec<_>>()),
+        |s| s.totals.absolute_error_mps.get(),
     ),
     measure(
         "speed_bias_mps",
         "Mean speed error",
         "m/s",
         "speed less target: mean over ticks with advice; positive is too fast",
-        |s| mean(&errors(s.trial).collect::<Vec<_>>()),
+        |s| s.totals.error_mps.get(),
     ),
     measure(
         "changes",
@@ -134,41 +131,39 @@ pub const MEASURES: &[Measure] = &[
         "Reaction time",
         "s",
         "from the frame that shows a change to 5 % of pedal travel towards it (SAE J2944): median over changes that were answered within 0.15 to 5 s",
-        |s| median(s.responses.iter().filter_map(|r| r.reaction_s).collect()),
+        |s| s.median(|r| r.reaction_s),
     ),
     measure(
         "enter_range_s",
         "Time to enter the range",
         "s",
         "from the frame that shows a change to the speed being in the new range: median over changes from out of it that were reached before the next",
-        |s| median(s.responses.iter().filter_map(|r| r.enter_s).collect()),
+        |s| s.median(|r| r.enter_s),
     ),
     measure("enter_range_steps", "Steps to enter the range", "steps", "the same in steps of the scenario", |s| {
-        median(s.responses.iter().filter_map(|r| Some(r.enter_steps? as f64)).collect())
+        s.median(|r| Some(r.enter_steps? as f64))
     }),
-    measure("min_gap_m", "Smallest gap", "m", "own front bumper to the leader's rear: smallest", |s| {
-        least(&s.trial.ego.gap_m)
-    }),
+    measure("min_gap_m", "Smallest gap", "m", "own front bumper to the leader's rear: smallest", |s| s.totals.gap_m.0),
     measure(
         "min_headway_m",
         "Smallest headway",
         "m",
         "own front bumper to the leader's front (SAE J2944): smallest",
-        |s| least(&s.trial.ego.headway_m),
+        |s| s.totals.headway_m.0,
     ),
     measure(
         "min_ttc_s",
         "Smallest time to collision",
         "s",
         "gap over closing speed while the gap closes: smallest",
-        |s| least(&s.trial.ego.ttc_s),
+        |s| s.totals.ttc_s.0,
     ),
     measure(
         "sdlp_m",
         "SDLP",
         "m",
         "standard deviation of lane position (N-1), reference the middle of the car, over the whole trial, unfiltered",
-        |s| deviation(&s.trial.ego.lane_offset_m),
+        |s| s.totals.sdlp_m(),
     ),
     measure(
         "reversals_per_min",
@@ -176,9 +171,8 @@ pub const MEASURES: &[Measure] = &[
         "1/min",
         "reversals of the steering wheel with a gap size of 3 degrees, both ways, unfiltered, a minute",
         |s| {
-            let minutes = s.trial.duration_s() / 60.0;
-            let wheel = s.trial.ego.wheel_rad.iter().map(|rad| rad.to_degrees());
-            (minutes > 0.0).then(|| reversals(wheel, REVERSAL_DEG) as f64 / minutes)
+            let minutes = s.totals.duration_s / 60.0;
+            (minutes > 0.0).then(|| s.totals.reversals.count as f64 / minutes)
         },
     ),
     measure(
@@ -186,28 +180,28 @@ pub const MEASURES: &[Measure] = &[
         "RMS jerk",
         "m/s3",
         "root mean square of the change of acceleration, averaged over a step, from one step to the next",
-        |s| rms_jerk(s.trial),
+        |s| Some(s.totals.square_jerk.get()?.sqrt()),
     ),
     measure(
         "ego_fuel_l_100km",
         "Fuel of the ego",
         "l/100 km",
         "fuel of the ego by the model of Kamal et al. (2013)",
-        |s| fuel(s.trial, 1)?.fuel_l_100km,
+        |s| enough(&s.totals.ego_alone)?.fuel_l_100km(),
     ),
     measure(
         "fuel_l_100km",
         "Fuel of all cars",
         "l/100 km",
         "fuel of all vehicles by the model of Kamal et al. (2013)",
-        |s| s.verdict?.fuel_l_100km,
+        |s| all_cars(s.totals)?.fuel_l_100km(),
     ),
     measure(
         "fuel_saved_l_100km",
         "Fuel saved over no advice",
         "l/100 km",
         "fuel_l_100km of the drive without advice less that of this one",
-        |s| Some(s.baseline_verdict?.fuel_l_100km? - s.verdict?.fuel_l_100km?),
+        |s| Some(all_cars(s.baseline?)?.fuel_l_100km()? - all_cars(s.totals)?.fuel_l_100km()?),
     ),
     measure("contacts", "Contacts", "", "contacts with other cars", |s| Some(s.trial.contacts as f64)),
     measure("left_road", "Departures from the lane", "", "how often the middle of the car left its lane", |s| {
@@ -218,27 +212,18 @@ pub const MEASURES: &[Measure] = &[
         "Latency, median",
         "s",
         "from the newest input (the kernel's time) to the handing over of the frame that shows it: median over such frames",
-        |s| median(s.trial.latencies_s.clone()),
+        |s| middle(&s.trial.latencies_s),
     ),
     measure("latency_p99_s", "Latency, 99th percentile", "s", "the same: 99th percentile (nearest rank)", |s| {
-        let mut sorted = s.trial.latencies_s.clone();
-        sorted.sort_by(f64::total_cmp);
+        let sorted = &s.trial.latencies_s;
         sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
     }),
 ];
 
 impl Measures {
-    /// Of a drive, and of the same without advice.
-    pub fn of(trial: &Trial, baseline: Option<&Trial>) -> Self {
-        let responses = responses(trial);
-        let verdict = |trial: &Trial| fuel(trial, usize::MAX);
-        let sight = Sight {
-            trial,
-            baseline,
-            responses: &responses,
-            verdict: verdict(trial),
-            baseline_verdict: baseline.and_then(verdict),
-        };
+    /// Of a drive with its totals and responses, and of the totals of the same without advice.
+    pub fn of(trial: &Trial, totals: &DriveTotals, responses: Vec<Response>, baseline: Option<&DriveTotals>) -> Self {
+        let sight = Sight { trial, totals, baseline, responses: &responses };
         Self { values: MEASURES.iter().map(|measure| (measure.of)(&sight)).collect(), responses }
     }
 
@@ -249,37 +234,30 @@ impl Measures {
     }
 }
 
-fn errors(trial: &Trial) -> impl Iterator<Item = f64> {
-    let ego = &trial.ego;
-    ego.speed_mps.iter().zip(&ego.target_mps).filter_map(|(speed, target)| Some(speed - (*target)?))
+/// Speeds of all cars by the code that judges policies: spread, calm, fuel.
+fn all_cars(totals: &DriveTotals) -> Option<&FlowTotals> {
+    enough(&totals.all_cars)
 }
 
-/// The first `cars` cars by the code that judges policies: spread, calm, fuel.
-fn fuel(trial: &Trial, cars: usize) -> Option<train::Verdict> {
-    if trial.steps.len() < 2 {
-        return None;
-    }
-    // Only these three are taken from it; gap and range are measured tick by tick.
-    let mut tally = train::Tally::new(trial.step_s, trial.route_m.max(1.0));
-    for step in &trial.steps {
-        tally.add(step.speed_mps.iter().take(cars).map(|v| v.max(0.0) as f32), f64::INFINITY, None);
-    }
-    Some(tally.verdict())
+/// Of a single step nothing can be told.
+fn enough(flow: &FlowTotals) -> Option<&FlowTotals> {
+    (flow.steps() >= 2).then_some(flow)
 }
 
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-fn least(values: &[Option<f64>]) -> Option<f64> {
-    values.iter().flatten().copied().reduce(f64::min)
-}
-
 /// Middle value; of an even number the mean of the two in the middle.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    let n = values.len();
-    (n > 0).then(|| (values[(n - 1) / 2] + values[n / 2]) / 2.0)
+    middle(&values)
+}
+
+/// The same of values in order.
+fn middle(sorted: &[f64]) -> Option<f64> {
+    let n = sorted.len();
+    (n > 0).then(|| (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0)
 }
 
 /// Standard deviation, N-1.
@@ -287,32 +265,6 @@ pub(super) fn deviation(values: &[f64]) -> Option<f64> {
     let middle = mean(values)?;
     let square: f64 = values.iter().map(|x| (x - middle).powi(2)).sum();
     (values.len() > 1).then(|| (square / (values.len() - 1) as f64).sqrt())
-}
-
-/// How often the angle turns back by at least `gap` from where it was furthest.
-fn reversals(angles: impl Iterator<Item = f64>, gap: f64) -> usize {
-    let mut count = 0;
-    // Furthest to either side since the last reversal, and the way that it was turned last: 0 before the first.
-    let (mut low, mut high, mut way) = (f64::INFINITY, f64::NEG_INFINITY, 0);
-    for angle in angles {
-        low = low.min(angle);
-        high = high.max(angle);
-        if way >= 0 && high - angle >= gap {
-            count += usize::from(way > 0);
-            (way, low) = (-1, angle);
-        } else if way <= 0 && angle - low >= gap {
-            count += usize::from(way < 0);
-            (way, high) = (1, angle);
-        }
-    }
-    count
-}
-
-fn rms_jerk(trial: &Trial) -> Option<f64> {
-    let ticks = (trial.step_s / crate::time::TICK_S).round().max(1.0) as usize;
-    let means: Vec<f64> = trial.ego.accel_mps2.chunks_exact(ticks).filter_map(mean).collect();
-    let squares: Vec<f64> = means.windows(2).map(|pair| ((pair[1] - pair[0]) / trial.step_s).powi(2)).collect();
-    Some(mean(&squares)?.sqrt())
 }
 
 #[cfg(test)]

@@ -2,39 +2,58 @@
 
 use super::*;
 use crate::{
-    analysis::trial::{Ego, Issued, Step},
+    analysis::{
+        response::ChangeFinder,
+        totals::Reversals,
+        trial::{EgoSample, Issued, Step},
+    },
     time::Tick,
 };
 
-/// `n` ticks; two cars, the ego first.
-fn trial(n: u64, speed: impl Fn(f64) -> f64, other: impl Fn(f64) -> f64) -> Trial {
-    let tick: Vec<u64> = (1..=n).collect();
-    let of = |f: &dyn Fn(f64) -> f64| tick.iter().map(|t| f(Tick(*t).seconds())).collect::<Vec<f64>>();
-    let rows = n as usize;
-    let steps = tick.iter().filter(|t| t.is_multiple_of(10)).map(|t| {
-        let at_s = Tick(*t).seconds();
-        Step { tick: *t, s_m: vec![10.0, 20.0], speed_mps: vec![speed(at_s), other(at_s)] }
-    });
-    Trial {
-        step_s: 0.1,
-        route_m: 100.0,
-        steps: steps.collect(),
-        ego: Ego {
-            throttle: vec![0.1; rows],
-            brake: vec![0.0; rows],
-            wheel_rad: vec![0.0; rows],
-            speed_mps: of(&speed),
-            accel_mps2: vec![0.0; rows],
-            lane_offset_m: vec![0.0; rows],
-            gap_m: vec![None; rows],
-            headway_m: vec![None; rows],
-            ttc_s: vec![None; rows],
-            target_mps: vec![None; rows],
-            in_range: vec![None; rows],
-            mean_speed_mps: of(&|t| (speed(t) + other(t)) / 2.0),
-            tick,
-        },
-        ..Trial::default()
+/// A drive's rows, as they are read from a recording.
+struct Drive {
+    ego: Vec<EgoSample>,
+    steps: Vec<Step>,
+    advice: Vec<Issued>,
+}
+
+impl Drive {
+    /// `n` ticks; two cars, the ego first.
+    fn new(n: u64, speed: impl Fn(f64) -> f64, other: impl Fn(f64) -> f64) -> Self {
+        let sample = |tick: u64| {
+            let at_s = Tick(tick).seconds();
+            let (speed_mps, mean_speed_mps) = (speed(at_s), (speed(at_s) + other(at_s)) / 2.0);
+            EgoSample { tick, throttle: 0.1, speed_mps, mean_speed_mps, ..EgoSample::default() }
+        };
+        let step = |tick: u64| {
+            let at_s = Tick(tick).seconds();
+            Step { tick, s_m: vec![10.0, 20.0], speed_mps: vec![speed(at_s), other(at_s)] }
+        };
+        Self {
+            ego: (1..=n).map(sample).collect(),
+            steps: (1..=n).filter(|tick| tick.is_multiple_of(10)).map(step).collect(),
+            advice: Vec::new(),
+        }
+    }
+
+    fn totals(&self) -> (DriveTotals, Vec<Response>) {
+        let mut finder = ChangeFinder::default();
+        self.advice.iter().for_each(|advice| finder.add(advice).unwrap());
+        let mut totals = DriveTotals::new(0.1, finder.changes);
+        self.ego.iter().for_each(|row| totals.add(row));
+        self.steps.iter().for_each(|step| totals.add_step(step));
+        self.ego.iter().for_each(|row| totals.add_lane_offset(row.lane_offset_m));
+        totals.finish()
+    }
+
+    fn measures(&self) -> Measures {
+        self.measures_beside(None)
+    }
+
+    fn measures_beside(&self, baseline: Option<&Self>) -> Measures {
+        let (totals, responses) = self.totals();
+        let baseline = baseline.map(|baseline| baseline.totals().0);
+        Measures::of(&Trial::default(), &totals, responses, baseline.as_ref())
     }
 }
 
@@ -49,52 +68,52 @@ fn near(measures: &Measures, name: &str, wanted: f64) {
 
 #[test]
 fn mean_speed_and_its_gain_are_means_over_cars_and_ticks() {
-    let with = trial(1000, |_| 4.0, |_| 5.0);
-    let without = trial(1000, |_| 3.0, |_| 3.5);
-    let found = Measures::of(&with, Some(&without));
+    let with = Drive::new(1000, |_| 4.0, |_| 5.0);
+    let without = Drive::new(1000, |_| 3.0, |_| 3.5);
+    let found = with.measures_beside(Some(&without));
     near(&found, "mean_speed_mps", 4.5);
     near(&found, "baseline_speed_mps", 3.25);
     near(&found, "speed_gain_mps", 1.25);
     near(&found, "ego_speed_mps", 4.0);
     // Two cars at 4 and 5 m/s: 0.5 m/s about their mean (N).
     assert!((get(&found, "sd_over_cars_mps") - 0.5).abs() < 1e-6);
-    let alone = Measures::of(&with, None);
+    let alone = with.measures();
     assert_eq!((alone.get("speed_gain_mps"), alone.get("fuel_saved_l_100km")), (None, None));
 }
 
 #[test]
 fn fuel_of_a_cruise_is_that_of_the_polynomial() {
     // Kamal et al. at 10 m/s: 0.1569 + 0.245 - 0.07415 + 0.05975 = 0.3875 ml/s, 0.03875 ml/m, 3.875 l / 100 km.
-    let found = Measures::of(&trial(1000, |_| 10.0, |_| 10.0), None);
+    let found = Drive::new(1000, |_| 10.0, |_| 10.0).measures();
     assert!((get(&found, "ego_fuel_l_100km") - 3.875).abs() < 1e-4, "{}", get(&found, "ego_fuel_l_100km"));
     assert!((get(&found, "fuel_l_100km") - 3.875).abs() < 1e-4);
 }
 
 #[test]
 fn range_and_error_count_only_where_there_is_advice() {
-    let mut drive = trial(1000, |_| 4.0, |_| 4.0);
+    let mut drive = Drive::new(1000, |_| 4.0, |_| 4.0);
     for i in 200..1000 {
         // 600 ticks at an error of -0.5, 200 at +1.
         let target = if i < 800 { 4.5 } else { 3.0 };
-        drive.ego.target_mps[i] = Some(target);
-        drive.ego.in_range[i] = Some(i < 800);
+        drive.ego[i].target_mps = Some(target);
+        drive.ego[i].in_range = Some(i < 800);
     }
-    let found = Measures::of(&drive, None);
+    let found = drive.measures();
     near(&found, "time_in_range", 0.75);
     near(&found, "speed_error_mps", (600.0 * 0.5 + 200.0) / 800.0);
     near(&found, "speed_bias_mps", (-600.0 * 0.5 + 200.0) / 800.0);
-    assert_eq!(Measures::of(&trial(100, |_| 4.0, |_| 4.0), None).get("time_in_range"), None);
+    assert_eq!(Drive::new(100, |_| 4.0, |_| 4.0).measures().get("time_in_range"), None);
 }
 
 #[test]
 fn minima_are_over_what_is_there() {
-    let mut drive = trial(100, |_| 4.0, |_| 4.0);
-    drive.ego.gap_m[3] = Some(4.0);
-    drive.ego.gap_m[50] = Some(2.5);
-    drive.ego.headway_m[50] = Some(7.5);
-    drive.ego.ttc_s[7] = Some(9.0);
-    drive.ego.ttc_s[8] = Some(3.25);
-    let found = Measures::of(&drive, None);
+    let mut drive = Drive::new(100, |_| 4.0, |_| 4.0);
+    drive.ego[3].gap_m = Some(4.0);
+    drive.ego[50].gap_m = Some(2.5);
+    drive.ego[50].headway_m = Some(7.5);
+    drive.ego[7].ttc_s = Some(9.0);
+    drive.ego[8].ttc_s = Some(3.25);
+    let found = drive.measures();
     near(&found, "min_gap_m", 2.5);
     near(&found, "min_headway_m", 7.5);
     near(&found, "min_ttc_s", 3.25);
@@ -102,15 +121,21 @@ fn minima_are_over_what_is_there() {
 
 #[test]
 fn sdlp_is_that_of_a_sample() {
-    let mut drive = trial(4, |_| 4.0, |_| 4.0);
-    drive.ego.lane_offset_m = vec![0.1, 0.2, 0.3, 0.4];
+    let mut drive = Drive::new(4, |_| 4.0, |_| 4.0);
+    for (row, offset_m) in drive.ego.iter_mut().zip([0.1, 0.2, 0.3, 0.4]) {
+        row.lane_offset_m = offset_m;
+    }
     // Squares about 0.25: 2 (0.15^2 + 0.05^2) = 0.05, over N-1 = 3.
-    near(&Measures::of(&drive, None), "sdlp_m", (0.05f64 / 3.0).sqrt());
+    near(&drive.measures(), "sdlp_m", (0.05f64 / 3.0).sqrt());
 }
 
 #[test]
 fn reversals_below_the_gap_size_do_not_count() {
-    let count = |angles: &[f64]| reversals(angles.iter().copied(), 3.0);
+    let count = |angles: &[f64]| {
+        let mut reversals = Reversals::new(3.0);
+        angles.iter().for_each(|angle| reversals.add(*angle));
+        reversals.count
+    };
     assert_eq!(count(&[0.0, 5.0, 0.0, 5.0, 0.0]), 3);
     assert_eq!(count(&[0.0, 2.9, 0.0, 2.9, 0.0]), 0);
     // Small turns on the way do not count, nor does a slow drift that never turns back.
@@ -118,33 +143,36 @@ fn reversals_below_the_gap_size_do_not_count() {
     assert_eq!(count(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]), 0);
     assert_eq!(count(&[0.0, -1.5, 1.5, -1.5, 1.5]), 2);
     // A sine of 4 degrees and 2 s for 60 s: a turning point at every odd half second.
-    let mut drive = trial(6000, |_| 4.0, |_| 4.0);
-    let angle = |t: &u64| (4.0 * (std::f64::consts::PI * Tick(*t).seconds()).sin()).to_radians();
-    drive.ego.wheel_rad = drive.ego.tick.iter().map(angle).collect();
-    near(&Measures::of(&drive, None), "reversals_per_min", 60.0);
+    let mut drive = Drive::new(6000, |_| 4.0, |_| 4.0);
+    for row in &mut drive.ego {
+        row.wheel_rad = (4.0 * (std::f64::consts::PI * Tick(row.tick).seconds()).sin()).to_radians();
+    }
+    near(&drive.measures(), "reversals_per_min", 60.0);
 }
 
 #[test]
 fn jerk_is_between_means_of_steps() {
-    let mut drive = trial(100, |_| 4.0, |_| 4.0);
+    let mut drive = Drive::new(100, |_| 4.0, |_| 4.0);
     // Acceleration grows by 0.02 m/s2 a step and trembles within a step, which its mean leaves out.
-    drive.ego.accel_mps2 = (0..100).map(|i| 0.02 * f64::from(i / 10) + if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
-    near(&Measures::of(&drive, None), "rms_jerk_mps3", 0.2);
+    for (i, row) in drive.ego.iter_mut().enumerate() {
+        row.accel_mps2 = 0.02 * (i / 10) as f64 + if i % 2 == 0 { 1.0 } else { -1.0 };
+    }
+    near(&drive.measures(), "rms_jerk_mps3", 0.2);
 }
 
 #[test]
 fn medians_of_responses_are_in_the_measures() {
-    let mut drive = trial(3000, |_| 4.0, |_| 4.0);
-    drive.advice.push(Issued { tick: 1, seen_tick: 1, target_mps: 4.0, range_mps: [3.8, 4.2] });
+    let mut drive = Drive::new(3000, |_| 4.0, |_| 4.0);
+    drive.advice.push(Issued { seen_tick: 1, target_mps: 4.0, range_mps: [3.8, 4.2] });
     for (k, (tick, reaction)) in [(500u64, 70usize), (1000, 90), (1500, 110)].into_iter().enumerate() {
         let target_mps = 5.0 + k as f64;
         let range_mps = [target_mps - 0.2, target_mps + 0.2];
-        drive.advice.push(Issued { tick, seen_tick: tick, target_mps, range_mps });
-        for value in &mut drive.ego.throttle[tick as usize - 1 + reaction..] {
-            *value += 0.1;
+        drive.advice.push(Issued { seen_tick: tick, target_mps, range_mps });
+        for row in &mut drive.ego[tick as usize - 1 + reaction..] {
+            row.throttle += 0.1;
         }
     }
-    let found = Measures::of(&drive, None);
+    let found = drive.measures();
     near(&found, "changes", 3.0);
     near(&found, "responded", 1.0);
     near(&found, "reaction_s", 0.9);
@@ -174,10 +202,23 @@ fn every_measure_has_a_name_with_its_unit_and_a_definition() {
 
 #[test]
 fn latency_is_median_and_nearest_rank_of_the_frames_that_have_one() {
-    let of = |latencies_s: Vec<f64>| Measures::of(&Trial { latencies_s, step_s: 0.1, ..Trial::default() }, None);
-    let measured = of((1..=200).rev().map(|ms| f64::from(ms) / 1e3).collect());
+    let of = |latencies_s: Vec<f64>| {
+        let trial = Trial { latencies_s, ..Trial::default() };
+        Measures::of(&trial, &DriveTotals::new(0.1, Vec::new()), Vec::new(), None)
+    };
+    let measured = of((1..=200).map(|ms| f64::from(ms) / 1e3).collect());
     assert!((measured.get("latency_median_s").unwrap() - 0.1005).abs() < 1e-12);
     assert_eq!(measured.get("latency_p99_s"), Some(0.198));
     assert_eq!(of(vec![0.03]).get("latency_p99_s"), Some(0.03));
     assert_eq!(of(Vec::new()).get("latency_p99_s"), None, "a keyboard tells no times");
+}
+
+#[test]
+fn a_second_is_a_hundred_ticks_and_what_is_left_over_is_none() {
+    let mut drive = Drive::new(250, |_| 9.0, |_| 9.0);
+    for (i, row) in drive.ego.iter_mut().enumerate().take(200) {
+        row.mean_speed_mps = if i < 100 { 1.0 } else { 3.0 };
+    }
+    assert_eq!(drive.totals().0.per_second_mps, [1.0, 3.0]);
+    assert!(Drive::new(99, |_| 1.0, |_| 1.0).totals().0.per_second_mps.is_empty());
 }

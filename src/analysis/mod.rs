@@ -1,10 +1,12 @@
 //! From recordings to measures, tables and figures. In: one recording, a participant, or a whole data set. Out: CSV, SVG
 //! and one HTML page that opens off-line. SI units.
 //!
-//! * [`trial`]: one recorded drive as columns.
+//! * [`trial`]: one recorded drive, row by row: nothing here reads a whole table, so that a drive of days fits into memory.
+//! * [`totals`]: one drive in sums.
 //! * [`response`]: what a driver does about each change of the advice (SAE J2944).
 //! * [`measures`]: one drive in numbers; every definition with its options is in [`measures::MEASURES`].
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
+//! * [`traces`]: what a figure of one drive can show.
 //! * [`tables`], [`figures`], [`report`]: what is written.
 
 pub mod collect;
@@ -13,6 +15,8 @@ pub mod measures;
 pub mod report;
 pub mod response;
 pub mod tables;
+pub mod totals;
+pub mod traces;
 pub mod trial;
 
 pub use collect::{Analysed, Found, find};

@@ -121,3 +121,13 @@ fn names_within_a_figure_are_its_own_on_the_page() {
     }
     assert!(page.figures.iter().all(|figure| figure.1 == svg), "files keep theirs");
 }
+
+#[test]
+fn the_line_of_a_week_has_no_more_points_than_a_picture_can_show() {
+    let mut week = drive("sub-P01", "few", 0, None);
+    week.per_second_mps = (0..7 * 86_400).map(|second| f64::from(second % 5)).collect();
+    let points = |svg: &str| all(svg, "polyline", "points")[0].split(' ').count();
+    let drawn = points(&figures::gain("a week", &week));
+    assert!((1000..=1440).contains(&drawn), "{drawn}");
+    assert_eq!(points(&figures::over_time(&[week]).unwrap()), drawn);
+}

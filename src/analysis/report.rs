@@ -3,9 +3,10 @@
 use super::{
     Analysed, AnalysisError, MEASURES, Trial, figures,
     tables::{conditions, power, values},
+    traces::DriveTraces,
 };
 use crate::train::Estimate;
-use std::fmt::Write;
+use std::{fmt::Write, path::PathBuf};
 
 /// Measures that are drawn by condition.
 const DRAWN: [&str; 9] = [
@@ -166,11 +167,15 @@ fn powers(page: &mut Page, drives: &[Analysed]) {
 /// One drive: ways, speeds, mean speed with and without advice.
 fn one(page: &mut Page, drive: &Analysed, number: usize) -> Result<(), AnalysisError> {
     let title = drive.found.title();
-    let trial = Trial::load(&drive.found.recording)?;
-    let baseline = drive.found.baseline.as_deref().map(Trial::load).transpose()?;
+    let traces = DriveTraces::of(&Trial::open(&drive.found.recording)?)?;
+    let of_baseline = |folder: &PathBuf| DriveTraces::of(&Trial::open(folder)?);
+    let baseline = drive.found.baseline.as_ref().map(of_baseline).transpose()?.flatten();
     page.put(&format!("<h3>{}</h3>", escaped(&title)));
-    page.figure(&format!("speeds-{number}"), figures::speeds("Speed and advice", &trial));
-    page.figure(&format!("space-time-{number}"), figures::space_time("With advice", &trial, baseline.as_ref()));
+    if let Some(traces) = traces {
+        page.figure(&format!("speeds-{number}"), Some(figures::speeds("Speed and advice", &traces)));
+        let ways = figures::space_time("With advice", &traces, baseline.as_ref());
+        page.figure(&format!("space-time-{number}"), Some(ways));
+    }
     page.figure(&format!("mean-speed-{number}"), Some(figures::gain("Mean speed of all cars", drive)));
     Ok(())
 }

@@ -1,5 +1,5 @@
-//! What a driver does about each change of the advice. In: a [`Trial`]. Out: a [`Response`] a change, times in seconds and
-//! steps.
+//! What a driver does about each change of the advice. In: advices, then the ego's rows, in order. Out: a [`Response`] a change,
+//! times in seconds and steps.
 //!
 //! SAE J2944 (10.1): reaction time runs from the onset of the event to the first observable response of hand or foot. Here:
 //! * **onset**: the first frame that shows the new target (its tick); without a screen, the tick of its issue;
@@ -16,7 +16,7 @@
 //! median (the time that a foot takes for 5 % of a pedal), 80 % lie between +0.02 and +0.07 s; four of 75 are much
 //! too early, where a pedal was under way. With 2 % of travel it were 14.
 
-use super::Trial;
+use super::trial::{EgoSample, Issued};
 use crate::time::{TICK_S, Tick};
 
 /// Smallest change of the target that counts, m/s (0.2 mph: a needle's width on the dial).
@@ -27,6 +27,53 @@ pub const PEDAL: f64 = 0.05;
 pub const EARLIEST_S: f64 = 0.15;
 /// What is later is no response, seconds.
 pub const LATEST_S: f64 = 5.0;
+
+/// Changes of one drive that are taken at the most: one a second for nearly six days. Each is a row of `advice.csv`.
+pub const MOST_CHANGES: usize = 500_000;
+
+/// A change of the advice.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Change {
+    /// When it was seen.
+    pub seen_tick: u64,
+    /// The target before, m/s.
+    pub from_mps: f64,
+    /// The new target, m/s.
+    pub to_mps: f64,
+    /// Edges of the new acceptable range, m/s.
+    pub range_mps: [f64; 2],
+}
+
+/// Finds the changes among advices.
+#[derive(Clone, Debug, Default)]
+pub struct ChangeFinder {
+    /// The changes so far.
+    pub changes: Vec<Change>,
+    /// Many small steps add up to a change: what stands is what was last counted.
+    standing_mps: Option<f64>,
+}
+
+impl ChangeFinder {
+    /// The next advice.
+    ///
+    /// # Errors
+    /// More than [`MOST_CHANGES`]; the message says what is allowed.
+    pub fn add(&mut self, advice: &Issued) -> Result<(), String> {
+        let from_mps = *self.standing_mps.get_or_insert(advice.target_mps);
+        if (advice.target_mps - from_mps).abs() >= CHANGE_MPS {
+            if self.changes.len() == MOST_CHANGES {
+                return Err(format!(
+                    "the advice changes more than {MOST_CHANGES} times, the most that is analysed of one drive\n  remedy: \
+                     drive in parts, or with a longer --hold"
+                ));
+            }
+            let (to_mps, range_mps) = (advice.target_mps, advice.range_mps);
+            self.changes.push(Change { seen_tick: advice.seen_tick, from_mps, to_mps, range_mps });
+            self.standing_mps = Some(to_mps);
+        }
+        Ok(())
+    }
+}
 
 /// One change of the advice and what came of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,90 +94,119 @@ pub struct Response {
     pub enter_steps: Option<u64>,
 }
 
-/// The responses of a drive, in order.
-pub fn responses(trial: &Trial) -> Vec<Response> {
-    let mut changes: Vec<(usize, f64)> = Vec::new();
-    // Many small steps add up to a change: what stands is what was last counted.
-    let mut standing_mps = trial.advice.first().map_or(0.0, |advice| advice.target_mps);
-    for (i, advice) in trial.advice.iter().enumerate() {
-        if (advice.target_mps - standing_mps).abs() >= CHANGE_MPS {
-            changes.push((i, standing_mps));
-            standing_mps = advice.target_mps;
+/// Watches the ego for responses.
+#[derive(Clone, Debug)]
+pub struct Responses {
+    step_s: f64,
+    /// Changes that are to come.
+    ahead: std::vec::IntoIter<Change>,
+    watched: Option<Watched>,
+    found: Vec<Response>,
+}
+
+/// A change, and what the driver has done about it so far.
+#[derive(Clone, Debug)]
+struct Watched {
+    change: Change,
+    has_rows: bool,
+    /// Where the pedals were furthest the other way.
+    furthest: f64,
+    moved_s: Option<f64>,
+    entered_s: Option<f64>,
+    was_in_range: bool,
+}
+
+impl Responses {
+    /// To these changes, in order, where a step takes `step_s`.
+    pub fn new(step_s: f64, changes: Vec<Change>) -> Self {
+        Self { step_s, ahead: changes.into_iter(), watched: None, found: Vec::new() }
+    }
+
+    /// The next row of the ego.
+    pub fn add(&mut self, ego: &EgoSample) {
+        while self.ahead.as_slice().first().is_some_and(|change| change.seen_tick <= ego.tick) {
+            self.next();
+        }
+        if let Some(watched) = &mut self.watched {
+            watched.add(ego);
         }
     }
-    let end = trial.ego.tick.last().map_or(0, |tick| tick + 1);
-    let one = |k: usize| {
-        let (i, from_mps) = changes[k];
-        let until = changes.get(k + 1).map_or(end, |next| trial.advice[next.0].seen_tick);
-        response(trial, i, from_mps, until)
-    };
-    (0..changes.len()).map(one).collect()
+
+    /// The next change replaces the one that is watched.
+    fn next(&mut self) {
+        let watched = self.ahead.next().map(Watched::new);
+        let over = std::mem::replace(&mut self.watched, watched);
+        self.found.extend(over.map(|watched| watched.response(self.step_s)));
+    }
+
+    /// The responses of the drive, in order.
+    pub fn finish(mut self) -> Vec<Response> {
+        while self.watched.is_some() || !self.ahead.as_slice().is_empty() {
+            self.next();
+        }
+        self.found
+    }
 }
 
-/// Index of the first row at or after a tick.
-fn row(trial: &Trial, tick: u64) -> usize {
-    trial.ego.tick.partition_point(|t| *t < tick)
-}
+impl Watched {
+    fn new(change: Change) -> Self {
+        let (moved_s, entered_s) = (None, None);
+        Self { change, has_rows: false, furthest: f64::INFINITY, moved_s, entered_s, was_in_range: false }
+    }
 
-fn response(trial: &Trial, advice: usize, from_mps: f64, until: u64) -> Response {
-    let advice = trial.advice[advice];
-    let ego = &trial.ego;
-    let rows = row(trial, advice.seen_tick)..row(trial, until);
-    let since_s = |i: usize| (ego.tick[i] - advice.seen_tick) as f64 * TICK_S;
-    let towards = (advice.target_mps - from_mps).signum();
-    let pedals = |i: usize| towards * (ego.throttle[i] - ego.brake[i]);
+    fn add(&mut self, ego: &EgoSample) {
+        let change = &self.change;
+        let since_s = ego.tick.saturating_sub(change.seen_tick) as f64 * TICK_S;
+        let pedals = (change.to_mps - change.from_mps).signum() * (ego.throttle - ego.brake);
+        self.furthest = self.furthest.min(pedals);
+        if self.moved_s.is_none() && pedals - self.furthest >= PEDAL {
+            self.moved_s = Some(since_s);
+        }
+        let [low, high] = change.range_mps;
+        if self.entered_s.is_none() && (low..=high).contains(&ego.speed_mps) {
+            self.entered_s = Some(since_s);
+            self.was_in_range = !self.has_rows;
+        }
+        self.has_rows = true;
+    }
 
-    let mut furthest = f64::INFINITY;
-    let moved = rows.clone().find(|&i| {
-        furthest = furthest.min(pedals(i));
-        pedals(i) - furthest >= PEDAL
-    });
-    let reaction_s = moved.map(since_s).filter(|s| (EARLIEST_S - 1e-9..=LATEST_S + 1e-9).contains(s));
-
-    let [low, high] = advice.range_mps;
-    let entered = rows.clone().find(|&i| (low..=high).contains(&ego.speed_mps[i]));
-    let was_in_range = entered.is_some_and(|i| i == rows.start);
-    let enter_s = entered.filter(|_| !was_in_range).map(since_s);
-    Response {
-        onset_s: Tick(advice.seen_tick).seconds(),
-        from_mps,
-        to_mps: advice.target_mps,
-        reaction_s,
-        was_in_range,
-        enter_s,
-        enter_steps: enter_s.map(|s| (s / trial.step_s - 1e-9).ceil() as u64),
+    fn response(&self, step_s: f64) -> Response {
+        let Change { seen_tick, from_mps, to_mps, .. } = self.change;
+        let enter_s = self.entered_s.filter(|_| !self.was_in_range);
+        Response {
+            onset_s: Tick(seen_tick).seconds(),
+            from_mps,
+            to_mps,
+            reaction_s: self.moved_s.filter(|s| (EARLIEST_S - 1e-9..=LATEST_S + 1e-9).contains(s)),
+            was_in_range: self.was_in_range,
+            enter_s,
+            enter_steps: enter_s.map(|s| (s / step_s - 1e-9).ceil() as u64),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::trial::{Ego, Issued};
 
-    /// Ten seconds; pedals and speed as functions of the time.
-    fn trial(pedals: impl Fn(f64) -> (f64, f64), speed: impl Fn(f64) -> f64, advice: &[(u64, f64)]) -> Trial {
-        let tick: Vec<u64> = (1..=1000).collect();
-        let of = |f: &dyn Fn(f64) -> f64| tick.iter().map(|t| f(Tick(*t).seconds())).collect::<Vec<f64>>();
-        Trial {
-            step_s: 0.1,
-            ego: Ego {
-                throttle: of(&|t| pedals(t).0),
-                brake: of(&|t| pedals(t).1),
-                speed_mps: of(&speed),
-                tick: tick.clone(),
-                ..Ego::default()
-            },
-            advice: advice
-                .iter()
-                .map(|&(tick, target_mps)| Issued {
-                    tick,
-                    seen_tick: tick + 2,
-                    target_mps,
-                    range_mps: [target_mps - 0.5, target_mps + 0.5],
-                })
-                .collect(),
-            ..Trial::default()
+    /// Ten seconds; pedals and speed as functions of the time. Advices are seen two ticks after their issue.
+    fn responses(
+        pedals: impl Fn(f64) -> (f64, f64),
+        speed: impl Fn(f64) -> f64,
+        advice: &[(u64, f64)],
+    ) -> Vec<Response> {
+        let mut finder = ChangeFinder::default();
+        for &(tick, target_mps) in advice {
+            let range_mps = [target_mps - 0.5, target_mps + 0.5];
+            finder.add(&Issued { seen_tick: tick + 2, target_mps, range_mps }).unwrap();
         }
+        let mut responses = Responses::new(0.1, finder.changes);
+        for tick in 1..=1000 {
+            let at_s = Tick(tick).seconds();
+            let (throttle, brake) = pedals(at_s);
+            responses.add(&EgoSample { tick, throttle, brake, speed_mps: speed(at_s), ..EgoSample::default() });
+        }
+        responses.finish()
     }
 
     #[test]
@@ -139,7 +215,7 @@ mod tests {
         let press = |t: f64| (0.2 + 0.1 * (t - 3.0).max(0.0), 0.0);
         // 3.5 m/s, the lower edge, is reached 2.5 s after 3.00 s.
         let speed = |t: f64| 2.0 + 0.6 * (t - 3.0).max(0.0);
-        let found = responses(&trial(press, speed, &[(100, 2.0), (150, 2.05), (200, 4.0)]));
+        let found = responses(press, speed, &[(100, 2.0), (150, 2.05), (200, 4.0)]);
         assert_eq!(found.len(), 1, "2.00, the first, and 2.05 are no changes: {found:?}");
         assert_eq!((found[0].onset_s, found[0].from_mps, found[0].to_mps), (2.02, 2.0, 4.0));
         assert!((found[0].reaction_s.unwrap() - 1.48).abs() < 0.011, "{found:?}");
@@ -150,25 +226,23 @@ mod tests {
     #[test]
     fn lifting_the_foot_answers_a_lower_target_and_pressing_on_does_not() {
         let lift = |t: f64| (if t < 2.5 { 0.2 + 0.02 * t } else { 0.1 }, 0.0);
-        let found = responses(&trial(lift, |_| 5.0, &[(100, 5.0), (200, 3.0)]));
+        let found = responses(lift, |_| 5.0, &[(100, 5.0), (200, 3.0)]);
         assert!((found[0].reaction_s.unwrap() - 0.48).abs() < 0.011, "{found:?}");
         assert_eq!((found[0].enter_s, found[0].was_in_range), (None, false));
         let brake = |t: f64| (0.0, if t < 2.5 { 0.0 } else { 0.3 });
-        assert!(
-            (responses(&trial(brake, |_| 5.0, &[(100, 5.0), (200, 3.0)]))[0].reaction_s.unwrap() - 0.48).abs() < 0.011
-        );
+        assert!((responses(brake, |_| 5.0, &[(100, 5.0), (200, 3.0)])[0].reaction_s.unwrap() - 0.48).abs() < 0.011);
         let on = |t: f64| (0.2 + 0.02 * t, 0.0);
-        assert_eq!(responses(&trial(on, |_| 5.0, &[(100, 5.0), (200, 3.0)]))[0].reaction_s, None);
+        assert_eq!(responses(on, |_| 5.0, &[(100, 5.0), (200, 3.0)])[0].reaction_s, None);
     }
 
     #[test]
     fn what_was_under_way_or_comes_too_late_is_no_response() {
         let under_way = |t: f64| (0.2 + 0.4 * (t - 1.8).clamp(0.0, 1.0), 0.0);
-        assert_eq!(responses(&trial(under_way, |_| 2.0, &[(100, 2.0), (200, 4.0)]))[0].reaction_s, None);
+        assert_eq!(responses(under_way, |_| 2.0, &[(100, 2.0), (200, 4.0)])[0].reaction_s, None);
         let late = |t: f64| (if t < 7.1 { 0.1 } else { 0.5 }, 0.0);
-        assert_eq!(responses(&trial(late, |_| 2.0, &[(100, 2.0), (200, 4.0)]))[0].reaction_s, None);
+        assert_eq!(responses(late, |_| 2.0, &[(100, 2.0), (200, 4.0)])[0].reaction_s, None);
         // The same movement answers a change that comes later, and not one that has been replaced.
-        let found = responses(&trial(late, |_| 2.0, &[(100, 2.0), (200, 4.0), (600, 6.0)]));
+        let found = responses(late, |_| 2.0, &[(100, 2.0), (200, 4.0), (600, 6.0)]);
         assert_eq!(found.iter().map(|r| r.reaction_s.is_some()).collect::<Vec<_>>(), [false, true]);
         assert!((found[1].reaction_s.unwrap() - 1.08).abs() < 0.011);
     }
@@ -176,8 +250,27 @@ mod tests {
     #[test]
     fn small_steps_that_add_up_are_a_change_and_a_speed_in_the_range_has_nothing_to_enter() {
         let advice: Vec<(u64, f64)> = (0..8).map(|k| (100 + 100 * k, 2.0 + 0.06 * k as f64)).collect();
-        let found = responses(&trial(|_| (0.1, 0.0), |_| 2.0, &advice));
+        let found = responses(|_| (0.1, 0.0), |_| 2.0, &advice);
         assert_eq!(found.iter().map(|r| (r.onset_s * 100.0).round()).collect::<Vec<_>>(), [302.0, 502.0, 702.0]);
         assert!(found.iter().all(|r| r.was_in_range && r.enter_s.is_none()));
+    }
+
+    #[test]
+    fn a_change_that_is_replaced_before_it_is_seen_or_comes_at_the_end_is_counted_and_has_no_response() {
+        let press = |t: f64| (if t < 2.5 { 0.1 } else { 0.5 }, 0.0);
+        // Two are shown by one frame, and one after the last row.
+        let found = responses(press, |_| 2.0, &[(100, 2.0), (200, 4.0), (200, 6.0), (999, 8.0)]);
+        assert_eq!(found.iter().map(|r| r.reaction_s.is_some()).collect::<Vec<_>>(), [false, true, false]);
+        assert_eq!((found[0].to_mps, found[2].to_mps, found[2].onset_s), (4.0, 8.0, 10.01));
+    }
+
+    #[test]
+    fn more_changes_than_are_analysed_are_refused() {
+        let mut finder = ChangeFinder::default();
+        let advice = |k: usize| Issued { target_mps: (k % 2) as f64, ..Issued::default() };
+        (0..=MOST_CHANGES).for_each(|k| finder.add(&advice(k)).unwrap());
+        assert_eq!(finder.changes.len(), MOST_CHANGES);
+        let why = finder.add(&advice(MOST_CHANGES + 1)).unwrap_err();
+        assert!(why.contains("500000") && why.contains("remedy"), "{why}");
     }
 }

@@ -1,66 +1,91 @@
-//! One recorded drive as columns. In: a recording's folder. Out: a [`Trial`]. SI units; seconds since the start of the
-//! drive.
+//! One recorded drive, read from front to back. In: a recording's folder. Out: a [`Trial`], and its rows one after the other:
+//! a drive of days takes no more memory than one of minutes. SI units; seconds since the start of the drive.
 
-use super::AnalysisError;
+use super::{
+    AnalysisError,
+    response::{Change, ChangeFinder},
+};
 use crate::{
     map::RoadMap,
-    record::{self, Reader, RecordError, Table},
-    time::Tick,
+    record::{self, Parts, Reader, RecordError, Table},
 };
-use std::path::Path;
+use std::{
+    path::{Path, PathBuf},
+    vec::IntoIter,
+};
 
-/// A drive.
+/// Latencies that are kept at the most: nine hours at 60 Hz. Of a longer drive every second, fourth, ... is.
+const MOST_LATENCIES: usize = 2_000_000;
+/// Columns of the ego that are read.
+const EGO: [&str; 13] = [
+    "tick",
+    "throttle",
+    "brake",
+    "steering_wheel_rad",
+    "speed_mps",
+    "accel_mps2",
+    LANE_OFFSET,
+    "gap_m",
+    "headway_m",
+    "ttc_s",
+    "target_mps",
+    "in_range",
+    "mean_speed_mps",
+];
+const LANE_OFFSET: &str = "lane_offset_m";
+
+/// A drive: what is short of it, and where its rows are.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trial {
+    /// Its folder.
+    pub recording: PathBuf,
     /// Length of a step, seconds.
     pub step_s: f64,
     /// Length of the closed route, metres; 0 if its map is not here any more.
     pub route_m: f64,
-    /// Rows of the ego, one a tick.
-    pub ego: Ego,
-    /// All cars at each step, the ego first.
-    pub steps: Vec<Step>,
-    /// Advice as it was issued.
-    pub advice: Vec<Issued>,
+    /// The first advice.
+    pub first_advice: Option<Issued>,
+    /// Changes of the advice.
+    pub changes: Vec<Change>,
     /// Contacts with other cars.
     pub contacts: usize,
     /// How often the middle of the car left its lane.
     pub left_road: usize,
-    /// From an input to the frame that showed it, seconds, where the device told times.
+    /// From an input to the frame that showed it, seconds, where the device told times; from the smallest on.
     pub latencies_s: Vec<f64>,
     /// How the drive ended, a word.
     pub ended: String,
 }
 
-/// Columns of the ego. All are equally long.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ego {
+/// The ego at a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EgoSample {
     /// When.
-    pub tick: Vec<u64>,
+    pub tick: u64,
     /// Accelerator, 0 to 1.
-    pub throttle: Vec<f64>,
+    pub throttle: f64,
     /// Brake pedal, 0 to 1.
-    pub brake: Vec<f64>,
+    pub brake: f64,
     /// Angle of the steering wheel, radians.
-    pub wheel_rad: Vec<f64>,
+    pub wheel_rad: f64,
     /// Speed, m/s.
-    pub speed_mps: Vec<f64>,
+    pub speed_mps: f64,
     /// Acceleration, m/s2.
-    pub accel_mps2: Vec<f64>,
+    pub accel_mps2: f64,
     /// Offset of the middle of the car from the lane's middle, metres.
-    pub lane_offset_m: Vec<f64>,
+    pub lane_offset_m: f64,
     /// Gap to the leader, metres.
-    pub gap_m: Vec<Option<f64>>,
+    pub gap_m: Option<f64>,
     /// Headway to the leader, metres.
-    pub headway_m: Vec<Option<f64>>,
+    pub headway_m: Option<f64>,
     /// Time to collision, seconds, while the gap closes.
-    pub ttc_s: Vec<Option<f64>>,
+    pub ttc_s: Option<f64>,
     /// Advised speed, m/s.
-    pub target_mps: Vec<Option<f64>>,
+    pub target_mps: Option<f64>,
     /// Speed in the acceptable range.
-    pub in_range: Vec<Option<bool>>,
+    pub in_range: Option<bool>,
     /// Mean speed of all vehicles, m/s.
-    pub mean_speed_mps: Vec<f64>,
+    pub mean_speed_mps: f64,
 }
 
 /// All cars at the end of a step, the ego first.
@@ -77,8 +102,6 @@ pub struct Step {
 /// An advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Issued {
-    /// When it was issued.
-    pub tick: u64,
     /// When it could be seen: the tick of the first frame that showed it, or that of its issue where there was no screen.
     pub seen_tick: u64,
     /// Advised speed, m/s.
@@ -88,102 +111,291 @@ pub struct Issued {
 }
 
 impl Trial {
-    /// Reads a recording.
+    /// Opens a recording.
     ///
     /// # Errors
-    /// There is none, it was cut, or it is not as this program writes it.
-    pub fn load(recording: &Path) -> Result<Self, AnalysisError> {
+    /// There is none, it was cut, it is not as this program writes it, or its advice changes more often than
+    /// [`MOST_CHANGES`](super::response::MOST_CHANGES).
+    pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.0))?;
-        let read = |table: Table| Reader::parquet(&table.parquet(recording));
-        let (ego, cars, advice) = (read(Table::Ego)?, read(Table::Cars)?, read(Table::Advice)?);
-        let (frames, events) = (read(Table::Frames)?, read(Table::Events)?);
-        let kinds = events.words("event");
-        let count = |word: &str| kinds.iter().filter(|kind| *kind == word).count();
-        Ok(Self {
+        let mut trial = Self {
+            recording: recording.into(),
             step_s: scenario.step_s,
             route_m: RoadMap::load(&scenario.map).map_or(0.0, |map| map.route.length_m()),
-            ego: Ego::of(&ego).map_err(|column| RecordError::Table {
-                path: Table::Ego.parquet(recording),
-                why: format!("column {column} is not as this program writes it"),
-            })?,
-            steps: steps(&cars),
-            advice: issued(&advice, &frames),
-            contacts: count("contact"),
-            left_road: count("left_road"),
-            latencies_s: frames.numbers("latency_s").into_iter().flatten().collect(),
             ended: manifest.ended.unwrap_or_default(),
-        })
+            ..Self::default()
+        };
+        for part in trial.parts(Table::Events, &["event"])? {
+            for kind in part?.words("event") {
+                trial.contacts += usize::from(kind == "contact");
+                trial.left_road += usize::from(kind == "left_road");
+            }
+        }
+        let mut finder = ChangeFinder::default();
+        let mut frames = ShownFrames::open(&trial)?;
+        for part in
+            trial.parts(Table::Advice, &["tick", "target_mps", "range_low_mps", "range_high_mps", "shown_frame"])?
+        {
+            for advice in frames.advice(&part?)? {
+                trial.first_advice.get_or_insert(advice);
+                finder.add(&advice).map_err(|why| {
+                    AnalysisError::Input(format!("{}: {why}", Table::Advice.parquet(recording).display()))
+                })?;
+            }
+        }
+        trial.changes = finder.changes;
+        trial.latencies_s = trial.latencies()?;
+        Ok(trial)
     }
 
-    /// Length of the drive, seconds.
-    pub fn duration_s(&self) -> f64 {
-        self.ego.tick.last().map_or(0.0, |tick| Tick(*tick).seconds())
+    fn parts(&self, table: Table, columns: &[&str]) -> Result<Parts, RecordError> {
+        Reader::parts(&table.parquet(&self.recording), columns)
+    }
+
+    /// From the smallest to the largest.
+    fn latencies(&self) -> Result<Vec<f64>, RecordError> {
+        let mut kept = Thinned::new(MOST_LATENCIES);
+        for part in self.parts(Table::Frames, &["latency_s"])? {
+            part?.numbers("latency_s").into_iter().flatten().for_each(|latency_s| kept.push(latency_s));
+        }
+        kept.values.sort_by(f64::total_cmp);
+        Ok(kept.values)
+    }
+
+    /// The ego at every tick, in order.
+    ///
+    /// # Errors
+    /// The table cannot be read, or is not as this program writes it; so in its turn for each row.
+    pub fn ego(&self) -> Result<EgoSamples, RecordError> {
+        let path = Table::Ego.parquet(&self.recording);
+        Ok(EgoSamples { parts: Reader::parts(&path, &EGO)?, path, samples: Vec::new().into_iter() })
+    }
+
+    /// The offset from the lane's middle at every tick, metres.
+    ///
+    /// # Errors
+    /// As [`Trial::ego`].
+    pub fn lane_offsets_m(&self) -> Result<impl Iterator<Item = Result<f64, RecordError>>, RecordError> {
+        let values = |part: Result<Reader, RecordError>| {
+            let (values, error) =
+                part.map_or_else(|error| (Vec::new(), Some(Err(error))), |part| (part.numbers(LANE_OFFSET), None));
+            values.into_iter().flatten().map(Ok).chain(error)
+        };
+        Ok(self.parts(Table::Ego, &[LANE_OFFSET])?.flat_map(values))
+    }
+
+    /// All cars at every step, in order.
+    ///
+    /// # Errors
+    /// The table cannot be read; so in its turn for each step.
+    pub fn steps(&self) -> Result<Steps, RecordError> {
+        let parts = self.parts(Table::Cars, &["tick", "s_m", "speed_mps"])?;
+        Ok(Steps { parts, rows: Vec::new().into_iter(), begun: None })
     }
 }
 
-impl Ego {
-    /// The columns of a table, or the name of one that is missing or has holes.
-    fn of(table: &Reader) -> Result<Self, &'static str> {
-        let whole = |name: &'static str| table.numbers(name).into_iter().collect::<Option<Vec<f64>>>().ok_or(name);
-        let tick = table.wholes("tick");
-        let in_range = table.flags("in_range");
-        if tick.len() != table.rows() {
-            return Err("tick");
+/// Evenly spaced values out of many: half of them are let go whenever there are too many.
+#[derive(Debug)]
+pub(super) struct Thinned<T> {
+    /// What is kept, in order: the first, and every so many after it.
+    pub values: Vec<T>,
+    most: usize,
+    seen: usize,
+    /// One of so many is kept.
+    stride: usize,
+}
+
+impl<T> Thinned<T> {
+    /// Keeps `most` at the most.
+    pub fn new(most: usize) -> Self {
+        Self { values: Vec::new(), most: most.max(1), seen: 0, stride: 1 }
+    }
+
+    /// True if the next one is kept, at first.
+    pub fn takes_next(&self) -> bool {
+        self.seen.is_multiple_of(self.stride)
+    }
+
+    /// The next one.
+    pub fn push(&mut self, value: T) {
+        if self.takes_next() {
+            self.values.push(value);
         }
-        if in_range.len() != table.rows() {
-            return Err("in_range");
+        self.seen += 1;
+        if self.values.len() > self.most {
+            let mut keep = [false, true].into_iter().cycle();
+            self.values.retain(|_| keep.next() == Some(false));
+            self.stride *= 2;
         }
-        Ok(Self {
-            tick,
-            throttle: whole("throttle")?,
-            brake: whole("brake")?,
-            wheel_rad: whole("steering_wheel_rad")?,
-            speed_mps: whole("speed_mps")?,
-            accel_mps2: whole("accel_mps2")?,
-            lane_offset_m: whole("lane_offset_m")?,
-            gap_m: table.numbers("gap_m"),
-            headway_m: table.numbers("headway_m"),
-            ttc_s: table.numbers("ttc_s"),
-            target_mps: table.numbers("target_mps"),
-            in_range,
-            mean_speed_mps: whole("mean_speed_mps")?,
-        })
     }
 }
 
-/// Rows of one tick become a step; they stand one after the other in the table.
-fn steps(cars: &Reader) -> Vec<Step> {
-    let (ticks, places, speeds) = (cars.wholes("tick"), cars.numbers("s_m"), cars.numbers("speed_mps"));
-    let mut steps: Vec<Step> = Vec::new();
-    for (i, tick) in ticks.into_iter().enumerate() {
-        if steps.last().is_none_or(|step| step.tick != tick) {
-            steps.push(Step { tick, ..Step::default() });
-        }
-        if let (Some(step), Some(s_m), Some(speed_mps)) = (steps.last_mut(), places[i], speeds[i]) {
-            step.s_m.push(s_m);
-            step.speed_mps.push(speed_mps);
-        }
-    }
-    steps
+/// Reads the frames along with the advices that they showed first; both are in the order of time.
+struct ShownFrames {
+    parts: Parts,
+    frames: IntoIter<(u64, u64)>,
+    /// The frame that was read last: its number and its tick.
+    last: Option<(u64, u64)>,
+    seen_tick: u64,
 }
 
-fn issued(advice: &Reader, frames: &Reader) -> Vec<Issued> {
-    let (ticks, shown) = (advice.wholes("tick"), advice.ids("shown_frame"));
-    let columns = ["target_mps", "range_low_mps", "range_high_mps"].map(|name| advice.numbers(name));
-    let (numbers, frame_ticks) = (frames.wholes("frame"), frames.wholes("tick"));
-    let tick_of = |frame: u32| {
-        let at = numbers.binary_search(&frame.into()).ok()?;
-        frame_ticks.get(at).copied()
+impl ShownFrames {
+    fn open(trial: &Trial) -> Result<Self, RecordError> {
+        let parts = trial.parts(Table::Frames, &["frame", "tick"])?;
+        Ok(Self { parts, frames: Vec::new().into_iter(), last: None, seen_tick: 0 })
+    }
+
+    /// The tick of a frame, if there is a row of it.
+    fn tick_of(&mut self, frame: u64) -> Result<Option<u64>, RecordError> {
+        while self.last.is_none_or(|last| last.0 < frame) {
+            if let Some(next) = self.frames.next() {
+                self.last = Some(next);
+                continue;
+            }
+            let Some(part) = self.parts.next().transpose()? else { return Ok(None) };
+            self.frames = part.wholes("frame").into_iter().zip(part.wholes("tick")).collect::<Vec<_>>().into_iter();
+        }
+        Ok(self.last.filter(|last| last.0 == frame).map(|last| last.1))
+    }
+
+    /// The advices of a part of their table.
+    fn advice(&mut self, part: &Reader) -> Result<Vec<Issued>, RecordError> {
+        let (ticks, shown) = (part.wholes("tick"), part.ids("shown_frame"));
+        let [targets, lows, highs] = ["target_mps", "range_low_mps", "range_high_mps"].map(|name| part.numbers(name));
+        let mut advice = Vec::with_capacity(ticks.len());
+        for (i, tick) in ticks.into_iter().enumerate() {
+            let frame_tick = match shown.get(i).copied().flatten() {
+                Some(frame) => self.tick_of(frame.into())?,
+                None => None,
+            };
+            // A later advice is never seen before an earlier one.
+            self.seen_tick = self.seen_tick.max(frame_tick.unwrap_or(tick));
+            if let (Some(target_mps), Some(low), Some(high)) = (targets[i], lows[i], highs[i]) {
+                advice.push(Issued { seen_tick: self.seen_tick, target_mps, range_mps: [low, high] });
+            }
+        }
+        Ok(advice)
+    }
+}
+
+/// The ego, tick by tick.
+pub struct EgoSamples {
+    path: PathBuf,
+    parts: Parts,
+    samples: IntoIter<EgoSample>,
+}
+
+impl Iterator for EgoSamples {
+    type Item = Result<EgoSample, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(sample) = self.samples.next() {
+                return Some(Ok(sample));
+            }
+            let part = match self.parts.next()? {
+                Ok(part) => part,
+                Err(error) => return Some(Err(error)),
+            };
+            match samples(&part) {
+                Ok(samples) => self.samples = samples.into_iter(),
+                Err(column) => {
+                    let why = format!("column {column} is not as this program writes it");
+                    return Some(Err(RecordError::Table { path: self.path.clone(), why }));
+                }
+            }
+        }
+    }
+}
+
+/// The rows of a part of the ego's table, or the name of a column that is missing or has holes.
+fn samples(part: &Reader) -> Result<Vec<EgoSample>, &'static str> {
+    let whole = |name: &'static str| part.numbers(name).into_iter().collect::<Option<Vec<f64>>>().ok_or(name);
+    let (tick, in_range) = (part.wholes("tick"), part.flags("in_range"));
+    if tick.len() != part.rows() {
+        return Err("tick");
+    }
+    if in_range.len() != part.rows() {
+        return Err("in_range");
+    }
+    let [throttle, brake, wheel_rad] = [whole("throttle")?, whole("brake")?, whole("steering_wheel_rad")?];
+    let [speed_mps, accel_mps2, lane_offset_m] = [whole("speed_mps")?, whole("accel_mps2")?, whole(LANE_OFFSET)?];
+    let mean_speed_mps = whole("mean_speed_mps")?;
+    let [gap_m, headway_m, ttc_s, target_mps] =
+        ["gap_m", "headway_m", "ttc_s", "target_mps"].map(|name| part.numbers(name));
+    let sample = |i: usize| EgoSample {
+        tick: tick[i],
+        throttle: throttle[i],
+        brake: brake[i],
+        wheel_rad: wheel_rad[i],
+        speed_mps: speed_mps[i],
+        accel_mps2: accel_mps2[i],
+        lane_offset_m: lane_offset_m[i],
+        gap_m: gap_m[i],
+        headway_m: headway_m[i],
+        ttc_s: ttc_s[i],
+        target_mps: target_mps[i],
+        in_range: in_range[i],
+        mean_speed_mps: mean_speed_mps[i],
     };
-    let row = |i: usize| {
-        let tick = ticks[i];
-        Some(Issued {
-            tick,
-            seen_tick: shown.get(i).copied().flatten().and_then(tick_of).unwrap_or(tick),
-            target_mps: columns[0][i]?,
-            range_mps: [columns[1][i]?, columns[2][i]?],
-        })
-    };
-    (0..ticks.len()).filter_map(row).collect()
+    Ok((0..part.rows()).map(sample).collect())
+}
+
+/// All cars, step by step: rows of one tick stand one after the other in the table.
+pub struct Steps {
+    parts: Parts,
+    rows: IntoIter<(u64, Option<f64>, Option<f64>)>,
+    begun: Option<Step>,
+}
+
+impl Iterator for Steps {
+    type Item = Result<Step, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let Some((tick, s_m, speed_mps)) = self.rows.next() else {
+                match self.parts.next() {
+                    None => return self.begun.take().map(Ok),
+                    Some(Err(error)) => return Some(Err(error)),
+                    Some(Ok(part)) => {
+                        let numbers = part.numbers("s_m").into_iter().zip(part.numbers("speed_mps"));
+                        let rows = part.wholes("tick").into_iter().zip(numbers).map(|(tick, (s, v))| (tick, s, v));
+                        self.rows = rows.collect::<Vec<_>>().into_iter();
+                    }
+                }
+                continue;
+            };
+            let over = self.begun.take_if(|step| step.tick != tick);
+            let step = self.begun.get_or_insert_with(|| Step { tick, ..Step::default() });
+            if let (Some(s_m), Some(speed_mps)) = (s_m, speed_mps) {
+                step.s_m.push(s_m);
+                step.speed_mps.push(speed_mps);
+            }
+            if over.is_some() {
+                return over.map(Ok);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_kept_of_many_is_even_and_never_more_than_there_is_room_for() {
+        let mut kept = Thinned::new(100);
+        for value in 0..100 {
+            kept.push(value);
+        }
+        assert_eq!(kept.values, (0..100).collect::<Vec<_>>(), "few are kept all");
+        for value in 100..1_000_000 {
+            kept.push(value);
+            assert!(kept.values.len() <= 100);
+        }
+        let stride = kept.values[1];
+        assert!(kept.values.len() > 50 && kept.values.iter().enumerate().all(|(i, value)| *value == i as i32 * stride));
+        assert!(kept.values[kept.values.len() - 1] > 1_000_000 - 2 * stride, "to the end");
+    }
 }

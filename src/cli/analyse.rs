@@ -18,7 +18,11 @@ use std::path::{Path, PathBuf};
 pub(super) fn command() -> Command {
     Command::new("analyse")
         .about("Make tables of measures (CSV), figures (SVG, PNG) and a report (HTML) of recordings")
-        .after_help("Made anew at every call; recordings are only read.")
+        .after_help(
+            "Made anew at every call; recordings are only read. A drive of days takes no more memory than one of hours: figures \
+             show the ways of its first hour, and speeds of evenly spaced steps. A drive whose advice changes more than 500,000 \
+             times is refused.",
+        )
         .arg(
             Arg::new("folder")
                 .value_name("DIR")

@@ -36,7 +36,7 @@ pub use journal_reader::Hole;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Gauge, Recorder};
 pub use recover::{LOST_AND_FOUND, Recovered, count, open, recover};
-pub use table::{Column, Reader};
+pub use table::{Column, Parts, Reader};
 pub use tables::Table;
 
 use std::path::PathBuf;

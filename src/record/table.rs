@@ -5,7 +5,10 @@ use super::RecordError;
 use crate::{file, foreign::guarded};
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use arrow_schema::{DataType, Field, Schema};
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::{
+    ProjectionMask,
+    arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder},
+};
 use std::{
     collections::BTreeMap,
     fs::File,
@@ -84,7 +87,17 @@ pub(super) struct Batches {
 
 impl Batches {
     pub fn open(path: &Path) -> Result<Self, RecordError> {
+        Self::build(path, Self::builder(path)?)
+    }
+
+    /// Of these columns alone: the others are not even read from the disk.
+    fn columns(path: &Path, names: &[&str]) -> Result<Self, RecordError> {
         let builder = Self::builder(path)?;
+        let mask = ProjectionMask::columns(builder.parquet_schema(), names.iter().copied());
+        Self::build(path, builder.with_projection(mask))
+    }
+
+    fn build(path: &Path, builder: ParquetRecordBatchReaderBuilder<File>) -> Result<Self, RecordError> {
         let reader = guarded(|| builder.build()).and_then(|built| built.map_err(|e| e.to_string()));
         Ok(Self { path: path.into(), reader: reader.map_err(|why| no_parquet(path, &why))? })
     }
@@ -116,6 +129,22 @@ fn no_parquet(path: &Path, why: &str) -> RecordError {
     RecordError::Table { path: path.into(), why: format!("no Parquet file of this program: {why}") }
 }
 
+/// A table, part after part, as [`Reader::parts`] reads it.
+pub struct Parts(Batches);
+
+impl Iterator for Parts {
+    type Item = Result<Reader, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let part = |batch: RecordBatch| {
+            let mut part = Reader::default();
+            part.push(&batch);
+            part
+        };
+        self.0.next().map(|batch| batch.map(part))
+    }
+}
+
 /// A table that has been read.
 #[derive(Clone, Debug, Default)]
 pub struct Reader {
@@ -134,17 +163,13 @@ impl Reader {
         Ok(table)
     }
 
-    /// Reads a Parquet file part by part, some thousand rows each: what a drive of days takes of memory stays the same.
+    /// Reads these columns of a Parquet file part by part, some thousand rows each: what a drive of days takes of memory stays
+    /// the same. Columns that the file lacks are empty, as in a table that was read whole.
     ///
     /// # Errors
-    /// There is none, or it is not one.
-    pub fn parts(path: &Path, see: &mut dyn FnMut(&Self)) -> Result<(), RecordError> {
-        let mut one = |batch: &RecordBatch| {
-            let mut part = Self::default();
-            part.push(batch);
-            see(&part);
-        };
-        Self::each_batch(path, &mut one).map(drop)
+    /// There is none, or it is not one; a part that cannot be read is an error in its turn.
+    pub fn parts(path: &Path, columns: &[&str]) -> Result<Parts, RecordError> {
+        Ok(Parts(Batches::columns(path, columns)?))
     }
 
     /// Reads a Parquet file batch by batch. Returns how many rows it has.

@@ -28,7 +28,7 @@ pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
 pub use judge::{Trace, judge, mean_and_interval, trace};
 pub use learner::{Learner, Row};
 pub use stats::Estimate;
-pub use tally::{Tally, Verdict};
+pub use tally::{FlowTotals, Tally, Verdict};
 
 #[cfg(test)]
 mod environment_tests;

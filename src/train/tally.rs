@@ -33,56 +33,48 @@ pub struct Verdict {
     pub in_range: Option<f64>,
 }
 
-/// Collects what a [`Verdict`] tells.
+/// Speeds of all cars, step by step, in sums: what they take of memory does not grow with the drive.
 #[derive(Clone, Debug)]
-pub struct Tally {
+pub struct FlowTotals {
     step_s: f64,
     steps: u64,
-    circumference_m: f64,
     sums: Vec<[f64; 2]>,
     before_mps: Vec<f32>,
-    /// Mean over the cars at each step, m/s.
-    means_mps: Vec<f32>,
+    /// Sum over the steps of the mean over the cars, m/s.
+    sum_means_mps: f64,
     sum_sd_mps: f64,
     fuel_ml: f64,
-    least_gap_m: f64,
     /// The first step after which the wave has been calm.
     uncalm: u64,
-    advised: u64,
-    in_range: u64,
 }
 
-impl Tally {
-    /// Nothing yet, on a ring of this length with steps of `step_s`.
-    pub fn new(step_s: f64, circumference_m: f64) -> Self {
+/// What [`FlowTotals::add`] has seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlowStep {
+    /// Mean over the cars, m/s.
+    pub mean_mps: f32,
+    /// The ego's, m/s.
+    pub ego_mps: f64,
+}
+
+impl FlowTotals {
+    /// Nothing yet, of steps of `step_s`.
+    pub fn new(step_s: f64) -> Self {
         Self {
             step_s,
             steps: 0,
-            circumference_m,
             sums: Vec::new(),
             before_mps: Vec::new(),
-            means_mps: Vec::new(),
+            sum_means_mps: 0.0,
             sum_sd_mps: 0.0,
             fuel_ml: 0.0,
-            least_gap_m: f64::INFINITY,
             uncalm: 0,
-            advised: 0,
-            in_range: 0,
         }
     }
 
-    /// A step has passed: speeds of all cars in a fixed order, the ego first; the smaller of the gaps ahead of and behind
-    /// the ego; the advice that stands. After a crash nothing counts but the time.
-    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, gap_m: f64, advice: Option<&Advice>) {
+    /// A step has passed: speeds of all cars in a fixed order, the ego first.
+    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>) -> FlowStep {
         self.steps += 1;
-        self.means_mps.push(0.0);
-        if self.least_gap_m <= 0.0 {
-            return;
-        }
-        self.least_gap_m = self.least_gap_m.min(gap_m);
-        if self.least_gap_m <= 0.0 {
-            return;
-        }
         let (mut n, mut sum, mut square, mut fuel_ml_s, mut ego_mps) = (0, 0.0, 0.0, 0.0, 0.0);
         for (k, speed_mps) in speeds_mps.enumerate() {
             if k == self.sums.len() {
@@ -102,39 +94,120 @@ impl Tally {
         }
         let mean = sum / f64::from(n);
         let sd = (square / f64::from(n) - mean * mean).max(0.0).sqrt();
-        self.means_mps[self.steps as usize - 1] = mean as f32;
+        let mean_mps = mean as f32;
+        self.sum_means_mps += f64::from(mean_mps);
         self.sum_sd_mps += sd;
         self.fuel_ml += fuel_ml_s * self.step_s;
         if sd >= CALM_SD_MPS {
             self.uncalm = self.steps;
         }
+        FlowStep { mean_mps, ego_mps }
+    }
+
+    /// A step in which nobody moves, as after a crash: the time passes, and nothing else.
+    fn add_standing(&mut self) {
+        self.steps += 1;
+    }
+
+    /// Steps so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Mean speed over cars and steps, m/s.
+    pub fn mean_mps(&self) -> f64 {
+        self.sum_means_mps / self.some_steps()
+    }
+
+    /// Standard deviation of speed over the cars, mean over time, m/s.
+    pub fn sd_over_cars_mps(&self) -> f64 {
+        self.sum_sd_mps / self.some_steps()
+    }
+
+    /// Seconds from the first step until the wave is calm for good; `None` if it never is.
+    pub fn calm_s(&self) -> Option<f64> {
+        (self.uncalm < self.steps).then_some(self.uncalm as f64 * self.step_s)
+    }
+
+    /// Fuel of all cars for 100 km each ([`fuel`]), litres; `None` if nobody moved.
+    pub fn fuel_l_100km(&self) -> Option<f64> {
+        let way_m = self.mean_mps() * self.some_steps() * self.step_s * self.sums.len() as f64;
+        // ml a metre are 100 litres for 100 km.
+        (way_m > 0.0).then(|| self.fuel_ml / way_m * 100.0)
+    }
+
+    /// Standard deviation of a car's speed in time, mean over cars, m/s.
+    fn sd_in_time_mps(&self) -> f64 {
+        let steps = self.some_steps();
+        let sd = |[sum, square]: &[f64; 2]| (square / steps - (sum / steps).powi(2)).max(0.0).sqrt();
+        self.sums.iter().map(sd).sum::<f64>() / (self.sums.len() as f64).max(1.0)
+    }
+
+    fn some_steps(&self) -> f64 {
+        self.steps.max(1) as f64
+    }
+}
+
+/// Collects what a [`Verdict`] tells.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    flow: FlowTotals,
+    circumference_m: f64,
+    /// Mean over the cars at each step, m/s.
+    means_mps: Vec<f32>,
+    least_gap_m: f64,
+    advised: u64,
+    in_range: u64,
+}
+
+impl Tally {
+    /// Nothing yet, on a ring of this length with steps of `step_s`.
+    pub fn new(step_s: f64, circumference_m: f64) -> Self {
+        Self {
+            flow: FlowTotals::new(step_s),
+            circumference_m,
+            means_mps: Vec::new(),
+            least_gap_m: f64::INFINITY,
+            advised: 0,
+            in_range: 0,
+        }
+    }
+
+    /// A step has passed: speeds of all cars in a fixed order, the ego first; the smaller of the gaps ahead of and behind
+    /// the ego; the advice that stands. After a crash nothing counts but the time.
+    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, gap_m: f64, advice: Option<&Advice>) {
+        if self.least_gap_m > 0.0 {
+            self.least_gap_m = self.least_gap_m.min(gap_m);
+        }
+        if self.least_gap_m <= 0.0 {
+            self.flow.add_standing();
+            self.means_mps.push(0.0);
+            return;
+        }
+        let step = self.flow.add(speeds_mps);
+        self.means_mps.push(step.mean_mps);
         if let Some(advice) = advice {
             self.advised += 1;
-            self.in_range += u64::from(advice.accepts(ego_mps));
+            self.in_range += u64::from(advice.accepts(step.ego_mps));
         }
     }
 
     /// What it comes to.
     pub fn verdict(&self) -> Verdict {
-        let steps = self.steps.max(1) as f64;
-        let cars = self.sums.len() as f64;
+        let flow = &self.flow;
         let crashed = self.least_gap_m <= 0.0;
-        let calm = !crashed && self.uncalm < self.steps;
-        let mean_of = |means: &[f32]| means.iter().copied().map(f64::from).sum::<f64>() / means.len().max(1) as f64;
-        let mean_mps = mean_of(&self.means_mps);
-        let sd = |[sum, square]: &[f64; 2]| (square / steps - (sum / steps).powi(2)).max(0.0).sqrt();
-        let way_m = mean_mps * steps * self.step_s * cars;
+        let settled = &self.means_mps[self.means_mps.len() * 3 / 4..];
+        let mean_mps = flow.mean_mps();
         Verdict {
             mean_mps,
-            settled_mps: mean_of(&self.means_mps[self.means_mps.len() * 3 / 4..]),
-            sd_over_cars_mps: self.sum_sd_mps / steps,
-            sd_in_time_mps: self.sums.iter().map(sd).sum::<f64>() / cars.max(1.0),
-            calm_s: calm.then_some(self.uncalm as f64 * self.step_s),
+            settled_mps: settled.iter().copied().map(f64::from).sum::<f64>() / settled.len().max(1) as f64,
+            sd_over_cars_mps: flow.sd_over_cars_mps(),
+            sd_in_time_mps: flow.sd_in_time_mps(),
+            calm_s: flow.calm_s().filter(|_| !crashed),
             least_gap_m: self.least_gap_m,
             crashed,
-            // ml a metre are 100 litres for 100 km.
-            fuel_l_100km: (way_m > 0.0).then(|| self.fuel_ml / way_m * 100.0),
-            throughput_per_h: cars / self.circumference_m * mean_mps * 3600.0,
+            fuel_l_100km: flow.fuel_l_100km(),
+            throughput_per_h: flow.sums.len() as f64 / self.circumference_m * mean_mps * 3600.0,
             in_range: (self.advised > 0).then(|| self.in_range as f64 / self.advised as f64),
         }
     }

@@ -2,13 +2,14 @@
 //! time between the first and the last, so that a seek back is at once and drives nothing again.
 //!
 //! A simulation cannot be taken back (neither SUMO nor the physics give up their state), but a picture needs only where
-//! everything is. A step of 22 cars takes 3.5 kB: five minutes 10 MB, an hour 130. After two hours every second step is let
-//! go, after four every second of these, so that a film of days takes no more.
+//! everything is. A step of 22 cars takes 3.5 kB: five minutes 10 MB, an hour 130 MB. At [`MOST_BYTES`], after two hours of 22
+//! cars, every second step is let go, at twice the length every second of these, so that a film of days or of a thousand cars
+//! takes no more.
 
-use crate::sim::Snapshot;
+use crate::sim::{CarView, Snapshot};
 
-/// Snapshots that are kept: two hours of steps of 0.1 s.
-const KEPT: usize = 72_000;
+/// The most that a film holds, bytes.
+pub const MOST_BYTES: usize = 256 << 20;
 /// Between snapshots further apart than so many steps nothing is guessed: on a ring cars would leave the road.
 const GUESSED: f64 = 20.0;
 
@@ -22,12 +23,15 @@ pub struct Film {
     pushed: usize,
     /// One of so many is kept.
     stride: usize,
+    /// So many are kept at the most.
+    room: usize,
 }
 
 impl Film {
     /// A film that begins with `first`, at time zero.
     pub fn new(first: Snapshot, step_s: f64) -> Self {
-        Self { step_s, steps: vec![first], newest: None, pushed: 0, stride: 1 }
+        let bytes = size_of::<Snapshot>() + first.cars.len() * size_of::<CarView>();
+        Self { step_s, steps: vec![first], newest: None, pushed: 0, stride: 1, room: MOST_BYTES / bytes }
     }
 
     /// The next step, or what the last one of the drive is cut down to.
@@ -40,7 +44,7 @@ impl Film {
         self.newest = None;
         self.steps.push(snapshot);
         // The first and every second after it: with an odd number the newest stays, too.
-        if self.steps.len() > KEPT {
+        if self.steps.len() > self.room {
             let mut keep = [false, true].into_iter().cycle();
             self.steps.retain(|_| keep.next() == Some(false));
             self.stride *= 2;
@@ -154,7 +158,7 @@ impl Player {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ego::EgoState, time::Tick};
+    use crate::{ego::EgoState, sim::Pitch, space::Pose, time::Tick, traffic::CarId};
     use glam::DVec3;
 
     fn snapshot(tick: u64) -> Snapshot {
@@ -198,9 +202,10 @@ mod tests {
     #[test]
     fn a_film_of_many_hours_takes_no_more_than_one_of_two_and_still_shows_every_moment() {
         let mut film = Film::new(snapshot(0), 0.1);
+        film.room = 72_000;
         for step in 1..=200_001 {
             film.push(snapshot(step * 10));
-            assert!(film.steps.len() <= KEPT);
+            assert!(film.steps.len() <= 72_000);
         }
         assert_eq!((film.stride, film.end_s()), (4, Tick(2_000_010).seconds()));
         for time_s in [0.0, 0.13, 7_000.27, 19_999.9, 20_000.05, 20_000.1] {
@@ -208,6 +213,27 @@ mod tests {
             let at = now.ego_before.position.lerp(now.ego.position, f64::from(fraction)).x;
             assert!((at - 100.0 * time_s).abs() < 0.1, "{time_s}: {at}");
         }
+    }
+
+    #[test]
+    fn a_film_holds_two_hours_of_22_cars_and_fewer_steps_of_more_cars() {
+        let room = |others: usize| {
+            let car = CarView {
+                id: CarId(1),
+                pose: Pose::default(),
+                pose_before: Pose::default(),
+                s_m: 0.0,
+                speed_mps: 0.0,
+                accel_mps2: 0.0,
+                odometer_m: 0.0,
+                braking: false,
+                pitch: Pitch::default(),
+            };
+            let first = Snapshot { cars: vec![car; others], ..snapshot(0) };
+            Film::new(first, 0.1).room
+        };
+        assert!(room(21) >= 72_000, "{}", room(21));
+        assert!(room(999) * 1000 * size_of::<CarView>() <= MOST_BYTES + MOST_BYTES / 100 && room(999) > 1000);
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod prover;
 mod what_if;
 pub mod window;
 
-pub use prover::{Found, Opened, Prover};
+pub use prover::{Known, Opened, Prover};
 pub use what_if::{Pair, changes, what_if, words};
 
 use super::{AppError, Drive, Instruments, quality, view_options};

@@ -1,11 +1,11 @@
 //! `codrive replay DIR --window`: a recorded drive to be looked at in any view, at any speed, with a line to seek on. In: a
-//! recording. Out: a window; at its end what the proof has found. The world is driven again by a [`Prover`] beside it; what
-//! it has driven lies in a [`Film`].
+//! recording. Out: a window; at its end what the proof has found. The world is driven again by a [`Prover`] beside it, whether
+//! the window is drawn or not.
 
 use super::{
     Verdict,
-    film::{Film, Player},
-    prover::{Found, Opened, Prover},
+    film::Player,
+    prover::{Opened, Prover},
 };
 use crate::{
     app::{
@@ -25,7 +25,7 @@ use crate::{
 };
 use std::{
     path::{Path, PathBuf},
-    sync::{Arc, atomic::AtomicBool, mpsc::TryRecvError},
+    sync::{Arc, atomic::AtomicBool},
     time::Instant,
 };
 use winit::{
@@ -60,8 +60,12 @@ pub fn run(options: &ReplayOptions) -> Result<(Verdict, u64), AppError> {
     let mut show = Show::new(prover, opened, marks, options);
     let (_, ended) = shell::run::<Frame>(event_loop, &mut show, &options.stop);
     ended?;
-    Ok((show.verdict, end.0))
+    let verdict = show.prover.known().verdict.clone();
+    Ok((verdict, end.0))
 }
+
+/// So many places on the line are told apart: what a drive of days has more of is thinned to it.
+const COLUMNS: u64 = 1000;
 
 /// What stands on the line: times in seconds, speeds in m/s.
 #[derive(Debug, Default, PartialEq)]
@@ -77,40 +81,48 @@ impl Marks {
     /// # Errors
     /// A table cannot be read.
     pub fn read(recording: &Path) -> Result<Self, AppError> {
-        let table = |table: Table| Reader::parquet(&table.parquet(recording));
-        let seconds = |ticks: Vec<u64>| ticks.into_iter().map(|tick| Tick(tick).seconds());
-        let (advice, events) = (table(Table::Advice)?, table(Table::Events)?);
-        let targets = advice.numbers("target_mps").into_iter().map(Option::unwrap_or_default);
+        let parts = |table: Table, columns: &[&str]| Reader::parts(&table.parquet(recording), columns);
         // As many as a screen has columns.
-        let stride = (record::count(recording, Table::Ego)? / 1000).max(1);
-        let mut speeds = Vec::new();
-        Reader::parts(&Table::Ego.parquet(recording), &mut |ego| {
-            let rows = ego.wholes("tick").into_iter().zip(ego.numbers("speed_mps"));
+        let stride = (record::count(recording, Table::Ego)? / COLUMNS).max(1);
+        let (mut advice, mut speeds, mut events) = (Vec::<[f64; 2]>::new(), Vec::new(), Vec::new());
+        let mut column = None;
+        for part in parts(Table::Advice, &["tick", "target_mps"])? {
+            let part = part?;
+            for (tick, target) in part.wholes("tick").into_iter().zip(part.numbers("target_mps")) {
+                let target_mps = target.unwrap_or_default();
+                let is_same_column = column.replace(tick / stride) == Some(tick / stride);
+                // What was advised in one column of the screen replaces what was before it.
+                match advice.last_mut() {
+                    Some(last) if is_same_column => last[1] = target_mps,
+                    _ => advice.push([Tick(tick).seconds(), target_mps]),
+                }
+            }
+        }
+        for part in parts(Table::Ego, &["tick", "speed_mps"])? {
+            let part = part?;
+            let rows = part.wholes("tick").into_iter().zip(part.numbers("speed_mps"));
             let seen = rows.filter(|(tick, _)| tick.is_multiple_of(stride));
             speeds.extend(seen.map(|(tick, speed)| [Tick(tick).seconds(), speed.unwrap_or_default()]));
-        })?;
-        let kinds = events.words("event").into_iter().zip(events.words("detail"));
-        Ok(Self {
-            advice: seconds(advice.wholes("tick")).zip(targets).map(|(t, v)| [t, v]).collect(),
-            speeds,
-            events: seconds(events.wholes("tick"))
-                .zip(kinds)
-                .map(|(time_s, (kind, detail))| {
-                    let detail = detail.lines().next().unwrap_or_default();
-                    let words = if detail.is_empty() { kind } else { format!("{kind}: {detail}") };
-                    Happened { time_s, words }
-                })
-                .collect(),
-        })
+        }
+        for part in parts(Table::Events, &["tick", "event", "detail"])? {
+            let part = part?;
+            let kinds = part.words("event").into_iter().zip(part.words("detail"));
+            events.extend(part.wholes("tick").into_iter().zip(kinds).map(|(tick, (kind, detail))| {
+                let detail = detail.lines().next().unwrap_or_default();
+                let words = if detail.is_empty() { kind } else { format!("{kind}: {detail}") };
+                Happened { time_s: Tick(tick).seconds(), words }
+            }));
+        }
+        Ok(Self { advice, speeds, events })
     }
 }
 
 /// The recording and where it is looked at.
 struct Show {
     prover: Prover,
-    done: bool,
+    /// What was found when it was last looked at, and how far it was driven then, seconds.
     verdict: Verdict,
-    film: Film,
+    known_s: f64,
     player: Player,
     marks: Marks,
     scenario: Scenario,
@@ -123,14 +135,13 @@ struct Show {
 
 impl Show {
     fn new(prover: Prover, opened: Opened, marks: Marks, options: &ReplayOptions) -> Self {
-        let Opened { scenario, map, instruments, first, end } = opened;
+        let Opened { scenario, map, instruments, end } = opened;
         let mut player = Player::new(end.seconds());
         player.seek(options.at_s);
         Self {
             prover,
-            done: false,
             verdict: Verdict::default(),
-            film: Film::new(first, scenario.step_s),
+            known_s: 0.0,
             player,
             marks,
             stage: Stage::with_trees(&map, scenario.seed, scenario.trees as usize),
@@ -142,24 +153,19 @@ impl Show {
         }
     }
 
-    /// Takes in what the prover has found.
-    fn hear(&mut self) -> Result<(), AppError> {
-        while !self.done {
-            match self.prover.found.try_recv() {
-                Ok(Found::Step(snapshot, verdict)) => {
-                    self.film.push(*snapshot);
-                    self.verdict = verdict;
-                }
-                Ok(Found::Failed(error)) => return Err(error),
-                Err(TryRecvError::Empty) => break,
-                Err(TryRecvError::Disconnected) => self.done = true,
-            }
+    /// Looks what the prover has found.
+    fn look(&mut self) -> Result<(), AppError> {
+        let mut known = self.prover.known();
+        if let Some(error) = known.failure.take() {
+            return Err(error);
         }
+        self.known_s = known.film.end_s();
+        self.verdict.clone_from(&known.verdict);
         Ok(())
     }
 
     fn view(&mut self) -> View {
-        let (snapshot, fraction) = self.film.at(self.player.time_s);
+        let (snapshot, fraction) = self.prover.known().film.at(self.player.time_s);
         let mut view = scene::view(&snapshot, fraction, self.kind, &self.options, &self.stage);
         view.dial = self.kind.has_dial().then(|| self.instruments.read(&snapshot));
         view
@@ -187,7 +193,7 @@ impl Show {
         let state = TimelineState {
             time_s: self.player.time_s,
             end_s: self.player.end_s,
-            known_s: self.film.end_s(),
+            known_s: self.known_s,
             playing: self.player.playing,
             speed: self.player.speed(),
             view: match self.kind {
@@ -313,8 +319,8 @@ impl Frame<'_> {
         let begin = now();
         let elapsed_s = (begin - *last).as_secs_f64();
         *last = begin;
-        show.hear()?;
-        show.player.advance(elapsed_s, show.film.end_s());
+        show.look()?;
+        show.player.advance(elapsed_s, show.known_s);
         let view = show.view();
         let (mut asked, mut foot) = (Vec::new(), 0.0);
         let output = picture.overlay(|ui| {

@@ -1,0 +1,245 @@
+//! One drive in sums that do not grow with it. In: a [`Trial`], or its rows and steps in order. Out: [`DriveTotals`], of which
+//! the measures are taken. SI units.
+//!
+//! What grows is one number a second of the drive and one response a change of the advice: 5 MB for the seven days that a drive
+//! may last, and at most 40 MB.
+
+use super::{
+    AnalysisError, Trial,
+    response::{Change, Response, Responses},
+    trial::{EgoSample, Step},
+};
+use crate::{
+    time::{TICK_S, TICKS_PER_S, Tick},
+    train::FlowTotals,
+};
+
+/// Gap size of a steering reversal, degrees of the steering wheel (SAE J2944, 11.6).
+pub const REVERSAL_DEG: f64 = 3.0;
+
+/// Sum and count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mean {
+    sum: f64,
+    n: u64,
+}
+
+impl Default for Mean {
+    fn default() -> Self {
+        // What the sum of nothing is: to 0 a sum of negative zeros would lose its sign.
+        Self { sum: -0.0, n: 0 }
+    }
+}
+
+impl Mean {
+    fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.n += 1;
+    }
+
+    /// The mean; `None` of nothing.
+    pub fn get(&self) -> Option<f64> {
+        (self.n > 0).then(|| self.sum / self.n as f64)
+    }
+}
+
+/// The smallest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Least(pub Option<f64>);
+
+impl Least {
+    fn add(&mut self, value: Option<f64>) {
+        self.0 = match (self.0, value) {
+            (Some(least), Some(value)) => Some(least.min(value)),
+            (least, value) => least.or(value),
+        };
+    }
+}
+
+/// A drive in sums.
+#[derive(Clone, Debug)]
+pub struct DriveTotals {
+    /// Mean speed of all vehicles, m/s.
+    pub mean_speed_mps: Mean,
+    /// Speed of the ego, m/s.
+    pub ego_speed_mps: Mean,
+    /// 1 for a tick in the range, 0 for one out of it.
+    pub in_range: Mean,
+    /// Speed less target, m/s.
+    pub error_mps: Mean,
+    /// The same without its sign.
+    pub absolute_error_mps: Mean,
+    /// Gap to the leader, metres.
+    pub gap_m: Least,
+    /// Headway to the leader, metres.
+    pub headway_m: Least,
+    /// Time to collision, seconds.
+    pub ttc_s: Least,
+    /// Reversals of the steering wheel.
+    pub reversals: Reversals,
+    /// Square of the jerk between steps, (m/s3)^2.
+    pub square_jerk: Mean,
+    /// Speeds of all cars.
+    pub all_cars: FlowTotals,
+    /// Speeds of the ego at the same steps.
+    pub ego_alone: FlowTotals,
+    /// Mean speed of all vehicles over each whole second, m/s.
+    pub per_second_mps: Vec<f64>,
+    /// Length of the drive, seconds.
+    pub duration_s: f64,
+    step_s: f64,
+    lane_offset_m: Mean,
+    /// Squares of the offsets about their mean, m2.
+    lane_squares_m2: f64,
+    second: Mean,
+    step_accel_mps2: Mean,
+    accel_before_mps2: Option<f64>,
+    responses: Responses,
+}
+
+impl DriveTotals {
+    /// Nothing yet of a drive with steps of `step_s` and these changes of the advice.
+    pub fn new(step_s: f64, changes: Vec<Change>) -> Self {
+        Self {
+            mean_speed_mps: Mean::default(),
+            ego_speed_mps: Mean::default(),
+            in_range: Mean::default(),
+            error_mps: Mean::default(),
+            absolute_error_mps: Mean::default(),
+            gap_m: Least::default(),
+            headway_m: Least::default(),
+            ttc_s: Least::default(),
+            reversals: Reversals::new(REVERSAL_DEG),
+            square_jerk: Mean::default(),
+            all_cars: FlowTotals::new(step_s),
+            ego_alone: FlowTotals::new(step_s),
+            per_second_mps: Vec::new(),
+            duration_s: 0.0,
+            step_s,
+            lane_offset_m: Mean::default(),
+            lane_squares_m2: 0.0,
+            second: Mean::default(),
+            step_accel_mps2: Mean::default(),
+            accel_before_mps2: None,
+            responses: Responses::new(step_s, changes),
+        }
+    }
+
+    /// Reads a whole drive. Gives its responses, too.
+    ///
+    /// # Errors
+    /// A table cannot be read, or is not as this program writes it.
+    pub fn of(trial: &Trial) -> Result<(Self, Vec<Response>), AnalysisError> {
+        let mut totals = Self::new(trial.step_s, trial.changes.clone());
+        for ego in trial.ego()? {
+            totals.add(&ego?);
+        }
+        for step in trial.steps()? {
+            totals.add_step(&step?);
+        }
+        // A second time: squares about the mean want the mean first, and squares about anything else lose digits.
+        for offset_m in trial.lane_offsets_m()? {
+            totals.add_lane_offset(offset_m?);
+        }
+        Ok(totals.finish())
+    }
+
+    /// The ego at the next tick.
+    pub fn add(&mut self, ego: &EgoSample) {
+        self.mean_speed_mps.add(ego.mean_speed_mps);
+        self.ego_speed_mps.add(ego.speed_mps);
+        if let Some(is_in_range) = ego.in_range {
+            self.in_range.add(f64::from(u8::from(is_in_range)));
+        }
+        if let Some(target_mps) = ego.target_mps {
+            self.error_mps.add(ego.speed_mps - target_mps);
+            self.absolute_error_mps.add((ego.speed_mps - target_mps).abs());
+        }
+        self.gap_m.add(ego.gap_m);
+        self.headway_m.add(ego.headway_m);
+        self.ttc_s.add(ego.ttc_s);
+        self.reversals.add(ego.wheel_rad.to_degrees());
+        self.lane_offset_m.add(ego.lane_offset_m);
+        self.duration_s = Tick(ego.tick).seconds();
+        self.add_accel(ego.accel_mps2);
+        self.add_to_second(ego.mean_speed_mps);
+        self.responses.add(ego);
+    }
+
+    /// The acceleration is averaged over a step before it is compared with that of the step before.
+    fn add_accel(&mut self, accel_mps2: f64) {
+        let ticks = (self.step_s / TICK_S).round().max(1.0) as u64;
+        self.step_accel_mps2.add(accel_mps2);
+        if self.step_accel_mps2.n < ticks {
+            return;
+        }
+        let over = std::mem::take(&mut self.step_accel_mps2).get();
+        if let (Some(before), Some(now)) = (std::mem::replace(&mut self.accel_before_mps2, over), over) {
+            self.square_jerk.add(((now - before) / self.step_s).powi(2));
+        }
+    }
+
+    fn add_to_second(&mut self, mean_speed_mps: f64) {
+        self.second.add(mean_speed_mps);
+        if self.second.n == u64::from(TICKS_PER_S) {
+            self.per_second_mps.extend(std::mem::take(&mut self.second).get());
+        }
+    }
+
+    /// All cars at the end of the next step.
+    pub fn add_step(&mut self, step: &Step) {
+        let speeds = || step.speed_mps.iter().map(|v| v.max(0.0) as f32);
+        self.all_cars.add(speeds());
+        self.ego_alone.add(speeds().take(1));
+    }
+
+    /// The offset from the lane's middle at each tick once more, when all ticks have been added.
+    pub fn add_lane_offset(&mut self, offset_m: f64) {
+        let middle_m = self.lane_offset_m.get().unwrap_or_default();
+        self.lane_squares_m2 += (offset_m - middle_m).powi(2);
+    }
+
+    /// Everything was added.
+    pub fn finish(mut self) -> (Self, Vec<Response>) {
+        let responses = std::mem::replace(&mut self.responses, Responses::new(self.step_s, Vec::new()));
+        (self, responses.finish())
+    }
+
+    /// Standard deviation of the offset from the lane's middle (N-1), metres.
+    pub fn sdlp_m(&self) -> Option<f64> {
+        let n = self.lane_offset_m.n;
+        (n > 1).then(|| (self.lane_squares_m2 / (n - 1) as f64).sqrt())
+    }
+}
+
+/// Counts how often an angle turns back by at least a gap from where it was furthest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reversals {
+    gap: f64,
+    /// How many.
+    pub count: usize,
+    /// Furthest to either side since the last reversal, and the way that it was turned last: 0 before the first.
+    low: f64,
+    high: f64,
+    way: i8,
+}
+
+impl Reversals {
+    /// None yet.
+    pub fn new(gap: f64) -> Self {
+        Self { gap, count: 0, low: f64::INFINITY, high: f64::NEG_INFINITY, way: 0 }
+    }
+
+    /// The next angle, in the unit of the gap.
+    pub fn add(&mut self, angle: f64) {
+        self.low = self.low.min(angle);
+        self.high = self.high.max(angle);
+        if self.way >= 0 && self.high - angle >= self.gap {
+            self.count += usize::from(self.way > 0);
+            (self.way, self.low) = (-1, angle);
+        } else if self.way <= 0 && angle - self.low >= self.gap {
+            self.count += usize::from(self.way < 0);
+            (self.way, self.high) = (1, angle);
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! What a figure of one drive can show. In: a [`Trial`]. Out: [`DriveTraces`], which take no more memory for a drive of days
+//! than for one of hours. Seconds since the start of the drive, metres, m/s.
+//!
+//! A picture is some hundred units wide. Speeds over time are those of evenly spaced steps, where there are more than
+//! [`MOST_VALUES`] of them. A car's way round a ring of a minute is a line only while a minute is some units wide: ways are those
+//! of the first hour.
+
+use super::{
+    AnalysisError, Trial,
+    measures::median,
+    trial::{EgoSample, Step, Thinned},
+};
+use crate::{time::Tick, train::Trace};
+
+/// Speeds of all cars that are kept at the most: those of 22 cars over 2.5 h at steps of 0.1 s, 8 MB.
+pub const MOST_VALUES: usize = 2_000_000;
+/// Ways are shown for so long, seconds.
+const WAYS_S: f64 = 3600.0;
+/// Fewer steps make no figure.
+const LEAST_STEPS: usize = 20;
+
+/// What the figures of a drive show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveTraces {
+    /// Ways of all cars from the start on.
+    pub ways: Trace,
+    /// When they end, seconds; `None` if they are those of the whole drive.
+    pub ways_end_s: Option<f64>,
+    /// Speeds over the whole drive, without ways.
+    pub speeds: Trace,
+    /// Middle of the speeds of all cars at every tenth step, as long as their ways are shown.
+    pub median_speed_mps: Option<f64>,
+    /// From the first target to the upper edge of its range, m/s.
+    pub range_mps: f64,
+}
+
+/// A step among the speeds that are kept.
+struct Moment {
+    time_s: f64,
+    speed_mps: Vec<f32>,
+    shown_mps: Option<f64>,
+}
+
+impl DriveTraces {
+    /// Reads a drive; `None` where its map is not here any more, or it has next to no steps.
+    ///
+    /// # Errors
+    /// A table cannot be read, or is not as this program writes it.
+    pub fn of(trial: &Trial) -> Result<Option<Self>, AnalysisError> {
+        if trial.route_m <= 0.0 {
+            return Ok(None);
+        }
+        let mut collector = Collector::new(trial.route_m);
+        let (mut ego, mut last) = (trial.ego()?, None::<EgoSample>);
+        for step in trial.steps()? {
+            let step = step?;
+            // The ego's row of the same tick, where there is one.
+            while last.is_none_or(|row| row.tick < step.tick) {
+                let Some(row) = ego.next().transpose()? else { break };
+                last = Some(row);
+            }
+            let shown_mps = last.filter(|row| row.tick == step.tick).and_then(|row| row.target_mps);
+            collector.add(step, shown_mps);
+        }
+        Ok(collector.finish(trial.first_advice.map_or(0.0, |advice| advice.range_mps[1] - advice.target_mps)))
+    }
+}
+
+/// Takes in the steps of a drive.
+struct Collector {
+    seen: usize,
+    ways: Trace,
+    ways_end_s: Option<f64>,
+    /// Where each car is, metres from the start of the route in its first round; and the step before.
+    way_m: Vec<f64>,
+    before: Step,
+    tenths_mps: Vec<f64>,
+    speeds: Thinned<Moment>,
+}
+
+impl Collector {
+    fn new(route_m: f64) -> Self {
+        Self {
+            seen: 0,
+            ways: Trace { circumference_m: route_m, ..Trace::default() },
+            ways_end_s: None,
+            way_m: Vec::new(),
+            before: Step::default(),
+            tenths_mps: Vec::new(),
+            speeds: Thinned::new(1),
+        }
+    }
+
+    fn add(&mut self, step: Step, shown_mps: Option<f64>) {
+        if self.seen == 0 {
+            self.way_m = step.s_m.clone();
+            self.before = step.clone();
+            self.speeds = Thinned::new(MOST_VALUES / step.s_m.len().max(1));
+        }
+        let time_s = Tick(step.tick).seconds();
+        let has_room = self.ways.time_s.len() < MOST_VALUES / self.way_m.len().max(1);
+        if self.ways_end_s.is_none() && (time_s > WAYS_S || !has_room) {
+            self.ways_end_s = self.ways.time_s.last().copied();
+        }
+        let is_way = self.ways_end_s.is_none();
+        if is_way && self.seen.is_multiple_of(10) {
+            self.tenths_mps.extend(&step.speed_mps);
+        }
+        self.seen += 1;
+        if step.s_m.len() != self.way_m.len() {
+            return;
+        }
+        let single = |speeds: &[f64]| speeds.iter().map(|speed| *speed as f32).collect::<Vec<f32>>();
+        if is_way {
+            let length_m = self.ways.circumference_m;
+            for (way, (now, was)) in self.way_m.iter_mut().zip(step.s_m.iter().zip(&self.before.s_m)) {
+                // The short way round, whichever it is.
+                let moved = (now - was).rem_euclid(length_m);
+                *way += if moved > length_m / 2.0 { moved - length_m } else { moved };
+            }
+            self.ways.time_s.push(time_s);
+            self.ways.way_m.push(single(&self.way_m));
+            self.ways.speed_mps.push(single(&step.speed_mps));
+            self.ways.shown_mps.push(shown_mps);
+        }
+        let speed_mps = if self.speeds.takes_next() { single(&step.speed_mps) } else { Vec::new() };
+        self.speeds.push(Moment { time_s, speed_mps, shown_mps });
+        self.before = step;
+    }
+
+    fn finish(self, range_mps: f64) -> Option<DriveTraces> {
+        if self.seen < LEAST_STEPS {
+            return None;
+        }
+        let mut speeds = Trace { circumference_m: self.ways.circumference_m, ..Trace::default() };
+        for moment in self.speeds.values {
+            speeds.time_s.push(moment.time_s);
+            speeds.speed_mps.push(moment.speed_mps);
+            speeds.shown_mps.push(moment.shown_mps);
+        }
+        let (ways, ways_end_s) = (self.ways, self.ways_end_s);
+        Some(DriveTraces { ways, ways_end_s, speeds, median_speed_mps: median(self.tenths_mps), range_mps })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So many steps of 0.1 s of cars that drive 3 m/s, 4 m/s, ... on a ring of 100 m.
+    fn collected(steps: u64, cars: u32) -> Collector {
+        let mut collector = Collector::new(100.0);
+        for k in 1..=steps {
+            let speed_mps: Vec<f64> = (0..cars).map(|car| f64::from(3 + car)).collect();
+            let at_s = k as f64 * 0.1;
+            let s_m = speed_mps.iter().map(|speed| (speed * at_s).rem_euclid(100.0)).collect();
+            collector.add(Step { tick: 10 * k, s_m, speed_mps }, Some(at_s));
+        }
+        collector
+    }
+
+    #[test]
+    fn a_short_drive_is_shown_whole() {
+        let found = collected(600, 2).finish(0.5).unwrap();
+        assert_eq!((found.ways_end_s, found.median_speed_mps, found.range_mps), (None, Some(3.5), 0.5));
+        assert_eq!((found.ways.time_s.len(), &found.ways.time_s), (600, &found.speeds.time_s));
+        assert_eq!(found.ways.shown_mps, found.speeds.shown_mps);
+        // Two rounds: the way goes on over the end of the road.
+        let [first, last] = [0, 599].map(|i| found.ways.way_m[i][1]);
+        assert!((last - first - 59.9 * 4.0).abs() < 1e-3, "{first} {last}");
+        assert_eq!(collected(19, 2).finish(0.5), None);
+    }
+
+    #[test]
+    fn of_a_drive_of_days_ways_end_after_an_hour_speeds_go_to_its_end_and_neither_grows() {
+        let day = collected(864_000, 4);
+        let (ways, kept) = (day.ways.time_s.len(), day.speeds.values.len());
+        assert_eq!((ways, day.tenths_mps.len()), (36_000, 4 * 3_600));
+        assert!(kept * 4 <= MOST_VALUES && kept * 4 > MOST_VALUES / 2, "{kept}");
+        let found = day.finish(0.5).unwrap();
+        assert_eq!(found.ways_end_s, Some(3600.0));
+        assert!(found.speeds.time_s[kept - 1] > 86_390.0 && found.speeds.speed_mps.iter().all(|row| row.len() == 4));
+    }
+
+    #[test]
+    fn many_cars_are_shown_for_a_shorter_time() {
+        let found = collected(3000, 1000).finish(0.5).unwrap();
+        assert_eq!((found.ways.time_s.len(), found.ways_end_s), (2000, Some(200.0)));
+        assert_eq!(found.speeds.time_s.len(), 1500, "every second one");
+    }
+}
