@@ -39,9 +39,21 @@ pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     if size > limit {
         return Err(too_large(limit));
     }
-    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or_default());
+    let bytes = Vec::with_capacity(usize::try_from(size).unwrap_or_default());
     // It may grow while it is read, and files of the kernel say that they hold nothing.
-    file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    read_to_end(file, limit, bytes)
+}
+
+/// Reads from what is no file, such as the standard input, to its end: text of at most `limit` bytes.
+///
+/// # Errors
+/// As [`read_text`].
+pub fn read_text_from(source: impl Read, limit: u64) -> Result<String, Error> {
+    text_of(read_to_end(source, limit, Vec::new())?)
+}
+
+fn read_to_end(source: impl Read, limit: u64, mut bytes: Vec<u8>) -> Result<Vec<u8>, Error> {
+    source.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
 }
 
@@ -50,7 +62,11 @@ pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
 /// # Errors
 /// As [`read_bounded`]; it is no UTF-8 text ([`ErrorKind::InvalidData`], with the line of the first bad byte).
 pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
-    String::from_utf8(read_bounded(path, limit)?).map_err(|e| {
+    text_of(read_bounded(path, limit)?)
+}
+
+fn text_of(bytes: Vec<u8>) -> Result<String, Error> {
+    String::from_utf8(bytes).map_err(|e| {
         let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = good.split(|byte| *byte == b'\n').count();
         Error::new(ErrorKind::InvalidData, format!("it is no UTF-8 text (line {line}); save it as UTF-8"))

@@ -31,35 +31,74 @@ pub fn file(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
+/// Opens a file that only holds a lock; makes it if it is not there. Never waits.
+///
+/// # Errors
+/// Its name is a link's, a folder's or a pipe's, or the system refuses.
+pub fn lock_file(path: &Path) -> io::Result<File> {
+    check_place(path)?;
+    let mut options = OpenOptions::new();
+    options.create(true).truncate(false).write(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)
+}
+
+/// Nothing is at `path`, or a file.
+fn check_place(path: &Path) -> io::Result<()> {
+    match fs::symlink_metadata(path) {
+        Ok(there) if !there.is_file() => {
+            let what = if there.is_symlink() { "a symbolic link" } else { "no file" };
+            let text = format!("{what} is in its place\n  remedy: take it away, or name another file");
+            Err(io::Error::new(ErrorKind::AlreadyExists, text))
+        }
+        Ok(_) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
 /// Writes a whole file in the place of one that may be there: at every moment the old one or the new one is whole.
 ///
 /// # Errors
 /// The name is a link's or a folder's, or the system refuses.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    match fs::symlink_metadata(path) {
-        Ok(there) if !there.is_file() => {
-            let what = if there.is_symlink() { "a symbolic link" } else { "no file" };
-            let text = format!("{what} is in its place\n  remedy: take it away, or name another file");
-            return Err(io::Error::new(ErrorKind::AlreadyExists, text));
-        }
-        Ok(_) => {}
-        Err(error) if error.kind() == ErrorKind::NotFound => {}
-        Err(error) => return Err(error),
-    }
+    check_place(path)?;
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".new");
-    let beside = path.with_file_name(name);
-    match fs::remove_file(&beside) {
-        // What a cut left behind.
+    replace_by(path, &path.with_file_name(name), bytes, |_| Ok(()))
+}
+
+/// The same in any place, written `beside` it first; `written` sees the new file before it takes its place, as to wait for
+/// the disk.
+///
+/// # Errors
+/// The system or `written` refuses; the old file is as it was.
+pub fn replace_by(
+    path: &Path,
+    beside: &Path,
+    bytes: &[u8],
+    written: impl FnOnce(&File) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut file = file_beside(beside)?;
+    let done = file.write_all(bytes).and_then(|()| written(&file)).and_then(|()| fs::rename(beside, path));
+    if done.is_err() {
+        let _ = fs::remove_file(beside);
+    }
+    done
+}
+
+/// A new file that is to take the place of another once it is whole; what a cut has left in its name is removed.
+///
+/// # Errors
+/// The system refuses.
+pub fn file_beside(path: &Path) -> io::Result<File> {
+    match fs::remove_file(path) {
         Ok(()) => {}
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(error),
     }
-    let written = file(&beside).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&beside, path));
-    if written.is_err() {
-        let _ = fs::remove_file(&beside);
-    }
-    written
+    file(path)
 }
 
 #[cfg(all(test, unix))]

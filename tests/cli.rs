@@ -60,6 +60,68 @@ fn a_corrupt_network_is_named_with_its_line() {
     assert_run_refused(&["--map", file.to_str().unwrap()], &["broken.net.xml", "routes"]);
 }
 
+/// What the program says to these arguments, with `input` on its standard input; ended where it waits for ever.
+fn said_in_time(arguments: &[&str], input: &[u8]) -> (Option<i32>, String) {
+    let mut command = codrive(arguments);
+    let output = command.write_stdin(input).timeout(std::time::Duration::from_secs(60)).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_pipe_in_the_place_of_a_file_is_named_and_never_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let study = path("short.toml");
+    // A data set that was begun with it.
+    fs::create_dir(folder.path().join("visit")).unwrap();
+    let segment = "[[segment]]\nkind = \"text\"\nname = \"welcome\"\ntext = \"Hello\"\n";
+    fs::write(&study, format!("title = \"Short\"\nparticipants = 1\nseed = 7\n{segment}")).unwrap();
+    fs::copy(&study, path("visit/study.toml")).unwrap();
+    let rehearse = |out: &str| ["study", &study, "--rehearse", "--participants", "1", "--out", out].map(str::to_owned);
+    let analyse = |folder: &str| ["analyse", folder].map(str::to_owned).to_vec();
+    // Where the pipe is, what is run, what it says of the pipe.
+    let table: [(&str, Vec<String>, &str); 6] = [
+        (
+            "train/checkpoint.json",
+            vec!["train".into(), "--out".into(), path("train"), "--resume".into()],
+            "it is a pipe",
+        ),
+        ("copy/study.toml", rehearse(&path("copy")).to_vec(), "it is a pipe"),
+        ("begun/README.md", rehearse(&path("begun")).to_vec(), "holds README.md and is no data set"),
+        ("list/SHA256SUMS", analyse(&path("list")), "it is a pipe"),
+        (
+            "taken/lock",
+            ["run", "--traffic", "native", "--duration", "1", "--out", &path("taken")].map(str::to_owned).to_vec(),
+            "no file is in its place",
+        ),
+        ("visit/sourcedata/sub-R01/lock", rehearse(&path("visit")).to_vec(), "no file is in its place"),
+    ];
+    for (name, arguments, wanted) in table {
+        let pipe = folder.path().join(name);
+        fs::create_dir_all(pipe.parent().unwrap()).unwrap();
+        if name.starts_with("list") {
+            fs::write(path("list/dataset_description.json"), "{}").unwrap();
+            fs::create_dir(path("list/sub-P01")).unwrap();
+            let head = "filename\tsegment\tplace\tcondition\tseed\trecording\tbaseline\n";
+            let scans = format!("{head}a\ttrial\t1\tb\t1\tsourcedata/a\tn/a\n");
+            fs::write(path("list/sub-P01/sub-P01_scans.tsv"), scans).unwrap();
+        }
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let (code, text) = said_in_time(&arguments, b"");
+        assert!(code.is_some_and(|code| code == 1 || code == 2), "{name}: {code:?} {text}");
+        let file = Path::new(name).file_name().unwrap().to_str().unwrap();
+        assert!(text.contains(file) && text.contains(wanted), "{name}: {text}");
+    }
+}
+
+#[test]
+fn a_scenario_without_end_on_the_standard_input_is_refused_at_its_limit() {
+    let (code, text) = said_in_time(&["evaluate", "--worker"], &vec![b' '; (1 << 20) + 1]);
+    assert!(code == Some(2) && text.contains("it holds more than 1 MiB"), "{code:?}: {text}");
+}
+
 #[test]
 fn cars_that_do_not_fit_are_refused_with_the_number_that_does() {
     assert_run_refused(&["--vehicles", "0"], &["vehicles is 0", "from 2 to 1000"]);

@@ -3,6 +3,7 @@
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
+    file::read_text,
     policy, private,
     sim::{Settings, fields_of, settings_from_file, settings_with},
     train::{Learner, Row, TrainConfig, curve},
@@ -10,7 +11,6 @@ use crate::{
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{
-    fs,
     path::{Path, PathBuf},
     sync::atomic::Ordering,
     time::Duration,
@@ -18,6 +18,8 @@ use std::{
 
 /// A checkpoint is written this often.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+/// The most that a checkpoint may hold, bytes: a hundred times one of the shipped configuration.
+const CHECKPOINT_BYTES: u64 = 64 << 20;
 /// Files of a training.
 const POLICY: &str = "policy.toml";
 const ONNX: &str = "policy.onnx";
@@ -99,7 +101,7 @@ fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
 /// The training of the checkpoint in `dir`, with the iterations that the command line may ask for.
 fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let path = dir.join(CHECKPOINT);
-    let text = fs::read_to_string(&path)
+    let text = read_text(&path, CHECKPOINT_BYTES)
         .map_err(|e| CliError::Input(format!("{}: cannot be read: {e}; --resume needs it", path.display())))?;
     let mut learner: Learner = serde_json::from_str(&text)
         .map_err(|e| CliError::Input(format!("{}: is no checkpoint of this version: {e}", path.display())))?;

@@ -2,7 +2,10 @@
 //! before a shipped one, and that before a guess.
 
 use super::profile::{AxisRanges, Profile, ProfileError};
-use crate::file::{SETTINGS_BYTES, read_text};
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    private,
+};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -120,11 +123,9 @@ pub fn save(profile: &Profile, path: Option<&Path>) -> Result<PathBuf, ProfileEr
     let path = path.ok_or_else(|| ProfileError("no home folder is set\n  remedy: --out FILE.toml".into()))?;
     let refuse = |e: std::io::Error| ProfileError(format!("{}: cannot be written: {e}", path.display()));
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(refuse)?;
+        private::folder(folder).map_err(refuse)?;
     }
-    // Beside it and then in its place: a cut leaves the old profile, not half of the new one.
-    let partial = path.with_extension("toml.partial");
-    std::fs::write(&partial, profile.to_toml()).and_then(|()| std::fs::rename(&partial, &path)).map_err(refuse)?;
+    private::replace(&path, profile.to_toml().as_bytes()).map_err(refuse)?;
     Ok(path)
 }
 

@@ -6,7 +6,10 @@ use super::{
     MapError, catalog,
     write::{RoadEdge, net_xml, write_folder},
 };
-use crate::{file::SETTINGS_BYTES, private};
+use crate::{
+    file::{SETTINGS_BYTES, read_bounded},
+    private,
+};
 use glam::{DMat2, DVec2};
 use serde::Deserialize;
 use std::path::Path;
@@ -108,7 +111,8 @@ pub fn make(file: &Path) -> Result<Made, MapError> {
 pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
     let made = make(file)?;
     write_folder(folder, &made.net_xml, &made.title, &made.description)?;
-    let copied = std::fs::read(file).and_then(|text| private::replace(&folder.join("circuit.toml"), &text));
+    let copied =
+        read_bounded(file, SETTINGS_BYTES).and_then(|text| private::replace(&folder.join("circuit.toml"), &text));
     copied.map_err(|source| MapError::Io { file: folder.into(), source })
 }
 

@@ -83,11 +83,14 @@ pub fn write_new(path: &Path, text: &[u8]) -> Result<(), RecordError> {
 /// # Errors
 /// The system refuses.
 pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
-    let (beside, mut file) = new_beside(path)?;
-    file.write_all(text).map_err(RecordError::file(&beside))?;
-    sync_file(&file, &beside)?;
-    fail_point!("replace.written");
-    rename(&beside, path)?;
+    let on_disk = |file: &File| {
+        count_sync();
+        file.sync_all()?;
+        fail_point!("replace.written");
+        Ok(())
+    };
+    private::replace_by(path, &path.with_extension(BESIDE), text, on_disk).map_err(RecordError::file(path))?;
+    sync_dir(path)?;
     fail_point!("replace.renamed");
     Ok(())
 }
@@ -98,11 +101,7 @@ pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
 /// The system refuses.
 pub(super) fn new_beside(path: &Path) -> Result<(PathBuf, File), RecordError> {
     let beside = path.with_extension(BESIDE);
-    if fs::symlink_metadata(&beside).is_ok() {
-        // What a cut left behind; it was never part of the recording.
-        fs::remove_file(&beside).map_err(RecordError::file(&beside))?;
-    }
-    let file = new_file(&beside)?;
+    let file = private::file_beside(&beside).map_err(RecordError::file(&beside))?;
     Ok((beside, file))
 }
 

@@ -4,7 +4,9 @@
 
 use super::{RecordError, files};
 use crate::{
-    map, policy,
+    file::read_bounded,
+    map::{self, limits::MOST_BYTES},
+    policy,
     sim::{Scenario, ScenarioError, World},
 };
 use std::{
@@ -40,7 +42,8 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     let scenario = world.scenario();
     let copy = |from: &Path, to: &Path| {
         files::new_private_dir(to.parent().unwrap_or(recording))?;
-        files::write_new(to, &fs::read(from).map_err(RecordError::file(from))?)
+        // A network may be the largest: whatever was loaded before the drive is no larger.
+        files::write_new(to, &read_bounded(from, MOST_BYTES).map_err(RecordError::file(from))?)
     };
     if map::is_own(&scenario.map) {
         let (net, folder) = (&world.map().net_file, recording.join(map_place(world)));

@@ -2,8 +2,9 @@
 //! gone, however it went; everybody else sees it and keeps away.
 
 use super::RecordError;
+use crate::{file::open_regular, private};
 use std::{
-    fs::{self, File, OpenOptions, TryLockError},
+    fs::{self, File, TryLockError},
     io::ErrorKind,
     path::Path,
     thread::sleep,
@@ -28,11 +29,7 @@ impl RecordingLock {
     /// [`RecordError::Running`] if somebody has it; the system refuses.
     pub fn take(recording: &Path) -> Result<Self, RecordError> {
         let path = recording.join(FILE);
-        let mut options = OpenOptions::new();
-        options.create(true).truncate(false).write(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let file = options.open(&path).map_err(RecordError::file(&path))?;
+        let file = private::lock_file(&path).map_err(RecordError::file(&path))?;
         for _ in 0..TRIES {
             match file.try_lock() {
                 Ok(()) => return Ok(Self { _file: file }),
@@ -54,7 +51,7 @@ pub(super) fn check_free(recording: &Path) -> Result<(), RecordError> {
     if !fs::metadata(&path).is_ok_and(|about| about.is_file()) {
         return Ok(());
     }
-    let file = match File::open(&path) {
+    let file = match open_regular(&path) {
         Ok(file) => file,
         Err(why) if why.kind() == ErrorKind::NotFound => return Ok(()),
         Err(why) => return Err(RecordError::file(&path)(why)),

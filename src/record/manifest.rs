@@ -1,7 +1,7 @@
 //! What was driven, where and by which program: all that another lab needs to judge a recording or to make it again. In:
 //! facts of the loop. Out: `manifest.json`.
 
-use super::{RecordError, files};
+use super::{RecordError, checksums::file_sha256, files};
 use crate::file;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -96,8 +96,7 @@ pub struct Hashed {
 impl Hashed {
     /// A name and its file, if there is one that can be read.
     pub fn of(name: &str, file: Option<&Path>) -> Self {
-        let bytes = file.and_then(|file| std::fs::read(file).ok());
-        Self { name: name.into(), sha256: bytes.map(|bytes| sha256(&bytes)) }
+        Self { name: name.into(), sha256: file.and_then(|file| file_sha256(file).ok()) }
     }
 }
 

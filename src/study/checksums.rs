@@ -5,7 +5,10 @@
 //! `phenotype/`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again.
 
 use super::SessionError;
-use crate::record::{self, Change, RecordError};
+use crate::{
+    file::read_text,
+    record::{self, Change, RecordError},
+};
 use rayon::prelude::*;
 use std::{
     collections::BTreeMap,
@@ -17,6 +20,8 @@ use std::{
 pub const FILE: &str = "SHA256SUMS";
 /// Folders that hold no data, wherever they are.
 const MADE_AGAIN: [&str; 3] = ["derivatives", "analysis", "report"];
+/// The most that the list may hold, bytes: four hundred thousand files, those of a thousand visits of twenty drives.
+const MOST_BYTES: u64 = 64 << 20;
 /// Files that only hold a lock.
 const LOCK: &str = "lock";
 
@@ -78,7 +83,7 @@ fn is_published_anew(name: &str) -> bool {
 
 fn read(root: &Path) -> Result<Option<List>, SessionError> {
     let path = root.join(FILE);
-    let text = match fs::read_to_string(&path) {
+    let text = match read_text(&path, MOST_BYTES) {
         Ok(text) => text,
         Err(why) if why.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(why) => return Err(RecordError::File { path, why }.into()),

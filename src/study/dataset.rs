@@ -20,7 +20,10 @@ use super::{
     session::{self, Answered, Log, Who},
     source,
 };
-use crate::record::{self, RecordError, inputs};
+use crate::{
+    file::{SETTINGS_BYTES, read_bounded, read_text},
+    record::{self, RecordError, inputs},
+};
 use serde_json::{Value, json};
 use std::{
     fs,
@@ -41,7 +44,7 @@ fn is_begun(path: &Path, files: &[(&str, String)]) -> bool {
         let name = Path::new(name);
         let is_named = |name: &Path| path.file_name() == name.file_name();
         (is_named(name) || is_named(&name.with_extension(record::BESIDE)))
-            && fs::read(path).is_ok_and(|found| text.as_bytes().starts_with(&found))
+            && read_bounded(path, text.len() as u64).is_ok_and(|found| text.as_bytes().starts_with(&found))
     })
 }
 
@@ -62,7 +65,7 @@ impl DataSet {
         data.check_links()?;
         let copy = root.join(STUDY);
         if copy.exists() {
-            let was = fs::read_to_string(&copy).map_err(|why| RecordError::File { path: copy.clone(), why })?;
+            let was = read_text(&copy, SETTINGS_BYTES).map_err(|why| RecordError::File { path: copy.clone(), why })?;
             if source::portable(&was) != source::portable(&study.source) {
                 return Err(SessionError::Refused(format!(
                     "{} is not the study that this data set was begun with; name a new folder, or put the file back as it was",

@@ -8,7 +8,7 @@
 
 use super::{Code, DataSet, Plan, Planned, SessionError, Study, questions::Answers};
 use crate::{
-    file,
+    file, private,
     record::{self, RecordError},
 };
 use fail::fail_point;
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{
     collections::BTreeMap,
-    fs::{self, File, OpenOptions},
+    fs::{self, File},
     path::{Path, PathBuf},
 };
 
@@ -489,9 +489,5 @@ pub fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
 
 /// An empty file, private to the user, that a lock is held on.
 pub(super) fn lock_file(path: &Path) -> Result<File, RecordError> {
-    let mut options = OpenOptions::new();
-    options.create(true).truncate(false).write(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    options.open(path).map_err(|why| RecordError::File { path: path.into(), why })
+    private::lock_file(path).map_err(|why| RecordError::File { path: path.into(), why })
 }

@@ -6,7 +6,7 @@ mod report;
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
-    app,
+    app, file,
     policy::{self, Policy, PolicySettings},
     sim::{Scenario, StartLayout, fields_of, settings_from_file, settings_with},
     space::CAR_LENGTH_M,
@@ -209,7 +209,8 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
 
 /// Drives the scenario on the standard input and prints its verdict.
 fn worker() -> Result<(), CliError> {
-    let text = std::io::read_to_string(std::io::stdin()).map_err(|e| CliError::Input(e.to_string()))?;
+    let text = file::read_text_from(std::io::stdin(), file::SETTINGS_BYTES)
+        .map_err(|e| CliError::Input(format!("the scenario on the standard input: {e}")))?;
     let verdict = app::trial::judged(&Scenario::from_toml(&text, "worker")?)?;
     let verdict = serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?;
     out::line(format_args!("{verdict}"))
