@@ -9,7 +9,7 @@ use codrive::{
         profiles::{self, Device},
         wheel::{Found, Told},
     },
-    study::Code,
+    study::{Code, Input},
 };
 use std::time::Duration;
 
@@ -63,4 +63,34 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     assert_eq!((answers.len(), &answers[0].answer), (6, &serde_json::json!(50)), "{answers:?}");
     assert_eq!(rig.running(), "practice");
     assert!(rig.log().notes.iter().any(|note| note.kind == "mark" && note.text == "by the participant"));
+}
+
+#[test]
+fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answer_where_no_button_does() {
+    let (to, told) = std::sync::mpsc::channel();
+    let mut kit = Kit::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
+    assert!(kit.frame(Duration::ZERO, |_| ()).unwrap().1.is_empty() && !kit.wheel());
+    let mut profile = profiles::named("g29").unwrap();
+    (profile.buttons.answer, profile.buttons.start) = (Vec::new(), Vec::new());
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
+    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    let mut after = |told: Told| {
+        to.send(told).unwrap();
+        let inputs = kit.frame(Duration::ZERO, |_| ()).unwrap().1;
+        (inputs, kit.take_news(), kit.wheel())
+    };
+    let (inputs, news, _) = after(Told::Found(Box::new(found)));
+    assert!(inputs.is_empty() && news.len() == 1 && news[0].ends_with("is there"), "{inputs:?} {news:?}");
+    // The accelerator to the floor is Enter, once; the brake goes back. 255 is no foot, 0 the floor.
+    let pedal = |code: u16, raw: i32| Told::Axis { code, raw, at: None };
+    let moved = after(Told::Axis { code: 0, raw: 30_000, at: None });
+    assert!(moved.2, "whoever turns the wheel has it in hands");
+    for (told, input) in
+        [(pedal(2, 0), Some(Input::Next)), (pedal(2, 0), None), (pedal(2, 255), None), (pedal(5, 0), Some(Input::Back))]
+    {
+        assert_eq!(after(told).0, input.into_iter().collect::<Vec<_>>());
+    }
+    let (_, news, wheel) = after(Told::Lost);
+    assert!(news.len() == 1 && news[0].ends_with("was unplugged") && !wheel, "{news:?}");
 }

@@ -131,4 +131,24 @@ mod tests {
         assert_eq!((pushed(-2.5), pushed(-3.5), pushed(-1.5)), (vec![Input::Turn(1)], vec![], vec![]));
         assert_eq!((pushed(0.1), pushed(2.5)), (vec![], vec![Input::Turn(-1)]));
     }
+
+    #[test]
+    fn at_a_screen_buttons_answer_and_go_back_and_in_a_drive_they_only_mark_and_ask_for_the_end() {
+        let meaning = |of: fn(Action) -> Option<Input>| Action::ALL.map(|action| (action, of(action)));
+        assert_eq!(
+            meaning(Hands::pressed),
+            [
+                (Action::Start, Some(Input::Next)),
+                (Action::Reverse, Some(Input::Back)),
+                (Action::Horn, None),
+                (Action::Mark, Some(Input::Mark)),
+                (Action::Answer, Some(Input::Next)),
+                (Action::Recentre, Some(Input::Back)),
+                (Action::Abort, Some(Input::Stop)),
+            ]
+        );
+        // The same hand drives: nothing that goes on, back or answers.
+        let driving = meaning(Hands::pressed_driving).into_iter().filter_map(|(action, input)| Some((action, input?)));
+        assert_eq!(driving.collect::<Vec<_>>(), [(Action::Mark, Input::Mark), (Action::Abort, Input::Stop)]);
+    }
 }

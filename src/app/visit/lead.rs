@@ -122,3 +122,7 @@ impl Lead {
         commands
     }
 }
+
+#[cfg(test)]
+#[path = "lead_tests.rs"]
+mod tests;

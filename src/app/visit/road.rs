@@ -48,9 +48,9 @@ impl Kit {
         }
     }
 
-    /// True if a wheel is what the participant holds.
+    /// True if a wheel is what the participant holds: one that was unplugged is still the last that was touched.
     pub fn wheel(&mut self) -> bool {
-        self.devices().is_some_and(|devices| devices.source() == Source::Wheel)
+        self.devices().is_some_and(|devices| devices.source() == Source::Wheel && devices.wheel_profile().is_some())
     }
 
     /// One frame: the drive goes on if there is one, and what hands and feet ask for.

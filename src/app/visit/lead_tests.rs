@@ -1,0 +1,200 @@
+//! The experimenter's side of a visit as egui draws it, without a window: what stands there before, in and after a drive, and
+//! what its keys ask for.
+
+use super::*;
+use crate::{
+    app::visit::Road,
+    input::{Devices, Rig},
+    study::{Code, DataSet, Session, session::Who},
+    time::Pace,
+};
+use egui::{Event, Key, Modifiers, RawInput};
+use std::path::Path;
+
+const STUDY: &str = r#"title = "A short study"
+participants = 2
+countdown_s = 1.0
+[base]
+traffic = "native"
+vehicles = 6
+warm_up_s = 0.0
+trees = 0
+duration_s = 90.0
+policy = "constant"
+[[condition]]
+name = "narrow"
+[[segment]]
+kind = "break"
+name = "rest"
+rest_s = 30.0
+[[segment]]
+kind = "trials"
+name = "trial"
+"#;
+
+/// No road: what a visit asks of one is done.
+struct NoRoad;
+
+impl Road for NoRoad {
+    fn prepare(&mut self, _scenario: &Scenario) -> Result<(), crate::app::AppError> {
+        Ok(())
+    }
+
+    fn begin(&mut self, _folder: &Path) -> Result<(), crate::app::AppError> {
+        Ok(())
+    }
+
+    fn hold(&mut self, _held: bool) {}
+
+    fn note(&mut self, _kind: &str, _detail: &str) {}
+
+    fn extend(&mut self, _seconds: f64) -> Result<(), crate::app::AppError> {
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), crate::app::AppError> {
+        Ok(())
+    }
+
+    fn now(&self) -> RoadNow {
+        RoadNow::default()
+    }
+}
+
+struct Sheet {
+    _folder: tempfile::TempDir,
+    study: Study,
+    visit: Visit,
+    lead: Lead,
+    ctx: egui::Context,
+}
+
+impl Sheet {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let study = Study::parse(STUDY.into(), Path::new("short.toml")).unwrap();
+        let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
+        let session = Session::open(&data, &study, &Code::new("P03").unwrap(), Who::Person, 0, "then").unwrap();
+        let visit = Visit::new(&study, session, || "2026-11-21T12:00:00Z".into()).unwrap();
+        let lead = Lead::new(&study);
+        let ctx = egui::Context::default();
+        crate::panel::theme::apply(&ctx);
+        Self { _folder: folder, study, visit, lead, ctx }
+    }
+
+    /// One pass with these keys. All words that are drawn, and what was asked for.
+    fn pass(&mut self, keys: &[(Modifiers, Key)], show: Option<&Show>, now: RoadNow) -> (String, Vec<VisitCommand>) {
+        let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1280.0, 800.0)));
+        let press = |(modifiers, key): &(Modifiers, Key)| {
+            let (key, modifiers) = (*key, *modifiers);
+            [true, false].map(|pressed| Event::Key { key, physical_key: None, pressed, repeat: false, modifiers })
+        };
+        let events = keys.iter().flat_map(press).collect();
+        let wheel = WheelHealth::There("Logitech G29".into());
+        let Self { visit, lead, ctx, .. } = self;
+        let mut asked = Vec::new();
+        let mut output = ctx.run_ui(RawInput { screen_rect, events, ..Default::default() }, |ui| {
+            asked.extend(lead.show(ui, visit, show, now, &wheel, Some("2 of 4 baselines"), None));
+        });
+        // There is no device that would take them.
+        output.textures_delta.clear();
+        let mut words = String::new();
+        output.shapes.iter().for_each(|clipped| collect(&clipped.shape, &mut words));
+        (words, asked)
+    }
+}
+
+fn collect(shape: &egui::Shape, out: &mut String) {
+    match shape {
+        egui::Shape::Text(text) => {
+            out.push_str(text.galley.text());
+            out.push('\n');
+        }
+        egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect(shape, out)),
+        _ => {}
+    }
+}
+
+fn drive(study: &Study) -> Show {
+    let devices = Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1));
+    Show::new(&study.base, Pace::Paused, devices).unwrap()
+}
+
+#[test]
+fn between_drives_it_names_the_person_the_plan_the_wheel_and_what_goes_on_beside() {
+    let mut sheet = Sheet::new();
+    let (words, _) = sheet.pass(&[], None, RoadNow::default());
+    // 30 s of rest and 90 s of driving are two minutes.
+    for part in [
+        "P03",
+        "A short study",
+        "rest rest",
+        "rests",
+        "0:30",
+        "Plan: 0 of 2 are behind; about 2 min to come",
+        "trial-1-narrow",
+        "narrow: 90 s on ring-250, 6 cars, policy constant",
+        "Logitech G29",
+        "2 of 4 baselines",
+        "no drive yet",
+        "no picture yet",
+    ] {
+        assert!(words.contains(part), "{part:?} is not among\n{words}");
+    }
+}
+
+#[test]
+fn in_a_drive_it_shows_that_drive_its_engine_and_what_is_left_of_it_and_keeps_its_picture_after_the_end() {
+    let mut sheet = Sheet::new();
+    let mut show = drive(&sheet.study);
+    sheet.lead.drive_begins(&show);
+    show.drive.clock.set_pace(Pace::FullSpeed);
+    let Sheet { lead, .. } = &mut sheet;
+    for _ in 0..8 {
+        show.advance(Duration::ZERO, |world| lead.watch(world)).unwrap();
+    }
+    // 8 frames of 25 ticks.
+    assert_eq!(show.drive.world.snapshot().tick.0, 200);
+    let (words, _) = sheet.pass(&[], Some(&show), RoadNow::default());
+    assert!(words.contains(&show.drive.world.traffic_engine()) && !words.contains("no drive yet"), "{words}");
+    let log = sheet.lead.log.as_ref().unwrap();
+    // The first tick, and a sample a step of 0.1 s.
+    assert_eq!(log.history.samples().len(), 1 + 20);
+    // It ended: its road stays to be looked at until the next begins; the recorder's lamp alone says that there is none.
+    let (words, _) = sheet.pass(&[], None, RoadNow::default());
+    assert_eq!(words.matches("no drive yet").count(), 1, "{words}");
+    sheet.lead.drive_begins(&drive(&sheet.study));
+    assert!(sheet.lead.log.as_ref().unwrap().history.samples().is_empty(), "another drive begins with nothing");
+}
+
+#[test]
+fn marks_and_notes_beside_the_plan_are_the_visits_and_no_key_of_it_starts_or_holds_the_drive() {
+    let mut sheet = Sheet::new();
+    let mut show = drive(&sheet.study);
+    sheet.lead.drive_begins(&show);
+    let now = RoadNow::default();
+    sheet.pass(&[], Some(&show), now);
+    let none = Modifiers::NONE;
+    assert_eq!(sheet.pass(&[(none, Key::F2)], Some(&show), now).1, [], "the visit alone lets time run");
+    let mark = |number: u32| VisitCommand::Mark(format!("by the experimenter, {number}"));
+    assert_eq!(sheet.pass(&[(none, Key::F4)], Some(&show), now).1, [mark(1)]);
+    assert_eq!(sheet.pass(&[(none, Key::F4)], Some(&show), now).1, [mark(2)]);
+    assert_eq!(sheet.pass(&[(Modifiers::COMMAND, Key::M)], Some(&show), now).1, [VisitCommand::Mark(String::new())]);
+    assert_eq!(sheet.pass(&[(Modifiers::COMMAND, Key::G)], Some(&show), now).1, [VisitCommand::Go]);
+    show.drive.clock.set_pace(Pace::Paused);
+    sheet.lead.say(RoadNow { time_s: 61.0, ..now }, "the wheel was unplugged");
+    let (words, _) = sheet.pass(&[], Some(&show), now);
+    assert!(words.contains("the wheel was unplugged") && words.contains("1:01"), "{words}");
+}
+
+#[test]
+fn what_went_wrong_stands_in_the_plan_until_the_next_command() {
+    let mut sheet = Sheet::new();
+    let late = VisitCommand::Extend { seconds: 7200.0, reason: "t".into() };
+    sheet.visit.command(late, &mut NoRoad).unwrap();
+    let (words, _) = sheet.pass(&[], None, RoadNow::default());
+    assert!(words.contains("longer by 7200 s cannot be; allowed: 1 to 3600 s"), "{words}");
+    sheet.visit.command(VisitCommand::Note("well".into()), &mut NoRoad).unwrap();
+    let (words, _) = sheet.pass(&[], None, RoadNow::default());
+    assert!(!words.contains("cannot be"), "{words}");
+}
