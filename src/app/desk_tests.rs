@@ -19,7 +19,7 @@ fn sit(attended: bool) -> (Show, Desk) {
     (show, desk)
 }
 
-/// Ticks that a frame of a second brings.
+/// Ticks that a frame of 30 ms brings.
 fn frame(show: &mut Show, desk: &mut Desk) -> u64 {
     let before = show.drive.world.snapshot().tick.0;
     show.advance(Duration::from_millis(30), |world| desk.watch(world)).unwrap();
@@ -28,6 +28,11 @@ fn frame(show: &mut Show, desk: &mut Desk) -> u64 {
 
 /// All words that egui draws of this.
 fn words(draw: impl FnMut(&mut Ui)) -> String {
+    words_of(&egui::Context::default(), 1, draw)
+}
+
+/// All words of the last of so many passes.
+fn words_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -> String {
     fn of(shape: &egui::Shape, out: &mut String) {
         match shape {
             egui::Shape::Text(text) => {
@@ -38,13 +43,15 @@ fn words(draw: impl FnMut(&mut Ui)) -> String {
             _ => {}
         }
     }
-    let ctx = egui::Context::default();
     let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1400.0, 900.0)));
-    let mut output = ctx.run_ui(egui::RawInput { screen_rect, ..Default::default() }, draw);
-    // There is no device that would take them.
-    output.textures_delta.clear();
     let mut out = String::new();
-    output.shapes.iter().for_each(|clipped| of(&clipped.shape, &mut out));
+    for _ in 0..passes {
+        let mut output = ctx.run_ui(egui::RawInput { screen_rect, ..Default::default() }, &mut draw);
+        // There is no device that would take them.
+        output.textures_delta.clear();
+        out.clear();
+        output.shapes.iter().for_each(|clipped| of(&clipped.shape, &mut out));
+    }
     out
 }
 
@@ -173,5 +180,127 @@ fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
         .collect();
     for row in [(1, "mark", "experimenter, mark 3"), (11, "note", "looks at the phone")] {
         assert!(rows.contains(&(row.0, row.1.to_owned(), row.2.to_owned())), "{rows:?}");
+    }
+}
+
+/// The panel on the picture, open, whose commands are obeyed.
+fn at_the_panel() -> egui_kittest::Harness<'static, (Show, Desk)> {
+    let (show, mut desk) = sit(false);
+    desk.panel.open = true;
+    egui_kittest::Harness::builder()
+        .with_size(egui::vec2(1400.0, 900.0))
+        .with_context_setup(crate::panel::theme::apply)
+        .build_ui_state(
+            |ui, (show, desk)| {
+                for command in desk.show(ui, show, None) {
+                    desk.obey(command, show);
+                }
+            },
+            (show, desk),
+        )
+}
+
+#[test]
+fn the_panels_buttons_let_time_run_hold_it_and_take_the_drive_back_to_its_start() {
+    use egui_kittest::kittest::Queryable;
+    let mut harness = at_the_panel();
+    let mut click = |button: &str| {
+        harness.get_by_role_and_label(egui::accesskit::Role::Button, button).click();
+        harness.run();
+        let (show, desk) = harness.state_mut();
+        let ticks = frame(show, desk);
+        (ticks, show.drive.clock.pace(), phase(show))
+    };
+    // A frame of 30 ms is three ticks.
+    assert_eq!(click("Start"), (3, Pace::RealTime, Phase::Running));
+    assert_eq!(click("Pause"), (0, Pace::Paused, Phase::Paused));
+    assert_eq!(click("+1 tick"), (1, Pace::Paused, Phase::Paused));
+    assert_eq!(click("+1 step"), (10, Pace::Paused, Phase::Paused));
+    assert_eq!(click("Restart"), (0, Pace::Paused, Phase::Ready));
+    assert_eq!(harness.state().0.drive.world.snapshot().tick.0, 0);
+}
+
+#[test]
+fn the_page_of_the_wheel_is_shown_where_it_is_asked_for_and_never_on_the_picture_of_an_attended_driver() {
+    for attended in [false, true] {
+        let (mut show, mut desk) = sit(attended);
+        let none = "No steering wheel is plugged in";
+        assert!(!words(|ui| drop(desk.show(ui, &show, None))).contains(none), "it is closed");
+        desk.obey(PanelCommand::Wheel, &mut show);
+        // A window of egui's is laid out in its first pass and drawn in the second.
+        let ctx = egui::Context::default();
+        assert_eq!(words_of(&ctx, 2, |ui| drop(desk.show(ui, &show, None))).contains(none), !attended);
+        let ctx = egui::Context::default();
+        assert!(words_of(&ctx, 2, |ui| drop(desk.experimenter(ui, &show, None))).contains(none));
+    }
+}
+
+#[test]
+fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_begins() {
+    for attended in [false, true] {
+        let (mut show, mut desk) = sit(attended);
+        desk.obey(PanelCommand::SingleStep(Advance::Step), &mut show);
+        frame(&mut show, &mut desk);
+        desk.recording_ended("the disk is full: make room".into());
+        let says = |desk: &Desk, show: &Show| desk.notes(show, None).middle;
+        assert_eq!(says(&desk, &show), if attended { "Please wait." } else { "The recording has ended. Esc leaves." });
+        let seen = if attended {
+            words(|ui| drop(desk.experimenter(ui, &show, None)))
+        } else {
+            words(|ui| drop(desk.show(ui, &show, None)))
+        };
+        assert!(seen.contains("the disk is full: make room"), "{seen}");
+        desk.restart(&scenario(), &mut show);
+        assert!(desk.notes(&show, None).corner.is_empty());
+        assert_eq!(says(&desk, &show), if attended { "Please wait." } else { "Paused. Space goes on." });
+    }
+}
+
+#[test]
+fn settings_offer_every_map_policy_and_driver_that_comes_with_the_program() {
+    let offered = format!("{:?}", choices());
+    for (setting, names) in [
+        ("map", &["practice", "ring-250", "ring-641"][..]),
+        ("traffic", &["sumo", "native"]),
+        (
+            "policy",
+            &["auto", "none", "constant", "two-phase", "follower-stopper", "pi", "ring-250-speed", "ring-641-speed"],
+        ),
+        ("driver", &["follow", "perfect", "idm", "sloppy"]),
+    ] {
+        assert!(offered.contains(&format!("{setting:?}: ([")), "{setting}: {offered}");
+        for name in names {
+            assert!(offered.contains(&format!("{name:?}")), "{setting} {name}: {offered}");
+        }
+    }
+}
+
+#[test]
+fn words_on_the_picture_stand_in_the_upper_middle_and_the_lower_left_and_lose_no_letter_in_a_small_window() {
+    let long = "a message that is much longer than a window of 320 points is wide, so that it has to break into lines";
+    for size in [egui::vec2(320.0, 180.0), egui::vec2(1280.0, 720.0)] {
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
+        let notes = Notes { middle: "Paused. Space goes on.", corner: vec![long.to_owned()] };
+        let ctx = egui::Context::default();
+        let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+        let mut output = ctx.run_ui(input, |ui| write_notes(ui, &notes));
+        output.textures_delta.clear();
+        let texts: Vec<(String, egui::Rect)> = output
+            .shapes
+            .iter()
+            .filter_map(|clipped| match &clipped.shape {
+                egui::Shape::Text(text) => {
+                    Some((text.galley.text().to_owned(), egui::Rect::from_min_size(text.pos, text.galley.size())))
+                }
+                _ => None,
+            })
+            .collect();
+        let [(middle, above), (corner, below)] = &texts[..] else { panic!("{texts:?}") };
+        assert_eq!((middle.as_str(), corner.as_str()), (notes.middle, long));
+        assert!(screen.contains_rect(*above) && screen.contains_rect(*below), "{size}: {above} {below}");
+        // A third of the way down, in the middle; at the lower left.
+        let centre = above.center();
+        assert!((centre.x - size.x / 2.0).abs() < 1.0 && (centre.y / size.y - 0.34).abs() < 0.01, "{size}: {centre}");
+        assert!(below.left() < 30.0 && size.y - below.bottom() < 30.0, "{size}: {below}");
     }
 }

@@ -73,7 +73,7 @@ pub fn render_to_light(
 }
 
 /// All bytes of a texture of `pixel` bytes a pixel, row by row.
-pub(super) fn read_back(gpu: &Gpu, texture: &wgpu::Texture, pixel: u32) -> Result<Vec<u8>, GpuError> {
+pub(crate) fn read_back(gpu: &Gpu, texture: &wgpu::Texture, pixel: u32) -> Result<Vec<u8>, GpuError> {
     let row = texture.width() * pixel;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {

@@ -186,6 +186,5 @@ impl Tally {
 }
 
 #[cfg(test)]
-#[cfg(test)]
 #[path = "summary_tests.rs"]
 mod tests;

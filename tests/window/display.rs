@@ -41,3 +41,59 @@ fn the_check_screen_shows_its_ruler_until_escape() {
     let output = program.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", text(&output));
 }
+
+#[test]
+fn the_ruler_is_as_long_as_the_set_width_of_the_picture_says_and_the_circle_is_as_high_as_wide() {
+    let server = Server::start([1000, 700]);
+    // The window is 0.9 m wide: the ruler takes nine tenths of that in whole decimetres, 0.8 m, the circle half of its height.
+    let program = codrive(&server, &["doctor", "--display", "--screen-width", "0.9"]);
+    let program = { program }.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let window = server.window("codrive: display");
+    wait_for("lines and letters", || (server.colours_of(window) > 20).then_some(()));
+    let picture = server.picture(window);
+    let [width, height] = picture.size;
+    let ruler_px = 0.8 / 0.9 * width as f32;
+    // Its line lies at 16 % of the height; nothing else is so long.
+    let line = (0..height / 3).find_map(|y| {
+        let row: Vec<u32> = (0..width).filter(|x| picture.at(*x, y).iter().all(|v| *v > 120)).collect();
+        (row.len() as f32 > 0.8 * ruler_px).then(|| (y, row[0], row[row.len() - 1]))
+    });
+    let (y, left, right) = line.unwrap_or_else(|| panic!("no ruler in {width} by {height} pixels"));
+    assert!((y as f32 / height as f32 - 0.16).abs() < 0.01, "row {y} of {height}");
+    assert!(((right - left) as f32 - ruler_px).abs() < 3.0, "{left} to {right}, not {ruler_px} pixels");
+    // Green is the circle alone. Its diameter is whole decimetres of half the picture's height: of 0.9 m by its shape.
+    let green = |x: u32, y: u32| {
+        let [r, g, b] = picture.at(x, y).map(i32::from);
+        g > 120 && g > r + 40 && g > b + 20
+    };
+    let all: Vec<[u32; 2]> =
+        (0..height).flat_map(|y| (0..width).map(move |x| [x, y])).filter(|[x, y]| green(*x, *y)).collect();
+    let span = |i: usize| all.iter().map(|p| p[i]).max().unwrap() - all.iter().map(|p| p[i]).min().unwrap() + 1;
+    let half_m = 0.5 * 0.9 * height as f32 / width as f32;
+    let circle_px = (half_m * 10.0).floor() / 10.0 / 0.9 * width as f32;
+    assert!(span(0).abs_diff(span(1)) <= 2, "{} by {} pixels", span(0), span(1));
+    // The diameter is that of the middle of a line of 2 pixels, of which an edge may fall into one more on either side.
+    assert!((span(0) as f32 - circle_px - 2.0).abs() < 3.0, "{} pixels, not {circle_px}", span(0));
+    server.close(window);
+    let output = program.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+}
+
+#[test]
+fn a_recorded_drive_knows_the_screen_that_its_pictures_came_to_and_the_doctor_lists_it() {
+    let server = Server::start([800, 600]);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let drive = ["drive", "--traffic", "native", "--trees", "0", "--quality", "low", "--monitor", "1", "--out"];
+    let program = codrive(&server, &[&drive[..], &[out.to_str().unwrap()]].concat()).spawn().unwrap();
+    let window = server.window("codrive");
+    wait_for("the manifest", || codrive::record::Manifest::load(&out).ok());
+    server.close(window);
+    assert!({ program }.wait().unwrap().success());
+    let screen = codrive::record::Manifest::load(&out).unwrap().screen.unwrap();
+    assert_eq!((screen.monitor.as_deref(), screen.present_mode.as_str()), (Some("screen"), "fifo"));
+    // A picture may wait for the screen, but none behind it (DESIGN: latency).
+    assert_eq!(screen.frames_ahead, 1);
+    let said = text(&codrive(&server, &["doctor"]).output().unwrap());
+    assert!(said.contains("1: screen, 800x600"), "{said}");
+}

@@ -3,6 +3,8 @@
 mod display;
 mod drive;
 mod kills;
+mod led;
+mod picture;
 mod traffic;
 mod visit;
 mod wheel;

@@ -10,9 +10,11 @@ use std::{
 use x11rb::{
     connection::Connection,
     protocol::{
+        Event,
         xproto::{
-            AtomEnum, ClientMessageEvent, ConnectionExt as _, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT,
-            KEY_RELEASE_EVENT, Window,
+            AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ChangeWindowAttributesAux, ClientMessageEvent,
+            ConfigureWindowAux, ConnectionExt as _, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT,
+            KEY_RELEASE_EVENT, MOTION_NOTIFY_EVENT, Window,
         },
         xtest::ConnectionExt as _,
     },
@@ -28,6 +30,33 @@ pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
         sleep(Duration::from_millis(50));
     }
     panic!("{what} did not come within 60 s");
+}
+
+/// What a window shows.
+pub struct Picture {
+    pub size: [u32; 2],
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    /// Red, green and blue of a pixel, from 0 to 255.
+    pub fn at(&self, x: u32, y: u32) -> [u8; 3] {
+        let i = 4 * (y * self.size[0] + x) as usize;
+        [self.pixels[i + 2], self.pixels[i + 1], self.pixels[i]]
+    }
+
+    /// Stretches of one colour in a row of pixels that are `least` long, as first pixel and length.
+    pub fn stretches(&self, y: u32, colour: [u8; 3], least: u32) -> Vec<[u32; 2]> {
+        let mut found: Vec<[u32; 2]> = Vec::new();
+        for x in (0..self.size[0]).filter(|x| self.at(*x, y) == colour) {
+            match found.last_mut() {
+                Some([from, length]) if *from + *length == x => *length += 1,
+                _ => found.push([x, 1]),
+            }
+        }
+        found.retain(|[_, length]| *length >= least);
+        found
+    }
 }
 
 /// Ends with the test.
@@ -86,6 +115,65 @@ impl Server {
         keys.iter().for_each(|key| self.key(*key, true));
         sleep(Duration::from_millis(30));
         keys.iter().rev().for_each(|key| self.key(*key, false));
+    }
+
+    /// Width and height of a window, pixels.
+    pub fn size_of(&self, window: Window) -> [u32; 2] {
+        let place = self.connection.get_geometry(window).unwrap().reply().unwrap();
+        [place.width.into(), place.height.into()]
+    }
+
+    /// Moves a window, as one drags it.
+    pub fn move_to(&self, window: Window, [x, y]: [i32; 2]) {
+        self.connection.configure_window(window, &ConfigureWindowAux::new().x(x).y(y)).unwrap().check().unwrap();
+    }
+
+    /// Gives a window another size, as one drags its corner.
+    pub fn resize(&self, window: Window, [width, height]: [u32; 2]) {
+        let size = ConfigureWindowAux::new().width(width).height(height);
+        self.connection.configure_window(window, &size).unwrap().check().unwrap();
+    }
+
+    /// Clicks into a window that lies at the screen's upper left corner.
+    pub fn click(&self, [x, y]: [u32; 2]) {
+        let act = |kind: u8, detail: u8| {
+            let now = x11rb::CURRENT_TIME;
+            self.connection
+                .xtest_fake_input(kind, detail, now, self.root, x as i16, y as i16, 0)
+                .unwrap()
+                .check()
+                .unwrap();
+            sleep(Duration::from_millis(30));
+        };
+        act(MOTION_NOTIFY_EVENT, 0);
+        act(BUTTON_PRESS_EVENT, 1);
+        act(BUTTON_RELEASE_EVENT, 1);
+    }
+
+    /// From here on this test hears what windows ask of a window manager: there is no other here.
+    pub fn manage(&self) {
+        let hears = ChangeWindowAttributesAux::new().event_mask(EventMask::SUBSTRUCTURE_NOTIFY);
+        self.connection.change_window_attributes(self.root, &hears).unwrap().check().unwrap();
+    }
+
+    /// What a window asks of the window manager next about filling the screen: true to do so.
+    pub fn asked_to_fill(&self) -> Option<bool> {
+        loop {
+            let Event::ClientMessage(message) = self.connection.poll_for_event().unwrap()? else { continue };
+            let name = |atom| self.connection.get_atom_name(atom).unwrap().reply().map_or(Vec::new(), |name| name.name);
+            let [action, state, ..] = message.data.as_data32();
+            if name(message.type_) == b"_NET_WM_STATE" && name(state) == b"_NET_WM_STATE_FULLSCREEN" {
+                return Some(action == 1);
+            }
+        }
+    }
+
+    /// What a window shows; it has to be in sight.
+    pub fn picture(&self, window: Window) -> Picture {
+        let size = self.size_of(window);
+        let [width, height] = size.map(|side| side as u16);
+        let image = self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, width, height, !0).unwrap();
+        Picture { size, pixels: image.reply().unwrap().data }
     }
 
     /// Pixels of the screen, four bytes each.

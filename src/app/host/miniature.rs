@@ -66,6 +66,7 @@ fn fitting([width, height]: [u32; 2]) -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::{OFFSCREEN, offscreen::read_back};
 
     #[test]
     fn a_miniature_keeps_the_shape_of_the_picture() {
@@ -74,5 +75,51 @@ mod tests {
         assert_eq!(fitting([1024, 768]), [240, 180]);
         assert_eq!(fitting([100, 60]), [100, 60]);
         assert_eq!(fitting([0, 0]), [1, 1]);
+    }
+
+    #[test]
+    fn a_frame_becomes_a_miniature_eight_times_a_second_twice_where_the_processor_draws() {
+        let gpu = Gpu::shared().expect("a graphics adapter is needed");
+        let mut miniature = Miniature::new(gpu, OFFSCREEN);
+        let every_ms = if gpu.is_software() { 500 } else { 125 };
+        let begin = crate::app::shell::now();
+        let mut taken = |after_ms: u64, size: [u32; 2]| {
+            let canvas = miniature.canvas(gpu, begin + Duration::from_millis(after_ms), size);
+            canvas.map(|canvas| [canvas.texture().width(), canvas.texture().height()])
+        };
+        assert_eq!(taken(0, [64, 36]), Some([64, 36]), "the first at once");
+        assert_eq!((taken(1, [64, 36]), taken(every_ms - 1, [64, 36])), (None, None));
+        assert_eq!(taken(every_ms, [64, 36]), Some([64, 36]));
+        // Another size of the window is that of the next miniature.
+        assert_eq!((taken(every_ms + 1, [640, 480]), taken(2 * every_ms, [640, 480])), (None, Some([640, 480])));
+        assert_eq!([miniature.view().texture().width(), miniature.view().texture().height()], [240, 180]);
+    }
+
+    #[test]
+    fn the_driver_sees_the_same_frame_and_the_experimenter_its_miniature() {
+        let gpu = Gpu::shared().expect("a graphics adapter is needed");
+        let mut miniature = Miniature::new(gpu, OFFSCREEN);
+        let canvas = miniature.canvas(gpu, crate::app::shell::now(), [640, 360]).expect("the first at once");
+        let screen = miniature.pass.canvas(&gpu.device, [640, 360]);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &canvas,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color { r: 0.0, g: 1.0, b: 0.0, a: 1.0 }),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        });
+        gpu.queue.submit([encoder.finish()]);
+        miniature.hand_on(gpu, &canvas, &screen);
+        for (view, size) in [(&screen, 640 * 360), (miniature.view(), 320 * 180)] {
+            let bytes = read_back(gpu, view.texture(), 4).unwrap();
+            assert_eq!(bytes.len(), 4 * size);
+            assert!(bytes.chunks(4).all(|pixel| pixel == [0, 255, 0, 255]));
+        }
     }
 }

@@ -283,3 +283,7 @@ pub(super) fn put_on(
     pass.draw(Overlay { device, queue, encoder: &mut encoder, view, size }, ctx, output);
     queue.submit([encoder.finish()]);
 }
+
+#[cfg(test)]
+#[path = "picture_tests.rs"]
+mod tests;

@@ -1,0 +1,309 @@
+//! A visit as its experimenter leads it, in its two windows: answers by mouse, a drive as long as the study's file says, one
+//! that is held, broken off and begun again, a participant who asks to stop and an end by sickness; what of it is on the disk.
+
+use crate::xserver::{Picture, Server, wait_for};
+use codrive::{
+    record::{Manifest, Reader, Table},
+    study::{
+        Outcome,
+        session::{FILE, Log, Note},
+    },
+};
+use serde_json::json;
+use std::{
+    fs,
+    path::PathBuf,
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::Duration,
+};
+
+/// X key codes of a PC keyboard: evdev's plus 8.
+const ENTER: u8 = 36;
+const ESC: u8 = 9;
+const CTRL: u8 = 37;
+const B: u8 = 56;
+const E: u8 = 26;
+const G: u8 = 42;
+const I: u8 = 31;
+const M: u8 = 58;
+const N: u8 = 57;
+const P: u8 = 33;
+const Q: u8 = 24;
+const T: u8 = 28;
+
+/// Of the participant's screens: what can be chosen and what is.
+const CARD: [u8; 3] = [36, 43, 53];
+const CHOSEN: [u8; 3] = [46, 116, 181];
+
+const STUDY: &str = r##"title = "Led"
+participants = 2
+countdown_s = 1.0
+[base]
+traffic = "native"
+vehicles = 6
+warm_up_s = 0.0
+quality = "low"
+trees = 0
+policy = "constant"
+[[condition]]
+name = "only"
+set = { duration_s = 120.0 }
+[[segment]]
+kind = "questions"
+name = "before"
+questionnaire = "two.json"
+[[segment]]
+kind = "drive"
+name = "practice"
+set = { duration_s = 1.3 }
+[[segment]]
+kind = "break"
+name = "rest"
+rest_s = 3.0
+[[segment]]
+kind = "trials"
+name = "trial"
+"##;
+
+const QUESTIONS: &str = r#"{ "title": "Two", "pages": [ { "elements": [
+  { "type": "boolean", "name": "licence", "title": "A licence?", "isRequired": true },
+  { "type": "rating", "name": "rested", "title": "Rested?", "isRequired": true, "rateMin": 1, "rateMax": 7 } ] } ] }"#;
+
+/// The files of a visit, its screen and its program.
+struct Visit {
+    server: Server,
+    folder: tempfile::TempDir,
+    program: Option<Child>,
+    participant: u32,
+    experimenter: u32,
+}
+
+impl Visit {
+    fn open() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("led.toml"), STUDY).unwrap();
+        fs::write(folder.path().join("two.json"), QUESTIONS).unwrap();
+        let server = Server::start([2000, 820]);
+        let mut visit = Self { server, folder, program: None, participant: 0, experimenter: 0 };
+        visit.start();
+        visit
+    }
+
+    fn start(&mut self) {
+        let program = Command::new(env!("CARGO_BIN_EXE_codrive"))
+            .arg("study")
+            .arg(self.folder.path().join("led.toml"))
+            .args(["--participant", "P03", "--out"])
+            .arg(self.folder.path().join("data"))
+            .env("DISPLAY", &self.server.display)
+            .env("RUST_LOG", "error")
+            .env_remove("WAYLAND_DISPLAY")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        self.program = Some(program);
+        self.participant = self.server.window("codrive: Led");
+        self.experimenter = self.server.window("Experimenter: P03");
+        self.server.move_to(self.experimenter, [700, 0]);
+        wait_for("the small window", || (self.server.size_of(self.participant) == [640, 360]).then_some(()));
+    }
+
+    /// Exit code, and what was printed.
+    fn ended(&mut self) -> (Option<i32>, String) {
+        let mut program = self.program.take().unwrap();
+        wait_for("the end of the program", || program.try_wait().unwrap());
+        let output = program.wait_with_output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join("data/sourcedata/sub-P03").join(name)
+    }
+
+    fn log(&self) -> Log {
+        wait_for("the visit's file", || Log::load(&self.file(FILE)).ok())
+    }
+
+    fn runs(&self, item: &str) -> bool {
+        self.log().running.is_some_and(|running| running.item == item)
+    }
+
+    fn notes(&self, kind: &str) -> Vec<Note> {
+        self.log().notes.into_iter().filter(|note| note.kind == kind).collect()
+    }
+
+    /// Strikes keys in a window again and again until something holds.
+    fn strike_until(&self, window: u32, keys: &[u8], what: &str, holds: impl Fn(&Self) -> bool) {
+        wait_for(what, || {
+            if holds(self) {
+                return Some(());
+            }
+            self.server.strike(window, keys);
+            sleep(Duration::from_millis(200));
+            None
+        });
+    }
+
+    /// Once, and waits for what comes of it.
+    fn strike(&self, window: u32, keys: &[u8], what: &str, holds: impl Fn(&Self) -> bool) {
+        self.server.strike(window, keys);
+        wait_for(what, || holds(self).then_some(()));
+    }
+
+    /// Strikes one after the other, as people do: the experimenter's window is drawn twice a second where the processor draws.
+    fn type_into(&self, window: u32, list: &[&[u8]]) {
+        for keys in list {
+            self.server.strike(window, keys);
+            sleep(Duration::from_millis(1200));
+        }
+    }
+
+    /// The `place`th of so many cards in a row, clicked on.
+    fn click_card(&self, place: usize, of: usize) {
+        let at = wait_for("cards side by side", || {
+            let picture = self.server.picture(self.participant);
+            cards(&picture, of).map(|cards| cards[place])
+        });
+        self.server.focus(self.participant);
+        self.server.click(at);
+    }
+
+    /// From the page before a drive into it.
+    fn drive_off(&self, folder: &str) {
+        let rows = self.file(folder).join("journal/rows.blocks");
+        self.strike_until(self.participant, &[ENTER], "the drive", |_| rows.exists());
+    }
+
+    /// Bytes of a drive's rows on the disk.
+    fn rows(&self, folder: &str) -> u64 {
+        fs::metadata(self.file(folder).join("journal/rows.blocks")).map_or(0, |file| file.len())
+    }
+}
+
+impl Drop for Visit {
+    fn drop(&mut self) {
+        if let Some(program) = &mut self.program {
+            let _ = program.kill();
+            let _ = program.wait();
+        }
+    }
+}
+
+/// Middles of `count` cards side by side, wherever there is such a row, chosen or not.
+fn cards(picture: &Picture, count: usize) -> Option<Vec<[u32; 2]>> {
+    (0..picture.size[1].saturating_sub(8)).find_map(|y| {
+        let mut row: Vec<[u32; 2]> = [CARD, CHOSEN].into_iter().flat_map(|c| picture.stretches(y, c, 20)).collect();
+        row.sort();
+        (row.len() == count).then(|| row.into_iter().map(|[from, length]| [from + length / 2, y + 8]).collect())
+    })
+}
+
+/// Ticks of a drive's events of one kind.
+fn ticks_of(visit: &Visit, folder: &str, kind: &str) -> Vec<(u64, String)> {
+    let events = Reader::parquet(&Table::Events.parquet(&visit.file(folder))).unwrap();
+    let all = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
+    all.filter(|(_, (event, _))| event == kind).map(|(tick, (_, detail))| (tick, detail)).collect()
+}
+
+#[test]
+fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickness_are_on_the_disk() {
+    let mut visit = Visit::open();
+    let (participant, experimenter) = (visit.participant, visit.experimenter);
+    // No, and the fifth of 1 to 7; each answer is on the disk at once.
+    visit.click_card(1, 2);
+    let given = |visit: &Visit| visit.log().running.map(|running| running.answers).unwrap_or_default();
+    wait_for("the first answer", || given(&visit).first().filter(|given| given.answer == json!(false)).map(|_| ()));
+    visit.click_card(4, 7);
+    wait_for("the second answer", || given(&visit).get(1).filter(|given| given.answer == json!(5)).map(|_| ()));
+    visit.strike_until(participant, &[ENTER], "the practice", |visit| visit.runs("practice"));
+
+    // 1.3 s of the study's file are 130 ticks.
+    visit.drive_off("practice");
+    wait_for("the end of the practice", || visit.file("practice/summary.json").exists().then_some(()));
+    let ticks = Reader::parquet(&Table::Ego.parquet(&visit.file("practice"))).unwrap().wholes("tick");
+    assert_eq!(ticks, (1..=130).collect::<Vec<_>>());
+
+    // The rest of 3 s is not left sooner, however often Enter is struck. Its ends are written down in whole seconds.
+    visit.strike_until(participant, &[ENTER], "the trial", |visit| visit.runs("trial-1-only"));
+    let rest = visit.log().passages.into_iter().find(|passage| passage.item == "rest").unwrap();
+    let [began, ended] = [&rest.began, &rest.ended].map(|at| at.parse::<jiff::Timestamp>().unwrap().as_second());
+    assert!((2..10).contains(&(ended - began)), "{} to {}", rest.began, rest.ended);
+
+    // Held for some seconds; a mark, a note and a longer drive meanwhile.
+    visit.drive_off("trial-1-only");
+    wait_for("some rows", || (visit.rows("trial-1-only") > 10_000).then_some(()));
+    visit.strike(experimenter, &[CTRL, P], "the pause", |visit| visit.notes("paused").len() == 1);
+    let held = visit.rows("trial-1-only");
+    visit.strike(experimenter, &[CTRL, M], "the mark", |visit| visit.notes("mark").len() == 1);
+    visit.type_into(experimenter, &[&[CTRL, N], &[T], &[T]]);
+    visit.strike(experimenter, &[ENTER], "the note", |visit| visit.notes("note").len() == 1);
+    visit.type_into(experimenter, &[&[CTRL, E], &[T]]);
+    visit.strike(experimenter, &[ENTER], "the longer drive", |visit| visit.notes("extended").len() == 1);
+    visit.strike(experimenter, &[CTRL, G], "the drive again", |visit| visit.notes("resumed").len() == 1);
+    wait_for("more rows", || (visit.rows("trial-1-only") > held + 10_000).then_some(()));
+
+    // Broken off with a reason: whole, and once more.
+    visit.type_into(experimenter, &[&[CTRL, B], &[T]]);
+    let aborted = |visit: &Visit| visit.log().passages.last().is_some_and(|last| last.outcome == Outcome::Aborted);
+    visit.strike(experimenter, &[ENTER], "the end of the drive", aborted);
+    let last = visit.log().passages.pop().unwrap();
+    assert_eq!((last.item.as_str(), last.reason.as_str()), ("trial-1-only", "t"));
+    assert_eq!(Manifest::load(&visit.file("trial-1-only")).unwrap().ended.as_deref(), Some("stopped"));
+    let at = |kind: &str| ticks_of(&visit, "trial-1-only", kind);
+    let [(paused, _)] = at("paused")[..] else { panic!("{:?}", at("paused")) };
+    assert_eq!(at("resumed")[0].0, paused, "seconds of the clock, and not a tick while it was held");
+    assert_eq!((at("mark"), at("note")), (vec![(paused, "by the experimenter".into())], vec![(paused, "tt".into())]));
+    assert_eq!(at("extended"), [(paused, "by 60 s: t".into())]);
+    let [(tick, reason)] = &at("aborted")[..] else { panic!("{:?}", at("aborted")) };
+    assert!(*tick > paused && reason == "t", "{tick} {reason}");
+
+    // The participant asks to stop: held until the experimenter answers, here with sickness.
+    visit.strike(experimenter, &[CTRL, G], "the trial again", |visit| visit.runs("trial-1-only"));
+    visit.drive_off("trial-1-only-again-1");
+    wait_for("some rows", || (visit.rows("trial-1-only-again-1") > 10_000).then_some(()));
+    visit.strike(participant, &[ESC], "the wish", |visit| visit.notes("asked").len() == 1);
+    visit.type_into(experimenter, &[&[CTRL, I]]);
+    visit.strike(experimenter, &[ENTER], "the end of the visit", |visit| visit.log().end.is_some());
+    let end = visit.log().end.unwrap();
+    assert_eq!((end.complete, end.reason.as_str()), (false, "sickness"));
+    let asked = ticks_of(&visit, "trial-1-only-again-1", "asked");
+    let ticks = Reader::parquet(&Table::Ego.parquet(&visit.file("trial-1-only-again-1"))).unwrap().wholes("tick");
+    assert_eq!(ticks.last(), Some(&asked[0].0), "it stood from the wish to the end");
+    visit.server.strike(experimenter, &[CTRL, Q]);
+    let (code, text) = visit.ended();
+    assert!(code == Some(0) && text.contains("participant P03 was stopped for good"), "{text}");
+
+    // What an analyst reads: the answers as they were clicked, the drives that were driven to their end.
+    let read = |name: &str| fs::read_to_string(visit.folder.path().join("data").join(name)).unwrap();
+    let row = read("phenotype/before.tsv").lines().nth(1).unwrap_or_default().to_owned();
+    assert!(row.starts_with("sub-P03\tfalse\t5"), "{row}");
+    assert!(read("participants.tsv").contains("\tperson\tonly\tstopped"), "{}", read("participants.tsv"));
+}
+
+#[test]
+fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_the_answers_so_far() {
+    let mut visit = Visit::open();
+    visit.click_card(1, 2);
+    let given = |visit: &Visit| visit.log().running.map_or(0, |running| running.answers.len());
+    wait_for("the answer", || (given(&visit) == 1).then_some(()));
+    // The shell's own kill: a bare Debian has no other.
+    let id = visit.program.as_ref().unwrap().id();
+    assert!(Command::new("sh").args(["-c", &format!("kill -INT {id}")]).status().unwrap().success());
+    let (code, text) = visit.ended();
+    assert!(code == Some(0) && text.contains("participant P03 goes on at before with the same command"), "{text}");
+    let last = visit.log().passages.pop().unwrap();
+    assert_eq!((last.outcome, last.reason.as_str()), (Outcome::Cut, "stopped by Ctrl-C"));
+    assert_eq!(last.answers[0].answer, json!(false));
+
+    // It goes on when the experimenter says so, with what was answered.
+    visit.start();
+    visit.strike(visit.experimenter, &[CTRL, G], "the questions again", |visit| visit.runs("before"));
+    assert_eq!(given(&visit), 1);
+    visit.server.close(visit.participant);
+    let (code, text) = visit.ended();
+    assert!(code == Some(0) && text.contains("goes on at before"), "{text}");
+    let last = visit.log().passages.pop().unwrap();
+    assert_eq!((last.outcome, last.reason.as_str(), last.answers.len()), (Outcome::Cut, "the window was closed", 1));
+}

@@ -1,0 +1,111 @@
+//! The driver's window as a window: its size where the processor draws, another size by its corner, the whole screen by a key,
+//! and what the experimenter's window shows of it.
+
+use crate::xserver::{Picture, Server, wait_for};
+use std::process::{Child, Command, Stdio};
+
+const KEY_F11: u8 = 95;
+
+/// A drive that waits for the space bar.
+fn held(server: &Server, more: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_codrive"))
+        .args(["drive", "--paused", "--traffic", "native", "--quality", "low", "--trees", "0", "--policy", "none"])
+        .args(["--cockpit", "off"])
+        .args(more)
+        .env("DISPLAY", &server.display)
+        .env("RUST_LOG", "error")
+        .env_remove("WAYLAND_DISPLAY")
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn end(server: &Server, window: u32, program: Child) {
+    server.close(window);
+    let output = program.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// True if all corners of a picture show something: there is sky above and meadow below, and neither is black.
+fn is_full([width, height]: [u32; 2], picture: &Picture) -> bool {
+    let corners = [[4, 4], [width - 5, 4], [4, height - 5], [width - 5, height - 5]];
+    picture.size == [width, height] && corners.iter().all(|[x, y]| picture.at(*x, *y).iter().any(|v| *v > 24))
+}
+
+#[test]
+fn where_the_processor_draws_the_window_is_small_and_its_picture_fills_it_at_every_size() {
+    let server = Server::start([1000, 700]);
+    let program = held(&server, &[]);
+    let window = server.window("codrive");
+    // There is no graphics card under Xvfb: 640 by 360 points of a screen of one pixel a point.
+    wait_for("the small window", || (server.size_of(window) == [640, 360]).then_some(()));
+    wait_for("its picture", || is_full([640, 360], &server.picture(window)).then_some(()));
+    for size in [[900, 420], [400, 600]] {
+        server.resize(window, size);
+        wait_for("the picture at another size", || is_full(size, &server.picture(window)).then_some(()));
+    }
+    end(&server, window, program);
+}
+
+#[test]
+fn the_whole_screen_is_asked_for_by_a_flag_and_by_a_key_and_given_back_by_the_key() {
+    let server = Server::start([640, 400]);
+    server.manage();
+    let asked = || wait_for("a word to the window manager", || server.asked_to_fill());
+    let program = held(&server, &[]);
+    let window = server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    for fill in [true, false, true] {
+        server.strike(window, &[KEY_F11]);
+        assert_eq!(asked(), fill);
+    }
+    end(&server, window, program);
+    let program = held(&server, &["--fullscreen"]);
+    let window = server.window("codrive");
+    assert!(asked(), "it fills the screen at once");
+    end(&server, window, program);
+}
+
+/// Where a picture of 16 to 9 is shown in the middle column of the experimenter's window, and how wide.
+fn found(shown: &Picture, within: &Picture) -> Option<[u32; 3]> {
+    // Points of the picture, as shares of its sides, with their colours.
+    let points: Vec<([f32; 2], [u8; 3])> = (0..60)
+        .map(|i| {
+            let at = [0.04 + 0.092 * (i % 10) as f32, 0.08 + 0.16 * (i / 10) as f32];
+            (at, shown.at((at[0] * shown.size[0] as f32) as u32, (at[1] * shown.size[1] as f32) as u32))
+        })
+        .collect();
+    let near = |a: [u8; 3], b: [u8; 3]| (0..3).all(|i| a[i].abs_diff(b[i]) < 24);
+    for width in 240..=440 {
+        for top in 0..120 {
+            for left in 300..600 {
+                let seen = |at: [f32; 2]| {
+                    within.at(left + (at[0] * width as f32) as u32, top + (at[1] * width as f32 * 9.0 / 16.0) as u32)
+                };
+                // Edges may fall beside: a sixth of the points. Where that is used up nothing more is looked at.
+                let differ = points.iter().filter(|(at, colour)| !near(seen(*at), *colour)).take(10).count();
+                if differ < 10 {
+                    return Some([left, top, width]);
+                }
+            }
+        }
+    }
+    None
+}
+
+#[test]
+fn the_experimenter_sees_the_view_that_the_driver_has() {
+    let server = Server::start([2000, 820]);
+    let program = held(&server, &["--experimenter"]);
+    let window = server.window("codrive");
+    let experimenter = server.window("Experimenter");
+    server.move_to(experimenter, [700, 0]);
+    wait_for("the driver's picture", || is_full([640, 360], &server.picture(window)).then_some(()));
+    // Half a second old at most where the processor draws, and the window itself is drawn twice a second.
+    wait_for("the same picture, small", || {
+        let within = server.picture(experimenter);
+        (within.size == [1280, 800]).then(|| found(&server.picture(window), &within)).flatten()
+    });
+    end(&server, experimenter, program);
+}
