@@ -82,20 +82,22 @@ impl Daylight {
         const HAZE: Vec3 = Vec3::new(0.95, 1.0, 1.06);
         const SCATTERED: f32 = 0.92;
         let haze_km = 1.2 * (visibility_m / 12_000.0).clamp(0.2, 1.0);
-        // Optical depth of clean air (Hansen and Travis 1974). Haze by Koschmieder 1924: all air at the ground takes 3.912
-        // over the visibility, clean air 0.0116 a kilometre of it.
+        // Optical depth of clean air (Hansen and Travis 1974, Light scattering in planetary atmospheres, equation 2.30, at
+        // 1013 hPa). Haze by Koschmieder 1924: all air at the ground takes 3.912 over the visibility, clean air 0.0116 a
+        // kilometre of it: its depth at 550 nm over its height of 8.4 km.
         let clean = Vec3::from([0.68f32, 0.55, 0.44].map(|um| {
             let per = um.powi(-2);
             0.008_569 * per * per * (1.0 + 0.0113 * per + 0.000_13 * per * per)
         }));
         let haze = HAZE * ((3.912 / (visibility_m / 1000.0) - 0.0116) * haze_km);
-        // Air mass by Kasten and Young 1989.
+        // Air mass by Kasten and Young 1989 (Applied Optics 28, 4735, equation 3).
         let zenith_deg = 90.0 - to_sun.z.asin().to_degrees();
         let mass = 1.0 / (to_sun.z + 0.505_72 * (96.079_95 - zenith_deg).powf(-1.6364));
         let through = |depth: Vec3| (-depth * mass).exp();
         let sun = ABOVE * to_sun.z * through(clean + haze + OZONE);
         // Half of what clean air scatters comes down, and of what haze scatters a share that falls with the sun (Davies and
-        // Hay 1979, after Robinson 1962), by the sun's angle from overhead in degrees.
+        // Hay 1979, as Bird and Hulstrom 1981 have it, SERI/TR-642-761; the shares are Robinson's of 1962), by the sun's angle
+        // from overhead in degrees.
         const DOWN: [(f32, f32); 10] = [
             (0.0, 0.92),
             (25.8, 0.91),
@@ -114,9 +116,11 @@ impl Daylight {
         let by_air = 0.5 * (1.0 - through(clean)) * through(haze);
         let by_haze = SCATTERED * down * (1.0 - through(haze)) * through(clean);
         let sky = ABOVE * to_sun.z * through(OZONE) * (by_air + by_haze);
-        // Of what the land throws back, clean air returns 0.0685 (Davies and Hay 1979).
+        // Of what the land throws back, clean air returns 0.0685 and haze what it scatters upwards, again and again (the same
+        // model).
         let land = Vec3::new(0.115, 0.135, 0.065);
-        Self { sun, sky: sky + 0.0685 * land * (sun + sky) }
+        let returned = land * (0.0685 + SCATTERED * (1.0 - down) * (1.0 - through(haze)));
+        Self { sun, sky: sky + (sun + sky) * returned / (1.0 - returned) }
     }
 
     /// A plan's exposure leaves some of the evening's darkness: 1.9 over daylight to the power of 0.85.
@@ -243,7 +247,8 @@ fn a_lit_brake_lamp_at_60_m_is_several_times_as_bright_as_a_running_one() {
         best
     };
     let (running, lit) = (red(false), red(true));
-    // More than the 5 to 1 that UN Regulation 7 asks for at least; the screen's white ends the scale.
+    // More than the 5 to 1 that UN Regulation 148 (01 series, 2022; Regulation 7 before) asks for in 4.8.3.5; the screen's
+    // white ends the scale.
     assert!(lit > 6.0 * running, "{lit} lit, {running} running");
 }
 

@@ -20,10 +20,11 @@ const SUN: Vec3 = Vec3::new(1.56, 1.70, 1.86);
 /// Radii of ground and top of the air.
 const GROUND_KM: f32 = 6360.0;
 const TOP_KM: f32 = 6440.0;
-/// Scattering of clean air at the ground, 1/km (Bucholtz 1995 at 680, 550, 440 nm), and its scale height.
+/// Scattering of clean air at the ground, 1/km, at 680, 550 and 440 nm, and its scale height (Hillaire 2020, table 1, as in
+/// Bruneton 2017): together a tenth more than the measured depth of the air (Hansen and Travis 1974).
 const RAYLEIGH: Vec3 = Vec3::new(5.802e-3, 13.558e-3, 33.1e-3);
 const RAYLEIGH_KM: f32 = 8.0;
-/// Absorption of ozone at 25 km, 1/km.
+/// Absorption of ozone at 25 km, 1/km (the same table).
 const OZONE: Vec3 = Vec3::new(0.650e-3, 1.881e-3, 0.085e-3);
 /// Haze: colour of its extinction (an Angstrom exponent of 0.25, that of coarse grains: finer ones would make the air
 /// around a low sun white, whose own light is yellow), share that it scatters, asymmetry (Henyey-Greenstein), scale height.

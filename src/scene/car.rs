@@ -408,15 +408,18 @@ mod tests {
             assert!(brake.iter().any(|p| p.z > 1.3 && p.y.abs() < 0.1), "the third, high");
             let low: Vec<Vec3> = brake.into_iter().filter(|p| p.z < 1.0).collect();
             let head: Vec<Vec3> = middle(Material::Lamp).into_iter().filter(|p| p.x > 0.0).collect();
-            // UN Regulation 48: pairs are at least 0.6 m apart and begin at most 0.4 m from the car's side; stop lamps are at
-            // a height of 0.35 to 1.5 m, dipped headlamps at one of 0.5 to 1.2 m.
+            // UN Regulation 48, 06 series: pairs are at least 0.6 m apart (6.7.4.1, 6.10.4.1) and begin at most 0.4 m from the
+            // car's side (6.2.4.1, 6.10.4.1: these stop lamps are rear position lamps, too); stop lamps are at a height of
+            // 0.35 to 1.5 m (6.7.4.2), dipped headlamps at one of 0.5 to 1.2 m (6.2.4.2).
             for (lamps, heights_m) in [(&low, 0.35..1.5), (&head, 0.5..1.2)] {
                 assert!(lamps.iter().all(|p| p.y.abs() > 0.3 && heights_m.contains(&p.z)), "{lamps:?}");
                 let widest = lamps.iter().map(|p| p.y.abs()).fold(0.0, f32::max);
                 assert!(widest > CAR_WIDTH_M as f32 / 2.0 - 0.4, "{widest}");
             }
-            // They are at the ends, and reach around the corner to be seen from aside, not along the flanks: 12.5 cm2 of a
-            // stop lamp at 45 degrees, of what holds the front position lamp at 80 (the same regulation).
+            // They are at the ends, and reach around the corner to be seen from aside, not along the flanks. UN Regulation 48
+            // has a stop lamp seen from 45 degrees (6.7.5), a front position lamp from 80 (6.9.5), and names no area. How
+            // much is enough is what FMVSS 108 (49 CFR 571.108, table V-b) asks for at 45 degrees: 12.5 cm2; of the headlamp,
+            // which holds the position lamp, the same at 80 is more than either asks for.
             assert!(low.iter().all(|p| p.x < -2.1) && head.iter().all(|p| p.x > 1.9), "{low:?} {head:?}");
             let seen_cm2 = |material: Material, towards: Vec3| -> f32 {
                 let lit = faces(&body).filter(|(corners, _)| {

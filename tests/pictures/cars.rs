@@ -324,6 +324,7 @@ fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
     let (running, braking) = (light(false, 60.0), light(true, 60.0));
     // A step of the screen's 255: a lamp of less would not be there.
     assert!(running > 0.004, "running lamps can be seen: {running}");
-    // The least that UN Regulation 7 allows where one lamp is both.
+    // UN Regulation 148, 01 series (2022; Regulation 7 before), paragraph 4.8.3.5: where one lamp is rear position and stop
+    // lamp, both together are at least five times the position lamp alone.
     assert!(braking > 5.0 * running, "{braking} braking, {running} running, in linear red above green");
 }

@@ -109,8 +109,9 @@ fn from_above_at_noon_crowns_are_to_the_meadow_as_forests_are_and_their_shade_is
     let centre = stage(true).centre;
     let mut empty = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
     let mut meadow = Renderer::new(gpu(), &land, OFFSCREEN, quality);
-    // Albedos of Oke 1987 (Boundary Layer Climates, table 1.1): grass 0.16 to 0.26, broad-leaved forest 0.15 to 0.20,
-    // conifers 0.05 to 0.15. An oak, and a spruce.
+    // Albedos of Oke 1987 (Boundary Layer Climates, second edition, table 1.1): grass 0.16 to 0.26, broad-leaved forest 0.15 to
+    // 0.20, conifers 0.05 to 0.15. They are of all the sun's radiation; of its light alone all that is green reflects a like
+    // part of that, so that the ratios stand. An oak, and a spruce.
     for (kind, forest) in [(0, 0.15 / 0.26..0.20 / 0.16), (3, 0.05 / 0.26..0.15 / 0.16)] {
         let (position, tint) = (centre.extend(0.0), [1.0; 3]);
         let place = TreePlace { position, yaw_rad: 0.0, scale: 1.0, tint, kind };
