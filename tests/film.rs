@@ -9,12 +9,14 @@ use std::{
     process::{Command, Output},
 };
 
-/// Arguments into a file, pictures counted, the last argument made a file. With a file named "fails" beside it, it does.
+/// Arguments into a file, pictures counted, the last argument made a file. With a file named "fails" beside it, it does so at
+/// once; with one named "late", after it has taken all pictures.
 const FFMPEG: &str = r#"#!/bin/sh
 here=$(dirname "$0")
 [ ! -e "$here/fails" ] || exit 3
 echo "$*" >>"$here/arguments"
 case "$*" in *rawvideo*) wc -c >>"$here/bytes" ;; esac
+[ ! -e "$here/late" ] || exit 4
 for last; do :; done
 echo film >"$last"
 "#;
@@ -132,6 +134,13 @@ fn an_ffmpeg_that_fails_or_is_not_there_is_said_and_nothing_is_called_done() {
     fs::write(place.path("bin/fails"), "").unwrap();
     let (code, said) = place.replay(&["--video", &place.path("film.mp4"), "--rate", "5"]);
     assert!(code == 1 && said.contains("ffmpeg"), "{said}");
+    // One that takes all pictures and cannot write them, on a full disk.
+    fs::rename(place.path("bin/fails"), place.path("bin/late")).unwrap();
+    let (code, said) = place.replay(&["--video", &place.path("late.mp4"), "--rate", "5"]);
+    assert!(
+        code == 1 && said.contains("ffmpeg failed: exit status: 4") && !said.contains("the same to the bit"),
+        "{said}"
+    );
     let none = Command::new(env!("CARGO_BIN_EXE_codrive"))
         .args(["replay", &place.path("drive"), "--size", "64x36", "--video", &place.path("other.mp4")])
         .env("PATH", place.path("nowhere"))

@@ -252,6 +252,10 @@ fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_
         assert!(seen.contains("the disk is full: make room"), "{seen}");
         desk.restart(&scenario(), &mut show);
         assert!(desk.notes(&show, None).corner.is_empty());
+        // Held in the middle of it, as the one before.
+        desk.obey(PanelCommand::SingleStep(Advance::Step), &mut show);
+        frame(&mut show, &mut desk);
+        assert_eq!(phase(&show), Phase::Paused);
         assert_eq!(says(&desk, &show), if attended { "Please wait." } else { "Paused. Space goes on." });
     }
 }

@@ -45,14 +45,14 @@ fn advice(target_mps: f64) -> Advice {
     Advice { issued: Tick(0), hold_steps: 1, action, target_mps, range_mps: 0.5, is_fallback: false }
 }
 
-/// The ego at 1 to 5 m/s behind a car at 3 m/s. The gap is least after the window.
+/// The ego at 1 to 5 m/s behind a car at 2 m/s. The gap is least after the window.
 fn drive() -> Vec<Snapshot> {
     vec![
-        snapshot(1, 1.0, 3.0, Some(7.0), Some(1.0)),
-        snapshot(2, 2.0, 3.0, None, Some(2.5)),
-        snapshot(3, 3.0, 3.0, Some(4.25), None),
-        snapshot(4, 4.0, 3.0, Some(6.0), Some(3.0)),
-        snapshot(5, 5.0, 3.0, Some(3.5), Some(5.0)),
+        snapshot(1, 1.0, 2.0, Some(7.0), Some(1.0)),
+        snapshot(2, 2.0, 2.0, None, Some(2.5)),
+        snapshot(3, 3.0, 2.0, Some(4.25), None),
+        snapshot(4, 4.0, 2.0, Some(6.0), Some(3.0)),
+        snapshot(5, 5.0, 2.0, Some(3.5), Some(5.0)),
     ]
 }
 
@@ -68,10 +68,10 @@ fn summary(window_s: [f64; 2], drive: &[Snapshot], events: &[Event]) -> Summary 
 #[test]
 fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
     let found = summary([0.02, 0.04], &drive(), &[]);
-    // Speeds in the window: 2 3 4 of the ego, 3 3 3 of the other.
-    assert_eq!((found.mean_speed_mps, found.ego_mean_speed_mps), (Some(3.0), Some(3.0)));
+    // Speeds in the window: 2 3 4 of the ego, 2 2 2 of the other: 15 in 6, and 41 of their squares.
+    assert_eq!((found.mean_speed_mps, found.ego_mean_speed_mps), (Some(2.5), Some(3.0)));
     let sd_mps = found.speed_sd_mps.unwrap();
-    assert!((sd_mps - (2.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{sd_mps}: N, not N-1");
+    assert!((sd_mps - (41.0_f64 / 6.0 - 6.25).sqrt()).abs() < 1e-12, "{sd_mps}: N, not N-1");
     // With advice are ticks 2 (in its range, at the edge) and 4 (not).
     assert_eq!(found.time_in_range, Some(0.5));
     assert_eq!(found.min_gap_m, Some(3.5));
@@ -79,7 +79,7 @@ fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
     // A window that the drive does not fill ends with it.
     let whole = summary([0.0, f64::INFINITY], &drive(), &[]);
     assert_eq!((whole.window_s, whole.ego_mean_speed_mps), ([0.0, 0.05], Some(3.0)));
-    assert_eq!((whole.mean_speed_mps, whole.time_in_range), (Some(3.0), Some(0.75)));
+    assert_eq!((whole.mean_speed_mps, whole.time_in_range), (Some(2.5), Some(0.75)));
 }
 
 #[test]
