@@ -247,6 +247,7 @@ fn a_lit_brake_lamp_at_60_m_is_several_times_as_bright_as_a_running_one() {
         best
     };
     let (running, lit) = (red(false), red(true));
+    println!("{lit} lit, {running} running");
     // More than the 5 to 1 that UN Regulation 148 (01 series, 2022; Regulation 7 before) asks for in 4.8.3.5; the screen's
     // white ends the scale.
     assert!(lit > 6.0 * running, "{lit} lit, {running} running");

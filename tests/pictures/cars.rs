@@ -202,9 +202,11 @@ fn mean_colour(with: &image::RgbaImage, without: &image::RgbaImage) -> Vec3 {
 
 #[test]
 fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
-    // Of the whole scale, by switch. The first is less than the eye tells apart in things that move. Far bodies have fewer
-    // corners and so broader glints: seen against the sun, dark ones are 0.042 brighter than before, all others differ by
-    // at most 0.024; the level changes where a car is 40 pixels high.
+    // Of the whole scale, by switch. Neither is below what the eye tells apart: of a patch this large (a car of 36 pixels is two
+    // degrees wide before a television) it sees a hundredth to a fiftieth of its luminance come or go at once (Weber's
+    // fraction by daylight), at middle grey 0.003 of this scale. Levels of cars change at once where those of trees blend;
+    // far bodies have fewer corners and so broader glints, and opaque windows. Until they blend these bounds hold the step:
+    // a fiftieth of the scale where a car is large, a twentieth, as for trees, where it is 40 pixels high.
     const MOST: [f32; 2] = [0.02, 0.05];
     // Before meadow and road, which are seen through the windows.
     let bare = Stage { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };

@@ -86,8 +86,9 @@ fn changes_without_a_jump(bare: &Stage, quality: Quality, yaw_rad: f32) {
 
             println!("kind {kind}, {radius_px:.0} px, {finer:?} to {coarser:?}: {more:.2} {wider:.3} {jump:.3}");
             assert!((0.80..1.25).contains(&wider), "kind {kind}, {finer:?} to {coarser:?}: {wider} times the cover");
-            // A twentieth of the screen's scale, for all pictures of several samples a pixel: only those of one sample, which
-            // stipple, let a far tree be larger than its picture was painted.
+            // A twentieth of the screen's scale, for the pictures of all levels with several samples a pixel: none of them
+            // lets a far tree be larger than its picture was painted. Those of one sample do (`detail` below 1), at a step of
+            // up to 0.062; they do not change at once but tree by tree over a tenth of its size, as all switches of trees.
             let own = quality.detail == 1.0 || coarser != Detail::Far;
             assert!(!own || jump < 0.05, "kind {kind}, {finer:?} to {coarser:?}: {jump} between the colours");
             assert!(
