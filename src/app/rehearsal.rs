@@ -14,10 +14,12 @@ use crate::{
         simulated::Participant,
     },
     time::Tick,
+    traffic::EngineChoice,
 };
 use rayon::prelude::*;
 use std::{
     path::Path,
+    str::FromStr,
     sync::atomic::{AtomicBool, Ordering},
 };
 
@@ -178,7 +180,10 @@ pub fn baseline(
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|why| RecordError::File { path: folder.clone(), why })?;
     }
-    let without = Scenario { policy: "none".into(), driver: "idm".into(), ..scenario.clone() };
+    // Made after the visit, when a SUMO elsewhere may be gone; in this program cars move alike.
+    let stand_in = EngineChoice::from_str(&scenario.traffic).ok().and_then(|engine| engine.stand_in());
+    let traffic = stand_in.map_or(scenario.traffic.clone(), |engine| engine.to_string());
+    let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
     let mut run = Run::by(&driver::preset(&without.driver)?, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
     let driven = drive(&mut run, None, stop, driven)?;

@@ -151,6 +151,17 @@ fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
             "one connection from a lane to another",
         ),
         ("</net>", "<tlLogic id=\"a\"/></net>", "allowed: at least one phase"),
+        (
+            "</net>",
+            "<tlLogic id=\"a\" type=\"off\"><phase duration=\"3\" state=\"G\"/></tlLogic></net>",
+            "tlLogic \"a\": type is \"off\"; allowed: static actuated",
+        ),
+        (
+            "</net>",
+            "<tlLogic id=\"a\"><phase duration=\"3\" state=\"G\"/></tlLogic></net>",
+            "tlLogic \"a\": type is absent",
+        ),
+        ("<edge id=\"ac\" ", "<edge id=\"ac\" bidi=\"zz\" ", "edge \"ac\": bidi is \"zz\"; allowed: the id of an edge"),
         ("</net>", "<roundabout nodes=\"a q\" edges=\"ab\"/></net>", "nodes is \"a q\""),
         ("</net>", "<location netOffset=\"1,inf\"/></net>", "netOffset is \"1,inf\""),
     ];

@@ -11,6 +11,9 @@ const EDGE_FUNCTIONS: &str = "normal internal connector crossing walkingarea rou
 const JUNCTION_TYPES: &str = "traffic_light traffic_light_unregulated traffic_light_right_on_red priority \
                               priority_stop right_before_left left_before_right allway_stop zipper rail_signal \
                               rail_crossing unregulated internal dead_end district unknown";
+/// Those that SUMO 1.28 knows but "off", on which it breaks down.
+const SIGNAL_TYPES: &str = "static actuated delay_based NEMA railSignal railCrossing sotl_phase sotl_platoon \
+                            sotl_request sotl_wave sotl_marching swarm deterministic";
 const SIGNALS: &str = "rRgGyYoOsSuU";
 const LINK_STATES: &str = "-=oOrRgGyYuUmMswaZ";
 const DIRECTIONS: &str = "s t l r L R invalid";
@@ -210,6 +213,9 @@ fn edge<'a, 'input>(
 /// Edges outside junctions lead from a junction to a junction. A network without any junction is one that only this
 /// program reads.
 fn ends<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Names) -> Result<(), MapError> {
+    if node.attribute("bidi").is_some_and(|id| !names.edges.contains_key(id)) {
+        return Err(reader.value(node, "bidi", "the id of an edge of this network: the same track the other way"));
+    }
     let inside = matches!(node.attribute("function"), Some("internal" | "crossing" | "walkingarea"));
     if inside || names.junctions.is_empty() {
         return Ok(());
@@ -292,6 +298,9 @@ fn signal<'a, 'input>(
         length = Some(state.len());
     }
     let Some(length) = length else { return Err(reader.value(node, "phase", "at least one phase in each signal")) };
+    if !node.attribute("type").is_some_and(|kind| one_of(SIGNAL_TYPES, kind)) {
+        return Err(reader.value(node, "type", SIGNAL_TYPES));
+    }
     // A signal may have several programs.
     let shortest = names.signals.entry(id).or_insert(length);
     *shortest = length.min(*shortest);

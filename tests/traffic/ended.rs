@@ -168,6 +168,28 @@ fn a_drive_on_a_remote_sumo_replays_in_process_when_that_is_gone() {
     let said: Vec<&str> = text.lines().filter(|line| line.contains(&traffic)).collect();
     assert!(said.len() == 1 && said[0].contains("driven again on SUMO in this program"), "{text}");
     assert!(text.contains("the same"), "{text}");
+    // Two drives, of which one is the recorded one; that is said once.
+    let (code, text) = ended(codrive(&["replay", out.to_str().unwrap(), "--what-if", "hold=5"]));
+    assert_eq!((code, text.matches("driven again on SUMO in this program").count()), (0, 1), "{text}");
+}
+
+#[test]
+fn a_trial_on_a_remote_sumo_that_is_gone_has_its_baseline_in_process() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let trial = folder.path().join("trial");
+    let scenario = codrive::sim::Scenario {
+        // A port at which nobody listens.
+        traffic: format!("127.0.0.1:{}", TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()),
+        duration_s: 2.0,
+        warm_up_s: 0.0,
+        ..codrive::sim::Scenario::default()
+    };
+    let code = codrive::study::Code::new("P01").unwrap();
+    let stop = std::sync::atomic::AtomicBool::new(false);
+    let whole = codrive::app::rehearsal::baseline(&code, &trial, &scenario, &stop, &|_| ()).unwrap();
+    let manifest = Manifest::load(&folder.path().join("trial-baseline")).unwrap();
+    assert!(whole && manifest.traffic.contains("in process"), "{manifest:?}");
 }
 
 #[test]

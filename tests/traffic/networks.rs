@@ -15,10 +15,12 @@ fn changed(from: &str, to: &str) -> String {
     text.replacen(from, to, 1)
 }
 
-/// A network on which SUMO 1.28 itself breaks down and with which our reader finds no fault: an edge whose opposite is not
-/// there.
+/// A network on which SUMO 1.28 itself breaks down and with which our reader finds no fault: an actuated signal whose phase
+/// is followed by one that is not there.
 fn breaks_sumo() -> String {
-    changed(r#"<edge id="e0""#, r#"<edge id="e0" bidi="nope""#)
+    let phase = r#"<phase duration="9" minDur="1" maxDur="3" state="G" next="77"/>"#;
+    let signal = format!(r#"<tlLogic id="n0" type="actuated" programID="0" offset="0">{phase}</tlLogic>"#);
+    changed(r#"<junction id="n0""#, &format!(r#"{signal}<junction id="n0""#))
 }
 
 fn written(folder: &Path, text: &str) -> std::path::PathBuf {

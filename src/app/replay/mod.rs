@@ -15,11 +15,11 @@ use crate::{
     record::{self, Change, Comparison, Difference, Table},
     render::{Gpu, OFFSCREEN, Renderer, render_to_image},
     scene::{self, Stage, ViewKind},
-    sim::{QualityLevel, World},
+    sim::{QualityLevel, Scenario, World},
     time::{Pace, Tick},
     traffic::EngineChoice,
 };
-use std::{path::Path, time::Duration};
+use std::{path::Path, str::FromStr, time::Duration};
 
 /// What a replay found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,17 +61,13 @@ impl Replay {
     /// # Errors
     /// The folder holds no recording that has ended, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, AppError> {
-        record::open(recording)?;
-        let mut scenario = record::inputs::scenario(recording)?;
-        if let Ok(EngineChoice::Remote { .. }) = scenario.traffic.parse() {
-            let (folder, there) = (recording.display(), &scenario.traffic);
-            log::warn!(
-                "{folder}: driven on the SUMO at {there}; driven again on SUMO in this program, where cars move alike"
-            );
-            scenario.traffic = EngineChoice::Sumo.to_string();
-        }
+        Self::of(recording, &scenario_here(recording)?)
+    }
+
+    /// The same of what [`scenario_here`] gave.
+    fn of(recording: &Path, scenario: &Scenario) -> Result<Self, AppError> {
         Ok(Self {
-            drive: Drive::new(&scenario, Pace::Paused)?,
+            drive: Drive::new(scenario, Pace::Paused)?,
             recorded: Comparison::open(recording)?,
             ticks: record::count(recording, Table::Ego)?,
             controls: Controls::default(),
@@ -139,6 +135,20 @@ impl Replay {
     pub fn verdict(&self) -> &Verdict {
         &self.verdict
     }
+}
+
+/// The scenario of a recording as it is driven again: in this program, also where the SUMO was elsewhere; says so.
+fn scenario_here(recording: &Path) -> Result<Scenario, AppError> {
+    record::open(recording)?;
+    let mut scenario = record::inputs::scenario(recording)?;
+    if let Some(stand_in) = EngineChoice::from_str(&scenario.traffic).ok().and_then(|engine| engine.stand_in()) {
+        let (folder, there) = (recording.display(), &scenario.traffic);
+        log::warn!(
+            "{folder}: driven on the SUMO at {there}; driven again on SUMO in this program, where cars move alike"
+        );
+        scenario.traffic = stand_in.to_string();
+    }
+    Ok(scenario)
 }
 
 /// Draws a replay.

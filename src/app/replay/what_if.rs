@@ -1,10 +1,10 @@
 //! What if: a recorded drive with something changed, all else the same: seed, road, traffic, length. In: a recording,
 //! changes. Out: another recording, by a simulated driver, and what differs between the two: a pair.
 
-use super::Replay;
+use super::{Replay, scenario_here};
 use crate::{
     app::{AppError, offline::Run},
-    record::{Manifest, inputs},
+    record::{self, Manifest, Table, inputs},
     sim::{Field, Scenario, Summary, Tally, fields},
     time::Tick,
 };
@@ -69,13 +69,12 @@ pub fn what_if(
     driven: &impl Fn(u64),
 ) -> Result<Option<Pair>, AppError> {
     let driver = Manifest::load(recording)?.driver;
-    let replay = Replay::open(recording)?;
-    let length_s = Tick(replay.len()).seconds();
+    let scenario = scenario_here(recording)?;
+    let length_s = Tick(record::count(recording, Table::Ego)?).seconds();
     // As long as the recording, which may have been stopped before its end: both means are over the same time.
-    let changed = Scenario { duration_s: length_s, ..replay.world().scenario().with(changes)? };
+    let changed = Scenario { duration_s: length_s, ..scenario.with(changes)? };
     // SUMO runs once a process: one world goes before the next comes. The changed one first: if it cannot be driven, that
     // is said at once.
-    drop(replay);
     let mut run = Run::new(&changed, [0.0, f64::INFINITY])?;
     run.record(out)?;
     run.note("what if", &format!("{} of {}", words(changes), recording.file_name().unwrap_or_default().display()));
@@ -87,7 +86,7 @@ pub fn what_if(
     run.finish_recording()?;
     let instead = run.summary();
     drop(run);
-    let (mut replay, mut tally) = (Replay::open(recording)?, Tally::new([0.0, f64::INFINITY]));
+    let (mut replay, mut tally) = (Replay::of(recording, &scenario)?, Tally::new([0.0, f64::INFINITY]));
     while !replay.over() && !stop.load(Ordering::Relaxed) {
         replay.advance(1)?;
         tally.add(replay.world().snapshot(), replay.world().events());
