@@ -1,49 +1,16 @@
 //! The data set of a rehearsed study before judges from outside: the validator of BIDS, and the shipped scripts for pandas and
 //! R, as whoever analyses it would run them. `scripts/setup --test` installs all three.
 
+mod common;
+
+use common::text;
 use serde_json::Value;
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Command,
 };
-
-const HEAD: &str = r#"title = "Short"
-participants = 6
-seed = 7
-[base]
-traffic = "native"
-warm_up_s = 5.0
-hold_s = 2.0
-"#;
-
-/// With a factor, both kinds of questionnaire, a practice, trials in every order.
-const BODY: &str = r#"[factors]
-range = [{ name = "narrow", set = { range_mph = 0.5 } }, { name = "middle" }, { name = "wide", set = { range_mph = 2.0 } }]
-[[segment]]
-kind = "text"
-name = "welcome"
-text = "Hello"
-[[segment]]
-kind = "questions"
-name = "ssq-before"
-questionnaire = "ssq"
-[[segment]]
-kind = "drive"
-name = "practice"
-set = { duration_s = 10.0, policy = "constant", warm_up_s = 0.0 }
-until_in_range_s = 1.0
-[[segment]]
-kind = "trials"
-name = "trial"
-rest_s = 10.0
-text = "Drive on the ring."
-[[segment]]
-kind = "questions"
-name = "experience"
-questionnaire = "driving-experience"
-"#;
 
 struct Place {
     folder: tempfile::TempDir,
@@ -54,7 +21,7 @@ impl Place {
     fn rehearsed(duration_s: f64, participants: usize) -> Self {
         let place = Self { folder: tempfile::tempdir().unwrap() };
         let study = place.folder.path().join("short.toml");
-        fs::write(&study, format!("{HEAD}duration_s = {duration_s:?}\n{BODY}")).unwrap();
+        fs::write(&study, common::study(duration_s, 10.0, ["experience", "driving-experience"])).unwrap();
         let participants = participants.to_string();
         place.codrive(&["study", study.to_str().unwrap(), "--rehearse", "--participants", &participants, "--out"]);
         place
@@ -66,8 +33,7 @@ impl Place {
 
     /// The program with these arguments and the data set. What it said on standard error.
     fn codrive(&self, arguments: &[&str]) -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
-        let output = command.args(arguments).arg(self.data()).env("RUST_LOG", "warn").output().unwrap();
+        let output = common::codrive(&[arguments, &[self.data().to_str().unwrap()]].concat(), "warn");
         assert!(output.status.success(), "{}", text(&output));
         String::from_utf8_lossy(&output.stderr).into_owned()
     }
@@ -82,10 +48,7 @@ impl Place {
 
     /// Rows of a table of the analysis by its columns' names.
     fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
-        let text = fs::read_to_string(self.data().join("derivatives/codrive").join(name)).unwrap();
-        let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned));
-        let head: Vec<String> = lines.next().unwrap().collect();
-        lines.map(|cells| head.iter().cloned().zip(cells).collect()).collect()
+        common::table(&self.data().join("derivatives/codrive").join(name))
     }
 }
 
@@ -100,10 +63,6 @@ fn outside(program: &str) -> Command {
     let mut command = Command::new(program);
     command.env("PYTHONPATH", &place).env("NO_COLOR", "1").env("PYTHONDONTWRITEBYTECODE", "1");
     command
-}
-
-fn text(output: &Output) -> String {
-    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
 /// Errors that the validator finds in a data set; and how many participants and files it saw.

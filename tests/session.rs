@@ -1,7 +1,8 @@
 //! A rehearsed study: every order as often as it should be, a data set whose files are whole, a cut that costs one drive,
 //! the same bits for the same seed, and a message for whatever must not be.
 
-use assert_cmd::Command;
+mod common;
+
 use codrive::{
     record::{Reader, Table},
     study::{
@@ -9,6 +10,7 @@ use codrive::{
         session::{Log, Who},
     },
 };
+use common::table;
 use serde_json::Value;
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -17,56 +19,25 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const STUDY: &str = r#"title = "Short"
-participants = 6
-seed = 7
-[base]
-traffic = "native"
-warm_up_s = 5.0
-duration_s = 6.0
-hold_s = 2.0
-[factors]
-range = [{ name = "narrow", set = { range_mph = 0.5 } }, { name = "middle" }, { name = "wide", set = { range_mph = 2.0 } }]
-[[segment]]
-kind = "text"
-name = "welcome"
-text = "Hello"
-[[segment]]
-kind = "questions"
-name = "ssq-before"
-questionnaire = "ssq"
-[[segment]]
-kind = "drive"
-name = "practice"
-set = { duration_s = 30.0, policy = "constant", warm_up_s = 0.0 }
-until_in_range_s = 1.0
-[[segment]]
-kind = "trials"
-name = "trial"
-rest_s = 10.0
-text = "Drive on the ring."
-[[segment]]
-kind = "questions"
-name = "workload"
-questionnaire = "raw-tlx"
-"#;
+/// The study of these tests.
+fn short() -> String {
+    common::study(6.0, 30.0, ["workload", "raw-tlx"])
+}
 
 fn study() -> Study {
-    Study::parse(STUDY.into(), Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"))
+    Study::parse(short(), Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn codrive(arguments: &[&str]) -> (i32, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
-    let output = command.args(arguments).env("RUST_LOG", "error").output().unwrap();
-    let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
-    (output.status.code().unwrap(), text)
+    let output = common::codrive(arguments, "error");
+    (output.status.code().unwrap(), common::text(&output))
 }
 
 /// A folder with the study's file, and where its data go.
 fn place() -> (tempfile::TempDir, PathBuf, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("short.toml"), folder.path().join("data"));
-    fs::write(&file, STUDY).unwrap();
+    fs::write(&file, short()).unwrap();
     (folder, file, out)
 }
 
@@ -84,20 +55,6 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     }
     list.sort();
     list
-}
-
-/// Rows of a table by its columns' names; every row has every cell.
-fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
-    let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let separator = if path.extension().is_some_and(|e| e == "csv") { ',' } else { '\t' };
-    let mut lines = text.lines().map(|line| line.split(separator).map(str::to_owned).collect::<Vec<_>>());
-    let head = lines.next().unwrap();
-    let row = |cells: Vec<String>| {
-        assert_eq!(cells.len(), head.len(), "{}: {cells:?}", path.display());
-        assert!(separator == ',' || cells.iter().all(|cell| !cell.is_empty()), "{}: {cells:?}", path.display());
-        head.iter().cloned().zip(cells).collect()
-    };
-    lines.map(row).collect()
 }
 
 #[test]
@@ -279,7 +236,7 @@ fn the_same_seed_gives_the_same_files_also_after_a_cut() {
 #[test]
 fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
     let (_folder, file, out) = place();
-    let long = STUDY.replace("duration_s = 6.0", "duration_s = 600.0");
+    let long = short().replace("duration_s = 6.0", "duration_s = 600.0");
     fs::write(&file, long).unwrap();
     let rehearse = || {
         let [file, out] = [&file, &out].map(|path| path.to_str().unwrap());
@@ -418,7 +375,7 @@ fn folders_that_are_something_else_are_refused_and_left_alone() {
     drop(Session::open(&data, &study(), &Code::new("P01").unwrap(), Who::Person, 0, "t").unwrap());
     let (code, text) = rehearse(&file, &out, "1");
     assert!(code == 2 && text.contains("holds data of a person (P01)"), "{text}");
-    fs::write(&file, STUDY.replace("seed = 7", "seed = 8")).unwrap();
+    fs::write(&file, short().replace("seed = 7", "seed = 8")).unwrap();
     let (code, text) = rehearse(&file, &out, "1");
     assert!(code == 2 && text.contains("is not the study that this data set was begun with"), "{text}");
     let (code, text) = codrive(&["study", file.to_str().unwrap(), "--rehearse"]);

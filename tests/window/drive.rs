@@ -1,10 +1,9 @@
 //! Drives and replays in their windows: a key pressed through X moves the car, the screen shows a picture, closing a
 //! window and Ctrl-C end the program with 0; what is typed in the experimenter's window does not drive.
 
-use crate::xserver::{Server, wait_for};
+use crate::xserver::{Server, ended, wait_for};
 use codrive::record::{Manifest, Reader, Table};
 use std::{
-    io::Read,
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
@@ -22,15 +21,8 @@ const PIXELS: usize = 640 * 400;
 
 /// The program in a window on `server`.
 fn drive(server: &Server, more: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_codrive"))
-        .args(["drive", "--quality", "low", "--duration", "0", "--creep", "false", "--policy", "constant"])
-        .args(more)
-        .env("DISPLAY", &server.display)
-        .env_remove("WAYLAND_DISPLAY")
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
+    let still = ["drive", "--quality", "low", "--duration", "0", "--creep", "false", "--policy", "constant"];
+    server.start_program(Command::new(env!("CARGO_BIN_EXE_codrive")).args(still).args(more))
 }
 
 /// The window of this title; it gets the keyboard.
@@ -38,15 +30,6 @@ fn focused(server: &Server, title: &str) -> u32 {
     let window = server.window(title);
     server.focus(window);
     window
-}
-
-/// Exit code and what was printed.
-fn ended(mut program: Child) -> (i32, String) {
-    let status = wait_for("the end of the program", || program.try_wait().unwrap());
-    let mut text = String::new();
-    program.stdout.take().unwrap().read_to_string(&mut text).unwrap();
-    program.stderr.take().unwrap().read_to_string(&mut text).unwrap();
-    (status.code().unwrap_or(-1), text)
 }
 
 /// Mean speed of the ego that the program prints at its end, m/s.
@@ -144,14 +127,7 @@ fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
     let codrive = || Command::new(env!("CARGO_BIN_EXE_codrive"));
     let run = ["run", "--traffic", "native", "--duration", "6", "--quality", "low", "--out", drive];
     assert!(codrive().args(run).stdout(Stdio::null()).status().unwrap().success());
-    let program = codrive()
-        .args(["replay", drive, "--window", "--at", "3"])
-        .env("DISPLAY", &server.display)
-        .env_remove("WAYLAND_DISPLAY")
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let program = server.start_program(codrive().args(["replay", drive, "--window", "--at", "3"]));
     let window = focused(&server, "codrive replay");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     // Space holds it or, if it is over already, plays it again; V shows it from behind.
@@ -177,17 +153,13 @@ fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_reco
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
     // A limit on files stands for the disk's: 200 blocks of 512 bytes, which the journal reaches within seconds.
-    let program = Command::new("sh")
+    let mut command = Command::new("sh");
+    command
         .args(["-c", "trap '' XFSZ; ulimit -f 200; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_codrive")])
         .args(["drive", "--traffic", "native", "--quality", "low", "--duration", "0", "--policy", "constant", "--out"])
         .arg(&out)
-        .env("DISPLAY", &server.display)
-        .env_remove("WAYLAND_DISPLAY")
-        .env("MESA_SHADER_CACHE_DISABLE", "true")
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+        .env("MESA_SHADER_CACHE_DISABLE", "true");
+    let program = server.start_program(&mut command);
     let window = focused(&server, "codrive");
     let ended_as = || Manifest::load(&out).ok().and_then(|manifest| manifest.ended);
     let reason = wait_for("the end of the recording", ended_as);

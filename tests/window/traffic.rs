@@ -1,12 +1,11 @@
 //! A drive in a window whose traffic fails: the window stays awake while SUMO is silent, and the recording says what happened.
 
-use crate::xserver::{Server, wait_for};
+use crate::xserver::{Server, ended, wait_for};
 use codrive::{
     record::Manifest,
     traffic::sumo::{home, program},
 };
 use std::{
-    io::Read,
     net::TcpListener,
     path::Path,
     process::{Child, Command, Stdio},
@@ -54,29 +53,16 @@ impl Drop for Remote {
 /// A recorded drive in a window on `remote` that runs.
 fn driving(server: &Server, remote: &Remote, out: &Path, timeout_s: &str) -> Child {
     let traffic = format!("127.0.0.1:{}", remote.1);
-    let program = Command::new(env!("CARGO_BIN_EXE_codrive"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command
         .args(["drive", "--quality", "low", "--trees", "0", "--duration", "0", "--out", out.to_str().unwrap()])
-        .args(["--traffic", &traffic, "--traffic-timeout", timeout_s])
-        .env("DISPLAY", &server.display)
-        .env_remove("WAYLAND_DISPLAY")
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+        .args(["--traffic", &traffic, "--traffic-timeout", timeout_s]);
+    let program = server.start_program(&mut command);
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     server.focus(window);
     sleep(Duration::from_secs(1));
     program
-}
-
-/// Exit code, and what was printed.
-fn ended(mut program: Child) -> (i32, String) {
-    let status = wait_for("the end of the program", || program.try_wait().unwrap());
-    let mut text = String::new();
-    program.stdout.take().unwrap().read_to_string(&mut text).unwrap();
-    program.stderr.take().unwrap().read_to_string(&mut text).unwrap();
-    (status.code().unwrap_or(-1), text)
 }
 
 #[test]

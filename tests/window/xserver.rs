@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeSet,
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, Read},
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
@@ -59,6 +59,15 @@ impl Picture {
     }
 }
 
+/// Exit code of a program and what it printed, once it has ended.
+pub fn ended(mut program: Child) -> (i32, String) {
+    let status = wait_for("the end of the program", || program.try_wait().unwrap());
+    let mut text = String::new();
+    program.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    program.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    (status.code().unwrap_or(-1), text)
+}
+
 /// Ends with the test.
 pub struct Server {
     process: Child,
@@ -83,6 +92,12 @@ impl Server {
         let (connection, screen) = wait_for("the X server", || RustConnection::connect(Some(&display)).ok());
         let root = connection.setup().roots[screen].root;
         Self { process, display, connection, root, size }
+    }
+
+    /// Starts a program whose windows are here.
+    pub fn start_program(&self, command: &mut Command) -> Child {
+        let command = command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY");
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     }
 
     /// The window of this title once it is on the screen.
