@@ -4,6 +4,7 @@
 use crate::xserver::{Picture, Server, wait_for};
 use codrive::{
     record::{Manifest, Reader, Table},
+    sim::Scenario,
     study::{
         Outcome,
         session::{FILE, Log, Note},
@@ -256,6 +257,8 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     assert_eq!(at("resumed")[0].0, paused, "seconds of the clock, and not a tick while it was held");
     assert_eq!((at("mark"), at("note")), (vec![(paused, "by the experimenter".into())], vec![(paused, "tt".into())]));
     assert_eq!(at("extended"), [(paused, "by 60 s: t".into())]);
+    let driven = Scenario::from_file(&visit.file("trial-1-only/scenario.toml")).unwrap();
+    assert_eq!(driven.duration_s, 180.0, "two minutes, and one more");
     let [(tick, reason)] = &at("aborted")[..] else { panic!("{:?}", at("aborted")) };
     assert!(*tick > paused && reason == "t", "{tick} {reason}");
 
@@ -296,6 +299,9 @@ fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_th
     let last = visit.log().passages.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (Outcome::Cut, "stopped by Ctrl-C"));
     assert_eq!(last.answers[0].answer, json!(false));
+    // Its tables know of the visit, which is not over.
+    let table = fs::read_to_string(visit.folder.path().join("data/participants.tsv")).unwrap();
+    assert!(table.contains("sub-P03\t") && table.contains("\topen"), "{table}");
 
     // It goes on when the experimenter says so, with what was answered.
     visit.start();
