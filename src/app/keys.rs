@@ -87,6 +87,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn beside_an_experimenter_a_driver_has_the_selector_and_the_full_screen_alone() {
+        let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
+        assert_eq!(drivers, ["R", "F11"]);
+    }
+
+    #[test]
+    fn keys_do_what_the_list_says() {
+        use KeyCode as K;
+        let commands = [K::Tab, K::F2, K::Escape, K::Space].map(command);
+        assert_eq!(commands, [Command::Panel, Command::Panel, Command::Quit, Command::Pause].map(Some));
+        let driving = [K::ArrowUp, K::KeyS, K::KeyA, K::ArrowRight, K::KeyH].map(driving);
+        use DriveKey as D;
+        assert_eq!(driving, [D::Throttle, D::Brake, D::Left, D::Right, D::Horn].map(Some));
+        assert_eq!((command(K::ArrowUp), super::driving(K::Escape), command(K::KeyQ)), (None, None, None));
+        let list = list();
+        assert_eq!(list.len(), 18);
+        assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc", "end")));
+    }
+
+    #[test]
     fn no_key_means_two_things() {
         let all: Vec<KeyCode> =
             COMMANDS.iter().flat_map(|r| r.0).chain(DRIVING.iter().flat_map(|r| r.0)).copied().collect();

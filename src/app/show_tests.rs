@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::{
+    app::pulse::Pulse,
     input::{
         Rig,
         feel::{Angle, ForceDevice},
@@ -9,7 +10,7 @@ use crate::{
         profiles::{self, Device},
         wheel::{Found, Told},
     },
-    panel::calibration::CalibrationCommand,
+    panel::{calibration::CalibrationCommand, experimenter::WheelHealth},
     record::{Manifest, Reader, Table},
     sim::FlashPatch,
 };
@@ -92,6 +93,10 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
         .map(|(_, how)| how)
         .collect();
     assert_eq!(horn, ["on", "off"]);
+    let told = events.words("event").into_iter().zip(events.words("detail"));
+    let profile = told.into_iter().find_map(|(event, text)| (event == "wheel profile").then_some(text)).unwrap();
+    let used = crate::input::Profile::from_toml(&profile, "events").unwrap();
+    assert_eq!(used, profiles::named("g29").unwrap(), "the whole profile is in the recording");
 }
 
 #[test]
@@ -176,4 +181,81 @@ fn a_calibration_holds_time_and_ends_where_the_wheel_is_pulled_out() {
     to.send(Told::Lost).unwrap();
     frame(&mut show);
     assert!(crate::app::wheel::wheel(show.devices.rig()).is_none());
+}
+
+#[test]
+fn the_hands_feel_grass_by_the_share_of_front_wheels_on_it() {
+    let (mut show, to) = show(Scenario { policy: "none".into(), vehicles: 2, ..Scenario::default() });
+    to.send(g29(Lamps::default(), true)).unwrap();
+    frame(&mut show);
+    // Off the ring to the left with a foot on the accelerator.
+    for (code, raw) in [(2, 100), (0, 20_000)] {
+        to.send(Told::Axis { code, raw, at: None }).unwrap();
+    }
+    let mut seen = Vec::new();
+    for _ in 0..1200 {
+        show.advance(Duration::from_millis(10), |_| ()).unwrap();
+        let front = show.drive.world.snapshot().ego.wheels[..2].iter().map(|wheel| wheel.surface == Surface::Grass);
+        let share = match front.collect::<Vec<_>>()[..] {
+            [false, false] => 0.0,
+            [true, true] => 1.0,
+            _ => 0.5,
+        };
+        let feel = show.feel();
+        assert_eq!(feel.grass, share);
+        if seen.last() != Some(&share) {
+            seen.push(share);
+        }
+        if share == 1.0 {
+            break;
+        }
+    }
+    assert_eq!(seen, [0.0, 0.5, 1.0], "from the road over one wheel to both");
+    let (ego, feel) = (&show.drive.world.snapshot().ego, show.feel());
+    assert_eq!((feel.speed_mps, feel.aligning_nm), (ego.speed_mps, f64::from(ego.steering_torque_nm)));
+    assert!(feel.running);
+    show.toggle_pause();
+    assert!(!show.feel().running);
+}
+
+#[test]
+fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("p1");
+    let (mut show, to) = show(Scenario::default());
+    let mut pulse = Pulse::default();
+    let health = pulse.health(&show, "native", None);
+    assert_eq!((health.wheel, health.latency_ms), (WheelHealth::None, None));
+    assert!(health.recording.is_none() && health.error.is_none());
+    assert_eq!((health.frame_ms, health.dropped_s), ([0.0; 2], [0.0; 2]), "no frame yet");
+
+    record(&mut show, &recording);
+    to.send(g29(Lamps::default(), false)).unwrap();
+    frame(&mut show);
+    to.send(Told::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    std::thread::sleep(Duration::from_millis(5));
+    frame(&mut show);
+    pulse.frame(Duration::from_millis(20), Duration::ZERO);
+    pulse.frame(Duration::from_millis(40), Duration::from_millis(250));
+    let health = pulse.health(&show, "SUMO 1.20", Some("it failed"));
+    assert_eq!(health.wheel, WheelHealth::There("Logitech G29".into()));
+    assert_eq!((health.engine.as_str(), health.error.as_deref()), ("SUMO 1.20", Some("it failed")));
+    assert_eq!((health.frame_ms, health.dropped_s), ([30.0, 40.0], [0.25; 2]));
+    // One input, which waited for 5 ms at least and for no minute: its median and its worst are the same.
+    let [median_ms, worst_ms] = health.latency_ms.unwrap();
+    assert!(median_ms == worst_ms && (5.0..60_000.0).contains(&median_ms), "{median_ms} ms");
+    let disk = health.recording.unwrap();
+    let free_gb = crate::record::free_bytes(&recording).map(|bytes| bytes as f64 / 1e9);
+    // Others write to the same disk meanwhile.
+    let near = disk.free_gb.zip(free_gb).is_none_or(|(told, free)| (told - free).abs() < 0.1 * free + 1.0);
+    assert!(near && disk.free_gb.is_some() == free_gb.is_some(), "{:?}, not {free_gb:?} GB", disk.free_gb);
+
+    // A second and a half is looked at, ten are remembered.
+    (0..80).for_each(|_| pulse.frame(Duration::from_millis(20), Duration::ZERO));
+    assert_eq!(pulse.health(&show, "", None).frame_ms, [20.0; 2]);
+    (0..500).for_each(|_| pulse.frame(Duration::from_millis(20), Duration::ZERO));
+    assert_eq!(pulse.health(&show, "", None).dropped_s, [0.25, 0.0]);
+    to.send(Told::Lost).unwrap();
+    frame(&mut show);
+    assert_eq!(pulse.health(&show, "", None).wheel, WheelHealth::Lost);
 }

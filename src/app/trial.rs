@@ -22,7 +22,52 @@ pub fn judged(scenario: &Scenario) -> Result<Verdict, AppError> {
         let ego_mps = snapshot.ego.speed_mps.max(0.0) as f32;
         tally.add(std::iter::once(ego_mps).chain(others), gap_m, snapshot.advice.as_ref());
     }
-    let verdict = tally.verdict();
-    let crashed = verdict.crashed || !run.summary().contacts.is_empty();
-    Ok(Verdict { crashed, calm_s: verdict.calm_s.filter(|_| !crashed), ..verdict })
+    Ok(with_touch(tally.verdict(), !run.summary().contacts.is_empty()))
+}
+
+/// The verdict on a drive in which the car touched another or not: one that did is crashed and never calm.
+fn with_touch(verdict: Verdict, touched: bool) -> Verdict {
+    let crashed = verdict.crashed || touched;
+    Verdict { crashed, calm_s: verdict.calm_s.filter(|_| !crashed), ..verdict }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_drive_behind_others_is_judged_by_what_was_driven() {
+        let scenario = Scenario {
+            traffic: "native".into(),
+            policy: "none".into(),
+            driver: "perfect".into(),
+            vehicles: 4,
+            warm_up_s: 1.0,
+            duration_s: 10.0,
+            trees: 0,
+            ..Scenario::default()
+        };
+        let verdict = judged(&scenario).unwrap();
+        assert!(!verdict.crashed && verdict.in_range.is_none(), "{verdict:?}");
+        // Four cars on a ring of 250 m, from a stand.
+        assert!(verdict.mean_mps > 0.5 && verdict.settled_mps > verdict.mean_mps, "{verdict:?}");
+        assert!(verdict.least_gap_m > 10.0 && verdict.least_gap_m < 250.0 / 4.0, "{verdict:?}");
+    }
+
+    #[test]
+    fn a_car_that_touched_another_has_crashed_and_was_never_calm() {
+        let verdict = calm_verdict();
+        let told = |crashed, touched| {
+            let after = with_touch(Verdict { crashed, ..verdict }, touched);
+            (after.crashed, after.calm_s)
+        };
+        assert_eq!(told(false, false), (false, Some(3.0)));
+        for (crashed, touched) in [(true, false), (false, true), (true, true)] {
+            assert_eq!(told(crashed, touched), (true, None));
+        }
+    }
+
+    fn calm_verdict() -> Verdict {
+        Verdict { calm_s: Some(3.0), ..Tally::new(0.1, 250.0).verdict() }
+    }
 }

@@ -2,7 +2,7 @@
 //! axes, and in the end a [`Profile`]. Every answer is given with wheel and pedals alone: turn or press, hold for a moment.
 
 use super::{
-    profile::{AxisRanges, Pedal, Profile, ProfileError, Steering},
+    profile::{Pedal, Profile, ProfileError, Steering},
     profiles::{self, Device},
 };
 use std::collections::BTreeMap;
@@ -303,11 +303,6 @@ impl Calibration {
         // The way through its own file: what is saved can be read.
         Profile::from_toml(&profile.to_toml(), name)
     }
-
-    /// Ranges of all axes of the device.
-    pub fn ranges(&self) -> &AxisRanges {
-        &self.device.axes
-    }
 }
 
 fn round(value: f64) -> f64 {
@@ -315,125 +310,5 @@ fn round(value: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn g29() -> Device {
-        let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1])];
-        let values = [(0, 32_900), (1, 255), (2, 255), (5, 255), (16, 0)];
-        Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
-    }
-
-    /// Moves an axis there within half a second and holds it for a second.
-    fn hold(calibration: &mut Calibration, now_s: &mut f64, code: u16, from: i32, to: i32) {
-        for i in 1..=20 {
-            *now_s += 0.025;
-            calibration.moved(code, from + (to - from) * i / 20, *now_s);
-        }
-        for _ in 0..20 {
-            *now_s += 0.05;
-            calibration.time(*now_s);
-        }
-    }
-
-    #[test]
-    fn a_g29_is_learnt_by_turning_and_pressing_alone() {
-        let mut calibration = Calibration::new(g29(), 0.0).unwrap();
-        let mut now_s = 0.0;
-        calibration.moved(5, 254, 0.5);
-        calibration.moved(5, 255, 0.6);
-        calibration.time(1.9);
-        assert_eq!(calibration.step(), Step::Rest);
-        now_s += 2.1;
-        calibration.time(now_s);
-        let moves = [
-            (0, 32_900, 120, Step::Left, Step::Right),
-            (0, 120, 65_400, Step::Right, Step::Straight),
-            (0, 65_400, 32_700, Step::Straight, Step::Accelerator),
-            (2, 255, 3, Step::Accelerator, Step::AcceleratorUp),
-            (2, 3, 255, Step::AcceleratorUp, Step::Brake),
-            (5, 255, 90, Step::Brake, Step::BrakeUp),
-            (5, 90, 254, Step::BrakeUp, Step::Done),
-        ];
-        for (code, from, to, during, after) in moves {
-            assert_eq!(calibration.step(), during);
-            hold(&mut calibration, &mut now_s, code, from, to);
-            assert_eq!(calibration.step(), after);
-        }
-        let profile = calibration.profile("Rig 1").unwrap();
-        assert_eq!(
-            (profile.steering.left, profile.steering.centre, profile.steering.right),
-            (120, 32_700, 65_400),
-            "{profile:?}"
-        );
-        let brake = profile.brake.as_ref().unwrap();
-        assert_eq!((profile.accelerator.axis, brake.axis, brake.pressed), (2, 5, 90));
-        assert_eq!(
-            (brake.effect(255), brake.effect(254), brake.effect(90)),
-            (0.0, 0.0, 1.0),
-            "noise at rest is no brake"
-        );
-        assert_eq!(profile.buttons.reverse, [293], "as shipped for the same product");
-        assert!(profile.is_for(0x046d, 0xc24f));
-    }
-
-    #[test]
-    fn a_wheel_whose_axes_run_the_other_way_and_whose_pedals_rest_low_is_learnt_too() {
-        let device = Device {
-            name: "Other".into(),
-            id: (1, 2),
-            axes: [(3, [-512, 511]), (6, [0, 1023]), (7, [0, 1023])].into(),
-            values: [(3, 0), (6, 0), (7, 0)].into(),
-        };
-        let mut calibration = Calibration::new(device, 0.0).unwrap();
-        calibration.moved(3, 2, 0.0);
-        let mut now_s = 2.1;
-        calibration.time(now_s);
-        for (code, from, to) in
-            [(3, 0, 511), (3, 511, -512), (3, -512, 2), (7, 0, 1000), (7, 1000, 0), (6, 0, 800), (6, 800, 0)]
-        {
-            hold(&mut calibration, &mut now_s, code, from, to);
-        }
-        let profile = calibration.profile("other").unwrap();
-        assert!(profile.steering.wheel_rad(400) > 0.0 && profile.steering.wheel_rad(-400) < 0.0);
-        assert_eq!((profile.accelerator.axis, profile.accelerator.pressed, profile.accelerator.released), (7, 1000, 0));
-    }
-
-    #[test]
-    fn a_wheel_that_has_not_been_read_is_woken_before_its_rest_is_learnt() {
-        // The fault: the first report brings all axes from 0 to where they are, and the pedals seemed to be the wheel.
-        let device = Device { values: [(0, 0), (1, 0), (2, 0), (5, 0), (16, 0)].into(), ..g29() };
-        let mut calibration = Calibration::new(device, 0.0).unwrap();
-        calibration.time(10.0);
-        assert_eq!(calibration.step(), Step::Wake, "nobody knows where it rests");
-        for (code, raw) in [(0, 32_800), (1, 255), (2, 255), (5, 255)] {
-            calibration.moved(code, raw, 11.0);
-        }
-        assert_eq!(calibration.step(), Step::Rest);
-        calibration.time(13.1);
-        assert_eq!(calibration.step(), Step::Left);
-        let mut now_s = 13.1;
-        for (code, from, to) in
-            [(0, 32_800, 0), (0, 0, 65_535), (0, 65_535, 32_700), (2, 255, 0), (2, 0, 255), (5, 255, 60), (5, 60, 255)]
-        {
-            hold(&mut calibration, &mut now_s, code, from, to);
-        }
-        let profile = calibration.profile("Rig 1").unwrap();
-        assert_eq!((profile.steering.axis, profile.accelerator.axis), (0, 2));
-        assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (255, 0));
-    }
-
-    #[test]
-    fn a_foot_that_moves_at_rest_begins_the_rest_again_and_nothing_half_done_is_saved() {
-        let mut calibration = Calibration::new(g29(), 0.0).unwrap();
-        calibration.moved(2, 100, 1.5);
-        calibration.moved(2, 255, 1.6);
-        calibration.time(2.5);
-        assert_eq!(calibration.step(), Step::Rest);
-        calibration.time(3.7);
-        assert_eq!(calibration.step(), Step::Left);
-        assert!(calibration.profile("x").unwrap_err().0.contains("not everything was answered"));
-        let pad = Device { axes: [(0, [0, 255])].into(), ..g29() };
-        assert!(Calibration::new(pad, 0.0).unwrap_err().0.contains("less than two axes"));
-    }
-}
+#[path = "calibrate_tests.rs"]
+mod tests;

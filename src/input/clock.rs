@@ -49,10 +49,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn time_goes_on_and_never_back() {
+        let before = Stamp::now();
+        std::thread::sleep(Duration::from_millis(20));
+        let after = Stamp::now();
+        assert!(before.until(after) >= Duration::from_millis(20) && before.0 > Duration::ZERO);
+        assert_eq!(after.until(before), Duration::ZERO);
+    }
+
+    #[test]
     fn only_an_event_of_the_last_second_has_an_age() {
         let now = Stamp(Duration::from_secs(100));
         assert_eq!(Stamp::plausible(Duration::from_millis(99_990), now).unwrap().until(now), Duration::from_millis(10));
         assert_eq!(Stamp::plausible(Duration::from_millis(100), now), None, "a replayed event from 1970");
         assert_eq!(Stamp::plausible(Duration::from_secs(101), now), None, "an event from the future");
+        let second = Duration::from_secs(99);
+        assert_eq!(Stamp::plausible(second, now), Some(Stamp(second)), "a second ago at the most");
+        assert_eq!(Stamp::plausible(second - Duration::from_nanos(1), now), None);
     }
 }

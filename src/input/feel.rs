@@ -191,3 +191,31 @@ impl Drop for ForceThread {
         }
     }
 }
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use nix::libc;
+
+    #[test]
+    fn whether_a_thread_runs_in_real_time_is_what_the_kernel_says_of_it() {
+        let (told, policy, nice) = std::thread::spawn(|| {
+            let told = hurry();
+            // SAFETY: numbers alone; 0 is the calling thread.
+            unsafe { (told, libc::sched_getscheduler(0), libc::getpriority(libc::PRIO_PROCESS, 0)) }
+        })
+        .join()
+        .unwrap();
+        assert_eq!(told, policy == libc::SCHED_RR);
+        assert!(told || policy == libc::SCHED_OTHER, "{policy}");
+        // Who may have a better nice value has it then.
+        assert!(told || nice == -12 || !may_be_nicer(), "{nice}");
+        assert_eq!(may_hurry(), told, "who asks for another thread hears the same");
+    }
+
+    /// Whether this person's threads may have the nice value -12, tried on one that ends at once.
+    fn may_be_nicer() -> bool {
+        // SAFETY: numbers alone; 0 is the calling thread.
+        std::thread::spawn(|| unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, -12) } == 0).join().unwrap()
+    }
+}

@@ -126,6 +126,133 @@ fn the_force_comes_back_slowly() {
     assert!(first < 0.05, "{first}");
 }
 
+/// A model with room below its cap, at full force and after a second of this feel at rest in the middle.
+fn part(settings: ForceSettings, feel: &Feel) -> ForceModel {
+    let mut model = ForceModel::new(&ForceSettings { cap_nm: 20.0, full_nm: 20.0, ..settings }, 7.0);
+    (0..170).for_each(|_| {
+        model.step(DT_S, 0.0, feel, 0.0);
+    });
+    model
+}
+
+/// All parts off.
+fn off() -> ForceSettings {
+    ForceSettings {
+        strength: 1.0,
+        friction_nm: 0.0,
+        standstill_nm: 0.0,
+        damping_nms: 0.0,
+        centring_nm: 0.0,
+        grass_nm: 0.0,
+        ..ForceSettings::default()
+    }
+}
+
+/// The torque after half a second at this speed of the wheel, from the middle on.
+fn turned_at(model: &mut ForceModel, radps: f64, feel: &Feel) -> f64 {
+    (1..=83).map(|i| model.step(DT_S, radps * DT_S * f64::from(i), feel, 0.0)).last().unwrap()
+}
+
+fn near(value: f64, expected: f64) {
+    assert!((value - expected).abs() < 1e-6, "{value}, not {expected}");
+}
+
+#[test]
+fn each_part_alone_is_as_strong_as_its_setting_says() {
+    let still = rolling(0.0);
+    near(part(ForceSettings { strength: 0.5, ..off() }, &rolling(3.0)).step(DT_S, 0.0, &rolling(3.0), 0.0), 1.5);
+    near(part(ForceSettings { centring_nm: 0.4, ..off() }, &still).step(DT_S, 1.5, &still, 0.0), -0.6);
+    let mut damped = part(ForceSettings { damping_nms: 0.06, ..off() }, &still);
+    near(turned_at(&mut damped, -2.0, &still), 0.12);
+    // Dry friction is nearly full at 1 rad/s, full at 10, and a standing tyre adds to it.
+    let rubbed = ForceSettings { friction_nm: 0.1, standstill_nm: 0.4, ..off() };
+    near(turned_at(&mut part(rubbed.clone(), &still), 10.0, &still), -0.1);
+    near(turned_at(&mut part(rubbed.clone(), &still), 1.0, &still), -0.1 * 1.0_f64.tanh());
+    let standing = Feel { speed_mps: 0.0, ..still };
+    near(turned_at(&mut part(rubbed.clone(), &standing), 10.0, &standing), -0.5);
+    // Halfway to free rolling, at 1 of 2 m/s, half of it, backwards as well.
+    for speed_mps in [1.0, -1.0] {
+        let slow = Feel { speed_mps, ..still };
+        near(turned_at(&mut part(rubbed.clone(), &slow), 10.0, &slow), -0.3);
+    }
+}
+
+#[test]
+fn a_soft_end_grows_to_the_cap_over_its_last_fifth_of_a_radian() {
+    let still = rolling(0.0);
+    let settings = ForceSettings { cap_nm: 1.8, ..off() };
+    let at = |wheel_rad: f64| {
+        let mut model = ForceModel::new(&settings, 7.0);
+        (0..170).map(|_| model.step(DT_S, wheel_rad, &still, 0.0)).last().unwrap()
+    };
+    assert_eq!((at(6.8), at(-6.8)), (0.0, 0.0));
+    near(at(6.9), -0.9);
+    near(at(-6.9), 0.9);
+    near(at(7.0), -1.8);
+    near(at(7.5), -1.8);
+}
+
+#[test]
+fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
+    // 33.3 m are 37 waves of the one and 90 of the other: at 5 m/s 1110 periods of the thread.
+    const PERIODS: i32 = 1110;
+    let feel = Feel { speed_mps: 5.0, grass: 1.0, ..rolling(0.0) };
+    let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &feel);
+    let torques: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &feel, 0.0)).collect();
+    let wave = |count: f64| {
+        let turn = |i: i32| TAU * count * f64::from(i) / f64::from(PERIODS);
+        let sum = |part: fn(f64) -> f64| (0..PERIODS).zip(&torques).map(|(i, nm)| nm * part(turn(i))).sum::<f64>();
+        sum(f64::sin).hypot(sum(f64::cos)) * 2.0 / f64::from(PERIODS)
+    };
+    near(wave(37.0), 0.6 * 0.5);
+    near(wave(90.0), 0.4 * 0.5);
+    // Nothing else is in it: the mean square of sines is half the squares of their heights.
+    let mean_square = torques.iter().map(|nm| nm * nm).sum::<f64>() / f64::from(PERIODS);
+    near(mean_square, (0.3_f64.powi(2) + 0.2_f64.powi(2)) / 2.0);
+    // One wheel on it: half; none: nothing; and nothing shakes while the car stands.
+    let half = Feel { grass: 0.5, ..feel };
+    let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &half);
+    let one: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &half, 0.0)).collect();
+    assert!(one.iter().zip(&torques).all(|(one, two)| (one - two / 2.0).abs() < 1e-9));
+    for calm in [Feel { grass: 0.0, ..feel }, Feel { speed_mps: 0.0, ..feel }] {
+        let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &calm);
+        near(model.step(DT_S, 0.0, &calm, 0.0), 0.0);
+    }
+}
+
+#[test]
+fn a_step_of_the_car_comes_through_within_the_promised_delay() {
+    let mut model = part(off(), &rolling(0.0));
+    let mut torque_nm = 0.0;
+    // Five steps of 2 ms are one time constant.
+    (0..5).for_each(|_| torque_nm = model.step(SMOOTH_S / 5.0, 0.0, &rolling(1.0), 0.0));
+    near(torque_nm, 1.0 - (-1.0_f64).exp());
+}
+
+#[test]
+fn the_force_fades_in_over_four_tenths_of_a_second_and_out_in_24_ms() {
+    let feel = rolling(1.0);
+    let mut model = ForceModel::new(&off(), 7.0);
+    // In steps of a hundredth; the aligning torque has come through long before.
+    let torques: Vec<f64> = (0..60).map(|_| model.step(0.01, 0.0, &feel, 0.0)).collect();
+    assert!((torques[19] - 0.5).abs() < 1e-6 && (torques[29] - 0.75).abs() < 1e-6, "{torques:?}");
+    near(torques[59], 1.0);
+    near(model.step(0.006, 0.0, &feel, 0.059), 1.0);
+    near(model.step(0.006, 0.0, &feel, STALE_S), 0.75);
+    near(model.step(0.012, 0.0, &feel, 0.2), 0.25);
+    near(model.step(0.006, 0.0, &feel, 0.2), 0.0);
+    let mut weak = ForceModel::new(&ForceSettings { strength: 0.0, centring_nm: 1.0, ..off() }, 7.0);
+    (0..100).for_each(|_| assert_eq!(weak.step(0.01, 1.0, &feel, 0.0), 0.0, "strength 0 switches all force off"));
+}
+
+#[test]
+fn a_level_is_one_of_255_steps_to_a_side() {
+    let model = model();
+    // 2.1 N m is full: 1.05 is step 127.5, which goes to 128.
+    assert_eq!((model.level(1.05, false), model.level(1.05, true)), (128 * 128, -128 * 128));
+    assert_eq!((model.level(0.004, false), model.level(0.005, false)), (0, 128));
+}
+
 /// Inertia of a G29's rim with its geared motors, kg m2, its own dry friction, N m, and the counts of its sensor a radian.
 const RIM_KGM2: f64 = 0.05;
 const RIM_NM: f64 = 0.08;

@@ -206,6 +206,75 @@ mod tests {
     }
 
     #[test]
+    fn the_wheel_goes_to_a_side_in_0_6_s_and_back_through_the_middle_in_0_35_s() {
+        let steered = |keyboard: &mut Keyboard, ticks: i32| {
+            let controls = (0..ticks).map(|_| keyboard.tick(0.0, None)).last().unwrap();
+            controls.steering_wheel_rad / STEERING_LOCK_RAD
+        };
+        // A tick is a sixtieth of the way out and a 35th of the way back.
+        let near = |value: f32, expected: f32| assert!((value - expected).abs() < 0.02, "{value}, not {expected}");
+        let mut keyboard = Keyboard::default();
+        keyboard.set(DriveKey::Left, true);
+        near(steered(&mut keyboard, 30), 0.5);
+        near(steered(&mut keyboard, 31), 1.0);
+        keyboard.release_all();
+        near(steered(&mut keyboard, 14), 0.6);
+        keyboard.set(DriveKey::Right, true);
+        near(steered(&mut keyboard, 21), 0.0);
+        near(steered(&mut keyboard, 15), -0.25);
+        keyboard.release_all();
+        near(steered(&mut keyboard, 9), 0.0);
+    }
+
+    #[test]
+    fn only_keys_that_move_something_drive_and_the_horn_sounds_while_its_key_is_down() {
+        use DriveKey as K;
+        for key in [K::Throttle, K::Brake, K::Left, K::Right] {
+            let mut keyboard = Keyboard::default();
+            assert!(!keyboard.any_down());
+            keyboard.set(key, true);
+            assert!(keyboard.any_down() && !keyboard.horn(), "{key:?}");
+            keyboard.set(key, false);
+            assert!(!keyboard.any_down(), "{key:?}");
+        }
+        let mut keyboard = Keyboard::default();
+        keyboard.set(K::Horn, true);
+        assert!(keyboard.horn() && !keyboard.any_down());
+        keyboard.release_all();
+        assert!(!keyboard.horn());
+    }
+
+    #[test]
+    fn reverse_is_toggled_and_a_drive_begins_in_drive_with_the_keys_that_are_down() {
+        let mut keyboard = Keyboard::default();
+        let selector = |keyboard: &mut Keyboard| keyboard.tick(0.0, None).selector;
+        assert_eq!(selector(&mut keyboard), Selector::Drive);
+        keyboard.toggle_reverse();
+        assert_eq!(selector(&mut keyboard), Selector::Reverse);
+        keyboard.toggle_reverse();
+        assert_eq!(selector(&mut keyboard), Selector::Drive);
+        keyboard.toggle_reverse();
+        keyboard.set(DriveKey::Throttle, true);
+        run(&mut keyboard, 1.0, 0.0);
+        keyboard.rest();
+        assert!(keyboard.any_down());
+        let first = keyboard.tick(0.0, None);
+        // A tick of the key after a pedal that is up: 0.4 in 0.3 s.
+        assert!((first.throttle - 0.4 / 30.0).abs() < 1e-6 && first.selector == Selector::Drive, "{first:?}");
+    }
+
+    #[test]
+    fn lane_help_turns_back_to_the_lanes_heading_and_leaves_the_middle_to_a_hand_that_steers() {
+        let helped = |hint: LaneHint, steer: f64| lane_help_rad(&hint, steer);
+        let heading = LaneHint { heading_error_rad: 0.1, ..LaneHint::default() };
+        assert!((helped(heading, 0.0) + 0.09).abs() < 1e-12 && (helped(heading, 1.0) + 0.09).abs() < 1e-12);
+        let beside = LaneHint { offset_m: -0.5, ..LaneHint::default() };
+        assert!((helped(beside, 0.0) - 0.03).abs() < 1e-12);
+        assert!((helped(beside, -0.5) - 0.015).abs() < 1e-12, "half steered by hand, half the pull");
+        assert_eq!(helped(beside, 1.0).abs(), 0.0);
+    }
+
+    #[test]
     fn lane_help_follows_the_bend_and_steers_back_to_the_middle() {
         let mut keyboard = Keyboard::default();
         let bend = LaneHint { curvature: 1.0 / 39.8, ..LaneHint::default() };

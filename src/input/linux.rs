@@ -18,7 +18,7 @@ use evdev::{
 };
 use nix::poll::{PollFd, PollFlags, PollTimeout};
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     fs, io,
     os::fd::{AsFd, AsRawFd},
     path::{Path, PathBuf},
@@ -54,7 +54,11 @@ pub struct Node {
 
 /// All event devices that are wheels, usable or not, in the order of their numbers.
 pub fn wheels() -> Vec<Node> {
-    let Ok(entries) = fs::read_dir("/sys/class/input") else { return Vec::new() };
+    wheels_in(Path::new("/sys"))
+}
+
+fn wheels_in(sys: &Path) -> Vec<Node> {
+    let Ok(entries) = fs::read_dir(sys.join("class/input")) else { return Vec::new() };
     let number = |name: &str| name.strip_prefix("event")?.parse::<u32>().ok();
     let mut found: Vec<(u32, Node)> = entries
         .flatten()
@@ -79,6 +83,12 @@ pub struct OpenWheel {
     device: RawDevice,
     /// Whether the kernel stamps events with the monotonic clock.
     monotonic: bool,
+    heard: Heard,
+}
+
+/// What a wheel's events come to, whatever file they are read from.
+#[derive(Default)]
+struct Heard {
     /// Buttons that are down, as far as was told.
     down: BTreeSet<u16>,
     /// True from an overflow of the kernel's queue to the end of its packet.
@@ -103,8 +113,8 @@ impl OpenWheel {
             known.axes.insert(code.0, [info.minimum(), info.maximum()]);
             known.values.insert(code.0, info.value());
         }
-        let down = buttons(&device)?;
-        Ok((Self { device, monotonic, down, dropped: false, profile: None, angle: Arc::default() }, known))
+        let heard = Heard { down: buttons(&device)?, ..Heard::default() };
+        Ok((Self { device, monotonic, heard }, known))
     }
 
     /// Waits up to `patience` for events, and adds them to `told`.
@@ -119,8 +129,7 @@ impl OpenWheel {
             Ok(_) => {}
             Err(error) => return Err(error.into()),
         }
-        let state = polled[0].revents().unwrap_or(PollFlags::empty());
-        if !state.contains(PollFlags::POLLIN) && state.intersects(PollFlags::POLLERR | PollFlags::POLLHUP) {
+        if gone(polled[0].revents().unwrap_or(PollFlags::empty())) {
             return Err(io::ErrorKind::NotConnected.into());
         }
         let now = Stamp::now();
@@ -131,29 +140,40 @@ impl OpenWheel {
         }
         for event in events {
             let at = stamp(event.timestamp(), now, real);
-            match (event.event_type(), event.code()) {
-                (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
-                (EventType::SYNCHRONIZATION, SYN_REPORT) if std::mem::take(&mut self.dropped) => {
-                    self.ask_again(at, told)?;
-                }
-                _ if self.dropped => {}
-                (EventType::ABSOLUTE, code) => self.moved(code, event.value(), at, told),
-                // 2 is the kernel's own repetition.
-                (EventType::KEY, code) if event.value() < 2 => self.pressed(code, event.value() == 1, at, told),
-                _ => {}
+            if self.heard.hear(&event, at, told) {
+                let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
+                self.heard.catch_up(axes, &buttons(&self.device)?, at, told);
             }
         }
         Ok(())
     }
+}
+
+/// Whether a polled device is gone: what it still has to tell is read first.
+fn gone(state: PollFlags) -> bool {
+    !state.contains(PollFlags::POLLIN) && state.intersects(PollFlags::POLLERR | PollFlags::POLLHUP)
+}
+
+impl Heard {
+    /// Adds what an event comes to. True if events before it were lost, and the device's state is to be asked for.
+    fn hear(&mut self, event: &InputEvent, at: Option<Stamp>, told: &mut Vec<Told>) -> bool {
+        match (event.event_type(), event.code()) {
+            (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
+            (EventType::SYNCHRONIZATION, SYN_REPORT) => return std::mem::take(&mut self.dropped),
+            _ if self.dropped => {}
+            (EventType::ABSOLUTE, code) => self.moved(code, event.value(), at, told),
+            // 2 is the kernel's own repetition.
+            (EventType::KEY, code) if event.value() < 2 => self.pressed(code, event.value() == 1, at, told),
+            _ => {}
+        }
+        false
+    }
 
     /// The device's state as it is now, after events were lost: a button that came up unheard would sound the horn for ever.
-    fn ask_again(&mut self, at: Option<Stamp>, told: &mut Vec<Told>) -> io::Result<()> {
-        let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
+    fn catch_up(&mut self, axes: Vec<(u16, i32)>, down: &BTreeSet<u16>, at: Option<Stamp>, told: &mut Vec<Told>) {
         axes.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
-        let now = buttons(&self.device)?;
-        let changed: Vec<u16> = self.down.symmetric_difference(&now).copied().collect();
-        changed.into_iter().for_each(|code| self.pressed(code, now.contains(&code), at, told));
-        Ok(())
+        let changed: Vec<u16> = self.down.symmetric_difference(down).copied().collect();
+        changed.into_iter().for_each(|code| self.pressed(code, down.contains(&code), at, told));
     }
 
     fn pressed(&mut self, code: u16, down: bool, at: Option<Stamp>, told: &mut Vec<Told>) {
@@ -244,12 +264,12 @@ impl Port for EvdevPort {
                         None
                     });
                     if let Some(raw) = device.values.get(&profile.steering.axis) {
-                        wheel.angle.set(profile.steering.wheel_rad(*raw));
+                        wheel.heard.angle.set(profile.steering.wheel_rad(*raw));
                     }
-                    wheel.profile = Some(profile.clone());
+                    wheel.heard.profile = Some(profile.clone());
                     let event = node.path.file_name().unwrap_or_default().to_string_lossy();
                     let lamps = Lamps::find(Path::new("/sys"), &event);
-                    let angle = Arc::clone(&wheel.angle);
+                    let angle = Arc::clone(&wheel.heard.angle);
                     self.seen = None;
                     return Some((Found { device, profile, lamps, force, angle }, wheel));
                 }
@@ -385,7 +405,7 @@ impl ForceDevice for EvdevForce {
         let _ = self.effect.stop();
         if self.can.autocentre {
             // The kernel does not tell what it was; the profile says what it is to be.
-            let _ = self.device.set_ff_autocenter((self.autocentre_after * f64::from(u16::MAX)) as u16);
+            let _ = self.device.set_ff_autocenter(strength(self.autocentre_after));
         }
     }
 }
@@ -401,11 +421,11 @@ fn constant(level: i16) -> FFEffectData {
     }
 }
 
-/// Current values and ranges of a node, for those who only look.
-///
-/// # Errors
-/// It cannot be opened.
-pub fn look(node: &Node) -> io::Result<BTreeMap<u16, (i32, [i32; 2])>> {
-    let (_, device) = OpenWheel::open(node)?;
-    Ok(device.axes.iter().map(|(code, range)| (*code, (device.values[code], *range))).collect())
+/// A share as the kernel counts strengths.
+fn strength(share: f64) -> u16 {
+    (share * f64::from(u16::MAX)) as u16
 }
+
+#[cfg(test)]
+#[path = "linux_tests.rs"]
+mod tests;

@@ -113,6 +113,31 @@ mod tests {
     }
 
     #[test]
+    fn a_g920_has_its_pedals_on_other_axes_and_a_wheel_that_nobody_knows_is_taken_for_a_g29() {
+        // hid-logitech-hidpp reports them as Y, Z and RZ: accelerator, brake, clutch.
+        for product in [0xc262, 0xc26e] {
+            let axes = known_wheel(Some(0x046d), Some(product), "Logitech G920").unwrap();
+            assert_eq!(axes.iter().map(|axis| axis.0 - 0x3_0000).collect::<Vec<_>>(), [0, 1, 2, 5]);
+            let all = [WheelAxis::Steering, WheelAxis::Accelerator, WheelAxis::Brake, WheelAxis::Clutch];
+            assert_eq!(axes.iter().map(|axis| axis.1).collect::<Vec<_>>(), all);
+        }
+        let g29 = known_wheel(Some(0x046d), Some(0xc24f), "");
+        for (product, name) in [(0xc29b, ""), (0xc266, ""), (1, "A RACING pad"), (2, "Driving Force"), (3, "The Wheel")]
+        {
+            assert_eq!(known_wheel(Some(0x046d), Some(product), name), g29, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_paddle_changes_between_drive_and_reverse() {
+        let mut wheel = WheelState::default();
+        wheel.toggle_reverse();
+        assert_eq!(wheel.controls().selector, Selector::Reverse);
+        wheel.toggle_reverse();
+        assert_eq!(wheel.controls().selector, Selector::Drive);
+    }
+
+    #[test]
     fn a_gamepad_is_no_wheel() {
         assert_eq!(known_wheel(Some(0x045e), Some(0x028e), "Xbox 360 Controller"), None);
     }

@@ -88,19 +88,21 @@ impl Pads {
             match event.event {
                 EventType::Connected => self.connect(event.id),
                 EventType::Disconnected => self.disconnect(key),
-                other => {
-                    if let Some(device) = self.devices.get_mut(&key).filter(|_| acts(&other)) {
-                        device.take(&other);
-                        self.active = Some(key);
-                        touched = true;
-                    }
-                }
+                other => touched |= Moved::of(&other).is_some_and(|moved| self.touch(key, moved)),
             }
         }
         if let Some((force, device)) = self.force.as_ref().and_then(|f| Some((f, self.devices.get(&f.key)?))) {
             force.angle.set(device.controls().steering_wheel_rad.into());
         }
         touched
+    }
+
+    /// A hand or foot moved something of this device. True if it is known.
+    fn touch(&mut self, key: usize, moved: Moved) -> bool {
+        let Some(device) = self.devices.get_mut(&key) else { return false };
+        device.take(moved);
+        self.active = Some(key);
+        true
     }
 
     fn disconnect(&mut self, key: usize) {
@@ -194,31 +196,41 @@ fn wheel_is_here() -> bool {
     false
 }
 
-/// True for events that come from a hand or foot.
-fn acts(event: &EventType) -> bool {
-    matches!(event, EventType::AxisChanged(..) | EventType::ButtonChanged(..) | EventType::ButtonPressed(..))
+/// What a hand or foot moved: gilrs' events, whose codes nobody else can make, with the codes as numbers.
+#[derive(Clone, Copy, Debug)]
+enum Moved {
+    Axis(Axis, f32, u32),
+    Button(Button, f32),
+    Press(Button, u32),
 }
 
+impl Moved {
+    fn of(event: &EventType) -> Option<Self> {
+        Some(match event {
+            EventType::AxisChanged(axis, value, code) => Self::Axis(*axis, *value, code.into_u32()),
+            EventType::ButtonChanged(button, value, _) => Self::Button(*button, *value),
+            EventType::ButtonPressed(button, code) => Self::Press(*button, code.into_u32()),
+            _ => return None,
+        })
+    }
+}
+
+/// The G29's left paddle (FACTS 7): 293, type 1 in the upper half.
+const LEFT_PADDLE: u32 = (1 << 16) + 293;
+
 impl Device {
-    fn take(&mut self, event: &EventType) {
-        match (&mut self.kind, event) {
-            (DeviceKind::Wheel { axes, state }, EventType::AxisChanged(_, value, code)) => {
-                if let Some((_, axis)) = axes.iter().find(|(raw, _)| *raw == code.into_u32()) {
-                    state.moved(*axis, *value);
+    fn take(&mut self, moved: Moved) {
+        match (&mut self.kind, moved) {
+            (DeviceKind::Wheel { axes, state }, Moved::Axis(_, value, code)) => {
+                if let Some((_, axis)) = axes.iter().find(|(raw, _)| *raw == code) {
+                    state.moved(*axis, value);
                 }
             }
-            // Code 293 is the G29's left paddle (FACTS 7), type 1 in the upper half.
-            (DeviceKind::Wheel { state, .. }, EventType::ButtonPressed(_, code))
-                if code.into_u32() == (1 << 16) + 293 =>
-            {
-                state.toggle_reverse();
-            }
-            (DeviceKind::Pad(state), EventType::AxisChanged(Axis::LeftStickX, value, _)) => state.stick = *value,
-            (DeviceKind::Pad(state), EventType::ButtonChanged(Button::RightTrigger2, value, _)) => {
-                state.throttle = *value
-            }
-            (DeviceKind::Pad(state), EventType::ButtonChanged(Button::LeftTrigger2, value, _)) => state.brake = *value,
-            (DeviceKind::Pad(state), EventType::ButtonPressed(Button::West, _)) => state.reverse = !state.reverse,
+            (DeviceKind::Wheel { state, .. }, Moved::Press(_, LEFT_PADDLE)) => state.toggle_reverse(),
+            (DeviceKind::Pad(state), Moved::Axis(Axis::LeftStickX, value, _)) => state.stick = value,
+            (DeviceKind::Pad(state), Moved::Button(Button::RightTrigger2, value)) => state.throttle = value,
+            (DeviceKind::Pad(state), Moved::Button(Button::LeftTrigger2, value)) => state.brake = value,
+            (DeviceKind::Pad(state), Moved::Press(Button::West, _)) => state.reverse = !state.reverse,
             _ => {}
         }
     }
@@ -253,6 +265,70 @@ mod tests {
     fn a_pad_at_rest_asks_for_nothing() {
         assert_eq!(PadState::default().controls(), Controls { steering_wheel_rad: 0.0, ..Controls::default() });
         assert_eq!(PadState { stick: 0.1, ..PadState::default() }.controls().steering_wheel_rad, 0.0);
+    }
+
+    /// evdev's types in the upper half, as gilrs writes its codes.
+    const KEY: u32 = 0x0001_0000;
+    const ABS: u32 = 0x0003_0000;
+
+    fn plugged(key: usize, name: &str, kind: DeviceKind) -> Pads {
+        let mut pads = Pads::none();
+        pads.devices.insert(key, Device { name: name.into(), kind });
+        pads
+    }
+
+    #[test]
+    fn a_pad_drives_with_stick_triggers_and_its_west_button() {
+        let mut pads = plugged(3, "Pad", DeviceKind::Pad(PadState::default()));
+        assert_eq!((pads.controls(), pads.name()), (None, None), "nobody has touched it");
+        assert!(!pads.touch(4, Moved::Press(Button::West, KEY)), "one that is not known");
+        for moved in [
+            Moved::Axis(Axis::LeftStickX, 1.0, ABS),
+            Moved::Axis(Axis::LeftStickY, -1.0, ABS + 1),
+            Moved::Button(Button::RightTrigger2, 0.75),
+            Moved::Button(Button::LeftTrigger2, 0.25),
+            Moved::Button(Button::East, 1.0),
+            Moved::Press(Button::East, KEY),
+            Moved::Press(Button::West, KEY),
+        ] {
+            assert!(pads.touch(3, moved));
+        }
+        // Fully to the right: half of the lock.
+        let steering_wheel_rad = -0.5 * STEERING_LOCK_RAD;
+        let asked = Controls { throttle: 0.75, brake: 0.25, steering_wheel_rad, selector: Selector::Reverse };
+        assert_eq!((pads.controls(), pads.name()), (Some(asked), Some("Pad")));
+        pads.touch(3, Moved::Press(Button::West, KEY));
+        assert_eq!(pads.controls().map(|c| c.selector), Some(Selector::Drive));
+        pads.disconnect(4);
+        assert!(pads.controls().is_some(), "that was another");
+        pads.disconnect(3);
+        assert_eq!((pads.controls(), pads.name()), (None, None));
+    }
+
+    #[test]
+    fn a_wheel_of_another_system_drives_by_the_codes_of_its_axes_whatever_gilrs_calls_them() {
+        let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
+        let mut pads = plugged(7, "G29", DeviceKind::Wheel { axes, state: WheelState::default() });
+        for (code, value) in [(0, -1.0), (1, -1.0), (2, -1.0), (5, 1.0), (16, 1.0)] {
+            assert!(pads.touch(7, Moved::Axis(Axis::Unknown, value, ABS + code)));
+        }
+        let asked = Controls { throttle: 1.0, steering_wheel_rad: STEERING_LOCK_RAD, ..Controls::default() };
+        assert_eq!(pads.controls(), Some(asked), "full left and floored, the clutch is nothing");
+        // FACTS 7: 293 is the left paddle, 292 the right one.
+        pads.touch(7, Moved::Press(Button::West, KEY + 292));
+        assert_eq!(pads.controls(), Some(asked));
+        pads.touch(7, Moved::Press(Button::Unknown, KEY + 293));
+        assert_eq!(pads.controls(), Some(Controls { selector: Selector::Reverse, ..asked }));
+    }
+
+    #[test]
+    fn a_stick_doses_small_corrections_finely() {
+        let share = |stick: f32| {
+            PadState { stick, ..PadState::default() }.controls().steering_wheel_rad / (STICK_LOCK * STEERING_LOCK_RAD)
+        };
+        // Half of the way past the dead 0.12 is a quarter of the turn.
+        assert!((share(0.56) + 0.25).abs() < 1e-6 && (share(-0.56) - 0.25).abs() < 1e-6, "{}", share(0.56));
+        assert_eq!((share(0.12), share(-0.12)), (0.0, 0.0));
     }
 
     /// What a wheel was told; `None` is the end.
@@ -302,6 +378,22 @@ mod tests {
         assert_eq!(troubles.len(), 1, "{troubles:?}");
         assert!(troubles[0].starts_with("Some wheel gives no force (") && troubles[0].contains("remedy: "));
         assert_eq!(pads.take_troubles(), [""; 0]);
+    }
+
+    #[test]
+    fn no_force_is_looked_for_where_the_profile_wants_none_or_another_wheel_has_it() {
+        let g29 = profiles::named("g29").unwrap();
+        let mut weak = g29.clone();
+        weak.force.strength = 0.0;
+        let mut pads = Pads { asked: Some(weak), ..Pads::none() };
+        pads.strengthen(1, (0x046d, 0xcffe), "Some wheel");
+        assert_eq!(pads.take_troubles(), [""; 0]);
+        let mut pads = Pads::none();
+        pads.push(7, Box::new(Log::default()), &g29);
+        pads.strengthen(1, (0x046d, 0xcffe), "Some wheel");
+        assert_eq!(pads.take_troubles(), [""; 0]);
+        pads.disconnect(1);
+        assert!(pads.torque_nm().is_some(), "the force is that of 7");
     }
 
     #[test]

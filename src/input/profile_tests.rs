@@ -119,3 +119,78 @@ fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
     let text = told(&G29.replace("full_nm = 2.1", "full_nm = 1.0"));
     assert!(text.contains("force.cap_nm: 1.8 is not allowed; allowed: 0 to 1"), "{text}");
 }
+
+#[test]
+fn what_a_file_leaves_out_is_a_wheel_of_900_degrees_in_a_car_with_pedals_of_little_play() {
+    let short = "name = \"x\"\n[steering]\naxis = 0\nleft = 0\ncentre = 50\nright = 100\n[accelerator]\naxis = 1\nreleased = 0\npressed = 100\n";
+    let profile = Profile::from_toml(short, "x").unwrap();
+    let s = &profile.steering;
+    assert_eq!((s.range_deg, s.ratio, s.dead), (900.0, f64::from(STEERING_RATIO), 0.0));
+    let pedal = &profile.accelerator;
+    assert_eq!((pedal.dead, pedal.end, pedal.curve), (0.02, 0.02, 1.0));
+    assert!(profile.brake.is_none() && profile.products.is_empty());
+    assert_eq!((profile.buttons, profile.force), (Buttons::default(), ForceSettings::default()));
+}
+
+#[test]
+fn the_centre_lies_between_both_ends_and_on_neither() {
+    let ends = |left: i32, centre: i32, right: i32| {
+        let mut profile = Profile::from_toml(G29, "g29").unwrap();
+        (profile.steering.left, profile.steering.centre, profile.steering.right) = (left, centre, right);
+        Profile::from_toml(&profile.to_toml(), "x").map(|_| ())
+    };
+    assert!(ends(0, 1, 2).is_ok() && ends(2, 1, 0).is_ok());
+    for (left, centre, right) in [(0, 0, 2), (0, 2, 2), (2, 2, 0), (2, 0, 0), (0, 3, 2), (2, 3, 0), (0, -1, 2)] {
+        let text = ends(left, centre, right).unwrap_err().0;
+        let told = format!("steering.centre: {centre} is not between left ({left}) and right ({right})");
+        assert!(text.contains(&told), "{text}");
+    }
+}
+
+#[test]
+fn a_button_has_one_task_and_a_task_that_is_given_one_has_no_other() {
+    let mut buttons = Profile::from_toml(G29, "g29").unwrap().buttons;
+    // As g29.toml lists them.
+    let tasks = [(293, Action::Reverse), (297, Action::Start), (292, Action::Mark), (288, Action::Answer)];
+    for (code, action) in tasks.into_iter().chain([(291, Action::Recentre), (296, Action::Abort), (289, Action::Horn)])
+    {
+        assert_eq!(buttons.action(code), Some(action));
+    }
+    assert_eq!(buttons.action(290), None);
+    buttons.give(293, Action::Horn);
+    assert_eq!((buttons.action(293), buttons.action(289)), (Some(Action::Horn), None));
+    assert_eq!(buttons.reverse, [0; 0]);
+    assert_eq!(buttons.start, [297]);
+}
+
+#[test]
+fn a_product_is_known_in_either_case_and_by_both_its_numbers() {
+    let mut profile = Profile::from_toml(G29, "g29").unwrap();
+    profile.products = vec!["046D:C24F".into(), "0001:000a".into()];
+    assert!(profile.is_for(0x046d, 0xc24f) && profile.is_for(1, 10));
+    assert!(!profile.is_for(0x046d, 10) && !profile.is_for(1, 0xc24f));
+}
+
+#[test]
+fn a_guess_takes_axes_that_move_and_are_no_hats_and_believes_where_pedals_rest() {
+    let guess = |axes: &[(u16, [i32; 2])], now: &[(u16, i32)]| {
+        Profile::generic("x", &axes.iter().copied().collect(), &now.iter().copied().collect())
+    };
+    // Axis 0 has no range, 16 is the first hat: 1 steers, 15 is the accelerator, and there is no brake.
+    let axes = [(0, [5, 5]), (1, [-100, 300]), (15, [10, 20]), (16, [-1, 1])];
+    let profile = guess(&axes, &[(15, 20)]).unwrap();
+    let s = &profile.steering;
+    assert_eq!((s.axis, s.left, s.centre, s.right), (1, -100, 100, 300));
+    assert_eq!((profile.accelerator.axis, profile.brake), (15, None));
+    // In the middle and where nothing was told a pedal rests high, as those of most wheels do.
+    for (raw, released) in [(10, 10), (14, 10), (15, 20), (16, 20), (20, 20)] {
+        let pedal = guess(&axes, &[(15, raw)]).unwrap().accelerator;
+        assert_eq!((pedal.released, pedal.pressed), (released, 30 - released), "at {raw}");
+    }
+    assert_eq!(guess(&axes, &[]).unwrap().accelerator.released, 20);
+    let three = guess(&[(0, [0, 9]), (1, [0, 9]), (2, [0, 9]), (3, [0, 9])], &[]).unwrap();
+    assert_eq!((three.accelerator.axis, three.brake.map(|brake| brake.axis)), (1, Some(2)));
+    for few in [&axes[..2], &[(1, [0, 9]), (16, [-1, 1])], &[]] {
+        assert!(guess(few, &[]).unwrap_err().0.starts_with("x has less than two axes"));
+    }
+}

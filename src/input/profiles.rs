@@ -8,6 +8,7 @@ use crate::{
 };
 use std::{
     collections::BTreeMap,
+    ffi::OsString,
     path::{Path, PathBuf},
 };
 
@@ -62,7 +63,11 @@ pub fn shipped() -> impl Iterator<Item = Profile> {
 
 /// The folder of the person's own profiles; `None` without a home.
 pub fn own_folder() -> Option<PathBuf> {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    own_folder_by(|name| std::env::var_os(name))
+}
+
+fn own_folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+    let set = |name: &str| variable(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let config = set("XDG_CONFIG_HOME").or_else(|| set("APPDATA")).or_else(|| Some(set("HOME")?.join(".config")))?;
     Some(config.join("codrive").join("wheels"))
 }
@@ -106,7 +111,11 @@ pub fn named(name: &str) -> Result<Profile, ProfileError> {
 
 /// Files of the person's own profiles, by name.
 fn own() -> Vec<PathBuf> {
-    let entries = own_folder().and_then(|folder| std::fs::read_dir(folder).ok());
+    own_folder().map_or_else(Vec::new, |folder| profiles_in(&folder))
+}
+
+fn profiles_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).ok();
     let mut paths: Vec<PathBuf> = entries.into_iter().flatten().flatten().map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|e| e == "toml"));
     paths.sort();
@@ -158,13 +167,22 @@ pub struct Device {
 /// # Errors
 /// The named profile does not fit, or the device is no wheel.
 pub fn choose(device: &Device, asked: Option<&Profile>) -> Result<(Profile, Vec<String>), ProfileError> {
+    choose_from(&own(), device, asked)
+}
+
+/// The same with these files as the person's own.
+fn choose_from(
+    own: &[PathBuf],
+    device: &Device,
+    asked: Option<&Profile>,
+) -> Result<(Profile, Vec<String>), ProfileError> {
     let mut faults = Vec::new();
     if let Some(profile) = asked {
         return profile.fits(&device.axes).map(|()| (profile.clone(), faults));
     }
     let (vendor, product) = device.id;
-    for path in own() {
-        match load(&path) {
+    for path in own {
+        match load(path) {
             Ok(profile) if profile.is_for(vendor, product) => match profile.fits(&device.axes) {
                 Ok(()) => return Ok((profile, faults)),
                 Err(error) => faults.push(error.to_string()),
@@ -276,6 +294,61 @@ mod tests {
         let (profile, _) = choose(&device, None).unwrap();
         assert_eq!((profile.steering.right, profile.steering.centre), (16_383, 8191));
         assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (1023, 0));
+    }
+
+    #[test]
+    fn an_empty_range_that_a_driver_reports_leaves_the_profile_as_it_is() {
+        let mut device = g29();
+        device.axes.insert(0, [0, 0]);
+        device.axes.insert(2, [7, 7]);
+        let (profile, _) = choose_from(&[], &device, None).unwrap();
+        let shipped = named("g29").unwrap();
+        assert_eq!((profile.steering, profile.accelerator), (shipped.steering, shipped.accelerator));
+    }
+
+    #[test]
+    fn a_persons_own_profile_of_a_wheel_comes_before_the_shipped_one_and_what_is_wrong_with_others_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |file: &str, edit: &dyn Fn(&mut Profile)| {
+            let mut profile = Profile { name: file.into(), ..named("g29").unwrap() };
+            edit(&mut profile);
+            std::fs::write(folder.path().join(file), profile.to_toml()).unwrap();
+        };
+        write("a.toml", &|profile| profile.products = vec!["046d:c29b".into()]);
+        write("b.toml", &|profile| profile.accelerator.axis = 9);
+        std::fs::write(folder.path().join("c.toml"), "name = 3").unwrap();
+        write("notes.txt", &|_| ());
+        let chosen = || choose_from(&profiles_in(folder.path()), &g29(), None).unwrap();
+        let (profile, faults) = chosen();
+        assert_eq!(profile.name, "Logitech G29", "none of them is for it and fits");
+        assert_eq!(faults.len(), 2, "{faults:?}");
+        assert!(faults[0].contains("accelerator is axis 9") && faults[1].contains("c.toml:1:8"), "{faults:?}");
+        write("d.toml", &|_| ());
+        write("e.toml", &|_| ());
+        let (profile, faults) = chosen();
+        assert_eq!((profile.name.as_str(), faults.len()), ("d.toml", 2));
+        let asked = Profile { name: "asked".into(), ..named("g29").unwrap() };
+        let (profile, faults) = choose_from(&profiles_in(folder.path()), &g29(), Some(&asked)).unwrap();
+        assert_eq!((profile.name.as_str(), faults.len()), ("asked", 0), "the one that was named comes first");
+        assert!(profiles_in(&folder.path().join("nothing")).is_empty());
+    }
+
+    #[test]
+    fn own_profiles_lie_in_the_systems_folder_of_settings() {
+        let folder = |set: &[(&str, &str)]| {
+            own_folder_by(|name| set.iter().find(|(known, _)| *known == name).map(|(_, value)| value.into()))
+        };
+        let lies = |path: &str| Some(PathBuf::from(path));
+        let home = ("HOME", "/home/a");
+        assert_eq!(folder(&[home]), lies("/home/a/.config/codrive/wheels"));
+        assert_eq!(
+            folder(&[home, ("XDG_CONFIG_HOME", "")]),
+            lies("/home/a/.config/codrive/wheels"),
+            "empty is not set"
+        );
+        assert_eq!(folder(&[home, ("XDG_CONFIG_HOME", "/set")]), lies("/set/codrive/wheels"));
+        assert_eq!(folder(&[home, ("APPDATA", "/data")]), lies("/data/codrive/wheels"));
+        assert_eq!((folder(&[]), folder(&[("HOME", "")])), (None, None));
     }
 
     #[test]

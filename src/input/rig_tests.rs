@@ -139,3 +139,83 @@ fn the_running_thread_ends_with_no_force_and_the_devices_own_centring_back() {
     drop(thread);
     assert_eq!(log.0.lock().unwrap().last(), Some(&None));
 }
+
+/// A system whose wheel is always there and tells with which profile it was found, and what was done to it.
+struct Kept {
+    profile: Profile,
+    log: Log,
+}
+
+impl Port for Kept {
+    type Wheel = ();
+
+    fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(Found, ())> {
+        Some((Found { profile: self.profile.clone(), ..found(Some(Box::new(self.log.clone()))) }, ()))
+    }
+
+    fn prefer(&mut self, profile: Profile) {
+        self.profile = profile;
+    }
+
+    fn read(&mut self, (): &mut (), _told: &mut Vec<Told>) -> io::Result<()> {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        Ok(())
+    }
+}
+
+#[test]
+fn a_profile_that_was_learnt_takes_the_wheel_anew_after_the_old_force_has_ended() {
+    let log = Log::default();
+    let (thread, told) =
+        ReadingThread::start(Kept { profile: profiles::named("g29").unwrap(), log: log.clone() }).unwrap();
+    let mut rig = Rig { thread: Some(thread), ..Rig::fed_by(told) };
+    // A slow machine has 10 s.
+    let until = |rig: &mut Rig, name: &str| {
+        let there = |rig: &Rig| rig.profile().is_some_and(|profile| profile.name == name);
+        for _ in 0..1000 {
+            rig.poll();
+            if there(rig) {
+                return;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        panic!("no wheel with the profile {name}");
+    };
+    until(&mut rig, "Logitech G29");
+    rig.calibrate().unwrap();
+    assert!(rig.calibration().is_some() && rig.torque_nm().is_some());
+    rig.take(Profile { name: "Rig 1".into(), ..profiles::named("g29").unwrap() });
+    assert!(rig.calibration().is_none() && rig.torque_nm().is_none());
+    assert_eq!(log.0.lock().unwrap().last(), Some(&None), "the old force has ended before the new one begins");
+    until(&mut rig, "Rig 1");
+    assert!(rig.torque_nm().is_some());
+    rig.calibrate().unwrap();
+    rig.end_calibration();
+    assert!(rig.calibration().is_none());
+}
+
+#[test]
+fn a_thread_without_a_wheel_leaves_the_system_in_peace_for_half_a_second() {
+    #[derive(Clone, Default)]
+    struct Looks(Arc<Mutex<usize>>);
+    impl Port for Looks {
+        type Wheel = ();
+
+        fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(Found, ())> {
+            *self.0.lock().unwrap() += 1;
+            None
+        }
+
+        fn prefer(&mut self, _profile: Profile) {}
+
+        fn read(&mut self, (): &mut (), _told: &mut Vec<Told>) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    let looks = Looks::default();
+    let (thread, _told) = ReadingThread::start(looks.clone()).unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    let seen = *looks.0.lock().unwrap();
+    drop(thread);
+    assert!((1..=2).contains(&seen), "{seen} looks in 0.4 s");
+}

@@ -135,16 +135,6 @@ impl WheelState {
         self.reverse = reverse;
     }
 
-    /// True while the selector is in reverse.
-    pub fn reverse(&self) -> bool {
-        self.reverse
-    }
-
-    /// Turn of the wheel itself, radians, positive to the left.
-    pub fn wheel_rad(&self) -> f64 {
-        self.raw.get(&self.profile.steering.axis).map_or(0.0, |raw| self.profile.steering.wheel_rad(*raw))
-    }
-
     /// What the wheel asks of the car.
     pub fn controls(&self) -> Controls {
         let steering = self.raw.get(&self.profile.steering.axis);
@@ -208,6 +198,15 @@ mod tests {
         assert_eq!(wheel.controls().throttle, 1.0);
         wheel.moved(5, 0);
         assert_eq!(wheel.controls().brake, 1.0);
+    }
+
+    #[test]
+    fn the_raw_values_are_the_last_that_were_told_and_none_of_an_axis_that_was_not_read() {
+        let mut wheel = g29(&REST);
+        wheel.moved(5, 30);
+        wheel.moved(16, -1);
+        assert_eq!(*wheel.raw(), [(0, 32_767), (1, 255), (2, 255), (5, 30), (16, -1)].into());
+        assert!(g29(&[(0, 0), (2, 0)]).raw().is_empty());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 /* A library that looks like SDL2's joysticks and haptics and writes down what it is asked, with the bytes of each effect. The test
- * builds it with the system's cc; -DLACKING leaves one function out. What is asked also goes to the file that HAPTIC_LOG names,
+ * builds it with the system's cc; -DLACKING leaves one function out, -DROOM=n has room for so many effects, -DFIRST=n counts them
+ * from there, -DSTUCK runs none. What is asked also goes to the file that HAPTIC_LOG names,
  * line by line, for a test that watches another process. */
 #include <pthread.h>
 #include <stdarg.h>
@@ -68,13 +69,25 @@ void SDL_HapticClose(void *haptic) { note("close haptic\n"); }
 unsigned SDL_HapticQuery(void *haptic) { return abilities; }
 int SDL_HapticSetGain(void *haptic, int gain) { return note("gain %d\n", gain), 0; }
 int SDL_HapticSetAutocenter(void *haptic, int share) { return note("autocentre %d\n", share), 0; }
+#ifndef ROOM
+#define ROOM 1000
+#endif
+#ifndef FIRST
+#define FIRST 3
+#endif
 int SDL_HapticNewEffect(void *haptic, void *bytes) {
-    static int next = 3;
+    static int next = FIRST;
+    if (next >= FIRST + ROOM) return -1;
     return effect("new", next, bytes), next++;
 }
 int SDL_HapticUpdateEffect(void *haptic, int id, void *bytes) { return effect("update", id, bytes), 0; }
 #ifndef LACKING
-int SDL_HapticRunEffect(void *haptic, int id, uint32_t times) { return note("run %d %x\n", id, times), 0; }
+int SDL_HapticRunEffect(void *haptic, int id, uint32_t times) {
+#ifdef STUCK
+    return -1;
+#endif
+    return note("run %d %x\n", id, times), 0;
+}
 #endif
 int SDL_HapticStopEffect(void *haptic, int id) { return note("stop %d\n", id), 0; }
 void SDL_HapticDestroyEffect(void *haptic, int id) { note("destroy %d\n", id); }

@@ -96,6 +96,50 @@ fn sdl_gets_one_constant_effect_updated_in_place_and_stopped_at_the_end() {
 }
 
 #[test]
+fn a_wheel_without_strength_and_centring_of_its_own_is_asked_for_neither() {
+    let recorder = Recorder::build(&[]);
+    // SDL_haptic.h: a constant force is bit 0, strength bit 12, centring bit 13.
+    for (abilities, asked) in [(1, None), (1 | 1 << 12, Some("gain 100")), (1 | 1 << 13, Some("autocentre 0"))] {
+        recorder.set(abilities, true);
+        let force = recorder.open().unwrap();
+        let told = |what: &[&str]| {
+            let all = recorder.taken();
+            all.into_iter().filter(|line| what.iter().any(|what| line.starts_with(what))).collect::<Vec<_>>()
+        };
+        assert_eq!(told(&["gain", "autocentre"]), Vec::from_iter(asked));
+        drop(force);
+        let at_the_end = (abilities & 1 << 13 != 0).then_some("autocentre 50");
+        assert_eq!(told(&["gain", "autocentre"]), Vec::from_iter(at_the_end));
+    }
+}
+
+#[test]
+fn a_wheel_with_room_for_one_effect_goes_with_that_and_numbers_may_begin_at_0() {
+    let recorder = Recorder::build(&["-DROOM=1", "-DFIRST=0"]);
+    let mut force = recorder.open().unwrap();
+    assert_eq!(recorder.taken()[8..], [format!("new 0 {}", bytes(0)), "run 0 ffffffff".into()]);
+    force.set(128).unwrap();
+    assert_eq!(recorder.taken(), [format!("update 0 {}", bytes(-128))]);
+    drop(force);
+    assert_eq!(recorder.taken()[1..4], ["stop 0", "autocentre 50", "destroy 0"]);
+    let two = Recorder::build(&["-DROOM=2", "-DFIRST=0"]);
+    drop(two.open().unwrap());
+    let ended = two.taken();
+    assert!(["run 1 ffffffff", "destroy 1"].iter().all(|asked| ended.contains(&(*asked).to_owned())), "{ended:?}");
+}
+
+#[test]
+fn a_wheel_that_takes_no_effect_or_plays_none_is_told_and_let_go() {
+    for (option, why) in [("-DROOM=0", "SDL2 makes no constant force"), ("-DSTUCK", "SDL2 does not run the force")] {
+        let recorder = Recorder::build(&[option]);
+        let text = recorder.open().err().expect("no force");
+        assert!(text.contains(&format!("({why}: the recorder says no)")), "{text}");
+        let ended = recorder.taken();
+        assert_eq!(ended[ended.len() - 3..], ["close haptic", "close joystick 1", "quit 1200"]);
+    }
+}
+
+#[test]
 fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
     let recorder = Recorder::build(&[]);
     let profile = profiles::named("g29").unwrap();

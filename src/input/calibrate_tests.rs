@@ -1,0 +1,271 @@
+//! Learning wheels: whole calibrations, what moves at the wrong moment, noise, and the bars.
+
+use super::*;
+
+fn g29() -> Device {
+    let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1])];
+    let values = [(0, 32_900), (1, 255), (2, 255), (5, 255), (16, 0)];
+    Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
+}
+
+/// Moves an axis there within half a second and holds it for a second.
+fn hold(calibration: &mut Calibration, now_s: &mut f64, code: u16, from: i32, to: i32) {
+    for i in 1..=20 {
+        *now_s += 0.025;
+        calibration.moved(code, from + (to - from) * i / 20, *now_s);
+    }
+    for _ in 0..20 {
+        *now_s += 0.05;
+        calibration.time(*now_s);
+    }
+}
+
+#[test]
+fn a_g29_is_learnt_by_turning_and_pressing_alone() {
+    let mut calibration = Calibration::new(g29(), 0.0).unwrap();
+    let mut now_s = 0.0;
+    calibration.moved(5, 254, 0.5);
+    calibration.moved(5, 255, 0.6);
+    calibration.time(1.9);
+    assert_eq!(calibration.step(), Step::Rest);
+    now_s += 2.1;
+    calibration.time(now_s);
+    let moves = [
+        (0, 32_900, 120, Step::Left, Step::Right),
+        (0, 120, 65_400, Step::Right, Step::Straight),
+        (0, 65_400, 32_700, Step::Straight, Step::Accelerator),
+        (2, 255, 3, Step::Accelerator, Step::AcceleratorUp),
+        (2, 3, 255, Step::AcceleratorUp, Step::Brake),
+        (5, 255, 90, Step::Brake, Step::BrakeUp),
+        (5, 90, 254, Step::BrakeUp, Step::Done),
+    ];
+    for (code, from, to, during, after) in moves {
+        assert_eq!(calibration.step(), during);
+        hold(&mut calibration, &mut now_s, code, from, to);
+        assert_eq!(calibration.step(), after);
+    }
+    let profile = calibration.profile("Rig 1").unwrap();
+    assert_eq!(
+        (profile.steering.left, profile.steering.centre, profile.steering.right),
+        (120, 32_700, 65_400),
+        "{profile:?}"
+    );
+    let brake = profile.brake.as_ref().unwrap();
+    assert_eq!((profile.accelerator.axis, brake.axis, brake.pressed), (2, 5, 90));
+    assert_eq!((brake.effect(255), brake.effect(254), brake.effect(90)), (0.0, 0.0, 1.0), "noise at rest is no brake");
+    assert_eq!(profile.buttons.reverse, [293], "as shipped for the same product");
+    assert!(profile.is_for(0x046d, 0xc24f));
+}
+
+#[test]
+fn a_wheel_whose_axes_run_the_other_way_and_whose_pedals_rest_low_is_learnt_too() {
+    let device = Device {
+        name: "Other".into(),
+        id: (1, 2),
+        axes: [(3, [-512, 511]), (6, [0, 1023]), (7, [0, 1023])].into(),
+        values: [(3, 0), (6, 0), (7, 0)].into(),
+    };
+    let mut calibration = Calibration::new(device, 0.0).unwrap();
+    calibration.moved(3, 2, 0.0);
+    let mut now_s = 2.1;
+    calibration.time(now_s);
+    for (code, from, to) in
+        [(3, 0, 511), (3, 511, -512), (3, -512, 2), (7, 0, 1000), (7, 1000, 0), (6, 0, 800), (6, 800, 0)]
+    {
+        hold(&mut calibration, &mut now_s, code, from, to);
+    }
+    let profile = calibration.profile("other").unwrap();
+    assert!(profile.steering.wheel_rad(400) > 0.0 && profile.steering.wheel_rad(-400) < 0.0);
+    assert_eq!((profile.accelerator.axis, profile.accelerator.pressed, profile.accelerator.released), (7, 1000, 0));
+}
+
+#[test]
+fn a_wheel_that_has_not_been_read_is_woken_before_its_rest_is_learnt() {
+    // The fault: the first report brings all axes from 0 to where they are, and the pedals seemed to be the wheel.
+    let device = Device { values: [(0, 0), (1, 0), (2, 0), (5, 0), (16, 0)].into(), ..g29() };
+    let mut calibration = Calibration::new(device, 0.0).unwrap();
+    calibration.time(10.0);
+    assert_eq!(calibration.step(), Step::Wake, "nobody knows where it rests");
+    for (code, raw) in [(0, 32_800), (1, 255), (2, 255), (5, 255)] {
+        calibration.moved(code, raw, 11.0);
+    }
+    assert_eq!(calibration.step(), Step::Rest);
+    calibration.time(13.1);
+    assert_eq!(calibration.step(), Step::Left);
+    let mut now_s = 13.1;
+    for (code, from, to) in
+        [(0, 32_800, 0), (0, 0, 65_535), (0, 65_535, 32_700), (2, 255, 0), (2, 0, 255), (5, 255, 60), (5, 60, 255)]
+    {
+        hold(&mut calibration, &mut now_s, code, from, to);
+    }
+    let profile = calibration.profile("Rig 1").unwrap();
+    assert_eq!((profile.steering.axis, profile.accelerator.axis), (0, 2));
+    assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (255, 0));
+}
+
+#[test]
+fn a_foot_that_moves_at_rest_begins_the_rest_again_and_nothing_half_done_is_saved() {
+    let mut calibration = Calibration::new(g29(), 0.0).unwrap();
+    calibration.moved(2, 100, 1.5);
+    calibration.moved(2, 255, 1.6);
+    calibration.time(2.5);
+    assert_eq!(calibration.step(), Step::Rest);
+    calibration.time(3.7);
+    assert_eq!(calibration.step(), Step::Left);
+    assert!(calibration.profile("x").unwrap_err().0.contains("not everything was answered"));
+    let pad = Device { axes: [(0, [0, 255])].into(), ..g29() };
+    assert!(Calibration::new(pad, 0.0).unwrap_err().0.contains("less than two axes"));
+}
+
+/// A wheel of few counts: steering to 100, two pedals that rest at 0.
+fn coarse() -> Device {
+    Device {
+        name: "Coarse".into(),
+        id: (1, 2),
+        axes: [(0, [0, 100]), (1, [0, 100]), (2, [0, 100])].into(),
+        values: [(0, 50), (1, 0), (2, 0)].into(),
+    }
+}
+
+#[test]
+fn an_axis_that_flickers_by_a_hundredth_stands_still_and_one_that_goes_on_does_not() {
+    let mut calibration = Calibration::new(coarse(), 0.0).unwrap();
+    calibration.time(REST_S);
+    assert_eq!(calibration.step(), Step::Left);
+    calibration.moved(0, 10, 3.0);
+    // A hundredth of the range to either side of where it came to rest.
+    for (raw, at_s) in [(11, 3.2), (10, 3.4), (9, 3.6), (10, 3.79)] {
+        calibration.moved(0, raw, at_s);
+        assert_eq!(calibration.step(), Step::Left, "not held yet");
+    }
+    calibration.time(3.001 + HOLD_S);
+    assert_eq!(calibration.step(), Step::Right);
+    calibration.moved(0, 90, 4.0);
+    calibration.moved(0, 92, 4.7);
+    calibration.time(4.9);
+    assert_eq!(calibration.step(), Step::Right, "still turning at 4.7");
+    calibration.time(4.701 + HOLD_S);
+    assert_eq!(calibration.step(), Step::Straight);
+}
+
+/// Coarse, asked for the accelerator.
+fn turned() -> (Calibration, f64) {
+    let (mut calibration, mut now_s) = (Calibration::new(coarse(), 0.0).unwrap(), REST_S);
+    calibration.time(now_s);
+    for (from, to) in [(50, 0), (0, 100), (100, 50)] {
+        hold(&mut calibration, &mut now_s, 0, from, to);
+    }
+    assert_eq!(calibration.step(), Step::Accelerator);
+    (calibration, now_s)
+}
+
+#[test]
+fn neither_the_wheel_is_a_pedal_nor_a_pedal_two() {
+    let (mut calibration, mut now_s) = turned();
+    hold(&mut calibration, &mut now_s, 0, 50, 95);
+    assert_eq!(calibration.step(), Step::Accelerator, "the wheel has its task");
+    hold(&mut calibration, &mut now_s, 0, 95, 50);
+    hold(&mut calibration, &mut now_s, 1, 0, 80);
+    assert_eq!(calibration.step(), Step::AcceleratorUp);
+    // Up is below 0.15 of the way to the floor.
+    hold(&mut calibration, &mut now_s, 1, 80, 12);
+    assert_eq!(calibration.step(), Step::AcceleratorUp);
+    hold(&mut calibration, &mut now_s, 1, 12, 11);
+    assert_eq!(calibration.step(), Step::Brake);
+    hold(&mut calibration, &mut now_s, 1, 11, 80);
+    hold(&mut calibration, &mut now_s, 0, 50, 5);
+    assert_eq!(calibration.step(), Step::Brake, "the accelerator again is no brake");
+}
+
+#[test]
+fn a_quarter_of_the_range_is_an_answer_and_less_is_none() {
+    let (mut calibration, mut now_s) = turned();
+    hold(&mut calibration, &mut now_s, 1, 0, 24);
+    assert_eq!(calibration.step(), Step::Accelerator);
+    hold(&mut calibration, &mut now_s, 1, 24, 25);
+    assert_eq!(calibration.step(), Step::AcceleratorUp);
+}
+
+#[test]
+fn the_right_is_on_the_other_side_of_the_left_and_straight_near_their_middle() {
+    // The middle of 90 and 25 is 57.5; straight is within 0.15 of the range of it, from 43 to 72.
+    for (outside, inside) in [(42, 43), (73, 72)] {
+        let (mut calibration, mut now_s) = (Calibration::new(coarse(), 0.0).unwrap(), REST_S);
+        calibration.time(now_s);
+        let steps = [
+            (50, 90, Step::Right),
+            (90, 100, Step::Right),
+            (100, 26, Step::Right),
+            // It stood at 26, and a count is no move: taken at 25, the first that is far enough.
+            (26, 20, Step::Straight),
+            (20, outside, Step::Straight),
+            (outside, inside, Step::Accelerator),
+        ];
+        for (from, to, after) in steps {
+            hold(&mut calibration, &mut now_s, 0, from, to);
+            assert_eq!(calibration.step(), after, "{from} to {to}");
+        }
+    }
+}
+
+#[test]
+fn a_device_with_one_pedal_is_done_without_a_brake() {
+    let mut device = coarse();
+    device.axes.remove(&2);
+    device.values.remove(&2);
+    let (mut calibration, mut now_s) = (Calibration::new(device, 0.0).unwrap(), REST_S);
+    calibration.time(now_s);
+    for (code, from, to) in [(0, 50, 0), (0, 0, 100), (0, 100, 50), (1, 0, 80), (1, 80, 0)] {
+        hold(&mut calibration, &mut now_s, code, from, to);
+    }
+    let profile = calibration.profile("one").unwrap();
+    assert_eq!((profile.accelerator.axis, profile.brake), (1, None));
+}
+
+#[test]
+fn bars_show_the_way_from_rest_and_of_the_wheel_the_way_from_its_lower_end() {
+    let names = |calibration: &Calibration| calibration.bars().into_iter().map(|bar| bar.1).collect::<Vec<_>>();
+    let (mut calibration, mut now_s) = turned();
+    calibration.moved(0, 30, now_s);
+    calibration.moved(1, 20, now_s);
+    assert_eq!(names(&calibration), ["steering", "axis 1", "axis 2"]);
+    let shares: Vec<(u16, f64)> = calibration.bars().into_iter().map(|bar| (bar.0, bar.2)).collect();
+    assert_eq!(shares, [(0, 0.3), (1, 0.2), (2, 0.0)]);
+    for (code, from, to) in [(2, 0, 80), (2, 80, 0), (1, 20, 70)] {
+        hold(&mut calibration, &mut now_s, code, from, to);
+    }
+    assert_eq!(names(&calibration), ["steering", "brake", "accelerator"]);
+    let mut untold = Calibration::new(g29(), 0.0).unwrap();
+    untold.moved(5, 0, 0.1);
+    assert_eq!(untold.bars()[3], (5, "axis 5".into(), 1.0), "downwards is a way, too");
+}
+
+#[test]
+fn noise_at_rest_is_the_dead_zone_of_wheel_and_pedals() {
+    let device = Device {
+        axes: [(0, [0, 10_000]), (1, [0, 1000]), (2, [0, 1000])].into(),
+        values: [(0, 5000), (1, 1000), (2, 0)].into(),
+        ..coarse()
+    };
+    let mut calibration = Calibration::new(device, 0.0).unwrap();
+    for (i, code, raw) in [(1, 0, 4980), (2, 0, 5030), (3, 0, 5000), (4, 1, 990), (5, 1, 995), (6, 1, 1000)] {
+        calibration.moved(code, raw, 0.1 * f64::from(i));
+    }
+    let mut now_s = 3.5;
+    calibration.time(now_s);
+    assert_eq!(calibration.step(), Step::Left);
+    for (code, from, to) in
+        [(0, 5000, 0), (0, 0, 10_000), (0, 10_000, 5000), (1, 1000, 200), (1, 200, 1000), (2, 0, 1000), (2, 1000, 0)]
+    {
+        hold(&mut calibration, &mut now_s, code, from, to);
+    }
+    let profile = calibration.profile("noisy").unwrap();
+    // 4980 to 5030 of half of 10,000 counts; twice 990 to 1000 of the 800 from rest to floor; 0.02 at least.
+    assert_eq!(profile.steering.dead, 0.01);
+    assert_eq!((profile.accelerator.dead, profile.accelerator.end), (0.025, 0.03));
+    assert_eq!(profile.brake.map(|brake| (brake.dead, brake.curve)), Some((0.02, 1.6)));
+    assert_eq!(
+        (profile.accelerator.curve, profile.steering.range_deg, profile.products),
+        (1.0, 900.0, vec!["0001:0002".into()])
+    );
+}

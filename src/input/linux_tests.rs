@@ -1,0 +1,181 @@
+//! What is read of a wheel, without one: events of the kernel as values of evdev's own type, sysfs as a folder.
+
+use super::*;
+
+const G29: (u16, u16) = (0x046d, 0xc24f);
+// linux/input-event-codes.h: EV_SYN, EV_KEY, EV_ABS.
+const SYN: u16 = 0;
+const KEY: u16 = 1;
+const ABS: u16 = 3;
+const HORN: u16 = 289;
+
+fn node(path: &str) -> Node {
+    Node { path: path.into(), name: "Logitech G29".into(), id: G29, kind: Kind::Wheel }
+}
+
+fn g29() -> Profile {
+    profiles::named("g29").unwrap()
+}
+
+/// A move of an axis, or a button and whether it is down.
+#[derive(Clone, Debug, PartialEq)]
+enum Heads {
+    Axis(u16, i32),
+    Button(u16, bool),
+}
+
+fn plain(told: Vec<Told>) -> Vec<Heads> {
+    let plain = |told| match told {
+        Told::Axis { code, raw, .. } => Some(Heads::Axis(code, raw)),
+        Told::Button { code, down, .. } => Some(Heads::Button(code, down)),
+        _ => None,
+    };
+    told.into_iter().filter_map(plain).collect()
+}
+
+/// What these events come to, and how often the device's state was to be asked for.
+fn hear(heard: &mut Heard, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
+    let mut told = Vec::new();
+    let hear =
+        |(kind, code, value): &(u16, u16, i32)| heard.hear(&InputEvent::new(*kind, *code, *value), None, &mut told);
+    let asked = events.iter().map(hear).filter(|asked| *asked).count();
+    (plain(told), asked)
+}
+
+#[test]
+fn axes_and_buttons_are_told_and_a_button_that_the_kernel_repeats_is_not() {
+    let mut heard = Heard::default();
+    let events =
+        [(ABS, 2, 100), (KEY, HORN, 1), (SYN, 0, 0), (KEY, HORN, 2), (SYN, 0, 1), (KEY, HORN, 0), (4, 4, 589_825)];
+    let (told, asked) = hear(&mut heard, &events);
+    assert_eq!(told, [Heads::Axis(2, 100), Heads::Button(HORN, true), Heads::Button(HORN, false)]);
+    assert_eq!(asked, 0, "nothing was lost");
+}
+
+#[test]
+fn what_stands_between_an_overflow_and_its_report_is_thrown_away_and_the_state_asked_for_once() {
+    let mut heard = Heard::default();
+    let events = [(ABS, 2, 100), (SYN, 3, 0), (ABS, 2, 7), (KEY, HORN, 1), (SYN, 0, 0), (ABS, 2, 90), (SYN, 0, 0)];
+    let (told, asked) = hear(&mut heard, &events);
+    assert_eq!((told, asked), (vec![Heads::Axis(2, 100), Heads::Axis(2, 90)], 1));
+}
+
+#[test]
+fn after_lost_events_the_state_is_told_with_the_buttons_that_went_down_or_came_up_unheard() {
+    let mut heard = Heard::default();
+    hear(&mut heard, &[(KEY, HORN, 1), (KEY, 292, 1), (KEY, 296, 1), (KEY, 296, 0)]);
+    let mut told = Vec::new();
+    heard.catch_up(vec![(0, 40_000), (5, 30)], &[292, 297].into(), None, &mut told);
+    let buttons = [Heads::Button(HORN, false), Heads::Button(297, true)];
+    assert_eq!(plain(told), [vec![Heads::Axis(0, 40_000), Heads::Axis(5, 30)], buttons.into()].concat());
+    let mut again = Vec::new();
+    heard.catch_up(Vec::new(), &[292, 297].into(), None, &mut again);
+    assert!(again.is_empty(), "it is known now");
+}
+
+#[test]
+fn the_angle_follows_the_steering_axis_alone() {
+    let mut heard = Heard { profile: Some(g29()), ..Heard::default() };
+    hear(&mut heard, &[(ABS, 0, 0)]);
+    // Full left of 900 degrees from end to end.
+    assert_eq!(heard.angle.get(), 450.0_f64.to_radians());
+    hear(&mut heard, &[(ABS, 2, 255), (ABS, 5, 255)]);
+    assert_eq!(heard.angle.get(), 450.0_f64.to_radians());
+    hear(&mut heard, &[(ABS, 0, 65_535)]);
+    assert_eq!(heard.angle.get(), -450.0_f64.to_radians());
+}
+
+#[test]
+fn a_device_is_gone_when_it_hangs_up_or_fails_with_nothing_left_to_read() {
+    use PollFlags as F;
+    assert!(gone(F::POLLHUP) && gone(F::POLLERR) && gone(F::POLLHUP | F::POLLERR));
+    assert!(!gone(F::POLLIN) && !gone(F::POLLIN | F::POLLHUP | F::POLLERR) && !gone(F::empty()));
+}
+
+#[test]
+fn an_event_of_either_clock_has_its_age() {
+    let now = Stamp(Duration::from_millis(50_000));
+    let at = |ms| UNIX_EPOCH + Duration::from_millis(ms);
+    assert_eq!(stamp(at(49_990), now, None), Some(Stamp(Duration::from_millis(49_990))));
+    assert_eq!(stamp(at(1_700_000_000_000), now, None), None, "a time of the day on the monotonic clock");
+    // By the clock of the day it came 30 ms ago, so 30 ms ago on the other, too.
+    let day = Some(Duration::from_millis(1_700_000_000_030));
+    assert_eq!(stamp(at(1_700_000_000_000), now, day), Some(Stamp(Duration::from_millis(49_970))));
+    assert_eq!(stamp(at(1_700_000_000_031), now, day), None, "later than now");
+    // What the kernel writes beside a new file is the clock of the day.
+    let written = tempfile::tempfile().unwrap().metadata().unwrap().modified().unwrap();
+    let real = written.duration_since(UNIX_EPOCH).unwrap();
+    assert!(now_real().abs_diff(real) < Duration::from_secs(60));
+}
+
+#[test]
+fn wheels_of_sysfs_come_in_the_order_of_their_numbers_without_what_is_none() {
+    let sys = tempfile::tempdir().unwrap();
+    let plug = |event: &str, name: &str, id: Option<(&str, &str)>| {
+        let device = sys.path().join("class/input").join(event).join("device");
+        fs::create_dir_all(device.join("id")).unwrap();
+        fs::write(device.join("name"), format!("{name}\n")).unwrap();
+        if let Some((vendor, product)) = id {
+            fs::write(device.join("id/vendor"), format!("{vendor}\n")).unwrap();
+            fs::write(device.join("id/product"), format!("{product}\n")).unwrap();
+        }
+    };
+    plug("event10", "Logitech G29", Some(("046d", "c24f")));
+    plug("event2", "Some Racing Wheel", None);
+    plug("event3", "AT Translated Set 2 keyboard", Some(("0001", "0001")));
+    plug("event4", "Logitech G29", Some(("046d", "c260")));
+    plug("js0", "Logitech G29", Some(("046d", "c24f")));
+    plug("mouse0", "Logitech G29", Some(("046d", "c24f")));
+    let found = wheels_in(sys.path());
+    let unnamed = Node { name: "Some Racing Wheel".into(), id: (0, 0), ..node("/dev/input/event2") };
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert_eq!((&found[0], &found[2]), (&unnamed, &node("/dev/input/event10")));
+    assert_eq!(found[1].id, (0x046d, 0xc260));
+    assert!(matches!(found[1].kind, Kind::Unfit(text) if text.contains("PS3")), "at the switch's other end");
+    assert_eq!(wheels_in(&sys.path().join("nothing")), []);
+}
+
+#[test]
+fn a_wheel_that_may_not_be_opened_is_told_with_the_rule_that_allows_it_and_any_other_fault_with_itself() {
+    let wheel = node("/dev/input/event7");
+    let told = trouble(&wheel, &io::ErrorKind::PermissionDenied.into());
+    assert!(told.starts_with("Logitech G29 may not be opened (/dev/input/event7: permission denied)\n  remedy: "));
+    assert!(told.contains(UDEV_RULE) && told.contains(UDEV_FILE), "{told}");
+    let told = trouble(&wheel, &io::Error::from_raw_os_error(nix::libc::ENODEV));
+    assert!(told.starts_with("Logitech G29 cannot be opened (/dev/input/event7: No such device"), "{told}");
+    assert!(told.contains("remedy: unplug it") && !told.contains(UDEV_FILE), "{told}");
+}
+
+#[test]
+fn a_profile_without_strength_takes_no_force_and_one_with_it_says_why_there_is_none() {
+    let nowhere = node("/nowhere/event0");
+    let mut profile = g29();
+    profile.force.strength = 0.0;
+    assert!(matches!(force(&nowhere, &profile), Ok(None)));
+    profile.force.strength = 0.3;
+    let told = |profile: &Profile| force(&nowhere, profile).err().expect("there is no such device");
+    let text = told(&profile);
+    assert!(text.starts_with("Logitech G29 gives no force (No such file"), "{text}");
+    assert!(text.contains("the drive goes on without\n  remedy: codrive doctor"), "{text}");
+    profile.force.backend = ForceBackend::Sdl;
+    assert!(told(&profile).contains("SDL2"), "{}", told(&profile));
+    assert_eq!(capabilities(&nowhere).unwrap_err().kind(), io::ErrorKind::NotFound);
+}
+
+#[test]
+fn an_effect_lies_along_the_wheel_and_has_no_end() {
+    // linux/input.h: direction 0xC000 is right, a length of 0 is for ever; strengths are 0 to 0xFFFF.
+    let effect = constant(-21_760);
+    assert_eq!((effect.direction, effect.replay.length, effect.replay.delay), (0xC000, 0, 0));
+    let FFEffectKind::Constant { level, envelope } = effect.kind else { panic!("no constant force") };
+    assert_eq!((level, envelope.attack_length, envelope.fade_length), (-21_760, 0, 0));
+    assert_eq!([0.0, 0.5, 1.0].map(strength), [0, 0x7FFF, 0xFFFF]);
+}
+
+#[test]
+fn a_profile_that_was_learnt_is_taken_at_the_next_look() {
+    let mut port = EvdevPort { asked: None, seen: Some(Vec::new()) };
+    let learnt = Profile { name: "Rig 1".into(), ..g29() };
+    port.prefer(learnt.clone());
+    assert_eq!((port.asked, port.seen), (Some(learnt), None));
+}
