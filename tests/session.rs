@@ -68,6 +68,32 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     assert_eq!(orders.len(), 6, "Williams' square of three conditions has six orders: {orders:?}");
     assert!(participants.iter().all(|row| row["state"] == "complete" && row["kind"] == "simulated"));
 
+    // The data set says what it is, of which study, and what lies where.
+    let readme = fs::read_to_string(out.join("README.md")).or_else(|_| fs::read_to_string(out.join("README"))).unwrap();
+    for has in ["# Short\n", "participants.tsv", "phenotype/", "sourcedata/", "study.toml", "codrive analyse"] {
+        assert!(readme.contains(has), "{has}: {readme}");
+    }
+    let about: Value = serde_json::from_slice(&fs::read(out.join("dataset_description.json")).unwrap()).unwrap();
+    assert_eq!((&about["Name"], &about["DatasetType"]), (&Value::from("Short"), &Value::from("raw")));
+    // Raw TLX: six ratings in steps of 5, and their mean.
+    let workload = table(&out.join("phenotype/workload.tsv"));
+    assert_eq!(workload.len(), 6);
+    let rated = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
+    for row in &workload {
+        let number = |name: &str| row[name].parse::<f64>().unwrap();
+        assert!(rated.iter().all(|name| (0.0..=100.0).contains(&number(name)) && number(name) % 5.0 == 0.0), "{row:?}");
+        let mean = rated.iter().map(|name| number(name)).sum::<f64>() / 6.0;
+        assert!((number("score_raw-tlx") - mean).abs() < 1e-6, "{row:?}");
+    }
+    let sidecar: Value = serde_json::from_slice(&fs::read(out.join("phenotype/workload.json")).unwrap()).unwrap();
+    let tool = sidecar["MeasurementToolMetadata"]["Description"].as_str().unwrap();
+    assert!(tool.starts_with("How demanding was the drive? NASA Task Load Index"), "{tool}");
+    let mental = sidecar["mental"]["Description"].as_str().unwrap();
+    assert!(mental.contains("From 0") && mental.contains("to 100"), "{mental}");
+    let sickness: Value = serde_json::from_slice(&fs::read(out.join("phenotype/ssq_before.json")).unwrap()).unwrap();
+    let levels = sickness.as_object().unwrap().values().find_map(|column| column["Levels"].as_object()).unwrap();
+    assert_eq!(levels.keys().collect::<Vec<_>>(), ["0", "1", "2", "3"], "none, slight, moderate, severe");
+
     // Every table has a sidecar that names each of its columns; all files are the user's alone.
     for path in files(&out) {
         let mode = fs::metadata(&path).unwrap().permissions().mode() & 0o777;

@@ -264,3 +264,137 @@ fn a_mistake_in_a_questionnaire_is_named() {
         assert!(message.starts_with("q.json:") && message.contains(has), "{from} -> {to}: {message}");
     }
 }
+
+#[test]
+fn a_condition_compares_as_surveyjs_says() {
+    let holds = |by: &str, answer: Option<Value>| {
+        let text = format!(
+            r#"{{"title":"q","pages":[{{"elements":[{{"type":"text","name":"b"}},{{"type":"text","name":"a","visibleIf":"{{b}} {by}"}}]}}]}}"#
+        );
+        let q = Questionnaire::parse(&text, "q.json").unwrap_or_else(|e| panic!("{by}: {e}"));
+        let answers: Answers = answer.into_iter().map(|value| ("b".into(), value)).collect();
+        q.pages[0].visible_elements(&answers).count() == 2
+    };
+    // Below, at and above what it is compared with.
+    for (by, expected) in [
+        ("= 3", [false, true, false]),
+        ("<> 3", [true, false, true]),
+        ("< 3", [true, false, false]),
+        ("<= 3", [true, true, false]),
+        ("> 3", [false, false, true]),
+        (">= 3", [false, true, true]),
+    ] {
+        assert_eq!([2, 3, 4].map(|n| holds(by, Some(json!(n)))), expected, "{by}");
+        // A word has no order; what is not answered equals nothing.
+        assert_eq!(holds(by, Some(json!("three"))), by == "<> 3", "{by} with a word");
+        assert_eq!(holds(by, None), by == "<> 3", "{by} without an answer");
+    }
+    // A whole number and the same with a point are one.
+    assert!(holds("= 3", Some(json!(3.0))) && !holds("<> 3", Some(json!(3.0))));
+    assert!(holds("= 'yes'", Some(json!("yes"))) && !holds("= 'yes'", Some(json!("no"))));
+    for (list, expected) in
+        [(json!(["bus", "car"]), true), (json!(["bus"]), false), (json!([]), false), (json!("car"), false)]
+    {
+        assert_eq!(holds("contains 'car'", Some(list.clone())), expected, "{list}");
+    }
+    // `and` binds stronger than `or`.
+    for (n, expected) in [(1, true), (4, false), (6, true), (9, false)] {
+        assert_eq!(holds("= 1 or {b} > 5 and {b} < 8", Some(json!(n))), expected, "{n}");
+    }
+}
+
+#[test]
+fn all_orders_are_for_six_conditions_at_most() {
+    let study = |conditions: usize, order: &str| {
+        let list: String = (0..conditions)
+            .map(|i| format!("[[condition]]\nname = \"c{i}\"\nset = {{ hold_s = {}.0 }}\n", i + 1))
+            .collect();
+        let text = format!(
+            "title = \"t\"\nparticipants = 2\norder = \"{order}\"\n[base]\ntraffic = \"native\"\nduration_s = 10.0\n{list}[[segment]]\nkind = \"trials\"\nname = \"trial\"\n"
+        );
+        Study::parse(text, Path::new("orders.toml")).map_err(|e| e.0)
+    };
+    assert_eq!(study(6, "full").expect("720 orders").file.order.period(6), 720);
+    let error = study(7, "full").expect_err("5040 orders are more than people");
+    assert!(error.contains("7 conditions have too many orders; \"full\" is for at most 6"), "{error}");
+    study(7, "williams").expect("14 orders");
+}
+
+#[test]
+fn no_two_drives_of_any_participant_share_a_seed_and_every_reader_keeps_it() {
+    let with_seed = |seed: u64| {
+        let text = format!(
+            "title = \"t\"\nparticipants = 2\nseed = {seed}\n[base]\ntraffic = \"native\"\nduration_s = 10.0\n[[condition]]\nname = \"a\"\n[[condition]]\nname = \"b\"\nset = {{ hold_s = 5.0 }}\n[[segment]]\nkind = \"trials\"\nname = \"trial\"\n"
+        );
+        Study::parse(text, Path::new("seeds.toml")).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let mut seen = std::collections::BTreeSet::new();
+    for seed in [1, 2, 999_999, 1_000_001] {
+        let study = with_seed(seed);
+        for participant in [0, 1, 2, 99, 100, 9_999] {
+            for planned in study.plan(participant).items {
+                let Item::Drive { scenario, .. } = planned.item else { continue };
+                // A double keeps whole numbers up to 2^53.
+                assert!(scenario.seed < 1 << 53, "{}", scenario.seed);
+                seen.insert((seed % 1_000_000, participant, scenario.seed));
+            }
+        }
+    }
+    let seeds: std::collections::BTreeSet<u64> = seen.iter().map(|(_, _, seed)| *seed).collect();
+    assert_eq!(seeds.len(), seen.len(), "the study, the participant and the drive make the seed");
+}
+
+#[test]
+fn the_table_of_a_study_says_who_drives_what_when_and_for_how_long() {
+    let text = r#"title = "Two holds"
+participants = 3
+order = "full"
+[base]
+traffic = "native"
+duration_s = 90.0
+vehicles = 12
+policy = "pi"
+range_mph = 1.5
+[[condition]]
+name = "short"
+set = { hold_s = 2.0 }
+[[condition]]
+name = "long"
+set = { hold_s = 20.0 }
+[[segment]]
+kind = "text"
+name = "welcome"
+text = "Hello."
+[[segment]]
+kind = "trials"
+name = "trial"
+rest_s = 30.0
+[[segment]]
+kind = "questions"
+name = "tlx"
+questionnaire = "raw-tlx"
+"#;
+    let study = Study::parse(text.to_owned(), Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"));
+    // A page is reckoned with 30 s, a drive with its 90 s, the rest with its 30 s, questions with 120 s.
+    assert_eq!(study.plan(0).minutes(), (30.0 + 90.0 + 30.0 + 90.0 + 120.0) / 60.0);
+    let expected = "\
+Two holds
+3 participants, 2 conditions, order full: balanced after every 2
+
+A visit, about 6 min:
+   1  welcome                          a page to read
+   2  trial-1-short                    90 s on ring-250, 12 cars, policy pi, hold 2 s, range +-1.5 mph
+   3  trial-rest-1                     rest, 30 s
+   4  trial-2-long                     90 s on ring-250, 12 cars, policy pi, hold 20 s, range +-1.5 mph
+   5  tlx                              questions: raw-tlx
+
+participant   order of conditions
+          1   short, long
+          2   long, short
+          3   short, long
+
+Not every order comes equally often with 3; with 4 it does.
+";
+    assert_eq!(study.table(3), expected);
+    assert!(!study.table(4).contains("Not every order"));
+}

@@ -360,3 +360,37 @@ fn the_force_is_in_the_rows_from_where_it_was_told_and_empty_before() {
     let expected = [None, None, Some(0.75), Some(0.75), Some(-1.25), Some(-1.25), None, None];
     assert_eq!(ego.numbers("wheel_force_nm"), expected);
 }
+
+#[test]
+fn a_drive_that_ends_by_an_error_keeps_the_ticks_that_were_not_yet_handed_over() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("ended");
+    let mut world = world();
+    let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
+    for _ in 0..7 {
+        world.tick(&Controls::default()).expect("the native engine");
+        recorder.tick(&world, &Controls::default()).expect("room");
+    }
+    drop(recorder);
+    let found = recover::recover(&recording).expect("recovered");
+    assert_eq!((found.rows[0], found.missing.len()), ((Table::Ego, 7), 0));
+}
+
+#[test]
+fn the_room_on_the_disk_is_what_df_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("gauged");
+    let mut world = world();
+    let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
+    drive(&mut world, &mut recorder, 5).expect("room");
+    while recorder.gauge().waiting()[0] > 0 {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let df = std::process::Command::new("df").args(["--output=avail", "-B1"]).arg(folder.path()).output().expect("df");
+    let said = String::from_utf8_lossy(&df.stdout);
+    let free: u64 = said.lines().last().and_then(|line| line.trim().parse().ok()).expect("a number of bytes");
+    let gauged = recorder.gauge().free_bytes().expect("this system tells");
+    // Others write meanwhile: within a tenth.
+    assert!(gauged.abs_diff(free) < free / 10, "{gauged} and {free}");
+    assert_eq!(recorder.gauge().waiting(), [0, QUEUE]);
+}

@@ -419,3 +419,7 @@ pub const EVENTS: &[Column<EventRow>] = &[
     column("car", "", "the other car", Get::Id(|r| r.car)),
     number("value", "m/s or m", "closing speed of a contact, offset where the road was left", |r| r.value),
 ];
+
+#[cfg(test)]
+#[path = "tables_tests.rs"]
+mod tests;

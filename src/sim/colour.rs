@@ -63,5 +63,8 @@ mod tests {
         }
         let [r, g, b] = linear("#ff8000").expect("a colour");
         assert!(r == 1.0 && (g - 0.2159).abs() < 1e-3 && b == 0.0, "{r} {g} {b}");
+        // IEC 61966-2-1: below 0.04045 a straight line, byte / (255 * 12.92).
+        let [dark, ..] = linear("#0a0000").expect("a colour");
+        assert!((dark - 10.0 / 3294.6).abs() < 1e-6, "{dark}");
     }
 }

@@ -223,6 +223,11 @@ mod tests {
         assert!(
             fault("mirror_radius_m = 0.3").starts_with("trial.toml:1:19: mirror_radius_m is 0.3; allowed: 0 (flat)")
         );
+        assert!(fault("mirror_radius_m = 0.79").contains("0 (flat) or 0.8 to 20 m"));
+        for allowed in ["0", "0.8", "20"] {
+            assert!(Scenario::from_toml(&format!("mirror_radius_m = {allowed}"), "x").is_ok(), "{allowed}");
+        }
+        assert!(fault("step_s = 0.025").contains("step_s is 0.025; allowed: a multiple of 0.01 s"));
         assert!(fault("duration_s = 604801").contains("allowed: a number from 0 to 604800 s"));
         assert!(Scenario::from_toml("duration_s = 604800", "x").is_ok(), "seven days");
         assert!(fault("cockpit = \"none\"").contains("`off`, `bonnet`, `full`"));

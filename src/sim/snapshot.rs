@@ -164,22 +164,5 @@ impl CarView {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_body_dives_under_brakes_smoothly_and_settles() {
-        let mut pitch = Pitch::default();
-        let (mut lowest, mut largest_step) = (0f32, 0f32);
-        for _ in 0..300 {
-            pitch = pitch.step(-3.0, 0.01);
-            lowest = lowest.min(pitch.now_rad);
-            largest_step = largest_step.max((pitch.now_rad - pitch.before_rad).abs());
-        }
-        let rest = -3.0 * 0.0356 / 9.81;
-        assert!((pitch.now_rad - rest).abs() < 0.02 * rest.abs(), "{}", pitch.now_rad);
-        assert!(lowest > 1.35 * rest && lowest < 1.05 * rest, "a little over its rest: {lowest}");
-        // A car 5 m long: the bumper moves by less than 1.5 mm in 10 ms.
-        assert!(largest_step * 2.5 < 0.0015, "{largest_step}");
-    }
-}
+#[path = "snapshot_tests.rs"]
+mod tests;

@@ -451,3 +451,7 @@ impl Traffic for Stopped {
         "stopped".into()
     }
 }
+
+#[cfg(test)]
+#[path = "world_tests.rs"]
+mod tests;

@@ -197,8 +197,9 @@ impl DataSet {
             let Item::Questions(word) = &planned.item else { continue };
             let Some(questionnaire) = study.questionnaires.get(word) else { continue };
             let table = phenotype(questionnaire, &planned.name, &logs);
-            let more = json!({ "MeasurementToolMetadata": {
-                "Description": format!("{}. {}", questionnaire.title, questionnaire.description) } });
+            let stop = if questionnaire.title.ends_with(['.', '?', '!']) { "" } else { "." };
+            let about = format!("{}{stop} {}", questionnaire.title, questionnaire.description);
+            let more = json!({ "MeasurementToolMetadata": { "Description": about } });
             self.put_table(&format!("phenotype/{}", planned.name.replace('-', "_")), &table, more)?;
         }
         let is_over = logs.iter().any(|log| log.participant == *code && log.end.is_some());

@@ -138,10 +138,68 @@ mod tests {
 
     #[test]
     fn traits_are_within_what_is_stated_and_differ() {
-        let drawn: Vec<f64> = (0..200).map(|i| Participant::draw(1, i).driver.reaction_s).collect();
-        assert!(drawn.iter().all(|r| (0.6..1.6).contains(r)));
-        let mean = drawn.iter().sum::<f64>() / 200.0;
-        assert!((mean - 1.1).abs() < 0.06, "{mean}");
-        assert_eq!(drawn[7], Participant::draw(1, 7).driver.reaction_s);
+        let people: Vec<Participant> = (0..400).map(|i| Participant::draw(1, i)).collect();
+        let mean_and_sd = |get: &dyn Fn(&Participant) -> f64| {
+            let values: Vec<f64> = people.iter().map(get).collect();
+            let mean = values.iter().sum::<f64>() / 400.0;
+            (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 399.0).sqrt())
+        };
+        // Even between two edges: the middle, and a spread of the width over the square root of 12. Three standard errors.
+        let width_to_sd = 12f64.sqrt();
+        for (name, low, high) in
+            [("reaction_s", 0.6, 1.6), ("error_mps", 0.1, 0.6), ("lane_error_m", 0.03, 0.10), ("level", 0.0, 1.0)]
+        {
+            assert!(people.iter().all(|p| (low..high).contains(&p.traits()[name])), "{name}");
+            let (mean, sd) = mean_and_sd(&|p| p.traits()[name]);
+            let expected = (high - low) / width_to_sd;
+            assert!((mean - f64::midpoint(low, high)).abs() < 3.0 * expected / 20.0, "{name}: {mean}");
+            assert!((sd / expected - 1.0).abs() < 0.1, "{name}: {sd}");
+        }
+        // Normal with 0.25 m/s, cut at 0.6, which takes 2 % of the spread.
+        let (mean, sd) = mean_and_sd(&|p| p.traits()["overspeed_mps"]);
+        assert!(mean.abs() < 3.0 * 0.25 / 20.0 && (sd / 0.245 - 1.0).abs() < 0.12, "{mean}, {sd}");
+        assert!(people.iter().all(|p| p.traits()["overspeed_mps"].abs() <= 0.6));
+        for p in &people {
+            // Brake lamps ahead are answered sooner than a number on the dial.
+            assert_eq!(p.driver.leader_reaction_s, 0.7 * p.driver.reaction_s);
+            assert_eq!(p.traits()["reaction_s"], p.driver.reaction_s);
+        }
+        assert_eq!(people[7].traits(), Participant::draw(1, 7).traits());
+        assert_ne!(people[7].traits(), Participant::draw(2, 7).traits());
+    }
+
+    #[test]
+    fn answers_follow_the_level_of_who_gives_them_and_take_seconds_each() {
+        let tlx = Questionnaire::find("raw-tlx", Path::new(".")).unwrap();
+        let (mut low, mut high, mut waits) = (Vec::new(), Vec::new(), Vec::new());
+        for index in 0..200 {
+            let participant = Participant::draw(9, index);
+            let answered = participant.answer(&tlx, "tlx");
+            let mean = answered.iter().filter_map(|a| a.answer.as_f64()).sum::<f64>() / answered.len() as f64;
+            let level = participant.traits()["level"];
+            if level < 0.3 {
+                low.push(mean)
+            } else if level > 0.7 {
+                high.push(mean)
+            }
+            let times: BTreeMap<&str, f64> = answered.iter().map(|one| (one.question.as_str(), one.time_s)).collect();
+            // Each page begins at 0.
+            for page in &tlx.pages {
+                let mut before = 0.0;
+                for name in page.elements.iter().flat_map(Element::answer_names) {
+                    waits.push(times[name.as_str()] - before);
+                    before = times[name.as_str()];
+                }
+            }
+        }
+        let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len() as f64;
+        // Levels of 0.15 and 0.85 on a scale from 0 to 100.
+        assert!((mean(&low) - 15.0).abs() < 6.0 && (mean(&high) - 85.0).abs() < 6.0, "{} {}", mean(&low), mean(&high));
+        // 1.5 s at least, and 2 s more on average (exponential); 1,200 answers, three standard errors.
+        assert_eq!(waits.len(), 1200);
+        assert!(waits.iter().all(|wait| *wait >= 1.499));
+        assert!((mean(&waits) - 3.5).abs() < 3.0 * 2.0 / (waits.len() as f64).sqrt(), "{}", mean(&waits));
+        let milliseconds = waits.iter().map(|wait| (wait * 1000.0 - (wait * 1000.0).round()).abs());
+        assert!(milliseconds.fold(0.0, f64::max) < 1e-6);
     }
 }

@@ -193,6 +193,16 @@ fn rows_that_were_taken_out_or_put_in_are_named() {
         "{text}"
     );
     assert!(text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
+    // A step written twice: its rows are too many, and no others.
+    let copy = drive.copy("step-twice");
+    let all = rows(&copy.join("cars.parquet"));
+    write(&copy.join("cars.parquet"), &joined(&all.slice(0, 22 * 21), &all.slice(22 * 20, 22 * 40)));
+    let (code, text) = replay(&copy);
+    assert!(
+        code == 1 && text.contains("cars.parquet, row 462 (2.10 s), column tick: recorded 210, driven again nothing"),
+        "{text}"
+    );
+    assert!(text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
     // A row of the ego taken out of the middle: what follows cannot be driven.
     let copy = drive.copy("ego-out");
     let all = rows(&copy.join("ego.parquet"));

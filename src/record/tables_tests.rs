@@ -1,0 +1,223 @@
+//! Every column of a row against numbers that were put into the drive by hand.
+
+use super::*;
+use crate::{
+    ego::EgoState,
+    policy::Action,
+    sim::{EndReason, Leader, Pitch},
+    space::Pose,
+    traffic::CarId,
+};
+use glam::{DVec3, Quat, dvec2};
+use std::collections::BTreeMap;
+
+/// A table's row as text, by the name of the column; numbers to six digits, empty as `-`.
+fn cells<R>(columns: &[Column<R>], row: &R) -> BTreeMap<&'static str, String> {
+    let text = |column: &Column<R>| match column.get {
+        Get::Number(get) => get(row).map_or("-".into(), |v| format!("{:.6}", v)),
+        Get::Whole(get) => get(row).to_string(),
+        Get::Id(get) => get(row).map_or("-".into(), |v| v.to_string()),
+        Get::Flag(get) => get(row).map_or("-".into(), |v| v.to_string()),
+        Get::Word(get) => get(row),
+    };
+    columns.iter().map(|column| (column.name, text(column))).collect()
+}
+
+fn is<R>(columns: &[Column<R>], row: &R, expected: &[(&'static str, &str)]) {
+    let (found, expected) = (cells(columns, row), expected.iter().copied().collect::<BTreeMap<_, _>>());
+    assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (name, value) in expected {
+        assert_eq!(found[name], value, "{name}");
+    }
+}
+
+const ADVISED: Advice = Advice {
+    issued: Tick(100),
+    hold_steps: 30,
+    action: Action::Acceleration(-0.5),
+    target_mps: 6.5,
+    range_mps: 0.75,
+    is_fallback: true,
+};
+
+/// The car at 6 m/s, 10 m behind one at 4 m/s; 0.5 rad left of east, nose 0.1 rad down, right side 0.2 rad up.
+fn snapshot() -> Snapshot {
+    let ego = EgoState {
+        position: DVec3::new(3.0, -4.0, 0.25),
+        rotation: Quat::from_rotation_z(0.5) * Quat::from_rotation_y(0.1) * Quat::from_rotation_x(-0.2),
+        speed_mps: 6.0,
+        accel_mps2: 1.5,
+        lateral_accel_mps2: -0.75,
+        yaw_rate: 0.125,
+        gear: 2,
+        engine_rpm: 1800.0,
+        steering_torque_nm: -3.5,
+        braking: true,
+        ..EgoState::default()
+    };
+    Snapshot {
+        tick: Tick(123),
+        ego,
+        ego_before: EgoState { accel_mps2: 1.25, ..ego },
+        ego_s_m: 77.5,
+        lane_offset_m: -0.5,
+        cars: Vec::new(),
+        leader: Some(Leader { id: CarId(7), gap_m: 10.0, speed_mps: 4.0 }),
+        advice: Some(ADVISED),
+        mean_speed_mps: 3.25,
+    }
+}
+
+const CONTROLS: Controls =
+    Controls { throttle: 0.25, brake: 0.5, steering_wheel_rad: -1.5, selector: Selector::Neutral };
+
+#[test]
+fn a_row_of_the_ego_says_what_it_drove() {
+    let row = EgoRow::of(&snapshot(), &CONTROLS, Some(2.0), 99);
+    let expected = [
+        ("tick", "123"),
+        ("time_s", "1.230000"),
+        ("hash", "99"),
+        ("throttle", "0.250000"),
+        ("brake", "0.500000"),
+        ("steering_wheel_rad", "-1.500000"),
+        ("selector", "neutral"),
+        ("x_m", "3.000000"),
+        ("y_m", "-4.000000"),
+        ("z_m", "0.250000"),
+        ("speed_mps", "6.000000"),
+        ("accel_mps2", "1.500000"),
+        ("lateral_accel_mps2", "-0.750000"),
+        // 0.25 m/s2 more than 10 ms before.
+        ("jerk_mps3", "25.000000"),
+        ("yaw_rate_radps", "0.125000"),
+        ("gear", "2.000000"),
+        ("engine_rpm", "1800.000000"),
+        ("steering_torque_nm", "-3.500000"),
+        ("braking", "true"),
+        ("s_m", "77.500000"),
+        ("lane_offset_m", "-0.500000"),
+        ("leader", "7"),
+        ("gap_m", "10.000000"),
+        // A car is 5 m long.
+        ("headway_m", "15.000000"),
+        ("leader_speed_mps", "4.000000"),
+        // 10 m at 2 m/s.
+        ("ttc_s", "5.000000"),
+        ("target_mps", "6.500000"),
+        ("range_low_mps", "5.750000"),
+        ("range_high_mps", "7.250000"),
+        ("in_range", "true"),
+        ("mean_speed_mps", "3.250000"),
+        ("wheel_force_nm", "2.000000"),
+    ];
+    let found = cells(EGO, &row);
+    let angle = |name: &str| found[name].parse::<f64>().expect("a number");
+    for (name, rad) in [("yaw_rad", 0.5), ("pitch_rad", 0.1), ("roll_rad", -0.2)] {
+        assert!((angle(name) - rad).abs() < 1e-6, "{name}: {}", found[name]);
+    }
+    for (name, value) in expected {
+        assert_eq!(found[name], value, "{name}");
+    }
+    // The three angles are all that is not listed above.
+    assert_eq!(found.len(), expected.len() + 3);
+}
+
+#[test]
+fn a_gap_that_does_not_close_has_no_time_to_collision_and_what_is_not_there_is_empty() {
+    for leader_mps in [6.0, 7.0] {
+        let leader = Some(Leader { id: CarId(7), gap_m: 10.0, speed_mps: leader_mps });
+        let row = EgoRow::of(&Snapshot { leader, ..snapshot() }, &CONTROLS, None, 0);
+        assert_eq!(cells(EGO, &row)["ttc_s"], "-", "leader at {leader_mps} m/s");
+    }
+    let alone = EgoRow::of(&Snapshot { leader: None, advice: None, ..snapshot() }, &CONTROLS, None, 0);
+    let empty = cells(EGO, &alone).into_iter().filter(|(_, text)| text == "-").map(|(name, _)| name);
+    let expected = [
+        "gap_m",
+        "headway_m",
+        "in_range",
+        "leader",
+        "leader_speed_mps",
+        "range_high_mps",
+        "range_low_mps",
+        "target_mps",
+        "ttc_s",
+        "wheel_force_nm",
+    ];
+    assert_eq!(empty.collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn rows_of_cars_advice_and_events_say_what_happened() {
+    let ego = [
+        ("tick", "123"),
+        ("car", "0"),
+        ("s_m", "77.500000"),
+        ("x_m", "3.000000"),
+        ("y_m", "-4.000000"),
+        ("yaw_rad", "0.500000"),
+        ("speed_mps", "6.000000"),
+        ("accel_mps2", "1.500000"),
+        ("braking", "true"),
+    ];
+    is(CARS, &CarRow::ego(&snapshot()), &ego);
+    let pose = Pose::new(dvec2(8.0, 9.0), -0.25);
+    let view = CarView {
+        id: CarId(4),
+        pose,
+        pose_before: Pose::new(dvec2(7.0, 9.5), -0.5),
+        s_m: 12.5,
+        speed_mps: 2.5,
+        accel_mps2: -1.0,
+        odometer_m: 60.0,
+        braking: false,
+        pitch: Pitch::default(),
+    };
+    let car = [
+        ("tick", "120"),
+        ("car", "4"),
+        ("s_m", "12.500000"),
+        ("x_m", "8.000000"),
+        ("y_m", "9.000000"),
+        ("yaw_rad", "-0.250000"),
+        ("speed_mps", "2.500000"),
+        ("accel_mps2", "-1.000000"),
+        ("braking", "false"),
+    ];
+    is(CARS, &CarRow::of(Tick(120), &view), &car);
+
+    let advice =
+        AdviceRow { advice: ADVISED, step_s: 0.1, speed_mps: 5.5, shown_frame: Some(8), shown_wall_s: Some(1.125) };
+    let expected = [
+        ("tick", "100"),
+        ("action", "acceleration"),
+        ("action_value", "-0.500000"),
+        ("target_mps", "6.500000"),
+        ("range_low_mps", "5.750000"),
+        ("range_high_mps", "7.250000"),
+        ("hold_s", "3.000000"),
+        ("speed_mps", "5.500000"),
+        ("in_range", "false"),
+        ("fallback", "true"),
+        ("shown_frame", "8"),
+        ("shown_wall_s", "1.125000"),
+    ];
+    is(ADVICE, &advice, &expected);
+
+    let at = |kind| EventRow::of(&Event { tick: Tick(5), kind });
+    assert!(at(EventKind::Advice(ADVISED)).is_none(), "advice has its own table");
+    let contact = EventKind::Contact { car: CarId(3), ego_speed_mps: 9.0, car_speed_mps: 2.0, closing_mps: 7.0 };
+    for (kind, expected) in [
+        (contact, ["contact", "ego at 9.000 m/s, car at 2.000 m/s", "3", "7.000000"]),
+        (
+            EventKind::LeftRoad { s_m: 31.25, offset_m: -2.0 },
+            ["left_road", "at 31.25 m of the route", "-", "-2.000000"],
+        ),
+        (EventKind::BackOnRoad, ["back_on_road", "", "-", "-"]),
+        (EventKind::Ended(EndReason::Duration), ["ended", "duration", "-", "-"]),
+    ] {
+        let [event, detail, car, value] = expected;
+        let row = at(kind).expect("a row");
+        is(EVENTS, &row, &[("tick", "5"), ("event", event), ("detail", detail), ("car", car), ("value", value)]);
+    }
+}

@@ -1,0 +1,108 @@
+//! A body on its springs, and the fingerprint of a snapshot.
+
+use super::*;
+use crate::policy::Action;
+
+#[test]
+fn a_body_dives_under_brakes_smoothly_and_settles() {
+    let mut pitch = Pitch::default();
+    let (mut lowest, mut largest_step) = (0f32, 0f32);
+    for _ in 0..300 {
+        pitch = pitch.step(-3.0, 0.01);
+        lowest = lowest.min(pitch.now_rad);
+        largest_step = largest_step.max((pitch.now_rad - pitch.before_rad).abs());
+    }
+    let rest = -3.0 * 0.0356 / 9.81;
+    assert!((pitch.now_rad - rest).abs() < 0.02 * rest.abs(), "{}", pitch.now_rad);
+    assert!(lowest > 1.35 * rest && lowest < 1.05 * rest, "a little over its rest: {lowest}");
+    // A car 5 m long: the bumper moves by less than 1.5 mm in 10 ms.
+    assert!(largest_step * 2.5 < 0.0015, "{largest_step}");
+}
+
+fn car(id: u32) -> CarView {
+    CarView::at_start(&crate::traffic::CarState {
+        id: CarId(id),
+        s_m: 10.0 * f64::from(id),
+        pose: Pose::default(),
+        speed_mps: 3.0,
+        accel_mps2: 0.5,
+        braking: false,
+    })
+}
+
+fn snapshot(cars: u32) -> Snapshot {
+    let ego = EgoState { speed_mps: 4.0, gear: 1, ..EgoState::default() };
+    Snapshot {
+        tick: Tick(50),
+        ego,
+        ego_before: ego,
+        ego_s_m: 0.0,
+        lane_offset_m: 0.25,
+        cars: (1..=cars).map(car).collect(),
+        leader: None,
+        advice: None,
+        mean_speed_mps: 3.5,
+    }
+}
+
+#[test]
+fn the_first_number_that_differs_is_named_with_its_car_and_both_values() {
+    let one = snapshot(3);
+    assert_eq!(one.first_difference(&one.clone()), None);
+    let mut other = one.clone();
+    other.cars[1].accel_mps2 = 0.75;
+    other.cars[2].s_m = 99.0;
+    assert_eq!(one.first_difference(&other), Some(("acceleration of car 2".into(), 0.5, 0.75)));
+    assert_eq!(other.first_difference(&one), Some(("acceleration of car 2".into(), 0.75, 0.5)));
+    // Equal as numbers, not as bits.
+    let mut signed = one.clone();
+    signed.ego.accel_mps2 = -0.0;
+    let (name, mine, theirs) = one.first_difference(&signed).expect("a bit differs");
+    assert_eq!(
+        (name.as_str(), mine.is_sign_negative(), theirs.is_sign_negative()),
+        ("acceleration of car 0", false, true)
+    );
+    // 15 numbers of the ego and its time, 4 of each car, 2 of an advice.
+    assert_eq!(one.first_difference(&snapshot(2)), Some(("count of numbers".into(), 27.0, 23.0)));
+    let advice = Advice {
+        issued: Tick(50),
+        hold_steps: 1,
+        action: Action::Speed(4.0),
+        target_mps: 4.0,
+        range_mps: 1.0,
+        is_fallback: false,
+    };
+    let advised = Snapshot { advice: Some(advice), ..one.clone() };
+    assert_eq!(one.first_difference(&advised), Some(("count of numbers".into(), 27.0, 29.0)));
+}
+
+#[test]
+fn fingerprints_are_fnv_1a_chained_over_every_number() {
+    // The offset, and eight bytes of zero: the authors' test vectors for 64 bits (isthe.com/chongo, "FNV hash").
+    assert_eq!(HASH_START, 0xcbf2_9ce4_8422_2325);
+    assert_eq!(mix(HASH_START, 0), 0xa8c7_f832_281a_39c5);
+    let one = snapshot(2);
+    assert_eq!(one.hash(HASH_START), one.clone().hash(HASH_START));
+    assert_ne!(one.hash(HASH_START), one.hash(one.hash(HASH_START)), "what was before counts");
+    let changes: [fn(&mut Snapshot); 14] = [
+        |s| s.tick = Tick(51),
+        |s| s.ego.position.y = 0.1,
+        |s| s.ego.rotation.z = 0.1,
+        |s| s.ego.speed_mps += 0.1,
+        |s| s.ego.accel_mps2 += 0.1,
+        |s| s.ego.yaw_rate += 0.1,
+        |s| s.ego.gear = 2,
+        |s| s.ego.engine_rpm += 1.0,
+        |s| s.ego.steering_torque_nm += 0.1,
+        |s| s.lane_offset_m += 0.1,
+        |s| s.cars[1].s_m += 0.1,
+        |s| s.cars[1].speed_mps += 0.1,
+        |s| s.cars[0].accel_mps2 += 0.1,
+        |s| s.cars[0].braking = true,
+    ];
+    for (i, change) in changes.iter().enumerate() {
+        let mut other = one.clone();
+        change(&mut other);
+        assert_ne!(other.hash(HASH_START), one.hash(HASH_START), "change {i}");
+    }
+}

@@ -1,0 +1,130 @@
+//! What a world tells of itself to policies and to lane help, and what is left of one whose engine was let go.
+
+use super::*;
+use std::f64::consts::{PI, TAU};
+
+fn ring() -> World {
+    World::new(&Scenario { traffic: "native".into(), ..Scenario::default() }).expect("the shipped ring")
+}
+
+fn drive(world: &mut World, ticks: usize) {
+    let controls = Controls { throttle: 0.3, steering_wheel_rad: 0.9, ..Controls::default() };
+    for _ in 0..ticks {
+        world.tick(&controls).expect("the native engine");
+    }
+}
+
+#[test]
+fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
+    let mut world = ring();
+    drive(&mut world, 250);
+    let seen = world.observe();
+    let snapshot = world.snapshot();
+    assert!(seen.speed_mps > 0.5, "it drives: {seen:?}");
+    assert_eq!(seen.speed_mps, snapshot.ego.speed_mps);
+    // HC22: a ring of 250 m, 22 cars with the ego; cars are numbered in the direction of travel, 5 m long.
+    assert_eq!((seen.vehicles, seen.circumference_m.round()), (22, 250.0));
+    let ahead = snapshot.cars.iter().find(|car| car.id.0 == 1).expect("the car ahead");
+    assert_eq!(seen.leader_speed_mps, ahead.speed_mps);
+    let gap_m = (ahead.s_m - snapshot.ego_s_m).rem_euclid(seen.circumference_m) - 5.0;
+    assert!((seen.gap_m - gap_m).abs() < 1e-9, "{} and {gap_m}", seen.gap_m);
+}
+
+#[test]
+fn lane_help_sees_the_bend_that_comes_and_how_the_car_stands_in_its_lane() {
+    let mut world = ring();
+    let hint = world.lane_hint();
+    // A circle of 250 m bends by one turn in its length; both bumpers begin in the
+    // middle of the lane, so that the car's own middle stands inside by 2.5 m squared over the circle's diameter.
+    assert!((hint.curvature - TAU / 250.0).abs() < 0.02 * TAU / 250.0, "{}", hint.curvature);
+    let inside_m = 2.5 * 2.5 / (250.0 / PI);
+    assert!((hint.offset_m - inside_m).abs() < 0.01 && hint.heading_error_rad.abs() < 0.02, "{hint:?}");
+    // Straight on, out of a bend to the left: the lane turns away to the left, the car stands right of its middle and
+    // points right of it.
+    for _ in 0..300 {
+        world.tick(&Controls { throttle: 0.3, ..Controls::default() }).expect("the native engine");
+    }
+    let hint = world.lane_hint();
+    assert!(hint.offset_m < 0.0 && hint.heading_error_rad < -0.05, "{hint:?}");
+    assert_eq!(hint.offset_m, world.snapshot().lane_offset_m);
+}
+
+#[test]
+fn lane_help_looks_a_fifth_of_a_second_ahead() {
+    let mut world = World::new(&Scenario { traffic: "native".into(), map: "practice".into(), ..Scenario::default() })
+        .expect("the shipped circuit");
+    let route = Arc::clone(&world.map).route.clone();
+    // The place where the first bend begins: before it the road is straight, after it bent.
+    let bent = |s_m: f64| route.curvature_at(s_m, LANE_HINT_SPAN_M).abs() > 0.01;
+    let mut begins_m = 20.0;
+    while bent(begins_m) || !bent(begins_m + 2.0) {
+        begins_m += 0.5;
+    }
+    // 1 m before it nothing is seen of it by a car that stands, and it is seen at 20 m/s, 4 m on.
+    world.snapshot.ego_s_m = begins_m - 1.0 + CAR_LENGTH_M / 2.0;
+    world.snapshot.ego.speed_mps = 0.0;
+    assert!(world.lane_hint().curvature.abs() < 0.01);
+    // Nor in reverse gear, whatever the speed.
+    world.snapshot.ego.speed_mps = -20.0;
+    assert!(world.lane_hint().curvature.abs() < 0.01);
+    world.snapshot.ego.speed_mps = 20.0;
+    assert!(world.lane_hint().curvature.abs() > 0.01);
+}
+
+#[test]
+fn an_engine_that_was_let_go_keeps_its_cars_and_drives_no_further() {
+    let mut world = ring();
+    drive(&mut world, 20);
+    let before = world.traffic.cars().to_vec();
+    assert_eq!(before.len(), 22, "the ego among them");
+    world.stop_traffic();
+    assert_eq!(world.traffic.cars(), before);
+    assert_eq!(world.traffic_engine(), "stopped");
+    let ends = (0..20).find_map(|_| world.tick(&Controls::default()).err()).expect("no step follows");
+    assert!(ends.to_string().contains("this drive was stopped"), "{ends}");
+}
+
+#[test]
+fn only_a_drive_that_has_an_end_can_be_made_longer() {
+    let mut world =
+        World::new(&Scenario { traffic: "native".into(), duration_s: 60.0, ..Scenario::default() }).expect("a world");
+    world.extend(30.0);
+    assert_eq!(world.scenario().duration_s, 90.0);
+    let mut endless =
+        World::new(&Scenario { traffic: "native".into(), duration_s: 0.0, ..Scenario::default() }).expect("a world");
+    endless.extend(30.0);
+    assert_eq!(endless.scenario().duration_s, 0.0, "0 is without an end");
+}
+
+#[test]
+fn a_policy_aims_at_the_speed_at_which_the_even_ring_flows() {
+    let world = ring();
+    // FACTS 1: 22 cars on 250 m flow at 4.362 m/s.
+    let settings = policy_settings(world.scenario(), &world.map.route);
+    assert!((settings.equilibrium_mps - 4.362).abs() < 0.005, "{settings:?}");
+    // The drivers' own wish ends where the road's limit is lower.
+    let quick =
+        Scenario { idm: crate::idm::IdmParams { v0: 500.0, ..world.scenario().idm }, ..world.scenario().clone() };
+    let limit_mps = world.map.route.speed_limit_mps(0.0);
+    assert_eq!(limited_idm(&quick, &world.map.route).v0, limit_mps);
+    let slow = Scenario { idm: crate::idm::IdmParams { v0: 5.0, ..world.scenario().idm }, ..world.scenario().clone() };
+    assert_eq!(limited_idm(&slow, &world.map.route).v0, 5.0);
+}
+
+#[test]
+fn cars_move_evenly_within_a_step_and_their_wheels_turn_by_the_way() {
+    let mut world = ring();
+    let start: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m).collect();
+    drive(&mut world, 305);
+    let length_m = world.map.route.length_m();
+    let step = world.scenario().step_ticks();
+    let fraction = f64::from((world.snapshot().tick.0 % step) as u32) / step as f64;
+    for ((car, from), (begin, end)) in
+        world.snapshot().cars.iter().zip(&start).zip(world.from[1..].iter().zip(&world.to[1..]))
+    {
+        let way_m = (car.s_m - from).rem_euclid(length_m);
+        assert!((car.odometer_m - way_m).abs() < 1e-6, "{} and {way_m}", car.odometer_m);
+        let speed = begin.speed_mps + fraction * (end.speed_mps - begin.speed_mps);
+        assert!((car.speed_mps - speed).abs() < 1e-9, "{} and {speed} at {fraction} of the step", car.speed_mps);
+    }
+}
