@@ -98,6 +98,18 @@ mod tests {
     }
 
     #[test]
+    fn a_second_and_a_half_is_looked_at_to_its_end() {
+        let mut pulse = Pulse::default();
+        (0..75).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
+        assert_eq!((pulse.frames.len(), pulse.sum), (75, LATELY));
+        pulse.frame(FRAME, Duration::ZERO);
+        assert_eq!((pulse.frames.len(), pulse.sum), (75, LATELY));
+        // One that took longer than all of it is the only one that is known.
+        pulse.frame(Duration::from_secs(2), Duration::ZERO);
+        assert_eq!((pulse.frames.len(), pulse.frame_ms()), (1, 2000.0));
+    }
+
+    #[test]
     fn dropped_time_is_fresh_for_ten_seconds_and_never_forgotten() {
         let mut pulse = Pulse::default();
         pulse.frame(FRAME, Duration::from_millis(300));

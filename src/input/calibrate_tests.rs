@@ -178,6 +178,21 @@ fn neither_the_wheel_is_a_pedal_nor_a_pedal_two() {
 }
 
 #[test]
+fn a_pedal_that_rests_high_and_was_pressed_a_little_is_up_near_its_rest() {
+    let device = Device { values: [(0, 50), (1, 100), (2, 100)].into(), ..coarse() };
+    let (mut calibration, mut now_s) = (Calibration::new(device, 0.0).unwrap(), REST_S);
+    calibration.time(now_s);
+    for (code, from, to) in [(0, 50, 0), (0, 0, 100), (0, 100, 50), (1, 100, 60)] {
+        hold(&mut calibration, &mut now_s, code, from, to);
+    }
+    // 0.15 of the 40 counts that it was pressed by are 6.
+    hold(&mut calibration, &mut now_s, 1, 60, 93);
+    assert_eq!(calibration.step(), Step::AcceleratorUp);
+    hold(&mut calibration, &mut now_s, 1, 93, 95);
+    assert_eq!(calibration.step(), Step::Brake);
+}
+
+#[test]
 fn a_quarter_of_the_range_is_an_answer_and_less_is_none() {
     let (mut calibration, mut now_s) = turned();
     hold(&mut calibration, &mut now_s, 1, 0, 24);

@@ -214,6 +214,13 @@ fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
     let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &half);
     let one: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &half, 0.0)).collect();
     assert!(one.iter().zip(&torques).all(|(one, two)| (one - two / 2.0).abs() < 1e-9));
+    // At half of the 3 m/s from which it shakes fully, half of it: 33.3 m in 3700 periods, forwards and backwards.
+    for speed_mps in [1.5, -1.5] {
+        let slow = Feel { speed_mps, ..feel };
+        let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &slow);
+        let square = (0..3700).map(|_| model.step(DT_S, 0.0, &slow, 0.0).powi(2)).sum::<f64>();
+        near(square / 3700.0, mean_square / 4.0);
+    }
     for calm in [Feel { grass: 0.0, ..feel }, Feel { speed_mps: 0.0, ..feel }] {
         let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &calm);
         near(model.step(DT_S, 0.0, &calm, 0.0), 0.0);

@@ -225,6 +225,17 @@ mod tests {
     }
 
     #[test]
+    fn a_foot_is_more_than_three_hundredths_of_the_way_from_where_it_was_last_told() {
+        let mut profile = profiles::named("g29").unwrap();
+        (profile.accelerator.released, profile.accelerator.pressed) = (0, 100);
+        let mut wheel = WheelState::new(profile, [(0, 32_767), (2, 0), (5, 255)].into());
+        let moves = [(3, false), (4, true), (6, false), (50, true), (51, false), (52, false), (48, false), (54, true)];
+        for (raw, touched) in moves {
+            assert_eq!(wheel.moved(2, raw), touched, "to {raw}");
+        }
+    }
+
+    #[test]
     fn buttons_do_what_the_profile_says() {
         let mut wheel = g29(&REST);
         assert_eq!(wheel.pressed(293), Some(Action::Reverse));
