@@ -398,3 +398,20 @@ Not every order comes equally often with 3; with 4 it does.
     assert_eq!(study.table(3), expected);
     assert!(!study.table(4).contains("Not every order"));
 }
+
+#[test]
+fn a_name_is_small_letters_digits_and_hyphens_forty_at_most() {
+    let named = |name: &str| {
+        let text = format!(
+            "title = \"t\"\nparticipants = 2\n[base]\ntraffic = \"native\"\n[[segment]]\nkind = \"text\"\nname = \"{name}\"\ntext = \"x\"\n"
+        );
+        Study::parse(text, Path::new("name.toml")).map(|_| ()).map_err(|e| e.0)
+    };
+    for fine in ["a", "7", "trial-2", &"x".repeat(40)] {
+        assert_eq!(named(fine), Ok(()), "{fine}");
+    }
+    for bad in ["", "Trial", "a b", "a_b", "é", "../a", &"x".repeat(41)] {
+        let error = named(bad).expect_err(bad);
+        assert!(error.contains("allowed: 1 to 40 small letters, digits and hyphens"), "{error}");
+    }
+}

@@ -7,25 +7,10 @@ use std::{
     fs::{self, File},
     io::Write,
     path::{Path, PathBuf},
-    sync::atomic::{AtomicU64, Ordering},
 };
-
-/// How often this program has waited for the disk.
-static SYNCS: AtomicU64 = AtomicU64::new(0);
-
-/// How often this program has waited for the disk since it began: what a drive costs it, without a clock.
-pub fn syncs() -> u64 {
-    SYNCS.load(Ordering::Relaxed)
-}
-
-/// The disk is waited for once more.
-pub(super) fn count_sync() {
-    SYNCS.fetch_add(1, Ordering::Relaxed);
-}
 
 /// Waits until the disk has a file whole, its length included.
 pub(super) fn sync_file(file: &File, path: &Path) -> Result<(), RecordError> {
-    count_sync();
     file.sync_all().map_err(RecordError::file(path))
 }
 
@@ -84,7 +69,6 @@ pub fn write_new(path: &Path, text: &[u8]) -> Result<(), RecordError> {
 /// The system refuses.
 pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     let on_disk = |file: &File| {
-        count_sync();
         file.sync_all()?;
         fail_point!("replace.written");
         Ok(())

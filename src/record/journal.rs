@@ -33,7 +33,6 @@ pub(super) trait Durable: Write + Send + 'static {
 
 impl Durable for File {
     fn sync(&mut self) -> io::Result<()> {
-        files::count_sync();
         self.sync_data()
     }
 }

@@ -31,7 +31,7 @@ pub mod tables;
 
 pub use checksums::{Change, Checksums, changes, file_sha256};
 pub use compare::{Comparison, Difference};
-pub use files::{BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, syncs, write_new};
+pub use files::{BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, write_new};
 pub use journal_reader::Hole;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Gauge, Recorder};

@@ -182,3 +182,51 @@ fn who_had_answered_all_stands_at_the_button_of_the_last_page() {
     assert!(form.is_over());
     assert_eq!(form.answered(), all);
 }
+
+#[test]
+fn several_of_a_list_are_taken_and_one_at_least_where_it_is_required() {
+    let form = |required: bool| {
+        let text = format!(
+            r#"{{"title":"Uses","pages":[{{"elements":[{{"type":"checkbox","name":"uses","title":"?","isRequired":{required},"choices":["work","fun"]}}]}}]}}"#
+        );
+        Form::new(&Questionnaire::parse(&text, "uses.json").unwrap(), 0.0)
+    };
+    let mut free = form(false);
+    assert_eq!(free.title(), "Uses");
+    for option in [0, 1] {
+        free.take(Input::Pick { stop: 0, option }, 1.0);
+    }
+    assert_eq!(free.answer("uses"), Some(&json!(["work", "fun"])), "in the order of the list");
+    for option in [0, 1] {
+        free.take(Input::Pick { stop: 0, option }, 2.0);
+    }
+    assert_eq!(free.answer("uses"), Some(&json!([])), "none of them is an answer here");
+    // Passed by: none of them.
+    let mut passed = form(false);
+    passed.take(Input::Turn(9), 1.0);
+    passed.take(Input::Next, 1.0);
+    assert_eq!((passed.answer("uses"), passed.focus()), (Some(&json!([])), 1));
+
+    let mut required = form(true);
+    required.take(Input::Turn(9), 1.0);
+    required.take(Input::Next, 1.0);
+    assert!(required.is_missing("uses") && required.answer("uses").is_none() && required.focus() == 0);
+    required.take(Input::Pick { stop: 0, option: 1 }, 2.0);
+    assert_eq!(required.answer("uses"), Some(&json!(["fun"])));
+    required.take(Input::Pick { stop: 0, option: 1 }, 3.0);
+    assert_eq!(required.answer("uses"), None, "none of them is no answer here");
+}
+
+#[test]
+fn a_hand_that_rests_moves_nothing() {
+    let mut form = form();
+    form.take(Input::Turn(0), 101.0);
+    assert_eq!(form.cursor(), None);
+    form.take(Input::Turn(1), 101.0);
+    form.take(Input::Turn(0), 101.0);
+    assert_eq!(form.cursor(), Some(0));
+    // Backwards a list begins at its end.
+    let mut back = self::form();
+    back.take(Input::Turn(-1), 101.0);
+    assert_eq!(back.cursor(), Some(1));
+}

@@ -203,6 +203,12 @@ fn rows_that_were_taken_out_or_put_in_are_named() {
         "{text}"
     );
     assert!(text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
+    // The last step once more at the end.
+    let copy = drive.copy("step-after");
+    let all = rows(&copy.join("cars.parquet"));
+    write(&copy.join("cars.parquet"), &joined(&all, &all.slice(all.num_rows() - 22, 22)));
+    let (code, text) = replay(&copy);
+    assert!(code == 1 && text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
     // A row of the ego taken out of the middle: what follows cannot be driven.
     let copy = drive.copy("ego-out");
     let all = rows(&copy.join("ego.parquet"));
