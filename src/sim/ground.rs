@@ -29,12 +29,11 @@ mod tests {
     fn asphalt_reaches_over_the_shoulder_on_either_side_and_grass_begins_there() {
         let map = crate::map::RoadMap::load("ring-250").expect("the shipped ring");
         let ground = RoadGround { route: &map.route, near_s_m: 30.0 };
-        let pose = map.route.pose_of_front(30.0, 0.0);
-        let left = DVec2::from_angle(pose.yaw_rad).perp();
+        let (middle, left) = (map.route.point_at(30.0), DVec2::from_angle(map.route.yaw_at(30.0)).perp());
         // A lane of 3.6 m, as the head of the ring's net.xml says, and a shoulder of 0.4 m.
         let edge_m = 3.6 / 2.0 + 0.4;
         for side in [1.0, -1.0] {
-            let at = |offset_m: f64| ground.surface(pose.position + side * offset_m * left);
+            let at = |offset_m: f64| ground.surface(middle + side * offset_m * left);
             assert_eq!([0.0, 1.5, edge_m - 0.02].map(at), [Surface::Asphalt; 3]);
             assert_eq!([edge_m + 0.02, 4.0].map(at), [Surface::Grass; 2]);
         }
