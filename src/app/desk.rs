@@ -1,7 +1,7 @@
 //! The experimenter's desk: panel, messages, frame times on top of the picture, or all of it in a window of its own. In: the
 //! running [`Show`]. Out: what is to be seen, and what is asked for.
 
-use super::{Pulse, Show, keys, keys::Command, wheel};
+use super::{Pulse, Restarted, Show, keys, keys::Command, wheel};
 use crate::{
     driver,
     input::profiles,
@@ -113,6 +113,9 @@ impl Desk {
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, show: &Show, times: Option<PassTimes>) -> Notes {
         let middle = match phase(show) {
+            Phase::Starting if !self.attended => "The drive is being started. Esc ends.",
+            Phase::Ended if show.is_stopped() && !self.attended => "The drive could not start. Backspace tries again.",
+            Phase::Starting => "Please wait.",
             Phase::Paused if self.is_cut && !self.attended => "The recording has ended. Esc leaves.",
             Phase::Paused if self.attended && show.waits_for_wheel() => "The wheel was unplugged.",
             Phase::Paused | Phase::Ready if self.attended => "Please wait.",
@@ -164,46 +167,47 @@ impl Desk {
         }
     }
 
-    /// A command from the panel. True if there is a new stage to draw.
-    pub fn obey(&mut self, command: PanelCommand, show: &mut Show) -> bool {
+    /// A command from the panel.
+    pub fn obey(&mut self, command: PanelCommand, show: &mut Show) {
         match command {
             PanelCommand::Start => show.drive.clock.set_pace(Pace::RealTime),
             PanelCommand::Pause => show.drive.clock.set_pace(Pace::Paused),
             PanelCommand::SingleStep(Advance::Tick) => single_step(show, 1),
             PanelCommand::SingleStep(Advance::Step) => single_step(show, show.drive.world.scenario().step_ticks()),
-            PanelCommand::Restart(scenario) => return self.restart(&scenario, show),
+            PanelCommand::Restart(scenario) => self.restart(&scenario, show),
             PanelCommand::Wheel => self.wheel.open = !self.wheel.open,
             PanelCommand::Calibration(command) => self.wheel_said = show.calibrate(command),
         }
-        false
     }
 
-    /// Begins a drive; if it cannot start, the one before begins again and the panel says why. True if there is a new stage.
-    pub fn restart(&mut self, scenario: &Scenario, show: &mut Show) -> bool {
+    /// Begins another drive; it comes from [`Desk::restarted`].
+    pub fn restart(&mut self, scenario: &Scenario, show: &mut Show) {
         self.message = None;
         self.error = None;
         self.is_cut = false;
-        let restarted = show.restart(scenario);
-        let world = &show.drive.world;
-        self.log = Log::new(world);
-        self.engine = world.traffic_engine();
-        match restarted {
-            Ok(new_stage) => new_stage,
-            Err(error) => {
-                self.error = Some(error.to_string());
-                false
-            }
+        if let Err(error) = show.restart(scenario) {
+            self.error = Some(error.to_string());
         }
     }
 
-    /// What the experimenter asked for. True if there is a new stage to draw.
-    pub fn heed(&mut self, command: ExperimenterCommand, show: &mut Show) -> bool {
+    /// The other drive is there, or the one before again from its start and the panel says why. `None` while it goes on,
+    /// true if there is a new stage to draw.
+    pub fn restarted(&mut self, patience: Duration, show: &mut Show) -> Option<bool> {
+        let Restarted { new_stage, refused } = show.restarted(patience)?;
+        let world = &show.drive.world;
+        self.log = Log::new(world);
+        self.engine = world.traffic_engine();
+        self.error = refused.map(|error| error.to_string());
+        Some(new_stage)
+    }
+
+    /// What the experimenter asked for.
+    pub fn heed(&mut self, command: ExperimenterCommand, show: &mut Show) {
         match command {
-            ExperimenterCommand::Drive(command) => return self.obey(command, show),
+            ExperimenterCommand::Drive(command) => self.obey(command, show),
             ExperimenterCommand::Mark(number) => show.note("mark", &format!("experimenter, mark {number}")),
             ExperimenterCommand::Note(text) => show.note("note", &text),
         }
-        false
     }
 
     /// The recording can take nothing more: says so until another drive begins.
@@ -266,6 +270,8 @@ fn state<'a>(show: &'a Show, log: &'a Log, pulse: &Pulse, engine: &'a str, error
 
 pub(super) fn phase(show: &Show) -> Phase {
     match show.drive.clock.pace() {
+        _ if show.starting().is_some() => Phase::Starting,
+        _ if show.is_stopped() => Phase::Ended,
         _ if show.drive.world.ended().is_some() => Phase::Ended,
         Pace::Paused if show.drive.world.snapshot().tick.0 == 0 => Phase::Ready,
         Pace::Paused => Phase::Paused,
@@ -274,7 +280,7 @@ pub(super) fn phase(show: &Show) -> Phase {
 }
 
 fn single_step(show: &mut Show, ticks: u64) {
-    if show.drive.clock.pace() == Pace::Paused {
+    if show.drive.clock.pace() == Pace::Paused && show.starting().is_none() {
         show.drive.clock.single_step(ticks);
     }
 }

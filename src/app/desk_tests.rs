@@ -136,22 +136,96 @@ fn a_message_is_the_drivers_only_where_nobody_attends_and_times_are_shown_on_dem
     assert!(words(|ui| drop(desk.experimenter(ui, &show, None))).contains("the wheel is back"));
 }
 
+/// The end of a restart, which frames wait for. True if there is a new stage.
+fn begun(show: &mut Show, desk: &mut Desk) -> bool {
+    desk.restarted(Duration::from_secs(60), show).or_else(|| desk.restarted(Duration::from_secs(60), show)).unwrap()
+}
+
+/// A SUMO that takes connections and says nothing, and the scenario of a drive on it.
+fn silent() -> (std::net::TcpListener, Scenario) {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let traffic = listener.local_addr().unwrap().to_string();
+    (listener, Scenario { traffic, traffic_timeout_s: 600.0, ..scenario() })
+}
+
+#[test]
+fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
+    let (_listener, waits) = silent();
+    for attended in [false, true] {
+        let (mut show, mut desk) = sit(attended);
+        desk.obey(PanelCommand::Start, &mut show);
+        assert!(frame(&mut show, &mut desk) > 0);
+        let tick = show.drive.world.snapshot().tick;
+        desk.obey(PanelCommand::Restart(Box::new(waits.clone())), &mut show);
+        assert_eq!(show.starting(), Some(&waits));
+        assert!(desk.restarted(Duration::from_millis(10), &mut show).is_none());
+        assert_eq!(phase(&show), Phase::Starting);
+        let says = desk.notes(&show, None).middle;
+        assert_eq!(says, if attended { "Please wait." } else { "The drive is being started. Esc ends." });
+        // Nothing that is pressed meanwhile moves the drive that is over.
+        desk.obey(PanelCommand::SingleStep(Advance::Step), &mut show);
+        for _ in 0..2 {
+            desk.key(Command::Pause, &mut show);
+            desk.key(Command::Tick, &mut show);
+            assert_eq!(frame(&mut show, &mut desk), 0);
+        }
+        assert_eq!(show.drive.world.snapshot().tick, tick);
+        // Another wish takes the place of the first, which lets go at once; the pace is that of before.
+        desk.obey(PanelCommand::Restart(Box::new(scenario())), &mut show);
+        assert!(!begun(&mut show, &mut desk));
+        assert_eq!((phase(&show), show.drive.world.scenario().traffic.as_str()), (Phase::Running, "native"));
+        assert!(frame(&mut show, &mut desk) > 0);
+    }
+}
+
+#[test]
+fn a_drive_that_cannot_even_begin_again_stands_and_another_try_helps() {
+    let folder = tempfile::tempdir().unwrap();
+    let (there, away) = (folder.path().join("ring"), folder.path().join("away"));
+    std::fs::create_dir(&there).unwrap();
+    for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/maps/ring-250")).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), there.join(file.file_name())).unwrap();
+    }
+    let own = Scenario { map: there.to_str().unwrap().to_owned(), ..scenario() };
+    let (mut show, mut desk) = sit(false);
+    desk.restart(&own, &mut show);
+    assert!(begun(&mut show, &mut desk), "another map is another stage");
+    desk.obey(PanelCommand::Start, &mut show);
+    assert!(frame(&mut show, &mut desk) > 0);
+    std::fs::rename(&there, &away).unwrap();
+    desk.restart(&own, &mut show);
+    assert!(!begun(&mut show, &mut desk));
+    assert_eq!((phase(&show), frame(&mut show, &mut desk)), (Phase::Ended, 0));
+    let notes = desk.notes(&show, None);
+    assert_eq!(notes.middle, "The drive could not start. Backspace tries again.");
+    assert!(notes.corner.join("\n").contains(there.to_str().unwrap()), "{:?}", notes.corner);
+    std::fs::rename(&away, &there).unwrap();
+    desk.restart(&own, &mut show);
+    begun(&mut show, &mut desk);
+    assert_eq!((phase(&show), desk.notes(&show, None).corner.len()), (Phase::Running, 0));
+    assert!(frame(&mut show, &mut desk) > 0);
+}
+
 #[test]
 fn a_drive_that_cannot_start_leaves_the_one_before_and_says_why() {
     let (mut show, mut desk) = sit(false);
     desk.obey(PanelCommand::SingleStep(Advance::Step), &mut show);
     frame(&mut show, &mut desk);
     let full = Scenario { vehicles: 400, ..scenario() };
-    assert!(!desk.obey(PanelCommand::Restart(Box::new(full)), &mut show));
+    desk.obey(PanelCommand::Restart(Box::new(full)), &mut show);
+    assert!(!begun(&mut show, &mut desk));
     let world = &show.drive.world;
     assert_eq!((world.snapshot().tick.0, world.scenario().vehicles, phase(&show)), (0, 6, Phase::Ready));
     let corner = desk.notes(&show, None).corner.join("\n");
     assert!(corner.contains("400") && corner.contains("do not fit"), "{corner}");
     // A good one takes the message away. Another seed is another stage, as many cars more are not.
     let more = Scenario { vehicles: 8, ..scenario() };
-    assert!(!desk.obey(PanelCommand::Restart(Box::new(more.clone())), &mut show));
+    desk.obey(PanelCommand::Restart(Box::new(more.clone())), &mut show);
+    assert!(!begun(&mut show, &mut desk));
     assert!(desk.notes(&show, None).corner.is_empty() && show.drive.world.scenario().vehicles == 8);
-    assert!(desk.obey(PanelCommand::Restart(Box::new(Scenario { seed: 9, ..more })), &mut show));
+    desk.obey(PanelCommand::Restart(Box::new(Scenario { seed: 9, ..more })), &mut show);
+    assert!(begun(&mut show, &mut desk));
 }
 
 #[test]
@@ -166,7 +240,7 @@ fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
     {
         show.drive.clock.single_step(ticks);
         frame(&mut show, &mut desk);
-        assert!(!desk.heed(command, &mut show));
+        desk.heed(command, &mut show);
     }
     desk.heed(ExperimenterCommand::Drive(PanelCommand::Start), &mut show);
     assert_eq!(show.drive.clock.pace(), Pace::RealTime);
@@ -194,6 +268,9 @@ fn at_the_panel() -> egui_kittest::Harness<'static, (Show, Desk)> {
             |ui, (show, desk)| {
                 for command in desk.show(ui, show, None) {
                     desk.obey(command, show);
+                    if show.starting().is_some() {
+                        begun(show, desk);
+                    }
                 }
             },
             (show, desk),
@@ -251,6 +328,7 @@ fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_
         };
         assert!(seen.contains("the disk is full: make room"), "{seen}");
         desk.restart(&scenario(), &mut show);
+        assert!(!begun(&mut show, &mut desk));
         assert!(desk.notes(&show, None).corner.is_empty());
         // Held in the middle of it, as the one before.
         desk.obey(PanelCommand::SingleStep(Advance::Step), &mut show);

@@ -19,6 +19,7 @@ pub mod replay;
 pub mod shell;
 mod show;
 pub mod sound;
+mod starting;
 mod surface;
 pub mod trial;
 mod view_options;
@@ -34,7 +35,7 @@ pub use drive::Drive;
 pub use effort::{quality, renderer_that_keeps_up};
 pub use instruments::Instruments;
 pub use pulse::Pulse;
-pub use show::Show;
+pub use show::{Restarted, Show};
 pub use view_options::view_options;
 
 impl AppError {

@@ -1,6 +1,8 @@
 //! A drive with a person in it, without window or GPU: devices in, pictures' contents out. In: elapsed time, commands.
 //! Out: the [`View`] of the moment.
 
+mod restart;
+
 use super::{
     AppError, Drive, Instruments,
     drive::{PATIENCE, note_failure},
@@ -8,6 +10,7 @@ use super::{
     flash::Flash,
     latency::Latency,
     sound::{self, Sound},
+    starting::{self, Started, Starting},
     view_options, words,
 };
 use crate::{
@@ -25,10 +28,15 @@ use std::{
     time::Duration,
 };
 
+pub use restart::Restarted;
+
 /// A drive as its window shows it.
 pub struct Show {
     /// World and clock.
     pub drive: Drive,
+    /// The one that is to come after it, and why that which was asked for did not.
+    starting: Option<Starting>,
+    refused: Option<AppError>,
     /// The participant's devices.
     pub devices: Devices,
     /// What stands still: road, land, trees, models.
@@ -75,11 +83,11 @@ impl Show {
     /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace, devices: Devices) -> Result<Self, AppError> {
         let drive = Drive::new(scenario, pace)?;
-        let stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
-        Ok(Self::with(drive, stage, devices, ViewKind::Driver))
+        let stage = starting::stage(&drive.world);
+        Ok(Self::with(drive, stage, devices))
     }
 
-    fn with(drive: Drive, stage: Stage, devices: Devices, kind: ViewKind) -> Self {
+    fn with(drive: Drive, stage: Stage, devices: Devices) -> Self {
         let scenario = drive.world.scenario();
         let (sound, flash) = (Sound::new(scenario), Flash::new(scenario.flash_patch));
         Self {
@@ -88,9 +96,11 @@ impl Show {
             tally: Tally::new([0.0, f64::INFINITY]),
             lane_help: scenario.lane_help,
             drive,
+            starting: None,
+            refused: None,
             devices,
             stage,
-            kind,
+            kind: ViewKind::Driver,
             recorder: None,
             frames: 0,
             unused_input: None,
@@ -113,10 +123,16 @@ impl Show {
     /// The world cannot start; the devices are where they were.
     pub fn led(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, AppError> {
         let drive = Drive::new(scenario, Pace::Paused)?;
-        let stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
-        let mut devices = devices.take().unwrap_or_else(Devices::open);
+        let stage = Some(starting::stage(&drive.world));
+        Ok(Self::led_from(Started { drive, stage }, devices.take().unwrap_or_else(Devices::open)))
+    }
+
+    /// The same of a drive that has begun elsewhere.
+    pub(super) fn led_from(started: Started, mut devices: Devices) -> Self {
+        let Started { drive, stage } = started;
         devices.rest();
-        Ok(Self { led: true, ..Self::with(drive, stage, devices, ViewKind::Driver) })
+        let stage = stage.unwrap_or_else(|| starting::stage(&drive.world));
+        Self { led: true, ..Self::with(drive, stage, devices) }
     }
 
     /// The devices, for what comes after the drive.
@@ -215,51 +231,16 @@ impl Show {
         Ok(self.recorder.take().map(|recorder| recorder.finish(&summary)).transpose()?)
     }
 
-    /// Begins another drive at the same pace, which is not recorded; devices, view and, if map and seed are the same, the stage are kept. True if
-    /// the renderer has to be made anew, for another stage or another quality.
-    ///
-    /// # Errors
-    /// The new world cannot start; SUMO allows one simulation a process, so the old drive is over either way and begins
-    /// again from its start.
-    pub fn restart(&mut self, scenario: &Scenario) -> Result<bool, AppError> {
-        self.finish_recording()?;
-        let pace = self.drive.clock.pace();
-        let old = self.drive.world.scenario().clone();
-        self.drive.world.stop_traffic();
-        self.devices.keyboard.rest();
-        let drive = match Drive::new(scenario, pace) {
-            Ok(drive) => drive,
-            Err(error) => {
-                self.drive = Drive::new(&old, Pace::Paused)?;
-                self.tally = Tally::new([0.0, f64::INFINITY]);
-                return Err(error.into());
-            }
-        };
-        let moved = old.map != scenario.map || old.seed != scenario.seed || old.trees != scenario.trees;
-        let redraw = moved || old.quality != scenario.quality;
-        if moved {
-            self.stage = Stage::with_trees(drive.world.map(), scenario.seed, scenario.trees as usize);
-        }
-        self.options = view_options(scenario);
-        self.instruments = Instruments::new(&drive.world);
-        self.tally = Tally::new([0.0, f64::INFINITY]);
-        self.lane_help = scenario.lane_help;
-        if old.rev_lamps {
-            // Dark, unless the new drive shows its own.
-            let _ = self.devices.rig_mut().show_standing(Standing::None);
-        }
-        self.sound.restart(&old, scenario);
-        self.flash = Flash::new(scenario.flash_patch);
-        self.drive = drive;
-        Ok(redraw)
-    }
-
     /// One frame of simulation. `watch` sees the world after each tick.
     ///
     /// # Errors
     /// The traffic engine failed.
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, AppError> {
         self.hear_devices();
+        if self.drive.world.is_stopped() {
+            self.tell_rig();
+            return Ok(Due::default());
+        }
         let Self { drive, devices, tally, lane_help, recorder, sound, flash, .. } = self;
         drive.patience = PATIENCE;
         let mut recorded = Ok(());
@@ -308,7 +289,8 @@ impl Show {
 
     /// True while time runs.
     fn running(&self) -> bool {
-        self.drive.clock.pace() != Pace::Paused && self.drive.world.ended().is_none()
+        let world = &self.drive.world;
+        self.drive.clock.pace() != Pace::Paused && world.ended().is_none() && !world.is_stopped()
     }
 
     /// How the speed stands to the advice.

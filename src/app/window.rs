@@ -4,6 +4,7 @@
 use super::{
     AppError, Desk, Show,
     display::Place,
+    drive::PATIENCE,
     host::{ExperimenterWindow, PictureWindow, Placing},
     keys::{self, Command},
     shell::{self, Next, Windows, now},
@@ -133,7 +134,7 @@ impl Windows for Frame {
             WindowEvent::Focused(false) => self.show.devices.keyboard.release_all(),
             // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !(heard && self.picture.is_typing()) => {
-                let asked = self.key(&event)?;
+                let asked = self.key(&event);
                 return Ok(if asked == Some(Command::Quit) { Next::End } else { Next::GoOn });
             }
             WindowEvent::RedrawRequested => self.draw()?,
@@ -189,9 +190,19 @@ impl Frame {
         let mut asked: Vec<ExperimenterCommand> = asked.into_iter().map(ExperimenterCommand::Drive).collect();
         asked.extend(self.draw_experimenter());
         for command in asked {
-            if self.desk.heed(command, &mut self.show) {
-                self.new_stage()?;
-            }
+            self.desk.heed(command, &mut self.show);
+        }
+        // Most drives are there within a frame.
+        if let Some(new_stage) = self.desk.restarted(PATIENCE, &mut self.show) {
+            self.began(new_stage)?;
+        }
+        Ok(())
+    }
+
+    /// Another drive is there, or the same from its start.
+    fn began(&mut self, new_stage: bool) -> Result<(), AppError> {
+        if new_stage {
+            self.new_stage()?;
         }
         Ok(())
     }
@@ -243,18 +254,15 @@ impl Frame {
     }
 
     /// A key went down or up. Returns the command that it stands for.
-    ///
-    /// # Errors
-    /// Another stage had to be drawn and the device is lost.
-    fn key(&mut self, event: &KeyEvent) -> Result<Option<Command>, AppError> {
-        let PhysicalKey::Code(code) = event.physical_key else { return Ok(None) };
+    fn key(&mut self, event: &KeyEvent) -> Option<Command> {
+        let PhysicalKey::Code(code) = event.physical_key else { return None };
         let down = event.state == ElementState::Pressed;
         if let Some(key) = keys::driving(code) {
             self.show.devices.keyboard.set(key, down);
         }
-        let Some(command) = keys::command(code).filter(|_| down && !event.repeat) else { return Ok(None) };
+        let command = keys::command(code).filter(|_| down && !event.repeat)?;
         if self.experimenter.is_some() && !command.is_drivers() {
-            return Ok(None);
+            return None;
         }
         match command {
             Command::FullScreen => self.picture.toggle_fullscreen(),
@@ -264,12 +272,10 @@ impl Frame {
             },
             Command::Restart => {
                 let scenario = self.show.drive.world.scenario().clone();
-                if self.desk.restart(&scenario, &mut self.show) {
-                    self.new_stage()?;
-                }
+                self.desk.restart(&scenario, &mut self.show);
             }
             other => self.desk.key(other, &mut self.show),
         }
-        Ok(Some(command))
+        Some(command)
     }
 }

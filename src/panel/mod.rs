@@ -60,6 +60,8 @@ pub enum Phase {
     /// Not yet started.
     #[default]
     Ready,
+    /// It is being begun: SUMO is waited for, or the warm-up.
+    Starting,
     /// Time runs.
     Running,
     /// Time stands and can go on.
@@ -172,6 +174,7 @@ impl Panel {
         ui.horizontal(|ui| {
             let (word, light) = match state.phase {
                 Phase::Ready => ("ready", theme::DIM),
+                Phase::Starting => ("starting", theme::AMBER),
                 Phase::Running => ("running", theme::GREEN),
                 Phase::Paused => ("paused", theme::AMBER),
                 Phase::Ended => ("ended", theme::RED),

@@ -78,8 +78,8 @@ impl Advice {
     }
 }
 
-/// A source of actions.
-pub trait Policy {
+/// A source of actions. A world is begun on one thread and driven on another.
+pub trait Policy: Send {
     /// Sees every step, also those within a hold; called before [`Policy::act`] in the same step.
     fn watch(&mut self, observation: &Observation) {
         let _ = observation;

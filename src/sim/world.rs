@@ -75,6 +75,7 @@ pub struct World {
     last_contact: Vec<Option<u64>>,
     on_road: bool,
     ended: Option<EndReason>,
+    is_stopped: bool,
     expected: ExpectedSpeeds,
     snapshot: Snapshot,
     events: Vec<Event>,
@@ -148,6 +149,7 @@ impl World {
             last_contact: vec![None; others],
             on_road: true,
             ended: None,
+            is_stopped: false,
             expected,
             snapshot,
             events: Vec::new(),
@@ -354,7 +356,13 @@ impl World {
 
     /// Lets go of the traffic engine, so that another drive can have it (SUMO runs once a process). This drive is over.
     pub fn stop_traffic(&mut self) {
-        self.traffic = Box::new(Stopped(self.to.clone()));
+        self.traffic = Box::new(Stopped { cars: self.to.clone(), was: self.traffic.describe() });
+        self.is_stopped = true;
+    }
+
+    /// True once [`World::stop_traffic`] was called.
+    pub fn is_stopped(&self) -> bool {
+        self.is_stopped
     }
 
     /// What happened in the last tick.
@@ -436,7 +444,11 @@ fn car_params(scenario: &Scenario) -> CarParams {
 }
 
 /// What is left of an engine that was let go.
-struct Stopped(Vec<CarState>);
+struct Stopped {
+    cars: Vec<CarState>,
+    /// Its name and version.
+    was: String,
+}
 
 impl Traffic for Stopped {
     fn step(&mut self, _ego: Option<&EgoReport>) -> Result<(), TrafficError> {
@@ -444,11 +456,11 @@ impl Traffic for Stopped {
     }
 
     fn cars(&self) -> &[CarState] {
-        &self.0
+        &self.cars
     }
 
     fn describe(&self) -> String {
-        "stopped".into()
+        self.was.clone()
     }
 }
 

@@ -1,9 +1,21 @@
-//! The end of waiting. In: a signal to the program. Out: whether it came, for everything here that waits for another
-//! program. It is one for the whole process because signals are.
+//! The end of waiting. In: a signal to the program, or somebody who no longer wants what a thread waits for. Out: whether
+//! that came, for everything here that waits for another program.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    cell::RefCell,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
+/// One for the whole process because signals are.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+thread_local! {
+    /// The interruption that this thread obeys besides.
+    static OBEYED: RefCell<Option<Interruption>> = const { RefCell::new(None) };
+}
 
 /// From here on no engine of this process waits for another program: a wait ends within a tenth of a second with
 /// [`TrafficError::Interrupted`](super::TrafficError::Interrupted).
@@ -11,7 +23,27 @@ pub fn interrupt() {
     INTERRUPTED.store(true, Ordering::Relaxed);
 }
 
-/// True once [`interrupt`] was called.
+/// True once [`interrupt`] was called, or the [`Interruption`] that this thread obeys.
 pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
+    INTERRUPTED.load(Ordering::Relaxed) || OBEYED.with_borrow(|own| own.as_ref().is_some_and(Interruption::has_come))
+}
+
+/// The end of one thread's waiting; clones are the same one.
+#[derive(Clone, Debug, Default)]
+pub struct Interruption(Arc<AtomicBool>);
+
+impl Interruption {
+    /// Whatever this thread waits for from here on ends with it.
+    pub fn obey(&self) {
+        OBEYED.set(Some(self.clone()));
+    }
+
+    /// Ends the waiting of the thread that obeys it.
+    pub fn interrupt(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    fn has_come(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
 }

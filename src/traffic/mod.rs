@@ -12,7 +12,7 @@ pub mod start;
 pub mod sumo;
 
 pub use choice::{EngineChoice, UnknownEngine};
-pub use interrupt::{interrupt, is_interrupted};
+pub use interrupt::{Interruption, interrupt, is_interrupted};
 pub use native::NativeTraffic;
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
@@ -86,8 +86,9 @@ pub struct EgoReport {
     pub next_speed_mps: f64,
 }
 
-/// A traffic engine. One call is one step; all cars move at once from one state.
-pub trait Traffic {
+/// A traffic engine. One call is one step; all cars move at once from one state. It is begun on one thread and may be
+/// driven on another, so that a window hears its keys meanwhile.
+pub trait Traffic: Send {
     /// Advances by one step. With a report the ego is where the report says; without, its own model drives it (warm-up,
     /// baselines), from where the last report left it. An ego whose body has left the lane is not seen by the others.
     ///

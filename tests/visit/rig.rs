@@ -72,13 +72,13 @@ impl Counted {
 }
 
 impl Road for Counted {
-    fn prepare(&mut self, scenario: &Scenario) -> Result<(), AppError> {
+    fn prepare(&mut self, scenario: &Scenario) -> Result<bool, AppError> {
         if self.fails {
             return Err(RecordError::Stopped("no road".into()).into());
         }
         self.now = RoadNow { duration_s: scenario.duration_s, ..RoadNow::default() };
         self.scenario = Some(scenario.clone());
-        Ok(())
+        Ok(true)
     }
 
     fn begin(&mut self, folder: &Path) -> Result<(), AppError> {

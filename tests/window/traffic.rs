@@ -14,6 +14,7 @@ use std::{
 };
 
 const KEY_ESC: u8 = 9;
+const KEY_BACKSPACE: u8 = 22;
 
 /// A SUMO that runs elsewhere; ended when dropped.
 struct Remote(Child, u16);
@@ -95,6 +96,26 @@ fn esc_ends_a_drive_in_a_window_whose_sumo_is_silent_long_before_the_time_out() 
     server.key(KEY_ESC, true);
     server.key(KEY_ESC, false);
     // That is waited for for a minute, and the time-out is ten: it is the key that ends it.
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(Manifest::load(&out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
+    remote.signal("CONT");
+}
+
+#[test]
+fn esc_ends_a_window_that_waits_for_sumo_to_begin_a_drive_again() {
+    let server = Server::start([640, 400]);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let remote = Remote::listen();
+    let program = driving(&server, &remote, &out, "600");
+    // The system takes the new connection, and nobody behind it says a word.
+    remote.signal("STOP");
+    for key in [KEY_BACKSPACE, KEY_ESC] {
+        server.key(key, true);
+        server.key(key, false);
+        sleep(Duration::from_secs(1));
+    }
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert_eq!(Manifest::load(&out).unwrap().ended.as_deref(), Some("stopped"), "{text}");

@@ -104,7 +104,7 @@ impl Visit {
 
     /// Ends what runs on the road, if anything, with a word in its recording. True if a drive was there.
     pub(super) fn leave(&mut self, kind: &str, reason: &str, road: &mut dyn Road) -> Result<bool, AppError> {
-        let drives = self.drives();
+        let drives = self.drives() || matches!(self.at, At::Loading(_));
         if matches!(self.at, At::Driving) {
             road.note(kind, reason);
         }

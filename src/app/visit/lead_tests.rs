@@ -36,8 +36,8 @@ name = "trial"
 struct NoRoad;
 
 impl Road for NoRoad {
-    fn prepare(&mut self, _scenario: &Scenario) -> Result<(), crate::app::AppError> {
-        Ok(())
+    fn prepare(&mut self, _scenario: &Scenario) -> Result<bool, crate::app::AppError> {
+        Ok(true)
     }
 
     fn begin(&mut self, _folder: &Path) -> Result<(), crate::app::AppError> {

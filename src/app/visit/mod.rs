@@ -31,11 +31,12 @@ const MOST_FRAME_S: f64 = 0.25;
 
 /// Where drives take place.
 pub trait Road {
-    /// Puts a drive at its start and holds it there.
+    /// Puts a drive at its start and holds it there. False while that goes on: it is asked again, until [`Road::end`] gives
+    /// it up.
     ///
     /// # Errors
     /// It cannot start.
-    fn prepare(&mut self, scenario: &Scenario) -> Result<(), AppError>;
+    fn prepare(&mut self, scenario: &Scenario) -> Result<bool, AppError>;
     /// Records the drive in `folder` and lets time run.
     ///
     /// # Errors
@@ -179,7 +180,8 @@ impl Visit {
                     return Ok(());
                 };
                 match road.prepare(&scenario) {
-                    Ok(()) => self.see(At::Countdown(self.study.file.countdown_s, false)),
+                    Ok(true) => self.see(At::Countdown(self.study.file.countdown_s, self.asked)),
+                    Ok(false) => {}
                     Err(error) => self.fail(&error, road),
                 }
             }

@@ -3,7 +3,7 @@
 
 use super::{Road, RoadNow, hands::Hands};
 use crate::{
-    app::{AppError, Show, host::PictureWindow},
+    app::{AppError, Show, drive::PATIENCE, host::PictureWindow, starting::Starting},
     input::{Devices, RigNews, Source},
     sim::{Scenario, World},
     study::{Code, Input},
@@ -15,6 +15,8 @@ use std::{path::Path, time::Duration};
 pub struct Kit {
     /// The drive, while one is there.
     pub show: Option<Show>,
+    /// The one that is being begun.
+    starting: Option<Starting>,
     /// The devices while no drive has them.
     devices: Option<Devices>,
     hands: Hands,
@@ -31,6 +33,7 @@ impl Kit {
     pub fn new(devices: Devices, code: &Code) -> Self {
         Self {
             show: None,
+            starting: None,
             devices: Some(devices),
             hands: Hands::default(),
             code: code.clone(),
@@ -114,16 +117,22 @@ pub struct Live<'a> {
 }
 
 impl Road for Live<'_> {
-    fn prepare(&mut self, scenario: &Scenario) -> Result<(), AppError> {
+    fn prepare(&mut self, scenario: &Scenario) -> Result<bool, AppError> {
         let kit = &mut *self.kit;
-        let mut show = Show::led(scenario, &mut kit.devices)?;
+        let starting = match &mut kit.starting {
+            Some(starting) => starting,
+            none => none.insert(Starting::begin(scenario, true)?),
+        };
+        let Some(started) = starting.wait(PATIENCE) else { return Ok(false) };
+        kit.starting = None;
+        let mut show = Show::led_from(started?, kit.devices.take().unwrap_or_else(Devices::open));
         (kit.in_range_s, kit.began) = (0.0, false);
         let view = show.view();
         let staged = self.picture.stage(&show.stage, &view, scenario.quality);
         show.open_sound();
         show.set_screen(self.picture.screen());
         kit.show = Some(show);
-        staged
+        staged.map(|()| true)
     }
 
     fn begin(&mut self, folder: &Path) -> Result<(), AppError> {
@@ -154,6 +163,7 @@ impl Road for Live<'_> {
 
     fn end(&mut self) -> Result<(), AppError> {
         let kit = &mut *self.kit;
+        kit.starting = None;
         let Some(mut show) = kit.show.take() else { return Ok(()) };
         let finished = show.finish_recording();
         // SUMO lets go of its simulation, for the next drive of this process.

@@ -161,7 +161,7 @@ impl Experimenter {
             match state.drive.phase {
                 Phase::Running => commands.push(ExperimenterCommand::Drive(PanelCommand::Pause)),
                 Phase::Ready | Phase::Paused => commands.push(ExperimenterCommand::Drive(PanelCommand::Start)),
-                Phase::Ended => {}
+                Phase::Starting | Phase::Ended => {}
             }
         }
         if pressed(Modifiers::NONE, Key::F4) {
