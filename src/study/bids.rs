@@ -193,4 +193,88 @@ mod tests {
         assert_eq!(value(&json!(["a", 2])), "a;2");
         assert_eq!((onset(1205), onset(7)), ("12.05".into(), "0.07".into()));
     }
+
+    #[test]
+    fn a_number_that_is_none_is_empty_and_values_are_words_without_quotes() {
+        assert_eq!(number(Some(2.5)), "2.5");
+        for none in [None, Some(f64::NAN), Some(f64::INFINITY)] {
+            assert_eq!(number(none), "");
+        }
+        assert_eq!([Value::Null, json!("a b"), json!(true), json!(2.5)].map(|v| value(&v)), ["", "a b", "true", "2.5"]);
+        let with = Col::new("a", "first", "").with([("x".to_owned(), "an x".to_owned())]);
+        let sidecar: Value = serde_json::from_str(&Tsv::new(vec![with]).sidecar(Value::Null)).unwrap();
+        assert_eq!(sidecar, json!({"a": {"Description": "first", "Levels": {"x": "an x"}}}));
+        let told = task("trial", "Driving", "");
+        assert_eq!((&told["TaskName"], &told["Instructions"]), (&json!("trial"), &json!("none")));
+        assert_eq!(task("trial", "Driving", "Go.")["Instructions"], "Go.");
+        assert_eq!(told["StimulusPresentation"]["SoftwareName"], "codrive");
+    }
+
+    #[test]
+    fn advice_and_events_of_a_recording_are_rows_in_the_order_of_time() {
+        use crate::{
+            ego::Controls,
+            record::{Manifest, Recorder},
+            sim::{Scenario, Tally, World},
+            time::Tick,
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let scenario = Scenario {
+            traffic: "native".into(),
+            policy: "constant".into(),
+            policy_speed_mps: 4.0,
+            range_mph: 1.0,
+            hold_s: 0.5,
+            duration_s: 1.2,
+            ..Scenario::default()
+        };
+        let mut world = World::new(&scenario).unwrap();
+        let mut recorder = Recorder::begin(&folder.path().join("drive"), &scenario, Manifest::default()).unwrap();
+        let mut tally = Tally::new([0.0, f64::INFINITY]);
+        for tick in 1..=120 {
+            world.tick(&Controls::default()).unwrap();
+            tally.add(world.snapshot(), world.events());
+            recorder.tick(&world, &Controls::default()).unwrap();
+            if tick == 33 {
+                recorder.event(Tick(tick), "note", "coughs");
+            }
+        }
+        let folder = recorder.finish(&tally.summary()).unwrap();
+        let table = events(&folder).unwrap();
+        assert!(table.rows.is_sorted_by_key(|row| row[3].parse::<u64>().unwrap()), "{:?}", table.rows);
+        let of = |kind: &str| table.rows.iter().filter(|row| row[2] == kind).cloned().collect::<Vec<_>>();
+        let none = String::new;
+        let text = |words: &str| words.to_owned();
+        assert_eq!(
+            of("note"),
+            [vec![
+                text("0.33"),
+                none(),
+                text("note"),
+                text("33"),
+                none(),
+                none(),
+                none(),
+                none(),
+                none(),
+                text("coughs")
+            ]]
+        );
+        let ended = of("ended");
+        assert_eq!((ended.len(), &ended[0][0], &ended[0][9]), (1, &text("1.20"), &text("duration")));
+        let advice = of("advice");
+        // Two or three holds of half a second begin within 1.2 s.
+        assert!((2..=3).contains(&advice.len()), "{advice:?}");
+        for row in &advice {
+            assert_eq!(row[1..3], ["0.5", "advice"]);
+            // A mile is 1609.344 m: the range is 0.44704 m/s to either side.
+            let [target, low, high] = [4, 5, 6].map(|i: usize| row[i].parse::<f64>().unwrap());
+            assert!(target == 4.0 && (low - 3.552_96).abs() < 1e-9 && (high - 4.447_04).abs() < 1e-9, "{row:?}");
+            assert_eq!((row[8].as_str(), row[9].as_str()), ("", ""), "an advice has no value and no words");
+        }
+        let ticks: Vec<u64> = advice.iter().map(|row| row[3].parse().unwrap()).collect();
+        assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] == 50), "{ticks:?}");
+        let text = table.text();
+        assert!(text.starts_with("onset\tduration\ttrial_type\ttick\ttarget_speed\t"), "{text}");
+    }
 }

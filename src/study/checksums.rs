@@ -129,3 +129,7 @@ fn sums(root: &Path, files: Vec<String>) -> Result<List, SessionError> {
     let sum = |name: String| Ok((name.clone(), record::file_sha256(&root.join(&name))?));
     files.into_par_iter().map(sum).collect::<Result<_, RecordError>>().map_err(Into::into)
 }
+
+#[cfg(test)]
+#[path = "checksums_tests.rs"]
+mod tests;

@@ -448,3 +448,7 @@ fn timed(answers: &[Answered]) -> Tsv {
         .collect();
     table
 }
+
+#[cfg(test)]
+#[path = "dataset_tests.rs"]
+mod tests;

@@ -472,3 +472,7 @@ fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Result<Scenario
     }
     scenario.with(&list).map_err(|ScenarioError(message)| (key.to_owned(), message))
 }
+
+#[cfg(test)]
+#[path = "file_tests.rs"]
+mod tests;

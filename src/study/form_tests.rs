@@ -230,3 +230,23 @@ fn a_hand_that_rests_moves_nothing() {
     back.take(Input::Turn(-1), 101.0);
     assert_eq!(back.cursor(), Some(1));
 }
+
+#[test]
+fn who_types_at_another_question_is_there() {
+    let mut form = form();
+    form.take(Input::Pick { stop: 0, option: 1 }, 101.0);
+    form.take(Input::PageOn, 102.0);
+    assert_eq!((names(&form), form.focus()), (vec!["year".into(), "more".into()], 0));
+    form.take(Input::Type { stop: 1, text: "much".into() }, 103.0);
+    assert_eq!((form.focus(), form.answer("more")), (1, Some(&json!("much"))));
+    form.take(Input::Type { stop: 1, text: "more".into() }, 104.5);
+    assert_eq!((form.focus(), form.answer("more"), form.answered()[1].time_s), (1, Some(&json!("more")), 2.5));
+    form.take(Input::Type { stop: 1, text: String::new() }, 105.0);
+    assert_eq!((form.answer("more"), form.answered().len()), (None, 1), "what is rubbed out is no answer");
+    // Nothing is typed where something is chosen, or nothing asked.
+    form.take(Input::PageBack, 106.0);
+    for stop in [0, 9] {
+        form.take(Input::Type { stop, text: "yes".into() }, 107.0);
+    }
+    assert_eq!(form.answer("licence"), Some(&json!(false)));
+}

@@ -189,3 +189,7 @@ impl Item {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

@@ -447,3 +447,7 @@ fn words(folder: &Path) -> Vec<String> {
     names.sort();
     names
 }
+
+#[cfg(test)]
+#[path = "questions_tests.rs"]
+mod tests;

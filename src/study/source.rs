@@ -51,4 +51,21 @@ mod tests {
         assert_eq!(portable(kept), kept);
         assert_eq!(portable("no = toml = /home"), "no = toml = /home");
     }
+
+    #[test]
+    fn a_path_is_absolute_as_any_system_writes_it() {
+        let kept = |path: &str| portable(&format!("a = [1, '{path}']\n"));
+        for (path, name) in [
+            ("/x/y.xml", "y.xml"),
+            ("~/x/y.xml", "y.xml"),
+            ("C:/x/y.xml", "y.xml"),
+            ("d:\\x\\y.xml", "y.xml"),
+            ("\\\\lab\\x\\y.xml", "y.xml"),
+        ] {
+            assert_eq!(kept(path), format!("a = [1, \"{name}\"]\n"), "{path}");
+        }
+        for other in ["x/y.xml", "C:y.xml", "~x/y.xml", "\\x\\y.xml", "12:30", ""] {
+            assert_eq!(kept(other), format!("a = [1, '{other}']\n"), "{other}");
+        }
+    }
 }

@@ -1,0 +1,187 @@
+//! The list of a data set's files: which are on it, which are listed anew, what is found that differs.
+
+use super::*;
+
+/// SHA-256 of nothing and of "abc" (FIPS 180-2, appendix B.1).
+const OF_NOTHING: &str = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+const OF_ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+
+/// Files of a data set with two participants, in the order of their names.
+const DATA: [&str; 10] = [
+    "README.md",
+    "participants.tsv",
+    "phenotype/ssq.tsv",
+    "sourcedata/sub-P1/drive-baseline/ego.parquet",
+    "sourcedata/sub-P1/drive/ego.parquet",
+    "sourcedata/sub-P1/session.json",
+    "sourcedata/sub-P2/session.json",
+    "sub-P1/beh/sub-P1_task-drive_events.tsv",
+    "sub-P1/sub-P1_scans.tsv",
+    "sub-P2/sub-P2_scans.tsv",
+];
+
+fn put(root: &Path, name: &str, text: &str) {
+    fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
+    fs::write(root.join(name), text).unwrap();
+}
+
+/// Those files, empty, in a folder of their own.
+fn data_set() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    DATA.iter().for_each(|name| put(folder.path(), name, ""));
+    folder
+}
+
+/// The sum by the file's name, as the list has them.
+fn listed(root: &Path) -> List {
+    read(root).unwrap().expect("a list")
+}
+
+fn names(root: &Path) -> Vec<String> {
+    listed(root).into_keys().collect()
+}
+
+/// What is found: file and the beginning of what is told of it.
+fn found(root: &Path) -> Vec<(String, bool)> {
+    let changes = changes(root).unwrap().expect("a list");
+    changes.into_iter().map(|change| (change.file, change.what == "is missing")).collect()
+}
+
+#[test]
+fn every_file_that_holds_data_is_listed_and_nothing_else() {
+    let folder = data_set();
+    let root = folder.path();
+    for none in [
+        "lock",
+        "sourcedata/lock",
+        "sourcedata/sub-P1/lock",
+        "participants.new",
+        "sourcedata/sub-P1/session.new",
+        "derivatives/codrive/trials.csv",
+        "analysis/figure.svg",
+        "report/index.html",
+        "sub-P1/derivatives/x.tsv",
+    ] {
+        put(root, none, "");
+    }
+    // A link's own file is listed where it is, if it is here at all.
+    std::os::unix::fs::symlink(root.join("README.md"), root.join("link.md")).unwrap();
+    assert_eq!(files(root).unwrap(), DATA);
+    for subject in ["sub-P1", "sub-P2"] {
+        list(root, subject, true).unwrap();
+    }
+    assert_eq!(names(root), DATA, "the list itself is not on it");
+    assert!(listed(root).values().all(|sum| sum == OF_NOTHING));
+    let text = fs::read_to_string(root.join(FILE)).unwrap();
+    assert!(text.starts_with(&format!("{OF_NOTHING}  README.md\n")), "as sha256sum --check reads it: {text}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_read_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let gone = folder.path().join("gone");
+    let error = files(&gone).unwrap_err().to_string();
+    assert!(error.contains(gone.to_str().unwrap()), "{error}");
+}
+
+#[test]
+fn a_participant_is_listed_when_the_visit_is_over() {
+    let folder = data_set();
+    let root = folder.path();
+    list(root, "sub-P1", false).unwrap();
+    assert_eq!(names(root), ["README.md", "participants.tsv", "phenotype/ssq.tsv"]);
+    list(root, "sub-P2", true).unwrap();
+    let of_p2 = ["sourcedata/sub-P2/session.json", "sub-P2/sub-P2_scans.tsv"];
+    assert_eq!(names(root), ["README.md", "participants.tsv", "phenotype/ssq.tsv", of_p2[0], of_p2[1]]);
+    list(root, "sub-P1", true).unwrap();
+    assert_eq!(names(root), DATA);
+    // A visit that goes on after all is taken off; the other participant stays.
+    list(root, "sub-P1", false).unwrap();
+    assert_eq!(names(root), ["README.md", "participants.tsv", "phenotype/ssq.tsv", of_p2[0], of_p2[1]]);
+}
+
+#[test]
+fn raw_data_stay_as_they_were_listed_and_what_is_made_from_them_is_listed_anew() {
+    let folder = data_set();
+    let root = folder.path();
+    for subject in ["sub-P1", "sub-P2"] {
+        list(root, subject, true).unwrap();
+    }
+    // Somebody changed every file, and the data set is published once more with another participant.
+    DATA.iter().for_each(|name| put(root, name, "abc"));
+    list(root, "sub-P2", true).unwrap();
+    let anew = ["participants.tsv", "phenotype/ssq.tsv", "sub-P2/sub-P2_scans.tsv"];
+    for (name, sum) in listed(root) {
+        assert_eq!(sum, if anew.contains(&name.as_str()) { OF_ABC } else { OF_NOTHING }, "{name}");
+    }
+    let differ: Vec<(String, bool)> =
+        DATA.iter().filter(|name| !anew.contains(name)).map(|name| ((*name).to_owned(), false)).collect();
+    assert_eq!(found(root), differ);
+}
+
+#[test]
+fn a_file_that_is_missing_and_one_that_differs_are_told_apart() {
+    let folder = data_set();
+    let root = folder.path();
+    assert!(changes(root).unwrap().is_none(), "there is no list");
+    list(root, "sub-P1", true).unwrap();
+    assert_eq!(found(root), []);
+    put(root, "README.md", "abc");
+    fs::remove_file(root.join("sub-P1/sub-P1_scans.tsv")).unwrap();
+    // What was never listed is nobody's fault.
+    put(root, "sub-P1/note.txt", "abc");
+    assert_eq!(found(root), [("README.md".into(), false), ("sub-P1/sub-P1_scans.tsv".into(), true)]);
+    let told = changes(root).unwrap().unwrap();
+    assert!(told[0].what.contains("SHA-256 differs"), "{}", told[0].what);
+}
+
+#[test]
+fn a_folder_is_taken_off_the_list_and_its_neighbours_stay() {
+    let folder = data_set();
+    let root = folder.path();
+    forget(root, "sourcedata").unwrap();
+    assert!(!root.join(FILE).exists(), "no list is made where there was none");
+    list(root, "sub-P1", true).unwrap();
+    let before = names(root);
+    forget(root, "sourcedata/sub-P1/drive").unwrap();
+    let off = "sourcedata/sub-P1/drive/ego.parquet";
+    let left: Vec<String> = before.into_iter().filter(|name| name != off).collect();
+    assert_eq!(names(root), left, "drive-baseline begins with the same letters and stays");
+    // Listed again when the participant is published.
+    list(root, "sub-P1", true).unwrap();
+    assert!(names(root).contains(&off.to_owned()));
+}
+
+#[test]
+fn a_file_is_of_the_participant_whose_folder_it_is_in() {
+    for (name, of) in [
+        ("sub-P1/beh/x.tsv", Some("sub-P1")),
+        ("sourcedata/sub-P1/session.json", Some("sub-P1")),
+        ("README.md", None),
+        ("phenotype/ssq.tsv", None),
+        ("sub-notes.txt", None),
+    ] {
+        assert_eq!(of_subject(name), of, "{name}");
+    }
+}
+
+#[test]
+fn a_list_that_is_none_is_refused_with_its_line() {
+    let folder = data_set();
+    for (line, is_list) in [
+        (format!("{OF_ABC}  a"), true),
+        (format!("{OF_ABC} a"), false),
+        ("abc  a".to_owned(), false),
+        (format!("{OF_ABC}0  a"), false),
+    ] {
+        put(folder.path(), FILE, &format!("{OF_NOTHING}  b\n{line}\n"));
+        match read(folder.path()) {
+            Ok(_) => assert!(is_list, "{line}"),
+            Err(error) => assert!(!is_list && error.to_string().contains("SHA256SUMS, line 2: allowed is"), "{error}"),
+        }
+    }
+    // A folder in its place is no missing list.
+    let folder = data_set();
+    fs::create_dir(folder.path().join(FILE)).unwrap();
+    assert!(read(folder.path()).is_err());
+}

@@ -1,0 +1,271 @@
+//! The tables of a data set: their cells by hand; what is refused; what is listed anew.
+
+use super::*;
+
+const STUDY_TEXT: &str = r#"title = "Two ranges"
+participants = 2
+[base]
+traffic = "native"
+duration_s = 10.0
+[factors]
+range = [{ name = "narrow", set = { range_mph = 0.5, map = "/home/ann/maps/ring.net.xml" } }, { name = "wide" }]
+[[segment]]
+kind = "questions"
+name = "ssq-before"
+questionnaire = "raw-tlx"
+"#;
+
+const QUESTIONS: &str = r#"{ "title": "Three", "pages": [ { "elements": [
+  { "type": "rating", "name": "a", "title": "How much?", "description": "Today", "rateMin": 0, "rateMax": 1, "rateStep": 0.1,
+    "minRateDescription": "none", "maxRateDescription": "all" },
+  { "type": "rating", "name": "b", "title": "And now?", "rateMin": 0, "rateMax": 1, "rateStep": 0.1 },
+  { "type": "matrix", "name": "often", "title": "How often in", "columns": [{"value": 0, "text": "never"}, {"value": 1, "text": "often"}],
+    "rows": ["rain", "fog"] },
+  { "type": "radiogroup", "name": "car", "title": "Which?", "choices": ["small", "large"] },
+  { "type": "checkbox", "name": "uses", "title": "Uses?", "choices": [{"value": "w", "text": "work"}, {"value": "h", "text": "home"}] },
+  { "type": "boolean", "name": "glasses", "title": "Glasses?" },
+  { "type": "comment", "name": "more" },
+  { "type": "html", "name": "thanks", "html": "Thanks" } ] } ],
+  "scores": [{ "name": "both", "method": "sum", "of": ["a", "b"], "weight": 3 },
+             { "name": "mean", "method": "mean", "of": ["a", "b"] }] }"#;
+
+fn study() -> Study {
+    // The map of the author's is not on this machine: only words are made of it.
+    let text = STUDY_TEXT.replace(", map = \"/home/ann/maps/ring.net.xml\"", "");
+    Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The session of a participant to whom `more` happened.
+fn log(code: &str, index: usize, more: Value) -> Log {
+    let mut log =
+        json!({ "participant": code, "index": index, "who": "person", "order": ["wide", "narrow"], "passages": [] });
+    log.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    serde_json::from_value(log).unwrap()
+}
+
+fn answered(question: &str, answer: Value, time_s: f64) -> Value {
+    json!({ "question": question, "answer": answer, "time_s": time_s })
+}
+
+fn passage(item: &str, outcome: &str) -> Value {
+    json!({ "item": item, "outcome": outcome, "began": "t0", "ended": "t1" })
+}
+
+/// Writes that session where the data set has it.
+fn save(data: &DataSet, log: &Log) {
+    let folder = data.source(&log.participant);
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join(session::FILE), serde_json::to_string(log).unwrap()).unwrap();
+}
+
+fn cells(table: &Tsv) -> Vec<Vec<String>> {
+    table.text().lines().map(|line| line.split('\t').map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn answers_and_scores_stand_in_one_row_a_participant_without_the_dust_of_decimals() {
+    let questionnaire = Questionnaire::parse(QUESTIONS, "three.json").unwrap();
+    let all = [
+        answered("a", json!(0.1), 1.0),
+        answered("b", json!(0.2), 2.0),
+        answered("often.rain", json!(1), 3.0),
+        answered("often.fog", json!(0), 3.5),
+        answered("car", json!("large"), 4.0),
+        answered("uses", json!(["w", "h"]), 5.0),
+        answered("glasses", json!(false), 6.0),
+        answered("more", json!("a\tb"), 7.0),
+    ];
+    let done = |code: &str, index: usize, outcome: &str, answers: &[Value]| {
+        log(code, index, json!({ "passages": [passage("q", outcome)], "answers": { "q": answers } }))
+    };
+    let logs = [
+        done("P1", 0, "done", &all),
+        // Some answers alone, a visit that never came here, and one that skipped it after all.
+        done("P2", 1, "done", &all[1..2]),
+        log("P3", 2, json!({})),
+        done("P4", 3, "skipped", &all),
+    ];
+    let table = phenotype(&questionnaire, "q", &logs);
+    let row = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(
+        cells(&table),
+        [
+            row("participant_id a b often.rain often.fog car uses glasses more score_both score_mean"),
+            // Three times 0.1 + 0.2, which a double says is 0.9000000000000001, and half of 0.30000000000000004.
+            "sub-P1|0.1|0.2|1|0|large|w;h|false|a b|0.9|0.15".split('|').map(str::to_owned).collect(),
+            row("sub-P2 n/a 0.2 n/a n/a n/a n/a n/a n/a n/a n/a"),
+        ]
+    );
+    let about = |name: &str| table.columns.iter().find(|column| column.name == name).unwrap();
+    assert_eq!(about("a").about, "How much? Today From 0 (none) to 1 (all)");
+    assert_eq!((about("b").about.as_str(), about("b").levels.len()), ("And now? From 0 to 1", 0));
+    let words = |list: &[(&str, &str)]| list.iter().map(|(w, t)| ((*w).into(), (*t).into())).collect::<Vec<_>>();
+    assert_eq!(about("often.fog").about, "How often in fog");
+    assert_eq!(about("often.rain").levels, words(&[("0", "never"), ("1", "often")]));
+    assert_eq!(about("car").levels, words(&[("small", "small"), ("large", "large")]));
+    assert_eq!(about("uses").about, "Uses? Any of these, joined by semicolons: w: work; h: home");
+    assert!(about("uses").levels.is_empty(), "a cell may have several of them");
+    assert_eq!(about("glasses").levels, words(&[("true", "yes"), ("false", "no")]));
+    assert_eq!(about("score_both").about, "score: 3 times the sum of a, b");
+}
+
+#[test]
+fn a_score_is_rounded_to_six_places_up_and_down() {
+    // A third and two thirds, of both signs; and one that is exact in six places.
+    for (answers, expected) in [
+        ([1.0, 0.0, 0.0], "0.333333"),
+        ([1.0, 1.0, 0.0], "0.666667"),
+        ([-1.0, -1.0, 0.0], "-0.666667"),
+        ([3.0, 0.0, 0.000_003], "1.000001"),
+    ] {
+        let text = r#"{ "title": "T", "pages": [ { "elements": [ {"type":"text","name":"a"}, {"type":"text","name":"b"},
+            {"type":"text","name":"c"} ] } ], "scores": [{ "name": "m", "method": "mean", "of": ["a", "b", "c"] }] }"#;
+        let questionnaire = Questionnaire::parse(text, "third.json").unwrap();
+        let given: Vec<Value> =
+            ["a", "b", "c"].iter().zip(answers).map(|(name, value)| answered(name, json!(value), 1.0)).collect();
+        let log = log("P1", 0, json!({ "passages": [passage("q", "done")], "answers": { "q": given } }));
+        assert_eq!(phenotype(&questionnaire, "q", &[log]).rows[0][4], expected);
+    }
+}
+
+#[test]
+fn every_answer_of_a_form_has_its_time() {
+    let list: Vec<Answered> = [answered("car", json!("large"), 2.25), answered("uses", json!(["w", "h"]), 13.5)]
+        .into_iter()
+        .map(|one| serde_json::from_value(one).unwrap())
+        .collect();
+    let table = timed(&list);
+    assert_eq!(table.text(), "question\tanswer\tresponse_time\ncar\tlarge\t2.25\nuses\tw;h\t13.5\n");
+    assert_eq!(table.columns[2].unit, "s");
+}
+
+#[test]
+fn participants_stand_with_their_number_order_state_and_drawn_numbers_with_their_units() {
+    let end = |complete: bool| json!({ "end": { "complete": complete, "reason": "", "at": "t" } });
+    let mut drawn = end(true);
+    let traits = json!({ "level": 0.5, "error_mps": 0.2, "reaction_s": 1.25 });
+    drawn.as_object_mut().unwrap().extend(json!({ "who": "simulated", "traits": traits }).as_object().unwrap().clone());
+    let logs = [log("P1", 0, end(true)), log("P2", 1, end(false)), log("P3", 2, json!({})), log("R1", 9, drawn)];
+    let table = participants(&logs);
+    let expected = "participant_id\tnumber\tkind\torder\tstate\ttrue_error_mps\ttrue_level\ttrue_reaction_s\n\
+                    sub-P1\t1\tperson\twide,narrow\tcomplete\tn/a\tn/a\tn/a\n\
+                    sub-P2\t2\tperson\twide,narrow\tstopped\tn/a\tn/a\tn/a\n\
+                    sub-P3\t3\tperson\twide,narrow\topen\tn/a\tn/a\tn/a\n\
+                    sub-R1\t10\tsimulated\twide,narrow\tcomplete\t0.2\t0.5\t1.25\n";
+    assert_eq!(table.text(), expected);
+    let units: Vec<&str> = table.columns[5..].iter().map(|column| column.unit.as_str()).collect();
+    assert_eq!(units, ["m/s", "", "s"]);
+}
+
+#[test]
+fn the_levels_of_a_factor_are_told_by_what_they_set_without_folders() {
+    let mut study = study();
+    study.file = toml::from_str(STUDY_TEXT).unwrap();
+    let table = scans(&study);
+    let names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!(names, ["filename", "segment", "place", "condition", "range", "seed", "recording", "baseline"]);
+    let told: Vec<(&str, &str)> =
+        table.columns[4].levels.iter().map(|(word, about)| (word.as_str(), about.as_str())).collect();
+    assert_eq!(told, [("narrow", "map = \"ring.net.xml\", range_mph = 0.5"), ("wide", "as the base of the study")]);
+}
+
+#[test]
+fn the_lowest_free_number_is_next_and_sessions_come_by_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = DataSet::open(folder.path(), &study()).unwrap();
+    assert_eq!(data.next_index().unwrap(), 0);
+    for (code, index) in [("Z9", 0), ("A1", 3), ("B2", 1), ("C3", 1)] {
+        save(&data, &log(code, index, json!({})));
+    }
+    let logs = data.logs().unwrap();
+    let order: Vec<(&str, usize)> = logs.iter().map(|log| (log.participant.as_str(), log.index)).collect();
+    assert_eq!(order, [("Z9", 0), ("B2", 1), ("C3", 1), ("A1", 3)]);
+    assert_eq!(data.next_index().unwrap(), 2, "nobody has it");
+    // Two codes that are one folder where capitals do not count.
+    let refused = |code: &str| data.check_new_code(&Code::new(code).unwrap()).map_err(|e| e.to_string());
+    assert_eq!(refused("Z9"), Ok(()), "the same participant goes on");
+    assert_eq!(refused("Z8"), Ok(()));
+    assert!(refused("z9").unwrap_err().contains("z9 differs from Z9 only by capital letters"));
+}
+
+#[test]
+fn a_baseline_that_is_made_anew_is_off_the_list_until_the_visit_is_published() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study();
+    let data = DataSet::open(folder.path(), &study).unwrap();
+    let over = log("P1", 0, json!({ "end": { "complete": false, "reason": "sick", "at": "t" } }));
+    save(&data, &over);
+    let drive = data.source(&over.participant).join("trial-1-wide");
+    for name in ["trial-1-wide", "trial-1-wide-baseline"] {
+        fs::create_dir_all(drive.with_file_name(name)).unwrap();
+        fs::write(drive.with_file_name(name).join("ego.parquet"), "x").unwrap();
+    }
+    data.publish(&study, &over.participant).unwrap();
+    let list = || fs::read_to_string(folder.path().join(checksums::FILE)).unwrap();
+    let on_list = |list: &str| ["", BASELINE].map(|end| list.contains(&format!("trial-1-wide{end}/ego.parquet")));
+    assert_eq!(on_list(&list()), [true, true]);
+    data.remakes_baseline(&over.participant, "trial-1-wide").unwrap();
+    assert_eq!(on_list(&list()), [true, false]);
+    data.publish(&study, &over.participant).unwrap();
+    assert_eq!(on_list(&list()), [true, true]);
+    let phenotype = fs::read_to_string(folder.path().join("phenotype/ssq_before.tsv")).unwrap();
+    assert!(phenotype.starts_with("participant_id\tmental"), "a name of BIDS has no hyphen: {phenotype}");
+}
+
+#[test]
+fn a_visit_that_is_not_over_is_not_on_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study();
+    let data = DataSet::open(folder.path(), &study).unwrap();
+    let [over, open] = [("P1", json!({ "end": { "complete": true, "reason": "", "at": "t" } })), ("P2", json!({}))]
+        .map(|(code, more)| log(code, 0, more));
+    save(&data, &over);
+    save(&data, &open);
+    for one in [&over, &open] {
+        data.publish(&study, &one.participant).unwrap();
+    }
+    let list = fs::read_to_string(folder.path().join(checksums::FILE)).unwrap();
+    assert!(list.contains("sub-P1/session.json") && !list.contains("sub-P2"), "{list}");
+}
+
+#[test]
+fn a_folder_whose_making_was_cut_is_made_whole_and_a_strangers_is_left_alone() {
+    let study = study();
+    let texts = [("README.md", readme(&study)), ("dataset_description.json", description(&study))];
+    let begun = |name: &str, text: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(name), text).unwrap();
+        let opened = DataSet::open(folder.path(), &study);
+        assert_eq!(opened.is_ok(), folder.path().join(STUDY).exists(), "{name}");
+        opened.is_ok()
+    };
+    for (name, text) in &texts {
+        let beside = Path::new(name).with_extension(record::BESIDE);
+        for name in [*name, beside.to_str().unwrap()] {
+            assert!(begun(name, text) && begun(name, &text[..7]) && begun(name, ""), "{name}");
+            // As long, longer, and another.
+            assert!(!begun(name, &format!("{text}\n")) && !begun(name, &text.replace(':', ";")), "{name}");
+        }
+    }
+    assert!(!begun("notes.txt", "") && !begun("notes.txt", &texts[0].1), "no name of ours");
+}
+
+#[test]
+fn links_in_the_place_of_participants_are_refused() {
+    let study = study();
+    for (link, refused) in
+        [("sub-P1", true), ("sourcedata", true), ("phenotype", true), ("sourcedata/sub-P1", true), ("figures", false)]
+    {
+        let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let data = DataSet::open(folder.path(), &study).unwrap();
+        let at = folder.path().join(link);
+        fs::create_dir_all(at.parent().unwrap()).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path(), &at).unwrap();
+        for found in [DataSet::open(folder.path(), &study).map(|_| ()), data.logs().map(|_| ())] {
+            let told = found.map_err(|e| e.to_string());
+            let names_it =
+                told.as_ref().is_err_and(|text| text.contains(&format!("{} is a symbolic link", at.display())));
+            assert!(if refused { names_it } else { told.is_ok() }, "{link}: {told:?}");
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Limits of a study's file to their ends, and which keys a segment of each kind may have.
+
+use super::*;
+
+const GOOD: &str = r#"title = "t"
+participants = 4
+[base]
+traffic = "native"
+duration_s = 10.0
+[[segment]]
+kind = "drive"
+name = "practice"
+[[segment]]
+kind = "break"
+name = "pause"
+rest_s = 5.0
+[[segment]]
+kind = "text"
+name = "hello"
+text = "Hello"
+[[segment]]
+kind = "questions"
+name = "tlx"
+questionnaire = "raw-tlx"
+"#;
+
+/// What is said of that file with this in the place of that.
+fn told(from: &str, to: &str) -> Result<(), String> {
+    assert!(GOOD.contains(from), "{from}");
+    Study::parse(GOOD.replacen(from, to, 1), Path::new("t.toml")).map(|_| ()).map_err(|e| e.0)
+}
+
+#[track_caller]
+fn assert_refused(from: &str, to: &str, has: &str) {
+    let told = told(from, to).expect_err(to);
+    assert!(told.contains(has), "{to}: {told}");
+}
+
+#[test]
+fn numbers_are_allowed_to_the_ends_of_their_limits() {
+    for (key, allowed, refused) in [
+        (
+            "participants = 4",
+            vec!["participants = 1", "participants = 1000"],
+            vec!["participants = 0", "participants = 1001"],
+        ),
+        (
+            "participants = 4",
+            vec!["participants = 4\ncountdown_s = 0.0", "participants = 4\ncountdown_s = 60.0"],
+            vec!["participants = 4\ncountdown_s = -0.1", "participants = 4\ncountdown_s = 60.1"],
+        ),
+        (
+            "rest_s = 5.0",
+            vec!["rest_s = 0.0", "rest_s = 3600.0"],
+            vec!["rest_s = -1.0", "rest_s = 3600.5", "rest_s = nan"],
+        ),
+        (
+            "name = \"practice\"",
+            vec!["name = \"practice\"\nuntil_in_range_s = 1.0", "name = \"practice\"\nuntil_in_range_s = 3600.0"],
+            vec!["name = \"practice\"\nuntil_in_range_s = 0.9", "name = \"practice\"\nuntil_in_range_s = 3601.0"],
+        ),
+    ] {
+        allowed.iter().for_each(|to| assert_eq!(told(key, to), Ok(()), "{to}"));
+        refused.iter().for_each(|to| assert_refused(key, to, "allowed: "));
+    }
+}
+
+#[test]
+fn every_kind_of_segment_has_its_own_keys() {
+    for (kind, name, allowed) in [
+        ("drive", "practice", vec!["set = { hold_s = 5.0 }", "until_in_range_s = 9.0", "text = \"x\""]),
+        ("break", "pause", vec!["text = \"x\""]),
+        ("text", "hello", vec![]),
+        ("questions", "tlx", vec!["text = \"x\""]),
+    ] {
+        let all = [
+            ("set = { hold_s = 5.0 }", "set"),
+            ("until_in_range_s = 9.0", "until_in_range_s"),
+            ("rest_s = 9.0", "rest_s"),
+            ("questionnaire = \"raw-tlx\"", "questionnaire"),
+            ("text = \"x\"", "text"),
+        ];
+        for (line, key) in all {
+            // What stands there already is its own.
+            if [("break", "rest_s"), ("text", "text"), ("questions", "questionnaire")].contains(&(kind, key)) {
+                continue;
+            }
+            let (from, to) = (format!("name = \"{name}\""), format!("name = \"{name}\"\n{line}"));
+            if allowed.contains(&line) {
+                assert_eq!(told(&from, &to), Ok(()), "{kind} with {key}");
+            } else {
+                assert_refused(&from, &to, &format!("a segment of kind \"{kind}\" has no `{key}`"));
+            }
+        }
+    }
+    for (from, has) in [
+        ("rest_s = 5.0\n", "kind \"break\" needs `rest_s`"),
+        ("text = \"Hello\"\n", "kind \"text\" needs `text`"),
+        ("questionnaire = \"raw-tlx\"\n", "kind \"questions\" needs `questionnaire`"),
+    ] {
+        assert_refused(from, "", has);
+    }
+}
+
+#[test]
+fn trials_need_conditions_and_conditions_are_either_factors_or_a_list() {
+    let trials = "[[segment]]\nkind = \"trials\"\nname = \"trial\"\n[[segment]]\nkind = \"drive\"";
+    let (segment, base) = ("[[segment]]\nkind = \"drive\"", "[base]");
+    assert_refused(segment, trials, "there are trials but no [factors] and no [[condition]]");
+    let factors = "[factors]\na = [{ name = \"x\" }]\n";
+    let list = "[[condition]]\nname = \"y\"\n";
+    for fine in [factors, list] {
+        assert_eq!(told(segment, &format!("{fine}{trials}")), Ok(()), "{fine}");
+        assert_eq!(told(segment, &format!("{fine}{segment}")), Ok(()), "nobody has to use them: {fine}");
+    }
+    assert_refused(segment, &format!("{factors}{list}{segment}"), "either [factors] or [[condition]], not both");
+    assert_refused(base, "[factors]\na = []\n[base]", "factors.a has no levels");
+    assert_refused(base, "[factors]\na = [{ name = \"x\" }, { name = \"x\" }]\n[base]", "the name \"x\" comes twice");
+    assert_refused("name = \"pause\"", "name = \"practice\"", "the name \"practice\" comes twice");
+}
+
+#[test]
+fn conditions_are_all_combinations_and_later_settings_win() {
+    let text = format!(
+        "{}{}",
+        GOOD.replacen("duration_s = 10.0", "duration_s = 10.0\nhold_s = 2.0\nrange_mph = 1.0", 1),
+        "[[segment]]\nkind = \"trials\"\nname = \"trial\"\nset = { hold_s = 4.0, range_mph = 3.0 }\n\
+         [factors]\na = [{ name = \"x\" }, { name = \"y\", set = { hold_s = 6.0 } }]\nb = [{ name = \"z\", set = { vehicles = 9 } }]\n"
+    );
+    let study = Study::parse(text, Path::new("t.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let names: Vec<&str> = study.conditions.iter().map(|condition| condition.name.as_str()).collect();
+    assert_eq!(names, ["x+z", "y+z"]);
+    let levels: Vec<(&str, &str)> =
+        study.conditions[1].levels.iter().map(|(factor, level)| (factor.as_str(), level.as_str())).collect();
+    assert_eq!(levels, [("a", "y"), ("b", "z")]);
+    let drive = |segment, condition: Option<usize>| {
+        let scenario = study.drive(segment, condition.map(|i| &study.conditions[i])).unwrap();
+        (scenario.hold_s, scenario.range_mph, scenario.vehicles)
+    };
+    let usual = Scenario::default().vehicles;
+    assert_eq!(drive(0, None), (2.0, 1.0, usual), "the base");
+    assert_eq!(drive(4, None), (4.0, 3.0, usual), "the segment's own");
+    assert_eq!(drive(4, Some(0)), (4.0, 3.0, 9));
+    assert_eq!(drive(4, Some(1)), (6.0, 3.0, 9), "the condition's over the segment's");
+}
+
+#[test]
+fn a_font_that_is_too_large_or_none_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("big.ttf");
+    std::fs::File::create(&path).unwrap().set_len(FONT_BYTES + 1).unwrap();
+    assert!(read_font(&path).unwrap_err().contains("cannot be read"));
+    std::fs::write(&path, "no font").unwrap();
+    assert!(read_font(&path).unwrap_err().contains("is no font; allowed: a TTF or OTF file"));
+}

@@ -1,0 +1,96 @@
+//! A visit step by step: seeds, rests, texts, and what is reckoned, by hand.
+
+use super::*;
+use std::path::Path;
+
+/// A study of two conditions in the file's order; `trials` are keys of its trials.
+fn study(seed: u64, trials: &str) -> Study {
+    let text = format!(
+        r#"title = "Two"
+participants = 2
+seed = {seed}
+order = "fixed"
+[base]
+traffic = "native"
+duration_s = 60.0
+[[condition]]
+name = "a"
+[[condition]]
+name = "b"
+set = {{ hold_s = 5.0 }}
+[[segment]]
+kind = "drive"
+name = "practice"
+text = "Try it."
+until_in_range_s = 20.0
+[[segment]]
+kind = "break"
+name = "pause"
+rest_s = 45.0
+text = "Sit back."
+[[segment]]
+kind = "trials"
+name = "trial"
+{trials}
+"#
+    );
+    Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn names(plan: &Plan) -> Vec<&str> {
+    plan.items.iter().map(|planned| planned.name.as_str()).collect()
+}
+
+fn seeds(plan: &Plan) -> Vec<u64> {
+    let seed = |planned: &Planned| match &planned.item {
+        Item::Drive { scenario, .. } => Some(scenario.seed),
+        _ => None,
+    };
+    plan.items.iter().filter_map(seed).collect()
+}
+
+#[test]
+fn trials_rest_between_each_other_and_not_where_the_rest_has_no_length() {
+    let with = study(1, "rest_s = 10.0").plan(0);
+    assert_eq!(names(&with), ["practice", "pause", "trial-1-a", "trial-rest-1", "trial-2-b"]);
+    assert_eq!(with.items[3].item, Item::Break(10.0));
+    for none in ["rest_s = 0.0", ""] {
+        assert_eq!(names(&study(1, none).plan(0)), ["practice", "pause", "trial-1-a", "trial-2-b"], "{none:?}");
+    }
+}
+
+#[test]
+fn the_text_of_trials_stands_before_the_first_alone() {
+    let plan = study(1, "text = \"Drive.\"\nrest_s = 5.0").plan(0);
+    let texts: Vec<&str> = plan.items.iter().map(|planned| planned.text.as_str()).collect();
+    assert_eq!(texts, ["Try it.", "Sit back.", "Drive.", "", ""]);
+    let runs: Vec<(Option<usize>, Option<&str>)> =
+        plan.items.iter().map(|planned| (planned.run, planned.condition.as_deref())).collect();
+    assert_eq!(runs, [(None, None), (None, None), (Some(1), Some("a")), (None, None), (Some(2), Some("b"))]);
+    let Item::Drive { until_in_range_s, levels, .. } = &plan.items[0].item else { panic!("a drive") };
+    assert!(*until_in_range_s == Some(20.0) && levels.is_empty());
+}
+
+#[test]
+fn a_seed_is_the_studys_the_participants_and_the_drives_number_side_by_side() {
+    // Six digits of the study, four of the participant, two of the drive, from 1.
+    assert_eq!(seeds(&study(7, "").plan(0)), [7_000_001, 7_000_002, 7_000_003]);
+    assert_eq!(seeds(&study(7, "").plan(31)), [7_003_101, 7_003_102, 7_003_103]);
+    assert_eq!(seeds(&study(999_999, "").plan(9_999)), [999_999_999_901, 999_999_999_902, 999_999_999_903]);
+    // More digits than there is room for are left out.
+    assert_eq!(seeds(&study(2_000_007, "").plan(10_031)), seeds(&study(7, "").plan(31)));
+}
+
+#[test]
+fn a_visit_is_as_long_as_its_parts() {
+    let plan = study(1, "rest_s = 10.0").plan(0);
+    // Three drives of a minute, rests of 45 s and 10 s.
+    let seconds: Vec<f64> = plan.items.iter().map(|planned| planned.item.seconds()).collect();
+    assert_eq!(seconds, [60.0, 45.0, 60.0, 10.0, 60.0]);
+    assert_eq!(plan.minutes(), 235.0 / 60.0);
+    let words: Vec<String> = plan.items.iter().map(|planned| planned.item.words()).collect();
+    assert!(words[0].ends_with(", sooner after 20 s in range") && !words[2].contains("sooner"), "{words:?}");
+    assert_eq!(words[1], "rest, 45 s");
+    assert_eq!(Item::Text(String::new()).words(), "a page to read");
+    assert_eq!(Item::Questions("tlx".into()).words(), "questions: tlx");
+}

@@ -1,0 +1,171 @@
+//! Questions one by one: what is an answer, what a scale has, what is refused, what is to be seen.
+
+use super::*;
+use serde_json::json;
+
+/// A question with these keys.
+fn element(keys: &str) -> Element {
+    serde_json::from_str(&format!(r#"{{ "name": "q", {keys} }}"#)).unwrap_or_else(|e| panic!("{keys}: {e}"))
+}
+
+#[test]
+fn each_kind_accepts_its_own_answers_alone() {
+    let words = json!(["a", 2]);
+    let list = r#""choices": ["a", {"value": 2, "text": "two"}]"#;
+    for (keys, good, bad) in [
+        (
+            format!(r#""type": "radiogroup", {list}"#),
+            vec![json!("a"), json!(2)],
+            vec![json!("b"), json!("two"), words.clone()],
+        ),
+        (
+            format!(r#""type": "checkbox", {list}"#),
+            vec![words, json!([]), json!([2])],
+            vec![json!("a"), json!(["a", "b"]), json!(["two"])],
+        ),
+        (
+            r#""type": "rating", "rateMin": -1, "rateMax": 1, "rateStep": 0.5"#.into(),
+            vec![json!(-1), json!(0.5), json!(1.0)],
+            vec![json!(0.25), json!(1.5), json!("1"), json!(-1.5)],
+        ),
+        (r#""type": "boolean""#.into(), vec![json!(true), json!(false)], vec![json!("yes"), json!(1)]),
+        (
+            r#""type": "matrix", "columns": [0, 1], "rows": ["x"]"#.into(),
+            vec![json!(0), json!(1)],
+            vec![json!(2), json!("x")],
+        ),
+        (r#""type": "text""#.into(), vec![json!("words")], vec![json!(3)]),
+        (r#""type": "comment""#.into(), vec![json!("words")], vec![json!(["words"])]),
+        (r#""type": "html""#.into(), vec![], vec![json!("words"), json!(true)]),
+    ] {
+        let element = element(&keys);
+        good.iter().for_each(|answer| assert!(element.accepts(answer), "{keys}: {answer}"));
+        bad.iter().for_each(|answer| assert!(!element.accepts(answer), "{keys}: {answer}"));
+    }
+}
+
+#[test]
+fn a_scale_goes_from_end_to_end_in_its_steps_and_from_1_to_5_if_nothing_is_said() {
+    assert_eq!(element(r#""type": "rating""#).rates(), [1.0, 2.0, 3.0, 4.0, 5.0]);
+    let rates = element(r#""type": "rating", "rateMin": -1, "rateMax": 0.5, "rateStep": 0.5"#).rates();
+    assert_eq!(rates, [-1.0, -0.5, 0.0, 0.5]);
+    for (keys, is_right) in [
+        (r#""rateMin": 0, "rateMax": 100, "rateStep": 1"#, true),
+        (r#""rateMin": 0, "rateMax": 101, "rateStep": 1"#, false),
+        (r#""rateMin": 0, "rateMax": 1, "rateStep": 1"#, true),
+        (r#""rateMin": 0, "rateMax": 1, "rateStep": 2"#, false),
+        (r#""rateMin": 1, "rateMax": 1, "rateStep": 1"#, false),
+        (r#""rateMin": 5, "rateMax": 1, "rateStep": -1"#, false),
+        (r#""rateMin": 0, "rateMax": 1, "rateStep": 0"#, false),
+        (r#""rateMin": 0, "rateMax": 1, "rateStep": 0.1"#, true),
+        (r#""rateMin": 0, "rateMax": 1, "rateStep": 0.3"#, false),
+    ] {
+        let told = element(&format!(r#""type": "rating", {keys}"#)).check();
+        assert_eq!(told.is_ok(), is_right, "{keys}: {told:?}");
+    }
+}
+
+#[test]
+fn lists_that_have_nothing_to_choose_are_refused() {
+    for (keys, has) in [
+        (r#""type": "radiogroup""#, "no choices"),
+        (r#""type": "checkbox""#, "no choices"),
+        (r#""type": "matrix", "rows": ["x"]"#, "no columns"),
+        (r#""type": "matrix", "columns": ["x"]"#, "no rows"),
+    ] {
+        let told = element(keys).check().expect_err(keys);
+        assert!(told.contains(has) && told.contains("\"q\""), "{told}");
+    }
+    for fine in
+        [r#""type": "boolean""#, r#""type": "html", "html": "x""#, r#""type": "matrix", "columns": [1], "rows": [2]"#]
+    {
+        assert_eq!(element(fine).check(), Ok(()), "{fine}");
+    }
+}
+
+#[test]
+fn a_choice_is_a_word_a_number_or_both_and_nothing_else() {
+    let choice = |text: &str| serde_json::from_str::<Choice>(text).map_err(|e| e.to_string());
+    let is = |value: Value, text: &str| Ok(Choice { value, text: text.into() });
+    assert_eq!(choice(r#""small""#), is(json!("small"), "small"));
+    assert_eq!(choice("3"), is(json!(3), "3"));
+    assert_eq!(choice(r#"{ "value": 3, "text": "severe" }"#), is(json!(3), "severe"));
+    for bad in ["true", "null", "[1]"] {
+        assert!(choice(bad).unwrap_err().contains("allowed: a word, a number or value and text"), "{bad}");
+    }
+    assert!(choice(r#"{ "value": 3, "words": "severe" }"#).is_err());
+}
+
+#[test]
+fn answers_are_named_by_question_and_row_and_html_has_none() {
+    assert_eq!(element(r#""type": "text""#).answer_names(), ["q"]);
+    assert_eq!(element(r#""type": "matrix", "columns": [1], "rows": ["rain", 2]"#).answer_names(), ["q.rain", "q.2"]);
+    assert_eq!(element(r#""type": "html""#).answer_names(), Vec::<String>::new());
+}
+
+const TWO_PAGES: &str = r#"{ "title": "T", "pages": [
+    { "name": "one", "elements": [ { "type": "boolean", "name": "a", "isRequired": true },
+                                   { "type": "rating", "name": "b" } ] },
+    { "name": "two", "visibleIf": "{a} = true", "elements": [ { "type": "rating", "name": "c", "isRequired": true } ] },
+    { "name": "three", "elements": [ { "type": "rating", "name": "d", "isRequired": true, "visibleIf": "{b} > 3" } ] } ],
+  "scores": [ { "name": "sum", "method": "sum", "of": ["a", "b"], "weight": 2 },
+              { "name": "mean", "method": "mean", "of": ["a", "b"] } ] }"#;
+
+fn answers(list: &[(&str, Value)]) -> Answers {
+    list.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect()
+}
+
+#[test]
+fn a_page_is_seen_if_its_condition_holds_and_there_is_something_on_it() {
+    let q = Questionnaire::parse(TWO_PAGES, "two.json").unwrap();
+    let seen = |list: &[(&str, Value)]| -> Vec<String> {
+        let answers = answers(list);
+        q.visible_pages(&answers).map(|page| page.name.clone()).collect()
+    };
+    assert_eq!(seen(&[]), ["one"]);
+    assert_eq!(seen(&[("a", json!(true))]), ["one", "two"]);
+    assert_eq!(seen(&[("a", json!(false)), ("b", json!(3))]), ["one"]);
+    assert_eq!(seen(&[("a", json!(true)), ("b", json!(4))]), ["one", "two", "three"]);
+    // What was asked for and is not there, of what is to be seen.
+    assert_eq!(q.pages[0].missing(&answers(&[])), ["a"]);
+    assert_eq!(q.pages[0].missing(&answers(&[("a", json!(false))])), Vec::<String>::new());
+    assert_eq!(q.pages[2].missing(&answers(&[("b", json!(3))])), Vec::<String>::new());
+    assert_eq!(q.pages[2].missing(&answers(&[("b", json!(5))])), ["d"]);
+}
+
+#[test]
+fn a_score_is_a_weighted_sum_or_mean_where_yes_is_one_and_empty_while_an_answer_is_missing() {
+    let q = Questionnaire::parse(TWO_PAGES, "two.json").unwrap();
+    let scores =
+        |list: &[(&str, Value)]| q.scores(&answers(list)).into_iter().map(|(_, score)| score).collect::<Vec<_>>();
+    assert_eq!(scores(&[("a", json!(true)), ("b", json!(4))]), [Some(10.0), Some(2.5)]);
+    assert_eq!(scores(&[("a", json!(false)), ("b", json!(4))]), [Some(8.0), Some(2.0)]);
+    assert_eq!(scores(&[("a", json!(true))]), [None, None]);
+    assert_eq!(scores(&[("a", json!("often")), ("b", json!(4))]), [None, None], "a word is no number");
+}
+
+#[test]
+fn a_condition_may_ask_for_what_stands_before_or_beside_it_alone() {
+    let with = |first: &str, second: &str| {
+        let text = format!(
+            r#"{{ "title": "T", "pages": [ {{ "elements": [ {{ "type": "boolean", "name": "a" {first} }} ] }},
+                {{ "elements": [ {{ "type": "matrix", "name": "m", "columns": [1], "rows": ["x"] {second} }} ] }} ] }}"#
+        );
+        Questionnaire::parse(&text, "order.json").map(|_| ()).map_err(|e| e.0)
+    };
+    assert_eq!(with("", r#", "visibleIf": "{a} = true""#), Ok(()));
+    assert_eq!(with("", r#", "visibleIf": "{m.x} = 1""#), Ok(()), "beside it");
+    let told = with(r#", "visibleIf": "{m.x} = 1""#, "").unwrap_err();
+    assert!(told.contains("asks for \"m.x\", which no question before or beside it has"), "{told}");
+    assert!(with("", r#", "visibleIf": "{m} = 1""#).is_err(), "a matrix is answered by its rows");
+}
+
+#[test]
+fn questionnaires_that_are_shipped_are_listed_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["b.json", "a.json", "notes.txt", "c.json.new"] {
+        std::fs::write(folder.path().join(name), "").unwrap();
+    }
+    assert_eq!(words(folder.path()), ["a", "b"]);
+    assert_eq!(words(&folder.path().join("nothing")), Vec::<String>::new());
+}

@@ -1,0 +1,230 @@
+//! Participants of a rehearsal: drawn as it is stated, and answers that their questions allow.
+
+use super::*;
+use std::path::Path;
+
+#[test]
+fn every_answer_is_allowed_and_none_that_is_required_is_missing() {
+    for name in ["ssq", "raw-tlx", "acceptance", "driving-experience"] {
+        let questionnaire = Questionnaire::find(name, Path::new(".")).unwrap();
+        for index in 0..20 {
+            let participant = Participant::draw(5, index);
+            assert_eq!(participant.driver.check(), Ok(()));
+            let answered = participant.answer(&questionnaire, name);
+            let map = as_map(&answered);
+            for page in questionnaire.visible_pages(&map) {
+                assert_eq!(page.missing(&map), Vec::<String>::new(), "{name}");
+                for element in page.visible_elements(&map) {
+                    for answer in element.answer_names() {
+                        assert!(element.accepts(&map[&answer]), "{answer}: {}", map[&answer]);
+                    }
+                }
+            }
+            assert_eq!(answered, Participant::draw(5, index).answer(&questionnaire, name));
+        }
+    }
+}
+
+#[test]
+fn traits_are_within_what_is_stated_and_differ() {
+    let people: Vec<Participant> = (0..400).map(|i| Participant::draw(1, i)).collect();
+    let mean_and_sd = |get: &dyn Fn(&Participant) -> f64| {
+        let values: Vec<f64> = people.iter().map(get).collect();
+        let mean = values.iter().sum::<f64>() / 400.0;
+        (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 399.0).sqrt())
+    };
+    // Even between two edges: the middle, and a spread of the width over the square root of 12. Three standard errors.
+    let width_to_sd = 12f64.sqrt();
+    for (name, low, high) in
+        [("reaction_s", 0.6, 1.6), ("error_mps", 0.1, 0.6), ("lane_error_m", 0.03, 0.10), ("level", 0.0, 1.0)]
+    {
+        assert!(people.iter().all(|p| (low..high).contains(&p.traits()[name])), "{name}");
+        let (mean, sd) = mean_and_sd(&|p| p.traits()[name]);
+        let expected = (high - low) / width_to_sd;
+        assert!((mean - f64::midpoint(low, high)).abs() < 3.0 * expected / 20.0, "{name}: {mean}");
+        assert!((sd / expected - 1.0).abs() < 0.1, "{name}: {sd}");
+    }
+    // Normal with 0.25 m/s, cut at 0.6, which takes 2 % of the spread.
+    let (mean, sd) = mean_and_sd(&|p| p.traits()["overspeed_mps"]);
+    assert!(mean.abs() < 3.0 * 0.25 / 20.0 && (sd / 0.245 - 1.0).abs() < 0.12, "{mean}, {sd}");
+    assert!(people.iter().all(|p| p.traits()["overspeed_mps"].abs() <= 0.6));
+    for p in &people {
+        // Brake lamps ahead are answered sooner than a number on the dial.
+        assert_eq!(p.driver.leader_reaction_s, 0.7 * p.driver.reaction_s);
+        assert_eq!(p.traits()["reaction_s"], p.driver.reaction_s);
+    }
+    assert_eq!(people[7].traits(), Participant::draw(1, 7).traits());
+    assert_ne!(people[7].traits(), Participant::draw(2, 7).traits());
+}
+
+#[test]
+fn answers_follow_the_level_of_who_gives_them_and_take_seconds_each() {
+    let tlx = Questionnaire::find("raw-tlx", Path::new(".")).unwrap();
+    let (mut low, mut high, mut waits) = (Vec::new(), Vec::new(), Vec::new());
+    for index in 0..200 {
+        let participant = Participant::draw(9, index);
+        let answered = participant.answer(&tlx, "tlx");
+        let mean = answered.iter().filter_map(|a| a.answer.as_f64()).sum::<f64>() / answered.len() as f64;
+        let level = participant.traits()["level"];
+        if level < 0.3 {
+            low.push(mean)
+        } else if level > 0.7 {
+            high.push(mean)
+        }
+        let times: BTreeMap<&str, f64> = answered.iter().map(|one| (one.question.as_str(), one.time_s)).collect();
+        // Each page begins at 0.
+        for page in &tlx.pages {
+            let mut before = 0.0;
+            for name in page.elements.iter().flat_map(Element::answer_names) {
+                waits.push(times[name.as_str()] - before);
+                before = times[name.as_str()];
+            }
+        }
+    }
+    let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len() as f64;
+    // Levels of 0.15 and 0.85 on a scale from 0 to 100.
+    assert!((mean(&low) - 15.0).abs() < 6.0 && (mean(&high) - 85.0).abs() < 6.0, "{} {}", mean(&low), mean(&high));
+    // 1.5 s at least, and 2 s more on average (exponential); 1,200 answers, three standard errors.
+    assert_eq!(waits.len(), 1200);
+    assert!(waits.iter().all(|wait| *wait >= 1.499));
+    assert!((mean(&waits) - 3.5).abs() < 3.0 * 2.0 / (waits.len() as f64).sqrt(), "{}", mean(&waits));
+    let milliseconds = waits.iter().map(|wait| (wait * 1000.0 - (wait * 1000.0).round()).abs());
+    assert!(milliseconds.fold(0.0, f64::max) < 1e-6);
+}
+
+/// A participant of this level.
+fn of_level(level: f64, index: usize) -> Participant {
+    Participant { level, ..Participant::draw(3, index) }
+}
+
+/// A questionnaire of one question with these keys, asked `rows` times.
+fn asked(keys: &str, rows: usize) -> Questionnaire {
+    let elements: Vec<String> = (0..rows).map(|i| format!(r#"{{ "name": "q{i}", "title": "?", {keys} }}"#)).collect();
+    let text = format!(r#"{{ "title": "T", "pages": [{{ "elements": [{}] }}] }}"#, elements.join(","));
+    Questionnaire::parse(&text, "asked.json").unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// All answers of 20 participants of this level to 100 such questions.
+fn answers(level: f64, keys: &str) -> Vec<Value> {
+    let questionnaire = asked(keys, 100);
+    let of = |index| of_level(level, index).answer(&questionnaire, "item").into_iter().map(|one| one.answer);
+    (0..20).flat_map(of).collect()
+}
+
+fn mean_and_sd(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    [mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()]
+}
+
+fn numbers(answers: &[Value]) -> Vec<f64> {
+    answers.iter().map(|answer| answer.as_f64().unwrap()).collect()
+}
+
+/// Standard errors of a mean and of a spread of 2,000 answers with this spread, times three.
+fn three_errors(sd: f64) -> [f64; 2] {
+    [3.0 * sd / 2000_f64.sqrt(), 3.0 * sd / 4000_f64.sqrt()]
+}
+
+#[test]
+fn a_rating_is_around_the_level_with_15_percent_of_the_scale() {
+    let scale = r#""type": "rating", "rateMin": 0, "rateMax": 100, "rateStep": 1"#;
+    for level in [0.4, 0.5] {
+        // 2.7 and 3.3 spreads from the nearer end: what is cut there is less than the error of the mean.
+        let [mean, sd] = mean_and_sd(&numbers(&answers(level, scale)));
+        let [of_mean, of_sd] = three_errors(15.0);
+        assert!((mean - 100.0 * level).abs() < of_mean && (sd - 15.0).abs() < of_sd, "{level}: {mean}, {sd}");
+    }
+    // Who is at an end is there in half of all answers, and never beyond.
+    for (level, end) in [(0.0, 0.0), (1.0, 100.0)] {
+        let all = numbers(&answers(level, scale));
+        let there = all.iter().filter(|rate| **rate == end).count();
+        assert!(all.iter().all(|rate| (0.0..=100.0).contains(rate)) && (900..1150).contains(&there), "{there}");
+    }
+}
+
+#[test]
+fn a_rate_is_whole_where_the_scale_is_and_with_a_point_where_it_is_not() {
+    let all = answers(0.5, r#""type": "rating", "rateMin": 0, "rateMax": 2, "rateStep": 0.5"#);
+    let words: std::collections::BTreeSet<String> = all.iter().map(Value::to_string).collect();
+    assert_eq!(words.into_iter().collect::<Vec<_>>(), ["0", "0.5", "1", "1.5", "2"]);
+}
+
+#[test]
+fn an_answer_of_a_matrix_is_around_half_the_square_of_the_level() {
+    // 101 columns, the word of each its place.
+    let columns: Vec<String> = (0..=100).map(|i| i.to_string()).collect();
+    let keys = format!(r#""type": "matrix", "rows": ["r"], "columns": [{}]"#, columns.join(","));
+    for (level, place) in [(1.0, 50.0), (0.9, 40.5)] {
+        let [mean, sd] = mean_and_sd(&numbers(&answers(level, &keys)));
+        let [of_mean, of_sd] = three_errors(12.0);
+        assert!((mean - place).abs() < of_mean && (sd - 12.0).abs() < of_sd, "{level}: {mean}, {sd}");
+    }
+    // Without a level half of the answers are none, and the others the upper half of the error: 12 / sqrt(2 pi) on average.
+    let none = numbers(&answers(0.0, &keys));
+    let [mean, _] = mean_and_sd(&none);
+    assert!((mean - 12.0 / (2.0 * std::f64::consts::PI).sqrt()).abs() < 0.5, "{mean}");
+}
+
+#[test]
+fn the_error_is_added_to_the_level_that_a_participant_has() {
+    // The same numbers drawn by hand: the time of the answer, then its error.
+    let participant = of_level(0.5, 4);
+    let mut stream = rng::stream(3, "answers 4 item");
+    let rating = asked(r#""type": "rating", "rateMin": 0, "rateMax": 100, "rateStep": 1"#, 30);
+    for one in participant.answer(&rating, "item") {
+        stream.uniform(0.0, 1.0);
+        let by_hand = (100.0 * (0.5 + 0.15 * stream.normal())).round().clamp(0.0, 100.0);
+        assert_eq!(one.answer.as_f64(), Some(by_hand));
+    }
+    let columns: Vec<String> = (0..=100).map(|i| i.to_string()).collect();
+    let keys = format!(r#""type": "matrix", "rows": ["r"], "columns": [{}]"#, columns.join(","));
+    let mut stream = rng::stream(3, "answers 4 item");
+    for one in participant.answer(&asked(&keys, 30), "item") {
+        stream.uniform(0.0, 1.0);
+        let by_hand = (100.0 * (0.125 + 0.12 * stream.normal())).round().clamp(0.0, 100.0);
+        assert_eq!(one.answer.as_f64(), Some(by_hand));
+    }
+}
+
+#[test]
+fn choices_are_even_several_are_taken_with_3_of_10_and_yes_is_said_with_7() {
+    let share = |n: usize, expected: f64, of: f64| {
+        // Three standard errors of a share.
+        let error = 3.0 * (expected * (1.0 - expected) / of).sqrt();
+        assert!((n as f64 / of - expected).abs() < error, "{n} of {of}, not {expected}");
+    };
+    let all = answers(0.5, r#""type": "radiogroup", "choices": ["a", "b", "c", "d"]"#);
+    for word in ["a", "b", "c", "d"] {
+        share(all.iter().filter(|answer| *answer == word).count(), 0.25, 2000.0);
+    }
+    let all = answers(0.5, r#""type": "checkbox", "choices": ["a", "b"]"#);
+    for word in ["a", "b"] {
+        let taken = |answer: &&Value| answer.as_array().unwrap().contains(&json!(word));
+        share(all.iter().filter(taken).count(), 0.3, 2000.0);
+    }
+    let all = answers(0.5, r#""type": "boolean""#);
+    share(all.iter().filter(|answer| **answer == json!(true)).count(), 0.7, 2000.0);
+    for kind in ["text", "comment"] {
+        assert!(answers(0.5, &format!(r#""type": "{kind}""#)).iter().all(|answer| answer == "rehearsed"));
+    }
+}
+
+#[test]
+fn what_is_hidden_is_not_answered() {
+    let text = r#"{ "title": "T", "pages": [
+        { "elements": [ { "type": "boolean", "name": "licence" },
+                        { "type": "rating", "name": "years", "visibleIf": "{licence} = true" },
+                        { "type": "html", "name": "note", "html": "x" } ] },
+        { "visibleIf": "{licence} = false", "elements": [ { "type": "rating", "name": "bus" } ] } ] }"#;
+    let questionnaire = Questionnaire::parse(text, "hidden.json").unwrap();
+    let mut seen = [0; 2];
+    for index in 0..60 {
+        let answered = of_level(0.5, index).answer(&questionnaire, "item");
+        let names: Vec<&str> = answered.iter().map(|one| one.question.as_str()).collect();
+        let licence = answered[0].answer == json!(true);
+        seen[usize::from(licence)] += 1;
+        assert_eq!(names, if licence { ["licence", "years"] } else { ["licence", "bus"] });
+    }
+    assert!(seen[0] > 5 && seen[1] > 5, "both ways came: {seen:?}");
+}
