@@ -240,3 +240,76 @@ fn table_differences(path: &Path, was: &TableSums) -> Result<Vec<String>, Record
     }
     Ok(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arrow_schema::{Field, Schema};
+    use std::sync::Arc;
+
+    fn batch(columns: Vec<(&str, ArrayRef)>) -> RecordBatch {
+        let fields: Vec<Field> =
+            columns.iter().map(|(name, array)| Field::new(*name, array.data_type().clone(), true)).collect();
+        let arrays = columns.into_iter().map(|(_, array)| array).collect();
+        RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays).expect("equally long")
+    }
+
+    #[test]
+    fn a_column_has_the_sum_of_its_values_bytes_whatever_batches_they_came_in() {
+        let rows = |from: usize, to: usize| {
+            let of = from..to;
+            let numbers: Float64Array = [Some(1.0), None, Some(-2.5)][of.clone()].iter().collect();
+            let wholes = UInt64Array::from([258, 0, 7][of.clone()].to_vec());
+            let ids: UInt32Array = [None, Some(3), None][of.clone()].iter().collect();
+            let flags: BooleanArray = [Some(true), Some(false), None][of.clone()].iter().collect();
+            let words: StringArray = [Some("ab"), None, Some("c")][of].iter().collect();
+            batch(vec![
+                ("number", Arc::new(numbers)),
+                ("whole", Arc::new(wholes)),
+                ("id", Arc::new(ids)),
+                ("flag", Arc::new(flags)),
+                ("word", Arc::new(words)),
+            ])
+        };
+        // A byte 1 and the value, little-endian, or a byte 0: 1.0 is 0x3ff0_0000_0000_0000, -2.5 0xc004_0000_0000_0000.
+        let bytes: [(&str, &[u8]); 5] = [
+            ("flag", &[1, 1, 1, 0, 0]),
+            ("id", &[0, 1, 3, 0, 0, 0, 0]),
+            ("number", &[1, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f, 0, 1, 0, 0, 0, 0, 0, 0, 4, 0xc0]),
+            ("whole", &[1, 2, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 1, 7, 0, 0, 0, 0, 0, 0, 0]),
+            ("word", b"\x01\x02\0\0\0\0\0\0\0ab\0\x01\x01\0\0\0\0\0\0\0c"),
+        ];
+        let expected: BTreeMap<String, String> =
+            bytes.iter().map(|(name, bytes)| ((*name).to_owned(), manifest::sha256(bytes))).collect();
+        for cuts in [vec![0, 3], vec![0, 1, 3], vec![0, 1, 2, 3]] {
+            let mut sums = ColumnSums::default();
+            cuts.windows(2).for_each(|pair| sums.push(&rows(pair[0], pair[1])));
+            assert_eq!(sums.finish(), expected, "{cuts:?}");
+        }
+    }
+
+    #[test]
+    fn a_file_of_any_length_has_the_sum_that_others_know() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        // FIPS 180-2: "abc", and a million times the letter a, which is more than one piece.
+        for (text, sum) in [
+            (b"abc".to_vec(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"),
+            (vec![b'a'; 1_000_000], "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"),
+        ] {
+            std::fs::write(&path, &text).expect("written");
+            assert_eq!(file_sha256(&path).expect("there"), sum);
+            let mut hashed = HashedFile { file: File::create(&path).expect("made"), hash: Sha256::new() };
+            hashed.write_all(&text).expect("room");
+            hashed.flush().expect("room");
+            assert_eq!(hex(&hashed.hash.finalize()), sum);
+        }
+        assert!(file_sha256(&folder.path().join("gone")).is_err());
+    }
+
+    #[test]
+    fn a_change_is_told_with_its_file() {
+        let change = Change { file: "ego.parquet".into(), what: "is missing".into() };
+        assert_eq!(change.to_string(), "ego.parquet: is missing");
+    }
+}

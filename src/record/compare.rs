@@ -320,3 +320,7 @@ fn text<R>(column: &Column<R>, row: &R) -> String {
     };
     found.unwrap_or_else(|| "empty".into())
 }
+
+#[cfg(test)]
+#[path = "compare_tests.rs"]
+mod tests;

@@ -101,3 +101,101 @@ pub const SCENARIO: &str = "scenario.toml";
 pub fn last(name: &str) -> &str {
     name.trim_end_matches(['/', '\\']).rsplit(['/', '\\']).next().unwrap_or(name)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    /// A map of the author's own: the shipped ring under another name, as a folder or as a bare network.
+    fn own_map(folder: &Path, net: &str) -> PathBuf {
+        let shipped = map::project_root().join("maps/ring-250");
+        fs::create_dir_all(folder).expect("a folder");
+        fs::copy(shipped.join("net.xml"), folder.join(net)).expect("copied");
+        fs::copy(shipped.join("map.toml"), folder.join("map.toml")).expect("copied");
+        if net == "net.xml" { folder.into() } else { folder.join(net) }
+    }
+
+    fn world(map: &Path, policy: &str) -> World {
+        let scenario = Scenario {
+            traffic: "native".into(),
+            map: map.to_str().expect("a name").into(),
+            policy: policy.into(),
+            ..Scenario::default()
+        };
+        World::new(&scenario).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn kept(map: &Path, policy: &str) -> [String; 2] {
+        let Scenario { map, policy, .. } = portable(&world(map, policy));
+        [map, policy]
+    }
+
+    #[test]
+    fn what_the_program_brings_keeps_its_name_and_what_is_the_authors_has_its_place_in_the_recording() {
+        let home = tempfile::tempdir().expect("a folder");
+        let (shipped, own) = (Path::new("ring-250"), own_map(&home.path().join("mine"), "net.xml"));
+        let calm = home.path().join("calm.toml");
+        fs::copy(map::project_root().join("assets/policies/ring-250-speed/policy.toml"), &calm).expect("copied");
+        let calm = calm.to_str().expect("a name");
+        assert_eq!(kept(shipped, "auto"), ["ring-250", "auto"]);
+        assert_eq!(kept(shipped, "pi"), ["ring-250", "pi"]);
+        assert_eq!(kept(shipped, calm), ["ring-250", "inputs/policies/calm.toml"]);
+        assert_eq!(kept(&own, "pi"), ["inputs/maps/mine", "pi"]);
+        // What is chosen by the map's name is chosen before that changes.
+        let chosen = policy::meant("auto", own.to_str().expect("a name"));
+        assert!(chosen != "auto" && kept(&own, "auto") == ["inputs/maps/mine", &chosen], "{chosen}");
+        assert_eq!(kept(&own, calm), ["inputs/maps/mine", "inputs/policies/calm.toml"]);
+    }
+
+    #[test]
+    fn a_network_is_carried_with_its_title_where_that_is_of_the_same_map() {
+        let home = tempfile::tempdir().expect("a folder");
+        let carried_of = |map: &Path, policy: &str, to: &str| {
+            let recording = home.path().join(to);
+            fs::create_dir(&recording).expect("a folder");
+            carry(&recording, &world(map, policy)).expect("room");
+            carried(&recording).expect("readable")
+        };
+        assert!(carried_of(Path::new("ring-250"), "pi", "a").is_empty(), "nothing of the author's");
+        let whole = own_map(&home.path().join("mine"), "net.xml");
+        assert_eq!(carried_of(&whole, "pi", "b"), ["inputs/maps/mine/map.toml", "inputs/maps/mine/net.xml"]);
+        fs::remove_file(whole.join("map.toml")).expect("there");
+        assert_eq!(carried_of(&whole, "pi", "c"), ["inputs/maps/mine/net.xml"]);
+        // A file beside a bare network is of some other map.
+        let bare = own_map(&home.path().join("nets"), "other.net.xml");
+        let names = carried_of(&bare, "pi", "d");
+        assert!(names.len() == 1 && names[0].ends_with("/net.xml"), "{names:?}");
+        let copy = fs::read(home.path().join("b/inputs/maps/mine/net.xml")).expect("carried");
+        assert_eq!(copy, fs::read(whole.join("net.xml")).expect("there"));
+    }
+
+    #[test]
+    fn only_what_lies_in_a_recording_is_looked_for_there() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let here = |map: &str, policy: &str| {
+            let text = format!("map = \"{map}\"\npolicy = \"{policy}\"\n");
+            fs::write(folder.path().join(SCENARIO), text).expect("written");
+            let Scenario { map, policy, .. } = scenario(folder.path()).unwrap_or_else(|e| panic!("{e}"));
+            [map, policy]
+        };
+        let within = |name: &str| folder.path().join(name).to_str().expect("a name").to_owned();
+        assert_eq!(here("ring-250", "pi"), ["ring-250", "pi"]);
+        assert_eq!(
+            here("inputs/maps/mine", "inputs/policies/calm.toml"),
+            [within("inputs/maps/mine"), within("inputs/policies/calm.toml")]
+        );
+        for outside in ["inputs/../../mine", "/inputs/maps/mine", "my/inputs/maps", "inputsmap"] {
+            assert_eq!(here(outside, "pi"), [outside, "pi"]);
+        }
+    }
+
+    #[test]
+    fn the_last_name_of_a_path_of_any_system_stands_for_it() {
+        for (path, name) in
+            [("ring-250", "ring-250"), ("/home/ann/ring/", "ring"), ("C:\\maps\\x.xml", "x.xml"), ("a\\b\\", "b")]
+        {
+            assert_eq!(last(path), name);
+        }
+    }
+}

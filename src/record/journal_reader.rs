@@ -250,3 +250,40 @@ fn check_buffers(message: &arrow_ipc::Message<'_>, body: &[u8]) -> Result<(), St
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hole_is_told_as_exactly_as_it_is_known() {
+        let whole = Hole {
+            file: "drive/journal/rows.blocks".into(),
+            bytes: [5, 90],
+            table: Some(Table::Ego),
+            rows: Some(7),
+            ticks: Some([Tick(10), Tick(120)]),
+        };
+        let place = ", bytes 5 to 90 of rows.blocks";
+        assert_eq!(whole.to_string(), format!("7 rows of ego (0.10 to 1.20 s){place}"));
+        assert_eq!(Hole { rows: None, ..whole.clone() }.to_string(), format!("rows of ego{place}"));
+        assert_eq!(Hole { ticks: None, ..whole.clone() }.to_string(), format!("rows of ego{place}"));
+        assert_eq!(Hole { table: None, ..whole }.to_string(), format!("rows of an unknown table{place}"));
+    }
+
+    #[test]
+    fn no_more_is_taken_than_is_left_or_than_a_block_may_hold() {
+        let stream = |left: u64| Stream { from: std::io::repeat(7), left, decoder: StreamDecoder::new() };
+        let mut ten = stream(10);
+        assert_eq!(ten.take(4), Ok(vec![7; 4]));
+        assert_eq!(ten.take(7), Err("7 bytes wanted, 6 left".into()));
+        assert_eq!((ten.take(6), ten.left, ten.take(0)), (Ok(vec![7; 6]), 0, Ok(vec![])));
+        let most = u64::from(MOST_PAYLOAD);
+        assert!(stream(u64::MAX).take(most + 1).is_err());
+        let mut large = stream(most + 1);
+        assert_eq!((large.take(most).map(|bytes| bytes.len() as u64), large.left), (Ok(most), 1));
+        // A file that is shorter than it said.
+        let mut short = Stream { from: &[1, 2][..], left: 3, decoder: StreamDecoder::new() };
+        assert!(short.take(3).is_err());
+    }
+}

@@ -163,3 +163,56 @@ impl Manifest {
         self.save(recording)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_is_complete_when_its_state_says_so_and_an_old_one_when_it_says_how_it_ended() {
+        let is = |state: Option<State>, ended: Option<&str>| {
+            Manifest { state, ended: ended.map(str::to_owned), ..Manifest::default() }.is_complete()
+        };
+        assert!(is(Some(State::Complete), None) && is(Some(State::Recovered), None) && is(None, Some("stopped")));
+        assert!(!is(Some(State::Running), None) && !is(Some(State::Running), Some("stopped")) && !is(None, None));
+    }
+
+    #[test]
+    fn a_sealed_manifest_is_as_written_until_any_line_of_it_changes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let as_written = || Manifest::is_as_written(folder.path()).expect("readable");
+        assert!(matches!(Manifest::load(folder.path()), Err(RecordError::Absent(_))));
+        let mut manifest = Manifest { driver: "keyboard".into(), ..Manifest::default() };
+        manifest.save(folder.path()).expect("room");
+        assert_eq!((as_written(), Manifest::load(folder.path()).expect("there")), (None, manifest.clone()));
+        manifest.seal(folder.path()).expect("room");
+        assert_eq!(as_written(), Some(true));
+        // Sealed twice, it does not count the seal before.
+        manifest.seal(folder.path()).expect("room");
+        assert_eq!((as_written(), Manifest::load(folder.path()).expect("there")), (Some(true), manifest));
+        let path = folder.path().join(FILE);
+        let text = std::fs::read_to_string(&path).expect("there");
+        for (from, to) in
+            [("\"keyboard\"", "\"wheel\""), ("\"seed\": 0", "\"seed\": 1"), ("{\n", "{\n  \"note\": 1,\n")]
+        {
+            assert!(text.contains(from), "{text}");
+            std::fs::write(&path, text.replacen(from, to, 1)).expect("written");
+            assert_eq!(as_written(), Some(false), "{to}");
+        }
+    }
+
+    #[test]
+    fn a_name_has_the_sum_of_its_file_where_there_is_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x");
+        std::fs::write(&path, "abc").expect("written");
+        // FIPS 180-2, appendix B.1.
+        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(Hashed::of("x", Some(&path)), Hashed { name: "x".into(), sha256: Some(sum.into()) });
+        assert_eq!(sha256(b"abc"), sum);
+        for none in [None, Some(folder.path().join("gone"))] {
+            assert_eq!(Hashed::of("x", none.as_deref()).sha256, None);
+        }
+        assert_eq!(hex(&[0x0f, 0xa0, 0]), "0fa000");
+    }
+}
