@@ -205,6 +205,28 @@ fn without_a_display_the_window_says_what_works() {
 }
 
 #[test]
+fn a_persons_own_wheel_profile_is_known_by_its_name() {
+    let home = tempfile::tempdir().unwrap();
+    let wheels = home.path().join("codrive/wheels");
+    fs::create_dir_all(&wheels).unwrap();
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/wheels/g29.toml"), wheels.join("desk-rig.toml"))
+        .unwrap();
+    let drive = |wheel: &str| {
+        let mut command = codrive(&["drive", "--traffic", "native", "--wheel", wheel]);
+        said(command.env("XDG_CONFIG_HOME", home.path()))
+    };
+    let (code, text) = drive("desk-rik");
+    assert_eq!(code, 2, "{text}");
+    assert!(text.contains("\"desk-rik\"; there are g29, g27, g920, g923, desk-rig\n"), "{text}");
+    // With a name that is known the drive fails for want of a display alone.
+    let (code, text) = drive("desk-rig");
+    assert!(code == 1 && text.contains("display"), "{text}");
+    fs::write(wheels.join("desk-rig.toml"), "name = 3\n").unwrap();
+    let (code, text) = drive("desk-rig");
+    assert!(code == 2 && text.contains("desk-rig.toml:1:8"), "{text}");
+}
+
+#[test]
 fn without_an_adapter_the_picture_says_what_to_install() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.png");

@@ -131,11 +131,8 @@ impl ForceThread {
                         break;
                     }
                 }
-                // A turn that came too late is not made up for by one right after it.
                 let now = Stamp::now();
-                while next <= now {
-                    next.0 += PERIOD;
-                }
+                next = turn_after(next, now);
                 std::thread::sleep(now.until(next));
             }
             shared.torque.set(0.0);
@@ -152,6 +149,16 @@ impl ForceThread {
     pub fn torque_nm(&self) -> f64 {
         self.said.torque.get()
     }
+}
+
+/// The first moment after `now` of those that lie whole periods after `planned`: a turn that came too late is not made up for
+/// by one right after it.
+fn turn_after(planned: Stamp, now: Stamp) -> Stamp {
+    let mut next = planned;
+    while next <= now {
+        next.0 += PERIOD;
+    }
+    next
 }
 
 /// Asks the system to let this thread run before others, so that pictures which a processor draws do not hold up the force:
@@ -196,6 +203,22 @@ impl Drop for ForceThread {
 mod tests {
     use super::*;
     use nix::libc;
+
+    #[test]
+    fn a_late_turn_is_left_out_and_the_pace_is_kept() {
+        // Turns are due at 0, 6, 12, ... ms.
+        for (planned_us, now_us, expected_us) in [
+            (0, 0, 6_000),
+            (6_000, 100, 6_000),
+            (6_000, 5_999, 6_000),
+            (6_000, 6_000, 12_000),
+            (6_000, 7_500, 12_000),
+            (6_000, 50_000, 54_000),
+        ] {
+            let [planned, now, expected] = [planned_us, now_us, expected_us].map(|us| Stamp(Duration::from_micros(us)));
+            assert_eq!(turn_after(planned, now), expected, "planned for {planned_us} us, asked at {now_us} us");
+        }
+    }
 
     #[test]
     fn whether_a_thread_runs_in_real_time_is_what_the_kernel_says_of_it() {

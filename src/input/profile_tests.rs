@@ -194,3 +194,11 @@ fn a_guess_takes_axes_that_move_and_are_no_hats_and_believes_where_pedals_rest()
         assert!(guess(few, &[]).unwrap_err().0.starts_with("x has less than two axes"));
     }
 }
+
+#[test]
+fn a_button_is_called_by_what_it_does() {
+    let words = Action::ALL.map(Action::words);
+    let expected =
+        ["start, go on", "drive, reverse", "horn", "mark this moment", "answer", "driver's view", "ask for the end"];
+    assert_eq!(words, expected);
+}
