@@ -67,3 +67,95 @@ impl Drive {
         Ok(due)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::{CarState, EgoReport, Traffic};
+
+    /// Cars that stand, of an engine that does not answer in time for so many questions.
+    struct Late {
+        cars: Vec<CarState>,
+        questions: u32,
+    }
+
+    impl Traffic for Late {
+        fn step(&mut self, _ego: Option<&EgoReport>) -> Result<(), TrafficError> {
+            Ok(())
+        }
+
+        fn finish_step(&mut self, patience: Duration) -> Result<bool, TrafficError> {
+            assert_eq!(patience, PATIENCE);
+            self.questions = self.questions.saturating_sub(1);
+            Ok(self.questions == 0)
+        }
+
+        fn cars(&self) -> &[CarState] {
+            &self.cars
+        }
+
+        fn describe(&self) -> String {
+            "late".into()
+        }
+    }
+
+    /// A drive of `duration_s` in real time that waits for such an engine from its first tick on.
+    fn drive(duration_s: f64, questions: u32) -> Drive {
+        let scenario = Scenario { traffic: "native".into(), vehicles: 2, duration_s, ..Scenario::default() };
+        let mut drive = Drive::new(&scenario, Pace::RealTime).unwrap();
+        let other = drive.world.snapshot().cars[0];
+        let stands = CarState { id: other.id, s_m: other.s_m, pose: other.pose, ..CarState::default() };
+        let cars = vec![CarState::default(), stands];
+        drive.world.set_traffic(Box::new(Late { cars, questions }));
+        drive.patience = PATIENCE;
+        drive
+    }
+
+    /// A frame of so many milliseconds: ticks that were made and steered, and milliseconds that were dropped.
+    fn frame(drive: &mut Drive, elapsed_ms: u64) -> (u64, u64, u128) {
+        let (mut steered, mut seen) = (0, 0);
+        let steer = |_: &World| {
+            steered += 1;
+            Controls::default()
+        };
+        let due = drive.frame(Duration::from_millis(elapsed_ms), steer, |_, _| seen += 1).unwrap();
+        assert_eq!(seen, steered);
+        (due.ticks, steered, due.dropped.as_millis())
+    }
+
+    #[test]
+    fn ticks_whose_traffic_is_late_are_dropped_with_their_time_and_counted_as_a_stall() {
+        let mut drive = drive(60.0, 3);
+        // The second frame drops a quarter of a second at its end and what is beyond at once.
+        assert_eq!(frame(&mut drive, 50), (0, 0, 50));
+        assert_eq!(frame(&mut drive, 300), (0, 0, 300));
+        assert_eq!((drive.clock.stalls(), drive.clock.dropped()), (3, Duration::from_millis(350)));
+        // Now it answers: nothing is made up for.
+        assert_eq!(frame(&mut drive, 50), (5, 5, 0));
+        assert_eq!(drive.world.snapshot().tick.0, 5);
+        // Within a step nobody waits; at the next one the engine is asked again.
+        drive.world.set_traffic(Box::new(Late { cars: Vec::new(), questions: 2 }));
+        assert_eq!(frame(&mut drive, 80), (5, 5, 30), "of eight ticks five are of the step that is known");
+        assert_eq!(drive.world.snapshot().tick.0, 10);
+    }
+
+    #[test]
+    fn a_drive_that_is_over_makes_no_tick() {
+        let mut drive = drive(0.03, 0);
+        assert_eq!(frame(&mut drive, 50).1, 3);
+        assert!(drive.world.ended().is_some());
+        assert_eq!(frame(&mut drive, 50).1, 0);
+    }
+
+    #[test]
+    fn a_failure_of_the_world_is_why_a_drive_ended_and_an_end_by_hand_is_none() {
+        let failure = |error: TrafficError| {
+            let mut tally = Tally::new([0.0, f64::INFINITY]);
+            note_failure(&mut tally, &WorldError::Traffic(error));
+            tally.summary().failure
+        };
+        assert_eq!(failure(TrafficError::Interrupted), None);
+        let told = failure(TrafficError::Setup("no cars".into())).unwrap();
+        assert!(told.contains("no cars"), "{told}");
+    }
+}

@@ -116,5 +116,9 @@ mod tests {
         assert_eq!(instead(QualityLevel::High, late), Some(QualityLevel::Medium));
         assert_eq!(instead(QualityLevel::Medium, late), Some(QualityLevel::Low));
         assert_eq!(instead(QualityLevel::Low, late), None);
+        // Three quarters of a sixtieth of a second, and the least more.
+        let edge = Duration::from_secs(1) * 3 / 4 / 60;
+        assert_eq!(instead(QualityLevel::High, edge), None);
+        assert_eq!(instead(QualityLevel::Auto, edge + Duration::from_nanos(1)), Some(QualityLevel::Medium));
     }
 }

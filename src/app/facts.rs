@@ -86,4 +86,33 @@ mod tests {
             assert!(at(s).starts_with("9999-12-30T"), "{}", at(s));
         }
     }
+
+    #[test]
+    fn a_manifest_tells_what_was_driven_by_whom_and_on_what() {
+        let scenario = crate::sim::Scenario {
+            traffic: "native".into(),
+            policy: "constant".into(),
+            seed: 42,
+            screen_width_m: 1.25,
+            eye_distance_m: 0.75,
+            ..Default::default()
+        };
+        let world = World::new(&scenario).unwrap();
+        let told = manifest(&world, "keyboard".into(), None);
+        assert_eq!(told.program, format!("codrive {}", env!("CARGO_PKG_VERSION")));
+        assert_eq!((told.traffic.as_str(), told.seed, told.driver.as_str()), ("native IDM", 42, "keyboard"));
+        assert_eq!((told.map.name.as_str(), told.policy.name.as_str()), ("ring-250", "constant"));
+        // Another program's sum of the same file; a rule of the program has no file.
+        let sum = std::process::Command::new("sha256sum").arg(&world.map().net_file).output().unwrap();
+        assert_eq!(told.map.sha256.as_deref(), String::from_utf8_lossy(&sum.stdout).split_whitespace().next());
+        assert_eq!((told.policy.sha256, told.graphics, told.display_m), (None, None, [1.25, 0.75]));
+        assert!(told.state.is_none() && told.ended.is_none() && told.participant.is_none());
+        let cores = std::thread::available_parallelism().unwrap();
+        let [system, processor] = [std::env::consts::OS, std::env::consts::ARCH];
+        assert!(told.machine.starts_with(&format!("{system} {processor}, ")), "{}", told.machine);
+        assert!(told.machine.ends_with(&format!(", {cores} cores")), "{}", told.machine);
+        // As ISO 8601 has it: the text sorts as time does, and ends in Z.
+        let before = utc(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000));
+        assert!(told.began > before && told.began.len() == before.len() && told.began.ends_with('Z'), "{}", told.began);
+    }
 }

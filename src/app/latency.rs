@@ -133,6 +133,14 @@ mod tests {
             latency.frame(Duration::from_millis(frame_ms), None);
         }
         assert_eq!(latency.late(), Some(0.25));
+        // One and a half periods of 20 ms, and the least more.
+        let late = |frame_us| {
+            let mut one = Latency::default();
+            one.screen(Some(50.0), "fifo");
+            one.frame(Duration::from_micros(frame_us), None);
+            one.late()
+        };
+        assert_eq!((late(30_000), late(30_001)), (Some(0.0), Some(1.0)));
         let words = latency.words().join("\n");
         assert!(
             words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo") && words.contains("no input with a time"),
@@ -140,5 +148,18 @@ mod tests {
         );
         latency.frame(Duration::from_millis(20), Some([0.004, 0.013]));
         assert!(latency.words()[1].contains("input to tick 4.0 ms, 99 % below 4.0; to frame 13.0 ms"));
+        // A frame without a time before it is none.
+        latency.frame(Duration::ZERO, None);
+        assert_eq!(latency.late(), Some(0.2));
+        // A system that does not tell the screen's rate.
+        for unknown in [None, Some(0.0), Some(-1.0)] {
+            latency.screen(unknown, "immediate");
+            assert_eq!(latency.late(), None);
+            assert!(
+                latency.words()[0].ends_with("50 a second; screen rate unknown, immediate"),
+                "{:?}",
+                latency.words()
+            );
+        }
     }
 }

@@ -177,7 +177,12 @@ fn a_calibration_holds_time_and_ends_where_the_wheel_is_pulled_out() {
     assert_eq!(show.calibrate(CalibrationCommand::Begin), None);
     assert_eq!(show.drive.clock.pace(), Pace::Paused);
     let page = crate::app::wheel::wheel(show.devices.rig()).unwrap();
-    assert_eq!(page.asked.unwrap().step, crate::input::calibrate::Step::Rest);
+    let asked = page.asked.unwrap();
+    assert_eq!(asked.step, crate::input::calibrate::Step::Rest);
+    assert!(asked.learnt.is_none(), "nothing was asked yet");
+    assert_eq!(show.calibrate(CalibrationCommand::Cancel), None);
+    assert!(crate::app::wheel::wheel(show.devices.rig()).unwrap().asked.is_none(), "it asks for nothing any more");
+    assert_eq!(show.calibrate(CalibrationCommand::Begin), None);
     to.send(Told::Lost).unwrap();
     frame(&mut show);
     assert!(crate::app::wheel::wheel(show.devices.rig()).is_none());
@@ -258,4 +263,175 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     to.send(Told::Lost).unwrap();
     frame(&mut show);
     assert_eq!(pulse.health(&show, "", None).wheel, WheelHealth::Lost);
+}
+
+/// Kind and detail of every event that is in the recording.
+fn events(recording: &Path) -> Vec<(String, String)> {
+    let events = Reader::parquet(&Table::Events.parquet(recording)).unwrap();
+    events.words("event").into_iter().zip(events.words("detail")).collect()
+}
+
+#[test]
+fn buttons_do_what_they_stand_for_and_in_a_visit_they_only_ask() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("p1");
+    let (mut show, to) = show(Scenario::default());
+    record(&mut show, &recording);
+    to.send(g29(Lamps::default(), false)).unwrap();
+    frame(&mut show);
+    show.take_news();
+    let press = |show: &mut Show, code| {
+        to.send(Told::Button { code, down: true, at: None }).unwrap();
+        show.advance(Duration::ZERO, |_| ()).unwrap();
+        (show.drive.clock.pace(), show.take_news())
+    };
+    let (share, options, mark, answer, recentre) = (296, 297, 292, 288, 291);
+    let (pace, news) = press(&mut show, share);
+    assert_eq!(pace, Pace::Paused, "who asks for the end is not driven on");
+    assert!(news.len() == 1 && news[0].contains("asks to end the drive"), "{news:?}");
+    assert_eq!(press(&mut show, options), (Pace::RealTime, vec![]));
+    assert_eq!(press(&mut show, mark), (Pace::RealTime, vec!["marked".into()]));
+    assert_eq!(press(&mut show, answer), (Pace::RealTime, vec![]));
+    show.next_view();
+    assert_eq!((show.kind, show.view().dial.is_some()), (ViewKind::Chase, ViewKind::Chase.has_dial()));
+    press(&mut show, recentre);
+    assert!(show.kind == ViewKind::Driver && show.view().dial.is_some());
+    assert!(show.take_pressed().is_empty(), "outside a visit nobody is asked");
+    assert_eq!(show.finish_recording().unwrap().as_deref(), Some(recording.as_path()));
+    assert_eq!(show.finish_recording().unwrap(), None, "it has ended");
+    let pressed: Vec<(String, String)> = events(&recording).into_iter().filter(|(_, how)| how == "button").collect();
+    let expected = ["abort asked for", "mark", "answer"].map(|kind| (kind.to_owned(), "button".to_owned()));
+    assert_eq!(pressed, expected);
+
+    let (sender, told) = std::sync::mpsc::channel();
+    let mut devices = Some(Devices::with_rig(Rig::fed_by(told)));
+    let scenario = Scenario { traffic: "native".into(), trees: 0, ..Scenario::default() };
+    let mut led = Show::led(&scenario, &mut devices).unwrap();
+    assert!(devices.is_none() && led.drive.clock.pace() == Pace::Paused);
+    sender.send(g29(Lamps::default(), false)).unwrap();
+    for code in [options, share, mark] {
+        sender.send(Told::Button { code, down: true, at: None }).unwrap();
+    }
+    led.advance(Duration::from_millis(30), |_| ()).unwrap();
+    assert_eq!(led.take_pressed(), [Action::Start, Action::Abort, Action::Mark]);
+    assert!(led.take_pressed().is_empty() && led.drive.clock.pace() == Pace::Paused);
+    assert_eq!(led.drive.world.snapshot().tick.0, 0, "whoever leads it lets time run");
+    assert!(led.into_devices().describe().contains("Logitech G29"), "they are there for what comes next");
+}
+
+#[test]
+fn a_wheel_that_is_pulled_out_holds_a_drive_that_runs_and_no_other() {
+    let (mut show, to) = show(Scenario::default());
+    let tell = |show: &mut Show, told: Told| {
+        to.send(told).unwrap();
+        show.advance(Duration::ZERO, |_| ()).unwrap();
+        (show.drive.clock.pace(), show.waits_for_wheel(), show.take_news().len())
+    };
+    assert_eq!(tell(&mut show, g29(Lamps::default(), false)), (Pace::RealTime, false, 0));
+    assert_eq!(tell(&mut show, Told::Lost), (Pace::Paused, true, 1));
+    assert_eq!(tell(&mut show, g29(Lamps::default(), false)), (Pace::RealTime, false, 1), "it is said to be back");
+    // Somebody goes on without it: it comes back without a word.
+    tell(&mut show, Told::Lost);
+    show.toggle_pause();
+    assert!(show.drive.clock.pace() == Pace::RealTime && !show.waits_for_wheel());
+    assert_eq!(tell(&mut show, g29(Lamps::default(), false)), (Pace::RealTime, false, 0));
+    // Held by a person before it was pulled out: it stays held when it is back.
+    show.toggle_pause();
+    assert_eq!(tell(&mut show, Told::Lost), (Pace::Paused, false, 1));
+    assert_eq!(tell(&mut show, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
+    // Let run by a button or the panel meanwhile, and held again: that pause is a person's.
+    show.toggle_pause();
+    tell(&mut show, Told::Lost);
+    show.drive.clock.set_pace(Pace::RealTime);
+    show.advance(Duration::ZERO, |_| ()).unwrap();
+    show.drive.clock.set_pace(Pace::Paused);
+    assert!(!show.waits_for_wheel());
+    assert_eq!(tell(&mut show, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
+}
+
+#[test]
+fn every_frame_is_in_the_recording_with_its_number_and_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("p1");
+    let (mut show, _to) = show(Scenario::default());
+    assert!(show.gauge().is_none());
+    show.flush().unwrap();
+    record(&mut show, &recording);
+    assert!(show.gauge().is_some());
+    for (i, elapsed_ms) in [4, 16, 16].into_iter().enumerate() {
+        let elapsed = Duration::from_millis(elapsed_ms);
+        let due = show.advance(elapsed, |_| ()).unwrap();
+        show.view();
+        show.shown(Duration::from_millis(100 * (i as u64 + 1)), elapsed, &due);
+    }
+    // A whole minute in one frame.
+    let elapsed = Duration::from_secs(60);
+    let due = show.advance(elapsed, |_| ()).unwrap();
+    show.shown(Duration::from_secs(1), elapsed, &due);
+    show.finish_recording().unwrap();
+    let frames = Reader::parquet(&Table::Frames.parquet(&recording)).unwrap();
+    assert_eq!(frames.wholes("frame"), [0, 1, 2, 3]);
+    assert_eq!(frames.wholes("tick")[..3], [0, 2, 3], "at 4, 20 and 36 ms");
+    for (name, expected) in [("wall_s", [0.1, 0.2, 0.3, 1.0]), ("elapsed_s", [0.004, 0.016, 0.016, 60.0])] {
+        assert_eq!(frames.numbers(name), expected.map(Some), "{name}");
+    }
+    let fractions: Vec<f64> = frames.numbers("fraction").into_iter().flatten().collect();
+    for (fraction, expected) in fractions.iter().zip([0.4, 0.0, 0.6]) {
+        assert!((fraction - expected).abs() < 1e-6, "{fractions:?}");
+    }
+    // A quarter of a second is made up for at most.
+    assert_eq!(
+        (frames.wholes("tick")[3], frames.numbers("dropped_s")),
+        (3 + 25, [0.0, 0.0, 0.0, 59.75].map(Some).to_vec())
+    );
+    assert!(frames.flags("flash").iter().all(Option::is_none), "there is no square");
+}
+
+#[test]
+fn a_speed_stands_below_within_or_above_the_advice() {
+    let slow = Scenario { policy: "constant".into(), policy_speed_mps: 2.0, hold_s: 0.1, ..Scenario::default() };
+    let (mut show, to) = show(Scenario { vehicles: 2, ..slow });
+    assert_eq!(show.standing(), Standing::None, "before the first advice");
+    to.send(g29(Lamps::default(), false)).unwrap();
+    frame(&mut show);
+    to.send(Told::Axis { code: 2, raw: 0, at: None }).unwrap();
+    let mut seen = Vec::new();
+    while seen.len() < 3 {
+        show.advance(Duration::from_millis(10), |_| ()).unwrap();
+        let snapshot = show.drive.world.snapshot();
+        assert!(snapshot.tick.seconds() < 20.0, "{seen:?}");
+        let advice = snapshot.advice.unwrap();
+        let [low, high] = <[f64; 2]>::from(advice.band_mps());
+        let expected = match snapshot.ego.speed_mps {
+            slow if slow < low => Standing::Below,
+            fast if fast > high => Standing::Above,
+            _ => Standing::Within,
+        };
+        assert_eq!(show.standing(), expected, "{} m/s, advised {low} to {high}", snapshot.ego.speed_mps);
+        if seen.last() != Some(&expected) {
+            seen.push(expected);
+        }
+    }
+    assert_eq!(seen, [Standing::Below, Standing::Within, Standing::Above], "from a stand with the foot down");
+}
+
+#[test]
+fn a_drive_that_lasts_longer_says_so_in_its_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("p1");
+    let (mut show, _to) = show(Scenario { duration_s: 0.5, policy: "none".into(), ..Scenario::default() });
+    record(&mut show, &recording);
+    show.extend(0.25).unwrap();
+    while show.drive.world.ended().is_none() {
+        show.advance(Duration::from_millis(20), |_| ()).unwrap();
+    }
+    assert_eq!(show.drive.world.snapshot().tick.0, 75);
+    show.finish_recording().unwrap();
+    assert_eq!(crate::record::inputs::scenario(&recording).unwrap().duration_s, 0.75);
+    let words = show.words();
+    for has in
+        ["22 cars on ring-250, native", "driver keyboard, policy none", "window                   0.0 s to 0.8 s"]
+    {
+        assert!(words.contains(has), "{words}");
+    }
 }

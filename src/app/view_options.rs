@@ -33,3 +33,45 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
     }
     .at_hour(scenario.time_h as f32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::CockpitView;
+
+    #[test]
+    fn every_setting_of_the_picture_reaches_it() {
+        let scenario = Scenario {
+            screen_width_m: 1.25,
+            eye_distance_m: 0.75,
+            ordinary_paints: true,
+            cockpit: CockpitView::Off,
+            palette: DialPalette::ColourBlindSafe,
+            mirror_yaw_deg: 3.0,
+            mirror_pitch_deg: -2.0,
+            mirror_fov_deg: 24.0,
+            mirror_radius_m: 1.5,
+            ego_colour: "#ffffff".into(),
+            traffic_colour: "#000000".into(),
+            visibility_km: 0.5,
+            wind_mps: 7.0,
+            ..Scenario::default()
+        };
+        let options = view_options(&scenario);
+        assert_eq!((options.screen_width_m, options.eye_distance_m), (1.25, 0.75));
+        assert!(options.ordinary_paints);
+        assert_eq!(options.cockpit, CockpitView::Off);
+        assert_eq!(options.palette, Palette::COLOUR_BLIND_SAFE);
+        let mirror = &options.mirror;
+        assert_eq!([mirror.yaw_deg, mirror.pitch_deg, mirror.fov_x_deg, mirror.radius_m], [3.0, -2.0, 24.0, 1.5]);
+        // White is all of the light, black none of it.
+        assert!(options.ego_paint.iter().all(|part| (part - 1.0).abs() < 1e-6), "{:?}", options.ego_paint);
+        assert!(options.traffic_paint.iter().all(|part| part.abs() < 1e-6), "{:?}", options.traffic_paint);
+        assert_eq!((options.visibility_m, options.wind_mps), (500.0, 7.0));
+        assert_eq!(view_options(&Scenario::default()).palette, Palette::HC22);
+        // The sun stands higher at noon than in the evening, and elsewhere.
+        let [noon, evening] = [12.0, 17.0].map(|time_h| view_options(&Scenario { time_h, ..Scenario::default() }));
+        assert!(noon.sun_elevation_deg > evening.sun_elevation_deg + 10.0, "{noon:?}, {evening:?}");
+        assert!((noon.sun_azimuth_deg - evening.sun_azimuth_deg).abs() > 10.0, "{noon:?}, {evening:?}");
+    }
+}

@@ -39,3 +39,66 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, summary: &Summary) 
 fn both(speed_mps: f64, unit: SpeedUnit) -> String {
     format!("{speed_mps:.3} m/s ({:.2} {})", unit.from_mps(speed_mps), unit.label())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::{ContactRecord, EndReason, Tally};
+
+    #[test]
+    fn a_drive_is_told_line_by_line_in_the_units_of_its_scenario() {
+        let scenario = Scenario { units: SpeedUnit::Mph, policy: "pi".into(), vehicles: 5, ..Scenario::default() };
+        let whole = Summary {
+            window_s: [10.0, 60.0],
+            // 10 m/s are 36000 m an hour, or 22.37 miles of 1609.344 m.
+            mean_speed_mps: Some(10.0),
+            speed_sd_mps: Some(0.5),
+            ego_mean_speed_mps: None,
+            time_in_range: Some(0.125),
+            min_gap_m: Some(4.256),
+            contacts: vec![],
+            contact_count: 0,
+            left_road: 2,
+            ended: Some(EndReason::Duration),
+            ..Tally::new([10.0, 60.0]).summary()
+        };
+        let expected = "\
+5 cars on ring-250, native, driver idm, policy pi
+window                   10.0 s to 60.0 s
+mean speed, all cars     10.000 m/s (22.37 mph)
+its standard deviation   0.500 m/s (1.12 mph)
+mean speed, ego          -
+time in range            12.5 %
+smallest gap             4.26 m
+contacts, off the road   0, 2
+";
+        assert_eq!(summary(&scenario, "native", "idm", &whole), expected);
+
+        // Without advice and without a car ahead; stopped after a contact.
+        let contact = ContactRecord { time_s: 5.25, car: 3, ego_speed_mps: 4.0, car_speed_mps: 1.0, closing_mps: 3.0 };
+        let kmh = Scenario { units: SpeedUnit::Kmh, ..scenario };
+        let stopped = Summary {
+            time_in_range: None,
+            min_gap_m: None,
+            contacts: vec![contact],
+            contact_count: 1,
+            duration_s: 7.5,
+            ended: None,
+            ..whole
+        };
+        let text = summary(&kmh, "native", "idm", &stopped);
+        for line in [
+            "mean speed, all cars     10.000 m/s (36.00 km/h)",
+            "time in range            - (no advice)",
+            "smallest gap             -",
+            "contacts, off the road   1, 2",
+            "first contact            at 5.25 s with car 3, closing at 3.00 m/s",
+            "stopped                  at 7.5 s",
+        ] {
+            assert!(text.lines().any(|found| found == line), "{line}: {text}");
+        }
+        let failed = Summary { failure: Some("the disk is full\n  remedy: make room".into()), ..stopped };
+        let text = summary(&kmh, "native", "idm", &failed);
+        assert!(text.ends_with("broken off               at 7.5 s: failed: the disk is full\n"), "{text}");
+    }
+}

@@ -360,6 +360,12 @@ impl World {
         self.is_stopped = true;
     }
 
+    /// Another engine from the next step on: to test what waits for one.
+    #[cfg(test)]
+    pub(crate) fn set_traffic(&mut self, traffic: Box<dyn Traffic>) {
+        self.traffic = traffic;
+    }
+
     /// True once [`World::stop_traffic`] was called.
     pub fn is_stopped(&self) -> bool {
         self.is_stopped
