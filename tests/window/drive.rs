@@ -10,10 +10,12 @@ use std::{
 };
 
 /// X key codes of a PC keyboard: evdev's plus 8.
+const KEY_ESC: u8 = 9;
 const KEY_W: u8 = 25;
 const KEY_V: u8 = 55;
 const KEY_F4: u8 = 70;
 const KEY_SPACE: u8 = 65;
+const KEY_F11: u8 = 95;
 
 /// The screen that all of these have.
 const SIZE: [u16; 2] = [640, 400];
@@ -61,6 +63,103 @@ fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() 
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("SUMO") && text.contains("driver keyboard"), "{text}");
     assert!(ego_speed_mps(&text) > 0.05, "{text}");
+}
+
+#[test]
+fn a_window_that_is_closed_ends_its_recording_whole() {
+    let server = Server::start(SIZE);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let program = drive(&server, &["--traffic", "native", "--out", out.to_str().unwrap()]);
+    let window = server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    // Rows are in the journal, not in tables, while it lasts.
+    assert!(Manifest::load(&out).unwrap().ended.is_none() && !Table::Ego.parquet(&out).exists());
+    sleep(Duration::from_secs(1));
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert!(text.contains(&format!("recorded                 {}\n", out.display())), "{text}");
+    let manifest = Manifest::load(&out).unwrap();
+    assert!(manifest.is_complete() && manifest.screen.is_some(), "{manifest:?}");
+    assert_eq!(manifest.ended.as_deref(), Some("stopped"));
+    let ticks = Reader::parquet(&Table::Ego.parquet(&out)).unwrap().wholes("tick");
+    // A second was waited for; the processor may have been late by half.
+    assert!(ticks.len() > 50 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{} ticks", ticks.len());
+    let frames = Reader::parquet(&Table::Frames.parquet(&out)).unwrap();
+    assert!(frames.rows() > 0 && frames.numbers("wall_s").into_iter().flatten().is_sorted());
+    assert!(codrive::record::changes(&out).unwrap().is_some_and(|changes| changes.is_empty()));
+}
+
+#[test]
+fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_drivers_keys_alone() {
+    let server = Server::start(SIZE);
+    server.manage();
+    let program = drive(&server, &["--traffic", "native"]);
+    let window = server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    server.strike(window, &[KEY_ESC]);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+
+    let program = drive(&server, &["--traffic", "native", "--experimenter"]);
+    server.window("Experimenter");
+    let window = server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    server.strike(window, &[KEY_ESC]);
+    server.strike(window, &[KEY_F11]);
+    assert!(
+        wait_for("a word to the window manager", || server.asked_to_fill()),
+        "it is still there, and heard the key"
+    );
+    // One stroke is one command: the key that comes up again is none.
+    sleep(Duration::from_millis(700));
+    assert_eq!(server.asked_to_fill(), None);
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+}
+
+#[test]
+fn a_window_that_loses_the_keyboard_lets_go_of_the_keys_that_were_held() {
+    let server = Server::start(SIZE);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drive");
+    let program = drive(&server, &["--traffic", "native", "--out", out.to_str().unwrap()]);
+    let window = focused(&server, "codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    server.key(KEY_W, true);
+    sleep(Duration::from_secs(2));
+    server.unfocus();
+    sleep(Duration::from_secs(2));
+    server.close(window);
+    let (code, text) = ended(program);
+    server.key(KEY_W, false);
+    assert_eq!(code, 0, "{text}");
+    let throttle: Vec<f64> =
+        Reader::parquet(&Table::Ego.parquet(&out)).unwrap().numbers("throttle").into_iter().flatten().collect();
+    assert!(throttle.iter().any(|way| *way > 0.1), "the key was held");
+    assert_eq!(throttle.last(), Some(&0.0), "nobody holds a key of a window that hears none");
+}
+
+#[test]
+fn a_stall_is_told_once_however_many_there_are() {
+    let server = Server::start(SIZE);
+    let still = ["drive", "--traffic", "native", "--quality", "low", "--duration", "0", "--policy", "constant"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    let program = server.start_program(command.args(still).env("RUST_LOG", "warn"));
+    let window = server.window("codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    // A machine that is busy with something else for longer than a frame can make up for.
+    for signal in ["STOP", "CONT"].repeat(3) {
+        let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {}", program.id())]).status().unwrap();
+        assert!(sent.success());
+        sleep(Duration::from_millis(700));
+    }
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(text.matches("a frame came too late").count(), 1, "{text}");
 }
 
 #[test]

@@ -118,6 +118,11 @@ impl Server {
         });
     }
 
+    /// The keyboard is nobody's.
+    pub fn unfocus(&self) {
+        self.connection.set_input_focus(InputFocus::NONE, x11rb::NONE, x11rb::CURRENT_TIME).unwrap().check().unwrap();
+    }
+
     /// Presses or releases a key, as a keyboard would.
     pub fn key(&self, code: u8, down: bool) {
         let kind = if down { KEY_PRESS_EVENT } else { KEY_RELEASE_EVENT };
