@@ -344,7 +344,7 @@ fn a_visit_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
     drop(session);
     refused(open(Who::Person, &code), "stopped for good (sick, t9)");
     data.publish(&study, &code).unwrap();
-    assert_eq!(table(&out.join("participants.tsv"))[0]["state"], "stopped");
+    assert_eq!(table(&out.join("participants.tsv"))[0]["state"], "withdrawn");
 
     let other = Code::new("P04").unwrap();
     let mut session = open(Who::Person, &other).unwrap();
@@ -387,7 +387,7 @@ fn a_clock_that_is_set_back_changes_no_order_and_stays_in_the_stamps() {
     session.stop("test", "2025-01-01T00:00:01Z").unwrap();
     drop(session);
     data.publish(&study, &code).unwrap();
-    assert_eq!(table(&out.join("participants.tsv"))[0]["state"], "stopped");
+    assert_eq!(table(&out.join("participants.tsv"))[0]["state"], "withdrawn");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Which recordings a folder holds. In: a recording, a participant's folder or a whole data set. Out: what to analyse, with
 //! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
-use super::{AnalysisError, Measures, Trial, response::Response, totals::DriveTotals};
+use super::{AnalysisError, Measures, People, Trial, response::Response, totals::DriveTotals};
 use crate::file::{SETTINGS_BYTES, read_text};
 use rayon::prelude::*;
 use std::{
@@ -52,6 +52,8 @@ pub struct Holdings {
     pub out: PathBuf,
     /// Name of the whole.
     pub title: String,
+    /// Who took part, those whose drives are left out too.
+    pub people: People,
 }
 
 /// Looks what there is in a folder.
@@ -69,7 +71,13 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
         let baseline = Some(beside("-baseline")).filter(|path| path.exists());
         let found = Found { recording: folder.into(), baseline, ..Found::default() };
         let title = found.title();
-        return Ok(Holdings { found: vec![found], root: None, out: folder.join("analysis"), title });
+        return Ok(Holdings {
+            found: vec![found],
+            root: None,
+            out: folder.join("analysis"),
+            title,
+            people: People::default(),
+        });
     }
     let nothing = || {
         AnalysisError::Input(format!(
@@ -88,20 +96,21 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
         }
         (root, vec![name.clone()])
     };
+    let people = People::of(root, &subjects)?;
     let mut found = Vec::new();
-    for subject in &subjects {
+    for subject in subjects.iter().filter(|subject| !people.is_excluded(subject)) {
         found.extend(scans(root, subject)?);
     }
     if found.is_empty() {
         return Err(AnalysisError::Input(format!(
-            "{} holds no drive that came to its end; look into sourcedata/*/session.json",
+            "{} holds no drive that came to its end and is not excluded; look into participants.tsv",
             folder.display()
         )));
     }
     let whole = is_root(folder);
     let out = root.join("derivatives").join("codrive");
     let title = if whole { study_title(root) } else { name.clone() };
-    Ok(Holdings { found, root: Some(root.into()), out: if whole { out } else { out.join(name) }, title })
+    Ok(Holdings { found, root: Some(root.into()), out: if whole { out } else { out.join(name) }, title, people })
 }
 
 fn subjects(root: &Path) -> Vec<String> {

@@ -92,6 +92,33 @@ fn a_recording_is_found_with_the_baseline_beside_it() {
 }
 
 #[test]
+fn who_is_excluded_is_left_out_and_who_is_not_complete_is_named() {
+    let place = Place::new();
+    for subject in ["sub-P01", "sub-P02", "sub-P03", "sub-P04"] {
+        place.scans(subject, &["a\ttrial\t1\tloose\tlow\t4\tx\tn/a"]);
+    }
+    let table = "participant_id\tkind\tstate\nsub-P01\tperson\tcomplete\nsub-P02\tperson\texcluded\n\
+                 sub-P03\tperson\twithdrawn\nsub-P04\tperson\tpartial\nsub-P09\tperson\tcomplete\n";
+    fs::write(place.root().join("participants.tsv"), table).unwrap();
+    fs::create_dir(place.root().join("phenotype")).unwrap();
+    let scores = "participant_id\tage\tscore_total\nsub-P01\t30\t7.48\nsub-P02\t31\t90\nsub-P03\t32\tn/a\n";
+    fs::write(place.root().join("phenotype/ssq_after.tsv"), scores).unwrap();
+    let held = find(place.root()).unwrap();
+    let found: Vec<&str> = held.found.iter().map(|found| found.participant.as_str()).collect();
+    assert_eq!(found, ["sub-P01", "sub-P03", "sub-P04"]);
+    assert_eq!(held.people.words(), "1 complete, 1 partial (sub-P04), 1 withdrawn (sub-P03), 1 excluded (sub-P02)");
+    assert!(!held.people.is_rehearsal());
+    let [total] = &held.people.scores[..] else { panic!("{:?}", held.people.scores) };
+    assert_eq!((total.questionnaire.as_str(), total.name.as_str(), &total.values), ("ssq_after", "total", &vec![7.48]));
+    fs::write(place.root().join("participants.tsv"), table.replace("person", "simulated")).unwrap();
+    assert!(find(place.root()).unwrap().people.is_rehearsal());
+    // One whose data are excluded is not analysed alone either.
+    assert!(fault(&place.root().join("sub-P02")).contains("is not excluded; look into participants.tsv"));
+    fs::write(place.root().join("participants.tsv"), "participant_id\tkind\nsub-P01\tperson\n").unwrap();
+    assert!(fault(place.root()).contains("participants.tsv: there is no column \"state\""));
+}
+
+#[test]
 fn what_holds_nothing_or_is_broken_is_named() {
     let place = Place::new();
     let outside = tempfile::tempdir().unwrap();

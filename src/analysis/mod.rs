@@ -6,12 +6,14 @@
 //! * [`response`]: what a driver does about each change of the advice (SAE J2944).
 //! * [`measures`]: one drive in numbers; every definition with its options is in [`measures::MEASURES`].
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
+//! * [`people`]: who took part, and whose drives are left out.
 //! * [`traces`]: what a figure of one drive can show.
 //! * [`tables`], [`figures`], [`report`]: what is written.
 
 pub mod collect;
 pub mod figures;
 pub mod measures;
+pub mod people;
 pub mod report;
 pub mod response;
 pub mod tables;
@@ -21,6 +23,7 @@ pub mod trial;
 
 pub use collect::{Analysed, Found, find};
 pub use measures::{MEASURES, Measures};
+pub use people::People;
 pub use trial::Trial;
 
 /// Why a folder cannot be analysed.

@@ -92,6 +92,29 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
 }
 
 #[test]
+fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
+    use crate::analysis::people::{Person, Score};
+    let person = |id: &str, state: &str| Person { id: id.into(), is_simulated: true, state: state.into() };
+    let all = vec![person("sub-R01", "complete"), person("sub-R02", "excluded")];
+    let score = Score { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![10.0, 30.0] };
+    let mut page = Page { html: String::new(), figures: Vec::new() };
+    let people = People { all, scores: vec![score] };
+    participants(&mut page, &people);
+    scores(&mut page, &people);
+    for part in [
+        "all participants are simulated, nobody drove",
+        "Participants: 1 complete, 1 excluded (sub-R02); drives and answers of excluded ones are left out.",
+        "<td>ssq_after</td><td class=\"t\">total</td><td>2</td><td>20.0 [10.0, 30.0]</td><td>10.0</td><td>30.0</td>",
+    ] {
+        assert!(page.html.contains(part), "{part}\n{}", page.html);
+    }
+    let mut page = Page { html: String::new(), figures: Vec::new() };
+    participants(&mut page, &People::default());
+    scores(&mut page, &People::default());
+    assert_eq!(page.html, "", "a drive outside of a study has no participants");
+}
+
+#[test]
 fn numbers_have_three_digits_that_count() {
     for (value, text) in [
         (123.456, "123"),

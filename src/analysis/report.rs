@@ -1,7 +1,7 @@
 //! One page that says it all. In: analysed drives. Out: HTML that opens off-line: style and figures are in it.
 
 use super::{
-    Analysed, AnalysisError, MEASURES, Trial, figures,
+    Analysed, AnalysisError, MEASURES, People, Trial, figures,
     tables::{conditions, power, values},
     traces::DriveTraces,
 };
@@ -62,7 +62,7 @@ impl Page {
 ///
 /// # Errors
 /// A recording whose ways are drawn cannot be read.
-pub fn report(title: &str, drives: &[Analysed], changed: &[String]) -> Result<Report, AnalysisError> {
+pub fn report(title: &str, drives: &[Analysed], who: &People, changed: &[String]) -> Result<Report, AnalysisError> {
     let mut page = Page { html: String::new(), figures: Vec::new() };
     let mut people: Vec<&str> = drives.iter().map(|drive| drive.found.participant.as_str()).collect();
     people.dedup();
@@ -74,6 +74,7 @@ pub fn report(title: &str, drives: &[Analysed], changed: &[String]) -> Result<Re
         if people.len() > 1 { format!(" of {} participants", people.len()) } else { String::new() },
         env!("CARGO_PKG_VERSION")
     ));
+    participants(&mut page, who);
     if !changed.is_empty() {
         page.put("<p class=\"warning\"><b>These files are not as they were written, and were analysed all the same:</b></p><ul>");
         changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
@@ -91,11 +92,52 @@ pub fn report(title: &str, drives: &[Analysed], changed: &[String]) -> Result<Re
     for (i, drive) in shown.into_iter().enumerate() {
         one(&mut page, drive, i + 1)?;
     }
+    scores(&mut page, who);
     page.put("<h2>All drives</h2>");
     all(&mut page, drives);
     definitions(&mut page);
     page.put("</body></html>");
     Ok(Report { html: page.html, figures: page.figures })
+}
+
+/// Whose drives these are, and whose are not among them.
+fn participants(page: &mut Page, people: &People) {
+    if people.is_rehearsal() {
+        page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated, nobody drove.</b></p>");
+    }
+    if !people.all.is_empty() {
+        let left_out = people.all.iter().any(|person| person.is_excluded());
+        let left_out = if left_out { "; drives and answers of excluded ones are left out" } else { "" };
+        page.put(&format!("<p class=\"note\">Participants: {}{left_out}.</p>", escaped(&people.words())));
+    }
+}
+
+/// Scores of the questionnaires, over all participants who answered.
+fn scores(page: &mut Page, people: &People) {
+    if people.scores.iter().all(|score| score.values.is_empty()) {
+        return;
+    }
+    page.put(
+        "<h2>Questionnaires</h2>\n<p class=\"note\">Mean over participants [its 95 % interval by bootstrap], lowest and \
+         highest.</p>\n<table><tr><th>questionnaire</th><th class=\"t\">score</th><th>n</th><th>mean</th><th>lowest</th>\
+         <th>highest</th></tr>",
+    );
+    for score in &people.scores {
+        let Some(e) = Estimate::of(&score.values) else { continue };
+        let [low, high] = [f64::min, f64::max].map(|f| score.values.iter().copied().reduce(f).unwrap_or_default());
+        page.put(&format!(
+            "<tr><td>{}</td><td class=\"t\">{}</td><td>{}</td><td>{} [{}, {}]</td><td>{}</td><td>{}</td></tr>",
+            escaped(&score.questionnaire),
+            escaped(&score.name),
+            score.values.len(),
+            short(e.mean),
+            short(e.low),
+            short(e.high),
+            short(low),
+            short(high)
+        ));
+    }
+    page.put("</table>");
 }
 
 fn study(page: &mut Page, drives: &[Analysed]) {
@@ -135,7 +177,7 @@ fn index(name: &str) -> usize {
 
 fn powers(page: &mut Page, drives: &[Analysed]) {
     page.put(
-        "<h2>What would be seen</h2>\n<p class=\"note\">Differences within participants (second condition less first), and the \
+        "<h2>Detectable differences (power)</h2>\n<p class=\"note\">Differences within participants (second condition less first), and the \
          smallest difference that would be seen with a power of 80 % at 5 % on two sides: 2.80 standard errors of \
          the difference (normal approximation, no correction for several comparisons).</p>\n<div class=\"wide\"><table><tr><th>measure</th>\
          <th class=\"t\">conditions</th><th>n</th><th>difference</th><th>SD</th><th>seen with n</th><th>with 10</th>\

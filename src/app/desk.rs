@@ -9,6 +9,7 @@ use crate::{
     panel::{
         Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
         calibration::CalibrationPage,
+        dropped_time,
         experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Log},
     },
     policy,
@@ -140,7 +141,7 @@ impl Desk {
                 )
             }));
             let clock = &show.drive.clock;
-            corner.push(format!("dropped {:.2} s in {} stalls", clock.dropped().as_secs_f64(), clock.stalls()));
+            corner.push(format!("dropped {}", dropped_time(clock.dropped(), clock.stalls())));
             let help = if show.lane_help() { ", lane help" } else { "" };
             corner.push(format!("{}{help}", show.devices.describe()));
         }

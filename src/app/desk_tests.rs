@@ -126,7 +126,7 @@ fn a_message_is_the_drivers_only_where_nobody_attends_and_times_are_shown_on_dem
     // A second that came late: 0.25 s of it are driven at most, the rest is said.
     show.drive.clock.set_pace(Pace::RealTime);
     let due = show.advance(Duration::from_secs(1), |_| ()).unwrap();
-    let dropped = format!("dropped {:.2} s in 1 stalls", due.dropped.as_secs_f64());
+    let dropped = format!("dropped {:.2} s in 1 stall", due.dropped.as_secs_f64());
     assert!(due.ticks < 100 && due.dropped > Duration::ZERO);
     assert!(desk.notes(&show, None).corner.contains(&dropped), "{:?}", desk.notes(&show, None).corner);
 

@@ -104,7 +104,7 @@ impl Latency {
         }
         lines.push(match (self.input_to_tick(), self.input_to_frame()) {
             (Some(tick), Some(frame)) => format!("input to tick {}; to frame {}", both(tick), both(frame)),
-            _ => "input to frame: no input with a time yet (keyboards tell none)".into(),
+            _ => "input to frame: no timed input yet (keyboards give none)".into(),
         });
         lines
     }
@@ -143,7 +143,8 @@ mod tests {
         assert_eq!((late(30_000), late(30_001)), (Some(0.0), Some(1.0)));
         let words = latency.words().join("\n");
         assert!(
-            words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo") && words.contains("no input with a time"),
+            words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo")
+                && words.contains("no timed input yet (keyboards give none)"),
             "{words}"
         );
         latency.frame(Duration::from_millis(20), Some([0.004, 0.013]));

@@ -52,7 +52,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let drives = collect::analyse(&holdings.found, &|| bar.inc(1));
     bar.finish_and_clear();
     let drives = drives?;
-    let made = report::report(&holdings.title, &drives, &changed)?;
+    let made = report::report(&holdings.title, &drives, &holdings.people, &changed)?;
     let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;

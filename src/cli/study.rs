@@ -40,7 +40,7 @@ pub(super) fn command() -> Command {
                 .conflicts_with_all(["check", "rehearse", "participants"])
                 .help(
                     "Lead this participant through the whole plan, in a window for them and one for the experimenter; a code \
-                     of letters and digits, never a name. After a closed window or a crash the same command goes on",
+                     of letters and digits, never a name. After a closed window or a crash, run the same command to resume",
                 ),
         )
         .arg(
@@ -61,7 +61,7 @@ pub(super) fn command() -> Command {
         .arg(
             Arg::new("rehearse").long("rehearse").action(ArgAction::SetTrue).requires("out").conflicts_with("check").help(
                 "Take simulated participants through the whole plan at full speed, questions and baselines included; \
-                 Ctrl-C stops it, the same command goes on",
+                 Ctrl-C stops it; run the same command to resume",
             ),
         )
         .arg(
@@ -118,8 +118,7 @@ fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<
         stop: stop_on_ctrl_c(),
     })?;
     let state = match left {
-        Left::Complete => "has been through the whole study".into(),
-        Left::Stopped => "was stopped for good".into(),
+        Left::Over(completion) => format!("{}: {}", completion.word(), completion.meaning()),
         Left::Open(item) => format!("goes on at {item} with the same command"),
     };
     out::line(format_args!("{}: participant {code} {state}", root.display()))?;
@@ -140,7 +139,7 @@ fn rehearse(study: &Study, root: &Path, participants: usize) -> Result<(), CliEr
         found.participants
     ))?;
     if found.complete < found.participants {
-        return Err(CliError::Failed("stopped; all that was driven is kept, the same command goes on".into()));
+        return Err(CliError::Failed("stopped; all that was driven is kept: run the same command to resume".into()));
     }
     out::line(format_args!("look at it with: codrive analyse {}", root.display()))?;
     Ok(())

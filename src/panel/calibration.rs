@@ -229,8 +229,7 @@ impl CalibrationPage {
             }
             if let Some(edited) = self.edited.clone() {
                 let named = !edited.name.trim().is_empty();
-                let save =
-                    ui.add_enabled(named, Button::new("Save")).on_hover_text("As an own profile, used from now on");
+                let save = ui.add_enabled(named, Button::new("Save")).on_hover_text("Save as a new profile and use it");
                 if save.clicked() {
                     self.edited = None;
                     commands.push(CalibrationCommand::Save(Box::new(edited)));

@@ -162,7 +162,7 @@ impl Sheet {
                 ),
                 theme::ACCENT,
             ),
-            (format!("1. Hold a tape to the ruler. It is to read {} from end to end.", length(ruler_m)), theme::TEXT),
+            (format!("1. Hold a tape to the ruler. It should read {} from end to end.", length(ruler_m)), theme::TEXT),
             (
                 format!(
                     "    If it reads L, enter  --screen-width {:.3} x L / {ruler_m:.2}  (both in metres).",
@@ -174,9 +174,9 @@ impl Sheet {
                 format!("    At {}, say, that is  --screen-width {:.3}", length(read_m), truth.entered_m(read_m)),
                 theme::DIM,
             ),
-            ("2. The circle is to be as high as it is wide. If not, the screen is not at its".into(), theme::TEXT),
-            ("    own resolution, or stretches: mend that first.".into(), theme::TEXT),
-            ("3. All four corners are to be seen. If not, switch overscan off.".into(), theme::TEXT),
+            ("2. The circle should be as tall as it is wide. If not, the screen is not at its".into(), theme::TEXT),
+            ("    own resolution, or stretches the picture: fix that first.".into(), theme::TEXT),
+            ("3. All four corners should be visible. If not, switch overscan off.".into(), theme::TEXT),
             ("4. Measure from the driver's eyes to the middle of the screen, and enter".into(), theme::TEXT),
             (format!("    --eye-distance; {:.2} is set.", truth.eye_distance_m), theme::TEXT),
         ];

@@ -18,7 +18,7 @@ pub use check::{DisplayTruth, show as check};
 pub use editor::Choices;
 pub use history::{History, Sample};
 pub use presets::{Presets, Refusal};
-pub use readout::Readings;
+pub use readout::{Readings, dropped_time};
 pub use screens::{Screen, ScreenState, Screens};
 pub use visit::{ItemState, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState};
 

@@ -3,6 +3,7 @@
 
 use egui::{Color32, RichText, Ui};
 use egui_plot::{GridMark, Line, Plot};
+use std::time::Duration;
 
 use super::{History, PanelState, theme};
 use crate::{policy::Advice, sim::Snapshot, units::SpeedUnit};
@@ -46,14 +47,19 @@ impl Readings {
     }
 }
 
+/// Time given up in stalls, and in how many.
+pub fn dropped_time(dropped: Duration, stalls: u64) -> String {
+    let stalls = if stalls == 1 { "1 stall".into() } else { format!("{stalls} stalls") };
+    format!("{:.2} s in {stalls}", dropped.as_secs_f64())
+}
+
 /// The numbers, and those of the program.
 pub fn all_numbers(ui: &mut Ui, state: &PanelState<'_>) {
     numbers(ui, state);
     egui::Grid::new("program").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
         row(ui, "Engine", state.engine, theme::DIM);
-        let dropped = state.dropped.as_secs_f64();
         let colour = if state.stalls > 0 { theme::AMBER } else { theme::DIM };
-        row(ui, "Dropped time", &format!("{dropped:.2} s in {} stalls", state.stalls), colour);
+        row(ui, "Dropped time", &dropped_time(state.dropped, state.stalls), colour);
         row(ui, "Frame", &format!("{:.1} ms", state.frame_ms), theme::DIM);
     });
 }

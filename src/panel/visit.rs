@@ -127,6 +127,8 @@ pub enum VisitCommand {
     Resume,
     /// End the visit for good, as after sickness.
     Stop(String),
+    /// Exclude the data of this visit, which ends it too.
+    Exclude(String),
     /// Close the windows of a visit that is over.
     Close,
 }
@@ -140,18 +142,20 @@ enum Act {
     Repeat,
     Abort,
     Stop,
+    Exclude,
 }
 
 /// A command with words: on its button, its key, what it does, what the reason is called, and on the button that confirms.
 type Row = (Act, &'static str, Key, &'static str, &'static str, &'static str);
 
-const ACTS: [Row; 6] = [
-    (Act::Note, "Note", Key::N, "Write something down, with the time", "Note", "Write down"),
-    (Act::Extend, "Extend", Key::E, "The drive or the rest lasts longer", "Reason", "Extend"),
-    (Act::Skip, "Skip", Key::S, "Leave out what runs, or what comes next", "Reason", "Skip it"),
-    (Act::Repeat, "Repeat", Key::R, "Something that has been comes once more", "Reason", "Repeat it"),
-    (Act::Abort, "Break off", Key::B, "Break off what runs; it comes again", "Reason", "Break it off"),
+const ACTS: [Row; 7] = [
+    (Act::Note, "Note", Key::N, "Write a note, with its time", "Note", "Write down"),
+    (Act::Extend, "Extend", Key::E, "Make the drive or the rest longer", "Reason", "Extend"),
+    (Act::Skip, "Skip", Key::S, "Skip the current or next item", "Reason", "Skip it"),
+    (Act::Repeat, "Repeat", Key::R, "Repeat an earlier item", "Reason", "Repeat it"),
+    (Act::Abort, "Break off", Key::B, "Stop this item; it will be repeated", "Reason", "Break it off"),
     (Act::Stop, "Sickness stop", Key::I, "End the visit for good; nothing comes after it", "Reason", "End the visit"),
+    (Act::Exclude, "Exclude", Key::D, "Exclude the data of this visit, and end it", "Reason", "Exclude the data"),
 ];
 
 /// The panel's own state: what is being written.
@@ -198,11 +202,11 @@ impl VisitPanel {
             ui.label(RichText::new(state.title).color(theme::DIM));
         });
         let (word, colour) = match state.phase {
-            VisitPhase::Experimenter => ("waits for you: Go", theme::AMBER),
-            VisitPhase::Participant => ("waits for the participant", theme::TEXT),
-            VisitPhase::Driving => ("drives", theme::GREEN),
-            VisitPhase::Held => ("the drive is held", theme::AMBER),
-            VisitPhase::Resting => ("rests", theme::TEXT),
+            VisitPhase::Experimenter => ("waiting for you: press Go", theme::AMBER),
+            VisitPhase::Participant => ("waiting for the participant", theme::TEXT),
+            VisitPhase::Driving => ("driving", theme::GREEN),
+            VisitPhase::Held => ("Paused", theme::AMBER),
+            VisitPhase::Resting => ("resting", theme::TEXT),
             VisitPhase::Over => ("the visit is over", theme::GREEN),
         };
         Grid::new("visit now").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
@@ -219,7 +223,7 @@ impl VisitPanel {
         if state.asked {
             notice(
                 ui,
-                "The participant asks to stop. Go lets the drive go on; Break off and Sickness stop end it.",
+                "The participant asks to stop: everything waits for you. Go continues; Break off and Sickness stop end it.",
                 theme::AMBER,
             );
         }
@@ -229,14 +233,14 @@ impl VisitPanel {
         let phase = state.phase;
         let held = phase == VisitPhase::Held;
         let (hold, hold_word, hold_tip) = if held {
-            (VisitCommand::Resume, "Resume", "The drive goes on")
+            (VisitCommand::Resume, "Resume", "Continue the drive")
         } else {
-            (VisitCommand::Pause, "Pause", "Hold the drive")
+            (VisitCommand::Pause, "Pause", "Pause the drive")
         };
         let go = !matches!(phase, VisitPhase::Over | VisitPhase::Driving);
         let over = phase == VisitPhase::Over;
         let plain = [
-            (VisitCommand::Go, "Go", Key::G, "Go on, also in the participant's place", go),
+            (VisitCommand::Go, "Go", Key::G, "Continue, also on behalf of the participant", go),
             (hold, hold_word, Key::P, hold_tip, matches!(phase, VisitPhase::Driving | VisitPhase::Held)),
             (VisitCommand::Mark(String::new()), "Mark", Key::M, "Mark this moment", !over),
             (VisitCommand::Close, "Close", Key::Q, "Close the windows: the visit is over", over),
@@ -267,7 +271,7 @@ impl VisitPanel {
     fn can(&self, act: Act, state: &VisitState<'_>) -> bool {
         let over = state.phase == VisitPhase::Over;
         match act {
-            Act::Note => true,
+            Act::Note | Act::Exclude => true,
             Act::Extend => matches!(state.phase, VisitPhase::Driving | VisitPhase::Held | VisitPhase::Resting),
             Act::Repeat => !over && !repeatable(state).is_empty(),
             Act::Abort => !over && state.items.iter().any(|item| item.state == ItemState::Now),
@@ -295,7 +299,7 @@ impl VisitPanel {
             draft.seconds = (draft.seconds + 10.0 * (more - less)).clamp(1.0, 3600.0);
             (input.consume_key(Modifiers::NONE, Key::Enter), input.consume_key(Modifiers::NONE, Key::Escape))
         });
-        let ends = matches!(draft.act, Act::Abort | Act::Stop);
+        let ends = matches!(draft.act, Act::Abort | Act::Stop | Act::Exclude);
         let colour = if ends { theme::RED } else { theme::ACCENT };
         Frame::new().fill(colour.gamma_multiply(0.10)).corner_radius(4).inner_margin(8).show(ui, |ui| {
             ui.set_min_width(ui.available_width());
@@ -306,7 +310,7 @@ impl VisitPanel {
                         draft.item = i;
                     }
                 }
-                ui.label(RichText::new("Up and Down choose").small().color(theme::DIM));
+                ui.label(RichText::new("Choose with Up and Down").small().color(theme::DIM));
             }
             if draft.act == Act::Extend {
                 ui.horizontal(|ui| {
@@ -342,6 +346,7 @@ impl VisitPanel {
                 Act::Skip => Some(VisitCommand::Skip(reason)),
                 Act::Abort => Some(VisitCommand::Abort(reason)),
                 Act::Stop => Some(VisitCommand::Stop(reason)),
+                Act::Exclude => Some(VisitCommand::Exclude(reason)),
                 Act::Repeat => {
                     items.get(draft.item).map(|item| VisitCommand::Repeat { item: (*item).to_owned(), reason })
                 }
@@ -376,10 +381,10 @@ fn pressed(ui: &mut Ui, word: &str, key: Key, tip: &str, can: bool, fill: Option
 /// The plan, a line a point.
 fn list(ui: &mut Ui, state: &VisitState<'_>) {
     let items = state.items;
-    let behind = items.iter().filter(|item| matches!(item.state, ItemState::Done | ItemState::Skipped)).count();
+    let done = items.iter().filter(|item| matches!(item.state, ItemState::Done | ItemState::Skipped)).count();
     let minutes = (state.to_come_s / 60.0).ceil();
-    let to_come = if minutes > 0.0 { format!("; about {minutes} min to come") } else { String::new() };
-    let text = format!("Plan: {behind} of {} are behind{to_come}", items.len());
+    let left = if minutes > 0.0 { format!("; about {minutes} min left") } else { String::new() };
+    let text = format!("Plan: {done} of {} done{left}", items.len());
     ui.label(RichText::new(text).color(theme::DIM));
     ScrollArea::vertical().id_salt("plan").auto_shrink([false, true]).show(ui, |ui| {
         Grid::new("plan").num_columns(4).spacing([12.0, 3.0]).striped(true).show(ui, |ui| {

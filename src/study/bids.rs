@@ -130,11 +130,11 @@ pub fn events(recording: &Path) -> Result<Tsv, RecordError> {
         ("left_road", "the middle of the car left its lane"),
         ("back_on_road", "the middle of the car is back in the lane"),
         ("ended", "the drive is over"),
-        ("mark", "a mark by the experimenter"),
+        ("mark", "a mark by the experimenter or the participant"),
         ("note", "a note by the experimenter"),
         ("criterion", "the criterion of a practice drive is met"),
         ("asked", "the participant asked to stop"),
-        ("paused", "the experimenter held the drive"),
+        ("paused", "the experimenter paused the drive"),
         ("resumed", "the drive went on"),
         ("extended", "the drive lasts longer"),
     ];

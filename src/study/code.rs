@@ -32,7 +32,8 @@ impl Code {
             return refused("it is empty".into());
         }
         if let Some(other) = text.chars().find(|c| !c.is_ascii_alphanumeric()) {
-            return refused(format!("it has {other:?}"));
+            let other = if other == ' ' { "a space".into() } else { format!("{other:?}") };
+            return refused(format!("it contains {other}"));
         }
         if text.len() > MOST {
             return refused(format!("it has {} characters", text.len()));
@@ -92,15 +93,15 @@ mod tests {
         }
         for (bad, why) in [
             ("", "it is empty"),
-            ("..", "it has '.'"),
-            ("../P03", "it has '.'"),
-            ("a/b", "it has '/'"),
-            ("a\\b", "it has '\\\\'"),
-            ("P\0", "it has '\\0'"),
-            ("P 3", "it has ' '"),
-            ("P-3", "it has '-'"),
-            ("Pé", "it has 'é'"),
-            ("P\n", "it has '\\n'"),
+            ("..", "it contains '.'"),
+            ("../P03", "it contains '.'"),
+            ("a/b", "it contains '/'"),
+            ("a\\b", "it contains '\\\\'"),
+            ("P\0", "it contains '\\0'"),
+            ("P 3", "it contains a space"),
+            ("P-3", "it contains '-'"),
+            ("Pé", "it contains 'é'"),
+            ("P\n", "it contains '\\n'"),
             ("abcdefgh123456789", "it has 17 characters"),
             ("nul", "a device"),
             ("CON", "a device"),

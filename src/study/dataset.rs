@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! dataset_description.json  README.md  .bidsignore  study.toml (a copy of the study's file)
-//! participants.tsv          one row a participant: number, order, complete or not
+//! participants.tsv          one row a participant: number, order, complete, partial, withdrawn or excluded
 //! phenotype/SEGMENT.tsv     one row a participant: answers and scores of one questionnaire
 //! sub-CODE/sub-CODE_scans.tsv          its drives: condition, levels, where the recording lies
 //! sub-CODE/beh/*_events.tsv, *_beh.tsv advice and events of a drive; answers with their times
@@ -13,9 +13,9 @@
 //! All but `sourcedata` can be made again from it, and is, after every participant. Files are the user's alone.
 
 use super::{
-    Code, Item, Planned, SessionError, Study,
+    Code, Completion, Item, Planned, SessionError, Study,
     bids::{self, Col, Tsv},
-    checksums,
+    checksums, lock,
     questions::{Element, ElementKind, Questionnaire},
     session::{self, Answered, Log, Who},
     source,
@@ -186,7 +186,7 @@ impl DataSet {
     pub fn publish(&self, study: &Study, code: &Code) -> Result<(), SessionError> {
         // Two programs may end a visit in the same moment.
         let path = self.root.join("sourcedata").join("lock");
-        let lock = session::lock_file(&path)?;
+        let lock = lock::lock_file(&path)?;
         lock.lock().map_err(|why| RecordError::File { path, why })?;
         let logs = self.logs()?;
         if let Some(log) = logs.iter().find(|log| log.participant == *code) {
@@ -281,7 +281,7 @@ fn description(study: &Study) -> String {
 fn readme(study: &Study) -> String {
     format!(
         "# {}\n\nDrives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`).\n\n\
-         * `participants.tsv`: who took part (codes only), in which order of conditions, and whether to the end.\n\
+         * `participants.tsv`: who took part (codes only), in which order of conditions, and how far each visit came.\n\
          * `phenotype/`: answers and scores of the questionnaires, one row a participant.\n\
          * `sub-*/sub-*_scans.tsv`: drives with their condition, and where their recordings lie.\n\
          * `sub-*/beh/`: advice and events of every drive; answers with the time that each took.\n\
@@ -333,11 +333,8 @@ fn participants(logs: &[Log]) -> Tsv {
         Col::new("kind", "who drove", "")
             .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
         Col::new("order", "conditions in this participant's order, joined by commas", ""),
-        Col::new("state", "how far the visit came", "").with(levels(&[
-            ("complete", "to the end"),
-            ("stopped", "stopped for good before the end"),
-            ("open", "not over yet"),
-        ])),
+        Col::new("state", "how far the visit came", "")
+            .with(Completion::ALL.map(|state| (state.word().into(), state.meaning().into()))),
     ]);
     let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();
     traits.sort();
@@ -353,18 +350,13 @@ fn participants(logs: &[Log]) -> Tsv {
         table.columns.push(Col::new(&format!("true_{name}"), "number of the simulated participant", unit));
     }
     for log in logs {
-        let state = match &log.end {
-            Some(end) if end.complete => "complete",
-            Some(_) => "stopped",
-            None => "open",
-        };
         let kind = if log.who == Who::Person { "person" } else { "simulated" };
         let mut row = vec![
             log.participant.subject(),
             (log.index + 1).to_string(),
             kind.into(),
             log.order.join(","),
-            state.into(),
+            Completion::of(log).word().into(),
         ];
         row.extend(traits.iter().map(|name| bids::number(log.traits.get(*name).copied())));
         table.rows.push(row);

@@ -164,16 +164,16 @@ pub struct Texts {
 impl Default for Texts {
     fn default() -> Self {
         Self {
-            go_on: "Press a button on the wheel to go on.".into(),
+            go_on: "Press a button on the wheel to continue.".into(),
             ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
             drive_over: "This drive is over.".into(),
             rest: "Take a rest.".into(),
             rest_over: "The rest is over.".into(),
-            thanks: "That was all. Thank you!".into(),
+            thanks: "You have finished. Thank you!".into(),
             stopped: "We stop here. Thank you for taking part!".into(),
             wait: "Please wait a moment.".into(),
-            paused: "A short pause. The drive goes on soon.".into(),
-            asked: "You asked to stop. The experimenter is with you in a moment.".into(),
+            paused: "A short pause. The drive will continue soon.".into(),
+            asked: "You asked to stop. The experimenter will be with you in a moment.".into(),
             required: "Please answer this question.".into(),
             yes: "Yes".into(),
             no: "No".into(),

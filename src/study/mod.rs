@@ -8,6 +8,7 @@
 //! * [`form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`code`]: what a participant is called in files.
 //! * [`session`]: one participant's visit as it goes: what comes next, what was done; on the disk after every step.
+//! * [`completion`]: how far a visit came. [`lock`]: one program a participant.
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
 //! * `source`: what a data set keeps of the study's file.
 //! * [`checksums`]: the list of a data set's files with their SHA-256.
@@ -16,9 +17,11 @@
 pub mod bids;
 pub mod checksums;
 pub mod code;
+pub mod completion;
 pub mod dataset;
 pub mod file;
 pub mod form;
+pub mod lock;
 pub mod order;
 pub mod plan;
 pub mod questions;
@@ -27,6 +30,7 @@ pub mod simulated;
 mod source;
 
 pub use code::Code;
+pub use completion::Completion;
 pub use dataset::DataSet;
 pub use file::{Study, Texts};
 pub use form::{Form, Input};

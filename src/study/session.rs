@@ -6,9 +6,9 @@
 //! is settled when its last passage was done or skipped; the first that is not settled comes next. A lock keeps a second
 //! program away.
 
-use super::{Code, DataSet, Plan, Planned, SessionError, Study, questions::Answers};
+use super::{Code, DataSet, Plan, Planned, SessionError, Study, lock, questions::Answers};
 use crate::{
-    file, private,
+    file,
     record::{self, RecordError},
 };
 use fail::fail_point;
@@ -110,12 +110,15 @@ pub struct Answered {
 /// How a visit ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct End {
-    /// All items are settled; false: stopped before, as after sickness.
+    /// All items are settled, done or skipped; false: stopped before, as after sickness.
     pub complete: bool,
     /// Why it was stopped.
     pub reason: String,
     /// When, UTC.
     pub at: String,
+    /// Why its data are excluded from the study, where they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excluded: Option<String>,
 }
 
 /// Who drives.
@@ -218,7 +221,7 @@ impl Session {
         data.check_new_code(code)?;
         let folder = data.source(code);
         record::new_private_dir(&folder)?;
-        let lock = lock(&folder, code)?;
+        let lock = lock::lock(&folder, code)?;
         let path = folder.join(FILE);
         let log = if path.exists() { Log::load(&path)? } else { Self::first(&folder, study, code, who, index)? };
         let refused = |why: String| Err(SessionError::Refused(why));
@@ -265,7 +268,7 @@ impl Session {
         let left = fs::read_dir(folder).map_err(|why| RecordError::File { path: folder.into(), why })?;
         // Cut while it was saved for the first time, it is there under the name of a file that is not whole.
         let unfinished = Path::new(FILE).with_extension(record::BESIDE);
-        let left = left.flatten().map(|entry| entry.file_name()).find(|name| name != LOCK && *name != unfinished);
+        let left = left.flatten().map(|entry| entry.file_name()).find(|name| name != lock::FILE && *name != unfinished);
         if let Some(left) = left {
             return Err(SessionError::Refused(format!(
                 "{} holds {} but no {FILE}: put that back, or begin with another participant code",
@@ -454,7 +457,20 @@ impl Session {
     }
 
     fn close(&mut self, complete: bool, reason: &str, now: &str) -> Result<(), SessionError> {
-        self.log.end = Some(End { complete, reason: reason.into(), at: now.into() });
+        self.log.end = Some(End { complete, reason: reason.into(), at: now.into(), excluded: None });
+        self.save()
+    }
+
+    /// The data of a visit that is over are not to be used.
+    ///
+    /// # Errors
+    /// It is not over, or they are excluded already; the disk refuses.
+    pub fn exclude(&mut self, reason: &str) -> Result<(), SessionError> {
+        match &mut self.log.end {
+            Some(End { excluded: excluded @ None, .. }) => *excluded = Some(reason.into()),
+            Some(_) => return Err(SessionError::Refused("the data are excluded already".into())),
+            None => return Err(SessionError::Refused("the visit is not over".into())),
+        }
         self.save()
     }
 }
@@ -466,28 +482,4 @@ pub fn as_map(answered: &[Answered]) -> Answers {
 
 fn nothing_left(code: &Code) -> SessionError {
     SessionError::Refused(format!("nothing is left to do for participant {code}"))
-}
-
-/// Name of the lock's file.
-const LOCK: &str = "lock";
-
-/// Keeps other programs away from a participant for as long as the file is held.
-///
-/// # Errors
-/// Another program has it, or the system refuses.
-pub fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
-    let path = folder.join(LOCK);
-    let file = lock_file(&path)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(fs::TryLockError::WouldBlock) => {
-            Err(SessionError::Refused(format!("participant {code} is being run by another program; end that first")))
-        }
-        Err(fs::TryLockError::Error(why)) => Err(RecordError::File { path, why }.into()),
-    }
-}
-
-/// An empty file, private to the user, that a lock is held on.
-pub(super) fn lock_file(path: &Path) -> Result<File, RecordError> {
-    private::lock_file(path).map_err(|why| RecordError::File { path: path.into(), why })
 }

@@ -124,7 +124,7 @@ pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &st
     }
     let _ = write!(
         key,
-        "<text x=\"{:.0}\" y=\"{:.0}\" font-size=\"11\">m/s; edged: ego</text>",
+        "<text x=\"{:.0}\" y=\"{:.0}\" font-size=\"11\">m/s; outlined: participant's car</text>",
         58.0 + 62.0 * 9.0,
         height + 14.0
     );

@@ -336,7 +336,7 @@ fn a_narrow_window_has_pages_that_keys_turn_and_the_worst_lamp_in_sight() {
     let mut bench = Bench::after(600);
     bench.health.recording = Some(RecordingHealth { waiting: [20, 32], free_gb: Some(61.4) });
     let mut harness = harness(bench, [640.0, 400.0], 2.0);
-    harness.get_by_label("Recorder: 20 of 32 batches wait");
+    harness.get_by_label("Recorder: recording, 20 of 32 batches waiting");
     harness.get_by_label("Restart");
     press(&mut harness, Modifiers::COMMAND, Key::Num2);
     harness.get_by_label("What the participant sees");

@@ -42,7 +42,6 @@ struct Desk {
     countdown: Option<u32>,
     words: Option<&'static str>,
     wheel: bool,
-    asked: bool,
     inputs: Vec<Input>,
 }
 
@@ -56,7 +55,6 @@ impl Desk {
             countdown: None,
             words: None,
             wheel: false,
-            asked: false,
             inputs: Vec::new(),
         }
     }
@@ -84,8 +82,8 @@ impl Desk {
             (_, _, _, Some(left)) => Screen::Countdown(left),
             _ => Screen::Drive(self.words),
         };
-        let (wheel, asked) = (self.wheel, self.asked);
-        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel, asked };
+        let wheel = self.wheel;
+        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel };
         let inputs = self.screens.show(ui, &state);
         for input in inputs {
             self.inputs.push(input.clone());
@@ -271,9 +269,8 @@ fn every_screen_has_its_picture() {
     save(&mut harness(wheel, size, 1.0), "page-wheel");
     save(&mut harness(Desk { rest_s: Some(75.0), ..Desk::new() }, size, 1.0), "rest");
     save(&mut harness(Desk { countdown: Some(3), ..Desk::new() }, size, 1.0), "countdown");
-    let words = Some("You asked to stop. The experimenter is with you in a moment.");
+    let words = Some("You asked to stop. The experimenter will be with you in a moment.");
     save(&mut harness(Desk { words, ..Desk::new() }, size, 1.0), "held");
-    save(&mut harness(Desk { page: Some("Wait"), asked: true, ..Desk::new() }, size, 1.0), "asked");
     let mut ssq = harness(Desk { wheel: true, ..Desk::shipped("ssq") }, size, 1.0);
     keys(&mut ssq, &[ArrowRight, Enter, ArrowRight, ArrowRight, Enter, ArrowRight, ArrowRight, ArrowRight]);
     save(&mut ssq, "ssq");
@@ -412,7 +409,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
     type_in(&mut harness, "too fast");
     assert_eq!(press(&mut harness, "Break it off"), [VisitCommand::Abort("too fast".into())]);
     harness.get_by_label("3:12");
-    harness.get_by_label("Plan: 3 of 5 are behind; about 16 min to come");
+    harness.get_by_label("Plan: 3 of 5 done; about 16 min left");
     for (name, word) in [("welcome", "done"), ("trial-1-narrow", "now"), ("ssq-before", "skipped")] {
         let line = harness.get_by_label(name).rect().center().y;
         assert!(harness.get_all_by_label(word).any(|node| (node.rect().center().y - line).abs() < 4.0), "{name}");
@@ -438,7 +435,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
 #[test]
 fn the_experimenters_part_has_its_pictures() {
     let mut asked = Lead::new(VisitPhase::Held);
-    (asked.asked, asked.error) = (true, Some("nothing runs that could last longer; drives and rests can"));
+    (asked.asked, asked.error) = (true, Some("there is no drive and no rest to extend"));
     save(&mut lead(asked, [360.0, 560.0]), "lead-asked");
     let mut repeat = lead(Lead::new(VisitPhase::Experimenter), [360.0, 560.0]);
     ctrl(&mut repeat, Key::R);

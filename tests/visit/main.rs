@@ -10,7 +10,7 @@ use codrive::{
     app::visit::RoadNow,
     panel::{ItemState, Screen, VisitCommand, VisitPhase},
     record::RecordError,
-    study::{Code, DataSet, Input, Outcome, Session, session::Who},
+    study::{Code, Completion, DataSet, Input, Outcome, Session, session::Who},
 };
 use rig::Rig;
 
@@ -74,7 +74,7 @@ fn a_visit_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk() {
     }
     assert!(rig.visit().is_over() && rig.log().end.is_some_and(|end| end.complete));
     assert!(rig.passages().iter().all(|(_, outcome)| *outcome == Outcome::Done));
-    assert_eq!(rig.visit().progress(), [6, 6]);
+    assert_eq!((rig.visit().progress(), Completion::of(&rig.log())), ([6, 6], Completion::Complete));
     rig.refused(VisitCommand::Stop(reason("late")), "the visit is over");
     rig.refused(VisitCommand::Skip(reason("late")), "the visit is over");
 }
@@ -178,7 +178,7 @@ fn what_is_broken_off_comes_again_and_what_is_called_back_comes_once_more() {
     assert!(rig.road.scenario.is_none() && rig.visit().phase(RoadNow::default()) == VisitPhase::Experimenter);
     let last = rig.log().passages.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (Outcome::Aborted, "the phone rang"));
-    rig.refused(VisitCommand::Abort(reason("again")), "nothing runs");
+    rig.refused(VisitCommand::Abort(reason("again")), "there is nothing to break off");
     rig.command(VisitCommand::Go);
     assert_eq!(rig.sees(), "words before practice");
     let attempts = rig.visit().items().into_iter().find(|item| item.name == "practice").unwrap();
@@ -223,8 +223,8 @@ fn skipping_leaves_out_what_runs_or_what_comes_next() {
 #[test]
 fn drives_and_rests_last_longer_are_held_and_go_on() {
     let mut rig = Rig::new();
-    rig.refused(VisitCommand::Extend { seconds: 5.0, reason: reason("x") }, "drives and rests can");
-    rig.refused(VisitCommand::Pause, "no drive runs");
+    rig.refused(VisitCommand::Extend { seconds: 5.0, reason: reason("x") }, "no drive and no rest to extend");
+    rig.refused(VisitCommand::Pause, "there is no drive to pause");
     rig.until_practice();
     rig.next();
     rig.pass(0.1);
@@ -298,6 +298,99 @@ fn a_participant_who_asks_to_stop_holds_the_drive_and_sickness_ends_the_visit_fo
     let data = DataSet::open(&rig.out, &rig.study).unwrap();
     let again = Session::open(&data, &rig.study, &Code::new("P03").unwrap(), Who::Person, 0, "later");
     assert!(again.unwrap_err().to_string().contains("stopped for good (sickness"));
+}
+
+#[test]
+fn a_request_to_stop_holds_whatever_is_on_the_screen_until_the_experimenter_decides() {
+    let mut rig = Rig::new();
+    // What the participant does and how long they wait then, and what was on the screen before.
+    type Step = (&'static str, fn(&mut Rig));
+    let steps: [Step; 7] = [
+        ("page welcome", |_| ()),
+        ("words before before", Rig::next),
+        ("questions before, page 1 of 2", Rig::next),
+        ("words before practice", Rig::answer),
+        ("practice is being loaded", Rig::next),
+        ("countdown to practice", |rig| rig.pass(0.5)),
+        ("rest rest", |rig| {
+            rig.pass(4.0);
+            rig.road.now.in_range_s = 2.0;
+            rig.pass(0.1);
+            rig.next();
+        }),
+    ];
+    let words = rig.study.file.texts.asked.clone();
+    for (sees, go) in steps {
+        go(&mut rig);
+        assert_eq!(rig.sees(), sees);
+        rig.pass(0.1);
+        let (before, left_s) = (rig.sees(), rig.visit().left_s(RoadNow::default()));
+        let answered = rig.log().running.map(|running| running.answers);
+        rig.input(Input::Stop);
+        rig.pass(60.0);
+        for input in [Input::Next, Input::PageOn, Input::Pick { stop: 0, option: 3 }, Input::Next] {
+            rig.input(input);
+        }
+        rig.pass(60.0);
+        assert_eq!((rig.sees(), rig.visit().left_s(RoadNow::default())), (before, left_s), "nothing went on");
+        assert_eq!(rig.log().running.map(|running| running.answers), answered);
+        let screen = rig.visit().screen(RoadNow::default());
+        let (Screen::Wait(said) | Screen::Drive(Some(said))) = screen else { panic!("{screen:?}") };
+        assert_eq!(said, words);
+        assert_eq!(rig.visit().phase(RoadNow::default()), VisitPhase::Held, "Go and Resume are offered");
+        rig.command(VisitCommand::Go);
+        assert!(!rig.visit().asked() && rig.sees() == sees || sees == "practice is being loaded", "as it was");
+    }
+    let kinds: Vec<String> = rig.log().notes.into_iter().map(|note| note.kind).collect();
+    assert_eq!(kinds, ["asked", "resumed"].repeat(7), "each with the experimenter's answer");
+    // And the other decisions.
+    rig.input(Input::Stop);
+    rig.command(VisitCommand::Skip(reason("enough rest")));
+    assert!(!rig.visit().asked() && rig.sees() == "words before trial-1-narrow");
+    rig.input(Input::Stop);
+    rig.command(VisitCommand::Abort(reason("coffee")));
+    assert!(!rig.visit().asked() && rig.sees() == "please wait");
+}
+
+#[test]
+fn a_visit_is_complete_partial_withdrawn_or_excluded() {
+    let state = |rig: &Rig| Completion::of(&rig.log());
+    let to_the_end = |rig: &mut Rig| {
+        rig.next();
+        rig.next();
+        rig.answer();
+        for skip in 0..4 {
+            assert_eq!(state(rig), Completion::Open, "{skip} skipped");
+            rig.command(VisitCommand::Skip(reason("no time")));
+        }
+        assert!(rig.visit().is_over());
+    };
+    // All drives skipped, and the first broken off before: nobody's visit is complete like that.
+    let mut rig = Rig::new();
+    to_the_end(&mut rig);
+    assert_eq!((rig.log().end.unwrap().complete, state(&rig)), (true, Completion::Partial));
+    rig.command(VisitCommand::Exclude(reason("wrong glasses")));
+    assert_eq!(
+        (state(&rig), rig.log().end.unwrap().excluded.as_deref()),
+        (Completion::Excluded, Some("wrong glasses"))
+    );
+    rig.refused(VisitCommand::Exclude(reason("again")), "excluded already");
+
+    let mut rig = Rig::new();
+    rig.until_practice();
+    rig.drive_off();
+    rig.command(VisitCommand::Stop(reason("sickness")));
+    assert_eq!(state(&rig), Completion::Withdrawn);
+
+    // In the middle of a drive: it ends the visit, too.
+    let mut rig = Rig::new();
+    rig.until_practice();
+    rig.drive_off();
+    rig.command(VisitCommand::Exclude(reason("no licence")));
+    assert!(
+        rig.visit().is_over() && rig.road.scenario.is_none() && rig.road.said.contains(&"excluded: no licence".into())
+    );
+    assert_eq!((rig.log().end.unwrap().complete, state(&rig)), (false, Completion::Excluded));
 }
 
 #[test]

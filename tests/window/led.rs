@@ -276,13 +276,13 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     assert_eq!(ticks.last(), Some(&asked[0].0), "it stood from the wish to the end");
     visit.server.strike(experimenter, &[CTRL, Q]);
     let (code, text) = visit.ended();
-    assert!(code == Some(0) && text.contains("participant P03 was stopped for good"), "{text}");
+    assert!(code == Some(0) && text.contains("participant P03 withdrawn: the visit was stopped for good"), "{text}");
 
     // What an analyst reads: the answers as they were clicked, the drives that were driven to their end.
     let read = |name: &str| fs::read_to_string(visit.folder.path().join("data").join(name)).unwrap();
     let row = read("phenotype/before.tsv").lines().nth(1).unwrap_or_default().to_owned();
     assert!(row.starts_with("sub-P03\tfalse\t5"), "{row}");
-    assert!(read("participants.tsv").contains("\tperson\tonly\tstopped"), "{}", read("participants.tsv"));
+    assert!(read("participants.tsv").contains("\tperson\tonly\twithdrawn"), "{}", read("participants.tsv"));
 }
 
 #[test]

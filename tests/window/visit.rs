@@ -165,7 +165,7 @@ fn a_whole_visit_by_keys_is_killed_in_a_trial_and_goes_on_there() {
         move || program.borrow_mut().try_wait().unwrap().is_some()
     });
     let (code, text) = ended(program);
-    assert!(code == Some(0) && text.contains("participant P03 has been through the whole study"), "{text}");
+    assert!(code == Some(0) && text.contains("participant P03 complete: every item of the plan was done"), "{text}");
 
     let read = |name: &str| fs::read_to_string(place.out.join(name)).unwrap();
     assert!(read("participants.tsv").contains("\tperson\tnarrow,wide\tcomplete"), "{}", read("participants.tsv"));
@@ -201,9 +201,12 @@ fn what_cannot_be_is_said_before_a_window_opens() {
         (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
     };
     let out = place.out.to_str().unwrap();
-    for (code, has) in
-        [("../P03", "it has '.'"), ("Ann Lee", "it has ' '"), ("nul", "keeps this name"), ("", "is empty")]
-    {
+    for (code, has) in [
+        ("../P03", "it contains '.'"),
+        ("Ann Lee", "it contains a space"),
+        ("nul", "keeps this name"),
+        ("", "is empty"),
+    ] {
         let (exit, text) = run(&place, &["--participant", code, "--out", out]);
         assert!(exit == Some(2) && text.contains(has) && text.contains("for example P03"), "{text}");
     }

@@ -114,7 +114,7 @@ impl Making {
         let driven = self.driven.load(Ordering::Relaxed);
         let percent = (100 * driven).checked_div(self.ticks).unwrap_or(100);
         format!(
-            "Baselines of {} trials are being driven: {percent} %. Closing the window is safe: the same command goes on.",
+            "Baselines of {} trials are being driven: {percent} %. Closing the window is safe: run the same command to resume.",
             self.trials
         )
     }

@@ -56,6 +56,15 @@ impl Visit {
                 self.see(At::Stopped);
                 Ok(())
             }
+            VisitCommand::Exclude(reason) => {
+                if !self.is_over() {
+                    self.leave("excluded", &reason, road)?;
+                    self.session.stop(&reason, &(self.utc)())?;
+                    self.asked = false;
+                    self.see(At::Stopped);
+                }
+                Ok(self.session.exclude(&reason)?)
+            }
         }
     }
 
@@ -64,7 +73,9 @@ impl Visit {
     }
 
     fn go(&mut self, road: &mut dyn Road) -> Result<(), Refused> {
-        self.asked = false;
+        if self.asked {
+            return self.hold(false, road);
+        }
         match &self.at {
             At::Hold => self.go_on()?,
             At::Rest(_, left_s) => {
@@ -77,7 +88,7 @@ impl Visit {
             At::Text(_) | At::Intro(_) | At::Over => self.turn_page()?,
             At::Countdown(..) | At::Driving => return self.hold(false, road),
             At::Questions(_) => {
-                let text = "questions go on when the participant has answered; Skip leaves them out";
+                let text = "the participant has to answer the questions first; Skip leaves them out";
                 return Err(Refused::Say(text.into()));
             }
             At::Loading(_) | At::End | At::Stopped => {}
@@ -85,7 +96,9 @@ impl Visit {
         Ok(())
     }
 
+    /// Pauses a drive or its countdown, or lets it go on; also everything else that a request to stop has held.
     fn hold(&mut self, held: bool, road: &mut dyn Road) -> Result<(), Refused> {
+        let asked = !held && std::mem::take(&mut self.asked);
         let was = match &mut self.at {
             At::Countdown(_, now) => std::mem::replace(now, held),
             At::Driving => {
@@ -93,10 +106,10 @@ impl Visit {
                 road.hold(held);
                 was
             }
-            _ => return Err(Refused::Say("no drive runs that could be held".into())),
+            _ if asked => true,
+            _ => return Err(Refused::Say("there is no drive to pause".into())),
         };
-        self.asked = false;
-        if was != held {
+        if asked || was != held {
             self.write(if held { "paused" } else { "resumed" }, "by the experimenter", road)?;
         }
         Ok(())
@@ -116,7 +129,7 @@ impl Visit {
 
     fn abort(&mut self, reason: &str, road: &mut dyn Road) -> Result<(), Refused> {
         if self.session.log().running.is_none() {
-            return Err(Refused::Say("nothing runs that could be broken off".into()));
+            return Err(Refused::Say("there is nothing to break off".into()));
         }
         self.leave("aborted", reason, road)?;
         self.session.end(Outcome::Aborted, reason, &(self.utc)())?;
@@ -141,12 +154,12 @@ impl Visit {
 
     fn extend(&mut self, seconds: f64, reason: &str, road: &mut dyn Road) -> Result<(), Refused> {
         if !(1.0..=3600.0).contains(&seconds) {
-            return Err(Refused::Say(format!("longer by {seconds} s cannot be; allowed: 1 to 3600 s")));
+            return Err(Refused::Say(format!("the extension is {seconds} s; allowed: 1 to 3600 s")));
         }
         match &mut self.at {
             At::Driving => road.extend(seconds)?,
             At::Rest(_, left_s) => *left_s += seconds,
-            _ => return Err(Refused::Say("nothing runs that could last longer; drives and rests can".into())),
+            _ => return Err(Refused::Say("there is no drive and no rest to extend".into())),
         }
         Ok(self.write("extended", &format!("by {seconds} s: {reason}"), road)?)
     }

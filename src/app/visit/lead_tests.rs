@@ -129,9 +129,9 @@ fn between_drives_it_names_the_person_the_plan_the_wheel_and_what_goes_on_beside
         "P03",
         "A short study",
         "rest rest",
-        "rests",
+        "resting",
         "0:30",
-        "Plan: 0 of 2 are behind; about 2 min to come",
+        "Plan: 0 of 2 done; about 2 min left",
         "trial-1-narrow",
         "narrow: 90 s on ring-250, 6 cars, policy constant",
         "Logitech G29",
@@ -193,7 +193,7 @@ fn what_went_wrong_stands_in_the_plan_until_the_next_command() {
     let late = VisitCommand::Extend { seconds: 7200.0, reason: "t".into() };
     sheet.visit.command(late, &mut NoRoad).unwrap();
     let (words, _) = sheet.pass(&[], None, RoadNow::default());
-    assert!(words.contains("longer by 7200 s cannot be; allowed: 1 to 3600 s"), "{words}");
+    assert!(words.contains("the extension is 7200 s; allowed: 1 to 3600 s"), "{words}");
     sheet.visit.command(VisitCommand::Note("well".into()), &mut NoRoad).unwrap();
     let (words, _) = sheet.pass(&[], None, RoadNow::default());
     assert!(!words.contains("cannot be"), "{words}");

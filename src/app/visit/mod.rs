@@ -172,6 +172,10 @@ impl Visit {
     /// The session cannot be written.
     pub fn tick(&mut self, elapsed: Duration, road: &mut dyn Road) -> Result<(), AppError> {
         self.elapsed_s += elapsed.as_secs_f64();
+        if self.asked {
+            // Whatever it is, it waits: the page, the loading, the countdown, the drive, the rest.
+            return Ok(());
+        }
         let frame_s = elapsed.as_secs_f64().min(MOST_FRAME_S);
         match &mut self.at {
             At::Loading(told @ false) => *told = true,
@@ -254,7 +258,7 @@ impl Visit {
         Ok(self.session.end(Outcome::Cut, reason, &(self.utc)())?)
     }
 
-    /// The participant does something.
+    /// The participant does something. After they asked to stop nothing goes on until the experimenter has decided.
     ///
     /// # Errors
     /// The session cannot be written.
@@ -263,6 +267,7 @@ impl Visit {
         match input {
             Input::Stop => return self.ask_to_stop(road),
             Input::Mark => return self.write("mark", "by the participant", road),
+            _ if self.asked => return Ok(()),
             _ => {}
         }
         match &mut self.at {
@@ -363,10 +368,8 @@ impl Visit {
             return Ok(());
         }
         self.asked = true;
-        match &mut self.at {
-            At::Driving => road.hold(true),
-            At::Countdown(_, held) => *held = true,
-            _ => {}
+        if matches!(self.at, At::Driving) {
+            road.hold(true);
         }
         self.write("asked", "the participant asks to stop", road)
     }

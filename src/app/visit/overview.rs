@@ -12,13 +12,14 @@ impl Visit {
     pub fn screen(&self, now: RoadNow) -> Screen<'_> {
         let texts = &self.study.file.texts;
         match &self.at {
+            At::Countdown(..) | At::Driving if self.asked => Screen::Drive(Some(&texts.asked)),
+            _ if self.asked => Screen::Wait(&texts.asked),
             At::Hold => Screen::Wait(&texts.wait),
             At::Loading(_) => Screen::Wait(&texts.ready),
             At::Text(text) | At::Intro(text) => Screen::Page(text),
             At::Over => Screen::Page(&texts.drive_over),
-            At::Countdown(_, true) => Screen::Drive(Some(if self.asked { &texts.asked } else { &texts.paused })),
+            At::Countdown(_, true) => Screen::Drive(Some(&texts.paused)),
             At::Countdown(left_s, false) => Screen::Countdown(left_s.ceil().max(1.0) as u32),
-            At::Driving if self.asked => Screen::Drive(Some(&texts.asked)),
             At::Driving if now.held => Screen::Drive(Some(&texts.paused)),
             At::Driving => Screen::Drive(None),
             At::Rest(text, left_s) => Screen::Rest(text, *left_s),
@@ -93,12 +94,13 @@ impl Visit {
     /// What the visit waits for.
     pub fn phase(&self, now: RoadNow) -> VisitPhase {
         match &self.at {
+            At::End | At::Stopped => VisitPhase::Over,
+            _ if self.asked => VisitPhase::Held,
             At::Hold => VisitPhase::Experimenter,
             At::Countdown(_, held) if *held => VisitPhase::Held,
             At::Driving if now.held => VisitPhase::Held,
             At::Loading(_) | At::Countdown(..) | At::Driving => VisitPhase::Driving,
             At::Rest(_, left_s) if *left_s > 0.0 => VisitPhase::Resting,
-            At::End | At::Stopped => VisitPhase::Over,
             _ => VisitPhase::Participant,
         }
     }

@@ -21,7 +21,7 @@ use crate::{
     panel::{ScreenState, Screens, VisitCommand, experimenter::WheelHealth, theme},
     record,
     study::{
-        Code, DataSet, Input, Session, SessionError, Study,
+        Code, Completion, DataSet, Input, Session, SessionError, Study, lock,
         session::{self, Log, Who},
     },
 };
@@ -60,10 +60,8 @@ pub struct VisitOptions {
 /// How a visit was left.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Left {
-    /// All is settled.
-    Complete,
-    /// Stopped for good.
-    Stopped,
+    /// It is over.
+    Over(Completion),
     /// Something is left to do: the next item's name.
     Open(String),
 }
@@ -109,7 +107,7 @@ fn look_ahead(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
     if !path.exists() || Log::load(&path)?.end.is_none() {
         return Ok(());
     }
-    let lock = session::lock(&folder, &options.code)?;
+    let lock = lock::lock(&folder, &options.code)?;
     let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
     if made > 0 {
         let text = format!("{made} baselines of participant {} were missing and have been made", options.code);
@@ -256,7 +254,6 @@ impl Frame<'_> {
             texts: &options.study.file.texts,
             progress: visit.progress(),
             wheel: kit.wheel(),
-            asked: visit.asked() && !visit.drives(),
         };
         let mut inputs = Vec::new();
         let output = picture.overlay(|ui| inputs.extend(screens.show(ui, &state)));
@@ -287,7 +284,7 @@ impl Frame<'_> {
             let texture = view.texture();
             (experimenter.picture(picture.gpu(), view), [texture.width(), texture.height()])
         });
-        let done = made.then(|| format!("All is written. Look at it with: codrive analyse {}", data.root().display()));
+        let done = made.then(|| format!("All data saved. Analyse it with: codrive analyse {}", data.root().display()));
         let wheel = match kit.devices().and_then(|devices| devices.wheel_profile()) {
             Some(profile) => WheelHealth::There(profile.name.clone()),
             None => WheelHealth::None,
@@ -343,8 +340,7 @@ impl Frame<'_> {
         data.publish(&options.study, &options.code)?;
         let log = self.visit.session().log();
         Ok(match (&log.end, self.visit.session().next()) {
-            (Some(end), _) if end.complete => Left::Complete,
-            (Some(_), _) => Left::Stopped,
+            (Some(_), _) => Left::Over(Completion::of(log)),
             (None, next) => Left::Open(next.map_or_else(String::new, |(_, planned)| planned.name.clone())),
         })
     }

@@ -51,7 +51,7 @@ pub enum Light {
     Off,
     /// All is well.
     Green,
-    /// Look at it when there is time.
+    /// To be checked when there is time.
     Amber,
     /// The trial suffers.
     Red,
@@ -86,7 +86,7 @@ impl Light {
         match self {
             Self::Off => "off",
             Self::Green => "good",
-            Self::Amber => "look",
+            Self::Amber => "check",
             Self::Red => "bad",
         }
     }
@@ -134,7 +134,7 @@ fn dropped(health: &Health) -> Lamp {
         _ => Light::Green,
     };
     let words = if all > 0.0 { format!("{all:.2} s in all, {lately:.2} s lately") } else { "none".into() };
-    let tip = "Time of the drive that was given up because a picture came too late: the world stood for that long. Bad: in \
+    let tip = "Time of the drive that was lost because a picture came too late: the world stood still for that long. Bad: in \
                the last ten seconds";
     Lamp { name: "Dropped time", light, words, tip }
 }
@@ -161,7 +161,11 @@ fn recorder(health: &Health) -> Lamp {
         None => Lamp { name, light: Light::Amber, words: "this drive is not recorded".into(), tip },
         Some(RecordingHealth { waiting: [waiting, most], .. }) => {
             let light = Light::of(waiting as f64, [most as f64 / 4.0, most as f64 / 2.0]);
-            Lamp { name, light, words: format!("{waiting} of {most} batches wait"), tip }
+            let words = match waiting {
+                0 => "recording, no backlog".into(),
+                _ => format!("recording, {waiting} of {most} batches waiting"),
+            };
+            Lamp { name, light, words, tip }
         }
     }
 }
@@ -170,7 +174,7 @@ fn disk(health: &Health) -> Lamp {
     let tip = "Room where the recording lies. A visit takes a few dozen megabytes. Good: over 5 GB; bad: under 1 GB";
     let name = "Disk";
     match health.recording.and_then(|recording| recording.free_gb) {
-        None => Lamp { name, light: Light::Off, words: "not asked".into(), tip },
+        None => Lamp { name, light: Light::Off, words: "not checked".into(), tip },
         Some(gb) => Lamp {
             name,
             light: Light::of(-gb, [-record::LITTLE_GB, -record::TOO_LITTLE_GB]),
@@ -186,7 +190,7 @@ fn wheel(health: &Health) -> Lamp {
         WheelHealth::None => (Light::Amber, "none: keyboard or pad drives".into()),
         WheelHealth::Lost => (Light::Red, "unplugged: plug it in again".into()),
     };
-    let tip = "What the participant steers with. A wheel that is unplugged holds time until it is back";
+    let tip = "What the participant steers with. A wheel that is unplugged pauses the drive until it is back";
     Lamp { name: "Wheel", light, words, tip }
 }
 

@@ -9,7 +9,7 @@ mod questionnaire;
 mod style;
 
 use crate::study::{Form, Input, Texts};
-use egui::{Align2, Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
+use egui::{Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
 use egui_commonmark::CommonMarkCache;
 use style::Look;
 
@@ -24,8 +24,6 @@ pub struct ScreenState<'a> {
     pub progress: [usize; 2],
     /// A wheel is there: hints name its buttons, not keys.
     pub wheel: bool,
-    /// The participant asked to stop and nobody has answered yet.
-    pub asked: bool,
 }
 
 /// A screen.
@@ -167,11 +165,6 @@ fn hint(ui: &Ui, look: &Look, state: &ScreenState<'_>) {
     let texts = state.texts;
     let whole = ui.max_rect();
     let y = whole.bottom() - 1.2 * look.em;
-    if state.asked {
-        let at = pos2(whole.center().x, y);
-        ui.painter().text(at, Align2::CENTER_CENTER, &texts.asked, look.font(0.8), style::CURSOR);
-        return;
-    }
     let [turn, next, back] = if state.wheel {
         [texts.wheel.as_str(), texts.answer_button.as_str(), texts.back_button.as_str()]
     } else {

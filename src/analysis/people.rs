@@ -1,0 +1,147 @@
+//! Who took part in a study, as its BIDS tables tell. In: `participants.tsv` and `phenotype/*.tsv` of a data set. Out: how far
+//! each visit came, whether anybody drove at all, whose drives are left out, and the scores of the questionnaires.
+
+use super::AnalysisError;
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    study::Completion,
+};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// A participant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Person {
+    /// `sub-P03`.
+    pub id: String,
+    /// Nobody drove: one of a rehearsal.
+    pub is_simulated: bool,
+    /// How far the visit came, in the table's word.
+    pub state: String,
+}
+
+impl Person {
+    /// True if the drives are not to be analysed.
+    pub fn is_excluded(&self) -> bool {
+        self.state == Completion::Excluded.word()
+    }
+}
+
+/// A score of a questionnaire.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Score {
+    /// Questionnaire of the plan, as its file is called.
+    pub questionnaire: String,
+    /// The score's name.
+    pub name: String,
+    /// Those of the participants who answered and are not excluded, in the table's own unit.
+    pub values: Vec<f64>,
+}
+
+/// Participants of a study and their scores; empty outside of one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct People {
+    /// In the table's order.
+    pub all: Vec<Person>,
+    /// In the order of files and columns.
+    pub scores: Vec<Score>,
+}
+
+impl People {
+    /// Those of a data set among `subjects`.
+    ///
+    /// # Errors
+    /// A table is not as this program writes it.
+    pub fn of(root: &Path, subjects: &[String]) -> Result<Self, AnalysisError> {
+        let mut all = Vec::new();
+        if let Some(table) = Tsv::read(&root.join("participants.tsv"))? {
+            let [id, kind, state] = [table.column("participant_id")?, table.column("kind")?, table.column("state")?];
+            let rows = table.rows.iter().filter(|row| subjects.contains(&row[id]));
+            all.extend(rows.map(|row| Person {
+                id: row[id].clone(),
+                is_simulated: row[kind] == "simulated",
+                state: row[state].clone(),
+            }));
+        }
+        let mut people = Self { all, scores: Vec::new() };
+        let entries = fs::read_dir(root.join("phenotype")).into_iter().flatten().flatten();
+        let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+        files.retain(|path| path.extension().is_some_and(|ending| ending == "tsv"));
+        files.sort();
+        for path in files {
+            let Some(table) = Tsv::read(&path)? else { continue };
+            let id = table.column("participant_id")?;
+            let rows: Vec<&Vec<String>> =
+                table.rows.iter().filter(|row| subjects.contains(&row[id]) && !people.is_excluded(&row[id])).collect();
+            for (at, name) in table.names.iter().enumerate() {
+                let Some(name) = name.strip_prefix("score_") else { continue };
+                people.scores.push(Score {
+                    questionnaire: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+                    name: name.into(),
+                    values: rows.iter().filter_map(|row| row[at].parse().ok()).collect(),
+                });
+            }
+        }
+        Ok(people)
+    }
+
+    /// True if this participant's drives are not to be analysed.
+    pub fn is_excluded(&self, id: &str) -> bool {
+        self.all.iter().any(|person| person.id == id && person.is_excluded())
+    }
+
+    /// True if nobody drove.
+    pub fn is_rehearsal(&self) -> bool {
+        self.all.iter().any(|person| person.is_simulated)
+    }
+
+    /// `2 complete, 1 partial (sub-P03), 1 excluded (sub-P05)`: who is not complete is named.
+    pub fn words(&self) -> String {
+        let of = |state: Completion| {
+            let ids: Vec<&str> = self
+                .all
+                .iter()
+                .filter(|person| person.state == state.word())
+                .map(|person| person.id.as_str())
+                .collect();
+            let names = if state == Completion::Complete { String::new() } else { format!(" ({})", ids.join(", ")) };
+            (!ids.is_empty()).then(|| format!("{} {}{names}", ids.len(), state.word()))
+        };
+        use Completion::{Complete, Excluded, Open, Partial, Withdrawn};
+        [Complete, Partial, Withdrawn, Open, Excluded].into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// A table as BIDS has it.
+struct Tsv {
+    path: PathBuf,
+    names: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Tsv {
+    /// `None` where there is no such file.
+    fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
+        let Ok(text) = read_text(path, SETTINGS_BYTES) else { return Ok(None) };
+        let mut lines = text.lines().map(|line| line.split('\t').map(str::to_owned).collect::<Vec<_>>());
+        let names = lines.next().unwrap_or_default();
+        let rows: Vec<Vec<String>> = lines.collect();
+        if let Some(i) = rows.iter().position(|row| row.len() != names.len()) {
+            return Err(AnalysisError::Input(format!(
+                "{}: line {} has {} cells instead of {}",
+                path.display(),
+                i + 2,
+                rows[i].len(),
+                names.len()
+            )));
+        }
+        Ok(Some(Self { path: path.into(), names, rows }))
+    }
+
+    fn column(&self, name: &str) -> Result<usize, AnalysisError> {
+        let fault = || AnalysisError::Input(format!("{}: there is no column \"{name}\"", self.path.display()));
+        self.names.iter().position(|n| n == name).ok_or_else(fault)
+    }
+}

@@ -1,0 +1,60 @@
+//! How far a visit came, as the data set says it. In: a visit's log. Out: a [`Completion`].
+
+use super::session::{Log, Outcome};
+
+/// How far a visit came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Completion {
+    /// It is not over.
+    Open,
+    /// Every item of the plan was done to its end.
+    Complete,
+    /// It came to the end of the plan, and at least one item was skipped.
+    Partial,
+    /// It was stopped for good before the end of the plan.
+    Withdrawn,
+    /// The experimenter excluded its data, however far it came.
+    Excluded,
+}
+
+impl Completion {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Open, Self::Complete, Self::Partial, Self::Withdrawn, Self::Excluded];
+
+    /// That of a visit.
+    pub fn of(log: &Log) -> Self {
+        let Some(end) = &log.end else { return Self::Open };
+        let skipped = |item: &str| log.last(item).is_some_and(|last| last.outcome == Outcome::Skipped);
+        if end.excluded.is_some() {
+            Self::Excluded
+        } else if !end.complete {
+            Self::Withdrawn
+        } else if log.passages.iter().any(|passage| skipped(&passage.item)) {
+            Self::Partial
+        } else {
+            Self::Complete
+        }
+    }
+
+    /// The word in `participants.tsv`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Complete => "complete",
+            Self::Partial => "partial",
+            Self::Withdrawn => "withdrawn",
+            Self::Excluded => "excluded",
+        }
+    }
+
+    /// What the word means.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Open => "the visit is not over",
+            Self::Complete => "every item of the plan was done to its end",
+            Self::Partial => "the visit came to its end, and at least one item was skipped",
+            Self::Withdrawn => "the visit was stopped for good before its end",
+            Self::Excluded => "the experimenter excluded the data; codrive analyse leaves them out",
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! Keeps a second program away from a participant. In: the participant's folder. Out: a file that is locked for as long as
+//! it is open.
+
+use super::{Code, SessionError};
+use crate::{private, record::RecordError};
+use std::{
+    fs::{self, File},
+    path::Path,
+};
+
+/// Name of the lock's file.
+pub(super) const FILE: &str = "lock";
+
+/// Keeps other programs away from a participant for as long as the file is held.
+///
+/// # Errors
+/// Another program has it, or the system refuses.
+pub fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
+    let path = folder.join(FILE);
+    let file = lock_file(&path)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(fs::TryLockError::WouldBlock) => {
+            Err(SessionError::Refused(format!("participant {code} is being run by another program; end that first")))
+        }
+        Err(fs::TryLockError::Error(why)) => Err(RecordError::File { path, why }.into()),
+    }
+}
+
+/// An empty file, private to the user, that a lock is held on.
+pub(super) fn lock_file(path: &Path) -> Result<File, RecordError> {
+    private::lock_file(path).map_err(|why| RecordError::File { path: path.into(), why })
+}
