@@ -3,7 +3,7 @@
 use codrive::{
     driver::{SimulatedDriver, preset},
     ego::Controls,
-    sim::{EndReason, EventKind, OnContact, Scenario, Snapshot, World},
+    sim::{EndReason, EventKind, NotPutBack, OnContact, Scenario, Snapshot, World},
     space::CAR_LENGTH_M,
 };
 use std::sync::{Mutex, MutexGuard};
@@ -34,6 +34,47 @@ fn drive(scenario: &Scenario, seconds: f64) -> Vec<Snapshot> {
             world.snapshot().clone()
         })
         .collect()
+}
+
+#[test]
+fn a_car_beside_the_road_or_turned_around_is_put_back_into_the_gap_where_it_left_and_no_other_car_is_touched() {
+    let mut world = World::new(&Scenario { vehicles: 8, trees: 0, ..scenario("native") }).unwrap();
+    assert_eq!(world.put_back(), Err(NotPutBack::OnLane));
+    let away = Controls { throttle: 0.6, steering_wheel_rad: 4.0, ..Controls::default() };
+    for _ in 0..3000 {
+        world.tick(&away).unwrap();
+        if world.snapshot().lane_offset_m.abs() > 6.0 {
+            break;
+        }
+    }
+    assert!(world.is_astray() && world.snapshot().lane_offset_m.abs() > 6.0);
+    let left_at_m = world.snapshot().ego_s_m;
+    // Others may pass where it would stand: then there is no room, and after a while there is.
+    let waited = (0..3000).find(|_| {
+        let done = world.put_back();
+        assert!(done != Err(NotPutBack::OnLane) && done != Err(NotPutBack::Over), "{done:?}");
+        world.tick(&STANDING).unwrap();
+        done.is_ok()
+    });
+    assert!(waited.is_some(), "30 s without a gap of seven metres among eight cars on 250 m");
+    let put: Vec<f64> = world
+        .events()
+        .iter()
+        .filter_map(|event| if let EventKind::PutBack { s_m } = event.kind { Some(s_m) } else { None })
+        .collect();
+    let [s_m] = put[..] else { panic!("{:?}", world.events()) };
+    let snapshot = world.snapshot();
+    assert!(!world.is_astray() && snapshot.lane_offset_m.abs() < 0.1, "{} m beside the lane", snapshot.lane_offset_m);
+    let route = &world.map().route;
+    assert!((snapshot.ego_s_m - s_m).abs() < 0.5 && route.difference(left_at_m, s_m).abs() < 40.0);
+    let leader = snapshot.leader.unwrap();
+    let behind_m = snapshot.cars.iter().map(|car| route.ahead(car.s_m, s_m) - CAR_LENGTH_M).fold(f64::MAX, f64::min);
+    assert!(leader.gap_m > 0.5 && behind_m > 0.5, "{} m ahead, {behind_m} m behind", leader.gap_m);
+    assert!(snapshot.ego.speed_mps <= leader.speed_mps + 0.2, "not faster than who is ahead");
+    for _ in 0..300 {
+        world.tick(&STANDING).unwrap();
+        assert!(!world.events().iter().any(|event| matches!(event.kind, EventKind::Contact { .. })), "a contact");
+    }
 }
 
 /// The first tick at which two drives differ, found by bisection over chained hashes, and the field.

@@ -2,7 +2,7 @@
 //! or scripts of their own. They take no more room for a drive of days than for one of hours.
 
 use super::{
-    Analysed, MEASURES,
+    Analysed, MEASURES, Trial,
     tables::{conditions, values},
     traces::DriveTraces,
 };
@@ -14,6 +14,8 @@ use std::fmt::Write;
 
 /// What the time of a drive counts from.
 const TIME: &str = "time since the start of the drive, s";
+/// Higher than any field: what reaches to it crosses the whole field.
+const TOP_MPS: f64 = 1e3;
 /// Seconds that are averaged for lines over time, at the least.
 const SMOOTH_S: usize = 5;
 /// Points of a line over time, at the most: two for each unit of its width. They stand 5 s apart up to two hours.
@@ -33,9 +35,23 @@ pub fn space_time(title: &str, drive: &DriveTraces, baseline: Option<&DriveTrace
     figures::space_time(&rings, top_mps, TIME, "")
 }
 
-/// Speed of the ego, advice with its range, and the spread of all cars over time.
-pub fn speeds(title: &str, drive: &DriveTraces) -> String {
-    figures::speeds(title, &drive.speeds, drive.range_mps, TIME, "")
+/// Speed of the ego, advice with its range, and the spread of all cars over time; contacts and marks where they were.
+pub fn speeds(title: &str, drive: &DriveTraces, trial: &Trial) -> String {
+    let upright = |name: &str, style: Style, times_s: Vec<f64>| {
+        let line = move |(i, at_s): (usize, f64)| Line {
+            // The legend names them once.
+            name: if i == 0 { name.into() } else { String::new() },
+            style,
+            points: vec![[at_s, 0.0], [at_s, TOP_MPS]],
+            band: Vec::new(),
+        };
+        times_s.into_iter().enumerate().map(line).collect::<Vec<_>>()
+    };
+    let contacts = trial.contacts_at.iter().map(|contact| contact[0]).collect();
+    let mut more = upright("contact", Style { width: 1.6, ..Style::solid("#cc0000") }, contacts);
+    let marks = Style { width: 1.0, dash: "4 3", ..Style::solid("#555555") };
+    more.extend(upright("mark", marks, trial.marks_at.clone()));
+    figures::speeds(title, &drive.speeds, drive.range_mps, TIME, "", more)
 }
 
 /// Mean speed of all cars over time, with advice and without.

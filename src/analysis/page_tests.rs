@@ -92,6 +92,37 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
 }
 
 #[test]
+fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
+    let mut trials = drives();
+    let k = index("contacts");
+    trials.iter_mut().for_each(|drive| drive.measures.values[k] = Some(0.0));
+    let mut page = Page { html: String::new(), figures: Vec::new() };
+    contacts(&mut page, &trials);
+    assert_eq!(page.html, "");
+    trials[1].measures.values[k] = Some(3.0);
+    contacts(&mut page, &trials);
+    assert!(page.html.contains("Contacts with other cars in 1 of 4 drives: sub-P01 trial many (3)."), "{}", page.html);
+
+    let times_s: Vec<f64> = (0..40).map(f64::from).collect();
+    let ring = crate::train::Trace {
+        circumference_m: 250.0,
+        way_m: vec![vec![0.0, -10.0]; 40],
+        speed_mps: vec![vec![4.0, 5.0]; 40],
+        shown_mps: vec![None; 40],
+        time_s: times_s,
+    };
+    let traces =
+        DriveTraces { ways: ring.clone(), ways_end_s: None, speeds: ring, median_speed_mps: Some(4.0), range_mps: 0.0 };
+    let svg = |trial: &Trial| figures::speeds("one", &traces, trial);
+    let quiet = svg(&Trial::default());
+    assert!(!quiet.contains("contact") && !quiet.contains("mark</text>"));
+    let contacts_at = vec![[12.0, 3.5], [30.0, 1.0]];
+    let hit = svg(&Trial { contacts: 2, contacts_at, marks_at: vec![20.0], ..Trial::default() });
+    let red = all(&hit, "polyline", "stroke").iter().filter(|colour| *colour == "#cc0000").count();
+    assert_eq!((red, hit.matches(">contact<").count(), hit.matches(">mark<").count()), (2, 1, 1), "{hit}");
+}
+
+#[test]
 fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
     use crate::analysis::people::{Person, Score};
     let person = |id: &str, state: &str| Person { id: id.into(), is_simulated: true, state: state.into() };

@@ -2,14 +2,16 @@
 //! each visit came, whether anybody drove at all, whose drives are left out, and the scores of the questionnaires.
 
 use super::AnalysisError;
-use crate::{
-    file::{SETTINGS_BYTES, read_text},
-    study::Completion,
-};
+use crate::file::{SETTINGS_BYTES, read_text};
 use std::{
     fs,
     path::{Path, PathBuf},
 };
+
+/// How far a visit came, in the words of `participants.tsv` (`study::Completion`), in the order in which they are reported.
+pub const STATES: [&str; 5] = [COMPLETE, "partial", "withdrawn", "open", EXCLUDED];
+const COMPLETE: &str = "complete";
+const EXCLUDED: &str = "excluded";
 
 /// A participant.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +27,7 @@ pub struct Person {
 impl Person {
     /// True if the drives are not to be analysed.
     pub fn is_excluded(&self) -> bool {
-        self.state == Completion::Excluded.word()
+        self.state == EXCLUDED
     }
 }
 
@@ -99,18 +101,13 @@ impl People {
 
     /// `2 complete, 1 partial (sub-P03), 1 excluded (sub-P05)`: who is not complete is named.
     pub fn words(&self) -> String {
-        let of = |state: Completion| {
-            let ids: Vec<&str> = self
-                .all
-                .iter()
-                .filter(|person| person.state == state.word())
-                .map(|person| person.id.as_str())
-                .collect();
-            let names = if state == Completion::Complete { String::new() } else { format!(" ({})", ids.join(", ")) };
-            (!ids.is_empty()).then(|| format!("{} {}{names}", ids.len(), state.word()))
+        let of = |state: &str| {
+            let ids: Vec<&str> =
+                self.all.iter().filter(|person| person.state == state).map(|person| person.id.as_str()).collect();
+            let names = if state == COMPLETE { String::new() } else { format!(" ({})", ids.join(", ")) };
+            (!ids.is_empty()).then(|| format!("{} {state}{names}", ids.len()))
         };
-        use Completion::{Complete, Excluded, Open, Partial, Withdrawn};
-        [Complete, Partial, Withdrawn, Open, Excluded].into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
+        STATES.into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -75,6 +75,7 @@ pub fn report(title: &str, drives: &[Analysed], who: &People, changed: &[String]
         env!("CARGO_PKG_VERSION")
     ));
     participants(&mut page, who);
+    contacts(&mut page, drives);
     if !changed.is_empty() {
         page.put("<p class=\"warning\"><b>These files are not as they were written, and were analysed all the same:</b></p><ul>");
         changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
@@ -110,6 +111,31 @@ fn participants(page: &mut Page, people: &People) {
         let left_out = if left_out { "; drives and answers of excluded ones are left out" } else { "" };
         page.put(&format!("<p class=\"note\">Participants: {}{left_out}.</p>", escaped(&people.words())));
     }
+}
+
+/// Which drives had contacts with other cars.
+fn contacts(page: &mut Page, drives: &[Analysed]) {
+    const MOST: usize = 20;
+    let k = index("contacts");
+    let of = |drive: &Analysed| drive.measures.values[k].filter(|count| *count > 0.0);
+    let hit: Vec<String> = drives
+        .iter()
+        .filter_map(|drive| Some(format!("{} ({})", escaped(&drive.found.title()), short_count(of(drive)?))))
+        .collect();
+    if hit.is_empty() {
+        return;
+    }
+    let more = if hit.len() > MOST { format!(" and {} more", hit.len() - MOST) } else { String::new() };
+    page.put(&format!(
+        "<p class=\"warning\">Contacts with other cars in {} of {}: {}{more}.</p>",
+        hit.len(),
+        if drives.len() == 1 { "1 drive".into() } else { format!("{} drives", drives.len()) },
+        hit[..hit.len().min(MOST)].join(", ")
+    ));
+}
+
+fn short_count(count: f64) -> String {
+    format!("{count:.0}")
 }
 
 /// Scores of the questionnaires, over all participants who answered.
@@ -209,12 +235,19 @@ fn powers(page: &mut Page, drives: &[Analysed]) {
 /// One drive: ways, speeds, mean speed with and without advice.
 fn one(page: &mut Page, drive: &Analysed, number: usize) -> Result<(), AnalysisError> {
     let title = drive.found.title();
-    let traces = DriveTraces::of(&Trial::open(&drive.found.recording)?)?;
+    let trial = Trial::open(&drive.found.recording)?;
+    let traces = DriveTraces::of(&trial)?;
     let of_baseline = |folder: &PathBuf| DriveTraces::of(&Trial::open(folder)?);
     let baseline = drive.found.baseline.as_ref().map(of_baseline).transpose()?.flatten();
     page.put(&format!("<h3>{}</h3>", escaped(&title)));
+    if !trial.contacts_at.is_empty() {
+        let each: Vec<String> =
+            trial.contacts_at.iter().map(|[at_s, mps]| format!("at {at_s:.1} s with {mps:.1} m/s")).collect();
+        let more = if trial.contacts > each.len() { ", ..." } else { "" };
+        page.put(&format!("<p class=\"warning\">Contacts: {}{more}</p>", each.join(", ")));
+    }
     if let Some(traces) = traces {
-        page.figure(&format!("speeds-{number}"), Some(figures::speeds("Speed and advice", &traces)));
+        page.figure(&format!("speeds-{number}"), Some(figures::speeds("Speed and advice", &traces, &trial)));
         let ways = figures::space_time("With advice", &traces, baseline.as_ref());
         page.figure(&format!("space-time-{number}"), Some(ways));
     }

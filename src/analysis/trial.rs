@@ -8,6 +8,7 @@ use super::{
 use crate::{
     map::RoadMap,
     record::{self, Parts, Reader, RecordError, Table},
+    time::Tick,
 };
 use std::{
     path::{Path, PathBuf},
@@ -16,6 +17,8 @@ use std::{
 
 /// Latencies that are kept at the most: nine hours at 60 Hz. Of a longer drive every second, fourth, ... is.
 const MOST_LATENCIES: usize = 2_000_000;
+/// Contacts, and marks, that are shown one by one at the most.
+const MOST_MOMENTS: usize = 100;
 /// Columns of the ego that are read.
 const EGO: [&str; 13] = [
     "tick",
@@ -49,6 +52,10 @@ pub struct Trial {
     pub changes: Vec<Change>,
     /// Contacts with other cars.
     pub contacts: usize,
+    /// When, seconds, and at which closing speed, m/s, for the first of them.
+    pub contacts_at: Vec<[f64; 2]>,
+    /// When moments were marked, seconds, for the first of them.
+    pub marks_at: Vec<f64>,
     /// How often the middle of the car left its lane.
     pub left_road: usize,
     /// From an input to the frame that showed it, seconds, where the device told times; from the smallest on.
@@ -126,10 +133,18 @@ impl Trial {
             ended: manifest.ended.unwrap_or_default(),
             ..Self::default()
         };
-        for part in trial.parts(Table::Events, &["event"])? {
-            for kind in part?.words("event") {
+        for part in trial.parts(Table::Events, &["tick", "event", "value"])? {
+            let part = part?;
+            let rows = part.wholes("tick").into_iter().zip(part.words("event").into_iter().zip(part.numbers("value")));
+            for (tick, (kind, value)) in rows {
                 trial.contacts += usize::from(kind == "contact");
                 trial.left_road += usize::from(kind == "left_road");
+                let time_s = Tick(tick).seconds();
+                if kind == "contact" && trial.contacts_at.len() < MOST_MOMENTS {
+                    trial.contacts_at.push([time_s, value.unwrap_or_default()]);
+                } else if kind == "mark" && trial.marks_at.len() < MOST_MOMENTS {
+                    trial.marks_at.push(time_s);
+                }
             }
         }
         let mut finder = ChangeFinder::default();

@@ -1,7 +1,7 @@
 //! The experimenter's desk: panel, messages, frame times on top of the picture, or all of it in a window of its own. In: the
 //! running [`Show`]. Out: what is to be seen, and what is asked for.
 
-use super::{Pulse, Restarted, Show, keys, keys::Command, wheel};
+use super::{Pulse, Restarted, Show, card::Card, keys, keys::Command, wheel};
 use crate::{
     driver,
     input::profiles,
@@ -9,7 +9,7 @@ use crate::{
     panel::{
         Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
         calibration::CalibrationPage,
-        dropped_time,
+        contact_flash, dropped_time,
         experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Log},
     },
     policy,
@@ -19,6 +19,9 @@ use crate::{
 };
 use egui::{Align2, Color32, FontId, TextureId, Ui};
 use std::time::Duration;
+
+/// What a driver has to know before a free drive.
+const START: &str = "Space or the accelerator starts.\nArrow keys or W A S D drive.\nF1 lists all keys.";
 
 /// Panel and overlays of a drive.
 pub struct Desk {
@@ -34,6 +37,8 @@ pub struct Desk {
     error: Option<String>,
     /// The recording came to its end before the drive, which stands since.
     is_cut: bool,
+    /// What the driver of a free drive reads at its end.
+    card: Option<Card>,
     /// The page of wheel and pedals, and what came of its last command.
     wheel: CalibrationPage,
     wheel_said: Option<String>,
@@ -60,6 +65,7 @@ impl Desk {
             message: None,
             error: None,
             is_cut: false,
+            card: None,
             wheel: CalibrationPage::default(),
             wheel_said: None,
         }
@@ -77,13 +83,21 @@ impl Desk {
 
     /// What is over the picture now; what the panel asks for. `times` are those of the GPU's passes.
     pub fn show(&mut self, ui: &mut Ui, show: &Show, times: Option<PassTimes>) -> Vec<PanelCommand> {
-        let notes = self.notes(show, times);
+        let mut notes = self.notes(show, times);
+        if phase(show) == Phase::Ended && !show.is_stopped() && !self.attended {
+            let world = &show.drive.world;
+            let card = self.card.get_or_insert_with(|| Card::begin(world.scenario(), &show.summary()));
+            notes.card = card.words();
+        } else {
+            self.card = None;
+        }
         let Self { panel, log, pulse, engine, error, .. } = self;
         let state = state(show, log, pulse, engine, error.as_deref());
         let mut asked = panel.show(ui, &state, &keys::list());
         if !self.attended {
             asked.extend(self.wheel_page(ui, show));
         }
+        contact_flash(ui, show.contacts().flash());
         write_notes(ui, &notes);
         asked
     }
@@ -122,10 +136,11 @@ impl Desk {
             Phase::Paused | Phase::Ready if self.attended => "Please wait.",
             Phase::Ended if self.attended => "The drive is over.",
             Phase::Paused if show.waits_for_wheel() => {
-                "The wheel was unplugged. The drive goes on when it is back; Space goes on without it."
+                "The wheel was unplugged. The drive continues when it is back; Space continues without it."
             }
-            Phase::Paused | Phase::Ready => "Paused. Space goes on.",
-            Phase::Ended => "The drive is over. Backspace begins again.",
+            Phase::Ready => START,
+            Phase::Paused => "Paused. Space continues.",
+            Phase::Ended => "The drive is over. Backspace starts again.",
             Phase::Running => "",
         };
         let mut corner = Vec::new();
@@ -145,7 +160,12 @@ impl Desk {
             let help = if show.lane_help() { ", lane help" } else { "" };
             corner.push(format!("{}{help}", show.devices.describe()));
         }
-        Notes { middle, corner }
+        Notes { middle, corner, card: String::new() }
+    }
+
+    /// Closes the list of keys, if it is open; true if it was.
+    pub fn close_help(&mut self) -> bool {
+        std::mem::take(&mut self.panel.help_open)
     }
 
     /// A command from a key.
@@ -160,9 +180,14 @@ impl Desk {
             Command::Step => single_step(show, show.drive.world.scenario().step_ticks()),
             Command::NextView => show.next_view(),
             Command::Reverse => show.devices.keyboard.toggle_reverse(),
+            Command::PutBack => show.put_back(),
             Command::LaneHelp => {
                 show.toggle_lane_help();
                 self.say(format!("lane help is {}", if show.lane_help() { "on" } else { "off" }), show);
+            }
+            Command::Mark => {
+                show.note("mark", "by the experimenter");
+                self.say("marked".into(), show);
             }
             Command::Restart | Command::FullScreen | Command::ReloadShaders | Command::Quit => {}
         }
@@ -206,8 +231,10 @@ impl Desk {
     pub fn heed(&mut self, command: ExperimenterCommand, show: &mut Show) {
         match command {
             ExperimenterCommand::Drive(command) => self.obey(command, show),
-            ExperimenterCommand::Mark(number) => show.note("mark", &format!("experimenter, mark {number}")),
+            ExperimenterCommand::Mark(number) => show.note("mark", &format!("by the experimenter, {number}")),
             ExperimenterCommand::Note(text) => show.note("note", &text),
+            // The window's to do.
+            ExperimenterCommand::End => {}
         }
     }
 
@@ -231,6 +258,8 @@ impl Desk {
 struct Notes {
     middle: &'static str,
     corner: Vec<String>,
+    /// Below the middle.
+    card: String,
 }
 
 fn write_notes(ui: &Ui, notes: &Notes) {
@@ -246,6 +275,10 @@ fn write_notes(ui: &Ui, notes: &Notes) {
     if !notes.middle.is_empty() {
         let at = screen.center_top() + egui::vec2(0.0, 0.34 * screen.height());
         boxed(Align2::CENTER_CENTER, at, notes.middle.into(), 26.0);
+    }
+    if !notes.card.is_empty() {
+        let at = screen.center_top() + egui::vec2(0.0, 0.52 * screen.height());
+        boxed(Align2::CENTER_CENTER, at, notes.card.clone(), 20.0);
     }
     if !notes.corner.is_empty() {
         boxed(Align2::LEFT_BOTTOM, screen.left_bottom() + egui::vec2(18.0, -16.0), notes.corner.join("\n"), 14.0);

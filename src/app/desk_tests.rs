@@ -90,13 +90,13 @@ fn words_on_the_picture_say_what_the_drive_is_at_and_to_whom() {
     for attended in [false, true] {
         let (mut show, mut desk) = sit(attended);
         let says = |desk: &Desk, show: &Show| desk.notes(show, None).middle;
-        let [waits, over] = if attended {
-            ["Please wait.", "The drive is over."]
+        let [starts, waits, over] = if attended {
+            ["Please wait.", "Please wait.", "The drive is over."]
         } else {
-            ["Paused. Space goes on.", "The drive is over. Backspace begins again."]
+            [START, "Paused. Space continues.", "The drive is over. Backspace starts again."]
         };
-        assert_eq!((phase(&show), says(&desk, &show)), (Phase::Ready, waits));
-        assert!(words(|ui| drop(desk.show(ui, &show, None))).contains(waits), "and it is drawn");
+        assert_eq!((phase(&show), says(&desk, &show)), (Phase::Ready, starts));
+        assert!(words(|ui| drop(desk.show(ui, &show, None))).contains(starts), "and it is drawn");
         desk.obey(PanelCommand::Start, &mut show);
         frame(&mut show, &mut desk);
         assert_eq!((phase(&show), says(&desk, &show)), (Phase::Running, ""));
@@ -109,6 +109,8 @@ fn words_on_the_picture_say_what_the_drive_is_at_and_to_whom() {
             frame(&mut show, &mut desk);
         }
         assert_eq!((phase(&show), says(&desk, &show)), (Phase::Ended, over));
+        let summary = words(|ui| drop(desk.show(ui, &show, None)));
+        assert_eq!(summary.contains("Mean speed of all cars: "), !attended, "{summary}");
     }
 }
 
@@ -252,7 +254,7 @@ fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
         .zip(events.words("event").into_iter().zip(events.words("detail")))
         .map(|(tick, (event, detail))| (tick, event, detail))
         .collect();
-    for row in [(1, "mark", "experimenter, mark 3"), (11, "note", "looks at the phone")] {
+    for row in [(1, "mark", "by the experimenter, 3"), (11, "note", "looks at the phone")] {
         assert!(rows.contains(&(row.0, row.1.to_owned(), row.2.to_owned())), "{rows:?}");
     }
 }
@@ -334,7 +336,7 @@ fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_
         desk.obey(PanelCommand::SingleStep(Advance::Step), &mut show);
         frame(&mut show, &mut desk);
         assert_eq!(phase(&show), Phase::Paused);
-        assert_eq!(says(&desk, &show), if attended { "Please wait." } else { "Paused. Space goes on." });
+        assert_eq!(says(&desk, &show), if attended { "Please wait." } else { "Paused. Space continues." });
     }
 }
 
@@ -362,7 +364,7 @@ fn words_on_the_picture_stand_in_the_upper_middle_and_the_lower_left_and_lose_no
     let long = "a message that is much longer than a window of 320 points is wide, so that it has to break into lines";
     for size in [egui::vec2(320.0, 180.0), egui::vec2(1280.0, 720.0)] {
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
-        let notes = Notes { middle: "Paused. Space goes on.", corner: vec![long.to_owned()] };
+        let notes = Notes { middle: "Paused. Space continues.", corner: vec![long.to_owned()], card: String::new() };
         let ctx = egui::Context::default();
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
         let mut output = ctx.run_ui(input, |ui| write_notes(ui, &notes));

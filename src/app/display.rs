@@ -67,6 +67,18 @@ pub fn another(event_loop: &ActiveEventLoop, window: &Window) -> Option<MonitorH
     event_loop.available_monitors().find(|monitor| *monitor != taken)
 }
 
+/// The same place where the experimenter's window stays in sight: on the only monitor the participant's does not fill it.
+pub fn beside_experimenter(place: Place, event_loop: &ActiveEventLoop) -> Place {
+    let shares = place.fullscreen && event_loop.available_monitors().count() == 1;
+    if shares {
+        log::warn!(
+            "there is one monitor: the participant's window does not fill it, so that the experimenter's stays in sight; \
+             F11 fills it, or connect another monitor"
+        );
+    }
+    Place { fullscreen: place.fullscreen && !shares, ..place }
+}
+
 fn hertz(mode: &VideoModeHandle) -> f64 {
     f64::from(mode.refresh_rate_millihertz()) / 1e3
 }

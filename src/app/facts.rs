@@ -1,8 +1,12 @@
 //! What a recording says of its circumstances. In: the world, who drives, the graphics device. Out: a [`Manifest`].
 
+use super::Instruments;
 use crate::{
     policy,
-    record::{Manifest, RecordError, Recorder, inputs, manifest::Hashed},
+    record::{
+        Manifest, RecordError, Recorder, inputs,
+        manifest::{DialScale, Hashed},
+    },
     render::Gpu,
     sim::World,
 };
@@ -26,6 +30,7 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
         graphics: gpu.map(Gpu::description),
         display_m: [scenario.screen_width_m, scenario.eye_distance_m],
         screen: None,
+        dial: Some(DialScale { full: Instruments::scale(world).full, unit: scenario.units.label().into() }),
         state: None,
         ended: None,
         hash: None,

@@ -18,10 +18,17 @@ pub struct Instruments {
 impl Instruments {
     /// The speedometer of this drive; its scale stays as it is to the end.
     pub fn new(world: &World) -> Self {
-        let expected = world.expected_speeds();
+        Self { unit: world.scenario().units, scale: Self::scale(world), filter: NumberFilter::default() }
+    }
+
+    /// The scale that the scenario names, or one that suits the drive.
+    pub fn scale(world: &World) -> Scale {
+        let (scenario, expected) = (world.scenario(), world.expected_speeds());
+        if scenario.dial_full > 0.0 {
+            return Scale::up_to(scenario.dial_full);
+        }
         let top_mps = hud::expected_top_mps(expected.equilibrium_mps, expected.advised_mps, expected.limit_mps);
-        let unit = world.scenario().units;
-        Self { unit, scale: Dial::scale_for(top_mps, unit), filter: NumberFilter::default() }
+        Dial::scale_for(top_mps, scenario.units)
     }
 
     /// The dial at this frame.

@@ -25,12 +25,16 @@ pub enum Command {
     NextView,
     /// Drive or reverse.
     Reverse,
+    /// Put the car back on its lane.
+    PutBack,
     /// Lane help on or off.
     LaneHelp,
     /// Fill the screen or not.
     FullScreen,
     /// Read the shaders again from disk.
     ReloadShaders,
+    /// Mark this moment.
+    Mark,
     /// End the program.
     Quit,
 }
@@ -38,30 +42,36 @@ pub enum Command {
 impl Command {
     /// True if it is the driver's own affair: all that the driver's window obeys while the experimenter has one.
     pub fn is_drivers(self) -> bool {
-        matches!(self, Self::Reverse | Self::FullScreen)
+        matches!(self, Self::Reverse | Self::PutBack | Self::FullScreen)
     }
 }
 
 /// All keys: the keys, their name, what they do.
-const COMMANDS: [(&[KeyCode], Command, &str, &str); 13] = [
+const COMMANDS: [(&[KeyCode], Command, &str, &str); 15] = [
     (&[KeyCode::F1], Command::Help, "F1", "this list"),
     (&[KeyCode::F2, KeyCode::Tab], Command::Panel, "F2, Tab", "experimenter's panel"),
     (&[KeyCode::F3], Command::FrameTimes, "F3", "frame times"),
-    (&[KeyCode::Space], Command::Pause, "Space", "pause, go on"),
+    (&[KeyCode::Space], Command::Pause, "Space, Ctrl+P", "pause, continue"),
     (&[KeyCode::KeyN], Command::Tick, "N", "one tick (10 ms) while paused"),
     (&[KeyCode::KeyM], Command::Step, "M", "one step while paused"),
     (&[KeyCode::Backspace], Command::Restart, "Backspace", "begin again"),
     (&[KeyCode::KeyV], Command::NextView, "V", "next view: driver, chase, bird's-eye, mirror"),
     (&[KeyCode::KeyR], Command::Reverse, "R", "drive, reverse (standing)"),
+    (&[KeyCode::KeyB], Command::PutBack, "B", "back onto the lane, from beside it"),
     (&[KeyCode::KeyL], Command::LaneHelp, "L", "lane help on, off"),
     (&[KeyCode::F11], Command::FullScreen, "F11", "full screen"),
     (&[KeyCode::F5], Command::ReloadShaders, "F5", "read the shaders again"),
-    (&[KeyCode::Escape], Command::Quit, "Esc", "end"),
+    (&[], Command::Mark, "Ctrl+M", "mark this moment"),
+    (&[KeyCode::Escape], Command::Quit, "Esc, Ctrl+Q", "end"),
 ];
+
+/// What a key asks for together with Ctrl: the same in every window of the program.
+const WITH_CONTROL: [(KeyCode, Command); 3] =
+    [(KeyCode::KeyP, Command::Pause), (KeyCode::KeyM, Command::Mark), (KeyCode::KeyQ, Command::Quit)];
 
 const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 5] = [
     (&[KeyCode::ArrowUp, KeyCode::KeyW], DriveKey::Throttle, "Up, W", "accelerate"),
-    (&[KeyCode::ArrowDown, KeyCode::KeyS], DriveKey::Brake, "Down, S", "brake"),
+    (&[KeyCode::ArrowDown, KeyCode::KeyS], DriveKey::Brake, "Down, S", "brake; twice at a standstill: reverse"),
     (&[KeyCode::ArrowLeft, KeyCode::KeyA], DriveKey::Left, "Left, A", "steer left"),
     (&[KeyCode::ArrowRight, KeyCode::KeyD], DriveKey::Right, "Right, D", "steer right"),
     (&[KeyCode::KeyH], DriveKey::Horn, "H", "horn"),
@@ -70,6 +80,11 @@ const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 5] = [
 /// What a key asks of the window, if anything.
 pub fn command(key: KeyCode) -> Option<Command> {
     COMMANDS.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
+}
+
+/// What a key asks of any window together with Ctrl, if anything.
+pub fn with_control(key: KeyCode) -> Option<Command> {
+    WITH_CONTROL.iter().find(|row| row.0 == key).map(|row| row.1)
 }
 
 /// The driving key that this is, if it is one.
@@ -87,9 +102,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn beside_an_experimenter_a_driver_has_the_selector_and_the_full_screen_alone() {
+    fn beside_an_experimenter_a_driver_has_the_selector_the_way_back_and_the_full_screen_alone() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
-        assert_eq!(drivers, ["R", "F11"]);
+        assert_eq!(drivers, ["R", "B", "F11"]);
     }
 
     #[test]
@@ -101,9 +116,27 @@ mod tests {
         use DriveKey as D;
         assert_eq!(driving, [D::Throttle, D::Brake, D::Left, D::Right, D::Horn].map(Some));
         assert_eq!((command(K::ArrowUp), super::driving(K::Escape), command(K::KeyQ)), (None, None, None));
+        let control = [K::KeyQ, K::KeyP, K::KeyM, K::KeyR, K::Escape].map(with_control);
+        assert_eq!(control, [Some(Command::Quit), Some(Command::Pause), Some(Command::Mark), None, None]);
         let list = list();
-        assert_eq!(list.len(), 18);
-        assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc", "end")));
+        assert_eq!(list.len(), 20);
+        assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc, Ctrl+Q", "end")));
+    }
+
+    #[test]
+    fn the_list_of_keys_is_within_every_window() {
+        // The window that the processor draws, a laptop's, a television's.
+        for size in [[640.0, 360.0], [1280.0, 720.0], [1920.0, 1080.0]] {
+            let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size.into());
+            let ctx = egui::Context::default();
+            crate::panel::theme::apply(&ctx);
+            for _ in 0..3 {
+                let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+                ctx.run_ui(input, |ui| crate::panel::key_list(ui.ctx(), &list())).textures_delta.clear();
+            }
+            let shown = ctx.memory(|memory| memory.area_rect(egui::Id::unique("keys"))).unwrap();
+            assert!(screen.contains_rect(shown) && shown.height() > 150.0, "{shown:?} of {size:?}");
+        }
     }
 
     #[test]

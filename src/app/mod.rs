@@ -2,6 +2,8 @@
 //! [`Drive`] is the loop's body and the same for both; only here is the wall clock read.
 
 pub mod bench;
+mod card;
+pub mod contacts;
 mod desk;
 pub mod display;
 mod drive;

@@ -60,6 +60,7 @@ impl Pulse {
                 free_gb: gauge.free_bytes().map(|bytes| bytes as f64 / 1e9),
             }),
             wheel: self.wheel(show),
+            contacts: show.contacts().health(),
             engine: engine.to_owned(),
             error: error.map(str::to_owned),
         }

@@ -5,6 +5,7 @@ mod restart;
 
 use super::{
     AppError, Drive, Instruments,
+    contacts::Contacts,
     drive::{PATIENCE, note_failure},
     facts,
     flash::Flash,
@@ -19,7 +20,7 @@ use crate::{
     record::{Gauge, Manifest, Recorder, inputs, manifest::Screen, tables::FrameRow},
     render::Gpu,
     scene::{self, Stage, View, ViewKind, ViewOptions},
-    sim::{Scenario, Tally, World},
+    sim::{Scenario, Summary, Tally, World},
     study::Code,
     time::{Due, Pace},
 };
@@ -46,6 +47,8 @@ pub struct Show {
     options: ViewOptions,
     instruments: Instruments,
     tally: Tally,
+    /// Contacts so far, for the windows.
+    contacts: Contacts,
     lane_help: bool,
     recorder: Option<Recorder>,
     frames: u64,
@@ -94,6 +97,7 @@ impl Show {
             options: view_options(scenario),
             instruments: Instruments::new(&drive.world),
             tally: Tally::new([0.0, f64::INFINITY]),
+            contacts: Contacts::default(),
             lane_help: scenario.lane_help,
             drive,
             starting: None,
@@ -237,11 +241,12 @@ impl Show {
     /// The traffic engine failed.
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, AppError> {
         self.hear_devices();
+        self.contacts.pass(elapsed);
         if self.drive.world.is_stopped() {
             self.tell_rig();
             return Ok(Due::default());
         }
-        let Self { drive, devices, tally, lane_help, recorder, sound, flash, .. } = self;
+        let Self { drive, devices, tally, contacts, lane_help, recorder, sound, flash, .. } = self;
         drive.patience = PATIENCE;
         let mut recorded = Ok(());
         if let Some(recorder) = recorder {
@@ -253,6 +258,7 @@ impl Show {
             |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
             |world, controls| {
                 tally.add(world.snapshot(), world.events());
+                contacts.tick(world);
                 sound.tick(world, controls);
                 flash.tick(world, controls);
                 watch(world);
@@ -263,6 +269,7 @@ impl Show {
         );
         let due = due.inspect_err(|error| note_failure(tally, error))?;
         recorded?;
+        self.news.extend(self.contacts.take_words());
         if due.ticks > 0 {
             let used = self.unused_input.take().map(|at| UsedInput { at, ticked });
             self.used_input = self.used_input.or(used);
@@ -315,6 +322,16 @@ impl Show {
         self.screen = Some(screen);
     }
 
+    /// The drive so far in numbers.
+    pub fn summary(&self) -> Summary {
+        self.tally.summary()
+    }
+
+    /// Contacts so far.
+    pub fn contacts(&self) -> &Contacts {
+        &self.contacts
+    }
+
     /// Delays of the last seconds.
     pub fn latency(&self) -> &Latency {
         &self.latency
@@ -345,7 +362,7 @@ impl Show {
                     self.note_profile();
                     if std::mem::take(&mut self.waiting) {
                         self.drive.clock.set_pace(Pace::RealTime);
-                        self.news.push(format!("{name} is back: the drive goes on"));
+                        self.news.push(format!("{name} is back: the drive continues"));
                     }
                 }
                 RigNews::Lost(name) => {
@@ -366,8 +383,17 @@ impl Show {
         self.unused_input = self.unused_input.max(self.devices.newest_input());
     }
 
+    /// Puts the car back on its lane, if it has left it and there is room.
+    pub fn put_back(&mut self) {
+        let said = self.drive.world.put_back();
+        self.news.push(said.map_or_else(|why| why.to_string(), |()| "the car is back on its lane".into()));
+    }
+
     /// The participant pressed a button.
     fn pressed(&mut self, action: Action) {
+        if action == Action::Recentre && self.drive.world.is_astray() {
+            return self.put_back();
+        }
         if self.led {
             self.pressed.push(action);
             return;
@@ -377,14 +403,14 @@ impl Show {
             Action::Start => self.drive.clock.set_pace(Pace::RealTime),
             Action::Recentre => self.kind = ViewKind::Driver,
             Action::Mark => {
-                self.note("mark", "button");
+                self.note("mark", "by the participant");
                 self.news.push("marked".into());
             }
             Action::Answer => self.note("answer", "button"),
             Action::Abort => {
                 self.note("abort asked for", "button");
                 self.drive.clock.set_pace(Pace::Paused);
-                self.news.push("the participant asks to end the drive: Esc ends it, Space goes on".into());
+                self.news.push("the participant asks to end the drive: Esc ends it, Space continues".into());
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use super::{
     AppError, Desk, Show,
-    display::Place,
+    display::{self, Place},
     drive::PATIENCE,
     host::{ExperimenterWindow, PictureWindow, Placing},
     keys::{self, Command},
@@ -24,7 +24,7 @@ use std::{
 use winit::{
     event::{ElementState, KeyEvent, WindowEvent},
     event_loop::ActiveEventLoop,
-    keyboard::PhysicalKey,
+    keyboard::{KeyCode, ModifiersState, PhysicalKey},
     window::{Window, WindowId},
 };
 
@@ -48,14 +48,21 @@ pub struct WindowOptions {
     pub stop: Arc<AtomicBool>,
 }
 
+impl WindowOptions {
+    /// True for a drive that somebody makes for themselves: nobody watches, nothing is recorded.
+    fn is_free(&self) -> bool {
+        self.out.is_none() && !self.experimenter && !self.panel
+    }
+}
+
 /// Opens the window and drives until it is closed. Returns the drive in words, also that of one which ended by a failure.
 ///
 /// # Errors
 /// No display, no graphics adapter, or a world that cannot start.
 pub fn run(options: WindowOptions) -> Result<(String, Result<(), AppError>), AppError> {
     let event_loop = shell::event_loop()?;
-    // The world first: what is wrong with a scenario is said before a window opens.
-    let pace = if options.paused { Pace::Paused } else { Pace::RealTime };
+    // The world first: what is wrong with a scenario is said before a window opens. A free drive waits for its driver.
+    let pace = if options.paused || options.is_free() { Pace::Paused } else { Pace::RealTime };
     let show = Show::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
     let stop = Arc::clone(&options.stop);
     let (frame, ended) = shell::run::<Frame>(event_loop, (options, show), &stop);
@@ -85,13 +92,20 @@ struct Frame {
     /// Where the drive is recorded, and why that came to its end before the drive.
     out: Option<PathBuf>,
     cut: Option<RecordError>,
+    modifiers: ModifiersState,
+    /// The experimenter has ended the program.
+    is_over: bool,
+    /// Held at its start until the driver presses the accelerator, or Space.
+    awaits_driver: bool,
 }
 
 impl Windows for Frame {
     type Parts = (WindowOptions, Show);
 
     fn open(event_loop: &ActiveEventLoop, (options, mut show): Self::Parts) -> Result<Self, AppError> {
-        let placing = Placing { title: format!("codrive: {}", options.scenario.map), place: options.place };
+        let place =
+            if options.experimenter { display::beside_experimenter(options.place, event_loop) } else { options.place };
+        let placing = Placing { title: format!("codrive: {}", options.scenario.map), place };
         let mut picture = PictureWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
         let view = show.view();
@@ -118,8 +132,11 @@ impl Windows for Frame {
             last: None,
             first: start,
             flushed: start,
+            awaits_driver: !options.experimenter,
             out: options.out,
             cut: None,
+            modifiers: ModifiersState::default(),
+            is_over: false,
         })
     }
 
@@ -137,7 +154,11 @@ impl Windows for Frame {
                 let asked = self.key(&event);
                 return Ok(if asked == Some(Command::Quit) { Next::End } else { Next::GoOn });
             }
-            WindowEvent::RedrawRequested => self.draw()?,
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::RedrawRequested => {
+                self.draw()?;
+                return Ok(if self.is_over { Next::End } else { Next::GoOn });
+            }
             _ => {}
         }
         Ok(Next::GoOn)
@@ -157,6 +178,10 @@ impl Frame {
             // What is not recorded is not driven, whoever presses Space.
             self.show.drive.clock.set_pace(Pace::Paused);
         }
+        if self.awaits_driver && self.show.devices.accelerates() {
+            self.show.drive.clock.set_pace(Pace::RealTime);
+        }
+        self.awaits_driver &= self.show.drive.clock.pace() == Pace::Paused;
         let advanced = self.show.advance(elapsed, |world| self.desk.watch(world));
         let due = self.or_cut(advanced)?;
         if let Some(news) = self.show.take_news().pop() {
@@ -190,6 +215,7 @@ impl Frame {
         let mut asked: Vec<ExperimenterCommand> = asked.into_iter().map(ExperimenterCommand::Drive).collect();
         asked.extend(self.draw_experimenter());
         for command in asked {
+            self.is_over |= command == ExperimenterCommand::End;
             self.desk.heed(command, &mut self.show);
         }
         // Most drives are there within a frame.
@@ -257,11 +283,16 @@ impl Frame {
     fn key(&mut self, event: &KeyEvent) -> Option<Command> {
         let PhysicalKey::Code(code) = event.physical_key else { return None };
         let down = event.state == ElementState::Pressed;
+        let control = self.modifiers.control_key() || self.modifiers.super_key();
         if let Some(key) = keys::driving(code) {
-            self.show.devices.keyboard.set(key, down);
+            self.show.devices.keyboard.set(key, down && !control);
         }
-        let command = keys::command(code).filter(|_| down && !event.repeat)?;
-        if self.experimenter.is_some() && !command.is_drivers() {
+        let asked = if control { keys::with_control(code) } else { keys::command(code) };
+        let command = asked.filter(|_| down && !event.repeat)?;
+        if self.experimenter.is_some() && !control && !command.is_drivers() {
+            return None;
+        }
+        if code == KeyCode::Escape && (self.picture.has_open_list() || self.desk.close_help()) {
             return None;
         }
         match command {

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub(super) fn command() -> Command {
     Command::new("drive")
         .about("Drive in a window (F1 lists the keys)")
-        .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen"))
+        .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen; beside --experimenter only where there is another monitor"))
         .args(place_arguments())
         .arg(
             Arg::new("experimenter")
@@ -34,7 +34,7 @@ pub(super) fn command() -> Command {
                 .help("Profile of the steering wheel: one saved by codrive calibrate, or a shipped one; without it the one for the wheel that is found"),
         )
         .arg(
-            Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space before the drive begins"),
+            Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or the accelerator before the drive begins, as a drive that is neither recorded nor watched always does"),
         )
 }
 

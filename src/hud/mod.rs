@@ -86,11 +86,31 @@ impl Dial {
             inside: advice.is_some_and(|(_, low, high)| (low..=high).contains(&speed_mps)),
             reverse,
         }
+        .agreeing()
     }
 
     /// The same dial with its number steadied by `filter`, which is to see every frame.
-    pub fn steadied(mut self, filter: &mut NumberFilter) -> Self {
-        self.number = filter.show(self.speed);
+    pub fn steadied(self, filter: &mut NumberFilter) -> Self {
+        let number = filter.show(self.speed);
+        Self { number, ..self }.agreeing()
+    }
+
+    /// The same with a number that agrees with its colour: within one advice a number is green or white, never both, though the
+    /// colour follows the true speed. Near an edge of the range the number is the next whole one on the speed's side of it; a
+    /// range without a whole number, and a car that rolls backwards, leave it as it was rounded.
+    fn agreeing(mut self) -> Self {
+        let Some(advice) = self.advice else { return self };
+        let [first, last] = [advice.low.ceil(), advice.high.floor()];
+        if first > last || last < 0.0 || self.reverse {
+            return self;
+        }
+        let (first, last) = (first.max(0.0) as u32, last as u32);
+        self.number = match self.number {
+            number if self.inside => number.clamp(first, last),
+            number if self.speed > advice.high => number.max(last + 1),
+            number if self.speed < advice.low => number.min(first.saturating_sub(1)),
+            number => number,
+        };
         self
     }
 
@@ -181,6 +201,24 @@ mod tests {
         {
             let dial = dial(speed, Some((advice.target_mps, low, high)));
             assert_eq!(dial.inside, advice.accepts(speed), "{speed}");
+        }
+    }
+
+    #[test]
+    fn a_number_has_one_colour_and_is_less_than_one_off() {
+        for (target, half) in [(4.362, 0.447_04), (4.362, 0.223_52), (4.0, 0.894_08), (9.3, 0.223_52), (0.3, 0.447_04)]
+        {
+            let advice = Some((target, f64::max(target - half, 0.0), target + half));
+            let (mut filter, mut green, mut white) = (NumberFilter::default(), Vec::new(), Vec::new());
+            // Up, down and up again, so that the steadied number comes from both sides.
+            let up = (0..2400).map(|i| f64::from(i) * 0.005);
+            for speed in up.clone().chain(up.clone().rev()).chain(up) {
+                let shown = dial(speed, advice).steadied(&mut filter);
+                assert!((f64::from(shown.number) - shown.speed).abs() < 1.0, "{} for {}", shown.number, shown.speed);
+                if shown.inside { green.push(shown.number) } else { white.push(shown.number) }
+            }
+            let both: Vec<&u32> = green.iter().filter(|number| white.contains(number)).collect();
+            assert!(both.is_empty() && !green.is_empty(), "{target} +- {half}: {both:?} are green and white");
         }
     }
 

@@ -63,6 +63,12 @@ const WHEELBASE_M: f64 = 2.8;
 const HELP_PER_HEADING: f64 = 0.9;
 const HELP_PER_METRE: f64 = 0.06;
 
+/// A second stroke of the brake's key this soon after the first, at a standstill, asks for reverse: one stroke alone, in a queue
+/// where a driver brakes again and again, does not.
+const TWICE_S: f64 = 0.4;
+/// Slower is a standstill, m/s.
+const STANDS_MPS: f64 = 0.1;
+
 /// State of the keys and of the pedals and wheel that they move.
 #[derive(Clone, Debug, Default)]
 pub struct Keyboard {
@@ -72,6 +78,11 @@ pub struct Keyboard {
     /// Keys' share of the steering, -1 right to 1 left.
     steer: f64,
     selector: Selector,
+    /// The brake's key asked for reverse: it accelerates, and the accelerator's brakes.
+    swapped: bool,
+    /// The two pedals' keys as they were a tick ago, and for how long the brake's has not been struck, seconds.
+    before: [bool; 2],
+    since_brake_s: f64,
 }
 
 impl Keyboard {
@@ -93,11 +104,31 @@ impl Keyboard {
     /// Drive to reverse and back; the gearbox refuses it while the car rolls.
     pub fn toggle_reverse(&mut self) {
         self.selector = if self.selector == Selector::Reverse { Selector::Drive } else { Selector::Reverse };
+        self.swapped = false;
+    }
+
+    /// At a standstill two strokes of the brake's key are reverse, and one of the accelerator's is drive again.
+    fn shift(&mut self, speed_mps: f64) {
+        let now = [self.down[DriveKey::Throttle as usize], self.down[DriveKey::Brake as usize]];
+        let struck = [0, 1].map(|i| now[i] && !self.before[i]);
+        self.before = now;
+        let stands = speed_mps.abs() < STANDS_MPS;
+        if struck[1] && stands && self.selector == Selector::Drive && self.since_brake_s < TWICE_S {
+            (self.selector, self.swapped) = (Selector::Reverse, true);
+        } else if struck[0] && stands && self.swapped {
+            (self.selector, self.swapped) = (Selector::Drive, false);
+        }
+        self.since_brake_s = if struck[1] { 0.0 } else { self.since_brake_s + TICK_S };
     }
 
     /// True if a key is down that moves a pedal or the wheel.
     pub fn any_down(&self) -> bool {
         self.down[..DriveKey::Horn as usize].contains(&true)
+    }
+
+    /// True while this key is down.
+    pub fn is_down(&self, key: DriveKey) -> bool {
+        self.down[key as usize]
     }
 
     /// True while the horn's key is down.
@@ -107,9 +138,12 @@ impl Keyboard {
 
     /// Moves pedals and wheel by one tick.
     pub fn tick(&mut self, speed_mps: f64, hint: Option<LaneHint>) -> Controls {
+        self.shift(speed_mps);
         let down = |key: DriveKey| self.down[key as usize];
-        let braking = down(DriveKey::Brake);
-        let accelerating = down(DriveKey::Throttle) && !braking;
+        let [go, stop] =
+            if self.swapped { [DriveKey::Brake, DriveKey::Throttle] } else { [DriveKey::Throttle, DriveKey::Brake] };
+        let braking = down(stop);
+        let accelerating = down(go) && !braking;
         let steer_goal = f64::from(down(DriveKey::Left)) - f64::from(down(DriveKey::Right));
         self.throttle = THROTTLE.moved(self.throttle, accelerating);
         self.brake = BRAKE.moved(self.brake, braking);
@@ -181,6 +215,43 @@ mod tests {
         assert_eq!((last.throttle, last.brake), (0.0, 0.6), "the brake wins");
         keyboard.release_all();
         assert_eq!(run(&mut keyboard, 0.25, 5.0)[24], Controls::default(), "up at once");
+    }
+
+    #[test]
+    fn the_brakes_key_twice_at_a_standstill_is_reverse_and_the_accelerators_is_drive_again() {
+        let strokes = |keyboard: &mut Keyboard, key: DriveKey, times: usize, apart_s: f64, speed_mps: f64| {
+            for _ in 0..times {
+                keyboard.set(key, true);
+                run(keyboard, apart_s / 2.0, speed_mps);
+                keyboard.set(key, false);
+                run(keyboard, apart_s / 2.0, speed_mps);
+            }
+            keyboard.set(key, true);
+            run(keyboard, 1.0, speed_mps)[99]
+        };
+        let mut keyboard = Keyboard::default();
+        run(&mut keyboard, 1.0, 0.0);
+        let once = strokes(&mut keyboard, DriveKey::Brake, 0, 0.2, 0.0);
+        assert_eq!((once.selector, once.throttle, once.brake), (Selector::Drive, 0.0, 0.6), "one stroke brakes");
+        keyboard.release_all();
+        run(&mut keyboard, 1.0, 0.0);
+        for (apart_s, speed_mps) in [(1.0, 0.0), (0.2, 2.0)] {
+            let late = strokes(&mut keyboard, DriveKey::Brake, 1, apart_s, speed_mps);
+            assert_eq!(late.selector, Selector::Drive, "{apart_s} s apart at {speed_mps} m/s");
+            keyboard.release_all();
+            run(&mut keyboard, 1.0, speed_mps);
+        }
+        let back = strokes(&mut keyboard, DriveKey::Brake, 1, 0.2, 0.0);
+        assert_eq!((back.selector, back.brake), (Selector::Reverse, 0.0));
+        assert!(back.throttle > 0.4, "held down it drives backwards: {}", back.throttle);
+        keyboard.set(DriveKey::Brake, false);
+        let braked = strokes(&mut keyboard, DriveKey::Throttle, 0, 0.2, -2.0);
+        assert_eq!((braked.selector, braked.throttle, braked.brake), (Selector::Reverse, 0.0, 0.6), "the other brakes");
+        keyboard.set(DriveKey::Throttle, false);
+        run(&mut keyboard, 0.5, 0.0);
+        let on = strokes(&mut keyboard, DriveKey::Throttle, 0, 0.2, 0.0);
+        assert_eq!((on.selector, on.brake), (Selector::Drive, 0.0));
+        assert!(on.throttle > 0.4);
     }
 
     #[test]

@@ -128,7 +128,7 @@ impl Action {
             Self::Start => "start, go on",
             Self::Mark => "mark this moment",
             Self::Answer => "answer",
-            Self::Recentre => "driver's view",
+            Self::Recentre => "driver's view, back onto the lane",
             Self::Abort => "ask for the end",
             Self::Horn => "horn",
         }

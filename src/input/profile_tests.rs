@@ -198,7 +198,14 @@ fn a_guess_takes_axes_that_move_and_are_no_hats_and_believes_where_pedals_rest()
 #[test]
 fn a_button_is_called_by_what_it_does() {
     let words = Action::ALL.map(Action::words);
-    let expected =
-        ["start, go on", "drive, reverse", "horn", "mark this moment", "answer", "driver's view", "ask for the end"];
+    let expected = [
+        "start, go on",
+        "drive, reverse",
+        "horn",
+        "mark this moment",
+        "answer",
+        "driver's view, back onto the lane",
+        "ask for the end",
+    ];
     assert_eq!(words, expected);
 }

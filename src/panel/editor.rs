@@ -20,6 +20,7 @@ const SECTIONS: [(&str, &[&str]); 8] = [
         &[
             "units",
             "palette",
+            "dial_full",
             "screen_width_m",
             "eye_distance_m",
             "cockpit",

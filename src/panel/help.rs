@@ -1,20 +1,35 @@
 //! The list of keys, over the picture. In: keys and what they do, as data.
 
-use egui::{Align2, Context, Frame, RichText, vec2};
+use egui::{Align2, Context, Frame, Label, RichText, vec2};
 
 use super::theme;
 
-/// Shows the keys in the middle of the window.
-pub fn show(ctx: &Context, keys: &[(&str, &str)]) {
+/// Height of a line and of what is around them, points.
+const LINE: f32 = 22.0;
+const AROUND: f32 = 70.0;
+
+/// Shows the keys in the middle of the window: in two columns of small letters where one would be too high.
+pub fn show<K: AsRef<str>>(ctx: &Context, keys: &[(K, &str)]) {
+    let room = ctx.content_rect().size();
+    let columns = if keys.len() as f32 * LINE + AROUND > room.y { 2 } else { 1 };
+    let rows = keys.len().div_ceil(columns);
+    let (size, apart) = if columns > 1 { (11.0, vec2(12.0, 2.0)) } else { (14.0, vec2(24.0, 5.0)) };
+    // What a key does breaks into lines rather than leave the window.
+    let width = if columns > 1 { 0.5 * room.x - 140.0 } else { f32::INFINITY };
     let area = egui::Area::new(egui::Id::unique("keys")).order(egui::Order::Foreground);
     area.anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0)).interactable(false).show(ctx, |ui| {
         Frame::window(ui.style()).fill(theme::PANEL.gamma_multiply(0.96)).show(ui, |ui| {
             ui.heading("Keys");
-            ui.add_space(6.0);
-            egui::Grid::new("keys").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
-                for (key, what) in keys {
-                    ui.label(RichText::new(*key).monospace().color(theme::ACCENT));
-                    ui.label(*what);
+            ui.add_space(if columns > 1 { 0.0 } else { 6.0 });
+            egui::Grid::new("keys").num_columns(2 * columns).spacing(apart).show(ui, |ui| {
+                for row in 0..rows {
+                    for (key, what) in (0..columns).filter_map(|column| keys.get(column * rows + row)) {
+                        ui.label(RichText::new(key.as_ref()).monospace().size(size).color(theme::ACCENT));
+                        ui.scope(|ui| {
+                            ui.set_max_width(width);
+                            ui.add(Label::new(RichText::new(*what).size(size)).wrap());
+                        });
+                    }
                     ui.end_row();
                 }
             });

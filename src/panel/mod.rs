@@ -3,6 +3,7 @@
 
 pub mod calibration;
 mod check;
+mod contact;
 mod editor;
 pub mod experimenter;
 mod help;
@@ -15,7 +16,9 @@ pub mod timeline;
 pub mod visit;
 
 pub use check::{DisplayTruth, show as check};
+pub use contact::contact_flash;
 pub use editor::Choices;
+pub use help::show as key_list;
 pub use history::{History, Sample};
 pub use presets::{Presets, Refusal};
 pub use readout::{Readings, dropped_time};
@@ -192,16 +195,12 @@ impl Panel {
         ui.horizontal(|ui| {
             let held = matches!(state.phase, Phase::Ready | Phase::Paused);
             if state.phase == Phase::Running {
-                if ui
-                    .button("Pause")
-                    .on_hover_text("Hold time (Space on the picture, F2 in a window of its own)")
-                    .clicked()
-                {
+                if ui.button("Pause").on_hover_text("Pause the drive (Ctrl+P; Space on the picture)").clicked() {
                     commands.push(PanelCommand::Pause);
                 }
             } else if ui
                 .add_enabled(held, primary("Start", held))
-                .on_hover_text("Let time run (Space on the picture, F2 in a window of its own)")
+                .on_hover_text("Start or continue the drive (Ctrl+P; Space on the picture)")
                 .on_disabled_hover_text("The drive is over: restart")
                 .clicked()
             {
@@ -225,14 +224,16 @@ impl Panel {
             {
                 commands.push(PanelCommand::Restart(Box::new(scenario.clone())));
             }
-            if pending && ui.button("Discard").on_hover_text("Take all edits back").clicked() {
+            // Always there: nothing moves under the pointer when the first setting is changed.
+            let discard = ui.add_enabled(pending, Button::new("Discard")).on_hover_text("Take all edits back");
+            if discard.on_disabled_hover_text("Nothing was changed").clicked() {
                 self.editor.discard();
             }
         });
-        if let Err(fault) = &edited {
-            notice(ui, &fault.to_string(), theme::RED);
-        } else if self.editor.is_edited() {
-            notice(ui, "Edited: restart to apply.", theme::AMBER);
+        match &edited {
+            Err(fault) => one_line(ui, &fault.to_string(), theme::RED),
+            Ok(_) if self.editor.is_edited() => one_line(ui, "Edited: restart to apply.", theme::AMBER),
+            Ok(_) => one_line(ui, "No edits.", theme::DIM),
         }
         if let Some(error) = state.error {
             notice(ui, error, theme::RED);
@@ -247,6 +248,15 @@ fn primary(text: &str, is: bool) -> Button<'_> {
     } else {
         Button::new(text)
     }
+}
+
+/// The same of one line at any time, so that what is below stays in its place; all of a long text is in its tooltip.
+fn one_line(ui: &mut Ui, text: &str, colour: Color32) {
+    let frame = egui::Frame::new().fill(colour.gamma_multiply(0.12)).corner_radius(4).inner_margin(6);
+    frame.show(ui, |ui| {
+        ui.set_min_width(ui.available_width());
+        ui.add(egui::Label::new(RichText::new(text).color(colour)).truncate()).on_hover_text(text);
+    });
 }
 
 /// A line that stands out from the rest.

@@ -60,8 +60,8 @@ pub struct VisitItem {
     pub condition: Option<String>,
     /// What has become of it.
     pub state: ItemState,
-    /// How many times it was begun.
-    pub attempts: usize,
+    /// What became of it earlier, in words: `broken off, done`; empty where this is the first time.
+    pub earlier: String,
 }
 
 /// What has become of a point of the plan.
@@ -129,6 +129,8 @@ pub enum VisitCommand {
     Stop(String),
     /// Exclude the data of this visit, which ends it too.
     Exclude(String),
+    /// Close the windows of a visit that is not over: the same command resumes it.
+    Interrupt(String),
     /// Close the windows of a visit that is over.
     Close,
 }
@@ -143,12 +145,13 @@ enum Act {
     Abort,
     Stop,
     Exclude,
+    Close,
 }
 
 /// A command with words: on its button, its key, what it does, what the reason is called, and on the button that confirms.
 type Row = (Act, &'static str, Key, &'static str, &'static str, &'static str);
 
-const ACTS: [Row; 7] = [
+const ACTS: [Row; 8] = [
     (Act::Note, "Note", Key::N, "Write a note, with its time", "Note", "Write down"),
     (Act::Extend, "Extend", Key::E, "Make the drive or the rest longer", "Reason", "Extend"),
     (Act::Skip, "Skip", Key::S, "Skip the current or next item", "Reason", "Skip it"),
@@ -156,7 +159,23 @@ const ACTS: [Row; 7] = [
     (Act::Abort, "Break off", Key::B, "Stop this item; it will be repeated", "Reason", "Break it off"),
     (Act::Stop, "Sickness stop", Key::I, "End the visit for good; nothing comes after it", "Reason", "End the visit"),
     (Act::Exclude, "Exclude", Key::D, "Exclude the data of this visit, and end it", "Reason", "Exclude the data"),
+    (Act::Close, "Close", Key::Q, "Close the windows; run the same command to resume", "Reason", "Close the windows"),
 ];
+
+/// Keys of the experimenter's window in a visit, and what they do.
+pub fn keys() -> Vec<(String, &'static str)> {
+    let ctrl = |key: Key| format!("Ctrl+{}", key.name());
+    let mut keys = vec![("F1".to_owned(), "this list")];
+    keys.extend(PLAIN.map(|(key, what)| (ctrl(key), what)));
+    keys.extend(ACTS.map(|(_, _, key, what, ..)| (ctrl(key), what)));
+    keys.push(("Ctrl+1 to Ctrl+4".into(), "turn the pages of a narrow window"));
+    keys
+}
+
+/// Commands without words: their keys and what they do.
+const PLAIN: [(Key, &str); 3] =
+    [(Key::G, "Continue, also on behalf of the participant"), (Key::P, "Pause or resume the drive"), (Key::M, MARK)];
+const MARK: &str = "Mark this moment";
 
 /// The panel's own state: what is being written.
 #[derive(Debug, Default)]
@@ -242,8 +261,7 @@ impl VisitPanel {
         let plain = [
             (VisitCommand::Go, "Go", Key::G, "Continue, also on behalf of the participant", go),
             (hold, hold_word, Key::P, hold_tip, matches!(phase, VisitPhase::Driving | VisitPhase::Held)),
-            (VisitCommand::Mark(String::new()), "Mark", Key::M, "Mark this moment", !over),
-            (VisitCommand::Close, "Close", Key::Q, "Close the windows: the visit is over", over),
+            (VisitCommand::Mark(String::new()), "Mark", Key::M, MARK, !over),
         ];
         ui.horizontal_wrapped(|ui| {
             for (command, word, key, tip, can) in plain {
@@ -252,7 +270,10 @@ impl VisitPanel {
                     commands.push(command);
                 }
             }
-            for (act, word, key, tip, ..) in ACTS {
+            if over && pressed(ui, "Close", Key::Q, "Close the windows: the visit is over", true, None) {
+                commands.push(VisitCommand::Close);
+            }
+            for (act, word, key, tip, ..) in ACTS.into_iter().filter(|row| !(over && row.0 == Act::Close)) {
                 let fill = (act == Act::Stop).then_some(Color32::from_rgb(110, 40, 40));
                 if pressed(ui, word, key, tip, self.can(act, state), fill) {
                     self.draft = Some(Draft {
@@ -275,7 +296,7 @@ impl VisitPanel {
             Act::Extend => matches!(state.phase, VisitPhase::Driving | VisitPhase::Held | VisitPhase::Resting),
             Act::Repeat => !over && !repeatable(state).is_empty(),
             Act::Abort => !over && state.items.iter().any(|item| item.state == ItemState::Now),
-            Act::Skip | Act::Stop => !over,
+            Act::Skip | Act::Stop | Act::Close => !over,
         }
     }
 
@@ -347,6 +368,7 @@ impl VisitPanel {
                 Act::Abort => Some(VisitCommand::Abort(reason)),
                 Act::Stop => Some(VisitCommand::Stop(reason)),
                 Act::Exclude => Some(VisitCommand::Exclude(reason)),
+                Act::Close => Some(VisitCommand::Interrupt(reason)),
                 Act::Repeat => {
                     items.get(draft.item).map(|item| VisitCommand::Repeat { item: (*item).to_owned(), reason })
                 }
@@ -397,7 +419,8 @@ fn list(ui: &mut Ui, state: &VisitState<'_>) {
                     response.scroll_to_me(None);
                 }
                 ui.label(RichText::new(word).color(colour));
-                ui.label(if item.attempts > 1 { format!("{} times", item.attempts) } else { String::new() });
+                let earlier = if item.earlier.is_empty() { String::new() } else { format!("before: {}", item.earlier) };
+                ui.label(RichText::new(earlier).color(theme::DIM));
                 let what = item.condition.as_ref().map_or_else(|| item.what.clone(), |c| format!("{c}: {}", item.what));
                 ui.add(egui::Label::new(RichText::new(what).color(theme::DIM)).truncate());
                 ui.end_row();

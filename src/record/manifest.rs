@@ -42,6 +42,9 @@ pub struct Manifest {
     /// The screen and how pictures come to it; `None` without a window.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub screen: Option<Screen>,
+    /// Full scale of the speedometer, in the unit that it shows; `None` in a recording of an earlier version.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub dial: Option<DialScale>,
     /// How far it is; `None` in a recording of an earlier version.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub state: Option<State>,
@@ -67,6 +70,15 @@ pub enum State {
     Complete,
     /// The drive was cut: the tables hold what could be saved.
     Recovered,
+}
+
+/// What the speedometer reaches to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DialScale {
+    /// Full scale.
+    pub full: f64,
+    /// Its unit: mph or km/h.
+    pub unit: String,
 }
 
 /// A screen and how pictures come to it.

@@ -382,9 +382,12 @@ pub struct EventRow {
     pub value: Option<f64>,
 }
 
+/// The event of an ego that was put back on its lane: a replay obeys it.
+pub const PUT_BACK: &str = "put_back";
+
 impl EventRow {
     /// Kinds of events that the world makes; all others are made by people and windows.
-    pub(super) const KINDS_OF_WORLD: [&str; 4] = ["contact", "left_road", "back_on_road", "ended"];
+    pub(super) const KINDS_OF_WORLD: [&str; 5] = ["contact", "left_road", "back_on_road", PUT_BACK, "ended"];
 
     /// The row of an event of the world; advice has a table of its own.
     pub fn of(event: &Event) -> Option<Self> {
@@ -401,6 +404,7 @@ impl EventRow {
                 row("left_road", format!("at {s_m:.2} m of the route"), None, Some(offset_m))
             }
             EventKind::BackOnRoad => row("back_on_road", String::new(), None, None),
+            EventKind::PutBack { s_m } => row(PUT_BACK, format!("at {s_m:.2} m of the route"), None, None),
             EventKind::Ended(reason) => row("ended", format!("{reason:?}").to_lowercase(), None, None),
         }
     }
@@ -412,7 +416,7 @@ pub const EVENTS: &[Column<EventRow>] = &[
     column(
         "event",
         "",
-        "contact, left_road, back_on_road, ended, mark, note, pause, ...",
+        "contact, left_road, back_on_road, put_back, ended, mark, note, pause, ...",
         Get::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", Get::Word(|r| r.detail.clone())),

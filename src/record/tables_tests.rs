@@ -214,6 +214,7 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
             ["left_road", "at 31.25 m of the route", "-", "-2.000000"],
         ),
         (EventKind::BackOnRoad, ["back_on_road", "", "-", "-"]),
+        (EventKind::PutBack { s_m: 12.5 }, ["put_back", "at 12.50 m of the route", "-", "-"]),
         (EventKind::Ended(EndReason::Duration), ["ended", "duration", "-", "-"]),
     ] {
         let [event, detail, car, value] = expected;

@@ -36,6 +36,11 @@ pub enum EventKind {
     },
     /// The middle of the ego is back in the lane.
     BackOnRoad,
+    /// Somebody has put the ego back on its lane.
+    PutBack {
+        /// Where its front stands along the route, metres.
+        s_m: f64,
+    },
     /// The drive is over.
     Ended(EndReason),
 }

@@ -21,4 +21,4 @@ pub use scenario::{CockpitView, DialPalette, FlashPatch, OnContact, QualityLevel
 pub use snapshot::{CarView, HASH_START, Leader, Pitch, Snapshot};
 pub use sound::SoundLevels;
 pub use summary::{ContactRecord, Summary, Tally};
-pub use world::{ExpectedSpeeds, World, WorldError};
+pub use world::{ExpectedSpeeds, NotPutBack, World, WorldError};

@@ -70,7 +70,7 @@ pub struct Scenario {
     /// Wind in the trees
     #[schemars(range(min = 0.0, max = 15.0), extend("unit" = "m/s"))]
     pub wind_mps: f64,
-    /// Trees around the road and on the horizon, at most
+    /// Trees around the road and on the horizon, at most; a car drives through them
     #[schemars(range(min = 0, max = 20_000))]
     pub trees: u32,
     /// Paint of the own car: a name or #rrggbb
@@ -81,6 +81,10 @@ pub struct Scenario {
     pub cockpit: CockpitView,
     /// Colours of the speedometer
     pub palette: DialPalette,
+    /// Full scale of the speedometer in its unit, rounded up to a scale that it has (10, 15, 20, 25, 30, 40, 50, 60, 80, 100 and
+    /// on); 0 takes one that suits the drive, in a study one that suits all trials
+    #[schemars(range(min = 0.0, max = 240.0))]
+    pub dial_full: f64,
     /// Mirror turned sideways; more shows more of what is behind on the left
     #[schemars(range(min = -30.0, max = 30.0), extend("unit" = "deg"))]
     pub mirror_yaw_deg: f64,
@@ -223,6 +227,7 @@ impl Default for Scenario {
             traffic_colour: "green".into(),
             cockpit: CockpitView::default(),
             palette: DialPalette::default(),
+            dial_full: 0.0,
             mirror_yaw_deg: 0.0,
             mirror_pitch_deg: -2.5,
             mirror_fov_deg: 30.0,

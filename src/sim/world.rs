@@ -4,6 +4,10 @@
 //! is and where it will be; until then the other cars move evenly from where they were to where they will be. The ego
 //! is simulated tick by tick in between.
 
+mod put_back;
+
+pub use put_back::NotPutBack;
+
 use super::{
     Event, EventKind, OnContact, Scenario, Snapshot, StartLayout,
     event::EndReason,
@@ -74,6 +78,8 @@ pub struct World {
     obstacles: Vec<Obstacle>,
     last_contact: Vec<Option<u64>>,
     on_road: bool,
+    /// The next tick has the ego on its lane.
+    wants_back: bool,
     ended: Option<EndReason>,
     is_stopped: bool,
     expected: ExpectedSpeeds,
@@ -148,6 +154,7 @@ impl World {
             obstacles: Vec::with_capacity(others),
             last_contact: vec![None; others],
             on_road: true,
+            wants_back: false,
             ended: None,
             is_stopped: false,
             expected,
@@ -176,6 +183,7 @@ impl World {
             self.step();
         }
         self.move_traffic((within + 1) as f64 / step_ticks as f64);
+        self.stand_on_lane()?;
         self.under_way.push_back(*controls);
         let arrived = self.under_way.pop_front().unwrap_or(*controls);
         self.move_ego(&arrived);

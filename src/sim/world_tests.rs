@@ -79,7 +79,7 @@ fn an_engine_that_was_let_go_keeps_its_cars_and_drives_no_further() {
     assert_eq!(before.len(), 22, "the ego among them");
     world.stop_traffic();
     assert_eq!(world.traffic.cars(), before);
-    assert_eq!(world.traffic_engine(), "stopped");
+    assert_eq!(world.traffic_engine(), "native IDM", "a summary says which it was");
     let ends = (0..20).find_map(|_| world.tick(&Controls::default()).err()).expect("no step follows");
     assert!(ends.to_string().contains("this drive was stopped"), "{ends}");
 }

@@ -129,6 +129,7 @@ pub fn events(recording: &Path) -> Result<Tsv, RecordError> {
         ("contact", "the car began to touch another one"),
         ("left_road", "the middle of the car left its lane"),
         ("back_on_road", "the middle of the car is back in the lane"),
+        ("put_back", "the car was put back on its lane"),
         ("ended", "the drive is over"),
         ("mark", "a mark by the experimenter or the participant"),
         ("note", "a note by the experimenter"),

@@ -1,7 +1,7 @@
 //! The file of a study. In: TOML (`assets/studies/`). Out: a [`Study`] in which every scenario can be driven, or a message
 //! that names file, line, column, value and what is allowed.
 
-use super::{Questionnaire, StudyError, order};
+use super::{Questionnaire, StudyError, dial, order};
 use crate::{
     chart,
     file::{SETTINGS_BYTES, read_bounded, read_text},
@@ -117,8 +117,10 @@ pub struct Segment {
 pub struct Texts {
     /// Below a page.
     pub go_on: String,
-    /// Before a drive.
+    /// Before a drive that begins at a standstill.
     pub ready: String,
+    /// Before one in flowing traffic; `{speed}` stands for the speed with its unit.
+    pub rolling: String,
     /// After a drive.
     pub drive_over: String,
     /// In a break.
@@ -137,6 +139,8 @@ pub struct Texts {
     pub asked: String,
     /// At a question that has to be answered.
     pub required: String,
+    /// What the star at a question means.
+    pub star: String,
     /// The answers of a yes-or-no question.
     pub yes: String,
     /// Its other answer.
@@ -166,6 +170,7 @@ impl Default for Texts {
         Self {
             go_on: "Press a button on the wheel to continue.".into(),
             ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
+            rolling: "The drive begins soon, at {speed}. Hands on the wheel.".into(),
             drive_over: "This drive is over.".into(),
             rest: "Take a rest.".into(),
             rest_over: "The rest is over.".into(),
@@ -175,6 +180,7 @@ impl Default for Texts {
             paused: "A short pause. The drive will continue soon.".into(),
             asked: "You asked to stop. The experimenter will be with you in a moment.".into(),
             required: "Please answer this question.".into(),
+            star: "* Please answer".into(),
             yes: "Yes".into(),
             no: "No".into(),
             no_more: "That is all".into(),
@@ -218,6 +224,8 @@ pub struct Study {
     pub source: String,
     /// The bytes of its font.
     pub font: Option<Arc<[u8]>>,
+    /// The highest speed that is to be expected in any trial, m/s.
+    pub(super) top_mps: f64,
 }
 
 /// One condition.
@@ -260,6 +268,7 @@ impl Study {
             file,
             source,
             font: None,
+            top_mps: 0.0,
         };
         let fault = |key: &str, message: String| StudyError(located_key(&study.source, &name, key, &message));
         study.check_shape().map_err(|(key, message)| fault(&key, message))?;
@@ -279,7 +288,7 @@ impl Study {
         study.base = base;
         study.conditions = conditions;
         study.questionnaires = questionnaires;
-        study.check_drives(&name)?;
+        study.top_mps = study.check_drives(&name)?;
         Ok(study)
     }
 
@@ -337,8 +346,10 @@ impl Study {
         Ok(())
     }
 
-    /// Every drive of every condition is a scenario that can begin: made once, on the native engine.
-    fn check_drives(&self, name: &str) -> Result<(), StudyError> {
+    /// Every drive of every condition is a scenario that can begin: made once, on the native engine. The highest speed that is to
+    /// be expected in a trial.
+    fn check_drives(&self, name: &str) -> Result<f64, StudyError> {
+        let mut top_mps = 0.0_f64;
         for (i, segment) in self.file.segment.iter().enumerate() {
             let none = [None];
             let all: Vec<Option<&Condition>> = self.conditions.iter().map(Some).collect();
@@ -351,12 +362,17 @@ impl Study {
                 let begun = self.drive(i, *condition).and_then(|scenario| {
                     let key = condition.and_then(|c| c.changes.last()).map_or(format!("segment.{i}"), |c| c.0.clone());
                     let quiet = Scenario { traffic: "native".into(), warm_up_s: 0.0, ..scenario };
-                    World::new(&quiet).map(drop).map_err(|error| (key, error.to_string()))
+                    let begun = World::new(&quiet).map_err(|error| (key, error.to_string()))?;
+                    Ok(dial::top_mps(&begun.expected_speeds()))
                 });
-                begun.map_err(|(key, message)| StudyError(located_key(&self.source, name, &key, &message)))?;
+                let top =
+                    begun.map_err(|(key, message)| StudyError(located_key(&self.source, name, &key, &message)))?;
+                if segment.kind == Kind::Trials {
+                    top_mps = top_mps.max(top);
+                }
             }
         }
-        Ok(())
+        Ok(top_mps)
     }
 
     /// The scenario of a drive: base, then the segment's settings, then the condition's. A key at fault and the message.

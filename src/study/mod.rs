@@ -19,6 +19,7 @@ pub mod checksums;
 pub mod code;
 pub mod completion;
 pub mod dataset;
+mod dial;
 pub mod file;
 pub mod form;
 pub mod lock;

@@ -74,6 +74,7 @@ impl Study {
             };
             let mut drive = |condition: Option<&Condition>| {
                 let scenario = self.drive(i, condition).expect("checked when the study was read");
+                let scenario = if condition.is_some() { self.with_dial(scenario) } else { scenario };
                 drives += 1;
                 Item::Drive {
                     scenario: Box::new(Scenario { seed: self.seed_of(index, drives), ..scenario }),

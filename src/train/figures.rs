@@ -174,7 +174,7 @@ fn ways(trace: &Trace, chart: &Chart, top_mps: f64) -> String {
 }
 
 /// What is shown to the ego's driver, what the ego drives, and what the others do. `time` labels the axis.
-pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str) -> String {
+pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str, more: Vec<Line>) -> String {
     let every = (trace.time_s.len() / 1200).max(1);
     let steps = || (0..trace.time_s.len()).step_by(every);
     let line = |name: &str, style: Style, of: &dyn Fn(usize) -> Option<f64>| Line {
@@ -195,7 +195,8 @@ pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str
     spread.band = steps().map(|i| [of(i, f32::min).unwrap_or(0.0), of(i, f32::max).unwrap_or(0.0)]).collect();
     let ego =
         line("ego", Style { width: 1.2, ..Style::solid(COLOURS[1]) }, &|i| Some(f64::from(trace.speed_mps[i][0])));
-    let lines = vec![spread, shown, ego];
+    let mut lines = vec![spread, shown, ego];
+    lines.extend(more);
     let x = Axis::even(time, ends_of(&lines[..1], 0));
     let high = lines.iter().flat_map(|l| l.band.iter().map(|b| b[1])).fold(1.0, f64::max);
     let chart = Chart { lines, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), [700.0, 260.0]) };
@@ -278,7 +279,7 @@ mod tests {
             against_hold(&series(1), 4.362, false, ""),
             adherence(&[("reaction, s", series(4)), ("error, m/s", series(2))], "two lines\nof notes"),
             space_time(&[("before", &trace()), ("after", &trace())], 9.0, SINCE_ADVICE, "a note"),
-            speeds("one ring", &trace(), 0.447, SINCE_ADVICE, ""),
+            speeds("one ring", &trace(), 0.447, SINCE_ADVICE, "", Vec::new()),
         ] {
             roxmltree::Document::parse(&text).unwrap();
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");

@@ -191,8 +191,11 @@ fn what_is_not_in_the_list_can_be_typed() {
 #[test]
 fn edits_can_be_taken_back() {
     let mut harness = tall(Bench::driving());
-    assert!(harness.query_by_label("Discard").is_none());
+    let before = harness.get_by_label("Seed").rect();
+    press(&mut harness, "Discard");
+    assert_eq!(*restarted(&press(&mut harness, "Restart")), Scenario::default(), "there is nothing to take back yet");
     type_number(&mut harness, "Seed", "7");
+    assert_eq!(harness.get_by_label("Seed").rect(), before, "nothing moves under the pointer");
     press(&mut harness, "Discard");
     let commands = press(&mut harness, "Restart");
     assert_eq!(*restarted(&commands), Scenario::default());

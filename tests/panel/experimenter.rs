@@ -5,7 +5,8 @@ use codrive::{
     panel::{
         Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
         experimenter::{
-            Experimenter, ExperimenterCommand as Command, ExperimenterState, Health, Log, RecordingHealth, WheelHealth,
+            ContactHealth, Experimenter, ExperimenterCommand as Command, ExperimenterState, Health, Log,
+            RecordingHealth, WheelHealth,
         },
         theme,
     },
@@ -119,6 +120,7 @@ impl Bench {
             latency_ms: Some([31.0, 44.0]),
             recording: Some(RecordingHealth { waiting: [0, 32], free_gb: Some(61.4) }),
             wheel: WheelHealth::There("Logitech G29".into()),
+            contacts: ContactHealth::default(),
             engine: "SUMO 1.24.0 (libsumo)".into(),
             error: None,
         };
@@ -265,20 +267,57 @@ fn a_preset_that_is_wrong_is_named_with_its_line() {
 fn a_drive_is_paused_stepped_and_started_with_mouse_and_keys() {
     let mut harness = tall(Bench::after(10));
     assert_eq!(click(&mut harness, "Pause"), [Command::Drive(PanelCommand::Pause)]);
-    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F2), [Command::Drive(PanelCommand::Pause)]);
+    assert_eq!(press(&mut harness, Modifiers::COMMAND, Key::P), [Command::Drive(PanelCommand::Pause)]);
     harness.state_mut().phase = Phase::Paused;
     harness.run();
     assert_eq!(click(&mut harness, "+1 tick"), [Command::Drive(PanelCommand::SingleStep(Advance::Tick))]);
-    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F2), [Command::Drive(PanelCommand::Start)]);
+    assert_eq!(press(&mut harness, Modifiers::COMMAND, Key::P), [Command::Drive(PanelCommand::Start)]);
+}
+
+#[test]
+fn nothing_moves_under_the_pointer_when_the_first_setting_is_changed() {
+    let mut harness = tall(Bench::after(10));
+    let places = |harness: &Harness<'static, Bench>| {
+        ["Vehicles", "Hold", "Discard", "Restart"].map(|name| {
+            harness.get_all_by_label(name).map(|node| node.rect().min).min_by(|a, b| a.y.total_cmp(&b.y)).unwrap()
+        })
+    };
+    let before = places(&harness);
+    harness.get_by_label("No edits.");
+    type_into(&mut harness, Role::SpinButton, "Vehicles", "18");
+    harness.key_press(Key::Enter);
+    harness.run();
+    harness.get_by_label("Edited: restart to apply.");
+    assert_eq!(places(&harness), before);
+}
+
+#[test]
+fn the_window_ends_and_lists_its_keys_by_keys_of_its_own() {
+    let mut harness = tall(Bench::after(10));
+    assert_eq!(press(&mut harness, Modifiers::COMMAND, Key::Q), [Command::End]);
+    press(&mut harness, Modifiers::NONE, Key::F1);
+    for (key, what) in codrive::panel::experimenter::KEYS {
+        harness.get_by_label(key);
+        harness.get_by_label(what);
+    }
+    // Esc takes the list away and ends nothing.
+    assert_eq!(press(&mut harness, Modifiers::NONE, Key::Escape), []);
+    assert!(harness.query_by_label("Keys").is_none());
+    let mut bench = Bench::after(10);
+    bench.plan = Some("trial 2 of 3");
+    let mut harness = tall(bench);
+    press(&mut harness, Modifiers::NONE, Key::F1);
+    harness.get_by_label("Ctrl+G");
+    harness.get_by_label("Skip the current or next item");
 }
 
 #[test]
 fn moments_are_marked_and_notes_written_with_mouse_and_keys() {
     let mut harness = tall(Bench::after(1250));
-    assert_eq!(click(&mut harness, "Mark (F4)"), [Command::Mark(1)]);
-    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F4), [Command::Mark(2)]);
+    assert_eq!(click(&mut harness, "Mark"), [Command::Mark(1)]);
+    assert_eq!(press(&mut harness, Modifiers::COMMAND, Key::M), [Command::Mark(2)]);
     harness.get_by_label("mark 2");
-    press(&mut harness, Modifiers::NONE, Key::F6);
+    press(&mut harness, Modifiers::COMMAND, Key::N);
     harness.event(egui::Event::Text("yawned".into()));
     harness.run();
     assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("yawned".into())]);
@@ -304,9 +343,7 @@ fn everything_is_reached_by_tab_and_what_has_the_keyboard_is_seen() {
         };
         seen.push(node.accesskit_node().label().unwrap_or_default());
     }
-    for name in
-        ["Pause", "Restart", "Preset", "Save as", "Vehicles", "Range", "Policy", "by speed", "Mark (F4)", "Note"]
-    {
+    for name in ["Pause", "Restart", "Preset", "Save as", "Vehicles", "Range", "Policy", "by speed", "Mark", "Note"] {
         assert!(seen.iter().any(|label| label == name), "{name} is not reached: {seen:?}");
     }
     let after = harness.render().unwrap();
@@ -327,8 +364,10 @@ fn in_a_study_the_plan_is_on_the_left_and_the_drive_is_not_the_panels_to_command
     for gone in ["Restart", "Pause", "Vehicles"] {
         assert!(harness.query_by_label(gone).is_none(), "{gone}");
     }
-    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F2), []);
-    assert_eq!(press(&mut harness, Modifiers::NONE, Key::F4), [Command::Mark(1)]);
+    for key in [Key::P, Key::M, Key::Q] {
+        assert_eq!(press(&mut harness, Modifiers::COMMAND, key), [], "the visit's own commands are the only ones");
+    }
+    assert!(harness.query_by_label("Mark").is_none() && harness.query_by_label("Note").is_none());
 }
 
 #[test]
@@ -342,14 +381,14 @@ fn a_narrow_window_has_pages_that_keys_turn_and_the_worst_lamp_in_sight() {
     harness.get_by_label("What the participant sees");
     assert!(harness.query_by_label("Restart").is_none());
     press(&mut harness, Modifiers::COMMAND, Key::Num3);
-    harness.get_by_label("Space and time");
-    press(&mut harness, Modifiers::NONE, Key::F6);
+    harness.get_by_label("Space and time, metres along the road");
+    press(&mut harness, Modifiers::COMMAND, Key::N);
     harness.event(egui::Event::Text("from any page".into()));
     harness.run();
     assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("from any page".into())]);
     harness.get_by_label("Plots").click();
     harness.run();
-    harness.get_by_label("Space and time");
+    harness.get_by_label("Space and time, metres along the road");
 }
 
 /// Of these colours there are so many pixels; what the pictures show is looked at, too, where the environment names a
@@ -363,7 +402,7 @@ fn cars_lines_and_lamps_are_on_the_picture_at_every_scale() {
         bench.health.wheel = WheelHealth::Lost;
         bench.health.latency_ms = Some([61.0, 75.0]);
         let mut harness = harness(bench, size, scale);
-        press(&mut harness, Modifiers::NONE, Key::F4);
+        press(&mut harness, Modifiers::COMMAND, Key::M);
         press(&mut harness, Modifiers::COMMAND, Key::Num2);
         let picture = harness.render().expect("a picture");
         let count = |rgb: [u8; 3]| picture.pixels().filter(|p| p.0[..3] == rgb).count() as f32 / (scale * scale);

@@ -6,6 +6,7 @@ use codrive::{
         ItemState, Screen, ScreenState, Screens, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState, theme,
     },
     study::{Form, Input, Questionnaire, Texts},
+    units::SpeedUnit,
 };
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -40,6 +41,8 @@ struct Desk {
     page: Option<&'static str>,
     rest_s: Option<f64>,
     countdown: Option<u32>,
+    /// Speed at the start, mph.
+    rolls: u32,
     words: Option<&'static str>,
     wheel: bool,
     inputs: Vec<Input>,
@@ -53,6 +56,7 @@ impl Desk {
             page: None,
             rest_s: None,
             countdown: None,
+            rolls: 0,
             words: None,
             wheel: false,
             inputs: Vec::new(),
@@ -79,7 +83,7 @@ impl Desk {
             (Some(form), ..) => Screen::Questions(form),
             (_, Some(page), ..) => Screen::Page(page),
             (_, _, Some(left_s), _) => Screen::Rest("Take a rest. Look into the distance.", left_s),
-            (_, _, _, Some(left)) => Screen::Countdown(left),
+            (_, _, _, Some(left)) => Screen::Countdown(left, self.rolls, SpeedUnit::Mph),
             _ => Screen::Drive(self.words),
         };
         let wheel = self.wheel;
@@ -245,6 +249,36 @@ fn questions_fit_small_and_large_windows_at_every_scale_and_follow_the_hand() {
     }
 }
 
+/// What is asked, what a star means and all eight rows of a page of symptoms are seen together, on the second page as on the
+/// first, and by whoever comes from another page's end.
+#[test]
+fn a_page_of_symptoms_is_seen_whole_and_from_its_top_in_windows_of_16_to_9() {
+    for size in [[640.0, 360.0], [1280.0, 720.0], [1920.0, 1080.0]] {
+        let mut harness = harness(Desk::shipped("ssq"), size, 1.0);
+        for page in 0..2 {
+            assert_eq!(harness.state().form().progress().0, page);
+            harness.run_steps(30);
+            let window = egui::Rect::from_min_size(egui::Pos2::ZERO, size.into());
+            let stops: Vec<String> =
+                harness.state().form().stops().iter().map(|stop| format!("{}: None", stop.row.unwrap().text)).collect();
+            assert_eq!(stops.len(), 8);
+            let title = harness.state().form().page().title.clone();
+            let mut last = harness.get_by_label(&title).rect().bottom();
+            assert!(window.contains_rect(harness.get_by_label(&title).rect()) && last > 0.04 * size[1], "{title}");
+            harness.get_by_label("* Please answer");
+            for name in &stops {
+                let rect = harness.get_by_label(name).rect();
+                assert!(rect.top() > last && rect.bottom() < size[1] - 0.1 * size[1], "{name} at {rect:?} of {size:?}");
+                last = rect.bottom();
+            }
+            for _ in 0..8 {
+                keys(&mut harness, &[Key::ArrowRight, Key::Enter]);
+            }
+            keys(&mut harness, &[Key::Enter]);
+        }
+    }
+}
+
 fn save<State>(harness: &mut Harness<'static, State>, name: &str) {
     let picture = harness.render().expect("a picture");
     let first = *picture.get_pixel(0, 0);
@@ -269,6 +303,9 @@ fn every_screen_has_its_picture() {
     save(&mut harness(wheel, size, 1.0), "page-wheel");
     save(&mut harness(Desk { rest_s: Some(75.0), ..Desk::new() }, size, 1.0), "rest");
     save(&mut harness(Desk { countdown: Some(3), ..Desk::new() }, size, 1.0), "countdown");
+    let mut rolling = harness(Desk { countdown: Some(3), rolls: 9, ..Desk::new() }, size, 1.0);
+    rolling.get_by_label("The drive begins soon, at 9 mph. Hands on the wheel. 3");
+    save(&mut rolling, "countdown-rolling");
     let words = Some("You asked to stop. The experimenter will be with you in a moment.");
     save(&mut harness(Desk { words, ..Desk::new() }, size, 1.0), "held");
     let mut ssq = harness(Desk { wheel: true, ..Desk::shipped("ssq") }, size, 1.0);
@@ -301,19 +338,19 @@ struct Lead {
 
 impl Lead {
     fn new(phase: VisitPhase) -> Self {
-        let item = |name: &str, what: &str, state: ItemState, attempts: usize| VisitItem {
+        let item = |name: &str, what: &str, state: ItemState, earlier: &str| VisitItem {
             name: name.into(),
             what: what.into(),
             condition: name.strip_prefix("trial-1-").map(str::to_owned),
             state,
-            attempts,
+            earlier: earlier.into(),
         };
         let items = vec![
-            item("welcome", "a page to read", ItemState::Done, 1),
-            item("ssq-before", "questions: ssq", ItemState::Skipped, 1),
-            item("familiarisation", "420 s on practice, 12 cars", ItemState::Done, 2),
-            item("trial-1-narrow", "300 s on ring-250, 22 cars, policy ring-250-speed", ItemState::Now, 1),
-            item("trial-rest-1", "rest, 60 s", ItemState::Ahead, 0),
+            item("welcome", "a page to read", ItemState::Done, ""),
+            item("ssq-before", "questions: ssq", ItemState::Skipped, "broken off"),
+            item("familiarisation", "420 s on practice, 12 cars", ItemState::Done, "cut"),
+            item("trial-1-narrow", "300 s on ring-250, 22 cars, policy ring-250-speed", ItemState::Now, ""),
+            item("trial-rest-1", "rest, 60 s", ItemState::Ahead, ""),
         ];
         Self { panel: VisitPanel::default(), items, phase, asked: false, error: None, commands: Vec::new() }
     }
@@ -409,6 +446,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
     type_in(&mut harness, "too fast");
     assert_eq!(press(&mut harness, "Break it off"), [VisitCommand::Abort("too fast".into())]);
     harness.get_by_label("3:12");
+    harness.get_by_label("before: broken off");
     harness.get_by_label("Plan: 3 of 5 done; about 16 min left");
     for (name, word) in [("welcome", "done"), ("trial-1-narrow", "now"), ("ssq-before", "skipped")] {
         let line = harness.get_by_label(name).rect().center().y;
@@ -429,7 +467,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
     harness.state_mut().asked = true;
     harness.run();
     harness.get_by_label("the disk is full");
-    harness.get_by_label_contains("The participant asks to stop.");
+    harness.get_by_label_contains("The participant asks to stop:");
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod rig;
 mod wheel;
 
 use codrive::{
+    analysis::people::STATES,
     app::visit::RoadNow,
     panel::{ItemState, Screen, VisitCommand, VisitPhase},
     record::RecordError,
@@ -41,9 +42,9 @@ fn a_visit_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk() {
     rig.pass(0.1);
     assert_eq!(rig.sees(), "countdown to practice");
     assert_eq!(rig.road.scenario.as_ref().unwrap().duration_s, 30.0);
-    assert!(matches!(rig.visit().screen(RoadNow::default()), Screen::Countdown(3)));
+    assert!(matches!(rig.visit().screen(RoadNow::default()), Screen::Countdown(3, 0, _)));
     rig.pass(2.5);
-    assert!(matches!(rig.visit().screen(RoadNow::default()), Screen::Countdown(1)) && rig.road.folder.is_none());
+    assert!(matches!(rig.visit().screen(RoadNow::default()), Screen::Countdown(1, 0, _)) && rig.road.folder.is_none());
     rig.pass(0.6);
     assert_eq!(rig.road.folder, Some(rig.out.join("sourcedata/sub-P03/practice")));
     // The practice ends by its criterion, before its 30 s.
@@ -181,8 +182,8 @@ fn what_is_broken_off_comes_again_and_what_is_called_back_comes_once_more() {
     rig.refused(VisitCommand::Abort(reason("again")), "there is nothing to break off");
     rig.command(VisitCommand::Go);
     assert_eq!(rig.sees(), "words before practice");
-    let attempts = rig.visit().items().into_iter().find(|item| item.name == "practice").unwrap();
-    assert_eq!((attempts.attempts, attempts.state), (2, ItemState::Now));
+    let practice = rig.visit().items().into_iter().find(|item| item.name == "practice").unwrap();
+    assert_eq!((practice.earlier.as_str(), practice.state), ("broken off", ItemState::Now));
 
     // Called back while another item runs: it comes next. The running one called back is broken off.
     rig.command(VisitCommand::Repeat { item: "welcome".into(), reason: reason("did not read it") });
@@ -365,10 +366,13 @@ fn a_visit_is_complete_partial_withdrawn_or_excluded() {
         }
         assert!(rig.visit().is_over());
     };
+    let words = Completion::ALL.map(Completion::word);
+    assert!(words.iter().all(|word| STATES.contains(word)) && words.len() == STATES.len(), "analyse knows them all");
     // All drives skipped, and the first broken off before: nobody's visit is complete like that.
     let mut rig = Rig::new();
     to_the_end(&mut rig);
     assert_eq!((rig.log().end.unwrap().complete, state(&rig)), (true, Completion::Partial));
+    assert!(rig.visit().items().iter().all(|item| item.earlier.is_empty()), "each was skipped once");
     rig.command(VisitCommand::Exclude(reason("wrong glasses")));
     assert_eq!(
         (state(&rig), rig.log().end.unwrap().excluded.as_deref()),

@@ -7,37 +7,37 @@ use codrive::{
     panel::{ItemState, Screen, VisitCommand, VisitPhase},
 };
 
-fn states(rig: &mut Rig) -> Vec<(String, ItemState, usize)> {
-    rig.visit().items().into_iter().map(|item| (item.name, item.state, item.attempts)).collect()
+fn states(rig: &mut Rig) -> Vec<(String, ItemState, String)> {
+    rig.visit().items().into_iter().map(|item| (item.name, item.state, item.earlier)).collect()
 }
 
-fn one(rig: &mut Rig, name: &str) -> (ItemState, usize) {
-    states(rig).into_iter().find(|(item, ..)| item == name).map(|(_, state, attempts)| (state, attempts)).unwrap()
+fn one(rig: &mut Rig, name: &str) -> (ItemState, String) {
+    states(rig).into_iter().find(|(item, ..)| item == name).map(|(_, state, earlier)| (state, earlier)).unwrap()
 }
 
 #[test]
-fn each_point_of_the_plan_says_what_became_of_it_and_how_often_it_was_begun() {
+fn each_point_of_the_plan_says_what_became_of_it_now_and_earlier() {
     use ItemState::{Again, Ahead, Broken, Done, Now, Skipped};
+    let is = |state: ItemState, earlier: &str| (state, earlier.to_owned());
     let mut rig = Rig::new();
     let plan = ["welcome", "before", "practice", "rest", "trial-1-narrow", "trial-2-wide"];
-    let expected = plan.map(|name| (name.to_owned(), Ahead, 0));
+    let expected = plan.map(|name| (name.to_owned(), Ahead, String::new()));
     assert_eq!(states(&mut rig)[1..], expected[1..]);
-    assert_eq!(one(&mut rig, "welcome"), (Now, 1));
+    assert_eq!(one(&mut rig, "welcome"), is(Now, ""));
     rig.next();
-    assert_eq!((one(&mut rig, "welcome"), one(&mut rig, "before")), ((Done, 1), (Now, 1)));
+    assert_eq!((one(&mut rig, "welcome"), one(&mut rig, "before")), (is(Done, ""), is(Now, "")));
     rig.command(VisitCommand::Skip("no time".into()));
-    assert_eq!(one(&mut rig, "before"), (Skipped, 1));
+    assert_eq!(one(&mut rig, "before"), is(Skipped, ""));
     rig.drive_off();
     rig.command(VisitCommand::Abort("the phone".into()));
-    assert_eq!(one(&mut rig, "practice"), (Again, 1));
+    assert_eq!(one(&mut rig, "practice"), is(Again, "broken off"));
     rig.command(VisitCommand::Go);
-    assert_eq!(one(&mut rig, "practice"), (Now, 2));
-    // A point that is called back was not begun once more by that.
+    assert_eq!(one(&mut rig, "practice"), is(Now, "broken off"));
     rig.command(VisitCommand::Repeat { item: "welcome".into(), reason: "not read".into() });
-    assert_eq!(one(&mut rig, "welcome"), (Again, 1));
+    assert_eq!(one(&mut rig, "welcome"), is(Again, "done"));
     rig.drive_off();
     rig.command(VisitCommand::Stop("sickness".into()));
-    assert_eq!((one(&mut rig, "practice"), one(&mut rig, "rest")), ((Broken, 2), (Ahead, 0)));
+    assert_eq!((one(&mut rig, "practice"), one(&mut rig, "rest")), (is(Broken, "broken off"), is(Ahead, "")));
     let what: Vec<String> = rig.visit().items().into_iter().map(|item| item.what).collect();
     assert_eq!(what[3], "rest, 10 s");
     assert!(
@@ -77,7 +77,10 @@ fn the_participant_sees_what_the_experimenter_is_told_they_see() {
     rig.pass(0.15);
     let left_s = rig.visit().left_s(none).unwrap();
     assert!((2.85..3.0).contains(&left_s), "{left_s}");
-    assert!(matches!(rig.visit().screen(none), Screen::Countdown(3)));
+    assert!(matches!(rig.visit().screen(none), Screen::Countdown(3, 0, _)));
+    // In flowing traffic the car begins with its speed, and the countdown says which: 4 m/s are 8.9 mph.
+    let flowing = RoadNow { speed_mps: 4.0, ..none };
+    assert!(matches!(rig.visit().screen(flowing), Screen::Countdown(3, 9, codrive::units::SpeedUnit::Mph)));
     rig.command(VisitCommand::Pause);
     assert!(matches!(rig.visit().screen(none), Screen::Drive(Some(text)) if text == texts.paused));
     rig.command(VisitCommand::Resume);

@@ -4,6 +4,8 @@ use crate::xserver::{Server, wait_for};
 use std::process::{Command, Output, Stdio};
 
 const ESCAPE: u8 = 9;
+const CTRL: u8 = 37;
+const Q: u8 = 24;
 
 fn codrive(server: &Server, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
@@ -28,6 +30,23 @@ fn a_monitor_or_a_rate_that_is_not_there_is_answered_with_those_that_are() {
         let said = text(&output);
         assert!(output.status.code() == Some(2) && parts.iter().all(|part| said.contains(part)), "{more:?}: {said}");
     }
+}
+
+#[test]
+fn on_the_only_monitor_the_picture_does_not_hide_the_experimenters_window_and_says_so() {
+    let server = Server::start([800, 600]);
+    server.manage();
+    let drive = ["drive", "--traffic", "native", "--trees", "0", "--quality", "low", "--fullscreen", "--experimenter"];
+    let mut program = codrive(&server, &drive);
+    let program = program.env("RUST_LOG", "warn").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    server.window("codrive: ring-250");
+    let experimenter = server.window("Experimenter");
+    wait_for("lamps, plots, settings", || (server.colours_of(experimenter) > 100).then_some(()));
+    server.strike(experimenter, &[CTRL, Q]);
+    let output = program.wait_with_output().unwrap();
+    let said = text(&output);
+    assert!(output.status.success() && said.contains("there is one monitor: the participant's window"), "{said}");
+    assert_eq!(server.asked_to_fill(), None);
 }
 
 #[test]

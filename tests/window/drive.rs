@@ -13,7 +13,9 @@ use std::{
 const KEY_ESC: u8 = 9;
 const KEY_W: u8 = 25;
 const KEY_V: u8 = 55;
-const KEY_F4: u8 = 70;
+const KEY_CTRL: u8 = 37;
+const KEY_M: u8 = 58;
+const KEY_Q: u8 = 24;
 const KEY_SPACE: u8 = 65;
 const KEY_F11: u8 = 95;
 
@@ -150,6 +152,8 @@ fn a_stall_is_told_once_however_many_there_are() {
     let program = server.start_program(command.args(still).env("RUST_LOG", "warn"));
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
+    // A free drive waits for its driver.
+    server.strike(window, &[KEY_SPACE]);
     // A machine that is busy with something else for longer than a frame can make up for.
     for signal in ["STOP", "CONT"].repeat(3) {
         let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {}", program.id())]).status().unwrap();
@@ -166,8 +170,10 @@ fn a_stall_is_told_once_however_many_there_are() {
 fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
     let server = Server::start(SIZE);
     let program = drive(&server, &["--traffic", "native"]);
-    server.window("codrive");
+    let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
+    // A free drive waits for its driver.
+    server.strike(window, &[KEY_SPACE]);
     sleep(Duration::from_secs(1));
     // The shell's own kill: a bare Debian has no other.
     let sent = Command::new("sh").args(["-c", &format!("kill -INT {}", program.id())]).status().unwrap();
@@ -186,10 +192,10 @@ fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_wi
     server.window("codrive");
     let experimenter = focused(&server, "Experimenter");
     wait_for("lamps, plots, settings", || (server.colours_of(experimenter) > 100).then_some(()));
-    for key in [KEY_W, KEY_F4] {
-        server.key(key, true);
+    for keys in [&[KEY_W][..], &[KEY_CTRL, KEY_M]] {
+        keys.iter().for_each(|key| server.key(*key, true));
         sleep(Duration::from_millis(700));
-        server.key(key, false);
+        keys.iter().rev().for_each(|key| server.key(*key, false));
     }
     sleep(Duration::from_millis(500));
     server.close(experimenter);
@@ -202,7 +208,7 @@ fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_wi
 }
 
 #[test]
-fn the_driver_drives_beside_the_experimenter_and_closing_the_picture_ends_with_0() {
+fn the_driver_drives_beside_the_experimenter_and_ctrl_q_on_the_picture_ends_with_0() {
     let server = Server::start(SIZE);
     let program = drive(&server, &["--traffic", "native", "--experimenter"]);
     server.window("Experimenter");
@@ -211,7 +217,7 @@ fn the_driver_drives_beside_the_experimenter_and_closing_the_picture_ends_with_0
     server.key(KEY_W, true);
     sleep(Duration::from_secs(8));
     server.key(KEY_W, false);
-    server.close(window);
+    server.strike(window, &[KEY_CTRL, KEY_Q]);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert!(ego_speed_mps(&text) > 0.05, "{text}");

@@ -255,7 +255,10 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     let at = |kind: &str| ticks_of(&visit, "trial-1-only", kind);
     let [(paused, _)] = at("paused")[..] else { panic!("{:?}", at("paused")) };
     assert_eq!(at("resumed")[0].0, paused, "seconds of the clock, and not a tick while it was held");
-    assert_eq!((at("mark"), at("note")), (vec![(paused, "by the experimenter".into())], vec![(paused, "tt".into())]));
+    assert_eq!(
+        (at("mark"), at("note")),
+        (vec![(paused, "by the experimenter, 1".into())], vec![(paused, "tt".into())])
+    );
     assert_eq!(at("extended"), [(paused, "by 60 s: t".into())]);
     let driven = Scenario::from_file(&visit.file("trial-1-only/scenario.toml")).unwrap();
     assert_eq!(driven.duration_s, 180.0, "two minutes, and one more");

@@ -140,6 +140,11 @@ impl PictureWindow {
         self.ears.ctx.text_edit_focused()
     }
 
+    /// True while a list hangs open in the overlay: Esc closes it, and nothing else.
+    pub fn has_open_list(&self) -> bool {
+        egui::Popup::is_any_open(&self.ears.ctx)
+    }
+
     /// An event of this window: new sizes are obeyed, the overlay hears of everything. True if the overlay has a use for
     /// it.
     pub fn on_event(&mut self, event: &WindowEvent) -> bool {

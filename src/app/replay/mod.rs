@@ -12,7 +12,7 @@ pub use what_if::{Pair, changes, what_if, words};
 use super::{AppError, Drive, Instruments, quality, view_options};
 use crate::{
     ego::Controls,
-    record::{self, Change, Comparison, Difference, Table},
+    record::{self, Change, Comparison, Difference, Reader, Table, tables::PUT_BACK},
     render::{Gpu, OFFSCREEN, Renderer, render_to_image},
     scene::{self, Stage, ViewKind},
     sim::{QualityLevel, Scenario, World},
@@ -51,6 +51,8 @@ pub struct Replay {
     recorded: Comparison,
     /// Ticks that were recorded, to the first hole of a recording that was damaged.
     ticks: u64,
+    /// Ticks with which the car was put back on its lane, the first one last.
+    put_back: Vec<u64>,
     controls: Controls,
     verdict: Verdict,
 }
@@ -70,6 +72,7 @@ impl Replay {
             drive: Drive::new(scenario, Pace::Paused)?,
             recorded: Comparison::open(recording)?,
             ticks: record::count(recording, Table::Ego)?,
+            put_back: put_back(recording)?,
             controls: Controls::default(),
             verdict: Verdict { changes: record::changes(recording)?, ..Verdict::default() },
         })
@@ -110,6 +113,10 @@ impl Replay {
                 break;
             };
             self.controls = controls;
+            if self.put_back.pop_if(|tick| *tick == due.0).is_some() {
+                // Where that is not possible any more, the missing event is the difference.
+                let _ = self.drive.world.put_back();
+            }
             self.drive.clock.single_step(1);
             self.drive.frame(Duration::ZERO, |_| controls, |_, _| ())?;
             self.recorded.tick(&self.drive.world, &controls)?;
@@ -135,6 +142,18 @@ impl Replay {
     pub fn verdict(&self) -> &Verdict {
         &self.verdict
     }
+}
+
+/// Ticks with which the car was put back on its lane, the last one first.
+fn put_back(recording: &Path) -> Result<Vec<u64>, AppError> {
+    let mut found = Vec::new();
+    for part in Reader::parts(&Table::Events.parquet(recording), &["tick", "event"])? {
+        let part = part?;
+        let events = part.wholes("tick").into_iter().zip(part.words("event"));
+        found.extend(events.filter(|(_, event)| event == PUT_BACK).map(|(tick, _)| tick));
+    }
+    found.reverse();
+    Ok(found)
 }
 
 /// The scenario of a recording as it is driven again: in this program, also where the SUMO was elsewhere; says so.
@@ -189,5 +208,38 @@ impl Easel {
         let mut view = scene::view(world.snapshot(), 1.0, self.kind, &options, &self.stage);
         view.dial = self.kind.has_dial().then(|| self.instruments.read(world.snapshot()));
         Ok(render_to_image(&self.gpu, &mut self.renderer, &view, self.size)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::facts;
+
+    #[test]
+    fn a_car_that_was_put_back_on_its_lane_is_put_back_at_the_same_tick_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive");
+        let scenario =
+            Scenario { traffic: "native".into(), vehicles: 6, trees: 0, duration_s: 12.0, ..Scenario::default() };
+        let mut world = World::new(&scenario).unwrap();
+        let mut tally = crate::sim::Tally::new([0.0, f64::INFINITY]);
+        let mut recorder = facts::begin(&path, &world, facts::manifest(&world, "test".into(), None)).unwrap();
+        let away = Controls { throttle: 0.5, steering_wheel_rad: 3.0, ..Controls::default() };
+        let mut wished = 0;
+        while world.ended().is_none() {
+            if world.snapshot().lane_offset_m.abs() > 4.0 {
+                wished += u32::from(world.put_back().is_ok());
+            }
+            world.tick(&away).unwrap();
+            tally.add(world.snapshot(), world.events());
+            recorder.tick(&world, &away).unwrap();
+        }
+        recorder.finish(&tally.summary()).unwrap();
+        assert!(wished > 1, "left the road and was put back {wished} times");
+        let mut replay = Replay::open(&path).unwrap();
+        assert_eq!(replay.put_back.len(), wished as usize);
+        replay.advance(u64::MAX).unwrap();
+        assert!(replay.verdict().is_proven() && replay.verdict().ticks == 1200, "{:?}", replay.verdict());
     }
 }

@@ -15,7 +15,7 @@ use crate::{
         view_options,
     },
     panel::{
-        theme,
+        key_list, theme,
         timeline::{self, Happened, TimelineCommand, TimelineState},
     },
     record::{self, Reader, Table},
@@ -258,12 +258,28 @@ fn command_of(key: KeyCode, shift: bool, player: &Player) -> Option<TimelineComm
     })
 }
 
+/// Keys of the window, and what they do.
+const KEYS: [(&str, &str); 11] = [
+    ("F1", "this list"),
+    ("Space", "play, hold"),
+    ("Left, Right", "by one tick (10 ms)"),
+    ("Shift+Left, Right", "by 1 s"),
+    ("Page Up, Page Down", "by 10 s"),
+    ("Home, End", "to the start, to the end"),
+    ("Up, Down", "twice as fast, half as fast"),
+    ("V", "next view: driver, chase, bird's-eye, mirror"),
+    ("F11", "full screen"),
+    ("Esc", "close this list, end"),
+    ("Ctrl+Q", "end"),
+];
+
 /// The window.
 struct Frame<'a> {
     show: &'a mut Show,
     picture: PictureWindow,
     last: Instant,
     modifiers: ModifiersState,
+    help_open: bool,
 }
 
 impl<'a> Windows for Frame<'a> {
@@ -275,7 +291,7 @@ impl<'a> Windows for Frame<'a> {
         theme::apply(picture.ctx());
         let view = show.view();
         picture.stage(&show.stage, &view, show.scenario.quality)?;
-        Ok(Self { show, picture, last: now(), modifiers: ModifiersState::default() })
+        Ok(Self { show, picture, last: now(), modifiers: ModifiersState::default(), help_open: false })
     }
 
     fn hear(&mut self, _: WindowId, event: WindowEvent) -> Result<Next, AppError> {
@@ -302,7 +318,9 @@ impl Frame<'_> {
             return Next::GoOn;
         }
         match code {
-            KeyCode::Escape => return Next::End,
+            KeyCode::KeyQ if self.modifiers.control_key() || self.modifiers.super_key() => return Next::End,
+            KeyCode::Escape if !std::mem::take(&mut self.help_open) => return Next::End,
+            KeyCode::F1 => self.help_open = !self.help_open,
             KeyCode::F11 => self.picture.toggle_fullscreen(),
             code => {
                 let asked = command_of(code, self.modifiers.shift_key(), &self.show.player);
@@ -315,7 +333,7 @@ impl Frame<'_> {
     }
 
     fn draw(&mut self) -> Result<(), AppError> {
-        let Self { show, picture, last, .. } = self;
+        let Self { show, picture, last, help_open, .. } = self;
         let begin = now();
         let elapsed_s = (begin - *last).as_secs_f64();
         *last = begin;
@@ -327,6 +345,9 @@ impl Frame<'_> {
             let (commands, height) = show.timeline(ui);
             asked.extend(commands);
             foot = height;
+            if *help_open {
+                key_list(ui.ctx(), &KEYS);
+            }
         });
         picture.leave_foot((foot * output.pixels_per_point).round() as u32);
         picture.draw(Some(&view), Some(output));

@@ -4,6 +4,7 @@
 use super::{
     super::{
         AppError, Instruments,
+        contacts::Contacts,
         starting::{Started, Starting},
         view_options,
     },
@@ -98,6 +99,7 @@ impl Show {
             // Dark, unless the new drive shows its own.
             let _ = self.devices.rig_mut().show_standing(Standing::None);
         }
+        self.contacts = Contacts::default();
         self.sound.restart(&old, scenario);
         self.flash = Flash::new(scenario.flash_patch);
         drive.clock.set_pace(self.drive.clock.pace());

@@ -45,7 +45,7 @@ impl Visit {
                 let text = if text.is_empty() { "by the experimenter" } else { &text };
                 Ok(self.write("mark", text, road)?)
             }
-            VisitCommand::Close => Ok(()),
+            VisitCommand::Close | VisitCommand::Interrupt(_) => Ok(()),
             VisitCommand::Pause => self.hold(true, road),
             VisitCommand::Resume => self.hold(false, road),
             VisitCommand::Stop(reason) => {

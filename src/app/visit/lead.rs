@@ -6,7 +6,7 @@ use crate::{
     app::{Pulse, Show, desk::phase},
     panel::{
         Choices, History, Panel, PanelState, Phase, Readings, VisitCommand, VisitPanel, VisitState,
-        experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Health, Log, WheelHealth},
+        experimenter::{Experimenter, ExperimenterState, Health, Log, WheelHealth},
     },
     sim::{Scenario, World},
     study::Study,
@@ -114,11 +114,16 @@ impl Lead {
         let mut plan = |ui: &mut Ui| commands.extend(part.show(ui, &state));
         let around = ExperimenterState { drive, snapshot, health: &health, picture };
         let asked = experimenter.show(ui, &around, log.as_ref(), panel, Some(&mut plan));
-        commands.extend(asked.into_iter().filter_map(|command| match command {
-            ExperimenterCommand::Mark(number) => Some(VisitCommand::Mark(format!("by the experimenter, {number}"))),
-            ExperimenterCommand::Note(text) => Some(VisitCommand::Note(text)),
-            ExperimenterCommand::Drive(_) => None,
-        }));
+        debug_assert!(asked.is_empty(), "{asked:?}: beside a plan the visit's own commands are the only ones");
+        for command in &mut commands {
+            match command {
+                VisitCommand::Mark(text) => {
+                    *text = format!("by the experimenter, {}", experimenter.notes.number(now.time_s));
+                }
+                VisitCommand::Note(text) => experimenter.notes.say(now.time_s, text),
+                _ => {}
+            }
+        }
         commands
     }
 }

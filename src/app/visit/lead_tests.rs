@@ -160,9 +160,9 @@ fn in_a_drive_it_shows_that_drive_its_engine_and_what_is_left_of_it_and_keeps_it
     let log = sheet.lead.log.as_ref().unwrap();
     // The first tick, and a sample a step of 0.1 s.
     assert_eq!(log.history.samples().len(), 1 + 20);
-    // It ended: its road stays to be looked at until the next begins; the recorder's lamp alone says that there is none.
+    // It ended: its road stays to be looked at until the next begins; the lamps of the recorder and of contacts alone say that there is none.
     let (words, _) = sheet.pass(&[], None, RoadNow::default());
-    assert_eq!(words.matches("no drive yet").count(), 1, "{words}");
+    assert_eq!(words.matches("no drive yet").count(), 2, "{words}");
     sheet.lead.drive_begins(&drive(&sheet.study));
     assert!(sheet.lead.log.as_ref().unwrap().history.samples().is_empty(), "another drive begins with nothing");
 }
@@ -174,12 +174,12 @@ fn marks_and_notes_beside_the_plan_are_the_visits_and_no_key_of_it_starts_or_hol
     sheet.lead.drive_begins(&show);
     let now = RoadNow::default();
     sheet.pass(&[], Some(&show), now);
-    let none = Modifiers::NONE;
-    assert_eq!(sheet.pass(&[(none, Key::F2)], Some(&show), now).1, [], "the visit alone lets time run");
     let mark = |number: u32| VisitCommand::Mark(format!("by the experimenter, {number}"));
-    assert_eq!(sheet.pass(&[(none, Key::F4)], Some(&show), now).1, [mark(1)]);
-    assert_eq!(sheet.pass(&[(none, Key::F4)], Some(&show), now).1, [mark(2)]);
-    assert_eq!(sheet.pass(&[(Modifiers::COMMAND, Key::M)], Some(&show), now).1, [VisitCommand::Mark(String::new())]);
+    let ctrl = Modifiers::COMMAND;
+    assert_eq!(sheet.pass(&[(ctrl, Key::M)], Some(&show), now).1, [mark(1)]);
+    assert_eq!(sheet.pass(&[(ctrl, Key::M)], Some(&show), now).1, [mark(2)]);
+    assert!(sheet.pass(&[], Some(&show), now).0.contains("mark 2"), "among the notes, too");
+    assert_eq!(sheet.pass(&[(ctrl, Key::P)], Some(&show), now).1, [], "the visit alone lets time run");
     assert_eq!(sheet.pass(&[(Modifiers::COMMAND, Key::G)], Some(&show), now).1, [VisitCommand::Go]);
     show.drive.clock.set_pace(Pace::Paused);
     sheet.lead.say(RoadNow { time_s: 61.0, ..now }, "the wheel was unplugged");

@@ -21,6 +21,7 @@ use super::AppError;
 use crate::{
     sim::Scenario,
     study::{Form, Input, Item, Outcome, Planned, Session, SessionError, Study},
+    units::SpeedUnit,
 };
 use std::{path::Path, path::PathBuf, time::Duration};
 
@@ -69,6 +70,10 @@ pub struct RoadNow {
     pub duration_s: f64,
     /// How long the speed was in the range so far, seconds.
     pub in_range_s: f64,
+    /// Speed of the participant's car, m/s, and the unit that it is read in.
+    pub speed_mps: f64,
+    /// Unit of its speedometer.
+    pub unit: SpeedUnit,
     /// It is over.
     pub ended: bool,
     /// Time is held.
@@ -184,7 +189,7 @@ impl Visit {
                     return Ok(());
                 };
                 match road.prepare(&scenario) {
-                    Ok(true) => self.see(At::Countdown(self.study.file.countdown_s, self.asked)),
+                    Ok(true) => self.see(At::Countdown(self.study.file.countdown_s, false)),
                     Ok(false) => {}
                     Err(error) => self.fail(&error, road),
                 }
@@ -372,6 +377,14 @@ impl Visit {
             road.hold(true);
         }
         self.write("asked", "the participant asks to stop", road)
+    }
+
+    /// A contact with another car marks its moment in the visit's log; the recording has it with its speeds.
+    ///
+    /// # Errors
+    /// The session cannot be written.
+    pub fn note_contact(&mut self, words: &str) -> Result<(), AppError> {
+        Ok(self.session.note("contact", words, &(self.utc)())?)
     }
 
     /// Writes something down in the session, and in the recording while one runs.

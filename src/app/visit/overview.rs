@@ -4,8 +4,29 @@
 use super::{At, RoadNow, Visit};
 use crate::{
     panel::{ItemState, Screen, VisitItem, VisitPhase},
-    study::Outcome,
+    study::{Outcome, session::Log},
 };
+
+/// What became of an item before what is said of it now: an item that was broken off and then skipped was not skipped twice.
+fn earlier(log: &Log, item: &str, is_running: bool, is_over: bool) -> String {
+    let of_it = log.passages.iter().filter(|passage| passage.item == item);
+    let mut words: Vec<&str> = of_it
+        .filter_map(|passage| match passage.outcome {
+            Outcome::Done => Some("done"),
+            Outcome::Aborted => Some("broken off"),
+            Outcome::Cut => Some("cut"),
+            Outcome::Skipped => Some("skipped"),
+            Outcome::Repeat => None,
+        })
+        .collect();
+    let last = log.last(item).map(|passage| passage.outcome);
+    let is_said = matches!(last, Some(Outcome::Done | Outcome::Skipped))
+        || (is_over && matches!(last, Some(Outcome::Aborted | Outcome::Cut)));
+    if !is_running && is_said {
+        words.pop();
+    }
+    words.join(", ")
+}
 
 impl Visit {
     /// What the participant sees.
@@ -19,7 +40,10 @@ impl Visit {
             At::Text(text) | At::Intro(text) => Screen::Page(text),
             At::Over => Screen::Page(&texts.drive_over),
             At::Countdown(_, true) => Screen::Drive(Some(&texts.paused)),
-            At::Countdown(left_s, false) => Screen::Countdown(left_s.ceil().max(1.0) as u32),
+            At::Countdown(left_s, false) => {
+                let speed = now.unit.from_mps(now.speed_mps.abs()).round() as u32;
+                Screen::Countdown(left_s.ceil().max(1.0) as u32, speed, now.unit)
+            }
             At::Driving if now.held => Screen::Drive(Some(&texts.paused)),
             At::Driving => Screen::Drive(None),
             At::Rest(text, left_s) => Screen::Rest(text, *left_s),
@@ -48,8 +72,6 @@ impl Visit {
         let items = self.session.plan().items.iter();
         items
             .map(|planned| {
-                let passages = log.passages.iter().filter(|p| p.item == planned.name);
-                let begun = passages.filter(|p| p.outcome != Outcome::Repeat).count();
                 let now = running == Some(planned.name.as_str());
                 let state = match log.last(&planned.name).map(|passage| passage.outcome) {
                     _ if now => ItemState::Now,
@@ -64,7 +86,7 @@ impl Visit {
                     what: planned.item.words(),
                     condition: planned.condition.clone(),
                     state,
-                    attempts: begun + usize::from(now),
+                    earlier: earlier(log, &planned.name, now, self.is_over()),
                 }
             })
             .collect()

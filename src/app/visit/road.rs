@@ -3,7 +3,7 @@
 
 use super::{Road, RoadNow, hands::Hands};
 use crate::{
-    app::{AppError, Show, drive::PATIENCE, host::PictureWindow, starting::Starting},
+    app::{AppError, Show, contacts::CONTACT, drive::PATIENCE, host::PictureWindow, starting::Starting},
     input::{Devices, RigNews, Source},
     sim::{Scenario, World},
     study::{Code, Input},
@@ -24,8 +24,10 @@ pub struct Kit {
     in_range_s: f64,
     /// Time runs, or would if the wheel were not unplugged.
     began: bool,
-    /// What the experimenter has to know of the devices.
+    /// What the experimenter has to know of the devices and the drive.
     news: Vec<String>,
+    /// Contacts that the visit's log does not have yet, in words.
+    contacts: Vec<String>,
 }
 
 impl Kit {
@@ -40,6 +42,7 @@ impl Kit {
             in_range_s: 0.0,
             began: false,
             news: Vec::new(),
+            contacts: Vec::new(),
         }
     }
 
@@ -61,7 +64,7 @@ impl Kit {
     /// # Errors
     /// The drive cannot go on.
     pub fn frame(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<(Due, Vec<Input>), AppError> {
-        let Self { show, devices, hands, in_range_s, news, .. } = self;
+        let Self { show, devices, hands, in_range_s, news, contacts, .. } = self;
         let Some(show) = show else {
             let Some(devices) = devices else { return Ok((Due::default(), Vec::new())) };
             return Ok((Due::default(), at_a_screen(devices, hands, news)));
@@ -74,7 +77,9 @@ impl Kit {
             }
             watch(world);
         })?;
-        news.extend(show.take_news());
+        let told = show.take_news();
+        contacts.extend(told.iter().filter(|words| words.starts_with(CONTACT)).cloned());
+        news.extend(told);
         *hands = Hands::default();
         Ok((due, show.take_pressed().into_iter().filter_map(Hands::pressed_driving).collect()))
     }
@@ -82,6 +87,11 @@ impl Kit {
     /// How long the speed was in the range of the drive that is there, seconds: whole steps.
     pub fn in_range_s(&self) -> f64 {
         self.in_range_s
+    }
+
+    /// Contacts since the last call, in words.
+    pub fn take_contacts(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.contacts)
     }
 
     /// What has happened to the devices since the last call.
@@ -179,6 +189,8 @@ impl Road for Live<'_> {
             time_s: world.time_s(),
             duration_s: world.scenario().duration_s,
             in_range_s: self.kit.in_range_s,
+            speed_mps: world.snapshot().ego.speed_mps,
+            unit: world.scenario().units,
             ended: world.ended().is_some(),
             held: self.kit.began && show.drive.clock.pace() == Pace::Paused,
         }

@@ -11,14 +11,14 @@ use super::{
 use crate::{
     app::{
         AppError,
-        display::Place,
+        display::{self, Place},
         facts,
         host::{ExperimenterWindow, PictureWindow, Placing},
         keys::{self, Command},
         shell::{self, Next, Windows, now},
     },
     input::{Devices, Profile},
-    panel::{ScreenState, Screens, VisitCommand, experimenter::WheelHealth, theme},
+    panel::{ScreenState, Screens, VisitCommand, contact_flash, experimenter::WheelHealth, theme},
     record,
     study::{
         Code, Completion, DataSet, Input, Session, SessionError, Study, lock,
@@ -131,6 +131,8 @@ struct Frame<'a> {
     /// Baselines have been made, or there were none to make.
     made: bool,
     data: DataSet,
+    /// Why the experimenter closes the windows of a visit that is not over.
+    reason: Option<String>,
     /// When the last frame began; `None` after something that took long and is no part of a drive.
     last: Option<Instant>,
     /// When the drive began, and when rows last went to the disk.
@@ -142,7 +144,8 @@ impl<'a> Windows for Frame<'a> {
     type Parts = (&'a VisitOptions, Session, Kit);
 
     fn open(event_loop: &ActiveEventLoop, (options, session, kit): Self::Parts) -> Result<Self, AppError> {
-        let placing = Placing { title: format!("codrive: {}", options.study.file.title), place: options.place };
+        let place = display::beside_experimenter(options.place, event_loop);
+        let placing = Placing { title: format!("codrive: {}", options.study.file.title), place };
         let mut picture = PictureWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
         picture.keep_miniature();
@@ -164,6 +167,7 @@ impl<'a> Windows for Frame<'a> {
             making: None,
             made: false,
             data: DataSet::open(&options.out, &options.study)?,
+            reason: None,
             last: None,
             first: start,
             flushed: start,
@@ -209,6 +213,9 @@ impl Frame<'_> {
         for input in inputs {
             self.on_road(|visit, road| visit.input(input, road))?;
         }
+        for words in self.kit.take_contacts() {
+            self.visit.note_contact(&words)?;
+        }
         let (drove, prepared) = (self.visit.drives(), self.kit.show.is_some());
         self.on_road(|visit, road| visit.tick(elapsed, road))?;
         if let (Some(show), false) = (&self.kit.show, prepared) {
@@ -231,8 +238,13 @@ impl Frame<'_> {
         }
         self.after_the_visit()?;
         for command in self.draw_experimenter() {
-            if command == VisitCommand::Close {
-                return Ok(if self.visit.is_over() { Next::End } else { Next::GoOn });
+            match command {
+                VisitCommand::Close => return Ok(if self.visit.is_over() { Next::End } else { Next::GoOn }),
+                VisitCommand::Interrupt(reason) => {
+                    self.reason = Some(reason);
+                    return Ok(Next::End);
+                }
+                _ => {}
             }
             self.on_road(|visit, road| visit.command(command, road))?;
         }
@@ -256,7 +268,11 @@ impl Frame<'_> {
             wheel: kit.wheel(),
         };
         let mut inputs = Vec::new();
-        let output = picture.overlay(|ui| inputs.extend(screens.show(ui, &state)));
+        let flash = kit.show.as_ref().map_or(0.0, |show| show.contacts().flash());
+        let output = picture.overlay(|ui| {
+            inputs.extend(screens.show(ui, &state));
+            contact_flash(ui, flash);
+        });
         let over_picture = state.screen.is_over_picture();
         let view = kit.show.as_mut().filter(|_| over_picture).map(|show| show.view());
         let drawn = picture.draw(view.as_ref(), Some(output));
@@ -332,8 +348,9 @@ impl Frame<'_> {
     /// The windows close: what runs is broken off, and comes again with the same command.
     fn leave(&mut self, data: &DataSet, options: &VisitOptions) -> Result<Left, AppError> {
         let stopped = options.stop.load(Ordering::Relaxed);
-        let reason = if stopped { "stopped by Ctrl-C" } else { "the window was closed" };
-        self.on_road(|visit, road| visit.close(reason, road))?;
+        let usual = if stopped { "stopped by Ctrl-C" } else { "the window was closed" };
+        let reason = self.reason.take().unwrap_or_else(|| usual.into());
+        self.on_road(|visit, road| visit.close(&reason, road))?;
         if let Some(making) = &mut self.making {
             making.finish(true)?;
         }
@@ -370,6 +387,11 @@ impl Frame<'_> {
             Some(Command::Reverse) if drives => {
                 if let Some(devices) = self.kit.devices() {
                     devices.keyboard.toggle_reverse();
+                }
+            }
+            Some(Command::PutBack) if drives => {
+                if let Some(show) = &mut self.kit.show {
+                    show.put_back();
                 }
             }
             _ => {}

@@ -209,7 +209,7 @@ fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, Str
         ));
         out.push((
             format!("speeds-{file}.svg"),
-            figures::speeds(&title, &with, config.range_mps, figures::SINCE_ADVICE, &note),
+            figures::speeds(&title, &with, config.range_mps, figures::SINCE_ADVICE, &note, Vec::new()),
         ));
     }
     if plan.adherence {

@@ -17,6 +17,8 @@ pub struct Health {
     pub recording: Option<RecordingHealth>,
     /// What the participant steers with.
     pub wheel: WheelHealth,
+    /// Contacts with other cars.
+    pub contacts: ContactHealth,
     /// Name of the traffic engine.
     pub engine: String,
     /// Why the drive cannot start or go on.
@@ -30,6 +32,15 @@ pub struct RecordingHealth {
     pub waiting: [usize; 2],
     /// Room on the disk, gigabytes, where the system tells.
     pub free_gb: Option<f64>,
+}
+
+/// Contacts of the drive with other cars.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactHealth {
+    /// How many so far.
+    pub count: u32,
+    /// Closing speed of the last one, m/s, and how long ago it was, seconds.
+    pub last: Option<[f64; 2]>,
 }
 
 /// What the participant steers with.
@@ -112,6 +123,7 @@ pub fn lamps(health: &Health) -> Vec<Lamp> {
         recorder(health),
         disk(health),
         wheel(health),
+        contacts(health),
         traffic(health),
     ]
 }
@@ -194,6 +206,20 @@ fn wheel(health: &Health) -> Lamp {
     Lamp { name: "Wheel", light, words, tip }
 }
 
+fn contacts(health: &Health) -> Lamp {
+    let tip = "Contacts of the participant's car with others: each is in the recording, with its speeds, and among the notes. \
+               Bad: in the last ten seconds";
+    let (light, words) = match health.contacts {
+        _ if health.engine.is_empty() => (Light::Off, "no drive yet".into()),
+        ContactHealth { count, last: Some([closing_mps, ago_s]) } => {
+            let light = if ago_s < 10.0 { Light::Red } else { Light::Amber };
+            (light, format!("{count}, the last at {closing_mps:.1} m/s"))
+        }
+        ContactHealth { .. } => (Light::Green, "none".into()),
+    };
+    Lamp { name: "Contacts", light, words, tip }
+}
+
 fn traffic(health: &Health) -> Lamp {
     let tip = "The engine that moves the other cars";
     let (light, words) = match &health.error {
@@ -274,6 +300,7 @@ mod tests {
             latency_ms: Some([31.0, 44.0]),
             recording: Some(RecordingHealth { waiting: [0, 32], free_gb: Some(120.0) }),
             wheel: WheelHealth::There("G29 Racing Wheel".into()),
+            contacts: ContactHealth::default(),
             engine: "SUMO 1.24.0".into(),
             error: None,
         }
@@ -292,7 +319,7 @@ mod tests {
     #[test]
     fn every_fault_lights_its_own_lamp_and_no_other() {
         type Fault = (&'static str, Light, fn(&mut Health));
-        let cases: [Fault; 12] = [
+        let cases: [Fault; 14] = [
             ("Frames", Light::Amber, |h| h.frame_ms = [25.0, 30.0]),
             ("Frames", Light::Red, |h| h.frame_ms = [17.0, 400.0]),
             ("Dropped time", Light::Amber, |h| h.dropped_s = [0.4, 0.0]),
@@ -304,6 +331,8 @@ mod tests {
             ("Disk", Light::Red, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(0.1), ..r })),
             ("Wheel", Light::Amber, |h| h.wheel = WheelHealth::None),
             ("Wheel", Light::Red, |h| h.wheel = WheelHealth::Lost),
+            ("Contacts", Light::Red, |h| h.contacts = ContactHealth { count: 1, last: Some([10.0, 2.0]) }),
+            ("Contacts", Light::Amber, |h| h.contacts = ContactHealth { count: 3, last: Some([0.4, 60.0]) }),
             ("Traffic", Light::Red, |h| h.error = Some("SUMO ended\nat once".into())),
         ];
         for (name, expected, spoil) in cases {

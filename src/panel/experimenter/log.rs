@@ -35,6 +35,8 @@ pub struct Log {
     pub road_width_m: f64,
     /// Speed at which colours are at their end, m/s.
     pub top_mps: f64,
+    /// How long the drive is to last, seconds; 0 for one without an end.
+    pub duration_s: f64,
     /// Ticks with advice, and those of them in range.
     advised: [u64; 2],
     began: bool,
@@ -50,7 +52,8 @@ impl Log {
         let length_m = route.length_m();
         let points = (length_m / 3.0).ceil().clamp(24.0, 2000.0) as usize;
         let point = |i: usize| route.point_at(i as f64 / points as f64 * length_m).to_array();
-        Self::on((0..points).map(point).collect(), length_m, route.width_m(0.0), top_mps)
+        let log = Self::on((0..points).map(point).collect(), length_m, route.width_m(0.0), top_mps);
+        Self { duration_s: world.scenario().duration_s, ..log }
     }
 
     /// The same for a road that is given by its centre line.
@@ -62,6 +65,7 @@ impl Log {
             road,
             road_width_m,
             top_mps,
+            duration_s: 0.0,
             advised: [0; 2],
             began: false,
         }
@@ -102,10 +106,13 @@ impl Log {
         (all > 0).then(|| inside as f64 / all as f64)
     }
 
-    /// From when to when plots of all cars reach at `time_s`, seconds.
-    pub fn window(time_s: f64) -> [f64; 2] {
-        let end = time_s.max(WINDOW_S);
-        [end - WINDOW_S, end]
+    /// From when to when plots of all cars reach at `time_s`, seconds: the whole of a short drive, the last [`WINDOW_S`] of a
+    /// long one; one without an end has a minute at first.
+    pub fn window(&self, time_s: f64) -> [f64; 2] {
+        let whole_s = if self.duration_s > 0.0 { self.duration_s } else { time_s.max(60.0) };
+        let width_s = whole_s.min(WINDOW_S);
+        let end_s = time_s.max(width_s);
+        [end_s - width_s, end_s]
     }
 }
 
@@ -162,7 +169,12 @@ mod tests {
         }
         assert!(log.speeds.len() <= 302, "{}", log.speeds.len());
         assert_eq!(log.speeds.back().unwrap().time_s, 3599.0);
-        assert_eq!(Log::window(3599.0), [3299.0, 3599.0]);
-        assert_eq!(Log::window(20.0), [0.0, 300.0]);
+        assert_eq!(log.window(3599.0), [3299.0, 3599.0]);
+        assert_eq!((log.window(20.0), log.window(100.0)), ([0.0, 60.0], [0.0, 100.0]));
+        // A drive of 90 s fills the width at its end; extended, its last 90 s are seen.
+        log.duration_s = 90.0;
+        assert_eq!((log.window(20.0), log.window(90.0), log.window(120.0)), ([0.0, 90.0], [0.0, 90.0], [30.0, 120.0]));
+        log.duration_s = 3600.0;
+        assert_eq!(log.window(20.0), [0.0, 300.0]);
     }
 }

@@ -7,8 +7,8 @@
 //! * [`lamps`]: is all well. [`notes`]: marks and notes.
 //!
 //! Left: the plan, or the drive's commands and settings; middle: pictures and plots; right: numbers, lamps, notes. In a
-//! narrow window (or a large scale) the same as four pages. By keyboard: Tab and the arrows go from one thing to the next,
-//! F2 starts and pauses, F4 marks, F6 writes a note, Ctrl 1 to Ctrl 4 turn the pages.
+//! narrow window (or a large scale) the same as four pages. By keyboard: Tab and the arrows go from one thing to the next; the
+//! rest is in [`KEYS`], which F1 lists.
 
 pub mod lamps;
 pub mod log;
@@ -17,13 +17,24 @@ pub mod notes;
 pub mod plots;
 pub mod space_time;
 
-pub use lamps::{Health, Lamp, Light, RecordingHealth, WheelHealth};
+pub use lamps::{ContactHealth, Health, Lamp, Light, RecordingHealth, WheelHealth};
 pub use log::Log;
 
-use super::{Panel, PanelCommand, PanelState, Phase, readout, theme};
+use super::{Panel, PanelCommand, PanelState, Phase, help, readout, theme};
 use crate::sim::Snapshot;
 use egui::{Event, Key, Modifiers, RichText, ScrollArea, TextureId, Ui, Vec2, vec2};
 use notes::Notes;
+
+/// Keys of the window beside a drive, and what they do. In a study the visit has its own.
+pub const KEYS: [(&str, &str); 7] = [
+    ("F1", "this list"),
+    ("Ctrl+P", "pause, continue"),
+    ("Ctrl+M", "mark this moment"),
+    ("Ctrl+N", "write a note"),
+    ("Ctrl+1 to Ctrl+4", "turn the pages of a narrow window"),
+    ("Ctrl+Plus, Minus, 0", "larger, smaller, as it was"),
+    ("Ctrl+Q", "end"),
+];
 
 /// Width of the window from which on everything is seen at once, points.
 const WIDE: f32 = 1060.0;
@@ -52,6 +63,8 @@ pub enum ExperimenterCommand {
     Mark(u32),
     /// Write this into the recording.
     Note(String),
+    /// End the program.
+    End,
 }
 
 /// What is on a page of a narrow window.
@@ -70,6 +83,7 @@ pub struct Experimenter {
     page: Page,
     by_speed: bool,
     screen: space_time::Screen,
+    help_open: bool,
     /// Marks and notes.
     pub notes: Notes,
 }
@@ -99,10 +113,15 @@ impl Experimenter {
             }
         };
         let lamps = lamps::lamps(state.health);
+        match (self.help_open, may_drive) {
+            (true, true) => help::show(ui.ctx(), &KEYS),
+            (true, false) => help::show(ui.ctx(), &super::visit::keys()),
+            (false, _) => {}
+        }
         if ui.available_width() >= WIDE {
             egui::Panel::left("plan").default_size(360.0).min_size(300.0).show(ui, |ui| left(ui, &mut commands));
             egui::Panel::right("lamps").default_size(312.0).min_size(270.0).show(ui, |ui| {
-                self.right(ui, state, &lamps, &mut commands);
+                self.right(ui, state, &lamps, may_drive, &mut commands);
             });
             egui::CentralPanel::default().show(ui, |ui| {
                 let height = ui.available_height();
@@ -127,7 +146,7 @@ impl Experimenter {
         });
         egui::CentralPanel::default().show(ui, |ui| match self.page {
             Page::Plan => left(ui, &mut commands),
-            Page::Lamps => self.right(ui, state, &lamps, &mut commands),
+            Page::Lamps => self.right(ui, state, &lamps, may_drive, &mut commands),
             Page::Picture => {
                 let height = ui.available_height();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.pictures(ui, state, log, height));
@@ -157,19 +176,29 @@ impl Experimenter {
             })
         };
         let time_s = state.drive.readings.map_or(0.0, |now| now.time_s);
-        if pressed(Modifiers::NONE, Key::F2) && may_drive {
+        if pressed(Modifiers::NONE, Key::F1) || (self.help_open && pressed(Modifiers::NONE, Key::Escape)) {
+            self.help_open = !self.help_open;
+        }
+        if !may_drive && ui.input(|input| input.modifiers.command && input.keys_down.iter().any(is_letter)) {
+            // The visit's commands are heard where they are seen.
+            self.page = Page::Plan;
+        }
+        if may_drive && pressed(Modifiers::COMMAND, Key::P) {
             match state.drive.phase {
                 Phase::Running => commands.push(ExperimenterCommand::Drive(PanelCommand::Pause)),
                 Phase::Ready | Phase::Paused => commands.push(ExperimenterCommand::Drive(PanelCommand::Start)),
                 Phase::Starting | Phase::Ended => {}
             }
         }
-        if pressed(Modifiers::NONE, Key::F4) {
+        if may_drive && pressed(Modifiers::COMMAND, Key::M) {
             self.notes.mark(time_s, commands);
         }
-        if pressed(Modifiers::NONE, Key::F6) {
+        if may_drive && pressed(Modifiers::COMMAND, Key::N) {
             self.page = Page::Lamps;
             self.notes.focus();
+        }
+        if may_drive && pressed(Modifiers::COMMAND, Key::Q) {
+            commands.push(ExperimenterCommand::End);
         }
         let pages = [Page::Plan, Page::Picture, Page::Plots, Page::Lamps];
         for (key, page) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(pages) {
@@ -222,16 +251,19 @@ impl Experimenter {
     /// Speeds over time and the space-time diagram, in `room` points of height if that is enough.
     fn plots(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>, room: f32) {
         let Some(log) = log else { return };
-        let time_s = state.drive.readings.map_or(0.0, |now| now.time_s);
+        let last_s = log.speeds.back().map_or(0.0, |row| row.time_s);
+        let time_s = state.drive.readings.map_or(last_s, |now| now.time_s);
         let field = |share: f32, least: f32| (share * (room - 3.0 * HEADING - 20.0)).max(least);
+        // What is left of a drive that is over stays to be looked at, and is called so.
+        let last = if state.snapshot.is_none() { " (last drive)" } else { "" };
         readout::plot(ui, &log.history, field(0.33, 90.0));
-        title(ui, "All cars, m/s; yellow: the participant");
+        title(ui, &format!("All cars, m/s; yellow: the participant{last}"));
         plots::cars(ui, log, time_s, field(0.27, 80.0));
         ui.horizontal(|ui| {
-            title(ui, "Space and time");
+            title(ui, &format!("Space and time, metres along the road{last}"));
             map::key(ui, log.top_mps);
         });
-        log.space_time.show(ui, &mut self.screen, time_s, field(0.4, 110.0));
+        log.space_time.show(ui, &mut self.screen, log.window(time_s), field(0.4, 110.0));
     }
 
     /// Numbers, lamps, notes.
@@ -240,6 +272,7 @@ impl Experimenter {
         ui: &mut Ui,
         state: &ExperimenterState<'_>,
         lamps: &[Lamp],
+        may_drive: bool,
         commands: &mut Vec<ExperimenterCommand>,
     ) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -248,9 +281,20 @@ impl Experimenter {
             ui.separator();
             lamps::show(ui, lamps);
             ui.separator();
-            self.notes.show(ui, state.drive.readings.map_or(0.0, |now| now.time_s), commands);
+            let time_s = state.drive.readings.map_or(0.0, |now| now.time_s);
+            if may_drive {
+                self.notes.show(ui, time_s, commands);
+            } else {
+                // The visit's own buttons mark and write; here is what they wrote.
+                self.notes.list(ui);
+            }
         });
     }
+}
+
+/// A key that a command of a visit can have.
+fn is_letter(key: &Key) -> bool {
+    (Key::A..=Key::Z).contains(key)
 }
 
 fn title(ui: &mut Ui, text: &str) {

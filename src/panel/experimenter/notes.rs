@@ -28,9 +28,14 @@ impl Notes {
 
     /// Marks this moment.
     pub fn mark(&mut self, time_s: f64, commands: &mut Vec<ExperimenterCommand>) {
+        commands.push(ExperimenterCommand::Mark(self.number(time_s)));
+    }
+
+    /// A mark was set at this time, whoever sets it. Returns its number, from 1.
+    pub fn number(&mut self, time_s: f64) -> u32 {
         self.marks += 1;
         self.say(time_s, &format!("mark {}", self.marks));
-        commands.push(ExperimenterCommand::Mark(self.marks));
+        self.marks
     }
 
     /// The next pass puts the cursor into the line for notes.
@@ -41,18 +46,18 @@ impl Notes {
     /// Buttons, line and list.
     pub fn show(&mut self, ui: &mut Ui, time_s: f64, commands: &mut Vec<ExperimenterCommand>) {
         ui.horizontal(|ui| {
-            if ui.button("Mark (F4)").on_hover_text("Mark this moment in the recording").clicked() {
+            if ui.button("Mark").on_hover_text("Mark this moment in the recording (Ctrl+M)").clicked() {
                 self.mark(time_s, commands);
             }
             let may = !self.text.trim().is_empty();
             let button = ui.add_enabled(may, egui::Button::new("Write note"));
-            if button.on_disabled_hover_text("Type something below (F6)").clicked() {
+            if button.on_disabled_hover_text("Type something below (Ctrl+N)").clicked() {
                 self.write(time_s, commands);
             }
         });
         let label = ui.label(RichText::new("Note").color(theme::DIM).size(12.5));
         let line =
-            TextEdit::singleline(&mut self.text).hint_text("F6, then Enter writes it").desired_width(f32::INFINITY);
+            TextEdit::singleline(&mut self.text).hint_text("Ctrl+N, then Enter writes it").desired_width(f32::INFINITY);
         let response = ui.add(line).labelled_by(label.id);
         if std::mem::take(&mut self.wants_focus) {
             response.request_focus();
@@ -63,6 +68,11 @@ impl Notes {
             response.request_focus();
         }
         ui.add_space(4.0);
+        self.list(ui);
+    }
+
+    /// What was written down, newest first.
+    pub fn list(&self, ui: &mut Ui) {
         egui::ScrollArea::vertical().id_salt("notes").auto_shrink([false, true]).show(ui, |ui| {
             for (at_s, words) in &self.written {
                 ui.horizontal_wrapped(|ui| {

@@ -1,4 +1,4 @@
-//! Speeds of all cars over the last five minutes, one line each, the ego's thick. In: a [`Log`]. Out: a plot; m/s.
+//! Speeds of all cars over the drive, five minutes at the most, one line each, the ego's thick. In: a [`Log`]. Out: a plot; m/s.
 
 use super::Log;
 use crate::panel::{readout, theme};
@@ -10,7 +10,7 @@ const OTHERS: Color32 = Color32::from_rgb(82, 138, 106);
 
 /// The plot, as wide as there is room.
 pub fn cars(ui: &mut Ui, log: &Log, time_s: f64, height: f32) {
-    let [from_s, to_s] = Log::window(time_s);
+    let [from_s, to_s] = log.window(time_s);
     let cars = log.speeds.back().map_or(0, |row| row.speeds_mps.len());
     let line = |car: usize| -> PlotPoints<'_> {
         let point = |row: &super::log::SpeedRow| Some([row.time_s, f64::from(*row.speeds_mps.get(car)?)]);

@@ -110,15 +110,15 @@ impl SpaceTime {
     }
 
     /// The diagram, as wide as there is room, `height` points high.
-    pub fn show(&self, ui: &mut Ui, screen: &mut Screen, time_s: f64, height: f32) {
+    /// It reaches from and to these times, seconds.
+    pub fn show(&self, ui: &mut Ui, screen: &mut Screen, [from_s, to_s]: [f64; 2], height: f32) {
         let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), height), egui::Sense::hover());
         let all = response.rect;
-        let field = Rect::from_min_max(all.min + vec2(34.0, 4.0), all.max - vec2(4.0, 18.0));
+        let field = Rect::from_min_max(all.min + vec2(44.0, 4.0), all.max - vec2(4.0, 18.0));
         if field.width() < 10.0 || field.height() < 10.0 {
             return;
         }
         painter.rect_filled(field, 0.0, EMPTY);
-        let [from_s, to_s] = super::Log::window(time_s);
         let x = |t: f64| field.left() + ((t - from_s) / (to_s - from_s)) as f32 * field.width();
         let texture = screen.texture(ui, self);
         // Time runs down in the texture, place to the right: its corners are named one by one.
@@ -153,11 +153,12 @@ impl SpaceTime {
         for share in [0.0, 0.5, 1.0] {
             let at = pos2(field.left() - 4.0, field.bottom() - share as f32 * field.height());
             let align = [egui::Align2::RIGHT_BOTTOM, egui::Align2::RIGHT_CENTER, egui::Align2::RIGHT_TOP];
-            let text = format!("{:.0}", share * self.length_m);
+            let unit = if share == 1.0 { " m" } else { "" };
+            let text = format!("{:.0}{unit}", share * self.length_m);
             painter.text(at, align[(share * 2.0) as usize], text, font.clone(), theme::DIM);
         }
         response.on_hover_text(
-            "Where all cars were in the last five minutes: time to the right, metres along the road upwards; red stands, \
+            "Where all cars were, in the last five minutes at the most: time to the right, metres along the road upwards; red stands, \
              blue flows; the line edged in white is the participant",
         );
     }

@@ -8,7 +8,10 @@ mod page;
 mod questionnaire;
 mod style;
 
-use crate::study::{Form, Input, Texts};
+use crate::{
+    study::{Form, Input, Texts},
+    units::SpeedUnit,
+};
 use egui::{Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
 use egui_commonmark::CommonMarkCache;
 use style::Look;
@@ -37,8 +40,8 @@ pub enum Screen<'a> {
     Rest(&'a str, f64),
     /// Questions.
     Questions(&'a Form),
-    /// The drive begins in so many seconds; over the picture.
-    Countdown(u32),
+    /// The drive begins in so many seconds, and the car has this speed then (0 stands); over the picture.
+    Countdown(u32, u32, SpeedUnit),
     /// The drive, alone or with words over the picture.
     Drive(Option<&'a str>),
 }
@@ -46,7 +49,7 @@ pub enum Screen<'a> {
 impl Screen<'_> {
     /// True if the picture of the drive is behind it.
     pub fn is_over_picture(&self) -> bool {
-        matches!(self, Self::Countdown(_) | Self::Drive(_))
+        matches!(self, Self::Countdown(..) | Self::Drive(_))
     }
 }
 
@@ -69,8 +72,9 @@ impl Screens {
                 page::words_over(ui, &look, words);
                 return inputs;
             }
-            Screen::Countdown(left) => {
-                page::countdown(ui, &look, &state.texts.ready, left);
+            Screen::Countdown(left, speed, unit) => {
+                let rolling = state.texts.rolling.replace("{speed}", &format!("{speed} {}", unit.label()));
+                page::countdown(ui, &look, if speed > 0 { &rolling } else { &state.texts.ready }, left);
                 return inputs;
             }
             _ => {}
@@ -95,7 +99,7 @@ impl Screens {
                     inputs.extend(page::rest(ui, &look, &mut self.cache, text, left_s, state.texts));
                 }
                 Screen::Questions(form) => inputs.extend(questionnaire::show(ui, &look, form, state.texts)),
-                Screen::Countdown(_) | Screen::Drive(_) => {}
+                Screen::Countdown(..) | Screen::Drive(_) => {}
             }
         });
         if let Screen::Questions(form) = state.screen {

@@ -28,9 +28,17 @@ pub fn show(ui: &mut Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> 
         ui.with_layout(egui::Layout::right_to_left(Align::Center), |ui| {
             let text = format!("{} / {pages}", number + 1);
             ui.label(RichText::new(text).font(look.font(0.75)).color(style::DIM));
+            if form.elements().any(|element| element.is_required) {
+                ui.add_space(look.em);
+                ui.label(RichText::new(&texts.star).font(look.font(0.75)).color(style::DIM));
+            }
         });
     });
-    let area = ScrollArea::vertical().auto_shrink(false).id_salt(("page", number));
+    let mut area = ScrollArea::vertical().auto_shrink(false).id_salt(("page", number));
+    if page.is_fresh(ui) {
+        // Each page is seen from its top, wherever the one before was left.
+        area = area.vertical_scroll_offset(0.0);
+    }
     area.show(ui, |ui| {
         // Room for the ring at the edges.
         ui.add_space(0.2 * look.em);
@@ -88,6 +96,11 @@ impl Page<'_> {
         if !element.description.is_empty() {
             ui.label(RichText::new(&element.description).font(look.font(0.8)).color(style::DIM));
         }
+        let usual = ui.spacing().item_spacing.y;
+        if element.kind == ElementKind::Matrix {
+            // Eight rows with their headings fit a window of 16:9: what is compared is seen together.
+            ui.spacing_mut().item_spacing.y = 0.28 * look.em;
+        }
         for (index, stop) in stops {
             let begin = ui.cursor().top();
             match element.kind {
@@ -108,6 +121,7 @@ impl Page<'_> {
                 self.is_here(ui, Rect::from_x_y_ranges(ui.max_rect().x_range(), from..=ui.cursor().top()));
             }
         }
+        ui.spacing_mut().item_spacing.y = usual;
     }
 
     /// The hand is in this part of the page: a bar at its side.
@@ -217,7 +231,7 @@ impl Page<'_> {
     }
 
     fn row(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
-        let rect = ui.allocate_space(vec2(ui.available_width(), 1.5 * self.look.em)).1;
+        let rect = ui.allocate_space(vec2(ui.available_width(), 1.4 * self.look.em)).1;
         let name = stop.row.map_or("", |row| row.text.as_str());
         let share = 0.36;
         let missing = self.form.is_missing(&stop.name());
@@ -316,14 +330,24 @@ impl Page<'_> {
         }
     }
 
-    /// Brings the place of the hand to sight when it has gone on.
+    /// Where the hand was when the questionnaire was shown last: its title, the page, the stop.
+    fn before(ui: &Ui) -> Option<(String, usize, usize)> {
+        ui.data(|data| data.get_temp(Id::unique("questionnaire")))
+    }
+
+    /// True if another page was shown before, or another questionnaire.
+    fn is_fresh(&self, ui: &Ui) -> bool {
+        Self::before(ui).is_none_or(|(title, page, _)| title != self.form.title() || page != self.form.progress().0)
+    }
+
+    /// Brings the place of the hand to sight when it has gone on. The first place of a page is in sight, with the headings
+    /// above it.
     fn follow(&self, ui: &Ui) {
-        let id = Id::unique("questionnaire");
-        let now = (self.form.progress().0, self.form.focus());
-        let before: Option<(usize, usize)> = ui.data(|data| data.get_temp(id));
-        if before != Some(now) {
-            ui.data_mut(|data| data.insert_temp(id, now));
-            if let Some(rect) = self.here {
+        let now = (self.form.title().to_owned(), self.form.progress().0, self.form.focus());
+        let fresh = self.is_fresh(ui);
+        if Self::before(ui).as_ref() != Some(&now) {
+            ui.data_mut(|data| data.insert_temp(Id::unique("questionnaire"), now));
+            if let (Some(rect), true) = (self.here, !fresh || self.form.focus() > 0) {
                 ui.scroll_to_rect(rect.expand(self.look.em), None);
             }
         }

@@ -1,0 +1,110 @@
+//! Contacts of a drive as its windows show them. In: the world after each tick, the time of each frame. Out: how many there
+//! were, how bright the driver's picture flashes, words for the experimenter.
+
+use crate::{
+    panel::experimenter::ContactHealth,
+    sim::{EventKind, World},
+};
+use std::time::Duration;
+
+/// A flash fades in this time. Another contact meanwhile makes none, so that no picture flashes more often than three times a
+/// second, which is what can set off a seizure (WCAG 2.3.1).
+const FLASH: Duration = Duration::from_millis(600);
+
+/// How each line about a contact begins.
+pub const CONTACT: &str = "contact";
+
+/// Contacts so far.
+#[derive(Clone, Debug, Default)]
+pub struct Contacts {
+    count: u32,
+    /// Closing speed of the last one, m/s, and for how long it has been over.
+    last: Option<(f64, Duration)>,
+    flash_left: Duration,
+    words: Vec<String>,
+}
+
+impl Contacts {
+    /// The world has made a tick.
+    pub fn tick(&mut self, world: &World) {
+        for event in world.events() {
+            let EventKind::Contact { car, closing_mps, .. } = event.kind else { continue };
+            self.count += 1;
+            self.last = Some((closing_mps, Duration::ZERO));
+            if self.flash_left.is_zero() {
+                self.flash_left = FLASH;
+            }
+            self.words.push(format!("{CONTACT} {} with car {}, closing at {closing_mps:.1} m/s", self.count, car.0));
+        }
+    }
+
+    /// A frame later.
+    pub fn pass(&mut self, elapsed: Duration) {
+        self.flash_left = self.flash_left.saturating_sub(elapsed);
+        if let Some((_, ago)) = &mut self.last {
+            *ago += elapsed;
+        }
+    }
+
+    /// Brightness of the flash over the driver's picture, 0 to 1.
+    pub fn flash(&self) -> f32 {
+        self.flash_left.as_secs_f32() / FLASH.as_secs_f32()
+    }
+
+    /// For the experimenter's lamp.
+    pub fn health(&self) -> ContactHealth {
+        ContactHealth { count: self.count, last: self.last.map(|(closing_mps, ago)| [closing_mps, ago.as_secs_f64()]) }
+    }
+
+    /// A line for each since the last call.
+    pub fn take_words(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.words)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ego::Controls, sim::Scenario};
+
+    /// A world whose driver has just run into the car ahead, and what was seen of it at every tick.
+    fn crashed() -> (World, Contacts) {
+        let scenario = Scenario {
+            traffic: "native".into(),
+            policy: "none".into(),
+            lane_help: false,
+            trees: 0,
+            ..Scenario::default()
+        };
+        let (mut world, mut contacts) = (World::new(&scenario).unwrap(), Contacts::default());
+        let floored = Controls { throttle: 1.0, ..Controls::default() };
+        for _ in 0..3000 {
+            world.tick(&floored).unwrap();
+            contacts.tick(&world);
+            if contacts.count > 0 {
+                return (world, contacts);
+            }
+        }
+        panic!("30 s of full throttle behind a car that stands, and no contact")
+    }
+
+    #[test]
+    fn a_contact_flashes_once_is_counted_and_said() {
+        let (world, mut contacts) = crashed();
+        let [words] = &contacts.take_words()[..] else { panic!("one line") };
+        let Some(EventKind::Contact { car, closing_mps, .. }) =
+            world.events().iter().map(|event| event.kind).find(|kind| matches!(kind, EventKind::Contact { .. }))
+        else {
+            panic!("the contact is of this tick")
+        };
+        assert_eq!(*words, format!("contact 1 with car {}, closing at {closing_mps:.1} m/s", car.0));
+        assert_eq!((contacts.flash(), contacts.health().count), (1.0, 1));
+        contacts.pass(Duration::from_millis(300));
+        assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().last == Some([closing_mps, 0.3]));
+        // The same tick again stands for another contact 0.3 s later: counted and said, without another flash.
+        contacts.tick(&world);
+        assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().count == 2);
+        contacts.pass(Duration::from_secs(1));
+        assert_eq!((contacts.flash(), contacts.take_words().len()), (0.0, 1));
+    }
+}
