@@ -11,6 +11,7 @@ use crate::{
         calibration::CalibrationPage,
         contact_flash, dropped_time,
         experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Log},
+        recording,
     },
     policy,
     render::PassTimes,
@@ -99,6 +100,7 @@ impl Desk {
         }
         contact_flash(ui, show.contacts().flash());
         write_notes(ui, &notes);
+        write_recording(ui, show);
         asked
     }
 
@@ -285,6 +287,21 @@ fn write_notes(ui: &Ui, notes: &Notes) {
     }
 }
 
+/// At the upper left, in the participant's window too: that a drive is not recorded is seen before it is over.
+fn write_recording(ui: &Ui, show: &Show) {
+    let (text, colour) = recording::words(show.recorded_in());
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), colour);
+    let lamp = if show.recorded_in().is_some() { 2.0 * recording::LAMP + 6.0 } else { 0.0 };
+    let corner = ui.ctx().content_rect().left_top() + egui::vec2(16.0, 12.0);
+    let rect = Align2::LEFT_TOP.anchor_size(corner, galley.size() + egui::vec2(lamp, 0.0));
+    painter.rect_filled(rect.expand2(egui::vec2(6.0, 3.0)), 4.0, Color32::from_black_alpha(150));
+    if lamp > 0.0 {
+        painter.circle_filled(rect.left_center() + egui::vec2(recording::LAMP, 0.0), recording::LAMP, colour);
+    }
+    painter.galley(rect.min + egui::vec2(lamp, 0.0), galley, colour);
+}
+
 /// What the panel shows of a drive.
 fn state<'a>(show: &'a Show, log: &'a Log, pulse: &Pulse, engine: &'a str, error: Option<&'a str>) -> PanelState<'a> {
     let (world, clock) = (&show.drive.world, &show.drive.clock);
@@ -299,6 +316,7 @@ fn state<'a>(show: &'a Show, log: &'a Log, pulse: &Pulse, engine: &'a str, error
         stalls: clock.stalls(),
         frame_ms: pulse.frame_ms(),
         error,
+        recorded_in: show.recorded_in(),
     }
 }
 

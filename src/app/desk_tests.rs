@@ -236,7 +236,12 @@ fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("drive");
     let (mut show, mut desk) = sit(true);
+    let both = |show: &Show, desk: &mut Desk| {
+        [words(|ui| drop(desk.experimenter(ui, show, None))), words(|ui| drop(desk.show(ui, show, None)))]
+    };
+    assert!(both(&show, &mut desk).iter().all(|seen| seen.contains("not recorded") && !seen.contains("REC")));
     show.record(&recording, gpu).unwrap();
+    assert!(both(&show, &mut desk).iter().all(|seen| seen.contains("REC drive") && !seen.contains("not recorded")));
     for (ticks, command) in
         [(1, ExperimenterCommand::Mark(3)), (10, ExperimenterCommand::Note("looks at the phone".into()))]
     {

@@ -16,6 +16,7 @@ mod keys;
 pub mod latency;
 pub mod offline;
 mod pulse;
+mod recordings;
 pub mod rehearsal;
 pub mod replay;
 pub mod shell;

@@ -210,6 +210,11 @@ impl Show {
         self.recorder.as_ref().map(Recorder::gauge)
     }
 
+    /// Where the drive is recorded; `None` if it is not.
+    pub fn recorded_in(&self) -> Option<&Path> {
+        self.recorder.as_ref().map(Recorder::folder)
+    }
+
     /// Hands to the disk what was recorded since the last time.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use super::{
     drive::PATIENCE,
     host::{ExperimenterWindow, PictureWindow, Placing},
     keys::{self, Command},
+    recordings::Recordings,
     shell::{self, Next, Windows, now},
 };
 use crate::{
@@ -68,11 +69,10 @@ pub fn run(options: WindowOptions) -> Result<(String, Result<(), AppError>), App
     let (frame, ended) = shell::run::<Frame>(event_loop, (options, show), &stop);
     let ended = ended.or_else(|error| if error.is_interruption() { Ok(()) } else { Err(error) });
     let Some(mut frame) = frame else { return Ok((String::new(), ended)) };
-    let mut words = frame.show.words();
-    let recorded = frame.show.finish_recording().map(|folder| {
-        words.extend(folder.map(|folder| format!("recorded                 {}\n", folder.display())));
-    });
-    let cut = frame.cut.take().map_or(Ok(()), |error| Err(error.into()));
+    let drive = frame.show.words();
+    let recorded = frame.show.finish_recording().map(drop);
+    let words = frame.recordings.words() + &drive;
+    let cut = frame.failed.take().map_or(Ok(()), |error| Err(error.into()));
     Ok((words, ended.and(cut).and(recorded)))
 }
 
@@ -89,9 +89,12 @@ struct Frame {
     /// When the first frame began, and when rows last went to the disk.
     first: Instant,
     flushed: Instant,
-    /// Where the drive is recorded, and why that came to its end before the drive.
-    out: Option<PathBuf>,
-    cut: Option<RecordError>,
+    /// Where drives are recorded.
+    recordings: Recordings,
+    /// True if the recording came to its end before the drive.
+    is_cut: bool,
+    /// Why the first one did that.
+    failed: Option<RecordError>,
     modifiers: ModifiersState,
     /// The experimenter has ended the program.
     is_over: bool,
@@ -112,8 +115,9 @@ impl Windows for Frame {
         picture.stage(&show.stage, &view, options.scenario.quality)?;
         show.open_sound();
         show.set_screen(picture.screen());
-        if let Some(folder) = &options.out {
-            show.record(folder, picture.gpu())?;
+        let mut recordings = Recordings::new(options.out);
+        if let Some(folder) = recordings.next() {
+            show.record(&folder, picture.gpu())?;
         }
         let experimenter = if options.experimenter {
             picture.keep_miniature();
@@ -132,11 +136,12 @@ impl Windows for Frame {
             last: None,
             first: start,
             flushed: start,
-            awaits_driver: !options.experimenter,
-            out: options.out,
-            cut: None,
+            recordings,
+            is_cut: false,
+            failed: None,
             modifiers: ModifiersState::default(),
             is_over: false,
+            awaits_driver: !options.experimenter,
         })
     }
 
@@ -174,7 +179,7 @@ impl Frame {
     fn draw(&mut self) -> Result<(), AppError> {
         let first = self.last.is_none();
         let elapsed = self.lap();
-        if self.cut.is_some() && self.show.gauge().is_some() {
+        if self.is_cut && self.show.gauge().is_some() {
             // What is not recorded is not driven, whoever presses Space.
             self.show.drive.clock.set_pace(Pace::Paused);
         }
@@ -225,10 +230,15 @@ impl Frame {
         Ok(())
     }
 
-    /// Another drive is there, or the same from its start.
+    /// Another drive is there, or the same from its start: it is recorded as the first was, beside it.
     fn began(&mut self, new_stage: bool) -> Result<(), AppError> {
         if new_stage {
             self.new_stage()?;
+        }
+        self.is_cut = false;
+        if let Some(folder) = self.recordings.next().filter(|_| !self.show.is_stopped()) {
+            let begun = self.show.record(&folder, self.picture.gpu());
+            self.or_cut(begun)?;
         }
         Ok(())
     }
@@ -237,13 +247,13 @@ impl Frame {
     /// someone leaves: a window that is gone explains nothing.
     fn or_cut<T: Default>(&mut self, done: Result<T, AppError>) -> Result<T, AppError> {
         let Err(AppError::Record(error)) = done else { return done };
-        if self.cut.is_none() {
+        if !std::mem::replace(&mut self.is_cut, true) {
             self.show.drive.clock.set_pace(Pace::Paused);
-            let folder = self.out.as_deref().unwrap_or(Path::new(".")).display();
+            let folder = self.recordings.last().unwrap_or(Path::new(".")).display();
             self.desk.recording_ended(format!(
                 "The recording in {folder} has ended.\n{error}\nWhat was driven before is kept."
             ));
-            self.cut = Some(error);
+            self.failed.get_or_insert(error);
         }
         Ok(T::default())
     }

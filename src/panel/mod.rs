@@ -10,6 +10,7 @@ mod help;
 mod history;
 mod presets;
 mod readout;
+pub mod recording;
 pub mod screens;
 pub mod theme;
 pub mod timeline;
@@ -25,7 +26,7 @@ pub use readout::{Readings, dropped_time};
 pub use screens::{Screen, ScreenState, Screens};
 pub use visit::{ItemState, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState};
 
-use std::time::Duration;
+use std::{path::Path, time::Duration};
 
 use egui::{Button, Color32, RichText, Ui};
 
@@ -55,6 +56,8 @@ pub struct PanelState<'a> {
     pub frame_ms: f64,
     /// Why the scenario cannot start or go on.
     pub error: Option<&'a str>,
+    /// Folder that the drive is recorded in; `None` if it is not recorded.
+    pub recorded_in: Option<&'a Path>,
 }
 
 /// Whether time runs.
@@ -230,6 +233,7 @@ impl Panel {
                 self.editor.discard();
             }
         });
+        recording::show(ui, state.recorded_in);
         match &edited {
             Err(fault) => one_line(ui, &fault.to_string(), theme::RED),
             Ok(_) if self.editor.is_edited() => one_line(ui, "Edited: restart to apply.", theme::AMBER),

@@ -9,7 +9,7 @@ use codrive::{
 };
 use egui::accesskit::Role;
 use egui_kittest::{Harness, kittest::Queryable};
-use std::time::Duration;
+use std::{path::PathBuf, time::Duration};
 
 const KEYS: [(&str, &str); 4] =
     [("Space", "start, pause"), ("F1", "this list"), ("Up, W", "accelerate"), ("Down, S", "brake")];
@@ -22,6 +22,7 @@ struct Bench {
     readings: Option<Readings>,
     history: History,
     error: Option<String>,
+    recorded_in: Option<PathBuf>,
     commands: Vec<PanelCommand>,
 }
 
@@ -34,8 +35,8 @@ impl Bench {
             .with("driver", ["follow", "perfect", "sloppy", "idm"], None);
         let mut panel = Panel::new(&scenario, choices);
         panel.open = true;
-        let (readings, history, error, commands) = (None, History::default(), None, Vec::new());
-        Self { panel, scenario, phase, readings, history, error, commands }
+        let (readings, history, commands) = (None, History::default(), Vec::new());
+        Self { panel, scenario, phase, readings, history, error: None, recorded_in: None, commands }
     }
 
     /// A drive on the ring, 150 s old: a wave that the ego calms.
@@ -78,6 +79,7 @@ impl Bench {
             stalls: 0,
             frame_ms: 16.7,
             error: self.error.as_deref(),
+            recorded_in: self.recorded_in.as_deref(),
         };
         let asked = self.panel.show(ui, &state, &KEYS);
         self.commands.extend(asked);

@@ -159,6 +159,7 @@ impl Bench {
             stalls: 0,
             frame_ms: 16.7,
             error: None,
+            recorded_in: None,
         };
         let picture = Some((picture.id(), [320, 180]));
         let state = ExperimenterState { drive, snapshot: Some(&self.now), health: &self.health, picture };

@@ -16,6 +16,7 @@ const KEY_V: u8 = 55;
 const KEY_CTRL: u8 = 37;
 const KEY_M: u8 = 58;
 const KEY_Q: u8 = 24;
+const KEY_BACKSPACE: u8 = 22;
 const KEY_SPACE: u8 = 65;
 const KEY_F11: u8 = 95;
 
@@ -284,4 +285,36 @@ fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_reco
     codrive::record::recover(&out).unwrap();
     assert_eq!(ended_as().unwrap(), reason);
     assert!(Reader::parquet(&Table::Ego.parquet(&out)).unwrap().rows() > 100);
+}
+
+#[test]
+fn every_drive_of_a_window_is_recorded_and_the_summary_says_which_it_describes() {
+    let server = Server::start(SIZE);
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name);
+    let program = drive(&server, &["--traffic", "native", "--trees", "0", "--out", out("d1").to_str().unwrap()]);
+    focused(&server, "codrive");
+    wait_for("a picture", || (server.colours() > 200).then_some(()));
+    let press = |key| {
+        server.key(key, true);
+        server.key(key, false);
+    };
+    press(KEY_SPACE);
+    for name in ["d1-2", "d1-3"] {
+        sleep(Duration::from_secs(1));
+        press(KEY_BACKSPACE);
+        wait_for(name, || out(name).join("manifest.json").exists().then_some(()));
+    }
+    sleep(Duration::from_secs(1));
+    press(KEY_ESC);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+    for (k, name) in ["d1", "d1-2", "d1-3"].into_iter().enumerate() {
+        assert_eq!(Manifest::load(&out(name)).unwrap().ended.as_deref(), Some("stopped"), "{name}");
+        let ticks = Reader::parquet(&Table::Ego.parquet(&out(name))).unwrap().wholes("tick");
+        assert!(ticks[0] == 1 && ticks.len() > 20, "{name} begins anew: {} rows from {}", ticks.len(), ticks[0]);
+        let head = format!("drive {} of 3", k + 1);
+        let line = text.lines().find(|line| line.starts_with(&head)).unwrap_or_else(|| panic!("{text}"));
+        assert!(line.ends_with(out(name).to_str().unwrap()) && line.contains("below") == (k == 2), "{text}");
+    }
 }

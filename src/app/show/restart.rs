@@ -32,7 +32,7 @@ fn has_stage_of(one: &Scenario, other: &Scenario) -> bool {
 }
 
 impl Show {
-    /// Begins another drive at the same pace, which is not recorded; devices, view and, if map and seed are the same, the stage
+    /// Begins another drive at the same pace, which is not recorded yet; devices, view and, if map and seed are the same, the stage
     /// are kept. It comes from [`Show::restarted`]; until then this one stands as it is, and is over: SUMO allows one
     /// simulation a process.
     ///

@@ -95,6 +95,7 @@ impl Lead {
             stalls: clock.map_or(0, |clock| clock.stalls()),
             frame_ms: pulse.frame_ms(),
             error: visit.error(),
+            recorded_in: show.and_then(Show::recorded_in),
         };
         let snapshot = show.map(|show| show.drive.world.snapshot());
         let (items, sees) = (visit.items(), visit.sees());

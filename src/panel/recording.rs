@@ -1,0 +1,32 @@
+//! Whether a drive is recorded, for every window. In: the folder, if there is one. Out: a red REC with its name, or that
+//! nothing is recorded.
+
+use super::theme;
+use egui::{Color32, RichText, Ui};
+use std::path::Path;
+
+/// Radius of the lamp before it, points.
+pub const LAMP: f32 = 5.0;
+
+/// What is said, and in which colour. The folder's own name alone: a participant reads it too.
+pub fn words(folder: Option<&Path>) -> (String, Color32) {
+    let Some(folder) = folder else { return ("not recorded".into(), theme::DIM) };
+    let name = folder.file_name().unwrap_or(folder.as_os_str());
+    (format!("REC {}", name.to_string_lossy()), theme::RED)
+}
+
+/// The same as a line of a panel; the whole path is under the mouse.
+pub(super) fn show(ui: &mut Ui, folder: Option<&Path>) {
+    let (text, colour) = words(folder);
+    ui.horizontal(|ui| {
+        if folder.is_some() {
+            let (rect, _) = ui.allocate_exact_size(egui::vec2(2.0 * LAMP, 2.0 * LAMP), egui::Sense::hover());
+            ui.painter().circle_filled(rect.center(), LAMP, colour);
+        }
+        let line = ui.label(RichText::new(text).color(colour).strong());
+        match folder {
+            Some(folder) => line.on_hover_text(folder.display().to_string()),
+            None => line.on_hover_text("codrive drive --out FOLDER records a drive"),
+        };
+    });
+}
