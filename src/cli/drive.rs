@@ -25,7 +25,7 @@ pub(super) fn command() -> Command {
                 .long("out")
                 .value_name("DIR")
                 .value_parser(value_parser!(PathBuf))
-                .help("Record the drive there; a folder with a recording is refused"),
+                .help("Record the drive there, and each one after a restart beside it (DIR-2, DIR-3, ...); a folder with a recording is refused"),
         )
         .arg(
             Arg::new("wheel")

@@ -299,7 +299,6 @@ fn every_drive_of_a_window_is_recorded_and_the_summary_says_which_it_describes()
         server.key(key, true);
         server.key(key, false);
     };
-    press(KEY_SPACE);
     for name in ["d1-2", "d1-3"] {
         sleep(Duration::from_secs(1));
         press(KEY_BACKSPACE);
