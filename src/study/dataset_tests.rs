@@ -145,12 +145,25 @@ fn participants_stand_with_their_number_order_state_and_drawn_numbers_with_their
     let mut drawn = end(true);
     let traits = json!({ "level": 0.5, "error_mps": 0.2, "reaction_s": 1.25 });
     drawn.as_object_mut().unwrap().extend(json!({ "who": "simulated", "traits": traits }).as_object().unwrap().clone());
-    let logs = [log("P1", 0, end(true)), log("P2", 1, end(false)), log("P3", 2, json!({})), log("R1", 9, drawn)];
+    let mut skipped = end(true);
+    skipped["passages"] = json!([passage("ssq-before", "skipped")]);
+    let mut excluded = end(true);
+    excluded["end"]["excluded"] = "fell asleep".into();
+    let logs = [
+        log("P1", 0, end(true)),
+        log("P2", 1, end(false)),
+        log("P3", 2, json!({})),
+        log("P4", 3, skipped),
+        log("P5", 4, excluded),
+        log("R1", 9, drawn),
+    ];
     let table = participants(&logs);
     let expected = "participant_id\tnumber\tkind\torder\tstate\ttrue_error_mps\ttrue_level\ttrue_reaction_s\n\
                     sub-P1\t1\tperson\twide,narrow\tcomplete\tn/a\tn/a\tn/a\n\
-                    sub-P2\t2\tperson\twide,narrow\tstopped\tn/a\tn/a\tn/a\n\
+                    sub-P2\t2\tperson\twide,narrow\twithdrawn\tn/a\tn/a\tn/a\n\
                     sub-P3\t3\tperson\twide,narrow\topen\tn/a\tn/a\tn/a\n\
+                    sub-P4\t4\tperson\twide,narrow\tpartial\tn/a\tn/a\tn/a\n\
+                    sub-P5\t5\tperson\twide,narrow\texcluded\tn/a\tn/a\tn/a\n\
                     sub-R1\t10\tsimulated\twide,narrow\tcomplete\t0.2\t0.5\t1.25\n";
     assert_eq!(table.text(), expected);
     let units: Vec<&str> = table.columns[5..].iter().map(|column| column.unit.as_str()).collect();
@@ -268,4 +281,29 @@ fn links_in_the_place_of_participants_are_refused() {
             assert!(if refused { names_it } else { told.is_ok() }, "{link}: {told:?}");
         }
     }
+}
+
+#[test]
+fn answers_of_a_visit_have_a_table_of_their_own_with_times_made_for_that_participant_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study();
+    let data = DataSet::open(folder.path(), &study).unwrap();
+    let given = json!({ "ssq-before": [answered("mental", json!(35), 2.25)] });
+    let logs = ["P1", "P2"]
+        .map(|code| log(code, 0, json!({ "passages": [passage("ssq-before", "done")], "answers": given.clone() })));
+    logs.iter().for_each(|log| save(&data, log));
+    let table = |code: &str| folder.path().join(format!("sub-{code}/beh/sub-{code}_task-ssqBefore_beh.tsv"));
+    data.publish(&study, &logs[0].participant).unwrap();
+    assert_eq!(fs::read_to_string(table("P1")).unwrap(), "question\tanswer\tresponse_time\nmental\t35\t2.25\n");
+    assert!(!table("P2").exists());
+    let about: Value = serde_json::from_slice(&fs::read(table("P1").with_extension("json")).unwrap()).unwrap();
+    assert_eq!(about["TaskName"], "ssqBefore");
+    // Nothing was driven: there is no list of drives.
+    assert!(!folder.path().join("sub-P1/sub-P1_scans.tsv").exists());
+    // Both stand in the table of all.
+    let all = fs::read_to_string(folder.path().join("phenotype/ssq_before.tsv")).unwrap();
+    assert_eq!(
+        all.lines().map(|line| line.split('\t').next().unwrap()).collect::<Vec<_>>(),
+        ["participant_id", "sub-P1", "sub-P2"]
+    );
 }

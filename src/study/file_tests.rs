@@ -66,6 +66,15 @@ fn numbers_are_allowed_to_the_ends_of_their_limits() {
 }
 
 #[test]
+fn what_a_file_does_not_say_is_as_the_manual_has_it() {
+    let study = Study::parse(GOOD.to_owned(), Path::new("t.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let file = &study.file;
+    assert_eq!((file.countdown_s, file.seed, file.order), (3.0, 0, order::Design::Williams));
+    assert_eq!((&file.texts, &file.font, &study.font), (&Texts::default(), &None, &None));
+    assert!(study.conditions.is_empty() && study.questionnaires.contains_key("raw-tlx"));
+}
+
+#[test]
 fn every_kind_of_segment_has_its_own_keys() {
     for (kind, name, allowed) in [
         ("drive", "practice", vec!["set = { hold_s = 5.0 }", "until_in_range_s = 9.0", "text = \"x\""]),
@@ -152,4 +161,18 @@ fn a_font_that_is_too_large_or_none_is_refused() {
     assert!(read_font(&path).unwrap_err().contains("cannot be read"));
     std::fs::write(&path, "no font").unwrap();
     assert!(read_font(&path).unwrap_err().contains("is no font; allowed: a TTF or OTF file"));
+}
+
+#[test]
+fn the_schema_knows_every_key_with_its_limits_and_no_other() {
+    let schema = Study::schema();
+    let keys: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+    for key in
+        ["title", "participants", "seed", "order", "countdown_s", "base", "factors", "condition", "segment", "font"]
+    {
+        assert!(keys.contains(&key), "{key}: {keys:?}");
+    }
+    let participants = &schema["properties"]["participants"];
+    assert_eq!([&participants["minimum"], &participants["maximum"]].map(Value::as_f64), [Some(1.0), Some(1000.0)]);
+    assert_eq!(schema["additionalProperties"], false);
 }

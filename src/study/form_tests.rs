@@ -250,3 +250,61 @@ fn who_types_at_another_question_is_there() {
     }
     assert_eq!(form.answer("licence"), Some(&json!(false)));
 }
+
+#[test]
+fn who_comes_back_to_a_scale_finds_the_hand_at_the_number_that_was_given() {
+    let mut form = form();
+    form.take(Input::Pick { stop: 0, option: 1 }, 101.0);
+    // 35 of 0 to 100 by 5 is the eighth.
+    form.take(Input::Pick { stop: 1, option: 7 }, 102.0);
+    assert_eq!(form.answer("effort"), Some(&json!(35)));
+    form.take(Input::Focus(0), 103.0);
+    form.take(Input::Focus(1), 103.0);
+    assert_eq!(form.cursor(), Some(7));
+    let stops = form.stops();
+    let chosen: Vec<Value> =
+        stops[1].options().into_iter().filter(|option| form.is_chosen(&stops[1], option)).collect();
+    assert_eq!(chosen, [json!(35)]);
+}
+
+#[test]
+fn turning_moves_nothing_where_words_are_typed_or_at_the_button() {
+    let mut form = form();
+    form.take(Input::Pick { stop: 0, option: 1 }, 101.0);
+    form.take(Input::PageOn, 102.0);
+    for stop in [0, 2] {
+        form.take(Input::Focus(stop), 103.0);
+        assert_eq!(form.typing(), stop == 0);
+        for by in [1, -1] {
+            form.take(Input::Turn(by), 103.0);
+            assert_eq!((form.focus(), form.cursor()), (stop, None));
+        }
+    }
+}
+
+#[test]
+fn of_several_that_are_missing_the_first_is_gone_to_and_each_is_missing_until_it_is_given() {
+    let mut form = form();
+    form.take(Input::Pick { stop: 0, option: 0 }, 101.0);
+    form.take(Input::PageOn, 102.0);
+    form.take(Input::Focus(2), 103.0);
+    form.take(Input::PageOn, 103.0);
+    let missing = |form: &Form| ["often.rain", "often.night"].map(|name| form.is_missing(name));
+    assert_eq!((form.focus(), missing(&form)), (0, [true, true]));
+    form.take(Input::Pick { stop: 1, option: 0 }, 104.0);
+    assert_eq!(missing(&form), [true, false]);
+    form.take(Input::Pick { stop: 0, option: 0 }, 105.0);
+    assert_eq!(missing(&form), [false, false]);
+    // Only the second of a page is missing.
+    let mut second = self::form();
+    second.take(Input::Pick { stop: 0, option: 0 }, 101.0);
+    second.take(Input::PageOn, 102.0);
+    second.take(Input::Pick { stop: 0, option: 0 }, 103.0);
+    second.take(Input::PageOn, 103.0);
+    assert_eq!((second.page().name.as_str(), second.focus(), missing(&second)), ("two", 1, [false, true]));
+    // Back from the last page is the one before it, not the first.
+    form.take(Input::PageOn, 106.0);
+    assert_eq!(form.page().name, "three");
+    form.take(Input::PageBack, 107.0);
+    assert_eq!((form.page().name.as_str(), form.progress()), ("two", (1, 3)));
+}

@@ -27,6 +27,8 @@ pub mod order;
 pub mod plan;
 pub mod questions;
 pub mod session;
+#[cfg(test)]
+mod session_tests;
 pub mod simulated;
 mod source;
 

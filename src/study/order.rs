@@ -109,6 +109,20 @@ mod tests {
             assert!(after.len() == n * (n - 1) && after.values().all(|count| Some(*count) == every), "{n}: {after:?}");
         }
         assert_eq!((Design::Williams.period(3), Design::Williams.period(4)), (6, 4));
+        // The square of four that textbooks print.
+        assert_eq!(orders(Design::Williams, 4, 4), [[0, 1, 3, 2], [1, 2, 0, 3], [2, 3, 1, 0], [3, 0, 2, 1]]);
+    }
+
+    #[test]
+    fn everybody_meets_every_condition_once_by_every_design() {
+        for design in [Design::Williams, Design::Full, Design::Block, Design::Fixed] {
+            for n in 1..=6 {
+                for mut order in orders(design, n, 4 * n) {
+                    order.sort_unstable();
+                    assert_eq!(order, (0..n).collect::<Vec<_>>(), "{design:?} of {n}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -137,5 +151,9 @@ mod tests {
             assert_eq!(design.order(1, 5, 1), [0]);
         }
         assert_eq!(Design::Fixed.order(3, 8, 1), [0, 1, 2]);
+        // One order alone, also of nothing: every participant has it.
+        let periods = |n| [Design::Williams, Design::Full, Design::Block, Design::Fixed].map(|design| design.period(n));
+        assert_eq!((periods(0), periods(1)), ([1; 4], [1; 4]));
+        assert_eq!((periods(2), periods(5)), ([2, 2, 2, 1], [10, 120, 5, 1]));
     }
 }

@@ -94,3 +94,45 @@ fn a_visit_is_as_long_as_its_parts() {
     assert_eq!(Item::Text(String::new()).words(), "a page to read");
     assert_eq!(Item::Questions("tlx".into()).words(), "questions: tlx");
 }
+
+#[test]
+fn all_trials_have_one_scale_on_the_dial_unless_a_condition_names_its_own() {
+    // Ring of 250 m: 22 cars flow at 4.4 m/s, 8 cars at many times that.
+    let text = |own: &str| {
+        format!(
+            r#"title = "Density"
+participants = 2
+order = "fixed"
+[base]
+traffic = "native"
+duration_s = 60.0
+[[condition]]
+name = "dense"
+set = {{ vehicles = 22 }}
+[[condition]]
+name = "loose"
+set = {{ vehicles = 8{own} }}
+[[segment]]
+kind = "drive"
+name = "practice"
+set = {{ vehicles = 22 }}
+[[segment]]
+kind = "trials"
+name = "trial"
+"#
+        )
+    };
+    let scales = |own: &str| -> Vec<f64> {
+        let study = Study::parse(text(own), Path::new("density.toml")).unwrap_or_else(|e| panic!("{e}"));
+        let full = |planned: Planned| match planned.item {
+            Item::Drive { scenario, .. } => Some(scenario.dial_full),
+            _ => None,
+        };
+        study.plan(0).items.into_iter().filter_map(full).collect()
+    };
+    let [practice, dense, loose] = scales("")[..] else { panic!("three drives") };
+    assert_eq!((practice, dense), (0.0, loose), "a practice has the scale that suits it");
+    // The scale is in mph and holds the speed of an even ring of 8 cars of 5 m: its IDM drives more than 10 m/s (22 mph).
+    assert!(dense > 22.0, "{dense}");
+    assert_eq!(scales(", dial_full = 100.0"), [0.0, dense, 100.0]);
+}

@@ -1,0 +1,168 @@
+//! A visit on the disk: what is written when, what is taken up again, what is refused.
+
+use super::{
+    Code, Completion, DataSet, Outcome, Session, SessionError, Study,
+    session::{Answered, FILE, Log, Who},
+};
+use serde_json::json;
+use std::{fs, os::unix::fs::MetadataExt, path::Path};
+
+const STUDY: &str = r#"title = "Two pages"
+participants = 2
+[base]
+traffic = "native"
+[[segment]]
+kind = "questions"
+name = "before"
+questionnaire = "raw-tlx"
+[[segment]]
+kind = "text"
+name = "thanks"
+text = "Thanks."
+"#;
+
+struct Place {
+    _folder: tempfile::TempDir,
+    study: Study,
+    data: DataSet,
+}
+
+fn place() -> Place {
+    let folder = tempfile::tempdir().unwrap();
+    let study = Study::parse(STUDY.to_owned(), Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
+    Place { _folder: folder, study, data }
+}
+
+impl Place {
+    fn open(&self, code: &str, who: Who) -> Result<Session, SessionError> {
+        Session::open(&self.data, &self.study, &Code::new(code).unwrap(), who, 0, "t0")
+    }
+}
+
+fn answers(n: usize) -> Vec<Answered> {
+    let one = |i| Answered { question: format!("q{i}"), answer: json!(i), time_s: 1.5 };
+    (0..n).map(one).collect()
+}
+
+fn on_disk(session: &Session) -> Log {
+    Log::load(&session.folder().join(FILE)).unwrap()
+}
+
+#[test]
+fn answers_are_on_the_disk_at_once_and_those_that_are_there_are_not_written_again() {
+    let place = place();
+    let mut session = place.open("P1", Who::Person).unwrap();
+    session.keep(answers(1)).unwrap();
+    assert!(on_disk(&session).running.is_none(), "nothing runs that they could be of");
+    session.begin("t1").unwrap();
+    // A file that is replaced is another one.
+    let file = |session: &Session| fs::metadata(session.folder().join(FILE)).unwrap().ino();
+    session.keep(answers(1)).unwrap();
+    let written = (file(&session), on_disk(&session).running.unwrap().answers);
+    assert_eq!(written.1, answers(1));
+    session.keep(answers(1)).unwrap();
+    assert_eq!(file(&session), written.0);
+    session.keep(answers(2)).unwrap();
+    assert_ne!(file(&session), written.0);
+    assert_eq!(on_disk(&session).running.unwrap().answers, answers(2));
+}
+
+#[test]
+fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
+    let place = place();
+    let mut session = place.open("P1", Who::Person).unwrap();
+    session.begin("t1").unwrap();
+    assert!(session.kept().is_empty());
+    session.keep(answers(2)).unwrap();
+    drop(session);
+    let mut session = place.open("P1", Who::Person).unwrap();
+    let last = session.log().last("before").unwrap();
+    assert_eq!((last.outcome, last.began.as_str(), last.reason.as_str()), (Outcome::Cut, "t1", "the program ended"));
+    session.begin("t2").unwrap();
+    assert_eq!(session.kept(), answers(2));
+    session.keep(answers(1)).unwrap();
+    session.end(Outcome::Aborted, "phone", "t3").unwrap();
+    session.begin("t4").unwrap();
+    assert!(session.kept().is_empty(), "they broke off themselves");
+    session.end_answered(answers(3), "t5").unwrap();
+    let log = on_disk(&session);
+    assert_eq!((log.answers["before"].clone(), log.done("before").unwrap().answers.len()), (answers(3), 0));
+    assert_eq!(session.next().map(|(place, planned)| (place, planned.name.as_str())), Some((1, "thanks")));
+    session.skip("no time", "t6").unwrap();
+    assert!(session.log().settled("thanks") && session.log().done("thanks").is_none());
+    session.finish("t7").unwrap();
+    assert!(on_disk(&session).end.is_some_and(|end| end.complete && end.at == "t7"));
+}
+
+#[test]
+fn a_visit_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own() {
+    let place = place();
+    let told = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
+    let session = place.open("P1", Who::Person).unwrap();
+    assert!(told(place.open("P1", Who::Person)).unwrap_err().contains("is being run by another program"));
+    drop(session);
+    assert!(told(place.open("P1", Who::Simulated)).unwrap_err().contains("participant P1 is a person"));
+    drop(place.open("R1", Who::Simulated).unwrap());
+    assert!(told(place.open("R1", Who::Person)).unwrap_err().contains("participant R1 is simulated"));
+    // Another's file in the place of one's own.
+    let [p1, p2] = ["P1", "P2"].map(|code| place.data.source(&Code::new(code).unwrap()));
+    fs::create_dir_all(&p2).unwrap();
+    fs::copy(p1.join(FILE), p2.join(FILE)).unwrap();
+    assert!(told(place.open("P2", Who::Person)).unwrap_err().contains("is of participant P1"));
+    // What a cut left of the first save is no stranger's; a recording without its session is.
+    fs::remove_file(p2.join(FILE)).unwrap();
+    fs::write(p2.join("session.new"), "{").unwrap();
+    assert_eq!(told(place.open("P2", Who::Person)), Ok(()));
+    fs::remove_file(p2.join(FILE)).unwrap();
+    fs::write(p2.join("trial"), "").unwrap();
+    assert!(told(place.open("P2", Who::Person)).unwrap_err().contains("holds trial but no session.json"));
+}
+
+#[test]
+fn how_far_a_visit_came_follows_its_last_passages_and_an_exclusion_is_told_once() {
+    let place = place();
+    let is = |session: &Session| Completion::of(&on_disk(session));
+    let whole = |code: &str, skip: bool| {
+        let mut session = place.open(code, Who::Person).unwrap();
+        for item in ["before", "thanks"] {
+            assert_eq!(
+                (session.next().map(|(_, planned)| planned.name.as_str()), is(&session)),
+                (Some(item), Completion::Open)
+            );
+            session.begin("t1").unwrap();
+            session.end(if skip { Outcome::Skipped } else { Outcome::Done }, "", "t2").unwrap();
+        }
+        session
+    };
+    let mut complete = whole("P1", false);
+    assert!(complete.exclude("late").unwrap_err().to_string().contains("the visit is not over"));
+    complete.finish("t3").unwrap();
+    assert_eq!(is(&complete), Completion::Complete);
+    complete.exclude("fell asleep").unwrap();
+    assert_eq!(
+        (is(&complete), on_disk(&complete).end.unwrap().excluded.as_deref()),
+        (Completion::Excluded, Some("fell asleep"))
+    );
+    assert!(complete.exclude("once more").unwrap_err().to_string().contains("excluded already"));
+    assert_eq!(on_disk(&complete).end.unwrap().excluded.as_deref(), Some("fell asleep"));
+
+    let mut partial = whole("P2", true);
+    partial.finish("t3").unwrap();
+    assert_eq!(is(&partial), Completion::Partial);
+    // What was skipped and done after all is done.
+    let mut after_all = whole("P3", true);
+    for item in ["before", "thanks"] {
+        after_all.repeat(item, "there is time", "t3").unwrap();
+        after_all.begin("t4").unwrap();
+        after_all.end(Outcome::Done, "", "t5").unwrap();
+    }
+    after_all.finish("t6").unwrap();
+    assert_eq!(is(&after_all), Completion::Complete);
+    let mut withdrawn = place.open("P4", Who::Person).unwrap();
+    withdrawn.stop("sick", "t1").unwrap();
+    assert_eq!(is(&withdrawn), Completion::Withdrawn);
+    let words = Completion::ALL.map(Completion::word);
+    assert_eq!(words, ["open", "complete", "partial", "withdrawn", "excluded"]);
+    assert!(Completion::ALL.iter().all(|state| state.meaning().len() > 10));
+}
