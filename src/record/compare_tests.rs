@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    record::{Manifest, Recorder},
+    record::{Change, Manifest, Reader, Recorder, changes},
     sim::{Scenario, Tally},
 };
 
@@ -43,6 +43,7 @@ fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::Pat
 fn compared(recording: &Path, driven: impl Fn(u64) -> Controls) -> (u64, Option<Difference>) {
     let mut world = world();
     let mut comparison = Comparison::open(recording).expect("a recording");
+    assert_eq!(comparison.controls(Tick(2)).expect("rows"), None, "the row that comes next is of another tick");
     for tick in 1..=TICKS {
         let recorded = comparison.controls(Tick(tick)).expect("rows").expect("no hole");
         assert_eq!(recorded, controls(tick));
@@ -98,6 +99,38 @@ fn events_after_the_last_one_of_the_drive_are_counted_one_by_one() {
 }
 
 #[test]
+fn a_row_that_is_missing_after_some_that_are_too_many_is_counted_with_them() {
+    // Two contacts that never were, and the end of the drive taken out: an event of another kind stands in its place.
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut cursor = {
+        let drive = recorded(folder.path(), |recorder, tick| {
+            if [20, 21].contains(&tick) {
+                recorder.event(Tick(tick), "contact", "never");
+            }
+        });
+        Cursor::open(&drive, Table::Events).expect("a table")
+    };
+    let later = EventRow { tick: Tick(50), kind: "left_road".into(), detail: String::new(), car: None, value: None };
+    let (cells, first) = cursor.compare(EVENTS, &later).expect("rows");
+    assert_eq!((cells, first.map(|first| first.tick)), (3, Some(Tick(20))), "two too many and one missing");
+    // The end of the drive is still there to be compared.
+    assert_eq!((cursor.has_row().expect("rows"), cursor.tick()), (true, Tick(TICKS)));
+}
+
+#[test]
+fn a_table_is_read_column_by_column_and_part_by_part() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let drive = recorded(folder.path(), |_, _| ());
+    let cars = Reader::parquet(&Table::Cars.parquet(&drive)).expect("a table");
+    // Three cars at each of twelve steps.
+    let ids: Vec<Option<u32>> = (0..36).map(|row| Some(row % 3)).collect();
+    assert_eq!((cars.rows(), cars.ids("car")), (36, ids));
+    assert_eq!(cars.wholes("tick"), (0..36).map(|row| 10 * (row / 3 + 1)).collect::<Vec<u64>>());
+    let parts = Reader::parts(&Table::Cars.parquet(&drive), &["tick"]).expect("a table");
+    assert_eq!(parts.map(|part| part.expect("rows").rows()).sum::<usize>(), 36);
+}
+
+#[test]
 fn another_control_is_found_at_its_tick_under_its_name_and_not_as_a_fingerprint() {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |_, _| ());
@@ -109,4 +142,62 @@ fn another_control_is_found_at_its_tick_under_its_name_and_not_as_a_fingerprint(
     assert_eq!((first.column.as_str(), first.driven.as_str()), ("throttle", "0.5"));
     // Control, speed and fingerprint of that tick; speed and fingerprint of each of the 63 after it, and more.
     assert!(cells > 2 * 63, "{cells}");
+}
+
+/// What of a fresh recording is found after `tamper` had its folder: file, and whether that is told of it.
+fn told(tamper: impl Fn(&Path)) -> Vec<Change> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let drive = recorded(folder.path(), |_, _| ());
+    tamper(&drive);
+    changes(&drive).expect("readable").expect("checksums")
+}
+
+#[track_caller]
+fn assert_told(tamper: impl Fn(&Path), file: &str, has: &str) {
+    let found = told(tamper);
+    assert!(found.len() == 1 && found[0].file == file && found[0].what.contains(has), "{found:?}");
+}
+
+fn edit(path: &Path, change: impl Fn(String) -> String) {
+    let text = std::fs::read_to_string(path).expect("there");
+    std::fs::write(path, change(text)).expect("written");
+}
+
+#[test]
+fn every_file_of_a_recording_that_is_not_as_it_was_written_is_named() {
+    let gone = |name: &'static str| move |drive: &Path| std::fs::remove_file(drive.join(name)).expect("there");
+    assert_eq!(told(|_| ()), []);
+    for name in ["scenario.toml", "summary.json"] {
+        assert_told(gone(name), name, "is missing");
+        assert_told(|drive| edit(&drive.join(name), |text| text + "\n"), name, "its SHA-256 differs");
+    }
+    assert_told(gone("checksums.json"), "checksums.json", "is missing");
+    assert_told(gone("cars.parquet"), "cars.parquet", "is missing");
+    assert_told(
+        |drive| edit(&drive.join("checksums.json"), |text| text + "\n"),
+        "checksums.json",
+        "manifest.json has another SHA-256 of it",
+    );
+    assert_told(
+        |drive| edit(&drive.join("manifest.json"), |text| text.replacen("\"seed\": 0", "\"seed\": 1", 1)),
+        "manifest.json",
+        "its own SHA-256 differs",
+    );
+    assert_told(
+        |drive| std::fs::write(drive.join("ego.parquet"), "no").expect("room"),
+        "ego.parquet",
+        "cannot be read",
+    );
+    // A table that is another's: other rows, other columns.
+    let swapped = told(|drive| {
+        std::fs::copy(drive.join("cars.parquet"), drive.join("events.parquet")).expect("room");
+    });
+    assert!(swapped.iter().all(|change| change.file == "events.parquet"), "{swapped:?}");
+    for has in ["rows; 1 were written", "column detail is missing", "column s_m is new"] {
+        assert!(swapped.iter().any(|change| change.what.contains(has)), "{has}: {swapped:?}");
+    }
+    // One of an earlier version has none.
+    let folder = tempfile::tempdir().expect("a folder");
+    Manifest::default().save(folder.path()).expect("room");
+    assert_eq!(changes(folder.path()).expect("readable"), None);
 }

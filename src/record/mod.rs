@@ -118,3 +118,25 @@ impl RecordError {
         move |why| Self::File { path, why }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{Error, ErrorKind};
+
+    #[test]
+    fn a_file_that_the_system_refuses_is_told_with_its_remedy() {
+        for (kind, remedy) in [
+            (ErrorKind::StorageFull, "make room on the disk"),
+            (ErrorKind::QuotaExceeded, "make room on the disk"),
+            (ErrorKind::FileTooLarge, "make room on the disk"),
+            (ErrorKind::AlreadyExists, "nothing is overwritten: name another"),
+            (ErrorKind::PermissionDenied, "choose a folder that you may write to"),
+        ] {
+            let told = RecordError::file("drives/p1")(Error::from(kind)).to_string();
+            assert!(told.contains("drives/p1") && told.contains(remedy), "{told}");
+        }
+        let other = RecordError::file("drives/p1")(Error::from(ErrorKind::NotFound)).to_string();
+        assert!(!other.contains("; "), "there is none: {other}");
+    }
+}

@@ -100,6 +100,72 @@ fn a_journal_cut_at_any_byte_keeps_all_batches_before_and_what_is_cut_in_lost_an
     }
 }
 
+/// Where each block of a journal begins, and its end.
+fn blocks(bytes: &[u8]) -> Vec<usize> {
+    let magic = &bytes[..8];
+    let begins = bytes.windows(8).enumerate().filter(|(_, window)| *window == magic).map(|(at, _)| at);
+    begins.chain([bytes.len()]).collect()
+}
+
+#[test]
+fn a_block_that_is_gone_without_a_trace_is_missing_also_after_one_that_is_damaged() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, _) = cut_drive(folder.path());
+    let bytes = fs::read(journal_of(&whole)).expect("a journal");
+    let at = blocks(&bytes);
+    assert!(at.len() > 6, "two blocks or more of each batch");
+    let mut less = bytes.clone();
+    // The last byte of the first block is flipped; the fourth is taken out.
+    less[at[1] - 1] ^= 1;
+    less.drain(at[3]..at[4]);
+    let found = recover::recover(&with_journal(&whole, "less", &less)).expect("recovered");
+    let places: Vec<[u64; 2]> = found.missing.iter().map(|hole| hole.bytes).collect();
+    assert_eq!(places, [[0, at[1] as u64], [at[3] as u64, at[3] as u64]]);
+}
+
+#[test]
+fn a_journal_is_dropped_only_where_every_table_has_what_it_holds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, _) = cut_drive(folder.path());
+    let bytes = fs::read(journal_of(&whole)).expect("a journal");
+    let recovered = with_journal(&whole, "recovered", &bytes);
+    let found = recover::recover(&recovered).expect("recovered");
+    let ego = found.ticks.iter().find(|(table, _)| *table == Table::Ego).map(|(_, ticks)| *ticks);
+    assert_eq!((found.rows[0], ego), ((Table::Ego, 150), Some([Tick(1), Tick(150)])));
+    // Cut before the journal went: it is all in the tables.
+    let put_back = || {
+        fs::create_dir_all(recovered.join("journal")).expect("a folder");
+        fs::write(journal_of(&recovered), &bytes).expect("written");
+    };
+    put_back();
+    assert!(recover::recover(&recovered).expect("whole").was_whole && !recovered.join("journal").exists());
+    // Complete by its manifest, and a table is gone: what the journal holds is written again.
+    put_back();
+    fs::remove_file(Table::Ego.parquet(&recovered)).expect("there");
+    assert!(!recover::recover(&recovered).expect("recovered").was_whole);
+    assert_eq!(ticks_of(&recovered), (1..=150).collect::<Vec<u64>>());
+    // Cut before there was a journal: nothing is missing.
+    let before = with_journal(&whole, "before", &[]);
+    fs::remove_dir_all(before.join("journal")).expect("there");
+    let found = recover::recover(&before).expect("recovered");
+    assert_eq!((found.rows[0], found.missing.len(), found.kept), ((Table::Ego, 0), 0, None));
+}
+
+#[test]
+fn what_is_handed_over_by_whoever_waits_reaches_the_journal_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("p1");
+    let mut world = world();
+    let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
+    world.tick(&Controls::default()).expect("the native engine");
+    recorder.tick(&world, &Controls::default()).expect("room");
+    recorder.flush_waiting().expect("room");
+    while recorder.gauge().waiting()[0] > 0 {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert!(fs::metadata(journal_of(&recording)).expect("there").len() > 0);
+}
+
 #[test]
 fn a_flipped_byte_anywhere_costs_the_rows_of_its_block_and_recovery_says_which() {
     let folder = tempfile::tempdir().expect("a folder");
