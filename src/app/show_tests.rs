@@ -249,6 +249,8 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     // One input, which waited for 5 ms at least and for no minute: its median and its worst are the same.
     let [median_ms, worst_ms] = health.latency_ms.unwrap();
     assert!(median_ms == worst_ms && (5.0..60_000.0).contains(&median_ms), "{median_ms} ms");
+    let seconds = show.latency().input_to_frame().unwrap().median_s;
+    assert!((median_ms / 1e3 - seconds).abs() < 1e-9, "{median_ms} ms are {seconds} s");
     let disk = health.recording.unwrap();
     let free_gb = crate::record::free_bytes(&recording).map(|bytes| bytes as f64 / 1e9);
     // Others write to the same disk meanwhile.
@@ -365,6 +367,14 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
         let due = show.advance(elapsed, |_| ()).unwrap();
         show.view();
         show.shown(Duration::from_millis(100 * (i as u64 + 1)), elapsed, &due);
+    }
+    // What was handed over is on its way to the disk, and there a moment later.
+    show.flush().unwrap();
+    let rows = || fs::metadata(recording.join("journal/rows.blocks")).map_or(0, |about| about.len());
+    let begun = Stamp::now();
+    while rows() == 0 {
+        assert!(begun.until(Stamp::now()) < Duration::from_secs(20), "nothing is written");
+        std::thread::sleep(Duration::from_millis(2));
     }
     // A whole minute in one frame.
     let elapsed = Duration::from_secs(60);

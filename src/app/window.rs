@@ -320,3 +320,29 @@ impl Frame {
         Some(command)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drive_is_free_where_nobody_watches_and_nothing_is_recorded() {
+        let is_free = |out: Option<&str>, experimenter: bool, panel: bool| {
+            let options = WindowOptions {
+                scenario: Scenario::default(),
+                place: Place::default(),
+                panel,
+                experimenter,
+                paused: false,
+                out: out.map(PathBuf::from),
+                wheel: None,
+                stop: Arc::default(),
+            };
+            options.is_free()
+        };
+        assert!(is_free(None, false, false));
+        for (out, experimenter, panel) in [(Some("p1"), false, false), (None, true, false), (None, false, true)] {
+            assert!(!is_free(out, experimenter, panel));
+        }
+    }
+}

@@ -401,4 +401,12 @@ mod tests {
         let state = PadState { stick: -1.0, ..PadState::default() };
         assert_eq!(state.controls().steering_wheel_rad, STICK_LOCK * STEERING_LOCK_RAD);
     }
+
+    #[test]
+    fn a_stick_half_the_way_out_of_its_rest_steers_a_quarter_to_its_own_side() {
+        let steered = |stick| PadState { stick, ..PadState::default() }.controls().steering_wheel_rad;
+        let half = STICK_DEAD + (1.0 - STICK_DEAD) / 2.0;
+        let quarter = STICK_LOCK * STEERING_LOCK_RAD / 4.0;
+        assert!((steered(half) + quarter).abs() < 1e-5 && (steered(-half) - quarter).abs() < 1e-5, "{}", steered(half));
+    }
 }

@@ -112,6 +112,13 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
     to.send(plug()).unwrap();
     rig.poll();
     assert_eq!(rig.controls().selector, Selector::Reverse);
+    // Before the next drive it is put into drive, also on a wheel that comes later.
+    rig.select_drive();
+    assert_eq!(rig.controls().selector, Selector::Drive);
+    to.send(Told::Lost).unwrap();
+    to.send(plug()).unwrap();
+    rig.poll();
+    assert_eq!(rig.controls().selector, Selector::Drive);
 }
 
 #[test]

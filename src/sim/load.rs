@@ -227,6 +227,11 @@ mod tests {
         for allowed in ["0", "0.8", "20"] {
             assert!(Scenario::from_toml(&format!("mirror_radius_m = {allowed}"), "x").is_ok(), "{allowed}");
         }
+        // One step is the shortest hold.
+        assert!(Scenario::from_toml("step_s = 0.1\nhold_s = 0.1", "x").is_ok());
+        assert!(
+            fault("step_s = 0.2\nhold_s = 0.1").contains("allowed: a whole number of steps of 0.2 s, at least one")
+        );
         assert!(fault("step_s = 0.025").contains("step_s is 0.025; allowed: a multiple of 0.01 s"));
         assert!(fault("duration_s = 604801").contains("allowed: a number from 0 to 604800 s"));
         assert!(Scenario::from_toml("duration_s = 604800", "x").is_ok(), "seven days");
