@@ -4,7 +4,7 @@
 
 use std::{
     fs::{self, File, OpenOptions},
-    io::{Error, ErrorKind, Read},
+    io::{Error, ErrorKind, Read, Seek, SeekFrom},
     path::Path,
 };
 
@@ -42,6 +42,24 @@ pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let bytes = Vec::with_capacity(usize::try_from(size).unwrap_or_default());
     // It may grow while it is read, and files of the kernel say that they hold nothing.
     read_to_end(file, limit, bytes)
+}
+
+/// Reads `length` bytes from `offset` on of a regular file that has as many.
+///
+/// # Errors
+/// As [`open_regular`]; it ends before ([`ErrorKind::UnexpectedEof`]).
+pub fn read_part(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, Error> {
+    let mut file = open_regular(path)?;
+    let size = file.metadata()?.len();
+    let fits = offset.checked_add(length).is_some_and(|end| end <= size);
+    if !fits {
+        let text = format!("it holds {size} bytes; {length} from {offset} on are wanted");
+        return Err(Error::new(ErrorKind::UnexpectedEof, text));
+    }
+    file.seek(SeekFrom::Start(offset))?;
+    let mut bytes = vec![0; usize::try_from(length).map_err(|_| too_large(u64::from(u32::MAX)))?];
+    file.read_exact(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// Reads from what is no file, such as the standard input, to its end: text of at most `limit` bytes.
@@ -126,6 +144,18 @@ mod tests {
         let error = read_bounded(&path, 7).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::FileTooLarge);
         assert_eq!(error.to_string(), "it holds more than 7 bytes, the most that is read");
+    }
+
+    #[test]
+    fn a_part_is_read_where_there_is_as_much() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, "12345678").unwrap();
+        assert_eq!(read_part(&path, 2, 3).unwrap(), b"345");
+        assert_eq!(read_part(&path, 8, 0).unwrap(), b"");
+        for (offset, length) in [(6, 3), (9, 0), (u64::MAX, 2), (0, u64::MAX)] {
+            assert_eq!(read_part(&path, offset, length).unwrap_err().kind(), ErrorKind::UnexpectedEof, "{offset}");
+        }
     }
 
     #[test]

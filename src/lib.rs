@@ -19,7 +19,7 @@
 //! ```text
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
 //! chart  file  foreign         / the car-following model / figures as SVG and PNG / files read within limits / panics of
-//! private                      libraries that read them as errors / files written for the user alone
+//! private  toml_text           libraries that read them as errors / files written for the user alone / mistakes in TOML
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -70,6 +70,7 @@ pub mod sim;
 pub mod space;
 pub mod study;
 pub mod time;
+pub mod toml_text;
 pub mod traffic;
 pub mod train;
 pub mod units;

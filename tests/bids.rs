@@ -39,8 +39,13 @@ impl Place {
     }
 
     fn script(&self, program: &str, script: &str) -> String {
+        self.script_into(program, script, None)
+    }
+
+    /// The same with its second argument, where it writes tables.
+    fn script_into(&self, program: &str, script: &str, out: Option<&Path>) -> String {
         let script = root().join("assets/analysis").join(script);
-        let output = outside(program).arg(script).arg(self.data()).output();
+        let output = outside(program).arg(script).arg(self.data()).args(out).output();
         let output = output.unwrap_or_else(|e| panic!("{program}: {e}; scripts/setup --test installs it"));
         assert!(output.status.success(), "{}", text(&output));
         text(&output)
@@ -136,8 +141,14 @@ fn pandas_and_r_find_the_means_that_stand_in_the_table_of_trials() {
 fn one_participant_is_read_and_said_to_be_too_few() {
     let place = Place::rehearsed(4.0, 1);
     place.codrive(&["analyse"]);
-    let pandas = place.script("python3", "read_study.py");
+    // A folder that is not there is made.
+    let out = place.data().with_file_name("new").join("tables");
+    let pandas = place.script_into("python3", "read_study.py", Some(&out));
     assert!(pandas.contains("1 participants, 3 trials") && pandas.contains("too few participants"), "{pandas}");
+    assert!(out.join("paired_differences.csv").exists() && out.join("trials_with_participants.csv").exists());
+    let about = fs::read(place.data().join("derivatives/codrive/dataset_description.json")).unwrap();
+    let about: serde_json::Value = serde_json::from_slice(&about).unwrap();
+    assert_eq!((&about["DatasetType"], &about["GeneratedBy"][0]["Name"]), (&"derivative".into(), &"codrive".into()));
     let r = place.script("Rscript", "read_study.R");
     assert!(r.contains("too few observations for a model: 3 of 1 participants in 3 conditions"), "{r}");
 }

@@ -8,7 +8,7 @@ use std::{
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 10] = [
-    &["space", "time", "units", "rng", "idm", "chart", "file", "foreign", "private"],
+    &["space", "time", "units", "rng", "idm", "chart", "file", "foreign", "private", "toml_text"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver"],

@@ -11,7 +11,7 @@ use codrive::{
     },
 };
 use common::table;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
@@ -21,7 +21,8 @@ use std::{
 
 /// The study of these tests.
 fn short() -> String {
-    common::study(6.0, 30.0, ["workload", "raw-tlx"])
+    let who = "authors = [\"A. Lead\", \"B. Second\"]\nlicence = \"CC0\"\ninstitution = \"A laboratory\"\n";
+    who.to_owned() + &common::study(6.0, 30.0, ["workload", "raw-tlx"])
 }
 
 fn study() -> Study {
@@ -75,6 +76,10 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     }
     let about: Value = serde_json::from_slice(&fs::read(out.join("dataset_description.json")).unwrap()).unwrap();
     assert_eq!((&about["Name"], &about["DatasetType"]), (&Value::from("Short"), &Value::from("raw")));
+    assert_eq!((&about["Authors"], &about["License"]), (&json!(["A. Lead", "B. Second"]), &Value::from("CC0")));
+    let sidecar = fs::read(out.join("sub-R01/beh/sub-R01_task-trial_run-1_events.json")).unwrap();
+    let sidecar: Value = serde_json::from_slice(&sidecar).unwrap();
+    assert_eq!(sidecar["InstitutionName"], "A laboratory");
     // Raw TLX: six ratings in steps of 5, and their mean.
     let workload = table(&out.join("phenotype/workload.tsv"));
     assert_eq!(workload.len(), 6);

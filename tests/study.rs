@@ -148,18 +148,28 @@ fn every_mistake_is_named_with_its_place() {
             "is no font; allowed: a TTF",
         ),
         ("range_mph = 1.0", "range_mph = 99", "trial.toml:8:21: ", "0.1 to 50 mph"),
-        ("range_mph = 1.0", "rnge_mph = 1", "trial.toml:8:", "unknown key `rnge_mph`, expected one of map"),
-        ("T = 1.5", "T = 99", "trial.toml:11:", "idm.T is 99"),
-        ("hold_s = 5.0", "hold_s = 0.25", "trial.toml:11:", "whole number of steps"),
+        ("range_mph = 1.0", "rnge_mph = 1", "trial.toml:8:9: ", "unknown key `rnge_mph`; did you mean `range_mph`?\n"),
+        ("T = 1.5", "T = 99", "trial.toml:11:35: ", "idm.T is 99"),
+        ("T = 1.5", "tau = 99", "trial.toml:11:31: ", "unknown key `idm.tau`; allowed: "),
+        ("hold_s = 5.0", "hold_s = 0.25", "trial.toml:11:18: ", "whole number of steps"),
+        ("hold_s = 5.0", "hold_sec = 5", "trial.toml:11:9: ", "did you mean `hold_s`?\n  11 | set = { hold_sec = 5,"),
+        ("hold_s = 5.0", "hold_sec = 5", "trial.toml:11:9: ", "\n     |         ^^^^^^^^"),
         ("name = \"b\"", "name = \"a\"", "trial.toml:10:8: ", "comes twice"),
         ("name = \"b\"", "name = \"B b\"", "trial.toml:10:8: ", "small letters"),
-        ("kind = \"trials\"", "kind = \"trial\"", "trial.toml:13:8: ", "unknown variant `trial`"),
+        ("kind = \"trials\"", "kind = \"trial\"", "trial.toml:13:8: ", "unknown value `trial`; did you mean `trials`?"),
         ("kind = \"trials\"", "kind = \"break\"", "trial.toml:13:8: ", "needs `rest_s`"),
         ("\"raw-tlx\"", "\"tlx\"", "trial.toml:18:17: ", "one of acceptance, driving-experience, raw-tlx, ssq"),
-        ("traffic = \"native\"", "map = \"nowhere\"", "trial.toml:", "nowhere"),
-        ("traffic = \"native\"", "vehicles = 900", "trial.toml:", "do not fit"),
-        ("traffic = \"native\"", "policy = \"wisdom\"", "trial.toml:", "wisdom"),
-        ("duration_s = 10.0", "duration_s = 0.0", "trial.toml:", "needs an end"),
+        // What a drive cannot begin with is at the place that set it, whichever drive finds it.
+        ("traffic = \"native\"", "map = \"nowhere\"", "trial.toml:4:7: ", "nowhere"),
+        ("traffic = \"native\"", "vehicles = 900", "trial.toml:4:12: ", "do not fit"),
+        ("traffic = \"native\"", "policy = \"wisdom\"", "trial.toml:4:10: ", "wisdom"),
+        ("traffic = \"native\"", "driver = \"folow\"", "trial.toml:4:10: ", "no driver is called"),
+        ("traffic = \"native\"", "traffic = \"sumoo\"", "trial.toml:4:11: ", "sumoo"),
+        ("range_mph = 1.0", "policy = \"wisdom\"", "trial.toml:8:18: ", "\n    |                  ^^^^^^^^"),
+        ("name = \"trial\"", "name = \"trial\"\nset = { policy = \"x\" }", "trial.toml:15:18: ", "\"x\""),
+        ("duration_s = 10.0", "duration_s = 0.0", "trial.toml:5:14: ", "needs an end"),
+        ("name = \"trial\"", "nam = \"trial\"", "trial.toml:14:1: ", "did you mean `name`?"),
+        ("name = \"trial\"\n", "", "trial.toml:12:1: ", "missing key `name`"),
         ("title = \"t\"", "title = ", "trial.toml:1:", "\n  1 | title = "),
     ] {
         let message = fault(from, to);
@@ -249,7 +259,7 @@ fn a_mistake_in_a_questionnaire_is_named() {
     let good = r#"{"title":"q","pages":[{"elements":[{"type":"rating","name":"a","title":"A?","visibleIf":"{b} = 1"},{"type":"text","name":"b"}]}],"scores":[{"name":"s","method":"sum","of":["a"]}]}"#;
     Questionnaire::parse(good, "q.json").unwrap_or_else(|e| panic!("{e}"));
     for (from, to, has) in [
-        ("\"rating\"", "\"slider\"", "unknown variant `slider`"),
+        ("\"rating\"", "\"slider\"", "unknown value `slider`"),
         ("\"title\":\"A?\"", "\"titel\":\"A?\"", "unknown key `titel`"),
         ("{b} = 1", "b == 1", "visibleIf has"),
         ("{b} = 1", "{c} = 1", "asks for \"c\""),
@@ -413,5 +423,27 @@ fn a_name_is_small_letters_digits_and_hyphens_forty_at_most() {
     for bad in ["", "Trial", "a b", "a_b", "é", "../a", &"x".repeat(41)] {
         let error = named(bad).expect_err(bad);
         assert!(error.contains("allowed: 1 to 40 small letters, digits and hyphens"), "{error}");
+    }
+}
+
+#[test]
+fn the_schema_knows_every_setting_of_base_and_set_and_no_other() {
+    let schema = Study::schema();
+    let resolve = |node: &serde_json::Value| -> serde_json::Value {
+        let mut node = node.clone();
+        while let Some(name) = node["$ref"].as_str().and_then(|path| path.strip_prefix("#/$defs/")).map(str::to_owned) {
+            node = schema["$defs"][name].clone();
+        }
+        node
+    };
+    let segment = resolve(&schema["$defs"]["Segment"]["properties"]["set"]);
+    let level = resolve(&schema["$defs"]["Level"]["properties"]["set"]);
+    for settings in [resolve(&schema["properties"]["base"]), segment, level] {
+        assert_eq!(settings["additionalProperties"], false, "an editor marks range_mhp");
+        assert!(
+            settings["properties"]["range_mph"]["maximum"].is_number() && settings["properties"]["range_mhp"].is_null()
+        );
+        assert_eq!(settings["required"], serde_json::Value::Null, "each may be left out");
+        assert_eq!(resolve(&settings["properties"]["idm"])["additionalProperties"], false);
     }
 }

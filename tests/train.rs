@@ -108,10 +108,73 @@ fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites
         assert_eq!(Some(size.0), width.map(|width| 2 * width), "{name}");
     }
     assert!(refused(&arguments).contains("holds an evaluation already (rings.csv)"));
-    assert!(refused(&["evaluate", "--driver", "folow"]).contains("driver `folow` is unknown; known are exact"));
+    let said = refused(&["evaluate", "--driver", "folow"]);
+    assert!(said.contains("no driver is called \"folow\"; did you mean follow?"), "{said}");
     assert!(refused(&["evaluate", "--holds", "0.25"]).contains("allowed: a whole number of steps of 0.1 s"));
-    let said = refused(&["evaluate", "--engine", "native", "--driver", "guarded"]);
-    assert!(said.contains("driver `guarded` exists on the fast ring only; whole drives know follow"), "{said}");
+    let drawn = ["evaluate", "--engine", "native", "--follow", "driver"];
+    let said = refused(&drawn);
+    assert!(said.contains("draws a driver for each ring") && said.contains("--driver"), "{said}");
+}
+
+/// An evaluation of short drives as JSON: its rows by policy and driver.
+fn evaluated(arguments: &[&str], [warm_up, horizon]: [&str; 2]) -> Vec<serde_json::Value> {
+    let short = ["evaluate", "--json", "--over", "2", "--warm-up", warm_up, "--horizon", horizon];
+    let all: Vec<&str> = short.iter().chain(arguments).copied().collect();
+    let output = codrive(&all).success().get_output().clone();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    report["rows"].as_array().unwrap().clone()
+}
+
+#[test]
+fn each_driver_is_the_same_person_on_every_engine() {
+    let drivers = ["follow", "perfect", "sloppy", "idm", "guarded", "exact", "reaction=1,error=0.5"];
+    for engine in ["ring", "native", "sumo"] {
+        let named: Vec<&str> = drivers.iter().flat_map(|driver| ["--driver", driver]).collect();
+        let slow = ["--engine", engine, "--policy", "constant", "--aim", "2"];
+        let rows = evaluated(&slow.iter().chain(&named).copied().collect::<Vec<_>>(), ["5", "20"]);
+        assert_eq!(rows.len(), 2 * drivers.len(), "{engine}: without advice, too");
+        let (advised, none) = rows.split_at(drivers.len());
+        let speeds = |row: &serde_json::Value| [0, 1].map(|ring| row["rings"][ring]["mean_mps"].as_f64().unwrap());
+        for (i, driver) in drivers.iter().enumerate() {
+            assert_eq!((&advised[i]["policy"], &none[i]["policy"]), (&"constant".into(), &"none".into()));
+            // 2 m/s is slower than the traffic: who follows it slows everybody down, and who ignores it does not.
+            let [with, without] = [&advised[i], &none[i]].map(speeds);
+            assert_eq!(with == without, *driver == "idm", "{driver} on {engine}: {with:?} {without:?}");
+            assert_eq!(advised[i]["crashes"], 0, "{driver} on {engine}");
+        }
+        // 8 m/s is faster: of those who follow to the letter only one brakes.
+        let fast = ["--engine", engine, "--policy", "constant", "--aim", "8"];
+        let named = ["--driver", "exact", "--driver", "guarded", "--driver", "follow"];
+        let rows = evaluated(&fast.iter().chain(&named).copied().collect::<Vec<_>>(), ["5", "20"]);
+        let crashes: Vec<u64> = rows.iter().map(|row| row["crashes"].as_u64().unwrap()).collect();
+        assert_eq!(crashes, [2, 0, 0, 0, 0, 0], "{engine}");
+    }
+}
+
+#[test]
+fn an_evaluation_has_a_driver_who_brakes_a_row_without_advice_and_loud_crashes() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = text(&dir.path().join("out"));
+    let rows = evaluated(&["--policy", "ring-250-speed", "--policy", "pi"], ["120", "300"]);
+    let of = |i: usize| (rows[i]["policy"].as_str().unwrap(), rows[i]["mean_speed_mps"]["mean"].as_f64().unwrap());
+    assert_eq!([of(0).0, of(1).0, of(2).0], ["ring-250-speed", "pi", "none"]);
+    assert!(rows.iter().all(|row| row["driver"] == "follow" && row["crashes"] == 0), "{rows:?}");
+    // FACTS 1: the wave alone flows at 3.0 m/s.
+    assert!((2.8..3.2).contains(&of(2).1) && of(0).1 > of(2).1 + 0.5, "{:?} {:?}", of(0), of(2));
+
+    let exact = ["evaluate", "--policy", "ring-250-speed", "--driver", "exact", "--over", "3", "--out", &out];
+    let short = ["--warm-up", "120", "--horizon", "300"];
+    let said = codrive(&exact.into_iter().chain(short).collect::<Vec<_>>()).success().get_output().stdout.clone();
+    let said = String::from_utf8(said).unwrap();
+    assert!(
+        said.contains("!!! CRASHED in 3 of 3 drives, first ") && said.contains("3 of 6 drives ended in a crash"),
+        "{said}"
+    );
+    assert!(said.contains("\nnone, driver exact\n"), "{said}");
+    for figure in ["space-time", "speeds"].map(|kind| format!("{kind}-ring-250-speed-hold-1-s-driver-exact.svg")) {
+        let picture = fs::read_to_string(Path::new(&out).join(&figure)).unwrap();
+        assert!(picture.contains(">CRASH at ") && picture.contains("CRASHED in 3 of 3 drives"), "{figure}");
+    }
 }
 
 #[test]

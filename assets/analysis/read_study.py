@@ -91,6 +91,7 @@ def main() -> None:
     print(f"\n{recording}: {len(rows)} ticks, {rows['action'].notna().sum()} advices joined to theirs")
     if len(sys.argv) == 3:
         out = Path(sys.argv[2])
+        out.mkdir(parents=True, exist_ok=True)
         trials.to_csv(out / "trials_with_participants.csv", index=False)
         differences.to_csv(out / "paired_differences.csv", index=False)
 

@@ -54,6 +54,8 @@ pub struct Holdings {
     pub title: String,
     /// Who took part, those whose drives are left out too.
     pub people: People,
+    /// A whole data set, not one participant or one recording.
+    pub is_whole: bool,
 }
 
 /// Looks what there is in a folder.
@@ -77,6 +79,7 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
             out: folder.join("analysis"),
             title,
             people: People::default(),
+            is_whole: false,
         });
     }
     let nothing = || {
@@ -110,7 +113,8 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
     let whole = is_root(folder);
     let out = root.join("derivatives").join("codrive");
     let title = if whole { study_title(root) } else { name.clone() };
-    Ok(Holdings { found, root: Some(root.into()), out: if whole { out } else { out.join(name) }, title, people })
+    let out = if whole { out } else { out.join(name) };
+    Ok(Holdings { found, root: Some(root.into()), out, title, people, is_whole: whole })
 }
 
 fn subjects(root: &Path) -> Vec<String> {

@@ -57,7 +57,8 @@ pub const MEASURES: &[Measure] = &[
         "mean_speed_mps",
         "Mean speed of all cars",
         "m/s",
-        "speed of all vehicles, the ego included: mean over vehicles and ticks",
+        "speed of all vehicles, the ego included: mean over vehicles and ticks (100 a second; over steps of 0.1 s, as in \
+         published figures, it differs by up to about 0.001 m/s)",
         |s| s.totals.mean_speed_mps.get(),
     ),
     measure(
@@ -116,7 +117,8 @@ pub const MEASURES: &[Measure] = &[
         "changes",
         "Changes of the advice",
         "",
-        "changes of the target of at least 0.1 m/s that the driver saw; the first advice is none",
+        "changes of the target that the driver saw, by at least 0.1 m/s from the target that counted last (smaller ones add up \
+         until they do); the first advice is none",
         |s| Some(s.responses.len() as f64),
     ),
     measure(
@@ -143,21 +145,38 @@ pub const MEASURES: &[Measure] = &[
     measure("enter_range_steps", "Steps to enter the range", "steps", "the same in steps of the scenario", |s| {
         s.median(|r| Some(r.enter_steps? as f64))
     }),
-    measure("min_gap_m", "Smallest gap", "m", "own front bumper to the leader's rear: smallest", |s| s.totals.gap_m.0),
+    measure(
+        "min_gap_m",
+        "Smallest gap",
+        "m",
+        "own front bumper to the leader's rear: smallest, over ticks in his lane (less than a car's width, 1.8 m, beside the \
+         lane's middle)",
+        |s| s.totals.gap_m.0,
+    ),
     measure(
         "min_headway_m",
         "Smallest headway",
         "m",
-        "own front bumper to the leader's front (SAE J2944): smallest",
+        "own front bumper to the leader's front (SAE J2944): smallest, over ticks in his lane",
         |s| s.totals.headway_m.0,
     ),
     measure(
         "min_ttc_s",
         "Smallest time to collision",
         "s",
-        "gap over closing speed while the gap closes: smallest",
+        "gap over closing speed while the gap closes: smallest, over ticks in the leader's lane",
         |s| s.totals.ttc_s.0,
     ),
+    measure(
+        "time_headway_s",
+        "Time headway",
+        "s",
+        "own front bumper to the leader's front over own speed (SAE J2944): mean over ticks in his lane at 1 m/s or more",
+        |s| s.totals.time_headway_s.get(),
+    ),
+    measure("min_time_headway_s", "Smallest time headway", "s", "the same: smallest", |s| {
+        s.totals.min_time_headway_s.0
+    }),
     measure(
         "sdlp_m",
         "SDLP",

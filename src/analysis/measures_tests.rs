@@ -113,10 +113,28 @@ fn minima_are_over_what_is_there() {
     drive.ego[50].headway_m = Some(7.5);
     drive.ego[7].ttc_s = Some(9.0);
     drive.ego[8].ttc_s = Some(3.25);
+    // Beside its lane the ego passes the leader: there is no gap between them.
+    drive.ego[60].gap_m = Some(-5.0);
+    drive.ego[60].headway_m = Some(0.0);
+    drive.ego[60].ttc_s = Some(0.1);
+    drive.ego[60].lane_offset_m = -1.9;
     let found = drive.measures();
     near(&found, "min_gap_m", 2.5);
     near(&found, "min_headway_m", 7.5);
     near(&found, "min_ttc_s", 3.25);
+}
+
+#[test]
+fn a_time_headway_is_headway_over_own_speed_where_the_ego_moves() {
+    let mut drive = Drive::new(100, |t| if t < 0.5 { 4.0 } else { 0.5 }, |_| 4.0);
+    assert_eq!(drive.measures().get("time_headway_s"), None);
+    for (row, headway_m) in [(3, 8.0), (7, 12.0), (80, 6.0)] {
+        drive.ego[row].headway_m = Some(headway_m);
+    }
+    let found = drive.measures();
+    assert!(drive.ego[3].speed_mps == 4.0 && drive.ego[80].speed_mps == 0.5, "the third is nearly at a standstill");
+    near(&found, "time_headway_s", 2.5);
+    near(&found, "min_time_headway_s", 2.0);
 }
 
 #[test]

@@ -110,6 +110,7 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
         speed_mps: vec![vec![4.0, 5.0]; 40],
         shown_mps: vec![None; 40],
         time_s: times_s,
+        ..crate::train::Trace::default()
     };
     let traces =
         DriveTraces { ways: ring.clone(), ways_end_s: None, speeds: ring, median_speed_mps: Some(4.0), range_mps: 0.0 };

@@ -3,8 +3,8 @@
 //!
 //! SAE J2944 (10.1): reaction time runs from the onset of the event to the first observable response of hand or foot. Here:
 //! * **onset**: the first frame that shows the new target (its tick); without a screen, the tick of its issue;
-//! * **change**: the target differs from the one before by at least [`CHANGE_MPS`]; the first advice of a drive replaces
-//!   nothing and is no change;
+//! * **change**: the target differs by at least [`CHANGE_MPS`] from the one that counted last, so that small changes add up
+//!   until they count; the first advice of a drive replaces nothing and is no change;
 //! * **response**: the pedals, accelerator less brake, move towards the new target by at least [`PEDAL`] of their travel from
 //!   where they were furthest the other way since the onset. The moment is that in which this is reached;
 //! * no response: nothing until the next change or [`LATEST_S`]; a movement that is complete before [`EARLIEST_S`] was under way

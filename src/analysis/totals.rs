@@ -10,12 +10,16 @@ use super::{
     trial::{EgoSample, Step},
 };
 use crate::{
+    sim::is_in_lane,
     time::{TICK_S, TICKS_PER_S, Tick},
     train::FlowTotals,
 };
 
 /// Gap size of a steering reversal, degrees of the steering wheel (SAE J2944, 11.6).
 pub const REVERSAL_DEG: f64 = 3.0;
+
+/// The least speed at which a headway in seconds is taken, m/s: at a standstill it has no end.
+pub const MOVING_MPS: f64 = 1.0;
 
 /// Sum and count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +79,10 @@ pub struct DriveTotals {
     pub headway_m: Least,
     /// Time to collision, seconds.
     pub ttc_s: Least,
+    /// Headway over speed, seconds, while the ego moves at [`MOVING_MPS`] or more.
+    pub time_headway_s: Mean,
+    /// The smallest.
+    pub min_time_headway_s: Least,
     /// Reversals of the steering wheel.
     pub reversals: Reversals,
     /// Square of the jerk between steps, (m/s3)^2.
@@ -109,6 +117,8 @@ impl DriveTotals {
             gap_m: Least::default(),
             headway_m: Least::default(),
             ttc_s: Least::default(),
+            time_headway_s: Mean::default(),
+            min_time_headway_s: Least::default(),
             reversals: Reversals::new(REVERSAL_DEG),
             square_jerk: Mean::default(),
             all_cars: FlowTotals::new(step_s),
@@ -155,9 +165,15 @@ impl DriveTotals {
             self.error_mps.add(ego.speed_mps - target_mps);
             self.absolute_error_mps.add((ego.speed_mps - target_mps).abs());
         }
-        self.gap_m.add(ego.gap_m);
-        self.headway_m.add(ego.headway_m);
-        self.ttc_s.add(ego.ttc_s);
+        if is_in_lane(ego.lane_offset_m) {
+            self.gap_m.add(ego.gap_m);
+            self.headway_m.add(ego.headway_m);
+            self.ttc_s.add(ego.ttc_s);
+            if let Some(headway_m) = ego.headway_m.filter(|_| ego.speed_mps >= MOVING_MPS) {
+                self.time_headway_s.add(headway_m / ego.speed_mps);
+                self.min_time_headway_s.add(Some(headway_m / ego.speed_mps));
+            }
+        }
         self.reversals.add(ego.wheel_rad.to_degrees());
         self.lane_offset_m.add(ego.lane_offset_m);
         self.duration_s = Tick(ego.tick).seconds();

@@ -8,21 +8,23 @@ use crate::{
         manifest::{DialScale, Hashed},
     },
     render::Gpu,
-    sim::World,
+    sim::{World, bend_mps2},
 };
 use std::{path::Path, time::SystemTime};
 
 /// The facts of a drive that begins now.
 pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
     let scenario = world.scenario();
-    let policy = policy::meant(&scenario.policy, &scenario.map);
+    let policy = &world.policy().name;
     Manifest {
         program: concat!("codrive ", env!("CARGO_PKG_VERSION")).into(),
         build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
         traffic: world.traffic_engine(),
         seed: scenario.seed,
         map: Hashed::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
-        policy: Hashed::of(inputs::last(&policy), policy::file_of(&policy).as_deref()),
+        policy: Hashed::of(inputs::last(policy), policy::file_of(policy).as_deref()),
+        policy_asked: world.policy().why.clone(),
+        bend_mps2: bend_mps2(scenario, &world.map().route),
         driver,
         participant: None,
         began: now(),

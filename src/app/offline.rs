@@ -30,7 +30,7 @@ impl Run {
     /// # Errors
     /// The world cannot start or the driver is unknown.
     pub fn new(scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, AppError> {
-        Self::by(&driver::preset(&scenario.driver)?, scenario, window_s)
+        Self::by(&driver::named(&scenario.driver)?.params, scenario, window_s)
     }
 
     /// The same by a driver with these numbers.
@@ -155,7 +155,8 @@ impl Run {
     pub fn words(&self) -> String {
         let world = &self.drive.world;
         let scenario = world.scenario();
-        words::summary(scenario, &world.traffic_engine(), &scenario.driver, &self.summary())
+        let policy = world.policy().words();
+        words::summary(scenario, &world.traffic_engine(), &scenario.driver, &policy, &self.summary())
     }
 }
 

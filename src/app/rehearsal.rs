@@ -184,7 +184,7 @@ pub fn baseline(
     let stand_in = EngineChoice::from_str(&scenario.traffic).ok().and_then(|engine| engine.stand_in());
     let traffic = stand_in.map_or(scenario.traffic.clone(), |engine| engine.to_string());
     let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
-    let mut run = Run::by(&driver::preset(&without.driver)?, &without, [0.0, f64::INFINITY])?;
+    let mut run = Run::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
     let driven = drive(&mut run, None, stop, driven)?;
     if driven {

@@ -479,7 +479,8 @@ impl Show {
     /// The drive so far in words.
     pub fn words(&self) -> String {
         let world = &self.drive.world;
-        words::summary(world.scenario(), &world.traffic_engine(), &self.devices.describe(), &self.tally.summary())
+        let (who, policy) = (self.devices.describe(), world.policy().words());
+        words::summary(world.scenario(), &world.traffic_engine(), &who, &policy, &self.tally.summary())
     }
 }
 

@@ -7,7 +7,8 @@ use crate::{
     train::{Tally, Verdict},
 };
 
-/// Drives the scenario to its end; its warm-up does not count.
+/// Drives the scenario to its end; its warm-up does not count. From the first contact on all cars count as standing, as on
+/// the fast ring.
 ///
 /// # Errors
 /// The world cannot start or go on, or the driver is unknown.
@@ -16,19 +17,16 @@ pub fn judged(scenario: &Scenario) -> Result<Verdict, AppError> {
     let mut tally = Tally::new(scenario.step_s, run.world().map().route.length_m());
     while run.world().ended().is_none() {
         run.step()?;
+        if !run.summary().contacts.is_empty() {
+            tally.crash();
+        }
         let snapshot = run.world().snapshot();
         let others = snapshot.cars.iter().map(|car| car.speed_mps as f32);
-        let gap_m = snapshot.leader.map_or(f64::INFINITY, |leader| leader.gap_m);
+        let gap_m = snapshot.leader_in_lane().map_or(f64::INFINITY, |leader| leader.gap_m);
         let ego_mps = snapshot.ego.speed_mps.max(0.0) as f32;
         tally.add(std::iter::once(ego_mps).chain(others), gap_m, snapshot.advice.as_ref());
     }
-    Ok(with_touch(tally.verdict(), !run.summary().contacts.is_empty()))
-}
-
-/// The verdict on a drive in which the car touched another or not: one that did is crashed and never calm.
-fn with_touch(verdict: Verdict, touched: bool) -> Verdict {
-    let crashed = verdict.crashed || touched;
-    Verdict { crashed, calm_s: verdict.calm_s.filter(|_| !crashed), ..verdict }
+    Ok(tally.verdict())
 }
 
 #[cfg(test)]
@@ -55,19 +53,21 @@ mod tests {
     }
 
     #[test]
-    fn a_car_that_touched_another_has_crashed_and_was_never_calm() {
-        let verdict = calm_verdict();
-        let told = |crashed, touched| {
-            let after = with_touch(Verdict { crashed, ..verdict }, touched);
-            (after.crashed, after.calm_s)
+    fn a_car_that_drives_into_another_has_crashed_and_stands_from_then_on() {
+        let scenario = Scenario {
+            traffic: "native".into(),
+            policy: "constant".into(),
+            policy_speed_mps: 15.0,
+            driver: "exact".into(),
+            vehicles: 10,
+            duration_s: 40.0,
+            trees: 0,
+            ..Scenario::default()
         };
-        assert_eq!(told(false, false), (false, Some(3.0)));
-        for (crashed, touched) in [(true, false), (false, true), (true, true)] {
-            assert_eq!(told(crashed, touched), (true, None));
-        }
-    }
-
-    fn calm_verdict() -> Verdict {
-        Verdict { calm_s: Some(3.0), ..Tally::new(0.1, 250.0).verdict() }
+        let verdict = judged(&scenario).unwrap();
+        // The leader begins at a standstill 20 m ahead and reaches 15 m/s at the model's 1 m/s2, the ego at 1.5 m/s2.
+        let crash_s = verdict.crash_s.unwrap();
+        assert!(verdict.crashed && verdict.calm_s.is_none() && (5.0..20.0).contains(&crash_s), "{verdict:?}");
+        assert_eq!(verdict.settled_mps, 0.0);
     }
 }

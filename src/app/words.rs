@@ -5,13 +5,13 @@ use crate::{
     units::SpeedUnit,
 };
 
-/// The summary of a drive, a line a figure; `who` drove.
-pub fn summary(scenario: &Scenario, engine: &str, who: &str, summary: &Summary) -> String {
+/// The summary of a drive, a line a figure; `who` drove, advised by `policy`.
+pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summary: &Summary) -> String {
     let unit = scenario.units;
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
     let in_range = summary.time_in_range.map_or("- (no advice)".into(), |share| format!("{:.1} %", 100.0 * share));
     let mut lines = vec![
-        format!("{} cars on {}, {engine}, driver {who}, policy {}", scenario.vehicles, scenario.map, scenario.policy),
+        format!("{} cars on {}, {engine}, driver {who}, policy {policy}", scenario.vehicles, scenario.map),
         format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
         format!("mean speed, all cars     {}", speed(summary.mean_speed_mps)),
         format!("its standard deviation   {}", speed(summary.speed_sd_mps)),
@@ -72,7 +72,7 @@ time in range            12.5 %
 smallest gap             4.26 m
 contacts, off the road   0, 2
 ";
-        assert_eq!(summary(&scenario, "native", "idm", &whole), expected);
+        assert_eq!(summary(&scenario, "native", "idm", "pi", &whole), expected);
 
         // Without advice and without a car ahead; stopped after a contact.
         let contact = ContactRecord { time_s: 5.25, car: 3, ego_speed_mps: 4.0, car_speed_mps: 1.0, closing_mps: 3.0 };
@@ -86,7 +86,7 @@ contacts, off the road   0, 2
             ended: None,
             ..whole
         };
-        let text = summary(&kmh, "native", "idm", &stopped);
+        let text = summary(&kmh, "native", "idm", "pi", &stopped);
         for line in [
             "mean speed, all cars     10.000 m/s (36.00 km/h)",
             "time in range            - (no advice)",
@@ -98,7 +98,7 @@ contacts, off the road   0, 2
             assert!(text.lines().any(|found| found == line), "{line}: {text}");
         }
         let failed = Summary { failure: Some("the disk is full\n  remedy: make room".into()), ..stopped };
-        let text = summary(&kmh, "native", "idm", &failed);
+        let text = summary(&kmh, "native", "idm", "pi", &failed);
         assert!(text.ends_with("broken off               at 7.5 s: failed: the disk is full\n"), "{text}");
     }
 }

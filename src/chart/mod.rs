@@ -5,5 +5,5 @@
 mod plot;
 mod png;
 
-pub use plot::{Axis, COLOURS, Chart, Line, Style, picture};
+pub use plot::{Axis, COLOURS, Chart, Line, Mark, Style, picture};
 pub use png::{PNG_SCALE, is_font, png};

@@ -93,6 +93,15 @@ pub struct Line {
     pub band: Vec<[f64; 2]>,
 }
 
+/// A warning at a point: a red cross with words beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Where, in the units of the axes.
+    pub at: [f64; 2],
+    /// What it says.
+    pub text: String,
+}
+
 /// A chart. Sizes are in the picture's own units, about a pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
@@ -108,6 +117,8 @@ pub struct Chart {
     pub lines: Vec<Line>,
     /// SVG below the lines, in the units of [`Chart::place`].
     pub below: String,
+    /// Warnings, above all else.
+    pub marks: Vec<Mark>,
 }
 
 /// Room around the field: left, top, right, bottom.
@@ -118,7 +129,7 @@ const LEGEND: f64 = 17.0;
 impl Chart {
     /// A chart without lines.
     pub fn new(title: &str, x: Axis, y: Axis, field: [f64; 2]) -> Self {
-        Self { title: title.into(), x, y, field, lines: Vec::new(), below: String::new() }
+        Self { title: title.into(), x, y, field, lines: Vec::new(), below: String::new(), marks: Vec::new() }
     }
 
     /// Where a point lies, from the upper left corner of the field.
@@ -151,8 +162,26 @@ impl Chart {
         self.lines.iter().for_each(|line| self.band(out, line));
         self.lines.iter().for_each(|line| self.line(out, line));
         let _ = writeln!(out, "</g>\n<path d=\"M0 0V{h}H{w}\" fill=\"none\" stroke=\"#333\"/>");
+        self.marks.iter().for_each(|mark| self.mark(out, mark));
         self.legend(out);
         out.push_str("</g>\n");
+    }
+
+    fn mark(&self, out: &mut String, mark: &Mark) {
+        let [x, y] = self.place(mark.at[0], mark.at[1]);
+        // Beside the cross, on the side that has room, and within the field.
+        let is_left = x > 0.6 * self.field[0];
+        let (anchor, aside) = if is_left { ("end", -10.0) } else { ("start", 10.0) };
+        let _ = writeln!(
+            out,
+            "<path d=\"M{:.1} {:.1}l12 12m0 -12l-12 12\" stroke=\"#c00000\" stroke-width=\"2.6\"/><text x=\"{:.1}\" y=\"{:.1}\" \
+             fill=\"#c00000\" font-weight=\"bold\" text-anchor=\"{anchor}\">{}</text>",
+            x - 6.0,
+            y - 6.0,
+            x + aside,
+            (y - 6.0).clamp(12.0, self.field[1] - 4.0),
+            escaped(&mark.text)
+        );
     }
 
     fn grid(&self, out: &mut String) {
@@ -196,19 +225,21 @@ impl Chart {
         let edge = |k: usize| line.points.iter().zip(&line.band).map(move |(p, b)| [p[0], b[k]]);
         let around: Vec<[f64; 2]> = edge(1).chain(edge(0).collect::<Vec<_>>().into_iter().rev()).collect();
         let colour = line.style.colour;
-        let _ = writeln!(out, "<polygon points=\"{}\" fill=\"{colour}\" opacity=\"0.18\"/>", self.points(&around));
+        let around = self.points(&around);
+        if has_length(&around) {
+            let _ = writeln!(out, "<polygon points=\"{around}\" fill=\"{colour}\" opacity=\"0.18\"/>");
+        }
     }
 
     fn line(&self, out: &mut String, line: &Line) {
         let Style { colour, width, dash, dots } = line.style;
         let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
-        // What reads the picture complains of a line without length.
-        if line.points.iter().any(|point| *point != line.points[0]) {
+        let points = self.points(&line.points);
+        if has_length(&points) {
             let _ = writeln!(
                 out,
-                "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
-                 stroke-linejoin=\"round\"{dash}/>",
-                self.points(&line.points)
+                "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+                 stroke-linejoin=\"round\"{dash}/>"
             );
         }
         for point in line.points.iter().filter(|_| dots) {
@@ -245,6 +276,13 @@ impl Chart {
             }
         }
     }
+}
+
+/// False of points that all lie on one place once they are rounded: what reads the picture complains of such a line.
+fn has_length(points: &str) -> bool {
+    let mut places = points.split(' ');
+    let first = places.next();
+    places.any(|place| Some(place) != first)
 }
 
 /// Charts one above the other, and a note under them.
@@ -295,6 +333,21 @@ mod tests {
         assert_eq!(round_ticks(0.0, 10.0), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         assert_eq!(Axis::even("", [3.0, 3.0]).range, [2.5, 3.5]);
         assert_eq!(number(0.30000000000000004), "0.3");
+    }
+
+    #[test]
+    fn a_line_or_a_band_without_length_is_not_drawn() {
+        let chart = |points: Vec<[f64; 2]>, band: Vec<[f64; 2]>| {
+            let mut chart = Chart::new("", Axis::even("", [0.0, 1.0]), Axis::even("", [0.0, 1.0]), [100.0, 100.0]);
+            chart.lines.push(Line { name: String::new(), style: Style::solid(COLOURS[0]), points, band });
+            let text = picture(&[chart], "");
+            (text.contains("<polyline"), text.contains("<polygon"))
+        };
+        assert_eq!(chart(vec![[0.1, 0.5], [0.9, 0.5]], vec![[0.4, 0.6]; 2]), (true, true));
+        assert_eq!(chart(vec![[0.1, 0.5]], vec![[0.5, 0.5]]), (false, false));
+        assert_eq!(chart(vec![[0.5, 0.5], [0.500_01, 0.5]], vec![]), (false, false), "a hair's breadth");
+        assert_eq!(chart(vec![[0.5, 0.5]], vec![[0.2, 0.7]]), (false, true), "an interval alone is one");
+        assert_eq!(chart(vec![], vec![]), (false, false));
     }
 
     #[test]

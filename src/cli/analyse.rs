@@ -9,7 +9,7 @@ use crate::{
     },
     app::AppError,
     chart, record,
-    study::checksums,
+    study::{bids, checksums},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use rayon::prelude::*;
@@ -60,6 +60,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
     put("columns.json", &tables::description(&drives))?;
+    if holdings.is_whole {
+        put("dataset_description.json", &bids::derived(&holdings.title))?;
+    }
     made.figures.par_iter().try_for_each(|(name, svg)| {
         put(&format!("figures/{name}"), svg)?;
         let path = out.join("figures").join(name).with_extension("png");

@@ -196,7 +196,10 @@ fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<
     let Some(pair) = pair? else {
         return Err(CliError::Failed(format!("stopped; {} holds what was driven", out.display())));
     };
-    out::line(format_args!("{}, driven by {}; instead: {words}", recording.display(), pair.driver))?;
+    out::line(format_args!("{}, instead with {words}", recording.display()))?;
+    if asked.iter().any(|word| word == "none") {
+        out::line(format_args!("none stands for both: no advice, and the car-following model in the driver's place"))?;
+    }
     if !pair.is_proven {
         out::line(format_args!(
             "the recorded drive could not be driven again to the bit: codrive replay {}",

@@ -63,6 +63,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
         "traffic": run.world().traffic_engine(),
         "scenario": scenario,
+        "policy": { "name": run.world().policy().name, "why": run.world().policy().why },
         "summary": summary,
     });
     if matches.get_flag("json") {

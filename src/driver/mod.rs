@@ -7,10 +7,12 @@
 
 mod feet;
 mod hands;
+mod named;
 mod params;
 mod senses;
 
-pub use params::{DriverError, DriverParams, PRESETS, preset};
+pub use named::{NamedDriver, named};
+pub use params::{DriverError, DriverParams, LeaderRule, MACHINES, PRESETS, preset};
 
 use crate::{
     ego::{CarParams, Controls, EgoState, Selector},
@@ -141,15 +143,21 @@ impl SimulatedDriver {
             let idm = crate::idm::IdmParams { v0, ..p.idm };
             idm.acceleration(now.speed_mps.max(0.0), speed_mps, gap_m)
         };
-        let behind = match leader {
-            Some(leader) => follow(leader.gap_m, leader.speed_mps),
-            None => follow(1e6, now.speed_mps),
+        let target_mps = target_mps.filter(|_| p.follows_advice);
+        let rule = if target_mps.is_some() { p.leader_rule } else { LeaderRule::Model };
+        let behind = match (rule, leader) {
+            (LeaderRule::Ignore, _) | (LeaderRule::Guard, None) => f64::INFINITY,
+            (LeaderRule::Guard, Some(leader)) => guarded_mps2(p, now.speed_mps, &leader),
+            (LeaderRule::Model, Some(leader)) => follow(leader.gap_m, leader.speed_mps),
+            (LeaderRule::Model, None) => follow(1e6, now.speed_mps),
         };
         let bend = reach(now.lane.bend_speed_mps);
-        let advised = target_mps.filter(|_| p.follows_advice).map_or(f64::INFINITY, |target_mps| {
+        let advised = target_mps.map_or(f64::INFINITY, |target_mps| {
             // Nobody wanders about a standstill: below 1 m/s trait and error fade.
             let own = (p.trait_mps + wander_mps) * target_mps.clamp(0.0, 1.0);
-            reach((target_mps + own).min(now.speed_limit_mps).max(0.0))
+            let wanted_mps = (target_mps + own).min(now.speed_limit_mps).max(0.0);
+            let off_mps = wanted_mps - now.speed_mps;
+            reach(wanted_mps - off_mps.clamp(-p.slack_mps, p.slack_mps))
         });
         behind.min(advised).min(bend)
     }
@@ -168,4 +176,18 @@ impl SimulatedDriver {
             })
             .fold(f64::INFINITY, f64::min)
     }
+}
+
+/// The most that may be accelerated without a collision in sight, m/s2: the safe speed of Krauss (1998), from which the car
+/// still stops behind the leader if that brakes as hard as this driver does.
+fn guarded_mps2(p: &DriverParams, speed_mps: f64, leader: &SeenLeader) -> f64 {
+    /// From the wish to brake to the brake's effect: the foot, the pedal, the car, s.
+    const DELAY_S: f64 = 0.6;
+    /// Gap that is kept at a stop, metres.
+    const GAP_M: f64 = 1.0;
+    let delay_mps = p.decel_mps2 * DELAY_S;
+    let room_m = (leader.gap_m - GAP_M).max(0.0);
+    let safe_mps =
+        (delay_mps * delay_mps + leader.speed_mps.max(0.0).powi(2) + 2.0 * p.decel_mps2 * room_m).sqrt() - delay_mps;
+    ((safe_mps - speed_mps) / DELAY_S).max(-9.0)
 }

@@ -1,16 +1,28 @@
 //! Who drives. In: a preset's name or a scenario file. Out: [`DriverParams`]. SI units.
 
-use crate::idm::IdmParams;
+use crate::{idm::IdmParams, toml_text::nearest};
 use serde::{Deserialize, Serialize};
 
 /// Why there is no such driver.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum DriverError {
     /// No preset has this name.
-    #[error("no driver is called {name:?}\n  remedy: use one of {}", PRESETS.join(", "))]
+    #[error(
+        "no driver is called {name:?}{}\n  remedy: use one of {}, or numbers: reaction=1,error=0.5,trait=0,slack=0",
+        nearest(name, &all_presets()).map_or(String::new(), |near| format!("; did you mean {near}?")),
+        all_presets().join(", ")
+    )]
     Unknown {
         /// What was asked for.
         name: String,
+    },
+    /// A number of the driver is none.
+    #[error("driver: {key} is {value:?}\n  remedy: give a number, such as {key}=0.5")]
+    NoNumber {
+        /// Which number.
+        key: String,
+        /// What was given.
+        value: String,
     },
     /// A number of the driver lies outside of what can be simulated.
     #[error("driver: {name} = {value} is not allowed\n  remedy: give a number from {min} to {max}")]
@@ -26,8 +38,27 @@ pub enum DriverError {
     },
 }
 
-/// Names of all presets.
+/// Names of the presets that drive as people do.
 pub const PRESETS: [&str; 4] = ["follow", "perfect", "idm", "sloppy"];
+/// Names of the presets that follow advice to the letter, as a machine would.
+pub const MACHINES: [&str; 2] = ["exact", "guarded"];
+
+fn all_presets() -> Vec<&'static str> {
+    [PRESETS.as_slice(), &MACHINES].concat()
+}
+
+/// What a driver does about the leader while there is advice; without advice the car-following model drives in any case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LeaderRule {
+    /// Keeps the distance of the car-following model
+    #[default]
+    Model,
+    /// Brakes only where a collision is near
+    Guard,
+    /// Nothing
+    Ignore,
+}
 
 /// A simulated driver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -54,6 +85,10 @@ pub struct DriverParams {
     pub decel_mps2: f64,
     /// Largest lateral acceleration in a bend, m/s2
     pub bend_mps2: f64,
+    /// Content with any speed this close to the target, m/s
+    pub slack_mps: f64,
+    /// What he does about the leader while there is advice
+    pub leader_rule: LeaderRule,
     /// Behaviour towards the leader
     pub idm: IdmParams,
     /// Time of the foot from one pedal to the other, s
@@ -86,6 +121,8 @@ impl Default for DriverParams {
             accel_mps2: 1.5,
             decel_mps2: 2.0,
             bend_mps2: 3.0,
+            slack_mps: 0.0,
+            leader_rule: LeaderRule::Model,
             idm: IdmParams::default(),
             foot_s: 0.25,
             throttle_per_s: 1.0,
@@ -103,7 +140,9 @@ impl Default for DriverParams {
 /// * `follow`: follows the advice, with a reaction time of 1 s and a tracking error of 0.3 m/s;
 /// * `perfect`: follows it without delay or error;
 /// * `idm`: ignores it and drives by the car-following model, the human baseline;
-/// * `sloppy`: follows it late (1.5 s), loosely (0.8 m/s) and a little too fast (0.3 m/s).
+/// * `sloppy`: follows it late (1.5 s), loosely (0.8 m/s) and a little too fast (0.3 m/s);
+/// * `exact`: follows it to the letter, whatever is ahead;
+/// * `guarded`: the same, but brakes where it must to avoid a collision.
 ///
 /// # Errors
 /// If there is no such driver; the message lists all.
@@ -129,6 +168,12 @@ pub fn preset(name: &str) -> Result<DriverParams, DriverError> {
             lane_error_m: 0.08,
             ..follow
         }),
+        "exact" | "guarded" => Ok(DriverParams {
+            leader_rule: if name == "exact" { LeaderRule::Ignore } else { LeaderRule::Guard },
+            eagerness_s: 0.5,
+            decel_mps2: 4.5,
+            ..exact
+        }),
         _ => Err(DriverError::Unknown { name: name.to_owned() }),
     }
 }
@@ -149,6 +194,7 @@ impl DriverParams {
             ("accel_mps2", self.accel_mps2, 0.1, 5.0),
             ("decel_mps2", self.decel_mps2, 0.1, 9.0),
             ("bend_mps2", self.bend_mps2, 0.5, 8.0),
+            ("slack_mps", self.slack_mps, 0.0, 5.0),
             ("idm.v0", self.idm.v0, 1.0, 60.0),
             ("idm.T", self.idm.t, 0.1, 5.0),
             ("idm.a", self.idm.a, 0.1, 5.0),
@@ -178,7 +224,7 @@ mod tests {
 
     #[test]
     fn every_preset_is_allowed_and_a_typo_lists_them() {
-        for name in PRESETS {
+        for name in all_presets() {
             assert_eq!(preset(name).unwrap().check(), Ok(()), "{name}");
         }
         let message = preset("folow").unwrap_err().to_string();

@@ -1,9 +1,12 @@
 //! A wheel in figures. In: a TOML text. Out: a checked [`Profile`]: which axis is which, raw ends, dead zones, curves,
 //! the wheel's turn, buttons, strength of the force. Axis and button numbers are evdev's; raw values are the device's own.
 
-use crate::ego::{STEERING_LOCK_RAD, STEERING_RATIO};
+use crate::{
+    ego::{STEERING_LOCK_RAD, STEERING_RATIO},
+    toml_text::{self, Part},
+};
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, fmt::Write};
+use std::collections::BTreeMap;
 
 /// A mistake in a profile; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -291,12 +294,10 @@ impl Profile {
     /// # Errors
     /// The text is no profile, or a value is not allowed: file, line, value and remedy.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, ProfileError> {
-        let profile: Self = toml::from_str(text).map_err(|e| {
-            let message = e.message().replace("unknown field", "unknown key").replace("missing field", "missing key");
-            let message = message.replace("unknown variant", "unknown value");
-            fault(text, file, e.span().map_or(0, |span| span.start), &message)
+        let profile: Self = toml_text::parse(text, file).map_err(ProfileError)?;
+        profile.check().map_err(|(key, message)| {
+            ProfileError(toml_text::at(text, file, &key, Part::Value, &format!("{key}: {message}")))
         })?;
-        profile.check().map_err(|(key, message)| fault(text, file, place(text, &key), &format!("{key}: {message}")))?;
         Ok(profile)
     }
 
@@ -416,33 +417,6 @@ impl Profile {
         }
         Ok(())
     }
-}
-
-/// Byte at which the value of `table.key` stands, or the start of the file.
-fn place(text: &str, key: &str) -> usize {
-    let Ok(document) = toml::de::DeTable::parse(text) else { return 0 };
-    let mut keys = key.split('.');
-    let mut here = keys.next().and_then(|key| document.get_ref().get(key));
-    let mut at = 0;
-    while let Some(value) = here {
-        at = value.span().start;
-        here = match value.get_ref() {
-            toml::de::DeValue::Table(table) => keys.next().and_then(|key| table.get(key)),
-            _ => None,
-        };
-    }
-    at
-}
-
-/// `file:line:column: message`, with the line.
-fn fault(text: &str, file: &str, at: usize, message: &str) -> ProfileError {
-    let before = &text[..at.min(text.len())];
-    let start = before.rfind('\n').map_or(0, |i| i + 1);
-    let (row, column) = (before.matches('\n').count() + 1, before[start..].chars().count() + 1);
-    let line = text[start..].lines().next().unwrap_or_default();
-    let mut out = format!("{file}:{row}:{column}: {message}");
-    let _ = write!(out, "\n  {row} | {line}");
-    ProfileError(out)
 }
 
 #[cfg(test)]

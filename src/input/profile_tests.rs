@@ -113,7 +113,11 @@ fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
     let text = told(&G29.replace("axis = 5", "axis = 2"));
     assert!(text.contains(": brake.axis: 2 has another task already"), "{text}");
     assert!(told("name = 3").starts_with("mine.toml:1:8: invalid type"), "{}", told("name = 3"));
-    assert!(told(&G29.replace("[force]", "[forse]")).contains("unknown key `forse`"));
+    assert!(told(&G29.replace("[force]", "[forse]")).contains("unknown key `forse`; did you mean `force`?"));
+    let text = told(&G29.replace("curve = 1.6", "cruve = 1.6"));
+    assert!(text.contains("unknown key `cruve`; did you mean `curve`?") && text.ends_with("| ^^^^^"), "{text}");
+    let text = told(&G29.replace("curve = 1.6", "curve = 9"));
+    assert!(text.ends_with(" | curve = 9\n     |         ^"), "{text}");
     assert!(told("name = \"x\"").contains("missing key `steering`"));
     assert!(told("steering = [[[").starts_with("mine.toml:1:"));
     let text = told(&G29.replace("full_nm = 2.1", "full_nm = 1.0"));

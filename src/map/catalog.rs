@@ -2,7 +2,10 @@
 //! `maps/<name>/` with `net.xml` and `map.toml`.
 
 use super::{MapError, RoadMap, cycle::route_of, limits::MOST_BYTES, net_xml::Net};
-use crate::file::{SETTINGS_BYTES, read_text};
+use crate::{
+    file::{SETTINGS_BYTES, read_bounded, read_text},
+    toml_text,
+};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -68,6 +71,21 @@ pub const SHIPPED: [&str; 3] = ["practice", "ring-250", "ring-641"];
 /// True if a map is not one of [`SHIPPED`]: elsewhere there may be none of its name, or another.
 pub fn is_own(name_or_path: &str) -> bool {
     !SHIPPED.contains(&name_or_path)
+}
+
+/// What a map is called in `maps/`: of the shipped ones also under a path or as a copy, by the bytes of its network. `None`
+/// for one from elsewhere.
+pub fn known_as(map: &RoadMap) -> Option<String> {
+    let maps = project_root().join("maps");
+    let bytes = |file: &Path| read_bounded(file, MOST_BYTES).ok();
+    let own = bytes(&map.net_file);
+    let shipped = SHIPPED.iter().find(|name| own.is_some() && bytes(&maps.join(name).join("net.xml")) == own);
+    if let Some(name) = shipped {
+        return Some((*name).to_owned());
+    }
+    // One that somebody has put beside them.
+    let lies_in = map.net_file.parent()?.parent()?.canonicalize().ok()?;
+    (maps.canonicalize().ok()? == lies_in && !SHIPPED.contains(&map.name.as_str())).then(|| map.name.clone())
 }
 
 /// True if a map is named by its path, not by the name of its folder in `maps/`.
@@ -138,6 +156,6 @@ fn read_map_file(folder: &Path) -> Result<Option<MapFile>, MapError> {
     if !file.exists() {
         return Ok(None);
     }
-    let parsed = toml::from_str(&read(&file, SETTINGS_BYTES)?);
-    parsed.map(Some).map_err(|error| MapError::Toml { file, message: error.to_string() })
+    let parsed = toml_text::parse(&read(&file, SETTINGS_BYTES)?, &file.display().to_string());
+    parsed.map(Some).map_err(MapError::Toml)
 }

@@ -9,6 +9,7 @@ use super::{
 use crate::{
     file::{SETTINGS_BYTES, read_bounded},
     private,
+    toml_text::{self, Part},
 };
 use glam::{DMat2, DVec2};
 use serde::Deserialize;
@@ -34,7 +35,7 @@ struct Circuit {
     width_m: f64,
     speed_limit_mps: f64,
     #[serde(rename = "piece")]
-    pieces: Vec<toml::Spanned<Piece>>,
+    pieces: Vec<Piece>,
 }
 
 /// One piece: `straight_m`, or `solved`, or the three numbers of a bend.
@@ -80,20 +81,25 @@ pub struct Made {
 /// are not two that can close it, or two parts of the lane come too close.
 pub fn make(file: &Path) -> Result<Made, MapError> {
     let text = catalog::read(file, SETTINGS_BYTES)?;
-    let circuit: Circuit =
-        toml::from_str(&text).map_err(|error| MapError::Toml { file: file.into(), message: error.to_string() })?;
+    let name = file.display().to_string();
+    let circuit: Circuit = toml_text::parse(&text, &name).map_err(MapError::Toml)?;
     let problem = |problem: String| MapError::Circuit { file: file.into(), problem };
+    let wrong = |key: &str, message: &str| MapError::Toml(toml_text::at(&text, &name, key, Part::Value, message));
     if circuit.pieces.len() > MOST_PIECES {
         return Err(problem(format!("there are {} pieces; allowed: at most {MOST_PIECES}", circuit.pieces.len())));
     }
     let mut curves = Vec::new();
-    for piece in &circuit.pieces {
-        let line = text[..piece.span().start].matches('\n').count() + 1;
-        let curve = Curve::new(piece.get_ref(), circuit.speed_limit_mps);
-        curves.push(curve.map_err(|why| problem(format!("piece {} (line {line}): {why}", curves.len() + 1)))?);
+    for (i, piece) in circuit.pieces.iter().enumerate() {
+        let curve = Curve::new(piece, circuit.speed_limit_mps).map_err(|(key, why)| {
+            // The limit of a piece may be that of the whole circuit.
+            let own = format!("piece.{i}.{key}");
+            let key = if key.is_empty() || toml_text::has(&text, &own) { own } else { key.to_owned() };
+            wrong(&key, &format!("piece {}: {why}", i + 1))
+        })?;
+        curves.push(curve);
     }
     if !(2.5..=10.0).contains(&circuit.width_m) {
-        return Err(problem(format!("width_m is {}; allowed: 2.5 to 10", circuit.width_m)));
+        return Err(wrong("width_m", &format!("width_m is {}; allowed: 2.5 to 10", circuit.width_m)));
     }
     check_length(&curves).map_err(problem)?;
     let curves = close(curves).map_err(problem)?;
@@ -117,9 +123,11 @@ pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
 }
 
 impl Curve {
-    fn new(piece: &Piece, default_mps: f64) -> Result<Self, String> {
-        let within = |name: &str, value: f64, low: f64, high: f64| {
-            (low..=high).contains(&value).then_some(value).ok_or(format!("{name} is {value}; allowed: {low} to {high}"))
+    /// The key at fault and what is wrong with it; no key where the piece is none of the three kinds.
+    fn new(piece: &Piece, default_mps: f64) -> Result<Self, (&'static str, String)> {
+        let within = |name: &'static str, value: f64, low: f64, high: f64| {
+            let fault = || (name, format!("{name} is {value}; allowed: {low} to {high}"));
+            (low..=high).contains(&value).then_some(value).ok_or_else(fault)
         };
         let limit = within("speed_limit_mps", piece.speed_limit_mps.unwrap_or(default_mps), 1.0, 100.0)?;
         let straight = |length_m, solved| Self {
@@ -144,7 +152,9 @@ impl Curve {
                 let (length_m, curvature) = (turned_m + easing_m, turn_deg.signum() / radius_m);
                 Ok(Self { length_m, easing_m, curvature, turn_deg, ..straight(0.0, false) })
             }
-            _ => Err("a piece has either straight_m, or solved = true, or radius_m, turn_deg and easing_m".into()),
+            _ => {
+                Err(("", "a piece has either straight_m, or solved = true, or radius_m, turn_deg and easing_m".into()))
+            }
         }
     }
 

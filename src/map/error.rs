@@ -99,14 +99,9 @@ pub enum MapError {
         /// The names that exist.
         known: String,
     },
-    /// A TOML file that does not fit; the message has line and column.
-    #[error("{}: {message}", file.display())]
-    Toml {
-        /// Which file.
-        file: PathBuf,
-        /// The parser's words, with line, column and source.
-        message: String,
-    },
+    /// A TOML file that does not fit: file, line, column, what is wrong.
+    #[error("{0}")]
+    Toml(String),
     /// A number for a new map is out of range.
     #[error("{what} is {value}; allowed: {allowed}")]
     Parameter {

@@ -170,6 +170,17 @@ impl Route {
         wrap_angle(self.yaw_at(s_m + half) - self.yaw_at(s_m - half)) / window_m
     }
 
+    /// True of a ring: the curvature is the same everywhere, to 5 %.
+    pub fn is_ring(&self) -> bool {
+        const SPAN_M: f64 = 10.0;
+        let mean = std::f64::consts::TAU / self.length_m;
+        let places = (self.length_m / SPAN_M).ceil() as usize * 2;
+        (0..places).all(|i| {
+            let bend = self.curvature_at(self.length_m * i as f64 / places as f64, SPAN_M).abs();
+            (bend / mean - 1.0).abs() < 0.05
+        })
+    }
+
     /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line and whose rear points to where the
     /// line was `length_m` before, as SUMO places cars.
     pub fn pose_of_front(&self, s_m: f64, length_m: f64) -> Pose {

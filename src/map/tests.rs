@@ -82,9 +82,12 @@ fn a_circuit_that_cannot_be_built_says_why() {
         &["1 pieces have solved = true"],
     );
     expect(message("straight_m = 110", "straight_m = 50"), &["piece 12", "-39.8 m long to close"]);
-    expect(message("radius_m = 60", "radius_m = nan"), &["piece 2 (line 12)", "radius_m is NaN", "10 to 5000"]);
-    expect(message("radius_m = 60", "radius_m = \"60\""), &["line 13", "radius_m"]);
-    expect(message("radius_m = 60", "radios_m = 60"), &["unknown field `radios_m`", "line 13"]);
+    expect(message("radius_m = 60", "radius_m = nan"), &["circuit.toml:13:12: piece 2: radius_m is NaN", "10 to 5000"]);
+    expect(message("radius_m = 60", "radius_m = \"60\""), &["circuit.toml:13:12: invalid type: string", "^^^^"]);
+    expect(
+        message("radius_m = 60", "radios_m = 60"),
+        &["circuit.toml:13:1: unknown key `radios_m`; did you mean `radius_m`?", " ^^^^^^^^"],
+    );
     expect(message("easing_m = 25", "easing_m = 95"), &["easing_m is 95", "94.2"]);
     expect(message("easing_m = 25\n", "straight_m = 3\n"), &["piece 2", "either straight_m"]);
 }

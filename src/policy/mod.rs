@@ -17,8 +17,11 @@ pub use onnx::OnnxPolicy;
 pub use open_loop::{Constant, TwoPhase};
 pub use pi_saturation::PiSaturation;
 
-use crate::{map::project_root, time::Tick};
-use std::path::PathBuf;
+use crate::{
+    map::{self, RoadMap, project_root},
+    time::Tick,
+};
+use std::path::{Path, PathBuf};
 
 /// What a policy may know: HC22's four numbers first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -157,13 +160,46 @@ pub fn shipped() -> Vec<String> {
 /// Where the shipped policies lie, below the project's root.
 const SHIPPED: &str = "assets/policies";
 
-/// The policy that a name stands for on a map: that of [`AUTO`], otherwise itself.
-pub fn meant(name: &str, map: &str) -> String {
-    if name != AUTO {
-        return name.into();
+/// The policy that drives, and how it came to that.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Resolved {
+    /// Its own name, or its file.
+    pub name: String,
+    /// Why it is this one, where another name was asked for.
+    pub why: Option<String>,
+}
+
+impl Resolved {
+    /// For people: the name, and in brackets why it is this one.
+    pub fn words(&self) -> String {
+        match &self.why {
+            Some(why) => format!("{} ({why})", self.name),
+            None => self.name.clone(),
+        }
     }
-    let own = format!("{map}-speed");
-    if shipped().contains(&own) { own } else { "two-phase".into() }
+}
+
+/// The policy that a name stands for on a map: that of [`AUTO`], otherwise itself. A shipped map is the same by its name, by
+/// its path and as a copy.
+pub fn resolve(name: &str, map: &RoadMap) -> Resolved {
+    resolve_among(&shipped(), name, map)
+}
+
+/// The same with these policies as the shipped ones.
+fn resolve_among(shipped: &[String], name: &str, map: &RoadMap) -> Resolved {
+    if name != AUTO {
+        return Resolved { name: name.into(), why: None };
+    }
+    let road = map::known_as(map);
+    let own = road.as_deref().map(|road| format!("{road}-speed")).filter(|own| shipped.contains(own));
+    let why = match (&own, &road) {
+        (Some(_), Some(road)) => format!("{AUTO}: the policy that is shipped for {road}"),
+        _ if shipped.is_empty() => {
+            format!("{AUTO}: no shipped policies at {}", project_root().join(SHIPPED).display())
+        }
+        _ => format!("{AUTO}: no policy is shipped for {}", map.name),
+    };
+    Resolved { name: own.unwrap_or_else(|| "two-phase".into()), why: Some(why) }
 }
 
 /// True if a policy is named by the path of its file.
@@ -177,6 +213,11 @@ pub fn file_of(name: &str) -> Option<PathBuf> {
         return Some(name.into());
     }
     shipped().iter().any(|own| own == name).then(|| project_root().join(SHIPPED).join(name).join("policy.toml"))
+}
+
+/// All files that the policy of a path is made of, its own first.
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    if path.extension().is_some_and(|e| e == "onnx") { OnnxPolicy::files(path) } else { vec![path.into()] }
 }
 
 /// A policy by name, a shipped one's included, or by the path of its file (`.toml`, `.onnx`); `None` for `none`.

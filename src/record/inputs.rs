@@ -4,10 +4,11 @@
 
 use super::{RecordError, files};
 use crate::{
-    file::read_bounded,
+    file::{SETTINGS_BYTES, read_bounded, read_text},
     map::{self, limits::MOST_BYTES},
     policy,
     sim::{Scenario, ScenarioError, World},
+    toml_text,
 };
 use std::{
     fs,
@@ -23,9 +24,8 @@ pub fn portable(world: &World) -> Scenario {
     let map = if map::is_own(&scenario.map) { map_place(world) } else { scenario.map.clone() };
     let policy = match &scenario.policy {
         path if policy::is_path(path) => format!("{INPUTS}/policies/{}", last(path)),
-        // The map's name chooses it, and that changes.
-        name if map::is_own(&scenario.map) => policy::meant(name, &scenario.map),
-        name => name.clone(),
+        // What a name came to here, it might not come to elsewhere.
+        _ => world.policy().name.clone(),
     };
     Scenario { map, policy, ..scenario.clone() }
 }
@@ -55,7 +55,13 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
         }
     }
     if policy::is_path(&scenario.policy) {
-        copy(Path::new(&scenario.policy), &recording.join(portable(world).policy))?;
+        let (own, place) = (Path::new(&scenario.policy), recording.join(portable(world).policy));
+        let home = own.parent().unwrap_or(Path::new(""));
+        // The network's file and what it cannot do without, as it lies around it.
+        for file in policy::files_of(own) {
+            let to = file.strip_prefix(home).map_or(place.clone(), |within| place.with_file_name("").join(within));
+            copy(&file, &to)?;
+        }
     }
     Ok(())
 }
@@ -81,7 +87,12 @@ pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
 /// # Errors
 /// It cannot be read, or is not as this program writes it.
 pub fn scenario(recording: &Path) -> Result<Scenario, ScenarioError> {
-    let mut scenario = Scenario::from_file(&recording.join(SCENARIO))?;
+    let file = recording.join(SCENARIO);
+    let mut scenario = Scenario::from_file(&file)?;
+    // Before it was a setting, the other cars knew of no bends.
+    if read_text(&file, SETTINGS_BYTES).is_ok_and(|text| !toml_text::has(&text, "bend_mps2")) {
+        scenario.bend_mps2 = 100.0;
+    }
     for name in [&mut scenario.map, &mut scenario.policy] {
         let path = Path::new(name.as_str());
         let carried = path.starts_with(INPUTS) && path.components().all(|part| matches!(part, Component::Normal(_)));
@@ -138,12 +149,13 @@ mod tests {
         let calm = home.path().join("calm.toml");
         fs::copy(map::project_root().join("assets/policies/ring-250-speed/policy.toml"), &calm).expect("copied");
         let calm = calm.to_str().expect("a name");
-        assert_eq!(kept(shipped, "auto"), ["ring-250", "auto"]);
+        // What a name came to here, it might not come to elsewhere.
+        assert_eq!(kept(shipped, "auto"), ["ring-250", "ring-250-speed"]);
         assert_eq!(kept(shipped, "pi"), ["ring-250", "pi"]);
         assert_eq!(kept(shipped, calm), ["ring-250", "inputs/policies/calm.toml"]);
         assert_eq!(kept(&own, "pi"), ["inputs/maps/mine", "pi"]);
-        // What is chosen by the map's name is chosen before that changes.
-        let chosen = policy::meant("auto", own.to_str().expect("a name"));
+        let road = map::RoadMap::load(own.to_str().expect("a name")).expect("a map");
+        let chosen = policy::resolve("auto", &road).name;
         assert!(chosen != "auto" && kept(&own, "auto") == ["inputs/maps/mine", &chosen], "{chosen}");
         assert_eq!(kept(&own, calm), ["inputs/maps/mine", "inputs/policies/calm.toml"]);
     }

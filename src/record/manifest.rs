@@ -26,6 +26,12 @@ pub struct Manifest {
     pub map: Hashed,
     /// The policy and, for one from a file, its fingerprint.
     pub policy: Hashed,
+    /// Why it is that policy, where another name was asked for (`auto`).
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub policy_asked: Option<String>,
+    /// Lateral acceleration that bounds the other cars' speed in bends, m/s2; `None` where nothing does.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub bend_mps2: Option<f64>,
     /// Who drove: devices, or the name of a simulated driver.
     pub driver: String,
     /// Participant code, in a study; never a name.

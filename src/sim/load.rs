@@ -2,11 +2,14 @@
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
 use super::{Field, Scenario, colour, fields::fields_of};
-use crate::file::{SETTINGS_BYTES, read_text};
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    toml_text::{self, Part},
+};
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
-use std::{fmt::Write, path::Path};
+use std::path::Path;
 
 /// A mistake in what a person wrote; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -34,17 +37,15 @@ pub fn settings_from_file<T: Settings>(path: &Path) -> Result<T, ScenarioError> 
 
 /// The same for text; `name` is what messages call it.
 pub fn settings_from_toml<T: Settings>(text: &str, name: &str) -> Result<T, ScenarioError> {
-    let settings: T = toml::from_str(text).map_err(|e| {
-        let message = e.message().replace("unknown field", "unknown key");
-        ScenarioError(located(text, name, e.span().unwrap_or(0..0), &message))
-    })?;
+    let settings: T = toml_text::parse(text, name).map_err(ScenarioError)?;
     let json = serde_json::to_value(&settings).unwrap_or_default();
+    let wrong = |key: &str, fault: String| ScenarioError(toml_text::at(text, name, key, Part::Value, &fault));
     for field in fields_of::<T>() {
         if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
-            return Err(ScenarioError(located(text, name, span_of(text, &field.path), &fault)));
+            return Err(wrong(&field.path, fault));
         }
     }
-    settings.check().map_err(|(path, fault)| ScenarioError(located(text, name, span_of(text, path), &fault)))?;
+    settings.check().map_err(|(key, fault)| wrong(key, fault))?;
     Ok(settings)
 }
 
@@ -53,15 +54,23 @@ pub fn settings_from_toml<T: Settings>(text: &str, name: &str) -> Result<T, Scen
 /// # Errors
 /// A value has the wrong type or is out of range, or the settings do not go together.
 pub fn settings_with<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, ScenarioError> {
+    settings_changed(base, changes).map_err(|(_, fault)| ScenarioError(fault))
+}
+
+/// The same, with the key at fault beside the message.
+///
+/// # Errors
+/// As [`settings_with`].
+pub fn settings_changed<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, (String, String)> {
     let mut json = serde_json::to_value(base).unwrap_or_default();
     for (field, value) in changes {
         if let Some(fault) = field.fault(value) {
-            return Err(ScenarioError(fault));
+            return Err((field.path.clone(), fault));
         }
         field.set(&mut json, value.clone());
     }
-    let settings: T = serde_json::from_value(json).map_err(|e| ScenarioError(e.to_string()))?;
-    settings.check().map_err(|(_, fault)| ScenarioError(fault))?;
+    let settings: T = serde_json::from_value(json).map_err(|e| (String::new(), e.to_string()))?;
+    settings.check().map_err(|(key, fault)| (key.to_owned(), fault))?;
     Ok(settings)
 }
 
@@ -123,50 +132,6 @@ impl Settings for Scenario {
     }
 }
 
-/// `message` with file, line and column of a key's value and a mark under it. Keys in tables are joined by dots, entries of
-/// a list are numbers from 0; what is not in the file is marked at what holds it.
-pub fn located_key(text: &str, name: &str, key: &str, message: &str) -> String {
-    located(text, name, span_of(text, key), message)
-}
-
-/// The same for the character at `start`.
-pub fn located_at(text: &str, name: &str, start: usize, message: &str) -> String {
-    located(text, name, start..start, message)
-}
-
-/// Where the value of a key stands in the file; the start of the file if the key is not in it.
-fn span_of(text: &str, path: &str) -> std::ops::Range<usize> {
-    use toml::de::DeValue;
-    let Ok(document) = toml::de::DeTable::parse(text) else { return 0..0 };
-    let mut span = 0..0;
-    let mut keys = path.split('.');
-    let mut value = keys.next().and_then(|key| document.get_ref().get(key));
-    while let Some(here) = value {
-        span = here.span();
-        value = keys.next().and_then(|key| match here.get_ref() {
-            DeValue::Table(inner) => inner.get(key),
-            DeValue::Array(list) => list.get(key.parse::<usize>().ok()?),
-            _ => None,
-        });
-    }
-    span
-}
-
-/// `name:line:column: message` with the line and a mark under the value.
-fn located(text: &str, name: &str, span: std::ops::Range<usize>, message: &str) -> String {
-    let start = span.start.min(text.len());
-    let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
-    let line_number = text[..start].matches('\n').count() + 1;
-    let line = text[line_start..].lines().next().unwrap_or_default();
-    let column = text[line_start..start].chars().count() + 1;
-    let width = text.get(start..span.end.min(line_start + line.len())).map_or(1, |s| s.chars().count().max(1));
-    let mut out = format!("{name}:{line_number}:{column}: {message}");
-    let margin = line_number.to_string();
-    let _ = write!(out, "\n  {margin} | {line}\n  {:1$} | ", "", margin.len());
-    let _ = write!(out, "{:1$}{2}", "", column - 1, "^".repeat(width));
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::{super::fields, *};
@@ -187,13 +152,16 @@ mod tests {
         let text = fault("vehicles = 22\n  vehicels = 3\n");
         assert!(text.starts_with("trial.toml:2:3: unknown key `vehicels`"), "{text}");
         assert!(text.ends_with("  2 |   vehicels = 3\n    |   ^^^^^^^^"), "{text}");
-        assert!(fault("[idm]\nT = 1\ntau = 2\n").starts_with("trial.toml:3:1: unknown key `tau`"));
+        assert!(fault("[idm]\nT = 1\ntau = 2\n").starts_with("trial.toml:3:1: unknown key `tau`; allowed: `v0`, `T`"));
+        assert!(
+            fault("hold_sec = 1\n").starts_with("trial.toml:1:1: unknown key `hold_sec`; did you mean `hold_s`?\n")
+        );
     }
 
     #[test]
     fn a_wrong_type_is_named_with_line_and_column() {
         assert!(fault("seed = 1\nvehicles = \"many\"").starts_with("trial.toml:2:12: invalid type: string \"many\""));
-        assert!(fault("units = \"knots\"").starts_with("trial.toml:1:9: unknown variant `knots`"));
+        assert!(fault("units = \"knots\"").starts_with("trial.toml:1:9: unknown value `knots`; allowed: `mph`, `kmh`"));
     }
 
     #[test]

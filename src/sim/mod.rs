@@ -14,11 +14,9 @@ mod world;
 
 pub use event::{EndReason, Event, EventKind};
 pub use fields::{Field, Kind, fields, fields_of};
-pub use load::{
-    ScenarioError, Settings, located_at, located_key, settings_from_file, settings_from_toml, settings_with,
-};
+pub use load::{ScenarioError, Settings, settings_changed, settings_from_file, settings_from_toml, settings_with};
 pub use scenario::{CockpitView, DialPalette, FlashPatch, OnContact, QualityLevel, Scenario, StartLayout};
-pub use snapshot::{CarView, HASH_START, Leader, Pitch, Snapshot};
+pub use snapshot::{CarView, HASH_START, Leader, Pitch, Snapshot, is_in_lane};
 pub use sound::SoundLevels;
 pub use summary::{ContactRecord, Summary, Tally};
-pub use world::{ExpectedSpeeds, NotPutBack, World, WorldError};
+pub use world::{ExpectedSpeeds, NotPutBack, World, WorldError, bend_mps2};

@@ -23,6 +23,10 @@ pub struct Scenario {
     pub traffic_timeout_s: f64,
     /// Car-following model of the other cars: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
     pub idm: IdmParams,
+    /// Largest lateral acceleration of the other cars in bends; 0 is automatic: 3, and no bound on a ring, whose models know
+    /// none; 100 sets no bound anywhere
+    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2"))]
+    pub bend_mps2: f64,
     /// How the cars stand at the start
     pub start: StartLayout,
     /// Traffic runs this long before the drive, the ego driven by the same model
@@ -118,7 +122,8 @@ pub struct Scenario {
     pub lane_help: bool,
     /// What a contact with another car does
     pub contact: OnContact,
-    /// Simulated driver of `codrive run`: follow, perfect, sloppy or idm
+    /// Simulated driver of `codrive run`: follow, perfect, sloppy, idm (ignores advice), exact, guarded, or numbers such as
+    /// reaction=1,error=0.5,trait=0,slack=0 (s, m/s)
     pub driver: String,
 }
 
@@ -205,6 +210,7 @@ impl Default for Scenario {
             traffic: "sumo".into(),
             traffic_timeout_s: 5.0,
             idm: IdmParams::default(),
+            bend_mps2: 0.0,
             start: StartLayout::Even,
             warm_up_s: 0.0,
             step_s: 0.1,

@@ -1,6 +1,12 @@
 //! The world at one tick, as everybody above the simulation sees it: plain data, world axes, SI.
 
-use crate::{ego::EgoState, policy::Advice, space::Pose, time::Tick, traffic::CarId};
+use crate::{
+    ego::EgoState,
+    policy::Advice,
+    space::{CAR_WIDTH_M, Pose},
+    time::Tick,
+    traffic::CarId,
+};
 
 /// One car of the traffic at a tick, between two steps of its engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,10 +92,21 @@ pub struct Leader {
     pub speed_mps: f64,
 }
 
+/// True if a car this far beside the lane's middle, metres, overlaps one in the middle.
+pub fn is_in_lane(lane_offset_m: f64) -> bool {
+    lane_offset_m.abs() < CAR_WIDTH_M
+}
+
 /// Where a chain of [`Snapshot::hash`] begins (FNV-1a's offset).
 pub const HASH_START: u64 = 0xcbf2_9ce4_8422_2325;
 
 impl Snapshot {
+    /// The car ahead, if the ego could run into it: less than a car's width beside the lane's middle, where the others drive.
+    /// [`Snapshot::leader`] is there wherever the ego is.
+    pub fn leader_in_lane(&self) -> Option<Leader> {
+        self.leader.filter(|_| is_in_lane(self.lane_offset_m))
+    }
+
     /// Fingerprint of this snapshot, chained to that of the ones before: equal if and only if (but for chance) every
     /// bit of every number that matters to a drive is equal.
     pub fn hash(&self, before: u64) -> u64 {

@@ -35,7 +35,7 @@ pub struct Summary {
     pub ego_mean_speed_mps: Option<f64>,
     /// Share of the time with advice that the ego's speed was in the acceptable range, 0..1.
     pub time_in_range: Option<f64>,
-    /// Smallest gap of the ego to its leader in the whole drive, metres.
+    /// Smallest gap of the ego to its leader in the whole drive, metres, while it is in his lane ([`Snapshot::leader_in_lane`]).
     pub min_gap_m: Option<f64>,
     /// Contacts of the drive in order, the first `MOST_CONTACTS`.
     pub contacts: Vec<ContactRecord>,
@@ -117,7 +117,7 @@ impl Tally {
     pub fn add(&mut self, snapshot: &Snapshot, events: &[Event]) {
         self.hash = snapshot.hash(self.hash);
         self.duration_s = snapshot.tick.seconds();
-        if let Some(leader) = snapshot.leader {
+        if let Some(leader) = snapshot.leader_in_lane() {
             self.min_gap_m = self.min_gap_m.min(leader.gap_m);
         }
         events.iter().for_each(|event| self.note(event));

@@ -136,3 +136,13 @@ fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
     assert_eq!((summary.contacts.len(), summary.contact_count), (10_000, 10_001));
     assert_eq!(summary.contacts[9_999].time_s, Tick(9_999).seconds());
 }
+
+#[test]
+fn a_car_beside_the_lane_has_no_gap_to_the_one_that_it_passes() {
+    let mut tally = Tally::new([0.0, 1.0]);
+    for (tick, offset_m, gap_m) in [(1, 0.0, 9.0), (2, 1.79, 7.0), (3, 1.8, -5.0), (4, -3.0, -5.0), (5, -1.79, 8.0)] {
+        let passing = Snapshot { lane_offset_m: offset_m, ..snapshot(tick, 4.0, 3.0, Some(gap_m), None) };
+        tally.add(&passing, &[]);
+    }
+    assert_eq!(tally.summary().min_gap_m, Some(7.0), "cars are 1.8 m wide");
+}

@@ -54,6 +54,20 @@ pub enum WorldError {
     Ego(#[from] EgoError),
 }
 
+impl WorldError {
+    /// Keys of the scenario that decide on it, the likeliest first.
+    pub fn settings(&self) -> &'static [&'static str] {
+        match self {
+            Self::Map(_) => &["map"],
+            Self::Policy(_) => &["policy"],
+            Self::Engine(_) => &["traffic"],
+            Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
+            Self::Traffic(_) => &["traffic"],
+            Self::Ego(_) => &[],
+        }
+    }
+}
+
 /// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExpectedSpeeds {
@@ -68,6 +82,7 @@ pub struct ExpectedSpeeds {
 /// One drive, running.
 pub struct World {
     scenario: Scenario,
+    policy: policy::Resolved,
     map: Arc<RoadMap>,
     ego: Ego,
     traffic: Box<dyn Traffic>,
@@ -108,7 +123,8 @@ impl World {
         let map = Arc::new(RoadMap::load(&scenario.map)?);
         let engine: EngineChoice = scenario.traffic.parse()?;
         let settings = policy_settings(scenario, &map.route);
-        let policy = policy::build(&policy::meant(&scenario.policy, &scenario.map), &settings)?;
+        let resolved = policy::resolve(&scenario.policy, &map);
+        let policy = policy::build(&resolved.name, &settings)?;
         let expected = ExpectedSpeeds {
             equilibrium_mps: settings.equilibrium_mps,
             advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
@@ -121,6 +137,7 @@ impl World {
             step_s: scenario.step_s,
             seed: scenario.seed,
             timeout_s: scenario.traffic_timeout_s,
+            bend_mps2: bend_mps2(scenario, &map.route),
         };
         let mut traffic = traffic::start(&engine, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
@@ -145,6 +162,7 @@ impl World {
         let others = to.len() - 1;
         let mut world = Self {
             scenario: scenario.clone(),
+            policy: resolved,
             map,
             ego,
             traffic,
@@ -389,6 +407,11 @@ impl World {
         &self.snapshot
     }
 
+    /// The policy that drives; the scenario says which was asked for.
+    pub fn policy(&self) -> &policy::Resolved {
+        &self.policy
+    }
+
     /// The road.
     pub fn map(&self) -> &Arc<RoadMap> {
         &self.map
@@ -439,6 +462,18 @@ fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
 fn limited_idm(scenario: &Scenario, route: &Route) -> crate::idm::IdmParams {
     let limit_mps = route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(f64::INFINITY, f64::min);
     crate::idm::IdmParams { v0: scenario.idm.v0.min(limit_mps), ..scenario.idm }
+}
+
+/// The lateral acceleration that bounds the other cars' speed in bends, m/s2, if one does.
+pub fn bend_mps2(scenario: &Scenario, route: &Route) -> Option<f64> {
+    /// What is taken for comfortable (the simulated drivers' own).
+    const COMFORTABLE_MPS2: f64 = 3.0;
+    /// The setting that says that there is no bound.
+    const NONE_MPS2: f64 = 100.0;
+    match scenario.bend_mps2 {
+        set if set <= 0.0 => (!route.is_ring()).then_some(COMFORTABLE_MPS2),
+        set => (set < NONE_MPS2).then_some(set),
+    }
 }
 
 /// Where all cars stand at the start.

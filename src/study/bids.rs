@@ -106,9 +106,12 @@ pub fn label(name: &str) -> String {
     })
 }
 
+/// The version of BIDS that data sets keep to.
+pub const VERSION: &str = "1.10.0";
+
 /// Facts of a task for a sidecar.
-pub fn task(name: &str, description: &str, instructions: &str) -> Value {
-    json!({
+pub fn task(name: &str, description: &str, instructions: &str, institution: Option<&str>) -> Value {
+    let mut facts = json!({
         "TaskName": name,
         "TaskDescription": description,
         "Instructions": if instructions.is_empty() { "none" } else { instructions },
@@ -116,7 +119,26 @@ pub fn task(name: &str, description: &str, instructions: &str) -> Value {
             "SoftwareName": "codrive",
             "SoftwareVersion": env!("CARGO_PKG_VERSION"),
         },
-    })
+    });
+    if let Some(institution) = institution {
+        facts["InstitutionName"] = institution.into();
+    }
+    facts
+}
+
+/// `dataset_description.json` of what is derived from a data set.
+pub fn derived(title: &str) -> String {
+    let about = json!({
+        "Name": format!("{title}: measures by codrive"),
+        "BIDSVersion": VERSION,
+        "DatasetType": "derivative",
+        "GeneratedBy": [{
+            "Name": "codrive",
+            "Version": env!("CARGO_PKG_VERSION"),
+            "Description": "codrive analyse: measures of every drive (columns.json defines them), figures, report",
+        }],
+    });
+    format!("{about:#}\n")
 }
 
 /// Advice and events of a recorded drive as `_events.tsv`: onset from the start of the drive.
@@ -205,9 +227,11 @@ mod tests {
         let with = Col::new("a", "first", "").with([("x".to_owned(), "an x".to_owned())]);
         let sidecar: Value = serde_json::from_str(&Tsv::new(vec![with]).sidecar(Value::Null)).unwrap();
         assert_eq!(sidecar, json!({"a": {"Description": "first", "Levels": {"x": "an x"}}}));
-        let told = task("trial", "Driving", "");
+        let told = task("trial", "Driving", "", None);
         assert_eq!((&told["TaskName"], &told["Instructions"]), (&json!("trial"), &json!("none")));
-        assert_eq!(task("trial", "Driving", "Go.")["Instructions"], "Go.");
+        assert_eq!(task("trial", "Driving", "Go.", None)["Instructions"], "Go.");
+        assert!(told["InstitutionName"].is_null());
+        assert_eq!(task("trial", "Driving", "", Some("A laboratory"))["InstitutionName"], "A laboratory");
         assert_eq!(told["StimulusPresentation"]["SoftwareName"], "codrive");
     }
 

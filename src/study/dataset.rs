@@ -219,6 +219,7 @@ impl DataSet {
         let subject = log.participant.subject();
         let plan = study.plan(log.index);
         let mut scans = scans(study);
+        let institution = study.file.institution.as_deref();
         for planned in &plan.items {
             let Some(passage) = log.done(&planned.name) else { continue };
             let name = format!("{subject}/beh/{}", file_name(&subject, planned));
@@ -227,7 +228,7 @@ impl DataSet {
                     let Some(folder) = &passage.recording else { continue };
                     let about =
                         format!("Driving on {} in traffic of {} cars", inputs::last(&scenario.map), scenario.vehicles);
-                    let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text);
+                    let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text, institution);
                     self.put_table(
                         &format!("{name}_events"),
                         &bids::events(&self.source(&log.participant).join(folder))?,
@@ -249,7 +250,7 @@ impl DataSet {
                     else {
                         continue;
                     };
-                    let facts = bids::task(&bids::label(&planned.segment), &q.title, &planned.text);
+                    let facts = bids::task(&bids::label(&planned.segment), &q.title, &planned.text, institution);
                     self.put_table(&format!("{name}_beh"), &timed(answers), facts)?;
                 }
                 Item::Text(_) | Item::Break(_) => {}
@@ -269,12 +270,17 @@ fn file_name(subject: &str, planned: &Planned) -> String {
 }
 
 fn description(study: &Study) -> String {
-    let text = json!({
+    let mut text = json!({
         "Name": study.file.title,
-        "BIDSVersion": "1.10.0",
+        "BIDSVersion": bids::VERSION,
         "DatasetType": "raw",
+        // Also where there are none: some readers stop at a data set without this line.
+        "Authors": study.file.authors,
         "GeneratedBy": [{ "Name": "codrive", "Version": env!("CARGO_PKG_VERSION") }],
     });
+    if let Some(licence) = &study.file.licence {
+        text["License"] = licence.clone().into();
+    }
     format!("{text:#}\n")
 }
 

@@ -1,11 +1,16 @@
 //! The file of a study. In: TOML (`assets/studies/`). Out: a [`Study`] in which every scenario can be driven, or a message
 //! that names file, line, column, value and what is allowed.
 
-use super::{Questionnaire, StudyError, dial, order};
+use super::{
+    Questionnaire, StudyError,
+    conditions::{Condition, changed, conditions},
+    order,
+};
 use crate::{
     chart,
     file::{SETTINGS_BYTES, read_bounded, read_text},
-    sim::{Field, Scenario, ScenarioError, World, fields, located_at, located_key},
+    sim::Scenario,
+    toml_text::{self, Part},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,7 +22,7 @@ use std::{
 };
 
 /// Scenario settings that differ from those before, by their keys.
-type Changes = Map<String, Value>;
+pub(super) type Changes = Map<String, Value>;
 
 /// What a person writes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,6 +30,13 @@ type Changes = Map<String, Value>;
 pub struct StudyFile {
     /// What the study is called.
     pub title: String,
+    /// Who leads the study, in the order of a paper; the data set says so. Participants have no names.
+    #[serde(default)]
+    pub authors: Vec<String>,
+    /// Under which licence the data may be used, such as CC0 or CC-BY-4.0.
+    pub licence: Option<String>,
+    /// Where it is led.
+    pub institution: Option<String>,
     /// How many participants are planned.
     #[schemars(range(min = 1, max = 1000))]
     pub participants: u32,
@@ -40,6 +52,7 @@ pub struct StudyFile {
     pub countdown_s: f64,
     /// Settings of every drive that differ from the program's own (keys of a scenario file).
     #[serde(default)]
+    #[schemars(with = "Scenario")]
     pub base: Changes,
     /// Factors by name, each with its levels by name; all combinations are conditions.
     #[serde(default)]
@@ -68,6 +81,7 @@ pub struct Level {
     pub name: String,
     /// Settings that it changes (keys of a scenario file).
     #[serde(default)]
+    #[schemars(with = "Scenario")]
     pub set: Changes,
 }
 
@@ -100,6 +114,7 @@ pub struct Segment {
     pub text: String,
     /// Settings of its drives (drive, trials).
     #[serde(default)]
+    #[schemars(with = "Scenario")]
     pub set: Changes,
     /// A drive ends sooner once the speed was in the range for this long in all, seconds (drive).
     #[schemars(range(min = 1.0, max = 3600.0))]
@@ -228,17 +243,6 @@ pub struct Study {
     pub(super) top_mps: f64,
 }
 
-/// One condition.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Condition {
-    /// Its name: the names of its levels, joined by `+`.
-    pub name: String,
-    /// Level of each factor by the factor's name; `condition` where there are no factors.
-    pub levels: BTreeMap<String, String>,
-    /// Settings that it changes, and where they stand in the file.
-    changes: Vec<(String, Changes)>,
-}
-
 impl Study {
     /// Reads and checks a study: every scenario, map, policy and questionnaire in it.
     ///
@@ -256,11 +260,7 @@ impl Study {
     /// As [`Study::load`].
     pub fn parse(source: String, path: &Path) -> Result<Self, StudyError> {
         let name = path.display().to_string();
-        let file: StudyFile = toml::from_str(&source).map_err(|e| {
-            let message = e.message().replace("unknown field", "unknown key");
-            let start = e.span().map_or(0, |span| span.start);
-            StudyError(located_at(&source, &name, start, &message))
-        })?;
+        let file: StudyFile = toml_text::parse(&source, &name).map_err(StudyError)?;
         let mut study = Self {
             base: Scenario::default(),
             conditions: Vec::new(),
@@ -270,9 +270,11 @@ impl Study {
             font: None,
             top_mps: 0.0,
         };
-        let fault = |key: &str, message: String| StudyError(located_key(&study.source, &name, key, &message));
+        let fault =
+            |key: &str, message: String| StudyError(toml_text::at(&study.source, &name, key, Part::Value, &message));
         study.check_shape().map_err(|(key, message)| fault(&key, message))?;
-        let base = changed(&Scenario::default(), "base", &study.file.base).map_err(|(key, m)| fault(&key, m))?;
+        let base = changed(&Scenario::default(), "base", &study.file.base)
+            .map_err(|wrong| wrong.located(&study.source, &name))?;
         let conditions = conditions(&study.file);
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let mut questionnaires = BTreeMap::new();
@@ -345,48 +347,6 @@ impl Study {
         }
         Ok(())
     }
-
-    /// Every drive of every condition is a scenario that can begin: made once, on the native engine. The highest speed that is to
-    /// be expected in a trial.
-    fn check_drives(&self, name: &str) -> Result<f64, StudyError> {
-        let mut top_mps = 0.0_f64;
-        for (i, segment) in self.file.segment.iter().enumerate() {
-            let none = [None];
-            let all: Vec<Option<&Condition>> = self.conditions.iter().map(Some).collect();
-            let conditions: &[Option<&Condition>] = match segment.kind {
-                Kind::Drive => &none,
-                Kind::Trials => &all,
-                Kind::Text | Kind::Questions | Kind::Break => &[],
-            };
-            for condition in conditions {
-                let begun = self.drive(i, *condition).and_then(|scenario| {
-                    let key = condition.and_then(|c| c.changes.last()).map_or(format!("segment.{i}"), |c| c.0.clone());
-                    let quiet = Scenario { traffic: "native".into(), warm_up_s: 0.0, ..scenario };
-                    let begun = World::new(&quiet).map_err(|error| (key, error.to_string()))?;
-                    Ok(dial::top_mps(&begun.expected_speeds()))
-                });
-                let top =
-                    begun.map_err(|(key, message)| StudyError(located_key(&self.source, name, &key, &message)))?;
-                if segment.kind == Kind::Trials {
-                    top_mps = top_mps.max(top);
-                }
-            }
-        }
-        Ok(top_mps)
-    }
-
-    /// The scenario of a drive: base, then the segment's settings, then the condition's. A key at fault and the message.
-    pub(super) fn drive(&self, segment: usize, condition: Option<&Condition>) -> Result<Scenario, (String, String)> {
-        let set = &self.file.segment[segment].set;
-        let mut scenario = changed(&self.base, &format!("segment.{segment}.set"), set)?;
-        for (key, changes) in condition.iter().flat_map(|condition| &condition.changes) {
-            scenario = changed(&scenario, key, changes)?;
-        }
-        if scenario.duration_s <= 0.0 {
-            return Err((format!("segment.{segment}"), "duration_s is 0; a drive of a study needs an end".into()));
-        }
-        Ok(scenario)
-    }
 }
 
 impl Segment {
@@ -432,63 +392,6 @@ pub(super) fn check_word(word: &str) -> Result<(), String> {
     }
     Err(format!("the name \"{word}\" cannot be used; allowed: 1 to 40 small letters, digits and hyphens"))
 }
-
-/// All combinations of levels, the last factor fastest; or the conditions as they are.
-fn conditions(file: &StudyFile) -> Vec<Condition> {
-    let condition = |key: String, factor: &str, level: &Level| Condition {
-        name: level.name.clone(),
-        levels: BTreeMap::from([(factor.to_owned(), level.name.clone())]),
-        changes: vec![(key, level.set.clone())],
-    };
-    if file.factors.is_empty() {
-        let list = file.condition.iter().enumerate();
-        return list.map(|(i, level)| condition(format!("condition.{i}.set"), "condition", level)).collect();
-    }
-    let mut all: Vec<Condition> = Vec::new();
-    for (factor, levels) in &file.factors {
-        let each: Vec<Condition> = levels
-            .iter()
-            .enumerate()
-            .map(|(i, level)| condition(format!("factors.{factor}.{i}.set"), factor, level))
-            .collect();
-        if all.is_empty() {
-            all = each;
-            continue;
-        }
-        let both = |a: &Condition, b: &Condition| Condition {
-            name: format!("{}+{}", a.name, b.name),
-            levels: a.levels.iter().chain(&b.levels).map(|(k, v)| (k.clone(), v.clone())).collect(),
-            changes: a.changes.iter().chain(&b.changes).cloned().collect(),
-        };
-        all = all.iter().flat_map(|a| each.iter().map(move |b| both(a, b))).collect();
-    }
-    all
-}
-
-/// `scenario` with settings changed; `key` is where they stand. The key at fault and the message.
-fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Result<Scenario, (String, String)> {
-    let known = fields();
-    let mut list: Vec<(Field, Value)> = Vec::new();
-    for (name, value) in changes {
-        let inner: Vec<(String, &Value)> = match value {
-            Value::Object(table) => table.iter().map(|(k, v)| (format!("{name}.{k}"), v)).collect(),
-            value => vec![(name.clone(), value)],
-        };
-        for (path, value) in inner {
-            let at = format!("{key}.{path}");
-            let Some(field) = known.iter().find(|field| field.path == path) else {
-                let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
-                return Err((at, format!("unknown key `{path}`, expected one of {}", names.join(", "))));
-            };
-            if let Some(fault) = field.fault(value) {
-                return Err((at, fault));
-            }
-            list.push((field.clone(), value.clone()));
-        }
-    }
-    scenario.with(&list).map_err(|ScenarioError(message)| (key.to_owned(), message))
-}
-
 #[cfg(test)]
 #[path = "file_tests.rs"]
 mod tests;

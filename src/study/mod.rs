@@ -2,6 +2,7 @@
 //! participant a plan of what comes when, checked whole before anything starts.
 //!
 //! * [`mod@file`]: what a person writes, and every mistake with its line.
+//! * [`conditions`]: what a condition changes, and the drives that it makes.
 //! * [`order`]: who meets the conditions in which order.
 //! * [`plan`]: one participant's visit, step by step, each drive a complete scenario.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
@@ -18,6 +19,7 @@ pub mod bids;
 pub mod checksums;
 pub mod code;
 pub mod completion;
+pub mod conditions;
 pub mod dataset;
 mod dial;
 pub mod file;

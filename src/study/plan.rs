@@ -1,10 +1,7 @@
 //! One participant's visit, step by step. In: a study and the participant's number. Out: a [`Plan`] in which each drive is
 //! a complete scenario with a seed of its own.
 
-use super::{
-    Study,
-    file::{Condition, Kind},
-};
+use super::{Study, conditions::Condition, file::Kind};
 use crate::sim::Scenario;
 use std::{collections::BTreeMap, fmt::Write};
 

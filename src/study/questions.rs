@@ -8,7 +8,10 @@
 //! means of answers with a weight.
 
 use super::StudyError;
-use crate::file::{SETTINGS_BYTES, read_text};
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    toml_text,
+};
 use serde::{Deserialize, Deserializer, Serialize, de};
 use serde_json::Value;
 use std::{
@@ -362,8 +365,8 @@ impl Questionnaire {
     /// What is wrong, with line and column where the JSON itself is at fault.
     pub fn parse(text: &str, name: &str) -> Result<Self, StudyError> {
         let found: Self = serde_json::from_str(text).map_err(|e| {
-            let message = e.to_string().replace("unknown field", "unknown key");
-            let message = message.split(" at line ").next().unwrap_or_default().to_owned();
+            let message = e.to_string();
+            let message = toml_text::in_words(message.split(" at line ").next().unwrap_or_default());
             StudyError(format!("{name}:{}:{}: {message}", e.line(), e.column()))
         })?;
         found.check().map_err(|message| StudyError(format!("{name}: {message}")))?;

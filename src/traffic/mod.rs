@@ -2,6 +2,7 @@
 //! of that step. Two engines behind one trait: SUMO (in process or elsewhere) and the native IDM ring. Only
 //! `traffic::sumo` knows SUMO.
 
+mod bends;
 mod choice;
 mod ego;
 mod interrupt;
@@ -71,6 +72,8 @@ pub struct TrafficSetup {
     pub seed: u64,
     /// How long a SUMO that runs elsewhere may take for the connection and for each answer, seconds.
     pub timeout_s: f64,
+    /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as the car-following model knows none.
+    pub bend_mps2: Option<f64>,
 }
 
 /// The ego's part in one step: as it is now and as it will be at the end of the step.

@@ -9,7 +9,7 @@
 //! its braking distance, where this engine always sees it.
 
 use super::{CarId, CarState, EMERGENCY_BRAKING_MPS2, EgoReport, Traffic, TrafficError, TrafficSetup};
-use super::{ego, motion::SpeedStep, noise::Noise};
+use super::{bends::BendSpeeds, ego, motion::SpeedStep, noise::Noise};
 use crate::{
     idm::IdmParams,
     map::RoadMap,
@@ -37,6 +37,7 @@ pub struct NativeTraffic {
     order: Vec<usize>,
     ego_is_seen: bool,
     cars: Vec<CarState>,
+    bends: Option<BendSpeeds>,
 }
 
 impl NativeTraffic {
@@ -64,6 +65,7 @@ impl NativeTraffic {
             order: Vec::with_capacity(n),
             ego_is_seen: true,
             cars,
+            bends: BendSpeeds::of(route, setup.bend_mps2),
             map: setup.map,
             idm: setup.idm,
             step_s: setup.step_s,
@@ -94,11 +96,18 @@ impl NativeTraffic {
         for k in 0..self.order.len() {
             let (i, leader) = (self.order[k], self.order[(k + 1) % self.order.len()]);
             idm.v0 = self.idm.v0.min(route.speed_limit_mps(self.s_m[i]));
+            let bend_mps = self.bends.as_ref().map_or(f64::INFINITY, |bends| bends.at(self.s_m[i]));
+            idm.v0 = idm.v0.min(bend_mps);
             // The last of the order has its leader one lap on; a car alone follows itself.
             let lap_m = if k + 1 == self.order.len() { route.length_m() } else { 0.0 };
             let gap_m = self.s_m[leader] + lap_m - self.s_m[i] - CAR_LENGTH_M;
             let accel = idm.acceleration(self.speed_mps[i], self.speed_mps[leader], gap_m);
             self.accel_mps2[i] = accel.max(-EMERGENCY_BRAKING_MPS2);
+            if self.speed_mps[i] + accel * self.step_s > bend_mps {
+                // The model comes down to a lower speed slowly; a driver does not enter a bend too fast.
+                let down_mps2 = (bend_mps - self.speed_mps[i]) / self.step_s;
+                self.accel_mps2[i] = self.accel_mps2[i].min(down_mps2.max(-idm.b));
+            }
         }
     }
 

@@ -244,6 +244,8 @@ pub enum FollowKind {
     Exact,
     /// As a simulated driver: late, with an error and a habit
     Driver,
+    /// Not at all: the car-following model drives
+    Ignore,
 }
 
 impl Default for TrainConfig {

@@ -4,7 +4,7 @@
 //! A simulated driver responds `reaction_s` late, tracks with an error that wanders (Ornstein and Uhlenbeck 1930) and has
 //! a habit of driving faster or slower; what it follows is the speed on the dial (DESIGN 1), also where the policy puts
 //! out an acceleration. It keeps the model's distance to its leader; an ego that follows to the letter brakes, if it is
-//! set so, where it must to avoid a collision.
+//! set so, where it must to avoid a collision. Who drives is said by the [`DriverParams`] of whole drives.
 
 use super::{
     config::{FollowKind, TrainConfig},
@@ -12,6 +12,7 @@ use super::{
     ring::RingBlock,
 };
 use crate::{
+    driver::{DriverParams, LeaderRule, NamedDriver, named},
     policy::{Action, shown_mps},
     rng::Stream,
 };
@@ -39,6 +40,8 @@ enum Mode {
 pub struct Follower {
     step_s: f32,
     is_driver: bool,
+    #[serde(default)]
+    ignores: bool,
     brakes: bool,
     accel_mps2: f32,
     decel_mps2: f32,
@@ -59,6 +62,42 @@ pub struct Follower {
     rng: LaneRng,
 }
 
+impl TrainConfig {
+    /// The same rings with this driver in each. How hard the ego can accelerate and brake stays the configuration's.
+    pub fn driven_by(&self, driver: &DriverParams) -> Self {
+        let brakes_for_leader = driver.leader_rule == LeaderRule::Guard;
+        let follow = match driver.leader_rule {
+            _ if !driver.follows_advice => FollowKind::Ignore,
+            LeaderRule::Model => FollowKind::Driver,
+            LeaderRule::Guard | LeaderRule::Ignore => FollowKind::Exact,
+        };
+        Self {
+            follow,
+            brakes_for_leader,
+            random_driver: false,
+            reaction_s: driver.reaction_s,
+            error_mps: driver.error_mps,
+            error_time_s: driver.error_time_s,
+            trait_mps: driver.trait_mps,
+            slack_mps: driver.slack_mps,
+            ..self.clone()
+        }
+    }
+
+    /// The driver of these rings by name, where they all have the same.
+    pub fn driver(&self) -> Option<NamedDriver> {
+        match self.follow {
+            FollowKind::Ignore => named("idm").ok(),
+            FollowKind::Exact if self.brakes_for_leader => named("guarded").ok(),
+            FollowKind::Exact => named("exact").ok(),
+            FollowKind::Driver if self.random_driver => None,
+            FollowKind::Driver => {
+                NamedDriver::of_numbers([self.reaction_s, self.error_mps, self.trait_mps, self.slack_mps]).ok()
+            }
+        }
+    }
+}
+
 impl Follower {
     /// Followers without habits; [`Follower::draw`] gives them some.
     pub fn new(config: &TrainConfig) -> Self {
@@ -66,6 +105,7 @@ impl Follower {
         Self {
             step_s: config.step_s as f32,
             is_driver: config.follow == FollowKind::Driver,
+            ignores: config.follow == FollowKind::Ignore,
             brakes: config.brakes_for_leader,
             accel_mps2: config.ego_accel_mps2 as f32,
             decel_mps2: config.ego_decel_mps2 as f32,
@@ -114,6 +154,9 @@ impl Follower {
 
     /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold_s`.
     pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold_s: f64) {
+        if self.ignores {
+            return;
+        }
         let before = (self.mode[l] == Mode::Speed).then(|| f64::from(self.advised[l]));
         (self.mode[l], self.advised[l]) = match action {
             Action::Speed(speed) => (Mode::Speed, speed.max(0.0) as f32),

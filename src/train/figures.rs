@@ -2,7 +2,7 @@
 //! those of FACTS 3.
 
 use super::{judge::Trace, stats::Estimate};
-use crate::chart::{Axis, COLOURS, Chart, Line, Style, picture};
+use crate::chart::{Axis, COLOURS, Chart, Line, Mark, Style, picture};
 use std::fmt::Write;
 
 /// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (FACTS 3): seconds, m/s.
@@ -37,14 +37,25 @@ pub struct Series {
     pub name: String,
     /// Number of its colour, and of its dashes.
     pub look: [usize; 2],
-    /// Place and estimate.
-    pub points: Vec<(f64, Estimate)>,
+    /// From left to right.
+    pub points: Vec<Point>,
+}
+
+/// A point of a measured line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Place on the horizontal axis.
+    pub at: f64,
+    /// What was measured there.
+    pub mean: Estimate,
+    /// Drives that ended in a crash, and of how many.
+    pub crashes: [usize; 2],
 }
 
 /// Mean speed against the hold. On the paper's ring with the published series and the hand-designed optimum; with the
 /// speed at which an even ring flows.
 pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool, note: &str) -> String {
-    let holds: Vec<f64> = series.iter().flat_map(|s| s.points.iter().map(|p| p.0)).collect();
+    let holds: Vec<f64> = series.iter().flat_map(|s| s.points.iter().map(|p| p.at)).collect();
     let (low, high) = ends(holds.into_iter());
     let ticks: Vec<f64> = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0]
         .into_iter()
@@ -75,7 +86,8 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
     if !below.is_empty() {
         note.push_str(&format!("\npublished values below the axis, m/s: {}", below.join(", ")));
     }
-    picture(&[Chart { lines, ..Chart::new("Mean speed against the hold", x, y, [720.0, 360.0]) }], &note)
+    let marks = crash_marks(series);
+    picture(&[Chart { lines, marks, ..Chart::new("Mean speed against the hold", x, y, [720.0, 360.0]) }], &note)
 }
 
 /// Mean speed against something of the driver, one chart for each.
@@ -87,7 +99,7 @@ pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
             lines.iter_mut().for_each(|line| line.name.clear());
         }
         let (x, y) = (Axis::even(label, ends_of(&lines, 0)), Axis::even("mean speed, m/s", around(&lines)));
-        Chart { lines, ..Chart::new("", x, y, [640.0, 220.0]) }
+        Chart { lines, marks: crash_marks(series), ..Chart::new("", x, y, [640.0, 220.0]) }
     };
     picture(&charts.iter().enumerate().map(chart).collect::<Vec<_>>(), note)
 }
@@ -98,10 +110,11 @@ pub const SINCE_ADVICE: &str = "time since the first advice, s";
 /// Trajectories of all cars, coloured by their speed, for each of these rings. `time` labels the axis.
 pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &str) -> String {
     let chart = |(title, trace): &(&str, &Trace)| {
-        let range = [trace.time_s[0].round(), trace.time_s[trace.time_s.len() - 1].round()];
         let y = Axis::even("place on the ring, m", [0.0, trace.circumference_m]);
-        let mut chart = Chart::new(title, Axis::even(time, range), y, [700.0, 230.0]);
+        let mut chart = Chart::new(title, Axis::even(time, trace.span_s()), y, [700.0, 230.0]);
         chart.below = ways(trace, &chart, top_mps);
+        let place_m = trace.way_m.last().map_or(0.0, |cars| f64::from(cars[0]).rem_euclid(trace.circumference_m));
+        chart.marks = crash_mark(trace, place_m);
         chart
     };
     let charts: Vec<Chart> = traces.iter().map(chart).collect();
@@ -132,6 +145,12 @@ pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &st
     out
 }
 
+/// Where a trace ended in a crash; nothing is drawn after it.
+fn crash_mark(trace: &Trace, y: f64) -> Vec<Mark> {
+    let mark = |time_s: f64| Mark { at: [time_s, y], text: format!("CRASH at {time_s:.1} s") };
+    trace.crash_s.map(mark).into_iter().collect()
+}
+
 /// From standing to fast.
 const SHADES: [&str; 9] =
     ["#7f0000", "#b2182b", "#d6604d", "#f4a582", "#e0c98c", "#a6d3a0", "#66bd9a", "#3288bd", "#2c4fa0"];
@@ -143,7 +162,7 @@ fn ways(trace: &Trace, chart: &Chart, top_mps: f64) -> String {
     let length_m = trace.circumference_m;
     let mut paths = vec![String::new(); 2 * SHADES.len()];
     let cars = trace.way_m[0].len();
-    for i in (0..trace.time_s.len() - STRIDE).step_by(STRIDE) {
+    for i in (0..trace.time_s.len().saturating_sub(STRIDE)).step_by(STRIDE) {
         for k in 0..cars {
             let (from_m, to_m) = (f64::from(trace.way_m[i][k]), f64::from(trace.way_m[i + STRIDE][k]));
             let share = f64::from(trace.speed_mps[i][k]) / top_mps * SHADES.len() as f64;
@@ -197,9 +216,11 @@ pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str
         line("ego", Style { width: 1.2, ..Style::solid(COLOURS[1]) }, &|i| Some(f64::from(trace.speed_mps[i][0])));
     let mut lines = vec![spread, shown, ego];
     lines.extend(more);
-    let x = Axis::even(time, ends_of(&lines[..1], 0));
+    let x = Axis::even(time, trace.span_s());
     let high = lines.iter().flat_map(|l| l.band.iter().map(|b| b[1])).fold(1.0, f64::max);
-    let chart = Chart { lines, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), [700.0, 260.0]) };
+    let ego_mps = trace.speed_mps.last().map_or(0.0, |cars| f64::from(cars[0]));
+    let marks = crash_mark(trace, ego_mps);
+    let chart = Chart { lines, marks, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), [700.0, 260.0]) };
     picture(&[chart], note)
 }
 
@@ -212,10 +233,18 @@ fn measured(series: &[Series]) -> Vec<Line> {
             dash: DASHES[s.look[1] % DASHES.len()],
             ..Style::solid(COLOURS[s.look[0] % COLOURS.len()])
         },
-        points: s.points.iter().map(|(x, e)| [*x, e.mean]).collect(),
-        band: s.points.iter().map(|(_, e)| [e.low, e.high]).collect(),
+        points: s.points.iter().map(|p| [p.at, p.mean.mean]).collect(),
+        band: s.points.iter().map(|p| [p.mean.low, p.mean.high]).collect(),
     };
     series.iter().map(line).collect()
+}
+
+/// Where drives ended in a crash.
+fn crash_marks(series: &[Series]) -> Vec<Mark> {
+    let points = series.iter().flat_map(|s| &s.points).filter(|p| p.crashes[0] > 0);
+    points
+        .map(|p| Mark { at: [p.at, p.mean.mean], text: format!("{} of {} crashed", p.crashes[0], p.crashes[1]) })
+        .collect()
 }
 
 fn level(name: &str, y: f64, [low, high]: [f64; 2], dash: &'static str) -> Line {
@@ -262,7 +291,35 @@ mod tests {
             way_m: rows.clone().map(|i| vec![i as f32, i as f32 - 20.0]).collect(),
             speed_mps: rows.clone().map(|i| vec![4.0, i as f32 * 0.02]).collect(),
             shown_mps: rows.map(|i| (i > 50).then_some(4.2)).collect(),
+            ..Trace::default()
         }
+    }
+
+    #[test]
+    fn a_crash_is_marked_and_nothing_is_drawn_after_it() {
+        let whole = trace();
+        let cut = Trace { crash_s: Some(3.0), span_s: Some([-5.0, 15.0]), ..trace() };
+        let cut = Trace { time_s: cut.time_s[..80].to_vec(), way_m: cut.way_m[..80].to_vec(), ..cut };
+        let cut = Trace { speed_mps: cut.speed_mps[..80].to_vec(), shown_mps: cut.shown_mps[..80].to_vec(), ..cut };
+        assert_eq!(cut.span_s(), [-5.0, 15.0], "the axis is that of a whole drive");
+        for (whole, cut) in [
+            (space_time(&[("", &whole)], 9.0, "", ""), space_time(&[("", &cut)], 9.0, "", "")),
+            (speeds("", &whole, 0.4, "", "", Vec::new()), speeds("", &cut, 0.4, "", "", Vec::new())),
+        ] {
+            assert!(cut.contains(">CRASH at 3.0 s<") && !whole.contains("CRASH"));
+            // 8 of 20 s are driven: on 700 units the last point lies at 280.
+            let most = |text: &str| {
+                let points =
+                    text.split(['"', ' ', 'L', 'M']).filter_map(|p| p.split_once(',').map_or(p, |p| p.0).parse().ok());
+                points.filter(|x: &f64| *x > 270.0 && *x < 690.0).count()
+            };
+            assert!(most(&cut) < most(&whole), "{cut}");
+        }
+        let point = |crashes| Point { at: 1.0, mean: estimate(0.1), crashes };
+        let series = |crashes| [Series { name: "pi".into(), look: [0, 0], points: vec![point(crashes)] }];
+        assert!(against_hold(&series([19, 20]), 4.362, true, "").contains(">19 of 20 crashed<"));
+        assert!(!against_hold(&series([0, 20]), 4.362, true, "").contains("crashed"));
+        assert!(adherence(&[("error, m/s", series([2, 20]).to_vec())], "").contains(">2 of 20 crashed<"));
     }
 
     #[test]
@@ -271,7 +328,7 @@ mod tests {
             vec![Series {
                 name: "a & b".into(),
                 look: [0, 9],
-                points: (1..=n).map(|i| (i as f64, estimate(4.0))).collect(),
+                points: (1..=n).map(|i| Point { at: i as f64, mean: estimate(4.0), crashes: [0, 3] }).collect(),
             }]
         };
         for text in [

@@ -108,6 +108,18 @@ pub struct Trace {
     pub speed_mps: Vec<Vec<f32>>,
     /// The speed that is shown to the ego's driver, m/s.
     pub shown_mps: Vec<Option<f64>>,
+    /// When cars collided, seconds; the trace ends there.
+    pub crash_s: Option<f64>,
+    /// First and last second that were to be driven, where that is known.
+    pub span_s: Option<[f64; 2]>,
+}
+
+impl Trace {
+    /// First and last second of the drive, whole or not, rounded.
+    pub fn span_s(&self) -> [f64; 2] {
+        let ends = || Some([self.time_s.first()?.round(), self.time_s.last()?.round()]);
+        self.span_s.or_else(ends).unwrap_or([0.0, 1.0])
+    }
 }
 
 /// Ring 0 of [`judge`]'s for the same arguments, from `before_s` before the first advice to `after_s` after it.
@@ -121,7 +133,11 @@ pub fn trace(
     let hold_steps = config.hold_steps();
     let mut block = EnvBlock::new(&TrainConfig { warm_up_s, ..config.clone() }, stream, 0, hold_steps);
     let mut drivers = Advisors::new(config, hold_steps, &make);
-    let mut trace = Trace { circumference_m: block.observe(0).circumference_m, ..Trace::default() };
+    let mut trace = Trace {
+        circumference_m: block.observe(0).circumference_m,
+        span_s: Some([warm_up_s - config.warm_up_s, after_s]),
+        ..Trace::default()
+    };
     let before = steps(config, config.warm_up_s - warm_up_s);
     let mut ego_m = 0.0;
     for step in 0..before + steps(config, after_s) {
@@ -142,6 +158,10 @@ pub fn trace(
         trace.speed_mps.push(ring.speeds_mps(0).collect());
         trace.time_s.push((step + 1) as f64 * config.step_s - before as f64 * config.step_s);
         trace.shown_mps.push(drivers.of[0].standing().map(|advice| advice.target_mps));
+        if ring.gap_m()[0].min(ring.gap_behind_m()[0]) <= 0.0 {
+            trace.crash_s = trace.time_s.last().copied();
+            break;
+        }
     }
     trace
 }

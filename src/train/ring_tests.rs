@@ -37,9 +37,16 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         s_m += f64::from(start.gaps_m[(23 - i) % 22]) + CAR_LENGTH_M;
         place.s_m = s_m;
     }
-    let mut native =
-        NativeTraffic::start(TrafficSetup { map, cars: places, idm: quiet(), step_s: 0.1, seed: 1, timeout_s: 5.0 })
-            .unwrap();
+    let mut native = NativeTraffic::start(TrafficSetup {
+        map,
+        cars: places,
+        idm: quiet(),
+        step_s: 0.1,
+        seed: 1,
+        timeout_s: 5.0,
+        bend_mps2: None,
+    })
+    .unwrap();
     let mut ring = block(&start);
     let mut largest: f64 = 0.0;
     for _ in 0..1200 {

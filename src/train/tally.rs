@@ -25,6 +25,8 @@ pub struct Verdict {
     pub least_gap_m: f64,
     /// Cars collided.
     pub crashed: bool,
+    /// When they did, seconds from the first advice (to the end of that step).
+    pub crash_s: Option<f64>,
     /// Fuel of all cars for 100 km each ([`fuel`]), litres; `None` if nobody moved.
     pub fuel_l_100km: Option<f64>,
     /// Cars past a place in an hour: density times mean speed (Edie 1963), 1/h.
@@ -156,6 +158,8 @@ pub struct Tally {
     /// Mean over the cars at each step, m/s.
     means_mps: Vec<f32>,
     least_gap_m: f64,
+    /// The step in which cars collided.
+    crashed_at: Option<u64>,
     advised: u64,
     in_range: u64,
 }
@@ -168,6 +172,7 @@ impl Tally {
             circumference_m,
             means_mps: Vec::new(),
             least_gap_m: f64::INFINITY,
+            crashed_at: None,
             advised: 0,
             in_range: 0,
         }
@@ -176,10 +181,13 @@ impl Tally {
     /// A step has passed: speeds of all cars in a fixed order, the ego first; the smaller of the gaps ahead of and behind
     /// the ego; the advice that stands. After a crash nothing counts but the time.
     pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, gap_m: f64, advice: Option<&Advice>) {
-        if self.least_gap_m > 0.0 {
+        if self.crashed_at.is_none() {
             self.least_gap_m = self.least_gap_m.min(gap_m);
+            if self.least_gap_m <= 0.0 {
+                self.crash();
+            }
         }
-        if self.least_gap_m <= 0.0 {
+        if self.crashed_at.is_some() {
             self.flow.add_standing();
             self.means_mps.push(0.0);
             return;
@@ -192,10 +200,15 @@ impl Tally {
         }
     }
 
+    /// Cars collide in the step that is added next, whatever its gap: bumpers are not all that can touch.
+    pub fn crash(&mut self) {
+        self.crashed_at.get_or_insert(self.flow.steps() + 1);
+    }
+
     /// What it comes to.
     pub fn verdict(&self) -> Verdict {
         let flow = &self.flow;
-        let crashed = self.least_gap_m <= 0.0;
+        let crashed = self.crashed_at.is_some();
         let settled = &self.means_mps[self.means_mps.len() * 3 / 4..];
         let mean_mps = flow.mean_mps();
         Verdict {
@@ -206,6 +219,7 @@ impl Tally {
             calm_s: flow.calm_s().filter(|_| !crashed),
             least_gap_m: self.least_gap_m,
             crashed,
+            crash_s: self.crashed_at.map(|step| step as f64 * flow.step_s),
             fuel_l_100km: flow.fuel_l_100km(),
             throughput_per_h: flow.sums.len() as f64 / self.circumference_m * mean_mps * 3600.0,
             in_range: (self.advised > 0).then(|| self.in_range as f64 / self.advised as f64),
@@ -229,11 +243,24 @@ mod tests {
     }
 
     #[test]
+    fn cars_that_touch_side_by_side_have_crashed_whatever_the_gap() {
+        let mut tally = Tally::new(0.1, 100.0);
+        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), 5.0, None));
+        assert_eq!(tally.verdict().crash_s, None);
+        tally.crash();
+        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), 5.0, None));
+        let v = tally.verdict();
+        assert!(v.crashed && v.least_gap_m == 5.0, "{v:?}");
+        assert!((v.crash_s.unwrap() - 1.1).abs() < 1e-9 && (v.mean_mps - 2.0).abs() < 1e-9, "{v:?}");
+    }
+
+    #[test]
     fn a_crash_stops_the_count_but_not_the_clock() {
         let mut tally = Tally::new(0.1, 100.0);
         (0..50).for_each(|i| tally.add([4.0, 4.0].into_iter(), if i < 25 { 5.0 } else { -0.1 }, None));
         let v = tally.verdict();
         assert!(v.crashed && v.calm_s.is_none());
         assert!((v.mean_mps - 2.0).abs() < 1e-9);
+        assert!((v.crash_s.unwrap() - 2.6).abs() < 1e-9, "{v:?}");
     }
 }

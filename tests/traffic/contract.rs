@@ -158,3 +158,44 @@ fn brake_lamps_follow_braking_and_do_not_flicker() {
         }
     }
 }
+
+/// A rounded rectangle with straights of 200 and 60 m and bends of 40 m, with a limit of 25 m/s.
+fn rectangle(folder: &std::path::Path) -> Arc<RoadMap> {
+    let bend = "[[piece]]\nradius_m = 40\nturn_deg = 90\neasing_m = 20\n";
+    let straights = ["solved = true", "solved = true", "straight_m = 200", "straight_m = 60"];
+    let pieces: String = straights.iter().map(|straight| format!("[[piece]]\n{straight}\n{bend}")).collect();
+    let text = format!("title = \"r\"\ndescription = \"\"\nwidth_m = 3.6\nspeed_limit_mps = 25\n{pieces}");
+    std::fs::write(folder.join("circuit.toml"), text).unwrap();
+    let map = folder.join("rectangle");
+    codrive::map::circuit::write(&map, &folder.join("circuit.toml")).unwrap_or_else(|e| panic!("{e}"));
+    Arc::new(RoadMap::load(map.to_str().unwrap()).unwrap())
+}
+
+#[test]
+fn cars_slow_down_for_bends_if_they_are_told_to_and_the_engines_agree() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let map = rectangle(folder.path());
+    let driven = |engine: &EngineChoice, bend_mps2: Option<f64>| {
+        let cars = start::even(6, map.route.length_m(), 2.0, 5.0).unwrap();
+        let setup = TrafficSetup { map: Arc::clone(&map), cars, bend_mps2, ..even("ring-250", 6, model(0.0), 5.0) };
+        run_free(engine, setup, 1500)
+    };
+    // Of the middle of a car of 5 m, which is where its passengers sit.
+    let sideways = |history: &History| {
+        let of =
+            |car: &CarState| car.speed_mps.powi(2) * map.route.curvature_at(car.s_m - CAR_LENGTH_M / 2.0, 10.0).abs();
+        history.iter().flatten().map(of).fold(0.0, f64::max)
+    };
+    for engine in ENGINES {
+        let free = sideways(&driven(&engine, None));
+        assert!(free > 8.0, "{engine}: without a bound they take the bend with {free} m/s2");
+        let history = driven(&engine, Some(3.0));
+        // The front meets the bend 2.5 m before the passengers do, and leaves it as much sooner.
+        assert!(sideways(&history) < 3.0 * 1.1, "{engine}: {}", sideways(&history));
+        let top = history.iter().flatten().map(|car| car.speed_mps).fold(0.0, f64::max);
+        assert!(top > 14.0, "{engine}: on the straights they drive on: {top}");
+        let gentlest = history.iter().skip(10).flatten().map(|car| car.accel_mps2).fold(0.0, f64::min);
+        assert!(gentlest > -1.6, "{engine}: {gentlest}: nobody brakes harder than is comfortable");
+    }
+}

@@ -17,8 +17,10 @@ use std::{
 /// The recorded drive and the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pair {
-    /// Who drove the recording.
-    pub driver: String,
+    /// Who drove the recording, and who instead.
+    pub drivers: [String; 2],
+    /// Which policy advised, and which instead.
+    pub policies: [String; 2],
     /// True if the recorded drive could be driven again to the bit.
     pub is_proven: bool,
     /// What was recorded, as driven again.
@@ -85,6 +87,7 @@ pub fn what_if(
     }
     run.finish_recording()?;
     let instead = run.summary();
+    let other = (format!("simulated: {}", changed.driver), run.world().policy().name.clone());
     drop(run);
     let (mut replay, mut tally) = (Replay::of(recording, &scenario)?, Tally::new([0.0, f64::INFINITY]));
     while !replay.over() && !stop.load(Ordering::Relaxed) {
@@ -93,7 +96,8 @@ pub fn what_if(
         driven(1);
     }
     let is_proven = replay.verdict().is_proven();
-    let pair = Pair { driver, is_proven, recorded: tally.summary(), instead };
+    let policies = [replay.world().policy().name.clone(), other.1].map(|name| inputs::last(&name).to_owned());
+    let pair = Pair { drivers: [driver, other.0], policies, is_proven, recorded: tally.summary(), instead };
     Ok((!stop.load(Ordering::Relaxed)).then_some(pair))
 }
 
@@ -118,12 +122,16 @@ impl Pair {
             ("time in range", "%", |s| s.time_in_range.map(|share| 100.0 * share)),
             ("smallest gap", "m", |s| s.min_gap_m),
         ];
-        let mut text = format!("{:<24} {:>10} {:>10} {:>12}\n", "", "recorded", "instead", "difference");
+        let (less, mut text) = ("recorded less instead", String::new());
+        for (i, which) in ["recorded", "instead"].into_iter().enumerate() {
+            text += &format!("{which:<24} driver {}, policy {}\n", self.drivers[i], self.policies[i]);
+        }
+        text += &format!("{:<24} {:>10} {:>10} {less:>23}\n", "", "recorded", "instead");
         for (name, unit, of) in rows {
             let (a, b) = (of(&self.recorded), of(&self.instead));
             let cell = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.3}"));
             let difference = a.zip(b).map_or("-".into(), |(a, b)| format!("{:+.3}", a - b));
-            text += &format!("{name:<24} {:>10} {:>10} {difference:>12} {unit}\n", cell(a), cell(b));
+            text += &format!("{name:<24} {:>10} {:>10} {difference:>23} {unit}\n", cell(a), cell(b));
         }
         let contacts = [&self.recorded, &self.instead].map(|summary| summary.contact_count);
         text + &format!("{:<24} {:>10} {:>10}\n", "contacts", contacts[0], contacts[1])
@@ -133,6 +141,28 @@ impl Pair {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_table_says_who_drove_each_and_which_is_taken_from_which() {
+        let of = |mean_mps: f64| {
+            let mut summary = Tally::new([0.0, 1.0]).summary();
+            summary.mean_speed_mps = Some(mean_mps);
+            summary
+        };
+        let pair = Pair {
+            drivers: ["Logitech G29".into(), "simulated: idm".into()],
+            policies: ["pi".into(), "none".into()],
+            is_proven: true,
+            recorded: of(4.0),
+            instead: of(3.0),
+        };
+        let table = pair.table();
+        let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split_whitespace().collect()).collect();
+        assert_eq!(lines[0].join(" "), "recorded driver Logitech G29, policy pi");
+        assert_eq!(lines[1].join(" "), "instead driver simulated: idm, policy none");
+        assert_eq!(lines[2], ["recorded", "instead", "recorded", "less", "instead"]);
+        assert_eq!(lines[3], ["mean", "speed,", "all", "cars", "4.000", "3.000", "+1.000", "m/s"]);
+    }
 
     #[test]
     fn changes_are_settings_with_values_that_they_allow() {

@@ -14,7 +14,7 @@ use crate::{
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
-use plan::Case;
+use plan::{Case, Who};
 use rayon::prelude::*;
 use report::Row;
 use std::{io::Write, path::PathBuf, sync::atomic::Ordering};
@@ -23,7 +23,7 @@ pub(super) fn command() -> Command {
     let option =
         |id: &'static str, name: &'static str, help: &'static str| Arg::new(id).long(id).value_name(name).help(help);
     let command = Command::new("evaluate")
-        .about("Drive policies over whole horizons, for each hold and driver, and compare them")
+        .about("Drive policies over whole horizons, for each hold and driver, and compare them with no advice")
         .arg(
             option(
                 "policy",
@@ -41,9 +41,9 @@ pub(super) fn command() -> Command {
             option(
                 "driver",
                 "NAME|reaction=S,error=MPS,...",
-                "Who follows the advice; may be given several times: exact (to the letter), guarded (to the letter, but \
-                 brakes where it must), perfect, follow, sloppy, or numbers of reaction, error, trait, slack \
-                 [default: as the configuration says]",
+                "Who follows the advice, on every engine; may be given several times: follow, perfect, sloppy, idm (ignores \
+                 advice), guarded (to the letter, but brakes where it must), exact (to the letter, whatever is ahead), or \
+                 numbers of reaction, error, trait, slack [default: as --config says, else follow]",
             )
             .action(ArgAction::Append)
             .value_parser(plan::driver),
@@ -115,7 +115,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if matches.get_flag("json") {
         out::line(format_args!("{:#}", report::json(&plan, &config, &rows)))?;
     } else {
-        out::text(report::table(&rows))?;
+        out::text(report::table(&plan, &rows))?;
     }
     if let Some(dir) = &plan.out {
         out::line(format_args!("{}: rings.csv, summary.csv and figures", dir.display()))?;
@@ -139,31 +139,39 @@ fn settings(config: &TrainConfig, aim_mps: f64) -> PolicySettings {
 /// Drives all cases, in parallel; Ctrl-C ends it with what is done thrown away.
 fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> {
     let cases = plan.cases();
+    let mut driven: Vec<Case> = Vec::new();
+    for case in cases.iter().map(|case| plan.driven_as(case)) {
+        if !driven.contains(&case) {
+            driven.push(case);
+        }
+    }
     let stop = stop_on_ctrl_c();
     let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed}  {eta} left");
-    let bar = ProgressBar::new((cases.len() * plan.rings) as u64);
+    let bar = ProgressBar::new((driven.len() * plan.rings) as u64);
     let bar = bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let one = |case: &Case| {
         if stop.load(Ordering::Relaxed) {
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
-        let verdicts = if plan.engine == "ring" {
+        if plan.engine == "ring" {
             let verdicts = judge(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
             bar.inc(plan.rings as u64);
-            verdicts
-        } else {
-            let ring = |ring| {
-                let verdict = whole(plan, config, case, ring);
-                bar.inc(1);
-                verdict
-            };
-            (0..plan.rings).into_par_iter().map(ring).collect::<Result<_, _>>()?
+            return Ok(verdicts);
+        }
+        let ring = |ring| {
+            let verdict = whole(plan, config, case, ring);
+            bar.inc(1);
+            verdict
         };
-        Ok(Row { case: case.clone(), verdicts })
+        (0..plan.rings).into_par_iter().map(ring).collect::<Result<Vec<_>, _>>()
     };
-    let rows = cases.par_iter().map(one).collect();
+    let verdicts: Vec<Vec<Verdict>> = driven.par_iter().map(one).collect::<Result<_, _>>()?;
     bar.finish_and_clear();
-    rows
+    let row = |case: Case| {
+        let of = driven.iter().position(|d| *d == plan.driven_as(&case)).unwrap_or_default();
+        Row { verdicts: verdicts[of].clone(), case }
+    };
+    Ok(cases.into_iter().map(row).collect())
 }
 
 /// One whole drive. SUMO runs once a process, so that its drives are given to workers, which are this program again.
@@ -182,7 +190,10 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
         policy_speed_mps: plan.settings.aim_mps,
         hold_s: case.hold_s,
         range_mph: config.range_mps / crate::units::MPS_PER_MPH,
-        driver: case.driver.name(),
+        driver: match &case.driver {
+            Who::Named(named) => named.text.clone(),
+            Who::Configured => Scenario::default().driver,
+        },
         ..Scenario::default()
     };
     if plan.engine == "native" {

@@ -2,115 +2,59 @@
 
 use super::{CliError, settings};
 use crate::{
-    driver,
-    policy::{self, PolicySettings},
-    train::{FollowKind, TrainConfig},
+    cli::flags,
+    driver::{self, DriverError, NamedDriver},
+    map::RoadMap,
+    policy::{self, PolicySettings, Resolved},
+    sim::fields_of,
+    train::TrainConfig,
 };
 use clap::ArgMatches;
 use std::path::PathBuf;
 
 /// Who follows the advice.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Driver {
-    /// As the configuration says.
+pub enum Who {
+    /// As the configuration says, which may draw another for each ring.
     Configured,
-    /// To the letter.
-    Exact,
-    /// To the letter, but brakes where it must.
-    Guarded,
-    /// A preset of the whole drive's simulated drivers.
-    Preset(String),
-    /// Such numbers, in m/s and seconds.
-    Numbers(Numbers),
+    /// The same on every engine.
+    Named(Box<NamedDriver>),
 }
 
-/// A driver in numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Numbers {
-    /// Reaction time, seconds.
-    pub reaction_s: f64,
-    /// Tracking error, m/s.
-    pub error_mps: f64,
-    /// Constant deviation, m/s.
-    pub trait_mps: f64,
-    /// Half width of the range in which any speed is as good, m/s.
-    pub slack_mps: f64,
-}
+/// Who follows where nobody is named: an attentive participant, who brakes for what is ahead.
+const NOBODY_NAMED: &str = "follow";
+
+/// Settings of a configuration that say who follows.
+const WHO: [&str; 8] = [
+    "follow",
+    "brakes_for_leader",
+    "reaction_s",
+    "error_mps",
+    "error_time_s",
+    "trait_mps",
+    "slack_mps",
+    "random_driver",
+];
 
 /// Reads a driver from the command line.
-pub fn driver(text: &str) -> Result<Driver, String> {
-    match text {
-        "exact" => return Ok(Driver::Exact),
-        "guarded" => return Ok(Driver::Guarded),
-        name if ["perfect", "follow", "sloppy", "idm"].contains(&name) => return Ok(Driver::Preset(name.into())),
-        _ => {}
-    }
-    let mut numbers = Numbers::default();
-    for pair in text.split(',') {
-        let known = "known are exact, guarded, perfect, follow, sloppy, idm, or numbers as reaction=1,error=0.5,trait=0,slack=0";
-        let (key, value) = pair.split_once('=').ok_or(format!("driver `{text}` is unknown; {known}"))?;
-        let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
-        let (low, place) = match key {
-            "reaction" => (0.0, &mut numbers.reaction_s),
-            "error" => (0.0, &mut numbers.error_mps),
-            "trait" => (-5.0, &mut numbers.trait_mps),
-            "slack" => (0.0, &mut numbers.slack_mps),
-            _ => return Err(format!("`{key}` is unknown; {known}")),
-        };
-        if !(low..=5.0).contains(&value) {
-            return Err(format!("{key} is {value}; allowed: {low} to 5"));
-        }
-        *place = value;
-    }
-    Ok(Driver::Numbers(numbers))
+pub fn driver(text: &str) -> Result<Who, DriverError> {
+    Ok(Who::Named(Box::new(driver::named(text)?)))
 }
 
-impl Driver {
-    /// Its name in tables and files.
-    pub fn name(&self) -> String {
+impl Who {
+    /// What tables and files call him.
+    pub fn label(&self) -> String {
         match self {
             Self::Configured => "configured".into(),
-            Self::Exact => "exact".into(),
-            Self::Guarded => "guarded".into(),
-            Self::Preset(name) => name.clone(),
-            Self::Numbers(n) => {
-                let mut text = format!("reaction {} s, error {} m/s", n.reaction_s, n.error_mps);
-                for (what, value) in [("trait", n.trait_mps), ("slack", n.slack_mps)] {
-                    if value != 0.0 {
-                        text.push_str(&format!(", {what} {value} m/s"));
-                    }
-                }
-                text
-            }
+            Self::Named(named) => named.label(),
         }
     }
 
     /// The configuration with this driver.
     pub fn of(&self, config: &TrainConfig) -> TrainConfig {
-        let exact = TrainConfig { follow: FollowKind::Exact, brakes_for_leader: false, ..config.clone() };
         match self {
             Self::Configured => config.clone(),
-            Self::Exact => exact,
-            Self::Guarded => TrainConfig { brakes_for_leader: true, ..exact },
-            Self::Preset(name) => {
-                let p = driver::preset(name).unwrap_or_default();
-                let numbers = Numbers {
-                    reaction_s: p.reaction_s,
-                    error_mps: p.error_mps,
-                    trait_mps: p.trait_mps,
-                    slack_mps: 0.0,
-                };
-                Self::Numbers(numbers).of(config)
-            }
-            Self::Numbers(n) => TrainConfig {
-                follow: FollowKind::Driver,
-                random_driver: false,
-                reaction_s: n.reaction_s,
-                error_mps: n.error_mps,
-                trait_mps: n.trait_mps,
-                slack_mps: n.slack_mps,
-                ..exact
-            },
+            Self::Named(named) => config.driven_by(&named.params),
         }
     }
 }
@@ -123,13 +67,18 @@ pub struct Case {
     /// Hold, seconds.
     pub hold_s: f64,
     /// Who follows.
-    pub driver: Driver,
+    pub driver: Who,
 }
 
 impl Case {
     /// The configuration of its rings.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
         TrainConfig { hold_s: self.hold_s, hold_max_s: 0.0, ..self.driver.of(config) }
+    }
+
+    /// All of it, for people.
+    pub fn words(&self) -> String {
+        format!("{}, hold {} s, driver {}", self.label(), self.hold_s, self.driver.label())
     }
 
     /// The policy's name without what is the same for all shipped ones.
@@ -141,12 +90,14 @@ impl Case {
 
 /// All of it.
 pub struct Plan {
-    /// Names or files.
+    /// Names or files; `none` is always among them.
     pub policies: Vec<String>,
+    /// What the names that were asked for came to.
+    pub resolved: Vec<Resolved>,
     /// Seconds.
     pub holds_s: Vec<f64>,
     /// Who follows.
-    pub drivers: Vec<Driver>,
+    pub drivers: Vec<Who>,
     /// ring, native or sumo.
     pub engine: String,
     /// Road of whole drives.
@@ -177,25 +128,35 @@ impl Plan {
             changed.check().map_err(|(_, fault)| CliError::Input(fault))?;
         }
         let engine = matches.get_one::<String>("engine").cloned().unwrap_or_default();
-        let drivers = matches.get_many::<Driver>("driver").map(|d| d.cloned().collect::<Vec<_>>());
-        let drivers = drivers.unwrap_or_else(|| {
-            vec![if engine == "ring" { Driver::Configured } else { Driver::Preset("follow".into()) }]
-        });
-        if engine != "ring"
-            && let Some(other) = drivers.iter().find(|d| !matches!(d, Driver::Preset(_)))
-        {
-            let text = format!(
-                "driver `{}` exists on the fast ring only; whole drives know {}",
-                other.name(),
-                driver::PRESETS.join(", ")
-            );
-            return Err(CliError::Input(text));
-        }
+        let drivers = matches.get_many::<Who>("driver").map(|d| d.cloned().collect::<Vec<_>>());
+        let says_who = |field: &str| WHO.contains(&field);
+        let is_configured = matches.contains_id("config")
+            || flags::changes(matches, &fields_of::<TrainConfig>()).iter().any(|(field, _)| says_who(&field.path));
+        let drivers = match drivers {
+            Some(drivers) => drivers,
+            None if is_configured && engine == "ring" => vec![Who::Configured],
+            // Whole drives take one driver for all.
+            None if is_configured => vec![Who::Named(Box::new(config.driver().ok_or_else(|| {
+                CliError::Input(format!(
+                    "the configuration draws a driver for each ring (random_driver); engine {engine} needs one for all\n  \
+                     remedy: name one with --driver, or random_driver = false"
+                ))
+            })?))],
+            None => vec![driver(NOBODY_NAMED).map_err(|e| CliError::Input(e.to_string()))?],
+        };
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
         let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
+        let road = RoadMap::load(&map)?;
+        // Tables and figures name the policy that drove.
+        let resolved: Vec<Resolved> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
+        let mut policies: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
+        // A figure of advice says nothing without that of none beside it.
+        if !policies.iter().any(|name| name == "none") {
+            policies.push("none".into());
+        }
         Ok(Self {
-            // Tables and figures name the policy that drove.
-            policies: policies.iter().map(|name| policy::meant(name, &map)).collect(),
+            policies,
+            resolved,
             holds_s,
             drivers,
             engine,
@@ -219,18 +180,17 @@ impl Plan {
         }
         cases
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn drivers_are_read_by_name_and_by_numbers() {
-        assert_eq!(driver("guarded"), Ok(Driver::Guarded));
-        let numbers = Numbers { reaction_s: 1.0, error_mps: 0.5, ..Numbers::default() };
-        assert_eq!(driver("reaction=1,error=0.5"), Ok(Driver::Numbers(numbers)));
-        assert!(driver("folow").unwrap_err().starts_with("driver `folow` is unknown; known are exact, guarded"));
-        assert_eq!(driver("error=9").unwrap_err(), "error is 9; allowed: 0 to 5");
+    /// The case whose drives are those of this one to the bit: without advice the hold is nothing, and on the ring the
+    /// model drives whoever sits in the ego.
+    pub fn driven_as(&self, case: &Case) -> Case {
+        let mut same = case.clone();
+        if case.policy == "none" {
+            same.hold_s = self.holds_s[0];
+            if self.engine == "ring" {
+                same.driver = self.drivers[0].clone();
+            }
+        }
+        same
     }
 }

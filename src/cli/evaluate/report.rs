@@ -3,10 +3,12 @@
 
 use super::{
     CliError,
-    plan::{Case, Driver, Numbers, Plan},
+    plan::{Case, Plan, Who},
 };
 use crate::{
-    chart, private,
+    chart,
+    driver::NamedDriver,
+    private,
     train::{Estimate, TrainConfig, Verdict, figures, judge, trace},
 };
 use serde_json::{Value, json};
@@ -24,7 +26,7 @@ pub struct Row {
 type Measure = fn(&Verdict) -> Option<f64>;
 
 /// Measures and their names in the files.
-const MEASURES: [(&str, Measure); 10] = [
+const MEASURES: [(&str, Measure); 11] = [
     ("mean_speed_mps", |v| Some(v.mean_mps)),
     ("settled_speed_mps", |v| Some(v.settled_mps)),
     ("sd_over_cars_mps", |v| Some(v.sd_over_cars_mps)),
@@ -35,26 +37,64 @@ const MEASURES: [(&str, Measure); 10] = [
     ("fuel_l_100km", |v| v.fuel_l_100km),
     ("throughput_per_h", |v| Some(v.throughput_per_h)),
     ("in_range", |v| v.in_range),
+    ("crash_s", |v| v.crash_s),
 ];
+
+impl Row {
+    /// Rings on which cars collided.
+    fn crashes(&self) -> usize {
+        self.verdicts.iter().filter(|v| v.crashed).count()
+    }
+
+    /// Mean speed at a place of a figure.
+    fn point(&self, at: f64) -> Option<figures::Point> {
+        let mean = estimate(self, MEASURES[0].1)?;
+        Some(figures::Point { at, mean, crashes: [self.crashes(), self.verdicts.len()] })
+    }
+}
 
 fn estimate(row: &Row, of: Measure) -> Option<Estimate> {
     Estimate::of(&row.verdicts.iter().filter_map(of).collect::<Vec<_>>())
 }
 
 /// For people.
-pub fn table(rows: &[Row]) -> String {
+pub fn table(plan: &Plan, rows: &[Row]) -> String {
     let mut text = String::new();
+    for resolved in plan.resolved.iter().filter(|resolved| resolved.why.is_some()) {
+        let _ = writeln!(text, "policy {}", resolved.words());
+    }
     let mut before = None;
     for row in rows {
-        let head = (row.case.label(), row.case.driver.name());
+        let head = (row.case.label(), row.case.driver.label());
         if before.as_ref() != Some(&head) {
             let _ = writeln!(text, "{}, driver {}", head.0, head.1);
             text.push_str("  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm           least gap  crashes  fuel   in range\n");
             before = Some(head);
         }
         let _ = writeln!(text, "{}", words(row));
+        if let Some(warning) = crash_words(row) {
+            let _ = writeln!(text, "  !!! {warning}");
+        }
+    }
+    let driven: usize = rows.iter().map(|row| row.verdicts.len()).sum();
+    let crashed: usize = rows.iter().map(Row::crashes).sum();
+    if crashed > 0 {
+        let _ = writeln!(
+            text,
+            "\n!!! {crashed} of {driven} drives ended in a crash: their speeds are no measure of advice."
+        );
     }
     text
+}
+
+/// What is said of a row in which cars collided.
+fn crash_words(row: &Row) -> Option<String> {
+    let first_s = row.verdicts.iter().filter_map(|v| v.crash_s).reduce(f64::min)?;
+    Some(format!(
+        "CRASHED in {} of {} drives, first {first_s:.1} s after the first advice; all cars stand from there on and count as 0 m/s",
+        row.crashes(),
+        row.verdicts.len()
+    ))
 }
 
 fn words(row: &Row) -> String {
@@ -64,7 +104,7 @@ fn words(row: &Row) -> String {
     let calm = row.verdicts.iter().filter(|v| v.calm_s.is_some()).count();
     let after = value(|v| v.calm_s).map_or(String::new(), |s| format!(" {s:.0} s"));
     let least = row.verdicts.iter().map(|v| v.least_gap_m).fold(f64::INFINITY, f64::min);
-    let crashes = row.verdicts.iter().filter(|v| v.crashed).count();
+    let crashes = row.crashes();
     format!(
         "  {:>6}   {:.3} [{:.3}, {:.3}]        {:>7.3}  {:>7.2}  {:>7.2}  {:<13}  {least:>6.2} m   {crashes:>5}    {:>5}  {:>6}",
         row.case.hold_s,
@@ -84,13 +124,14 @@ fn words(row: &Row) -> String {
 pub fn json(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Value {
     let row = |row: &Row| {
         json!({
-            "policy": row.case.policy, "hold_s": row.case.hold_s, "driver": row.case.driver.name(),
+            "policy": row.case.policy, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
             "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.verdicts,
         })
     };
     json!({
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
         "engine": plan.engine,
+        "resolved": plan.resolved.iter().filter_map(|r| Some(json!({ "name": r.name, "why": r.why.as_ref()? }))).collect::<Vec<_>>(),
         "aim_mps": plan.settings.aim_or_automatic_mps(),
         "config": config,
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
@@ -136,7 +177,7 @@ pub fn write(dir: &Path, plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Res
 }
 
 fn key(row: &Row, plan: &Plan) -> String {
-    format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.name(), plan.engine)
+    format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.label(), plan.engine)
 }
 
 fn rings_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
@@ -178,19 +219,21 @@ fn summary_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
 
 fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, String)> {
     let mut out = Vec::new();
-    let mut note = note(plan, config);
+    let note = note(plan, config);
+    let crashes =
+        |row: &Row| crash_words(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case.words()));
     if plan.holds_s.len() > 1 {
         let equilibrium_mps = plan.settings.equilibrium_mps;
         let is_paper_ring = config.circumference_min_m == 250.0
             && config.circumference_max_m == 250.0
             && (config.vehicles_min, config.vehicles_max) == (22, 22);
+        let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash);
         let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &note);
         out.push(("speed-against-hold.svg".into(), text));
     }
     if plan.engine != "ring" {
         return out;
     }
-    note.push_str("; this is ring 0");
     // Of the holds the middle one: others are seen by asking for them alone.
     let hold_s = plan.holds_s[plan.holds_s.len() / 2];
     for case in plan.cases().iter().filter(|case| case.policy != "none" && case.hold_s == hold_s) {
@@ -199,7 +242,9 @@ fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, Str
         let after_s = 500.0_f64.min(config.horizon_s);
         let trace_of = |name: &str| trace(&of_case, "evaluate", [before_s, after_s], || plan.build(name));
         let (without, with) = (trace_of("none"), trace_of(&case.policy));
-        let title = format!("{}, hold {} s, driver {}", case.label(), case.hold_s, case.driver.name());
+        let title = case.words();
+        let crash = rows.iter().find(|row| row.case == *case).map(crashes).unwrap_or_default();
+        let note = format!("{note}; this is ring 0{crash}");
         let file = slug(&title);
         let top_mps = 2.2 * plan.settings.equilibrium_mps;
         let rings = [("No advice", &without), (title.as_str(), &with)];
@@ -236,17 +281,18 @@ fn note(plan: &Plan, config: &TrainConfig) -> String {
 fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
     let mut series: Vec<figures::Series> = Vec::new();
     for row in rows {
-        // Without advice all drivers are alike.
-        if row.case.policy == "none" && row.case.driver != plan.drivers[0] {
+        // Without advice all drivers are alike on the ring.
+        let is_none = row.case.policy == "none";
+        if is_none && plan.engine == "ring" && row.case.driver != plan.drivers[0] {
             continue;
         }
         let name = match plan.drivers.len() {
-            _ if row.case.policy == "none" => "no advice".into(),
+            _ if is_none && plan.engine == "ring" => "no advice".into(),
+            1 if is_none => "no advice".into(),
             1 => row.case.label(),
-            _ => format!("{}, {}", row.case.label(), row.case.driver.name()),
+            _ => format!("{}, {}", row.case.label(), row.case.driver.label()),
         };
-        let Some(estimate) = estimate(row, MEASURES[0].1) else { continue };
-        let point = (row.case.hold_s, estimate);
+        let Some(point) = row.point(row.case.hold_s) else { continue };
         match series.iter_mut().find(|s| s.name == name) {
             Some(s) => s.points.push(point),
             None => {
@@ -261,14 +307,15 @@ fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
 
 /// Mean speed of each policy at each hold against what the driver is like.
 fn adherence(plan: &Plan, config: &TrainConfig) -> String {
-    /// What an attentive participant is taken to be like (`driver`'s preset `follow`).
-    const BASE: Numbers = Numbers { reaction_s: 1.0, error_mps: 0.3, trait_mps: 0.0, slack_mps: 0.0 };
+    /// What an attentive participant is taken to be like (`driver`'s preset `follow`): reaction, error, trait, slack.
+    const BASE: [f64; 4] = [1.0, 0.3, 0.0, 0.0];
+    let who = |numbers| Who::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within what a driver may be")));
     // Three holds tell the story of ten.
     let n = plan.holds_s.len();
     let mut holds_s = vec![plan.holds_s[0], plan.holds_s[n / 2], plan.holds_s[n - 1]];
     holds_s.dedup();
-    let sweep = |values: &[f64], of: fn(f64) -> Numbers| -> Vec<figures::Series> {
-        let one = Plan { drivers: vec![Driver::Numbers(BASE)], holds_s: holds_s.clone(), ..plan.copy() };
+    let sweep = |values: &[f64], of: fn(f64) -> [f64; 4]| -> Vec<figures::Series> {
+        let one = Plan { drivers: vec![who(BASE)], holds_s: holds_s.clone(), ..plan.copy() };
         let cases: Vec<Case> =
             one.cases().into_iter().filter(|case| case.policy != "none" || case.hold_s == holds_s[0]).collect();
         let line = |case: &Case| figures::Series {
@@ -280,17 +327,17 @@ fn adherence(plan: &Plan, config: &TrainConfig) -> String {
             points: values
                 .iter()
                 .filter_map(|x| {
-                    let case = Case { driver: Driver::Numbers(of(*x)), ..case.clone() };
+                    let case = Case { driver: who(of(*x)), ..case.clone() };
                     let verdicts = judge(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
-                    estimate(&Row { case, verdicts }, MEASURES[0].1).map(|e| (*x, e))
+                    Row { case, verdicts }.point(*x)
                 })
                 .collect(),
         };
         cases.iter().map(line).collect()
     };
-    let reaction = sweep(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0], |x| Numbers { reaction_s: x, ..BASE });
-    let error = sweep(&[0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0], |x| Numbers { error_mps: x, ..BASE });
-    let slack = sweep(&[0.0, 0.2, 0.447, 0.7, 1.0, 1.5, 2.24], |x| Numbers { slack_mps: x, ..BASE });
+    let reaction = sweep(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0], |x| [x, BASE[1], 0.0, 0.0]);
+    let error = sweep(&[0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0], |x| [BASE[0], x, 0.0, 0.0]);
+    let slack = sweep(&[0.0, 0.2, 0.447, 0.7, 1.0, 1.5, 2.24], |x| [BASE[0], BASE[1], 0.0, x]);
     let charts = [
         ("reaction time, s (tracking error 0.3 m/s)", reaction),
         ("tracking error, m/s (reaction 1 s)", error),
@@ -303,6 +350,7 @@ impl Plan {
     fn copy(&self) -> Self {
         Self {
             policies: self.policies.clone(),
+            resolved: self.resolved.clone(),
             holds_s: self.holds_s.clone(),
             drivers: self.drivers.clone(),
             engine: self.engine.clone(),

@@ -1,6 +1,7 @@
 //! How large a network may be, and which operators it may use. In: a file's structure, before the runtime sees it. Out:
 //! nothing, or what cannot be, with node and value. A policy answers within milliseconds, so all limits lie far above one.
 
+use super::external::is_external;
 use std::collections::BTreeSet;
 use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, tensor_proto::DataType};
 
@@ -33,18 +34,21 @@ pub const IN_WORDS: &str = "an ONNX file has at most 16 MiB, 1000 nodes, 4 milli
 const OPERATORS: &str = "\
     Abs Acos Acosh Add And ArgMax ArgMin Asin Asinh Atan Atanh BatchNormalization BiasGelu BitShift BitwiseAnd \
     BitwiseNot BitwiseOr BitwiseXor Cast CastLike Ceil Celu Clip Concat Constant ConstantOfShape Conv Cos Cosh \
-    CumSum DequantizeLinear Div Dropout DynamicQuantizeLinear Elu Equal Erf Exp Expand FastGelu Flatten Floor GRU \
+    CumSum DequantizeLinear Div Dropout DynamicQuantizeLinear Elu Equal Erf Exp Expand FastGelu Flatten Floor \
     Gather GatherElements GatherND Gelu Gemm GlobalAveragePool GlobalMaxPool Greater GreaterOrEqual \
-    GroupNormalization HardSigmoid HardSwish Hardmax Identity InstanceNormalization IsInf IsNaN LSTM \
+    GroupNormalization HardSigmoid HardSwish Hardmax Identity InstanceNormalization IsInf IsNaN \
     LayerNormalization LeakyRelu Less LessOrEqual Log LogSoftmax LpNormalization MatMul MatMulInteger Max Mean \
     MeanVarianceNormalization Min Mish Mod Mul Neg Not Or PRelu Pad ParametricSoftplus Pow QuantizeLinear QuickGelu \
-    RMSNormalization RNN Reciprocal ReduceL1 ReduceL2 ReduceLogSum ReduceLogSumExp ReduceMax ReduceMean ReduceMin \
+    RMSNormalization Reciprocal ReduceL1 ReduceL2 ReduceLogSum ReduceLogSumExp ReduceMax ReduceMean ReduceMin \
     ReduceProd ReduceSum ReduceSumSquare Relu Reshape Round Rsqrt ScaledTanh ScatterElements ScatterND Selu Shape \
     Shrink Sigmoid Sign SimplifiedLayerNormalization Sin Sinh Size Slice Softmax Softplus Softsign Split Sqrt \
     Squeeze Sub Sum Swish Tan Tanh ThresholdedRelu Tile TopK Transpose Trilu Unsqueeze Where Xor";
 /// Operators that draw numbers: the same drive would not come out the same twice.
 const RANDOM: [&str; 6] =
     ["Bernoulli", "Multinomial", "RandomNormal", "RandomNormalLike", "RandomUniform", "RandomUniformLike"];
+
+/// Operators with a memory: a policy is asked anew at every decision.
+const WITH_MEMORY: [&str; 3] = ["GRU", "LSTM", "RNN"];
 
 /// Checks the structure of a file.
 ///
@@ -121,6 +125,11 @@ fn flat(node: &NodeProto) -> Result<(), String> {
     if node.attribute.iter().any(holds_graph) || ["If", "Loop", "Scan"].contains(&node.op_type.as_str()) {
         return Err("it holds a network of its own; a policy is one flat network: export it unrolled".into());
     }
+    if WITH_MEMORY.contains(&node.op_type.as_str()) {
+        return Err("it has a memory, which would begin anew at every decision; a policy decides from what it sees now \
+                    (its own mean speed of half a minute can be among that: mean_speed)\n  remedy: export one without memory"
+            .into());
+    }
     if !OPERATORS.split_whitespace().any(|name| name == node.op_type) {
         return Err(format!("operator {} is none that a policy may use", node.op_type));
     }
@@ -150,19 +159,16 @@ fn sized(tensor: &TensorProto) -> Result<(), String> {
     let Some(n) = n.filter(|n| *n <= MOST_ELEMENTS) else {
         return Err(format!("have the shape {:?}; allowed: at most {MOST_ELEMENTS} numbers", tensor.dims));
     };
-    if tensor.data_location.is_some_and(|place| place != 0) || !tensor.external_data.is_empty() {
+    if is_external(tensor) {
         return Err("lie in another file; export the policy as one file".into());
     }
     let kind = DataType::try_from(tensor.data_type).unwrap_or(DataType::Undefined);
-    let (bytes, listed) = match kind {
-        DataType::Float => (4, tensor.float_data.len()),
-        DataType::Double => (8, tensor.double_data.len()),
-        DataType::Int64 => (8, tensor.int64_data.len()),
-        DataType::Int32 | DataType::Uint32 => (4, tensor.int32_data.len()),
-        DataType::Int8 | DataType::Uint8 | DataType::Bool => (1, tensor.int32_data.len()),
-        DataType::Int16 | DataType::Uint16 | DataType::Float16 => (2, tensor.int32_data.len()),
-        DataType::Uint64 => (8, tensor.int64_data.len()),
-        _ => return Err(format!("are of the type {}; allowed: numbers of 8 to 64 bits", kind.as_str_name())),
+    let bytes = element_bytes(tensor.data_type)?;
+    let listed = match kind {
+        DataType::Float => tensor.float_data.len(),
+        DataType::Double => tensor.double_data.len(),
+        DataType::Int64 | DataType::Uint64 => tensor.int64_data.len(),
+        _ => tensor.int32_data.len(),
     };
     if matches!(kind, DataType::Int64 | DataType::Uint64) && n > MOST_WHOLE_NUMBERS {
         return Err(format!("are {n} whole numbers of 64 bits; allowed: {MOST_WHOLE_NUMBERS}"));
@@ -173,4 +179,19 @@ fn sized(tensor: &TensorProto) -> Result<(), String> {
         return Err(format!("have the shape {:?}, that is {n} numbers, but hold {found}", tensor.dims));
     }
     Ok(())
+}
+
+/// Bytes of a number of such a tensor.
+///
+/// # Errors
+/// It holds something else, in words.
+pub(super) fn element_bytes(data_type: i32) -> Result<usize, String> {
+    let kind = DataType::try_from(data_type).unwrap_or(DataType::Undefined);
+    Ok(match kind {
+        DataType::Double | DataType::Int64 | DataType::Uint64 => 8,
+        DataType::Float | DataType::Int32 | DataType::Uint32 => 4,
+        DataType::Int16 | DataType::Uint16 | DataType::Float16 => 2,
+        DataType::Int8 | DataType::Uint8 | DataType::Bool => 1,
+        _ => return Err(format!("are of the type {}; allowed: numbers of 8 to 64 bits", kind.as_str_name())),
+    })
 }

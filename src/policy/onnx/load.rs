@@ -1,7 +1,7 @@
 //! An ONNX file as a policy. In: the path. Out: a policy that has been asked some hundred questions and has answered each
 //! with a number. Batches of any size load; one row is run at a time.
 
-use super::{Description, EXAMPLE, METADATA_KEY, Meaning, limits, sizes, wire};
+use super::{Description, EXAMPLE, METADATA_KEY, Meaning, external, inputs, limits, sizes, wire};
 use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     foreign::guarded,
@@ -9,9 +9,12 @@ use crate::{
     rng,
 };
 use prost::Message;
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 use tract_onnx::{
-    pb::{ModelProto, TensorProto, ValueInfoProto, tensor_proto::DataType, tensor_shape_proto::dimension, type_proto},
+    pb::{ModelProto, TensorProto, tensor_proto::DataType},
     prelude::*,
 };
 
@@ -25,10 +28,8 @@ const QUESTIONS: usize = 200;
 pub struct OnnxPolicy {
     description: Description,
     plan: Arc<TypedRunnableModel>,
-    /// Shape of the input for one observation.
-    shape: Vec<usize>,
-    /// Which of the network's outputs is the action.
-    output: usize,
+    /// Shapes of its inputs for one observation: one with all numbers, or one for each.
+    shapes: Vec<Vec<usize>>,
 }
 
 impl OnnxPolicy {
@@ -40,13 +41,23 @@ impl OnnxPolicy {
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
         let fault = |fault: String| PolicyFileError { path: path.display().to_string(), fault };
         let bytes = read_bounded(path, limits::MOST_BYTES).map_err(|e| fault(format!("cannot be read: {e}")))?;
-        let beside = path.with_extension("onnx.toml");
+        let beside = description_of(path);
         let text = match read_text(&beside, SETTINGS_BYTES) {
             Ok(text) => Some(text),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => None,
             Err(e) => return Err(fault(format!("{} cannot be read: {e}", beside.display()))),
         };
-        Self::from_bytes(&bytes, text.as_deref()).map_err(fault)
+        Self::from_parts(&bytes, text.as_deref(), path.parent()).map_err(fault)
+    }
+
+    /// The files that make it: the network, its description and its weights, as far as they lie beside it.
+    pub fn files(path: &Path) -> Vec<PathBuf> {
+        let mut files = vec![path.to_owned(), description_of(path)];
+        files.retain(|file| file.is_file());
+        let bytes = read_bounded(path, limits::MOST_BYTES).ok().filter(|bytes| wire::check(bytes).is_ok());
+        let model = bytes.and_then(|bytes| ModelProto::decode(bytes.as_slice()).ok());
+        files.extend(model.iter().flat_map(|model| external::files(model, path.parent().unwrap_or(Path::new("")))));
+        files
     }
 
     /// The same for bytes; `description` wins over the metadata.
@@ -54,9 +65,16 @@ impl OnnxPolicy {
     /// # Errors
     /// What is wrong, in words.
     pub fn from_bytes(bytes: &[u8], description: Option<&str>) -> Result<Self, String> {
+        Self::from_parts(bytes, description, None)
+    }
+
+    /// The same; weights may lie in other files of `folder`.
+    fn from_parts(bytes: &[u8], description: Option<&str>, folder: Option<&Path>) -> Result<Self, String> {
         wire::check(bytes)?;
-        let model = ModelProto::decode(bytes).map_err(|e| format!("is no ONNX file: {e}"))?;
-        let graph = model.graph.as_ref().ok_or("is no ONNX file: it holds no network")?;
+        let mut model = ModelProto::decode(bytes).map_err(|e| format!("is no ONNX file: {e}"))?;
+        if model.graph.is_none() {
+            return Err("is no ONNX file: it holds no network".into());
+        }
         let metadata = model.metadata_props.iter().find(|entry| entry.key == METADATA_KEY);
         let text = description.or(metadata.map(|entry| entry.value.as_str())).ok_or_else(|| {
             format!("does not say what its numbers mean; write a file of the same name with .toml behind it, such as\n{EXAMPLE}")
@@ -71,25 +89,19 @@ impl OnnxPolicy {
                 OPERATOR_SETS.end()
             ));
         }
-        limits::check(&model, graph)?;
-        // Old files list their weights among the inputs.
-        let is_weight = |name: &str| graph.initializer.iter().any(|tensor| tensor.name == name);
-        let inputs: Vec<&ValueInfoProto> = graph.input.iter().filter(|value| !is_weight(&value.name)).collect();
-        let outputs: Vec<&ValueInfoProto> = graph.output.iter().collect();
-        let input = chosen("input", &inputs, description.input_name.as_deref())?;
-        let wanted = chosen("output", &outputs, description.output_name.as_deref())?;
-        let output = outputs.iter().position(|value| value.name == wanted.name).unwrap_or(0);
-        if inputs.len() > 1 {
-            return Err(format!("has {} inputs; a policy has one, the observation", inputs.len()));
+        if let Some(folder) = folder {
+            external::inline(&mut model, folder)?;
         }
-        let shape = input_shape(input, description.inputs.len())?;
+        let graph = model.graph.as_ref().ok_or("is no ONNX file: it holds no network")?;
+        limits::check(&model, graph)?;
+        let graph = model.graph.as_mut().ok_or("is no ONNX file: it holds no network")?;
+        let shapes = inputs::prepare(graph, &description)?;
         // The runtime's tanh takes a NaN for a number, so that questions alone would not find it.
         if let Some(tensor) = graph.initializer.iter().find(|tensor| holds_nan(tensor)) {
             return Err(format!("weights `{}` hold a NaN", tensor.name));
         }
-        let plan = runnable(&model, &shape)?;
-        let policy = Self { description, plan, shape, output };
-        policy.questioned()
+        let plan = runnable(&model, &shapes)?;
+        Self { description, plan, shapes }.questioned()
     }
 
     /// The raw output for what the network sees.
@@ -98,9 +110,15 @@ impl OnnxPolicy {
     /// The runtime failed.
     pub fn outputs(&self, seen: &[f32]) -> Result<Vec<f32>, String> {
         let run = || -> TractResult<Vec<f32>> {
-            let tensor = Tensor::from_shape(&self.shape, seen)?;
-            let out = self.plan.run(tvec!(tensor.into()))?;
-            let numbers = out[self.output].cast_to::<f32>()?;
+            let mut left = seen;
+            let mut inputs = TVec::new();
+            for shape in &self.shapes {
+                let (these, others) = left.split_at(shape.iter().product());
+                left = others;
+                inputs.push(Tensor::from_shape(shape, these)?.into());
+            }
+            let out = self.plan.run(inputs)?;
+            let numbers = out[0].cast_to::<f32>()?;
             Ok(numbers.to_plain_array_view::<f32>()?.iter().copied().collect())
         };
         // An index that the network reckons may lie outside of a table, which the runtime does not expect.
@@ -166,51 +184,9 @@ impl OnnxPolicy {
     }
 }
 
-/// The tensor of this name, or the only one.
-fn chosen<'a>(what: &str, known: &[&'a ValueInfoProto], name: Option<&str>) -> Result<&'a ValueInfoProto, String> {
-    let names = || known.iter().map(|value| value.name.as_str()).collect::<Vec<_>>().join(", ");
-    match name {
-        Some(name) => {
-            let found = known.iter().find(|value| value.name == name);
-            found.copied().ok_or_else(|| format!("has no {what} `{name}`; it has {}", names()))
-        }
-        None if known.len() == 1 => Ok(known[0]),
-        None => Err(format!("has {} {what}s ({}); name one with `{what}_name`", known.len(), names())),
-    }
-}
-
-/// The shape to run one observation of `n` numbers with, from the declared one.
-fn input_shape(input: &ValueInfoProto, n: usize) -> Result<Vec<usize>, String> {
-    let kind = input.r#type.as_ref().and_then(|kind| kind.value.as_ref());
-    let Some(type_proto::Value::TensorType(tensor)) = kind else {
-        return Err(format!("input `{}` is no tensor", input.name));
-    };
-    if tensor.elem_type != i32::from(DataType::Float) {
-        return Err(format!("input `{}` is not of 32-bit floating-point numbers", input.name));
-    }
-    let Some(shape) = &tensor.shape else { return Ok(vec![1, n]) };
-    let declared: Vec<Option<i64>> = shape
-        .dim
-        .iter()
-        .map(|dim| match &dim.value {
-            Some(dimension::Value::DimValue(size)) if *size > 0 => Some(*size),
-            _ => None,
-        })
-        .collect();
-    let fits = |dim: &Option<i64>, size: i64| dim.is_none_or(|d| d == size);
-    match declared.as_slice() {
-        [] => Ok(vec![1, n]),
-        [numbers] if fits(numbers, n as i64) => Ok(vec![n]),
-        [rows, numbers] if fits(rows, 1) && fits(numbers, n as i64) => Ok(vec![1, n]),
-        _ => {
-            let words: Vec<String> = declared.iter().map(|d| d.map_or("any".into(), |d| d.to_string())).collect();
-            Err(format!(
-                "input `{}` has the shape [{}]; the {n} inputs that are described need [any, {n}] or [{n}]",
-                input.name,
-                words.join(", ")
-            ))
-        }
-    }
+/// Where the description of a network lies.
+fn description_of(path: &Path) -> PathBuf {
+    path.with_extension("onnx.toml")
 }
 
 /// True if the weights are 32-bit numbers and one of them is none.
@@ -220,12 +196,14 @@ fn holds_nan(tensor: &TensorProto) -> bool {
 }
 
 /// The network with its shapes fixed, made fast.
-fn runnable(model: &ModelProto, shape: &[usize]) -> Result<Arc<TypedRunnableModel>, String> {
+fn runnable(model: &ModelProto, shapes: &[Vec<usize>]) -> Result<Arc<TypedRunnableModel>, String> {
     // PyTorch's exports with a dynamic batch declare shapes that contradict the fixed one.
     let reader = tract_onnx::onnx().with_ignore_value_info(true).with_ignore_output_shapes(true);
     let build = || -> Result<Arc<TypedRunnableModel>, String> {
         let mut parsed = reader.model_for_proto_model(model).map_err(|e| words(&e))?;
-        parsed.set_input_fact(0, f32::fact(shape).into()).map_err(|e| words(&e))?;
+        for (i, shape) in shapes.iter().enumerate() {
+            parsed.set_input_fact(i, f32::fact(shape).into()).map_err(|e| words(&e))?;
+        }
         sizes::check(&mut parsed)?;
         parsed.into_optimized().and_then(|network| network.into_runnable()).map_err(|e| words(&e))
     };

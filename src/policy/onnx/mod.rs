@@ -2,6 +2,10 @@
 //! metadata or in a TOML file beside it (`policy.onnx.toml` beside `policy.onnx`). Out: a [`Policy`](super::Policy), or a
 //! message that says what does not fit, before the drive. Run by tract; written by [`write()`].
 
+#[cfg(test)]
+mod border_tests;
+mod external;
+mod inputs;
 pub mod limits;
 mod load;
 mod sizes;
@@ -12,7 +16,9 @@ pub use load::OnnxPolicy;
 pub use write::write;
 
 use super::{Input, Output, network::is_zero};
+use crate::toml_text;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Key of the description in a file's metadata.
 pub const METADATA_KEY: &str = "codrive";
@@ -55,6 +61,9 @@ pub struct Description {
     /// Name of the input tensor; may be left out where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_name: Option<String>,
+    /// Inputs that are no observation, each with the number that it is at every decision.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub fixed: BTreeMap<String, f64>,
     /// Name of the output tensor; may be left out where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output_name: Option<String>,
@@ -72,7 +81,9 @@ inputs = [                 # `from` is seen as -1 and `to` as 1
   { feature = "leader_speed", from = 0.0, to = 10.0 },
   { feature = "gap", from = 0.0, to = 300.0 },
   { feature = "circumference", from = 200.0, to = 300.0 },
-]"#;
+]
+# input_name = "obs"       # where it has several inputs; of the others each is a constant:
+# fixed = { mask = 1.0 }"#;
 
 impl Description {
     /// Reads a description.
@@ -80,7 +91,8 @@ impl Description {
     /// # Errors
     /// What is wrong, in words.
     pub fn from_toml(text: &str) -> Result<Self, String> {
-        let d: Self = toml::from_str(text).map_err(|e| format!("is no description of a network: {e}"))?;
+        let d: Self =
+            toml_text::parse(text, "its description").map_err(|e| format!("is no description of a network: {e}"))?;
         let [low, high] = d.limits;
         if !(low.is_finite() && high.is_finite() && low < high) {
             return Err(format!("limits are {low} to {high}; the first must be below the second"));
@@ -96,6 +108,9 @@ impl Description {
         }
         if !(d.least_spacing_m.is_finite() && d.least_spacing_m >= 0.0) {
             return Err("least_spacing_m must be 0 or more".into());
+        }
+        if let Some((name, value)) = d.fixed.iter().find(|(_, value)| !value.is_finite()) {
+            return Err(format!("input `{name}` is fixed to {value}; allowed: a finite number"));
         }
         match d.inputs.iter().find(|input| !input.is_sound()) {
             Some(input) => Err(format!("input {}: `to` must be above `from`", input.feature.name())),

@@ -4,6 +4,7 @@
 use super::{Description, METADATA_KEY, Meaning};
 use crate::policy::Network;
 use prost::Message;
+use std::collections::BTreeMap;
 use tract_onnx::pb::{
     AttributeProto, GraphProto, ModelProto, NodeProto, OperatorSetIdProto, StringStringEntryProto, TensorProto,
     TensorShapeProto, TypeProto, ValueInfoProto,
@@ -60,6 +61,7 @@ pub fn write(network: &Network) -> Vec<u8> {
 
 fn description(network: &Network) -> Description {
     Description {
+        fixed: BTreeMap::new(),
         action: network.action,
         limits: network.limits,
         speed_change_mps: network.speed_change_mps,

@@ -24,7 +24,8 @@ pub use network_check::{COMMAND as CHECK_NETWORK, try_network};
 pub use remote::VERSION;
 
 use super::{
-    CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, ego, motion::SpeedStep, noise::Noise,
+    CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, bends::BendSpeeds, ego, motion::SpeedStep,
+    noise::Noise,
 };
 use crate::{
     map::{RoadMap, RoutePoint},
@@ -60,6 +61,10 @@ pub struct SumoTraffic {
     /// Where the ego is put while others do not see it.
     nowhere: DVec2,
     description: String,
+    bends: Option<BendSpeeds>,
+    /// The model's own highest speed, and each car's as SUMO knows it, m/s.
+    v0_mps: f64,
+    highest_mps: Vec<f64>,
     /// What the ego does in the step that was begun, and where that is.
     asked: Option<Option<(EgoReport, RoutePoint)>>,
 }
@@ -132,13 +137,16 @@ impl SumoTraffic {
         let corner = route.lanes().iter().flat_map(|lane| &lane.shape).fold(DVec2::MAX, |low, point| low.min(*point));
         let mut traffic = Self {
             noise: Noise::new(&setup),
-            commands: Vec::with_capacity(2 * n + 2),
+            commands: Vec::with_capacity(3 * n + 2),
             records: vec![Record::default(); n],
             start_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
             cars: (0..n as u32).map(|id| CarState { id: CarId(id), ..CarState::default() }).collect(),
             ego_is_seen: true,
             nowhere: corner - dvec2(1000.0, 1000.0),
             step_s: setup.step_s,
+            bends: BendSpeeds::of(route, setup.bend_mps2),
+            v0_mps: setup.idm.v0,
+            highest_mps: vec![setup.idm.v0; n],
             map: setup.map,
             simulation,
             description,
@@ -218,6 +226,16 @@ impl SumoTraffic {
         self.commands.push(Command { car: car as u32, kind: Kind::PreviousSpeed, a: speed_mps, b: 0.0, c: 0.0 });
     }
 
+    /// Tells SUMO how fast the bends let car `i` drive, where that has changed.
+    fn command_bend(&mut self, i: usize) {
+        let Some(bends) = &self.bends else { return };
+        let highest_mps = self.v0_mps.min(bends.at(self.cars[i].s_m));
+        if highest_mps != self.highest_mps[i] {
+            self.highest_mps[i] = highest_mps;
+            self.commands.push(Command { car: i as u32, kind: Kind::MaxSpeed, a: highest_mps, b: 0.0, c: 0.0 });
+        }
+    }
+
     /// The state of car `i` from its record.
     fn publish(&mut self, i: usize, speed: SpeedStep) -> Result<(), TrafficError> {
         let record = &self.records[i];
@@ -284,6 +302,7 @@ impl Traffic for SumoTraffic {
             None => {}
         }
         for i in usize::from(report.is_some())..self.cars.len() {
+            self.command_bend(i);
             if self.start_mps[i] != self.records[i].speed_mps {
                 self.command_speed(i, self.start_mps[i]);
             }

@@ -319,6 +319,9 @@ fn obey(content: &mut Content, id: &str, command: &Command) {
         Kind::Speed => {
             content.variable(wire::SPEED, id).double(command.a);
         }
+        Kind::MaxSpeed => {
+            content.variable(wire::MAX_SPEED, id).double(command.a);
+        }
         Kind::SpeedMode => {
             content.variable(wire::SPEED_MODE, id).integer(command.a as i32);
         }

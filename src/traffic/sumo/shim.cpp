@@ -24,7 +24,7 @@ struct Record {
     int32_t lane;      // index in the table of lanes, -1: none of them
     uint32_t present;  // 0: the vehicle is no longer in the simulation
 };
-enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3 };
+enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3, MAX_SPEED = 4 };
 struct Car {
     std::string id;
     int32_t lane;     // where it was last
@@ -64,6 +64,7 @@ void obey(const Command& c) {
         case PREVIOUS_SPEED: sim::Vehicle::setPreviousSpeed(id, c.a); break;
         case SPEED: sim::Vehicle::setSpeed(id, c.a); break;
         case SPEED_MODE: sim::Vehicle::setSpeedMode(id, static_cast<int>(c.a)); break;
+        case MAX_SPEED: sim::Vehicle::setMaxSpeed(id, c.a); break;
         default: throw std::invalid_argument("unknown command");
     }
 }

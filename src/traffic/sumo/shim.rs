@@ -25,6 +25,8 @@ pub(super) enum Kind {
     Speed = 2,
     /// `a`: SUMO's speed mode.
     SpeedMode = 3,
+    /// `a`: the highest speed that it drives from now on, m/s.
+    MaxSpeed = 4,
 }
 
 /// One command.

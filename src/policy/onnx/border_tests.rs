@@ -1,0 +1,292 @@
+//! What comes over the border with a network of another's: weights in other files, numbers of other sizes, several inputs.
+
+use super::{Description, OnnxPolicy, write};
+use crate::{
+    policy::{FIELD_INPUTS, FORMAT, Layer, Network, Output},
+    rng,
+};
+use half::f16;
+use prost::Message;
+use std::{fs, path::Path};
+use tract_onnx::pb::{
+    GraphProto, ModelProto, NodeProto, StringStringEntryProto, TensorProto, TypeProto, ValueInfoProto,
+    tensor_proto::DataType, tensor_shape_proto::dimension, type_proto,
+};
+
+/// A small network with random weights.
+fn network() -> Network {
+    let mut stream = rng::stream(7, "border");
+    let mut layer = |n: usize, m: usize| Layer {
+        bias: (0..m).map(|_| 0.1 * stream.normal() as f32).collect(),
+        weights: (0..n).map(|_| (0..m).map(|_| (stream.normal() / (n as f64).sqrt()) as f32).collect()).collect(),
+    };
+    Network {
+        format: FORMAT.into(),
+        action: Output::Speed,
+        limits: [0.0, 10.0],
+        speed_change_mps: 0.0,
+        least_spacing_m: 0.0,
+        levels: 0,
+        holds_s: [1.0, 1.0],
+        inputs: FIELD_INPUTS.to_vec(),
+        layers: vec![layer(4, 16), layer(16, 1)],
+    }
+}
+
+fn model() -> ModelProto {
+    ModelProto::decode(write(&network()).as_slice()).unwrap()
+}
+
+/// The model with its graph changed.
+fn changed(change: impl FnOnce(&mut GraphProto)) -> ModelProto {
+    let mut model = model();
+    change(model.graph.as_mut().unwrap());
+    model
+}
+
+fn loaded(model: &ModelProto, description: Option<&str>) -> Result<OnnxPolicy, String> {
+    OnnxPolicy::from_bytes(&model.encode_to_vec(), description)
+}
+
+fn refusal(model: &ModelProto, description: Option<&str>) -> String {
+    loaded(model, description).err().unwrap()
+}
+
+/// The description that the file carries, with lines before it and without the name of its input.
+fn described(lines: &str) -> String {
+    let text = model().metadata_props[0].value.clone();
+    let text: Vec<&str> = text.lines().filter(|line| !line.starts_with("input_name")).collect();
+    format!("{lines}\n{}", text.join("\n"))
+}
+
+const SEEN: [f32; 4] = [0.3, -0.8, 0.9, -0.1];
+
+fn answer(policy: &OnnxPolicy) -> f32 {
+    policy.outputs(&SEEN).unwrap()[0]
+}
+
+fn expected() -> f32 {
+    answer(&loaded(&model(), None).unwrap())
+}
+
+/// The graph's weights in one file, as exporters put them; the file's bytes.
+fn move_weights(graph: &mut GraphProto, location: &str) -> Vec<u8> {
+    let mut file = b"whatever stands before".to_vec();
+    for tensor in &mut graph.initializer {
+        let entry = |key: &str, value: String| StringStringEntryProto { key: key.into(), value };
+        let bytes = std::mem::take(&mut tensor.raw_data);
+        tensor.data_location = Some(1);
+        tensor.external_data = vec![
+            entry("location", location.into()),
+            entry("offset", file.len().to_string()),
+            entry("length", bytes.len().to_string()),
+        ];
+        file.extend(bytes);
+    }
+    file
+}
+
+/// A network in `folder` with its weights at `location`.
+fn export(folder: &Path, location: &str, change: impl FnOnce(&mut GraphProto)) -> (std::path::PathBuf, Vec<u8>) {
+    let mut weights = Vec::new();
+    let model = changed(|graph| {
+        weights = move_weights(graph, location);
+        change(graph);
+    });
+    let path = folder.join("policy.onnx");
+    fs::write(&path, model.encode_to_vec()).unwrap();
+    (path, weights)
+}
+
+#[test]
+fn weights_beside_the_file_are_read_and_belong_to_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().join("policy");
+    fs::create_dir(&folder).unwrap();
+    let (path, weights) = export(&folder, "policy.onnx.data", |_| ());
+    fs::write(folder.join("policy.onnx.data"), &weights).unwrap();
+    assert_eq!(answer(&OnnxPolicy::from_file(&path).unwrap()), expected());
+    assert_eq!(OnnxPolicy::files(&path), [path.clone(), folder.join("policy.onnx.data")]);
+    // Bytes that are no file know of no folder.
+    let said = OnnxPolicy::from_bytes(&fs::read(&path).unwrap(), None).err().unwrap();
+    assert!(said.contains("lie in another file"), "{said}");
+}
+
+#[test]
+fn weights_elsewhere_or_of_other_sizes_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().join("policy");
+    fs::create_dir(&folder).unwrap();
+    let said = |location: &str, change: &dyn Fn(&mut TensorProto)| {
+        let (path, weights) = export(&folder, location, |graph| change(&mut graph.initializer[0]));
+        fs::write(folder.join("w"), &weights).unwrap();
+        fs::write(dir.path().join("outside"), &weights).unwrap();
+        OnnxPolicy::from_file(&path).err().map_or_else(String::new, |error| error.fault)
+    };
+    assert_eq!(said("w", &|_| ()), "");
+    for location in ["../outside", &dir.path().join("outside").to_string_lossy(), "", "./../outside"] {
+        let said = said(location, &|_| ());
+        assert!(said.contains("allowed: a file in the folder of the network"), "{location}: {said}");
+    }
+    let absent = said("gone", &|_| ());
+    assert!(
+        absent.contains("weights `weights0` lie in `gone`, which cannot be read")
+            && absent.contains("remedy: put it into"),
+        "{absent}"
+    );
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../outside", folder.join("link")).unwrap();
+        assert!(said("link", &|_| ()).contains("allowed: a file in the folder"), "a link out of the folder");
+        std::os::unix::fs::symlink("w", folder.join("within")).unwrap();
+        assert_eq!(said("within", &|_| ()), "");
+    }
+    let place = |key: &'static str, value: &'static str| {
+        move |tensor: &mut TensorProto| {
+            tensor
+                .external_data
+                .iter_mut()
+                .filter(|entry| entry.key == key)
+                .for_each(|entry| entry.value = value.into());
+        }
+    };
+    assert!(said("w", &place("offset", "1000000")).contains("it holds "), "beyond its end");
+    assert!(said("w", &place("offset", "-1")).contains("have the offset `-1`"));
+    assert!(said("w", &place("length", "8")).contains("that is 256 bytes, but say 8"));
+    assert!(said("w", &|tensor| tensor.dims = vec![1 << 40]).contains("allowed: at most"));
+    assert!(said(".", &|_| ()).contains("folder"), "{}", said(".", &|_| ()));
+}
+
+/// Weights, input and output as numbers of another size.
+fn in_kind(kind: DataType, bytes: impl Fn(f32) -> Vec<u8>) -> ModelProto {
+    changed(|graph| {
+        for tensor in &mut graph.initializer {
+            let numbers = tensor.raw_data.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap()));
+            tensor.raw_data = numbers.flat_map(&bytes).collect();
+            tensor.data_type = kind.into();
+        }
+        for value in graph.input.iter_mut().chain(&mut graph.output) {
+            tensor_type(value).elem_type = kind.into();
+        }
+    })
+}
+
+fn tensor_type(value: &mut ValueInfoProto) -> &mut type_proto::Tensor {
+    match value.r#type.as_mut().and_then(|kind| kind.value.as_mut()) {
+        Some(type_proto::Value::TensorType(tensor)) => tensor,
+        _ => panic!("a tensor"),
+    }
+}
+
+#[test]
+fn numbers_of_64_and_of_16_bits_are_turned_at_the_border() {
+    let double = loaded(&in_kind(DataType::Double, |x| f64::from(x).to_le_bytes().into()), None).unwrap();
+    assert!((answer(&double) - expected()).abs() < 1e-6, "{} {}", answer(&double), expected());
+    let half = loaded(&in_kind(DataType::Float16, |x| f16::from_f32(x).to_le_bytes().into()), None).unwrap();
+    // Eleven binary digits.
+    assert!((answer(&half) - expected()).abs() < 5e-3, "{} {}", answer(&half), expected());
+    // A network of its own numbers that casts, as exporters of 64 bits put it.
+    let mut casting = in_kind(DataType::Double, |x| f64::from(x).to_le_bytes().into());
+    let graph = casting.graph.as_mut().unwrap();
+    tensor_type(&mut graph.input[0]).elem_type = DataType::Float.into();
+    graph.input[0].name = "seen".into();
+    let to = tract_onnx::pb::AttributeProto { name: "to".into(), r#type: 2, i: 11, ..Default::default() };
+    graph.node.insert(0, NodeProto { attribute: vec![to], ..node("Cast", &["seen"], "observation") });
+    let cast = loaded(&casting, Some(&described(""))).unwrap();
+    assert!((answer(&cast) - expected()).abs() < 1e-6);
+    let whole = changed(|graph| tensor_type(&mut graph.input[0]).elem_type = DataType::Int64.into());
+    let said = refusal(&whole, None);
+    assert_eq!(said, "input `observation` is of INT64; allowed: floating-point numbers of 16, 32 or 64 bits");
+    for (kind, bytes) in [(DataType::Double, f64::NAN.to_le_bytes().to_vec()), (DataType::Float16, vec![0xff, 0xff])] {
+        let model = in_kind(kind, |_| bytes.clone());
+        assert_eq!(refusal(&model, None), "weights `weights0` hold a NaN");
+    }
+}
+
+fn value(name: &str, sizes: &[i64]) -> ValueInfoProto {
+    let dim = |size: &i64| tract_onnx::pb::tensor_shape_proto::Dimension {
+        value: Some(dimension::Value::DimValue(*size)),
+        ..Default::default()
+    };
+    let shape = tract_onnx::pb::TensorShapeProto { dim: sizes.iter().map(dim).collect() };
+    let tensor = type_proto::Tensor { elem_type: DataType::Float.into(), shape: Some(shape) };
+    let kind = TypeProto { value: Some(type_proto::Value::TensorType(tensor)), ..TypeProto::default() };
+    ValueInfoProto { name: name.into(), r#type: Some(kind), ..ValueInfoProto::default() }
+}
+
+fn node(kind: &str, inputs: &[&str], output: &str) -> NodeProto {
+    NodeProto {
+        input: inputs.iter().map(|name| (*name).to_owned()).collect(),
+        output: vec![output.into()],
+        op_type: kind.into(),
+        ..NodeProto::default()
+    }
+}
+
+/// Three more inputs; the action is multiplied by the sum of `used` of them.
+fn with_inputs(used: &[&str]) -> ModelProto {
+    changed(|graph| {
+        graph.input.extend(["mask", "h", "c"].map(|name| value(name, &[1, 1])));
+        let action = std::mem::replace(&mut graph.node.last_mut().unwrap().output[0], "raw".into());
+        let mut before = "raw".to_owned();
+        for name in used {
+            graph.node.push(node("Mul", &[&before, name], &format!("by_{name}")));
+            before = format!("by_{name}");
+        }
+        graph.node.push(node("Identity", &[&before], &action));
+    })
+}
+
+#[test]
+fn a_network_of_several_inputs_says_at_once_what_its_description_needs_and_then_drives() {
+    let model = with_inputs(&["mask", "h"]);
+    let said = refusal(&model, Some(&described("")));
+    assert!(said.starts_with("has 4 inputs (observation, mask, h, c); a policy has one"), "{said}");
+    // What the message tells to write, written.
+    let remedy: String = said.lines().skip(2).map(|line| format!("{line}\n")).collect();
+    assert_eq!(remedy, "  input_name = \"observation\"\n  fixed = { mask = 0.0, h = 0.0 }\n");
+    assert_eq!(answer(&loaded(&model, Some(&described(&remedy))).unwrap()), 0.0);
+    let twice = described("input_name = \"observation\"\nfixed = { mask = 2.0, h = 0.5 }");
+    assert_eq!(answer(&loaded(&model, Some(&twice)).unwrap()), expected());
+    let half = refusal(&model, Some(&described("input_name = \"observation\"\nfixed = { mask = 2.0 }")));
+    assert!(half.contains("depends on (h)") && half.contains("fixed = { h = 0.0 }"), "{half}");
+    let said = refusal(&model, Some(&described("fixed = { hh = 0.0 }")));
+    assert_eq!(said, "has no input `hh` to be fixed; it has observation, mask, h, c");
+    let said = refusal(&model, Some(&described("fixed = { h = nan }")));
+    assert!(said.contains("`h` is fixed to NaN; allowed: a finite number"), "{said}");
+}
+
+#[test]
+fn inputs_that_the_action_does_not_depend_on_do_not_matter() {
+    assert_eq!(answer(&loaded(&with_inputs(&[]), Some(&described(""))).unwrap()), expected());
+}
+
+#[test]
+fn each_number_may_have_an_input_of_its_own() {
+    let model = changed(|graph| {
+        let axis = tract_onnx::pb::AttributeProto { name: "axis".into(), r#type: 2, i: 1, ..Default::default() };
+        let join = NodeProto { attribute: vec![axis], ..node("Concat", &["v", "lead", "gap", "l"], "observation") };
+        graph.input = ["v", "lead", "gap", "l"].map(|name| value(name, &[1, 1])).into();
+        graph.node.insert(0, join);
+    });
+    let joined = answer(&loaded(&model, Some(&described(""))).unwrap());
+    assert!((joined - expected()).abs() < 1e-6, "{joined}: the sums are in another order");
+}
+
+#[test]
+fn a_network_with_a_memory_is_refused_in_plain_words() {
+    for kind in ["LSTM", "GRU", "RNN"] {
+        let model = changed(|graph| graph.node.push(node(kind, &["observation"], "remembered")));
+        let said = refusal(&model, None);
+        assert!(
+            said.contains(kind) && said.contains("has a memory, which would begin anew at every decision"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_description_names_the_key_that_was_meant() {
+    let said = Description::from_toml(&described("input_nam = \"x\"")).unwrap_err();
+    assert!(said.contains("its description:1:1: unknown key `input_nam`; did you mean `input_name`?"), "{said}");
+}

@@ -1,0 +1,243 @@
+//! What a network is asked: which of its inputs is the observation, in which numbers. In: the graph and its description. Out:
+//! the graph with that input and the wanted output alone, other inputs made constants or gone, and the shapes to ask with.
+
+use super::{Description, limits::MOST_WHOLE_NUMBERS};
+use half::f16;
+use std::collections::BTreeSet;
+use tract_onnx::pb::{
+    GraphProto, TensorProto, ValueInfoProto,
+    tensor_proto::DataType,
+    tensor_shape_proto::dimension,
+    type_proto::{self, Tensor},
+};
+
+/// Leaves of the graph what the wanted output needs.
+///
+/// # Errors
+/// Inputs or outputs do not fit the description, in words.
+pub(super) fn prepare(graph: &mut GraphProto, description: &Description) -> Result<Vec<Vec<usize>>, String> {
+    let names = |values: &[ValueInfoProto]| values.iter().map(|v| v.name.clone()).collect::<Vec<_>>();
+    let output = chosen("output", &names(&graph.output), description.output_name.as_deref())?;
+    graph.output.retain(|value| value.name == output);
+    // Old files list their weights among the inputs.
+    let weights: BTreeSet<String> = graph.initializer.iter().map(|tensor| tensor.name.clone()).collect();
+    graph.input.retain(|value| !weights.contains(&value.name));
+    fix(graph, description)?;
+    let needed = prune(graph, &output);
+    let observed = observed(graph, description, &needed)?;
+    graph.input.retain(|value| observed.contains(&value.name));
+    let n = description.inputs.len();
+    graph.input.iter().try_for_each(check_kind)?;
+    narrow(graph);
+    match graph.input.as_slice() {
+        [one] => Ok(vec![shape(one, n)?]),
+        many => many.iter().map(shape_of_one).collect(),
+    }
+}
+
+/// Numbers of 64 and of 16 bits become those of 32 that the runtime reckons with: it lacks operators for others.
+fn narrow(graph: &mut GraphProto) {
+    graph.initializer.iter_mut().for_each(narrow_tensor);
+    for attribute in graph.node.iter_mut().flat_map(|node| &mut node.attribute) {
+        attribute.t.iter_mut().chain(&mut attribute.tensors).for_each(narrow_tensor);
+        // What Cast casts to.
+        if attribute.name == "to" && is_other_float(i32::try_from(attribute.i).unwrap_or_default()) {
+            attribute.i = i32::from(DataType::Float).into();
+        }
+    }
+    for value in graph.input.iter_mut().chain(&mut graph.output) {
+        if let Some(type_proto::Value::TensorType(tensor)) = value.r#type.as_mut().and_then(|kind| kind.value.as_mut())
+            && is_other_float(tensor.elem_type)
+        {
+            tensor.elem_type = DataType::Float.into();
+        }
+    }
+}
+
+fn is_other_float(data_type: i32) -> bool {
+    [i32::from(DataType::Double), i32::from(DataType::Float16)].contains(&data_type)
+}
+
+fn narrow_tensor(tensor: &mut TensorProto) {
+    if !is_other_float(tensor.data_type) {
+        return;
+    }
+    let raw = std::mem::take(&mut tensor.raw_data);
+    let numbers: Vec<f32> = if tensor.data_type == i32::from(DataType::Double) {
+        let stored = raw.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap_or([0xff; 8])));
+        stored.chain(std::mem::take(&mut tensor.double_data)).map(|x| x as f32).collect()
+    } else {
+        let stored = raw.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]));
+        let listed = std::mem::take(&mut tensor.int32_data).into_iter().map(|bits| f16::from_bits(bits as u16));
+        stored.chain(listed).map(f16::to_f32).collect()
+    };
+    tensor.data_type = DataType::Float.into();
+    tensor.raw_data = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+}
+
+/// The name that was asked for, or the only one.
+fn chosen(what: &str, known: &[String], name: Option<&str>) -> Result<String, String> {
+    match name {
+        Some(name) if known.iter().any(|known| known == name) => Ok(name.into()),
+        Some(name) => Err(format!("has no {what} `{name}`; it has {}", known.join(", "))),
+        None if known.len() == 1 => Ok(known[0].clone()),
+        None => Err(format!(
+            "has {} {what}s ({}); name the action's: {what}_name = \"{}\"",
+            known.len(),
+            known.join(", "),
+            known.first().map_or("", String::as_str)
+        )),
+    }
+}
+
+/// Inputs that the description fixes become constants.
+fn fix(graph: &mut GraphProto, description: &Description) -> Result<(), String> {
+    for (name, value) in &description.fixed {
+        let Some(at) = graph.input.iter().position(|input| input.name == *name) else {
+            let known: Vec<&str> = graph.input.iter().map(|input| input.name.as_str()).collect();
+            return Err(format!("has no input `{name}` to be fixed; it has {}", known.join(", ")));
+        };
+        let input = graph.input.remove(at);
+        graph.initializer.push(constant(&input, *value)?);
+    }
+    Ok(())
+}
+
+/// A tensor of an input's shape, one row where it takes any number, of one value.
+fn constant(input: &ValueInfoProto, value: f64) -> Result<TensorProto, String> {
+    let tensor = tensor(input)?;
+    let dims: Vec<i64> = declared(tensor).into_iter().map(|dim| dim.unwrap_or(1)).collect();
+    let n = dims.iter().try_fold(1usize, |n, dim| n.checked_mul(usize::try_from(*dim).ok()?));
+    let n = n.filter(|n| *n <= MOST_WHOLE_NUMBERS).ok_or_else(|| {
+        format!("input `{}` has the shape {dims:?}; to be fixed it may have {MOST_WHOLE_NUMBERS} numbers", input.name)
+    })?;
+    let bytes = match DataType::try_from(tensor.elem_type).unwrap_or(DataType::Undefined) {
+        DataType::Float => (value as f32).to_le_bytes().to_vec(),
+        DataType::Double => value.to_le_bytes().to_vec(),
+        DataType::Float16 => f16::from_f64(value).to_le_bytes().to_vec(),
+        DataType::Int64 => (value as i64).to_le_bytes().to_vec(),
+        DataType::Int32 => (value as i32).to_le_bytes().to_vec(),
+        DataType::Bool => vec![u8::from(value != 0.0)],
+        other => return Err(format!("input `{}` is of {}; that cannot be fixed", input.name, other.as_str_name())),
+    };
+    Ok(TensorProto {
+        name: input.name.clone(),
+        dims,
+        data_type: tensor.elem_type,
+        raw_data: bytes.repeat(n),
+        ..TensorProto::default()
+    })
+}
+
+/// Removes the nodes and weights that the output does not need; the names that it does.
+fn prune(graph: &mut GraphProto, output: &str) -> BTreeSet<String> {
+    let mut needed = BTreeSet::from([output.to_owned()]);
+    // Nodes stand after those that they take from (`limits` has seen to that).
+    for node in graph.node.iter().rev() {
+        if node.output.iter().any(|name| needed.contains(name)) {
+            needed.extend(node.input.iter().cloned());
+        }
+    }
+    graph.node.retain(|node| node.output.iter().any(|name| needed.contains(name)));
+    graph.initializer.retain(|tensor| needed.contains(&tensor.name));
+    needed
+}
+
+/// Names of the inputs that are the observation: one, or one for each number of it.
+fn observed(
+    graph: &GraphProto,
+    description: &Description,
+    needed: &BTreeSet<String>,
+) -> Result<BTreeSet<String>, String> {
+    let all: Vec<String> = graph.input.iter().map(|input| input.name.clone()).collect();
+    let matter: Vec<&ValueInfoProto> = graph.input.iter().filter(|input| needed.contains(&input.name)).collect();
+    let fixed = |others: &[&str]| {
+        let list: Vec<String> = others.iter().map(|name| format!("{name} = 0.0")).collect();
+        format!("fixed = {{ {} }}", list.join(", "))
+    };
+    if description.input_name.is_some() || all.len() == 1 {
+        let name = chosen("input", &all, description.input_name.as_deref())?;
+        let others: Vec<&str> = matter.iter().map(|v| v.name.as_str()).filter(|other| *other != name).collect();
+        if !others.is_empty() {
+            return Err(format!(
+                "has other inputs that its action depends on ({}); a policy decides from the observation alone\n  remedy: \
+                 describe a constant for each, the same at every decision: {}",
+                others.join(", "),
+                fixed(&others)
+            ));
+        }
+        return Ok(BTreeSet::from([name]));
+    }
+    if let [one] = matter.as_slice() {
+        return Ok(BTreeSet::from([one.name.clone()]));
+    }
+    let n = description.inputs.len();
+    if n > 1 && matter.len() == n && matter.iter().all(|input| shape_of_one(input).is_ok()) {
+        return Ok(matter.iter().map(|input| input.name.clone()).collect());
+    }
+    let first = matter.first().map_or_else(|| all.first().cloned().unwrap_or_default(), |v| v.name.clone());
+    let others: Vec<&str> = matter.iter().map(|v| v.name.as_str()).filter(|other| *other != first).collect();
+    Err(format!(
+        "has {} inputs ({}); a policy has one, the observation, or one for each of its numbers\n  remedy: describe which it \
+         is, and a constant for each other that the action depends on:\n  input_name = \"{first}\"\n  {}",
+        all.len(),
+        all.join(", "),
+        fixed(&others)
+    ))
+}
+
+fn tensor(input: &ValueInfoProto) -> Result<&Tensor, String> {
+    match input.r#type.as_ref().and_then(|kind| kind.value.as_ref()) {
+        Some(type_proto::Value::TensorType(tensor)) => Ok(tensor),
+        _ => Err(format!("input `{}` is no tensor", input.name)),
+    }
+}
+
+/// Sizes of its dimensions; `None` for any.
+fn declared(tensor: &Tensor) -> Vec<Option<i64>> {
+    let dims = tensor.shape.iter().flat_map(|shape| &shape.dim);
+    dims.map(|dim| match &dim.value {
+        Some(dimension::Value::DimValue(size)) if *size > 0 => Some(*size),
+        _ => None,
+    })
+    .collect()
+}
+
+fn check_kind(input: &ValueInfoProto) -> Result<(), String> {
+    match DataType::try_from(tensor(input)?.elem_type).unwrap_or(DataType::Undefined) {
+        DataType::Float | DataType::Double | DataType::Float16 => Ok(()),
+        other => Err(format!(
+            "input `{}` is of {}; allowed: floating-point numbers of 16, 32 or 64 bits",
+            input.name,
+            other.as_str_name()
+        )),
+    }
+}
+
+/// The shape of an input that takes one number.
+fn shape_of_one(input: &ValueInfoProto) -> Result<Vec<usize>, String> {
+    let declared = declared(tensor(input)?);
+    if declared.len() <= 2 && declared.iter().all(|dim| dim.is_none_or(|d| d == 1)) {
+        return Ok(vec![1; declared.len()]);
+    }
+    Err(format!("input `{}` takes more than one number", input.name))
+}
+
+/// The shape to run one observation of `n` numbers with, from the declared one.
+fn shape(input: &ValueInfoProto, n: usize) -> Result<Vec<usize>, String> {
+    let declared = declared(tensor(input)?);
+    let fits = |dim: &Option<i64>, size: i64| dim.is_none_or(|d| d == size);
+    match declared.as_slice() {
+        [] => Ok(vec![1, n]),
+        [numbers] if fits(numbers, n as i64) => Ok(vec![n]),
+        [rows, numbers] if fits(rows, 1) && fits(numbers, n as i64) => Ok(vec![1, n]),
+        _ => {
+            let words: Vec<String> = declared.iter().map(|d| d.map_or("any".into(), |d| d.to_string())).collect();
+            Err(format!(
+                "input `{}` has the shape [{}]; the {n} inputs that are described need [any, {n}] or [{n}]",
+                input.name,
+                words.join(", ")
+            ))
+        }
+    }
+}

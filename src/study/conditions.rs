@@ -1,0 +1,163 @@
+//! Conditions of a study, and the drive that each makes of a segment. In: the file's base, segments, factors. Out: the
+//! [`Scenario`] of every drive, proven to begin, or the setting at fault, found where it was set.
+
+use super::{
+    Study, StudyError, dial,
+    file::{Changes, Kind, Level, StudyFile},
+};
+use crate::{
+    driver,
+    sim::{Field, Scenario, World, fields, settings_changed},
+    toml_text::{self, Part},
+    traffic::EngineChoice,
+};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// One condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    /// Its name: the names of its levels, joined by `+`.
+    pub name: String,
+    /// Level of each factor by the factor's name; `condition` where there are no factors.
+    pub levels: BTreeMap<String, String>,
+    /// Settings that it changes, and where they stand in the file.
+    changes: Vec<(String, Changes)>,
+}
+
+/// A setting that cannot be used, and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct WrongSetting {
+    key: String,
+    part: Part,
+    message: String,
+}
+
+impl WrongSetting {
+    /// The whole message, with file, line and column.
+    pub(super) fn located(&self, text: &str, name: &str) -> StudyError {
+        StudyError(toml_text::at(text, name, &self.key, self.part, &self.message))
+    }
+}
+
+impl Study {
+    /// Every drive of every condition is a scenario that can begin: made once, on the native engine. The highest speed that is to
+    /// be expected in a trial, m/s.
+    pub(super) fn check_drives(&self, name: &str) -> Result<f64, StudyError> {
+        let mut top_mps = 0.0_f64;
+        for (i, segment) in self.file.segment.iter().enumerate() {
+            let none = [None];
+            let all: Vec<Option<&Condition>> = self.conditions.iter().map(Some).collect();
+            let conditions: &[Option<&Condition>] = match segment.kind {
+                Kind::Drive => &none,
+                Kind::Trials => &all,
+                Kind::Text | Kind::Questions | Kind::Break => &[],
+            };
+            for condition in conditions {
+                let begun = self.drive(i, *condition).and_then(|scenario| self.begin(i, *condition, &scenario));
+                let top = begun.map_err(|wrong| wrong.located(&self.source, name))?;
+                if segment.kind == Kind::Trials {
+                    top_mps = top_mps.max(top);
+                }
+            }
+        }
+        Ok(top_mps)
+    }
+
+    /// The scenario of a drive: base, then the segment's settings, then the condition's.
+    pub(super) fn drive(&self, segment: usize, condition: Option<&Condition>) -> Result<Scenario, WrongSetting> {
+        let set = &self.file.segment[segment].set;
+        let mut scenario = changed(&self.base, &format!("segment.{segment}.set"), set)?;
+        for (key, changes) in condition.iter().flat_map(|condition| &condition.changes) {
+            scenario = changed(&scenario, key, changes)?;
+        }
+        if scenario.duration_s <= 0.0 {
+            let message = "duration_s is 0; a drive of a study needs an end".into();
+            return Err(self.wrong(segment, condition, &["duration_s"], message));
+        }
+        Ok(scenario)
+    }
+
+    /// Tries whether the drive can begin; the highest speed that is to be expected in it, m/s.
+    fn begin(&self, segment: usize, condition: Option<&Condition>, scenario: &Scenario) -> Result<f64, WrongSetting> {
+        let wrong = |keys: &[&str], message: String| self.wrong(segment, condition, keys, message);
+        driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
+        let engine = scenario.traffic.parse::<EngineChoice>();
+        engine.map_err(|error| wrong(&["traffic"], error.to_string()))?;
+        let quiet = Scenario { traffic: "native".into(), warm_up_s: 0.0, ..scenario.clone() };
+        let begun = World::new(&quiet).map_err(|error| wrong(error.settings(), error.to_string()))?;
+        Ok(dial::top_mps(&begun.expected_speeds()))
+    }
+
+    /// A mistake in one of these settings, at the place that had the last word on one of them.
+    fn wrong(&self, segment: usize, condition: Option<&Condition>, keys: &[&str], message: String) -> WrongSetting {
+        let own = (format!("segment.{segment}.set"), self.file.segment[segment].set.clone());
+        let base = ("base".to_owned(), self.file.base.clone());
+        let last_first = condition.iter().flat_map(|c| c.changes.iter().rev().cloned()).chain([own, base]);
+        let mut set = last_first.flat_map(|(place, changes)| {
+            keys.iter().filter(move |key| changes.contains_key(**key)).map(move |key| format!("{place}.{key}"))
+        });
+        let key = set.next().unwrap_or_else(|| format!("segment.{segment}"));
+        WrongSetting { key, part: Part::Value, message }
+    }
+}
+
+/// All combinations of levels, the last factor fastest; or the conditions as they are.
+pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
+    let condition = |key: String, factor: &str, level: &Level| Condition {
+        name: level.name.clone(),
+        levels: BTreeMap::from([(factor.to_owned(), level.name.clone())]),
+        changes: vec![(key, level.set.clone())],
+    };
+    if file.factors.is_empty() {
+        let list = file.condition.iter().enumerate();
+        return list.map(|(i, level)| condition(format!("condition.{i}.set"), "condition", level)).collect();
+    }
+    let mut all: Vec<Condition> = Vec::new();
+    for (factor, levels) in &file.factors {
+        let each: Vec<Condition> = levels
+            .iter()
+            .enumerate()
+            .map(|(i, level)| condition(format!("factors.{factor}.{i}.set"), factor, level))
+            .collect();
+        if all.is_empty() {
+            all = each;
+            continue;
+        }
+        let both = |a: &Condition, b: &Condition| Condition {
+            name: format!("{}+{}", a.name, b.name),
+            levels: a.levels.iter().chain(&b.levels).map(|(k, v)| (k.clone(), v.clone())).collect(),
+            changes: a.changes.iter().chain(&b.changes).cloned().collect(),
+        };
+        all = all.iter().flat_map(|a| each.iter().map(move |b| both(a, b))).collect();
+    }
+    all
+}
+
+/// `scenario` with settings changed; `key` is where they stand.
+pub(super) fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Result<Scenario, WrongSetting> {
+    let known = fields();
+    let mut list: Vec<(Field, Value)> = Vec::new();
+    for (name, value) in changes {
+        let inner: Vec<(String, &Value)> = match value {
+            Value::Object(table) => table.iter().map(|(k, v)| (format!("{name}.{k}"), v)).collect(),
+            value => vec![(name.clone(), value)],
+        };
+        for (path, value) in inner {
+            let wrong = |part, message| WrongSetting { key: format!("{key}.{path}"), part, message };
+            let Some(field) = known.iter().find(|field| field.path == path) else {
+                let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
+                return Err(wrong(Part::Key, toml_text::unknown_key(&path, &names)));
+            };
+            if let Some(fault) = field.fault(value) {
+                return Err(wrong(Part::Value, fault));
+            }
+            list.push((field.clone(), value.clone()));
+        }
+    }
+    settings_changed(scenario, &list).map_err(|(path, message)| WrongSetting {
+        key: format!("{key}.{path}"),
+        part: Part::Value,
+        message,
+    })
+}

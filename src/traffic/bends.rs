@@ -1,0 +1,74 @@
+//! How fast a bend lets one drive. In: the route and the lateral acceleration that its drivers take as comfortable. Out: the
+//! highest speed at every place, reached in time by gentle braking. One rule for both engines. Metres, m/s, m/s2.
+
+use crate::map::Route;
+
+/// Length over which a bend's curvature is taken, metres: two cars.
+const SPAN_M: f64 = 10.0;
+/// Distance between two places of the table, metres, at the most.
+const STEP_M: f64 = 1.0;
+/// The braking before a bend, m/s2: gentler than the model's own comfortable one, so that it is kept to.
+const BRAKING_MPS2: f64 = 1.0;
+/// Speeds above this are no bound, m/s: the fastest that any model drives.
+const UNBOUNDED_MPS: f64 = 100.0;
+
+/// The highest speed at every place of a route.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct BendSpeeds {
+    step_m: f64,
+    cap_mps: Vec<f64>,
+}
+
+impl BendSpeeds {
+    /// Of a route with this lateral acceleration; `None` where none is set.
+    pub fn of(route: &Route, lateral_mps2: Option<f64>) -> Option<Self> {
+        let lateral_mps2 = lateral_mps2?;
+        let n = (route.length_m() / STEP_M).ceil().max(1.0) as usize;
+        let step_m = route.length_m() / n as f64;
+        let cap = |i: usize| {
+            let bend = route.curvature_at(i as f64 * step_m, SPAN_M).abs();
+            (lateral_mps2 / bend.max(1e-9)).sqrt().min(UNBOUNDED_MPS)
+        };
+        let mut cap_mps: Vec<f64> = (0..n).map(cap).collect();
+        // Backwards, twice round: what is before the first place is the end of the route.
+        for i in (0..2 * n).rev() {
+            let ahead_mps = cap_mps[(i + 1) % n];
+            let here = &mut cap_mps[i % n];
+            *here = here.min((ahead_mps * ahead_mps + 2.0 * BRAKING_MPS2 * step_m).sqrt());
+        }
+        Some(Self { step_m, cap_mps })
+    }
+
+    /// The highest speed at a place of the route, m/s.
+    pub fn at(&self, s_m: f64) -> f64 {
+        let n = self.cap_mps.len();
+        let i = (s_m.max(0.0) / self.step_m) as usize % n;
+        self.cap_mps[i].min(self.cap_mps[(i + 1) % n])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::RoadMap;
+
+    #[test]
+    fn a_ring_has_one_speed_everywhere_and_a_road_with_bends_brakes_before_them() {
+        let ring = RoadMap::load("ring-250").unwrap().route;
+        assert_eq!(BendSpeeds::of(&ring, None), None);
+        let speeds = BendSpeeds::of(&ring, Some(3.0)).unwrap();
+        // A radius of 39.79 m: the root of 3 times that is 10.93 m/s.
+        assert!((0..250).all(|s| (speeds.at(f64::from(s)) - 10.93).abs() < 0.02), "{}", speeds.at(0.0));
+        let practice = RoadMap::load("practice").unwrap().route;
+        let speeds = BendSpeeds::of(&practice, Some(3.0)).unwrap();
+        let metres = || (0..practice.length_m() as u32).map(f64::from);
+        let slowest = metres().map(|s| speeds.at(s)).fold(f64::INFINITY, f64::min);
+        // Its tightest bend has 25 m: 8.66 m/s.
+        assert!((slowest - 8.66).abs() < 0.1, "{slowest}");
+        for s in metres() {
+            let (here, next) = (speeds.at(s), speeds.at(s + 1.0));
+            assert!(here * here - next * next <= 2.0 * BRAKING_MPS2 * 1.05 + 1e-9, "{s}: {here} {next}");
+            assert!(here * here * practice.curvature_at(s, SPAN_M).abs() <= 3.0 + 1e-6, "{s}: {here}");
+        }
+    }
+}
