@@ -8,7 +8,7 @@ use crate::{
         manifest::{DialScale, Hashed},
     },
     render::Gpu,
-    sim::{World, bend_mps2},
+    sim::World,
 };
 use std::{path::Path, time::SystemTime};
 
@@ -24,7 +24,7 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
         map: Hashed::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
         policy: Hashed::of(inputs::last(policy), policy::file_of(policy).as_deref()),
         policy_asked: world.policy().why.clone(),
-        bend_mps2: bend_mps2(scenario, &world.map().route),
+        bend_mps2: scenario.bend_bound_mps2(&world.map().route),
         driver,
         participant: None,
         began: now(),

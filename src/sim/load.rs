@@ -215,6 +215,18 @@ mod tests {
     }
 
     #[test]
+    fn bends_bound_speeds_where_there_are_bends_and_never_on_a_ring_unless_it_is_asked_for() {
+        let bound = |map: &str, bend_mps2| {
+            let route = crate::map::RoadMap::load(map).unwrap().route;
+            Scenario { bend_mps2, ..Scenario::default() }.bend_bound_mps2(&route)
+        };
+        for ring in ["ring-250", "ring-641"] {
+            assert_eq!([bound(ring, 0.0), bound(ring, 2.5), bound(ring, 100.0)], [None, Some(2.5), None], "{ring}");
+        }
+        assert_eq!([0.0, 99.0, 100.0].map(|set| bound("practice", set)), [Some(3.0), Some(99.0), None]);
+    }
+
+    #[test]
     fn flags_replace_what_the_file_says() {
         let list = fields();
         let field = |path: &str| list.iter().find(|f| f.path == path).unwrap().clone();

@@ -2,6 +2,7 @@
 //! [`Snapshot`] of all there is to see, record or hash.
 
 pub mod colour;
+mod error;
 mod event;
 mod fields;
 mod ground;
@@ -12,6 +13,7 @@ pub mod sound;
 mod summary;
 mod world;
 
+pub use error::WorldError;
 pub use event::{EndReason, Event, EventKind};
 pub use fields::{Field, Kind, fields, fields_of};
 pub use load::{ScenarioError, Settings, settings_changed, settings_from_file, settings_from_toml, settings_with};
@@ -19,4 +21,4 @@ pub use scenario::{CockpitView, DialPalette, FlashPatch, OnContact, QualityLevel
 pub use snapshot::{CarView, HASH_START, Leader, Pitch, Snapshot, is_in_lane};
 pub use sound::SoundLevels;
 pub use summary::{ContactRecord, Summary, Tally};
-pub use world::{ExpectedSpeeds, NotPutBack, World, WorldError, bend_mps2};
+pub use world::{ExpectedSpeeds, NotPutBack, World};

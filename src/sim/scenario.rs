@@ -3,7 +3,7 @@
 //! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
 
 use super::SoundLevels;
-use crate::{idm::IdmParams, units::SpeedUnit};
+use crate::{idm::IdmParams, map::Route, units::SpeedUnit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -268,6 +268,18 @@ impl Scenario {
     /// Ticks by which controls come later.
     pub fn extra_delay_ticks(&self) -> usize {
         (self.extra_delay_s / crate::time::TICK_S).round() as usize
+    }
+
+    /// The lateral acceleration that bounds the other cars' speed in the bends of a route, m/s2, if one does.
+    pub fn bend_bound_mps2(&self, route: &Route) -> Option<f64> {
+        /// What is taken for comfortable (the simulated drivers' own).
+        const COMFORTABLE_MPS2: f64 = 3.0;
+        /// The setting that says that there is no bound.
+        const NONE_MPS2: f64 = 100.0;
+        match self.bend_mps2 {
+            set if set <= 0.0 => (!route.is_ring()).then_some(COMFORTABLE_MPS2),
+            set => (set < NONE_MPS2).then_some(set),
+        }
     }
 
     /// Half width of the acceptable range, m/s.

@@ -9,20 +9,20 @@ mod put_back;
 pub use put_back::NotPutBack;
 
 use super::{
-    Event, EventKind, OnContact, Scenario, Snapshot, StartLayout,
+    Event, EventKind, OnContact, Scenario, Snapshot, StartLayout, WorldError,
     event::EndReason,
     ground::RoadGround,
     snapshot::{CarView, Leader},
 };
 use crate::{
     driver::{Perception, SeenLeader, SimulatedDriver},
-    ego::{CarParams, Controls, Ego, EgoError, Obstacle},
+    ego::{CarParams, Controls, Ego, Obstacle},
     input::LaneHint,
-    map::{MapError, RoadMap, Route},
-    policy::{self, Advice, Advisor, Observation, PolicyError, PolicySettings},
+    map::{RoadMap, Route},
+    policy::{self, Advice, Advisor, Observation, PolicySettings},
     space::{CAR_LENGTH_M, wrap_angle},
     time::{TICK_S, TICKS_PER_S, Tick},
-    traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup, UnknownEngine},
+    traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup},
 };
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
@@ -33,40 +33,6 @@ const BACK_INSIDE_M: f64 = 0.2;
 /// How far ahead lane help reads the bend, seconds: about what steering takes to act; and over which length, metres.
 const LANE_HINT_AHEAD_S: f64 = 0.2;
 const LANE_HINT_SPAN_M: f64 = 4.0;
-
-/// Why a drive cannot start.
-#[derive(Debug, thiserror::Error)]
-pub enum WorldError {
-    /// The map cannot be used.
-    #[error(transparent)]
-    Map(#[from] MapError),
-    /// The traffic cannot start or go on.
-    #[error(transparent)]
-    Traffic(#[from] TrafficError),
-    /// The policy is unknown or its file cannot be used.
-    #[error(transparent)]
-    Policy(#[from] PolicyError),
-    /// The traffic engine's name cannot be read.
-    #[error(transparent)]
-    Engine(#[from] UnknownEngine),
-    /// The ego cannot be built.
-    #[error(transparent)]
-    Ego(#[from] EgoError),
-}
-
-impl WorldError {
-    /// Keys of the scenario that decide on it, the likeliest first.
-    pub fn settings(&self) -> &'static [&'static str] {
-        match self {
-            Self::Map(_) => &["map"],
-            Self::Policy(_) => &["policy"],
-            Self::Engine(_) => &["traffic"],
-            Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
-            Self::Traffic(_) => &["traffic"],
-            Self::Ego(_) => &[],
-        }
-    }
-}
 
 /// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,7 +103,7 @@ impl World {
             step_s: scenario.step_s,
             seed: scenario.seed,
             timeout_s: scenario.traffic_timeout_s,
-            bend_mps2: bend_mps2(scenario, &map.route),
+            bend_mps2: scenario.bend_bound_mps2(&map.route),
         };
         let mut traffic = traffic::start(&engine, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
@@ -462,18 +428,6 @@ fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
 fn limited_idm(scenario: &Scenario, route: &Route) -> crate::idm::IdmParams {
     let limit_mps = route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(f64::INFINITY, f64::min);
     crate::idm::IdmParams { v0: scenario.idm.v0.min(limit_mps), ..scenario.idm }
-}
-
-/// The lateral acceleration that bounds the other cars' speed in bends, m/s2, if one does.
-pub fn bend_mps2(scenario: &Scenario, route: &Route) -> Option<f64> {
-    /// What is taken for comfortable (the simulated drivers' own).
-    const COMFORTABLE_MPS2: f64 = 3.0;
-    /// The setting that says that there is no bound.
-    const NONE_MPS2: f64 = 100.0;
-    match scenario.bend_mps2 {
-        set if set <= 0.0 => (!route.is_ring()).then_some(COMFORTABLE_MPS2),
-        set => (set < NONE_MPS2).then_some(set),
-    }
 }
 
 /// Where all cars stand at the start.

@@ -1,0 +1,42 @@
+//! Why a drive cannot start, and which settings decide on it.
+
+use crate::{
+    ego::EgoError,
+    map::MapError,
+    policy::PolicyError,
+    traffic::{TrafficError, UnknownEngine},
+};
+
+/// Why a drive cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldError {
+    /// The map cannot be used.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The traffic cannot start or go on.
+    #[error(transparent)]
+    Traffic(#[from] TrafficError),
+    /// The policy is unknown or its file cannot be used.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
+    /// The traffic engine's name cannot be read.
+    #[error(transparent)]
+    Engine(#[from] UnknownEngine),
+    /// The ego cannot be built.
+    #[error(transparent)]
+    Ego(#[from] EgoError),
+}
+
+impl WorldError {
+    /// Keys of the scenario that decide on it, the likeliest first.
+    pub fn settings(&self) -> &'static [&'static str] {
+        match self {
+            Self::Map(_) => &["map"],
+            Self::Policy(_) => &["policy"],
+            Self::Engine(_) => &["traffic"],
+            Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
+            Self::Traffic(_) => &["traffic"],
+            Self::Ego(_) => &[],
+        }
+    }
+}
