@@ -62,7 +62,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set() {
     let (_folder, file, out) = place();
     let (code, text) = rehearse(&file, &out, "6");
-    assert!(code == 0 && text.contains("6 of 6 participants are through"), "{text}");
+    assert!(code == 0 && text.contains("6 of 6 participants completed the study"), "{text}");
 
     let participants = table(&out.join("participants.tsv"));
     let orders: BTreeSet<&String> = participants.iter().map(|row| &row["order"]).collect();

@@ -90,6 +90,30 @@ fn every_condition_comes_as_often_at_every_place_and_every_drive_has_its_own_see
     assert_eq!(seeds.len(), count);
 }
 
+/// A dial that follows each trial's traffic is a second factor: with 22 cars it would end at 25 mph here, with 5 at 80.
+#[test]
+fn all_trials_have_one_full_scale_of_the_speedometer() {
+    let study = |more: &str| {
+        let text = format!(
+            "title = \"t\"\nparticipants = 2\n[base]\ntraffic = \"native\"\nduration_s = 10.0\n{more}\n[[condition]]\nname = \
+             \"dense\"\n[[condition]]\nname = \"loose\"\nset = {{ vehicles = 5 }}\n[[segment]]\nkind = \"drive\"\nname = \
+             \"practice\"\n[[segment]]\nkind = \"trials\"\nname = \"trial\"\n"
+        );
+        Study::parse(text, Path::new("dial.toml")).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let scales = |more: &str| -> Vec<f64> {
+        let full = |item: Item| if let Item::Drive { scenario, .. } = item { Some(scenario.dial_full) } else { None };
+        study(more).plan(0).items.into_iter().filter_map(|planned| full(planned.item)).collect()
+    };
+    // The practice keeps what suits it; 15 % more than 2.2 times the even flow of five cars, at most the road's limit.
+    let [practice, first, second] = scales("")[..] else { panic!("three drives") };
+    assert_eq!((practice, first), (0.0, second));
+    assert!(first >= 60.0, "{first} mph: five cars on 250 m flow at 15 m/s and more");
+    let kmh = scales("units = \"kmh\"")[1];
+    assert!(kmh > first && scales("units = \"kmh\"")[2] == kmh, "{kmh} km/h");
+    assert_eq!(scales("dial_full = 30.0"), [30.0; 3], "a study may name its own");
+}
+
 #[test]
 fn factors_make_all_combinations() {
     let text = r#"title = "t"

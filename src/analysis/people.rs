@@ -121,7 +121,11 @@ struct Tsv {
 impl Tsv {
     /// `None` where there is no such file.
     fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
-        let Ok(text) = read_text(path, SETTINGS_BYTES) else { return Ok(None) };
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = read_text(path, SETTINGS_BYTES)
+            .map_err(|why| AnalysisError::Input(format!("{}: cannot be read: {why}", path.display())))?;
         let mut lines = text.lines().map(|line| line.split('\t').map(str::to_owned).collect::<Vec<_>>());
         let names = lines.next().unwrap_or_default();
         let rows: Vec<Vec<String>> = lines.collect();

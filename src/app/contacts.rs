@@ -3,7 +3,7 @@
 
 use crate::{
     panel::experimenter::ContactHealth,
-    sim::{EventKind, World},
+    sim::{Event, EventKind, World},
 };
 use std::time::Duration;
 
@@ -11,8 +11,11 @@ use std::time::Duration;
 /// second, which is what can set off a seizure (WCAG 2.3.1).
 const FLASH: Duration = Duration::from_millis(600);
 
-/// How each line about a contact begins.
-pub const CONTACT: &str = "contact";
+/// A contact in words; `None` for any other event.
+pub fn words(event: &Event) -> Option<String> {
+    let EventKind::Contact { car, closing_mps, .. } = event.kind else { return None };
+    Some(format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0))
+}
 
 /// Contacts so far.
 #[derive(Clone, Debug, Default)]
@@ -28,13 +31,13 @@ impl Contacts {
     /// The world has made a tick.
     pub fn tick(&mut self, world: &World) {
         for event in world.events() {
-            let EventKind::Contact { car, closing_mps, .. } = event.kind else { continue };
+            let EventKind::Contact { closing_mps, .. } = event.kind else { continue };
             self.count += 1;
             self.last = Some((closing_mps, Duration::ZERO));
             if self.flash_left.is_zero() {
                 self.flash_left = FLASH;
             }
-            self.words.push(format!("{CONTACT} {} with car {}, closing at {closing_mps:.1} m/s", self.count, car.0));
+            self.words.extend(words(event));
         }
     }
 
@@ -97,7 +100,7 @@ mod tests {
         else {
             panic!("the contact is of this tick")
         };
-        assert_eq!(*words, format!("contact 1 with car {}, closing at {closing_mps:.1} m/s", car.0));
+        assert_eq!(*words, format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0));
         assert_eq!((contacts.flash(), contacts.health().count), (1.0, 1));
         contacts.pass(Duration::from_millis(300));
         assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().last == Some([closing_mps, 0.3]));

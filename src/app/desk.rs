@@ -22,7 +22,7 @@ use egui::{Align2, Color32, FontId, TextureId, Ui};
 use std::time::Duration;
 
 /// What a driver has to know before a free drive.
-const START: &str = "Space or the accelerator starts.\nArrow keys or W A S D drive.\nF1 lists all keys.";
+const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists all keys.";
 
 /// Panel and overlays of a drive.
 pub struct Desk {

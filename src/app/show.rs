@@ -459,11 +459,15 @@ impl Show {
         };
     }
 
+    /// A person holds the drive, or lets it go on: a wheel that comes back meanwhile changes nothing about that.
+    pub fn hold(&mut self, held: bool) {
+        self.waiting = false;
+        self.drive.clock.set_pace(if held { Pace::Paused } else { Pace::RealTime });
+    }
+
     /// Pauses, or goes on in real time.
     pub fn toggle_pause(&mut self) {
-        self.waiting = false;
-        let paused = self.drive.clock.pace() == Pace::Paused;
-        self.drive.clock.set_pace(if paused { Pace::RealTime } else { Pace::Paused });
+        self.hold(self.drive.clock.pace() != Pace::Paused);
     }
 
     /// Lane help on or off.

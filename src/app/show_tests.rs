@@ -343,6 +343,11 @@ fn a_wheel_that_is_pulled_out_holds_a_drive_that_runs_and_no_other() {
     show.toggle_pause();
     assert_eq!(tell(&mut show, Told::Lost), (Pace::Paused, false, 1));
     assert_eq!(tell(&mut show, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
+    // Held by a person while it was out, as after a request to stop: it stays held, too.
+    show.toggle_pause();
+    assert_eq!(tell(&mut show, Told::Lost), (Pace::Paused, true, 1));
+    show.hold(true);
+    assert_eq!(tell(&mut show, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
     // Let run by a button or the panel meanwhile, and held again: that pause is a person's.
     show.toggle_pause();
     tell(&mut show, Told::Lost);

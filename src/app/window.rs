@@ -11,7 +11,7 @@ use super::{
     shell::{self, Next, Windows, now},
 };
 use crate::{
-    input::{Devices, Profile},
+    input::{Devices, DriveKey, Profile},
     panel::{experimenter::ExperimenterCommand, theme},
     record::{self, RecordError},
     sim::Scenario,
@@ -98,7 +98,7 @@ struct Frame {
     modifiers: ModifiersState,
     /// The experimenter has ended the program.
     is_over: bool,
-    /// Held at its start until the driver presses the accelerator, or Space.
+    /// Held at its start until the driver presses the accelerator's key, or Space.
     awaits_driver: bool,
 }
 
@@ -183,7 +183,8 @@ impl Frame {
             // What is not recorded is not driven, whoever presses Space.
             self.show.drive.clock.set_pace(Pace::Paused);
         }
-        if self.awaits_driver && self.show.devices.accelerates() {
+        // A pedal may stand anywhere when a wheel is found; a key that goes down was pressed now.
+        if self.awaits_driver && self.show.devices.keyboard.is_down(DriveKey::Throttle) {
             self.show.drive.clock.set_pace(Pace::RealTime);
         }
         self.awaits_driver &= self.show.drive.clock.pace() == Pace::Paused;

@@ -34,7 +34,7 @@ pub(super) fn command() -> Command {
                 .help("Profile of the steering wheel: one saved by codrive calibrate, or a shipped one; without it the one for the wheel that is found"),
         )
         .arg(
-            Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or the accelerator before the drive begins, as a drive that is neither recorded nor watched always does"),
+            Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or Up before the drive begins, as a drive that is neither recorded nor watched always does"),
         )
 }
 

@@ -119,7 +119,7 @@ fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<
     })?;
     let state = match left {
         Left::Over(completion) => format!("{}: {}", completion.word(), completion.meaning()),
-        Left::Open(item) => format!("goes on at {item} with the same command"),
+        Left::Open(item) => format!("is at {item}: run the same command to resume"),
     };
     out::line(format_args!("{}: participant {code} {state}", root.display()))?;
     out::line(format_args!("look at the data with: codrive analyse {}", root.display()))?;
@@ -133,7 +133,7 @@ fn rehearse(study: &Study, root: &Path, participants: usize) -> Result<(), CliEr
     bar.finish_and_clear();
     let found = found?;
     out::line(format_args!(
-        "{}: {} of {} participants are through the study",
+        "{}: {} of {} participants completed the study",
         root.display(),
         found.complete,
         found.participants

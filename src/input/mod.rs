@@ -30,9 +30,6 @@ pub use rig::{Rig, RigNews};
 
 use crate::ego::Controls;
 
-/// An accelerator with more effect than this is under a foot.
-const PRESSED: f32 = 0.05;
-
 /// All devices of the participant.
 pub struct Devices {
     /// The keyboard, fed by the window.
@@ -97,16 +94,6 @@ impl Devices {
             Source::Keyboard => typed,
             Source::Pad => self.pads.controls().unwrap_or(typed),
             Source::Wheel => self.rig.controls(),
-        }
-    }
-
-    /// True while a foot or a key is on the accelerator.
-    pub fn accelerates(&self) -> bool {
-        let pressed = |throttle: f32| throttle > PRESSED;
-        match self.source {
-            Source::Keyboard => self.keyboard.is_down(DriveKey::Throttle),
-            Source::Pad => self.pads.controls().is_some_and(|controls| pressed(controls.throttle)),
-            Source::Wheel => pressed(self.rig.controls().throttle),
         }
     }
 

@@ -178,7 +178,7 @@ fn a_visit_killed_at_any_point_goes_on_by_the_same_command() {
             "{point} was not reached: {code:?} {text}"
         );
         let text = succeeds(&rehearse);
-        assert!(text.contains("1 of 1 participants are through"), "{point}: {text}");
+        assert!(text.contains("1 of 1 participants completed the study"), "{point}: {text}");
         succeeds(&["analyse", out.to_str().unwrap()]);
         let drives = fs::read_dir(out.join("sourcedata/sub-R01")).unwrap().flatten();
         // A baseline that was cut holds nobody's data: it is made anew, under the trial's next name where that comes again.

@@ -269,12 +269,18 @@ fn notes_and_marks_are_in_the_session_and_while_driving_in_the_recording() {
     rig.command(VisitCommand::Mark(String::new()));
     rig.input(Input::Mark);
     rig.command(VisitCommand::Note(reason("coughs")));
+    rig.visit().note_contact("contact with car 3, closing at 4.2 m/s").unwrap();
     assert_eq!(rig.road.said, ["mark: by the experimenter", "mark: by the participant", "note: coughs"]);
     let notes = rig.log().notes;
     let list: Vec<(&str, Option<&str>)> = notes.iter().map(|n| (n.text.as_str(), n.item.as_deref())).collect();
     let practice = Some("practice");
     assert_eq!(list[0], ("left-handed", Some("welcome")));
-    assert_eq!(list[1..], [("by the experimenter", practice), ("by the participant", practice), ("coughs", practice)]);
+    let contact = ("contact with car 3, closing at 4.2 m/s", practice);
+    assert_eq!(
+        list[1..],
+        [("by the experimenter", practice), ("by the participant", practice), ("coughs", practice), contact]
+    );
+    assert_eq!(notes.last().map(|note| note.kind.as_str()), Some("contact"), "the recording has an event of its own");
 }
 
 #[test]

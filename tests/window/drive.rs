@@ -18,6 +18,7 @@ const KEY_M: u8 = 58;
 const KEY_Q: u8 = 24;
 const KEY_BACKSPACE: u8 = 22;
 const KEY_SPACE: u8 = 65;
+const KEY_F1: u8 = 67;
 const KEY_F11: u8 = 95;
 
 /// The screen that all of these have.
@@ -124,6 +125,33 @@ fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_driv
 }
 
 #[test]
+fn esc_closes_an_open_list_of_the_panel_and_then_the_drive() {
+    // Where the list of maps hangs in the panel of a window of this size, and the fill of the map that is chosen in it.
+    const LIST: [u32; 2] = [1190, 669];
+    const CHOSEN: [u32; 2] = [1250, 729];
+    let server = Server::start([1300, 1020]);
+    let program = drive(&server, &["--traffic", "native", "--panel", "--paused", "--trees", "0"]);
+    let window = focused(&server, "codrive");
+    // Where the processor draws, the window makes itself small at first.
+    wait_for("the small window", || (server.size_of(window) == [640, 360]).then_some(()));
+    server.resize(window, [1280, 1000]);
+    let blue = || {
+        let [r, _, b] = server.picture(window).at(CHOSEN[0], CHOSEN[1]);
+        b > r.saturating_add(40)
+    };
+    wait_for("the large window", || (server.picture(window).size == [1280, 1000]).then_some(()));
+    sleep(Duration::from_secs(2));
+    assert!(!blue(), "no list hangs open");
+    server.click(LIST);
+    wait_for("the list of maps, 669 points below the top", || blue().then_some(()));
+    server.strike(window, &[KEY_ESC]);
+    wait_for("the list to close", || (!blue()).then_some(()));
+    server.strike(window, &[KEY_ESC]);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+}
+
+#[test]
 fn a_window_that_loses_the_keyboard_lets_go_of_the_keys_that_were_held() {
     let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
@@ -225,7 +253,7 @@ fn the_driver_drives_beside_the_experimenter_and_ctrl_q_on_the_picture_ends_with
 }
 
 #[test]
-fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
+fn a_recording_plays_in_a_window_under_keys_that_f1_lists_and_is_proven_meanwhile() {
     let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("drive");
@@ -246,8 +274,14 @@ fn a_recording_plays_in_a_window_under_keys_and_is_proven_meanwhile() {
         let now = server.screen();
         (now.chunks(4).zip(before.chunks(4)).filter(|(a, b)| a != b).count() > PIXELS / 4).then_some(())
     });
-    sleep(Duration::from_secs(1));
-    server.close(window);
+    // The list of keys covers most of the picture with its dark panel; Esc takes that away, and Ctrl+Q ends.
+    let dark = || server.screen().chunks(4).filter(|pixel| pixel[..3].iter().all(|v| *v < 40)).count();
+    let usual = dark();
+    server.strike(window, &[KEY_F1]);
+    wait_for("the list of keys", || (dark() > usual + PIXELS / 8).then_some(()));
+    server.strike(window, &[KEY_ESC]);
+    wait_for("the picture again", || (dark() < usual + PIXELS / 16).then_some(()));
+    server.strike(window, &[KEY_CTRL, KEY_Q]);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("all 600 ticks are the same to the bit"), "{text}");

@@ -298,7 +298,7 @@ fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_th
     let id = visit.program.as_ref().unwrap().id();
     assert!(Command::new("sh").args(["-c", &format!("kill -INT {id}")]).status().unwrap().success());
     let (code, text) = visit.ended();
-    assert!(code == Some(0) && text.contains("participant P03 goes on at before with the same command"), "{text}");
+    assert!(code == Some(0) && text.contains("participant P03 is at before: run the same command to resume"), "{text}");
     let last = visit.log().passages.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (Outcome::Cut, "stopped by Ctrl-C"));
     assert_eq!(last.answers[0].answer, json!(false));
@@ -312,7 +312,7 @@ fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_th
     assert_eq!(given(&visit), 1);
     visit.server.close(visit.participant);
     let (code, text) = visit.ended();
-    assert!(code == Some(0) && text.contains("goes on at before"), "{text}");
+    assert!(code == Some(0) && text.contains("is at before: run the same command to resume"), "{text}");
     let last = visit.log().passages.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str(), last.answers.len()), (Outcome::Cut, "the window was closed", 1));
 }

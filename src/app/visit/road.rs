@@ -3,7 +3,7 @@
 
 use super::{Road, RoadNow, hands::Hands};
 use crate::{
-    app::{AppError, Show, contacts::CONTACT, drive::PATIENCE, host::PictureWindow, starting::Starting},
+    app::{AppError, Show, contacts, drive::PATIENCE, host::PictureWindow, starting::Starting},
     input::{Devices, RigNews, Source},
     sim::{Scenario, World},
     study::{Code, Input},
@@ -75,11 +75,10 @@ impl Kit {
             if step && snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)) {
                 *in_range_s += scenario.step_s;
             }
+            contacts.extend(world.events().iter().filter_map(contacts::words));
             watch(world);
         })?;
-        let told = show.take_news();
-        contacts.extend(told.iter().filter(|words| words.starts_with(CONTACT)).cloned());
-        news.extend(told);
+        news.extend(show.take_news());
         *hands = Hands::default();
         Ok((due, show.take_pressed().into_iter().filter_map(Hands::pressed_driving).collect()))
     }
@@ -157,7 +156,7 @@ impl Road for Live<'_> {
 
     fn hold(&mut self, held: bool) {
         if let Some(show) = self.kit.show.as_mut().filter(|_| self.kit.began) {
-            show.drive.clock.set_pace(if held { Pace::Paused } else { Pace::RealTime });
+            show.hold(held);
         }
     }
 

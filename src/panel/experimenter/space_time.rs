@@ -3,7 +3,7 @@
 //! half a second a column, whose columns go round: only new ones are sent to the screen.
 
 use super::map::shade;
-use crate::panel::theme;
+use crate::panel::{readout, theme};
 use egui::{Color32, ColorImage, Rect, TextureHandle, TextureId, TextureOptions, Ui, pos2, vec2};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -143,12 +143,20 @@ impl SpaceTime {
             at = end;
         }
         let font = egui::FontId::proportional(11.0);
-        let minute = (from_s / 60.0).ceil() as u64;
-        for minute in minute..=(to_s / 60.0) as u64 {
-            let at = pos2(x(minute as f64 * 60.0), field.bottom());
+        // Of a drive of a minute marks at every minute would be two.
+        let step_s = [10.0, 20.0, 60.0].into_iter().find(|step_s| (to_s - from_s) / step_s <= 6.0).unwrap_or(60.0);
+        for mark in (from_s / step_s).ceil() as u64..=(to_s / step_s) as u64 {
+            let at_s = mark as f64 * step_s;
+            let at = pos2(x(at_s), field.bottom());
             painter.vline(at.x, field.y_range(), egui::Stroke::new(1.0, Color32::from_white_alpha(18)));
             let align = if at.x > field.right() - 14.0 { egui::Align2::RIGHT_TOP } else { egui::Align2::CENTER_TOP };
-            painter.text(at + vec2(0.0, 3.0), align, format!("{minute}:00"), font.clone(), theme::DIM);
+            painter.text(
+                at + vec2(0.0, 3.0),
+                align,
+                readout::time(at_s).trim_end_matches(".0"),
+                font.clone(),
+                theme::DIM,
+            );
         }
         for share in [0.0, 0.5, 1.0] {
             let at = pos2(field.left() - 4.0, field.bottom() - share as f32 * field.height());
