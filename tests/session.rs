@@ -426,7 +426,7 @@ fn folders_that_are_something_else_are_refused_and_left_alone() {
     assert!(code == 2 && text.contains("codrive recover"), "{text}");
     fs::write(cut.join("manifest.json"), manifest).unwrap();
     let (code, text) = codrive(&["analyse", cut.to_str().unwrap()]);
-    assert!(code == 0 && text.contains("of 1 drives"), "{text}");
+    assert!(code == 0 && text.contains("of 1 drive\n"), "{text}");
     fs::write(cut.join("ego.parquet"), "no").unwrap();
     let (code, text) = codrive(&["analyse", cut.to_str().unwrap()]);
     assert!(code == 1 && text.contains("ego.parquet: no Parquet file"), "{text}");

@@ -68,9 +68,9 @@ pub fn report(title: &str, drives: &[Analysed], who: &People, changed: &[String]
     people.dedup();
     page.put(&format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\
-         <body>\n<h1>{0}</h1>\n<p class=\"note\">{1} drives{2}; codrive {3}. Every measure is defined at the end.</p>",
+         <body>\n<h1>{0}</h1>\n<p class=\"note\">{1}{2}; codrive {3}. Every measure is defined at the end.</p>",
         escaped(title),
-        drives.len(),
+        count(drives.len()),
         if people.len() > 1 { format!(" of {} participants", people.len()) } else { String::new() },
         env!("CARGO_PKG_VERSION")
     ));
@@ -129,7 +129,7 @@ fn contacts(page: &mut Page, drives: &[Analysed]) {
     page.put(&format!(
         "<p class=\"warning\">Contacts with other cars in {} of {}: {}{more}.</p>",
         hit.len(),
-        if drives.len() == 1 { "1 drive".into() } else { format!("{} drives", drives.len()) },
+        count(drives.len()),
         hit[..hit.len().min(MOST)].join(", ")
     ));
 }
@@ -164,6 +164,11 @@ fn scores(page: &mut Page, people: &People) {
         ));
     }
     page.put("</table>");
+}
+
+/// So many drives, in words.
+pub fn count(drives: usize) -> String {
+    if drives == 1 { "1 drive".into() } else { format!("{drives} drives") }
 }
 
 fn study(page: &mut Page, drives: &[Analysed]) {

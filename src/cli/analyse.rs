@@ -71,9 +71,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     })?;
     put("report.html", &made.html)?;
     out::line(format_args!(
-        "{}: report.html, tables (CSV) and figures (SVG, PNG) of {} drives",
+        "{}: report.html, tables (CSV) and figures (SVG, PNG) of {}",
         out.display(),
-        drives.len()
+        report::count(drives.len())
     ))?;
     Ok(())
 }

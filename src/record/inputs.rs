@@ -183,6 +183,23 @@ mod tests {
     }
 
     #[test]
+    fn a_network_of_anothers_is_carried_with_what_its_numbers_mean() {
+        let home = tempfile::tempdir().expect("a folder");
+        let data = map::project_root().join("tests/data");
+        for name in ["torch-legacy.onnx", "torch-legacy.onnx.toml"] {
+            fs::copy(data.join(name), home.path().join(name)).expect("copied");
+        }
+        let policy = home.path().join("torch-legacy.onnx");
+        let recording = home.path().join("drive");
+        fs::create_dir(&recording).expect("a folder");
+        carry(&recording, &world(Path::new("ring-250"), policy.to_str().expect("a name"))).expect("room");
+        let names = carried(&recording).expect("readable");
+        assert_eq!(names, ["inputs/policies/torch-legacy.onnx", "inputs/policies/torch-legacy.onnx.toml"]);
+        // It drives from there, on a machine that has nothing else of it.
+        world(Path::new("ring-250"), recording.join(&names[0]).to_str().expect("a name"));
+    }
+
+    #[test]
     fn only_what_lies_in_a_recording_is_looked_for_there() {
         let folder = tempfile::tempdir().expect("a folder");
         let here = |map: &str, policy: &str| {

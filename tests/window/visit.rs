@@ -186,7 +186,7 @@ fn a_whole_visit_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     // The analysis reads what is there.
     let analysed = Command::new(env!("CARGO_BIN_EXE_codrive")).arg("analyse").arg(&place.out).output().unwrap();
     assert!(
-        analysed.status.success() && String::from_utf8_lossy(&analysed.stdout).contains("1 drives"),
+        analysed.status.success() && String::from_utf8_lossy(&analysed.stdout).contains("1 drive\n"),
         "{analysed:?}"
     );
 }
