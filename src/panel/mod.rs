@@ -192,6 +192,7 @@ impl Panel {
                 if wheel.clicked() {
                     commands.push(PanelCommand::Wheel);
                 }
+                recording::show(ui, state.recorded_in);
             });
         });
         let edited = self.editor.scenario();
@@ -233,7 +234,6 @@ impl Panel {
                 self.editor.discard();
             }
         });
-        recording::show(ui, state.recorded_in);
         match &edited {
             Err(fault) => one_line(ui, &fault.to_string(), theme::RED),
             Ok(_) if self.editor.is_edited() => one_line(ui, "Edited: restart to apply.", theme::AMBER),

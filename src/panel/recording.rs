@@ -2,7 +2,7 @@
 //! nothing is recorded.
 
 use super::theme;
-use egui::{Color32, RichText, Ui};
+use egui::{Color32, Label, RichText, Ui};
 use std::path::Path;
 
 /// Radius of the lamp before it, points.
@@ -15,18 +15,16 @@ pub fn words(folder: Option<&Path>) -> (String, Color32) {
     (format!("REC {}", name.to_string_lossy()), theme::RED)
 }
 
-/// The same as a line of a panel; the whole path is under the mouse.
+/// The same in a row from right to left, in what is left of it; the whole path is under the mouse.
 pub(super) fn show(ui: &mut Ui, folder: Option<&Path>) {
     let (text, colour) = words(folder);
-    ui.horizontal(|ui| {
-        if folder.is_some() {
-            let (rect, _) = ui.allocate_exact_size(egui::vec2(2.0 * LAMP, 2.0 * LAMP), egui::Sense::hover());
-            ui.painter().circle_filled(rect.center(), LAMP, colour);
-        }
-        let line = ui.label(RichText::new(text).color(colour).strong());
-        match folder {
-            Some(folder) => line.on_hover_text(folder.display().to_string()),
-            None => line.on_hover_text("codrive drive --out FOLDER records a drive"),
-        };
-    });
+    let line = ui.add(Label::new(RichText::new(text).color(colour).strong()).truncate());
+    match folder {
+        Some(folder) => line.on_hover_text(folder.display().to_string()),
+        None => line.on_hover_text("codrive drive --out FOLDER records a drive"),
+    };
+    if folder.is_some() {
+        let (rect, _) = ui.allocate_exact_size(egui::vec2(2.0 * LAMP, 2.0 * LAMP), egui::Sense::hover());
+        ui.painter().circle_filled(rect.center(), LAMP, colour);
+    }
 }

@@ -83,7 +83,7 @@ fn a_window_that_is_closed_ends_its_recording_whole() {
     server.close(window);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
-    assert!(text.contains(&format!("recorded                 {}\n", out.display())), "{text}");
+    assert!(text.contains(&format!("recorded in              {}\n", out.display())), "{text}");
     let manifest = Manifest::load(&out).unwrap();
     assert!(manifest.is_complete() && manifest.screen.is_some(), "{manifest:?}");
     assert_eq!(manifest.ended.as_deref(), Some("stopped"));
