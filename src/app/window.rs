@@ -237,7 +237,10 @@ impl Frame {
             self.new_stage()?;
         }
         self.is_cut = false;
-        if let Some(folder) = self.recordings.next().filter(|_| !self.show.is_stopped()) {
+        // A drive that could not start takes no folder: the closing words list what was recorded.
+        if !self.show.is_stopped()
+            && let Some(folder) = self.recordings.next()
+        {
             let begun = self.show.record(&folder, self.picture.gpu());
             self.or_cut(begun)?;
         }
