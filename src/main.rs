@@ -3,8 +3,8 @@
 fn main() -> std::process::ExitCode {
     // SAFETY: nothing has run yet that could have begun a thread.
     unsafe { codrive::cli::prepare_environment() };
-    // SUMO, Mesa and figures of few points say much that is no concern of a driver; RUST_LOG=info shows ours.
-    let quiet = "warn,wgpu_hal=off,wgpu_core=error,naga=error,egui_extras=error,usvg=error";
+    // SUMO, Mesa, figures of few points and networks of newer exporters say much that is no concern of a driver; RUST_LOG=info shows ours.
+    let quiet = "warn,wgpu_hal=off,wgpu_core=error,naga=error,tract_onnx=error,egui_extras=error,usvg=error";
     let filter = env_logger::Env::default().default_filter_or(quiet);
     env_logger::Builder::from_env(filter).format_timestamp(None).init();
     codrive::record::kill_point::arm();

@@ -80,8 +80,15 @@ fn a_step_of_either_engine_asks_for_no_memory() {
         let map = Arc::new(RoadMap::load("ring-250").expect("a map that is shipped"));
         let idm = IdmParams { noise: 0.2, ..IdmParams::default() };
         let cars = traffic::start::even(22, map.route.length_m(), idm.s0, 4.362).expect("they fit");
-        let setup =
-            TrafficSetup { map: Arc::clone(&map), cars, idm, step_s: STEP_S, seed: 1, timeout_s: 5.0, bend_mps2: None };
+        let setup = TrafficSetup {
+            map: Arc::clone(&map),
+            cars,
+            idm,
+            step_s: STEP_S,
+            seed: 1,
+            timeout_s: 5.0,
+            lateral_accel_mps2: None,
+        };
         let mut traffic = traffic::start(&engine, setup).unwrap();
         // Ten minutes: by then a wave is there, and every car has been on every lane. The first step fills lists that stay.
         for step in 0..6000 {

@@ -17,12 +17,15 @@ pub struct Card {
     without_mps: Option<f64>,
 }
 
+/// Which engine drives the same traffic without advice.
+const ENGINE: &str = "native";
+
 impl Card {
     /// Of a drive that is over. The same seed without advice begins on a thread of its own, on the native engine: SUMO runs
     /// once a process. Where that cannot drive the road, and after a drive without advice, its line is left out.
     pub fn begin(scenario: &Scenario, summary: &Summary) -> Self {
         let same = Scenario {
-            traffic: "native".into(),
+            traffic: ENGINE.into(),
             policy: "none".into(),
             driver: "idm".into(),
             duration_s: summary.duration_s,
@@ -57,7 +60,10 @@ impl Card {
         lines.extend(self.in_range.map(|share| format!("Time in range: {:.0} %", 100.0 * share)));
         lines.extend(self.mean_mps.map(|mps| format!("Mean speed of all cars: {}", speed(mps))));
         lines.extend(match (self.without_mps, &self.without) {
-            (Some(mps), _) => Some(format!("Without advice: {}", speed(mps))),
+            (Some(mps), _) => {
+                let other = if self.scenario.traffic == ENGINE { "" } else { ", native traffic" };
+                Some(format!("Without advice: {}{other}", speed(mps)))
+            }
             (None, Some(_)) => Some("Without advice: being driven".into()),
             (None, None) => None,
         });
@@ -102,6 +108,9 @@ mod tests {
             assert!(words.contains(&part), "{part}\n{words}");
         }
         assert!(words.lines().last().is_some_and(|line| line.starts_with("Without advice") && line.ends_with(&other)));
+        // Two SUMOs do not run in one process: another engine is named.
+        card.scenario.traffic = "sumo".into();
+        assert!(card.words().ends_with(&format!("{other}, native traffic")));
         // Nobody advised: there is nothing to compare with.
         assert!(!Card::begin(&scenario, &without).words().contains("Without advice"));
     }

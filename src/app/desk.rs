@@ -94,7 +94,8 @@ impl Desk {
         }
         let Self { panel, log, pulse, engine, error, .. } = self;
         let state = state(show, log, pulse, engine, error.as_deref());
-        let mut asked = panel.show(ui, &state, &keys::list());
+        let keys = if self.attended { keys::list_of_driver() } else { keys::list() };
+        let mut asked = panel.show(ui, &state, &keys);
         if !self.attended {
             asked.extend(self.wheel_page(ui, show));
         }
@@ -312,6 +313,7 @@ fn state<'a>(show: &'a Show, log: &'a Log, pulse: &Pulse, engine: &'a str, error
         history: &log.history,
         in_range: log.share_in_range(),
         engine,
+        policy: &world.policy().name,
         dropped: clock.dropped(),
         stalls: clock.stalls(),
         frame_ms: pulse.frame_ms(),

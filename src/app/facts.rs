@@ -24,7 +24,7 @@ pub fn manifest(world: &World, driver: String, gpu: Option<&Gpu>) -> Manifest {
         map: Hashed::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
         policy: Hashed::of(inputs::last(policy), policy::file_of(policy).as_deref()),
         policy_asked: world.policy().why.clone(),
-        bend_mps2: scenario.bend_bound_mps2(&world.map().route),
+        lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
         driver,
         participant: None,
         began: now(),

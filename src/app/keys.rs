@@ -1,7 +1,7 @@
 //! Keys of the window, once: what they do and how F1 lists them. In: winit's physical keys, so that the layout of the
 //! keyboard does not matter. Out: a [`Command`] or a driving key.
 
-use crate::input::DriveKey;
+use crate::{input::DriveKey, panel::SCREEN_KEYS};
 use winit::keyboard::KeyCode;
 
 /// What a key asks of the window.
@@ -42,7 +42,7 @@ pub enum Command {
 impl Command {
     /// True if it is the driver's own affair: all that the driver's window obeys while the experimenter has one.
     pub fn is_drivers(self) -> bool {
-        matches!(self, Self::Reverse | Self::PutBack | Self::FullScreen)
+        matches!(self, Self::Help | Self::Reverse | Self::PutBack | Self::FullScreen)
     }
 }
 
@@ -94,7 +94,22 @@ pub fn driving(key: KeyCode) -> Option<DriveKey> {
 
 /// The list for F1: key and meaning.
 pub fn list() -> Vec<(&'static str, &'static str)> {
-    DRIVING.iter().map(|row| (row.2, row.3)).chain(COMMANDS.iter().map(|row| (row.2, row.3))).collect()
+    list_of(|_| true)
+}
+
+/// The list for F1 in a driver's window beside an experimenter's.
+pub fn list_of_driver() -> Vec<(&'static str, &'static str)> {
+    list_of(Command::is_drivers)
+}
+
+/// The list for F1 in a participant's window: screens and drive.
+pub fn list_of_participant() -> Vec<(&'static str, &'static str)> {
+    SCREEN_KEYS.into_iter().chain(list_of_driver()).collect()
+}
+
+fn list_of(is_listed: fn(Command) -> bool) -> Vec<(&'static str, &'static str)> {
+    let commands = COMMANDS.iter().filter(|row| is_listed(row.1)).map(|row| (row.2, row.3));
+    DRIVING.iter().map(|row| (row.2, row.3)).chain(commands).collect()
 }
 
 #[cfg(test)]
@@ -102,9 +117,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn beside_an_experimenter_a_driver_has_the_selector_the_way_back_and_the_full_screen_alone() {
+    fn beside_an_experimenter_a_driver_has_the_list_the_selector_the_way_back_and_the_full_screen_alone() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
-        assert_eq!(drivers, ["R", "B", "F11"]);
+        assert_eq!(drivers, ["F1", "R", "B", "F11"]);
+        let listed: Vec<&str> = list_of_driver().into_iter().map(|(key, _)| key).collect();
+        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "B", "F11"]);
     }
 
     #[test]

@@ -36,6 +36,7 @@ use crate::{sim::WorldError, traffic::TrafficError};
 pub use desk::Desk;
 pub use drive::Drive;
 pub use effort::{quality, renderer_that_keeps_up};
+pub use facts::now as utc_now;
 pub use instruments::Instruments;
 pub use pulse::Pulse;
 pub use show::{Restarted, Show};

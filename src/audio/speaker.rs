@@ -66,7 +66,7 @@ impl Speaker {
                     let _ = closed.recv();
                     drop(stream);
                 }
-                Err(why) => log::warn!("no sound: {why}; the drive goes on in silence"),
+                Err(why) => log::warn!("no sound: {why}; continuing without sound"),
             }
         });
         let thread = started.map_err(|e| log::warn!("no sound: no thread for it ({e})")).ok();

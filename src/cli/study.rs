@@ -7,13 +7,15 @@ use super::{
 };
 use crate::{
     app::{
+        AppError,
         rehearsal::Rehearsal,
+        utc_now,
         visit::window::{self, Left, VisitOptions},
     },
     input::profiles,
-    study::{Code, Study, StudyError},
+    study::{Code, Completion, DataSet, Study, StudyError},
 };
-use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
 use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
@@ -65,6 +67,26 @@ pub(super) fn command() -> Command {
             ),
         )
         .arg(
+            Arg::new("exclude")
+                .long("exclude")
+                .value_name("CODE")
+                .requires("out")
+                .requires("reason")
+                .conflicts_with_all(["check", "rehearse", "participants", "participant"])
+                .help(
+                    "Exclude this participant's data from the study, also after the visit; codrive analyse leaves them out, \
+                     nothing is deleted",
+                ),
+        )
+        .arg(
+            Arg::new("reason")
+                .long("reason")
+                .value_name("TEXT")
+                .requires("exclude")
+                .value_parser(NonEmptyStringValueParser::new())
+                .help("Why the data are excluded; the data set keeps it"),
+        )
+        .arg(
             Arg::new("out")
                 .long("out")
                 .value_name("DIR")
@@ -96,6 +118,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if let (Some(code), Some(root)) = (matches.get_one::<String>("participant"), matches.get_one::<PathBuf>("out")) {
         return visit(study, code, root, matches);
     }
+    if let (Some(code), Some(root)) = (matches.get_one::<String>("exclude"), matches.get_one::<PathBuf>("out")) {
+        let reason = matches.get_one::<String>("reason").map_or("", String::as_str);
+        return exclude(&study, code, root, reason);
+    }
     let participants = matches.get_one::<u32>("participants").copied().unwrap_or(study.file.participants);
     match matches.get_one::<PathBuf>("out") {
         Some(root) if matches.get_flag("rehearse") => rehearse(&study, root, participants as usize),
@@ -123,6 +149,19 @@ fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<
     };
     out::line(format_args!("{}: participant {code} {state}", root.display()))?;
     out::line(format_args!("look at the data with: codrive analyse {}", root.display()))?;
+    Ok(())
+}
+
+fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
+    let code = Code::new(code).map_err(|error| CliError::Input(error.to_string()))?;
+    if !root.exists() {
+        return Err(CliError::Input(format!("{}: there is no such data set", root.display())));
+    }
+    DataSet::open(root, study)
+        .and_then(|data| data.exclude(study, &code, reason, &utc_now()))
+        .map_err(AppError::from)?;
+    let meaning = Completion::Excluded.meaning();
+    out::line(format_args!("{}: participant {code} excluded: {meaning}", root.display()))?;
     Ok(())
 }
 

@@ -22,7 +22,7 @@ fn sound() -> Line {
     match audio::output() {
         Ok(output) => Line::ok("sound", output),
         Err(why) => {
-            Line::warning("sound", format!("none: {why}"), "connect a card or start its server, or drive in silence")
+            Line::warning("sound", format!("none: {why}"), "connect a card or start its server, or drive without sound")
         }
     }
 }

@@ -12,7 +12,10 @@ use crate::sim::{Field, Kind, Scenario, ScenarioError, fields};
 
 /// Sections and the settings in them, in order; a path that ends in a dot is a whole table. What is in none comes last.
 const SECTIONS: [(&str, &[&str]); 8] = [
-    ("Road & traffic", &["map", "vehicles", "traffic", "traffic_timeout_s", "bend_mps2", "start", "warm_up_s"]),
+    (
+        "Road & traffic",
+        &["map", "vehicles", "traffic", "traffic_timeout_s", "lateral_accel_mps2", "start", "warm_up_s"],
+    ),
     ("IDM", &["idm."]),
     ("Advice", &["policy", "policy_speed_mps", "hold_s", "range_mph"]),
     (
@@ -61,13 +64,15 @@ pub struct Editor {
     choices: Choices,
     driving: Value,
     edited: Value,
+    /// Own name of the policy that drives.
+    policy: String,
 }
 
 impl Editor {
     /// An editor that starts from `scenario`.
     pub fn new(scenario: &Scenario, choices: Choices) -> Self {
         let driving = json(scenario);
-        Self { fields: fields(), choices, edited: driving.clone(), driving }
+        Self { fields: fields(), choices, edited: driving.clone(), driving, policy: String::new() }
     }
 
     /// Tells which scenario drives now. A new one replaces all edits.
@@ -77,6 +82,20 @@ impl Editor {
             self.edited = driving.clone();
             self.driving = driving;
         }
+    }
+
+    /// Tells which policy drives, whose name the scenario may leave open.
+    pub fn follow_policy(&mut self, name: &str) {
+        if self.policy != name {
+            self.policy = name.into();
+        }
+    }
+
+    /// What a choice is shown as: with the policy's own name where the scenario that drives says `auto`.
+    fn shown(&self, field: &Field, value: &str) -> String {
+        let same = |key: &str| self.edited.get(key) == self.driving.get(key);
+        let is_open = field.path == "policy" && !self.policy.is_empty() && value != self.policy;
+        if is_open && same("policy") && same("map") { format!("{value}: {}", self.policy) } else { value.to_owned() }
     }
 
     /// Takes over all settings of `scenario` as edits.
@@ -173,9 +192,9 @@ impl Editor {
                 *value = number.into();
                 response
             }
-            Kind::Choice(words) => choose(ui, field, words, value),
+            Kind::Choice(words) => choose(ui, field, words, value, str::to_owned),
             Kind::Text => match self.choices.0.get(&field.path) {
-                Some((words, None)) => choose(ui, field, words, value),
+                Some((words, None)) => choose(ui, field, words, value, |now| self.shown(field, now)),
                 Some((words, Some(other))) => choose_or_type(ui, field, words, other, value),
                 None => type_in(ui, field, "", value),
             },
@@ -231,10 +250,10 @@ fn number_from(text: &str) -> Option<f64> {
 
 const CHOICE_WIDTH: f32 = 150.0;
 
-fn choose(ui: &mut Ui, field: &Field, words: &[String], value: &mut Value) -> Response {
+fn choose(ui: &mut Ui, field: &Field, words: &[String], value: &mut Value, shown: impl Fn(&str) -> String) -> Response {
     let now = value.as_str().unwrap_or_default().to_owned();
     ComboBox::from_id_salt(&field.path)
-        .selected_text(&now)
+        .selected_text(shown(&now))
         .width(CHOICE_WIDTH)
         .show_ui(ui, |ui| {
             for word in words {
@@ -318,6 +337,22 @@ mod tests {
     }
 
     #[test]
+    fn a_policy_that_was_left_open_is_shown_with_its_own_name_while_it_is_the_one_that_drives() {
+        let mut editor = Editor::new(&Scenario::default(), Choices::default());
+        let field = |path: &str| fields().into_iter().find(|field| field.path == path).unwrap();
+        let (policy, map) = (field("policy"), field("map"));
+        assert_eq!(editor.shown(&policy, "auto"), "auto", "before there is a world");
+        editor.follow_policy("ring-250-speed");
+        assert_eq!(editor.shown(&policy, "auto"), "auto: ring-250-speed");
+        assert_eq!(editor.shown(&map, "ring-250"), "ring-250");
+        map.set(&mut editor.edited, "ring-641".into());
+        assert_eq!(editor.shown(&policy, "auto"), "auto", "on another road it is another one");
+        editor.discard();
+        policy.set(&mut editor.edited, "pi".into());
+        assert_eq!(editor.shown(&policy, "pi"), "pi", "edited, not yet driving");
+    }
+
+    #[test]
     fn only_finite_numbers_are_numbers() {
         assert_eq!(number_from(" 1,5 "), Some(1.5));
         assert_eq!(number_from("−3"), Some(-3.0));
@@ -329,8 +364,19 @@ mod tests {
     #[test]
     fn names_are_words_without_units() {
         let names: Vec<String> = fields().iter().map(name_of).collect();
-        for name in ["Vehicles", "Policy speed", "Hold", "Range", "Screen width", "T  Desired time gap to the leader"] {
+        for name in [
+            "Vehicles",
+            "Policy speed",
+            "Hold",
+            "Range",
+            "Screen width",
+            "Lateral accel",
+            "T  Desired time gap to the leader",
+        ] {
             assert!(names.iter().any(|n| n == name), "no {name} among {names:?}");
+        }
+        for unit in [" mps", " mph", " deg", " m", " s"] {
+            assert!(!names.iter().any(|name| name.contains(&format!("{unit}2")) || name.ends_with(unit)), "{names:?}");
         }
     }
 }

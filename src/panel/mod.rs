@@ -23,7 +23,7 @@ pub use help::show as key_list;
 pub use history::{History, Sample};
 pub use presets::{Presets, Refusal};
 pub use readout::{Readings, dropped_time};
-pub use screens::{Screen, ScreenState, Screens};
+pub use screens::{SCREEN_KEYS, Screen, ScreenState, Screens};
 pub use visit::{ItemState, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState};
 
 use std::{path::Path, time::Duration};
@@ -48,6 +48,8 @@ pub struct PanelState<'a> {
     pub in_range: Option<f64>,
     /// Name and version of the traffic engine.
     pub engine: &'a str,
+    /// Own name of the policy that drives, where the scenario says `auto`; empty before there is a world.
+    pub policy: &'a str,
     /// Time given up in stalls.
     pub dropped: Duration,
     /// How many frames gave up time.
@@ -136,9 +138,10 @@ impl Panel {
         ui.add_space(12.0);
     }
 
-    /// Tells which scenario drives now. A new one replaces all edits.
-    pub fn follow(&mut self, scenario: &Scenario) {
-        self.editor.follow(scenario);
+    /// Tells which scenario and policy drive now. A new scenario replaces all edits.
+    pub fn follow(&mut self, state: &PanelState<'_>) {
+        self.editor.follow(state.scenario);
+        self.editor.follow_policy(state.policy);
     }
 
     /// The drive's commands and its settings, in a column that somebody else has made.
@@ -154,7 +157,7 @@ impl Panel {
     /// Shows what is open, in the root [`Ui`] of a pass, and tells what was asked for. `keys` are keys and what they do.
     pub fn show(&mut self, ui: &mut Ui, state: &PanelState<'_>, keys: &[(&str, &str)]) -> Vec<PanelCommand> {
         let mut commands = Vec::new();
-        self.editor.follow(state.scenario);
+        self.follow(state);
         if self.open {
             egui::Panel::right("experimenter").default_size(WIDTH).min_size(320.0).show(ui, |ui| {
                 ui.add_space(4.0);

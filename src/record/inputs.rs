@@ -90,8 +90,9 @@ pub fn scenario(recording: &Path) -> Result<Scenario, ScenarioError> {
     let file = recording.join(SCENARIO);
     let mut scenario = Scenario::from_file(&file)?;
     // Before it was a setting, the other cars knew of no bends.
-    if read_text(&file, SETTINGS_BYTES).is_ok_and(|text| !toml_text::has(&text, "bend_mps2")) {
-        scenario.bend_mps2 = 100.0;
+    let names = ["lateral_accel_mps2", "bend_mps2"];
+    if read_text(&file, SETTINGS_BYTES).is_ok_and(|text| !names.iter().any(|name| toml_text::has(&text, name))) {
+        scenario.lateral_accel_mps2 = 100.0;
     }
     for name in [&mut scenario.map, &mut scenario.policy] {
         let path = Path::new(name.as_str());

@@ -30,8 +30,8 @@ pub struct Manifest {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub policy_asked: Option<String>,
     /// Lateral acceleration that bounds the other cars' speed in bends, m/s2; `None` where nothing does.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub bend_mps2: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none", default, alias = "bend_mps2")]
+    pub lateral_accel_mps2: Option<f64>,
     /// Who drove: devices, or the name of a simulated driver.
     pub driver: String,
     /// Participant code, in a study; never a name.

@@ -47,8 +47,9 @@ pub enum Kind {
 impl Field {
     /// The flag on the command line, without dashes: the key without its unit, `-` for `_`.
     pub fn flag(&self) -> String {
-        let bare =
-            ["_mph", "_mps", "_s", "_m", "_h", "_km", "_deg"].iter().find_map(|unit| self.path.strip_suffix(unit));
+        let bare = ["_mph", "_mps", "_mps2", "_s", "_m", "_h", "_km", "_deg"]
+            .iter()
+            .find_map(|unit| self.path.strip_suffix(unit));
         bare.unwrap_or(&self.path).replace('_', "-")
     }
 

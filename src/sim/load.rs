@@ -216,9 +216,9 @@ mod tests {
 
     #[test]
     fn bends_bound_speeds_where_there_are_bends_and_never_on_a_ring_unless_it_is_asked_for() {
-        let bound = |map: &str, bend_mps2| {
+        let bound = |map: &str, lateral_accel_mps2| {
             let route = crate::map::RoadMap::load(map).unwrap().route;
-            Scenario { bend_mps2, ..Scenario::default() }.bend_bound_mps2(&route)
+            Scenario { lateral_accel_mps2, ..Scenario::default() }.lateral_accel_bound_mps2(&route)
         };
         for ring in ["ring-250", "ring-641"] {
             assert_eq!([bound(ring, 0.0), bound(ring, 2.5), bound(ring, 100.0)], [None, Some(2.5), None], "{ring}");

@@ -26,7 +26,8 @@ pub struct Scenario {
     /// Largest lateral acceleration of the other cars in bends; 0 is automatic: 3, and no bound on a ring, whose models know
     /// none; 100 sets no bound anywhere
     #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2"))]
-    pub bend_mps2: f64,
+    #[serde(alias = "bend_mps2")]
+    pub lateral_accel_mps2: f64,
     /// How the cars stand at the start
     pub start: StartLayout,
     /// Traffic runs this long before the drive, the ego driven by the same model
@@ -210,7 +211,7 @@ impl Default for Scenario {
             traffic: "sumo".into(),
             traffic_timeout_s: 5.0,
             idm: IdmParams::default(),
-            bend_mps2: 0.0,
+            lateral_accel_mps2: 0.0,
             start: StartLayout::Even,
             warm_up_s: 0.0,
             step_s: 0.1,
@@ -271,12 +272,12 @@ impl Scenario {
     }
 
     /// The lateral acceleration that bounds the other cars' speed in the bends of a route, m/s2, if one does.
-    pub fn bend_bound_mps2(&self, route: &Route) -> Option<f64> {
+    pub fn lateral_accel_bound_mps2(&self, route: &Route) -> Option<f64> {
         /// What is taken for comfortable (the simulated drivers' own).
         const COMFORTABLE_MPS2: f64 = 3.0;
         /// The setting that says that there is no bound.
         const NONE_MPS2: f64 = 100.0;
-        match self.bend_mps2 {
+        match self.lateral_accel_mps2 {
             set if set <= 0.0 => (!route.is_ring()).then_some(COMFORTABLE_MPS2),
             set => (set < NONE_MPS2).then_some(set),
         }

@@ -103,7 +103,7 @@ impl World {
             step_s: scenario.step_s,
             seed: scenario.seed,
             timeout_s: scenario.traffic_timeout_s,
-            bend_mps2: scenario.bend_bound_mps2(&map.route),
+            lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
         };
         let mut traffic = traffic::start(&engine, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {

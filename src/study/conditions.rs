@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     driver,
+    policy::Resolved,
     sim::{Field, Scenario, World, fields, settings_changed},
     toml_text::{self, Part},
     traffic::EngineChoice,
@@ -40,11 +41,19 @@ impl WrongSetting {
     }
 }
 
+/// What a study's drives come to, known since each has been begun once.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Expected {
+    /// The highest speed that is to be expected in any trial, m/s.
+    pub top_mps: f64,
+    /// The policy that drives by the names of map and policy.
+    pub policies: BTreeMap<[String; 2], Resolved>,
+}
+
 impl Study {
-    /// Every drive of every condition is a scenario that can begin: made once, on the native engine. The highest speed that is to
-    /// be expected in a trial, m/s.
-    pub(super) fn check_drives(&self, name: &str) -> Result<f64, StudyError> {
-        let mut top_mps = 0.0_f64;
+    /// Every drive of every condition is a scenario that can begin: made once, on the native engine.
+    pub(super) fn check_drives(&self, name: &str) -> Result<Expected, StudyError> {
+        let mut expected = Expected::default();
         for (i, segment) in self.file.segment.iter().enumerate() {
             let none = [None];
             let all: Vec<Option<&Condition>> = self.conditions.iter().map(Some).collect();
@@ -54,14 +63,18 @@ impl Study {
                 Kind::Text | Kind::Questions | Kind::Break => &[],
             };
             for condition in conditions {
-                let begun = self.drive(i, *condition).and_then(|scenario| self.begin(i, *condition, &scenario));
-                let top = begun.map_err(|wrong| wrong.located(&self.source, name))?;
+                let begun = self.drive(i, *condition).and_then(|scenario| {
+                    let world = self.begin(i, *condition, &scenario)?;
+                    Ok((scenario, world))
+                });
+                let (Scenario { map, policy, .. }, world) = begun.map_err(|wrong| wrong.located(&self.source, name))?;
                 if segment.kind == Kind::Trials {
-                    top_mps = top_mps.max(top);
+                    expected.top_mps = expected.top_mps.max(dial::top_mps(&world.expected_speeds()));
                 }
+                expected.policies.insert([map, policy], world.policy().clone());
             }
         }
-        Ok(top_mps)
+        Ok(expected)
     }
 
     /// The scenario of a drive: base, then the segment's settings, then the condition's.
@@ -78,15 +91,14 @@ impl Study {
         Ok(scenario)
     }
 
-    /// Tries whether the drive can begin; the highest speed that is to be expected in it, m/s.
-    fn begin(&self, segment: usize, condition: Option<&Condition>, scenario: &Scenario) -> Result<f64, WrongSetting> {
+    /// Tries whether the drive can begin.
+    fn begin(&self, segment: usize, condition: Option<&Condition>, scenario: &Scenario) -> Result<World, WrongSetting> {
         let wrong = |keys: &[&str], message: String| self.wrong(segment, condition, keys, message);
         driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
         let engine = scenario.traffic.parse::<EngineChoice>();
         engine.map_err(|error| wrong(&["traffic"], error.to_string()))?;
         let quiet = Scenario { traffic: "native".into(), warm_up_s: 0.0, ..scenario.clone() };
-        let begun = World::new(&quiet).map_err(|error| wrong(error.settings(), error.to_string()))?;
-        Ok(dial::top_mps(&begun.expected_speeds()))
+        World::new(&quiet).map_err(|error| wrong(error.settings(), error.to_string()))
     }
 
     /// A mistake in one of these settings, at the place that had the last word on one of them.

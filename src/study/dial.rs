@@ -18,6 +18,6 @@ impl Study {
         if trial.dial_full > 0.0 {
             return trial;
         }
-        Scenario { dial_full: Dial::scale_for(self.top_mps, trial.units).full, ..trial }
+        Scenario { dial_full: Dial::scale_for(self.expected.top_mps, trial.units).full, ..trial }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::{
     Questionnaire, StudyError,
-    conditions::{Condition, changed, conditions},
+    conditions::{Condition, Expected, changed, conditions},
     order,
 };
 use crate::{
@@ -239,8 +239,7 @@ pub struct Study {
     pub source: String,
     /// The bytes of its font.
     pub font: Option<Arc<[u8]>>,
-    /// The highest speed that is to be expected in any trial, m/s.
-    pub(super) top_mps: f64,
+    pub(super) expected: Expected,
 }
 
 impl Study {
@@ -268,7 +267,7 @@ impl Study {
             file,
             source,
             font: None,
-            top_mps: 0.0,
+            expected: Expected::default(),
         };
         let fault =
             |key: &str, message: String| StudyError(toml_text::at(&study.source, &name, key, Part::Value, &message));
@@ -290,7 +289,7 @@ impl Study {
         study.base = base;
         study.conditions = conditions;
         study.questionnaires = questionnaires;
-        study.top_mps = study.check_drives(&name)?;
+        study.expected = study.check_drives(&name)?;
         Ok(study)
     }
 

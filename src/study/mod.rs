@@ -10,6 +10,7 @@
 //! * [`code`]: what a participant is called in files.
 //! * [`session`]: one participant's visit as it goes: what comes next, what was done; on the disk after every step.
 //! * [`completion`]: how far a visit came. [`lock`]: one program a participant.
+//! * `exclusion`: leaves a participant out once the windows are closed.
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
 //! * `source`: what a data set keeps of the study's file.
 //! * [`checksums`]: the list of a data set's files with their SHA-256.
@@ -22,6 +23,7 @@ pub mod completion;
 pub mod conditions;
 pub mod dataset;
 mod dial;
+mod exclusion;
 pub mod file;
 pub mod form;
 pub mod lock;

@@ -2,7 +2,7 @@
 //! a complete scenario with a seed of its own.
 
 use super::{Study, conditions::Condition, file::Kind};
-use crate::sim::Scenario;
+use crate::{policy::Resolved, sim::Scenario};
 use std::{collections::BTreeMap, fmt::Write};
 
 /// What comes at one point of a visit.
@@ -14,6 +14,8 @@ pub enum Item {
     Drive {
         /// What is driven.
         scenario: Box<Scenario>,
+        /// The policy that drives, which the scenario may leave open (`auto`).
+        policy: Resolved,
         /// Level of each factor; empty for a drive that is the same for everyone.
         levels: BTreeMap<String, String>,
         /// Ends sooner once the speed was this long in the range, seconds.
@@ -73,7 +75,9 @@ impl Study {
                 let scenario = self.drive(i, condition).expect("checked when the study was read");
                 let scenario = if condition.is_some() { self.with_dial(scenario) } else { scenario };
                 drives += 1;
+                let names = [scenario.map.clone(), scenario.policy.clone()];
                 Item::Drive {
+                    policy: self.expected.policies[&names].clone(),
                     scenario: Box::new(Scenario { seed: self.seed_of(index, drives), ..scenario }),
                     levels: condition.map(|c| c.levels.clone()).unwrap_or_default(),
                     until_in_range_s: segment.until_in_range_s,
@@ -172,14 +176,14 @@ impl Item {
             Self::Text(_) => "a page to read".into(),
             Self::Questions(word) => format!("questions: {word}"),
             Self::Break(seconds) => format!("rest, {seconds} s"),
-            Self::Drive { scenario, until_in_range_s, .. } => {
+            Self::Drive { scenario, policy, until_in_range_s, .. } => {
                 let sooner = until_in_range_s.map_or(String::new(), |s| format!(", sooner after {s} s in range"));
                 format!(
                     "{} s on {}, {} cars, policy {}, hold {} s, range +-{} mph{sooner}",
                     scenario.duration_s,
                     scenario.map,
                     scenario.vehicles,
-                    scenario.policy,
+                    policy.words(),
                     scenario.hold_s,
                     scenario.range_mph
                 )

@@ -96,6 +96,14 @@ fn a_visit_is_as_long_as_its_parts() {
 }
 
 #[test]
+fn a_plan_names_the_policy_that_drives_where_its_file_leaves_it_open() {
+    let text = study(1, "").source.replace("[base]", "[base]\npolicy = \"auto\"");
+    let plan = Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}")).plan(0);
+    let own = "policy ring-250-speed (auto: the policy that is shipped for ring-250)";
+    assert!(plan.items[0].item.words().contains(own), "{}", plan.items[0].item.words());
+}
+
+#[test]
 fn all_trials_have_one_scale_on_the_dial_unless_a_condition_names_its_own() {
     // Ring of 250 m: 22 cars flow at 4.4 m/s, 8 cars at many times that.
     let text = |own: &str| {

@@ -239,10 +239,28 @@ impl Session {
                 format!("the visit of participant {code} was stopped for good ({}, {})", end.reason, end.at)
             });
         }
-        let plan = study.plan(log.index);
-        let mut session = Self { folder, plan, log, _lock: lock };
-        if let Some(running) = session.log.running.take() {
-            let recording = session.folder.join(&running.recording);
+        let mut session = Self { folder, plan: study.plan(log.index), log, _lock: lock };
+        session.mend(now)?;
+        Ok(session)
+    }
+
+    /// Opens a visit that has begun, over or not, while its windows are closed.
+    ///
+    /// # Errors
+    /// There is none, or a program runs it; it cannot be read.
+    pub(super) fn reopen(data: &DataSet, study: &Study, code: &Code, now: &str) -> Result<Self, SessionError> {
+        let folder = data.source(code);
+        let lock = lock::lock(&folder, code)?;
+        let log = Log::load(&folder.join(FILE))?;
+        let mut session = Self { folder, plan: study.plan(log.index), log, _lock: lock };
+        session.mend(now)?;
+        Ok(session)
+    }
+
+    /// Notes what a cut left running, and makes its recording whole.
+    fn mend(&mut self, now: &str) -> Result<(), SessionError> {
+        if let Some(running) = self.log.running.take() {
+            let recording = self.folder.join(&running.recording);
             match record::recover(&recording) {
                 Ok(_) | Err(RecordError::Absent(_)) => {}
                 Err(error) => return Err(error.into()),
@@ -250,18 +268,10 @@ impl Session {
             let recording = recording.exists().then_some(running.recording);
             let Running { item, began, answers, .. } = running;
             let reason = "the program ended".into();
-            session.log.passages.push(Passage {
-                item,
-                outcome: Outcome::Cut,
-                reason,
-                began,
-                ended: now.into(),
-                recording,
-                answers,
-            });
+            let (outcome, ended) = (Outcome::Cut, now.into());
+            self.log.passages.push(Passage { item, outcome, reason, began, ended, recording, answers });
         }
-        session.save()?;
-        Ok(session)
+        self.save()
     }
 
     fn first(folder: &Path, study: &Study, code: &Code, who: Who, index: usize) -> Result<Log, SessionError> {
@@ -325,7 +335,10 @@ impl Session {
         let before = self.log.passages.iter().filter(|p| p.item == item && p.recording.is_some()).count();
         let recording = if before == 0 { item.clone() } else { format!("{item}-again-{before}") };
         let folder = self.folder.join(&recording);
-        self.log.running = Some(Running { item, recording, began: now.into(), answers: Vec::new() });
+        // What was answered before a cut is not lost by another one before the first new answer.
+        let cut = self.log.last(&item).filter(|passage| passage.outcome == Outcome::Cut);
+        let answers = cut.map_or(Vec::new(), |passage| passage.answers.clone());
+        self.log.running = Some(Running { item, recording, began: now.into(), answers });
         self.save()?;
         fail_point!("session.begin");
         Ok(folder)
@@ -364,11 +377,9 @@ impl Session {
         self.save()
     }
 
-    /// What a participant has answered of the running questionnaire before it was cut: they go on with it.
+    /// What has been answered of the running questionnaire, also before it was cut: the participant goes on with it.
     pub fn kept(&self) -> &[Answered] {
-        let running = self.log.running.as_ref();
-        let last = running.and_then(|running| self.log.last(&running.item));
-        last.filter(|passage| passage.outcome == Outcome::Cut).map_or(&[], |passage| &passage.answers)
+        self.log.running.as_ref().map_or(&[], |running| &running.answers)
     }
 
     /// The running questionnaire was answered.

@@ -80,8 +80,14 @@ fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
     let last = session.log().last("before").unwrap();
     assert_eq!((last.outcome, last.began.as_str(), last.reason.as_str()), (Outcome::Cut, "t1", "the program ended"));
     session.begin("t2").unwrap();
+    assert_eq!((session.kept(), on_disk(&session).running.unwrap().answers), (&answers(2)[..], answers(2)));
+    // Cut once more before there was anything to answer: nothing is lost by that.
+    drop(session);
+    let mut session = place.open("P1", Who::Person).unwrap();
+    session.begin("t2").unwrap();
     assert_eq!(session.kept(), answers(2));
     session.keep(answers(1)).unwrap();
+    assert_eq!(session.kept(), answers(1));
     session.end(Outcome::Aborted, "phone", "t3").unwrap();
     session.begin("t4").unwrap();
     assert!(session.kept().is_empty(), "they broke off themselves");
@@ -162,6 +168,27 @@ fn how_far_a_visit_came_follows_its_last_passages_and_an_exclusion_is_told_once(
     let mut withdrawn = place.open("P4", Who::Person).unwrap();
     withdrawn.stop("sick", "t1").unwrap();
     assert_eq!(is(&withdrawn), Completion::Withdrawn);
+    // With the windows closed: those who are over, and those who never came back.
+    drop((complete, partial));
+    let mut left = place.open("P5", Who::Person).unwrap();
+    left.begin("t1").unwrap();
+    let exclude = |code: &str| place.data.exclude(&place.study, &Code::new(code).unwrap(), "no licence", "t9");
+    let refused = |code: &str| exclude(code).unwrap_err().to_string();
+    assert!(refused("P5").contains("is being run by another program"), "{}", refused("P5"));
+    drop(left);
+    assert!(refused("P6").contains("there is no participant P6") && refused("P6").ends_with("P1, P2, P3, P4, P5"));
+    assert!(refused("P1").contains("excluded already"));
+    let table = || fs::read_to_string(place.data.root().join("participants.tsv")).unwrap();
+    for (code, complete) in [("P2", true), ("P5", false)] {
+        exclude(code).unwrap();
+        let log = Log::load(&place.data.source(&Code::new(code).unwrap()).join(FILE)).unwrap();
+        let end = log.end.as_ref().unwrap();
+        assert_eq!((Completion::of(&log), end.complete), (Completion::Excluded, complete));
+        assert_eq!(end.excluded.as_deref(), Some("no licence"));
+        assert!(log.running.is_none());
+        let row = table().lines().find(|row| row.starts_with(&format!("sub-{code}\t"))).unwrap().to_owned();
+        assert!(row.contains("\texcluded"), "{row}");
+    }
     let words = Completion::ALL.map(Completion::word);
     assert_eq!(words, ["open", "complete", "partial", "withdrawn", "excluded"]);
     assert!(Completion::ALL.iter().all(|state| state.meaning().len() > 10));

@@ -73,7 +73,7 @@ pub struct TrafficSetup {
     /// How long a SUMO that runs elsewhere may take for the connection and for each answer, seconds.
     pub timeout_s: f64,
     /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as the car-following model knows none.
-    pub bend_mps2: Option<f64>,
+    pub lateral_accel_mps2: Option<f64>,
 }
 
 /// The ego's part in one step: as it is now and as it will be at the end of the step.

@@ -65,7 +65,7 @@ impl NativeTraffic {
             order: Vec::with_capacity(n),
             ego_is_seen: true,
             cars,
-            bends: BendSpeeds::of(route, setup.bend_mps2),
+            bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
             map: setup.map,
             idm: setup.idm,
             step_s: setup.step_s,

@@ -44,7 +44,7 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         step_s: 0.1,
         seed: 1,
         timeout_s: 5.0,
-        bend_mps2: None,
+        lateral_accel_mps2: None,
     })
     .unwrap();
     let mut ring = block(&start);

@@ -75,6 +75,7 @@ impl Bench {
             history: &self.history,
             in_range: None,
             engine: "SUMO 1.24.0 (libsumo)",
+            policy: "two-phase",
             dropped: Duration::ZERO,
             stalls: 0,
             frame_ms: 16.7,

@@ -155,6 +155,7 @@ impl Bench {
             history: &self.log.history,
             in_range: self.log.share_in_range(),
             engine: &self.health.engine,
+            policy: "two-phase",
             dropped: Duration::ZERO,
             stalls: 0,
             frame_ms: 16.7,

@@ -176,9 +176,10 @@ fn cars_slow_down_for_bends_if_they_are_told_to_and_the_engines_agree() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let map = rectangle(folder.path());
-    let driven = |engine: &EngineChoice, bend_mps2: Option<f64>| {
+    let driven = |engine: &EngineChoice, lateral_accel_mps2: Option<f64>| {
         let cars = start::even(6, map.route.length_m(), 2.0, 5.0).unwrap();
-        let setup = TrafficSetup { map: Arc::clone(&map), cars, bend_mps2, ..even("ring-250", 6, model(0.0), 5.0) };
+        let setup =
+            TrafficSetup { map: Arc::clone(&map), cars, lateral_accel_mps2, ..even("ring-250", 6, model(0.0), 5.0) };
         run_free(engine, setup, 1500)
     };
     // Of the middle of a car of 5 m, which is where its passengers sit.

@@ -1,11 +1,10 @@
 //! Monitors and the check screen on a real X server (Xvfb), whose one monitor is its screen.
 
-use crate::xserver::{Server, wait_for};
+use crate::{
+    keys::{CTRL, ESC, Q},
+    xserver::{Server, wait_for},
+};
 use std::process::{Command, Output, Stdio};
-
-const ESCAPE: u8 = 9;
-const CTRL: u8 = 37;
-const Q: u8 = 24;
 
 fn codrive(server: &Server, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
@@ -56,7 +55,7 @@ fn the_check_screen_shows_its_ruler_until_escape() {
     let program = { program }.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let window = server.window("codrive: display");
     wait_for("lines and letters", || (server.colours_of(window) > 20).then_some(()));
-    server.strike(window, &[ESCAPE]);
+    server.strike(window, &[ESC]);
     let output = program.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", text(&output));
 }

@@ -1,25 +1,16 @@
 //! Drives and replays in their windows: a key pressed through X moves the car, the screen shows a picture, closing a
 //! window and Ctrl-C end the program with 0; what is typed in the experimenter's window does not drive.
 
-use crate::xserver::{Server, ended, wait_for};
+use crate::{
+    keys::{BACKSPACE, CTRL, ESC, F1, F11, M, Q, SPACE, V, W},
+    xserver::{Server, ended, wait_for},
+};
 use codrive::record::{Manifest, Reader, Table};
 use std::{
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
 };
-
-/// X key codes of a PC keyboard: evdev's plus 8.
-const KEY_ESC: u8 = 9;
-const KEY_W: u8 = 25;
-const KEY_V: u8 = 55;
-const KEY_CTRL: u8 = 37;
-const KEY_M: u8 = 58;
-const KEY_Q: u8 = 24;
-const KEY_BACKSPACE: u8 = 22;
-const KEY_SPACE: u8 = 65;
-const KEY_F1: u8 = 67;
-const KEY_F11: u8 = 95;
 
 /// The screen that all of these have.
 const SIZE: [u16; 2] = [640, 400];
@@ -51,17 +42,17 @@ fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() 
     let window = focused(&server, "codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     let standing = server.screen();
-    server.key(KEY_W, true);
+    server.key(W, true);
     sleep(Duration::from_secs(3));
-    server.key(KEY_W, false);
+    server.key(W, false);
     let moved = wait_for("a moved picture", || {
         let now = server.screen();
         let differ = now.chunks(4).zip(standing.chunks(4)).filter(|(a, b)| a != b).count();
         (differ > PIXELS / 4).then_some(differ)
     });
     assert!(moved > 0);
-    server.key(KEY_V, true);
-    server.key(KEY_V, false);
+    server.key(V, true);
+    server.key(V, false);
     server.close(window);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
@@ -102,7 +93,7 @@ fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_driv
     let program = drive(&server, &["--traffic", "native"]);
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
-    server.strike(window, &[KEY_ESC]);
+    server.strike(window, &[ESC]);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
 
@@ -110,8 +101,8 @@ fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_driv
     server.window("Experimenter");
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
-    server.strike(window, &[KEY_ESC]);
-    server.strike(window, &[KEY_F11]);
+    server.strike(window, &[ESC]);
+    server.strike(window, &[F11]);
     assert!(
         wait_for("a word to the window manager", || server.asked_to_fill()),
         "it is still there, and heard the key"
@@ -144,9 +135,9 @@ fn esc_closes_an_open_list_of_the_panel_and_then_the_drive() {
     assert!(!blue(), "no list hangs open");
     server.click(LIST);
     wait_for("the list of maps, 669 points below the top", || blue().then_some(()));
-    server.strike(window, &[KEY_ESC]);
+    server.strike(window, &[ESC]);
     wait_for("the list to close", || (!blue()).then_some(()));
-    server.strike(window, &[KEY_ESC]);
+    server.strike(window, &[ESC]);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
 }
@@ -159,13 +150,13 @@ fn a_window_that_loses_the_keyboard_lets_go_of_the_keys_that_were_held() {
     let program = drive(&server, &["--traffic", "native", "--out", out.to_str().unwrap()]);
     let window = focused(&server, "codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
-    server.key(KEY_W, true);
+    server.key(W, true);
     sleep(Duration::from_secs(2));
     server.unfocus();
     sleep(Duration::from_secs(2));
     server.close(window);
     let (code, text) = ended(program);
-    server.key(KEY_W, false);
+    server.key(W, false);
     assert_eq!(code, 0, "{text}");
     let throttle: Vec<f64> =
         Reader::parquet(&Table::Ego.parquet(&out)).unwrap().numbers("throttle").into_iter().flatten().collect();
@@ -182,7 +173,7 @@ fn a_stall_is_told_once_however_many_there_are() {
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     // A free drive waits for its driver.
-    server.strike(window, &[KEY_SPACE]);
+    server.strike(window, &[SPACE]);
     // A machine that is busy with something else for longer than a frame can make up for.
     for signal in ["STOP", "CONT"].repeat(3) {
         let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {}", program.id())]).status().unwrap();
@@ -202,7 +193,7 @@ fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     // A free drive waits for its driver.
-    server.strike(window, &[KEY_SPACE]);
+    server.strike(window, &[SPACE]);
     sleep(Duration::from_secs(1));
     // The shell's own kill: a bare Debian has no other.
     let sent = Command::new("sh").args(["-c", &format!("kill -INT {}", program.id())]).status().unwrap();
@@ -215,17 +206,20 @@ fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
 #[test]
 fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_with_0() {
     let server = Server::start(SIZE);
+    server.manage();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
     let program = drive(&server, &["--traffic", "native", "--experimenter", "--out", out.to_str().unwrap()]);
     server.window("codrive");
     let experimenter = focused(&server, "Experimenter");
     wait_for("lamps, plots, settings", || (server.colours_of(experimenter) > 100).then_some(()));
-    for keys in [&[KEY_W][..], &[KEY_CTRL, KEY_M]] {
+    for keys in [&[W][..], &[CTRL, M]] {
         keys.iter().for_each(|key| server.key(*key, true));
         sleep(Duration::from_millis(700));
         keys.iter().rev().for_each(|key| server.key(*key, false));
     }
+    server.strike(experimenter, &[F11]);
+    assert!(wait_for("a word to the window manager", || server.asked_to_fill()));
     sleep(Duration::from_millis(500));
     server.close(experimenter);
     let (code, text) = ended(program);
@@ -243,10 +237,10 @@ fn the_driver_drives_beside_the_experimenter_and_ctrl_q_on_the_picture_ends_with
     server.window("Experimenter");
     let window = focused(&server, "codrive");
     // The processor draws both windows, beside other tests: a second of the drive takes many.
-    server.key(KEY_W, true);
+    server.key(W, true);
     sleep(Duration::from_secs(8));
-    server.key(KEY_W, false);
-    server.strike(window, &[KEY_CTRL, KEY_Q]);
+    server.key(W, false);
+    server.strike(window, &[CTRL, Q]);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert!(ego_speed_mps(&text) > 0.05, "{text}");
@@ -266,7 +260,7 @@ fn a_recording_plays_in_a_window_under_keys_that_f1_lists_and_is_proven_meanwhil
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     // Space holds it or, if it is over already, plays it again; V shows it from behind.
     let before = server.screen();
-    for key in [KEY_SPACE, KEY_V] {
+    for key in [SPACE, V] {
         server.key(key, true);
         server.key(key, false);
     }
@@ -277,11 +271,11 @@ fn a_recording_plays_in_a_window_under_keys_that_f1_lists_and_is_proven_meanwhil
     // The list of keys covers most of the picture with its dark panel; Esc takes that away, and Ctrl+Q ends.
     let dark = || server.screen().chunks(4).filter(|pixel| pixel[..3].iter().all(|v| *v < 40)).count();
     let usual = dark();
-    server.strike(window, &[KEY_F1]);
+    server.strike(window, &[F1]);
     wait_for("the list of keys", || (dark() > usual + PIXELS / 8).then_some(()));
-    server.strike(window, &[KEY_ESC]);
+    server.strike(window, &[ESC]);
     wait_for("the picture again", || (dark() < usual + PIXELS / 16).then_some(()));
-    server.strike(window, &[KEY_CTRL, KEY_Q]);
+    server.strike(window, &[CTRL, Q]);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("all 600 ticks are the same to the bit"), "{text}");
@@ -307,8 +301,8 @@ fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_reco
     // The picture stands, also after Space.
     sleep(Duration::from_millis(500));
     let standing = server.screen();
-    server.key(KEY_SPACE, true);
-    server.key(KEY_SPACE, false);
+    server.key(SPACE, true);
+    server.key(SPACE, false);
     sleep(Duration::from_secs(1));
     let differ = server.screen().chunks(4).zip(standing.chunks(4)).filter(|(a, b)| a != b).count();
     assert!(differ < PIXELS / 50, "{differ} pixels moved");
@@ -335,11 +329,11 @@ fn every_drive_of_a_window_is_recorded_and_the_summary_says_which_it_describes()
     };
     for name in ["d1-2", "d1-3"] {
         sleep(Duration::from_secs(1));
-        press(KEY_BACKSPACE);
+        press(BACKSPACE);
         wait_for(name, || out(name).join("manifest.json").exists().then_some(()));
     }
     sleep(Duration::from_secs(1));
-    press(KEY_ESC);
+    press(ESC);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     for (k, name) in ["d1", "d1-2", "d1-3"].into_iter().enumerate() {

@@ -1,7 +1,10 @@
 //! A visit as its experimenter leads it, in its two windows: answers by mouse, a drive as long as the study's file says, one
 //! that is held, broken off and begun again, a participant who asks to stop and an end by sickness; what of it is on the disk.
 
-use crate::xserver::{Picture, Server, wait_for};
+use crate::{
+    keys::{B, CTRL, E, ENTER, ESC, G, I, M, N, P, Q, T},
+    xserver::{Picture, Server, wait_for},
+};
 use codrive::{
     record::{Manifest, Reader, Table},
     sim::Scenario,
@@ -18,20 +21,6 @@ use std::{
     thread::sleep,
     time::Duration,
 };
-
-/// X key codes of a PC keyboard: evdev's plus 8.
-const ENTER: u8 = 36;
-const ESC: u8 = 9;
-const CTRL: u8 = 37;
-const B: u8 = 56;
-const E: u8 = 26;
-const G: u8 = 42;
-const I: u8 = 31;
-const M: u8 = 58;
-const N: u8 = 57;
-const P: u8 = 33;
-const Q: u8 = 24;
-const T: u8 = 28;
 
 /// Of the participant's screens: what can be chosen and what is.
 const CARD: [u8; 3] = [36, 43, 53];

@@ -2,6 +2,7 @@
 
 mod display;
 mod drive;
+mod keys;
 mod kills;
 mod led;
 mod picture;

@@ -1,14 +1,15 @@
 //! The driver's window as a window: its size where the processor draws, another size by its corner, the whole screen by a key,
 //! and what the experimenter's window shows of it.
 
-use crate::xserver::{Picture, Server, wait_for};
+use crate::{
+    keys::F11,
+    xserver::{Picture, Server, wait_for},
+};
 use std::{
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
 };
-
-const KEY_F11: u8 = 95;
 
 /// A drive that waits for the space bar.
 fn held(server: &Server, more: &[&str]) -> Child {
@@ -61,7 +62,7 @@ fn the_whole_screen_is_asked_for_by_a_flag_and_by_a_key_and_given_back_by_the_ke
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     for fill in [true, false, true] {
-        server.strike(window, &[KEY_F11]);
+        server.strike(window, &[F11]);
         assert_eq!(asked(), fill);
     }
     end(&server, window, program);

@@ -1,20 +1,20 @@
 //! A drive in a window whose traffic fails: the window stays awake while SUMO is silent, and the recording says what happened.
 
-use crate::xserver::{Server, ended, wait_for};
+use crate::{
+    keys::{BACKSPACE, ESC},
+    xserver::{Server, ended, wait_for},
+};
 use codrive::{
     record::Manifest,
     traffic::sumo::{home, program},
 };
 use std::{
     net::TcpListener,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
 };
-
-const KEY_ESC: u8 = 9;
-const KEY_BACKSPACE: u8 = 22;
 
 /// A SUMO that runs elsewhere; ended when dropped.
 struct Remote(Child, u16);
@@ -51,6 +51,22 @@ impl Drop for Remote {
     }
 }
 
+/// A display, a folder for the recording, a SUMO that listens.
+struct Place {
+    server: Server,
+    _folder: tempfile::TempDir,
+    out: PathBuf,
+    remote: Remote,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("drive");
+        Self { server: Server::start([640, 400]), _folder: folder, out, remote: Remote::listen() }
+    }
+}
+
 /// A recorded drive in a window on `remote` that runs.
 fn driving(server: &Server, remote: &Remote, out: &Path, timeout_s: &str) -> Child {
     let traffic = format!("127.0.0.1:{}", remote.1);
@@ -68,17 +84,14 @@ fn driving(server: &Server, remote: &Remote, out: &Path, timeout_s: &str) -> Chi
 
 #[test]
 fn a_drive_in_a_window_whose_sumo_is_killed_is_recorded_as_failed_and_why() {
-    let server = Server::start([640, 400]);
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("drive");
-    let remote = Remote::listen();
-    let program = driving(&server, &remote, &out, "5");
+    let Place { server, out, remote, .. } = &Place::new();
+    let program = driving(server, remote, out, "5");
     remote.signal("KILL");
     let (code, text) = ended(program);
     assert_eq!(code, 1, "{text}");
     let why = format!("SUMO at 127.0.0.1:{} is gone", remote.1);
     assert!(text.contains(&why), "{text}");
-    let ended = Manifest::load(&out).unwrap().ended.unwrap();
+    let ended = Manifest::load(out).unwrap().ended.unwrap();
     assert!(ended.starts_with(&format!("failed: {why}")), "{ended}");
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
     assert!(summary.contains("\"ended\": \"failed\""), "{summary}");
@@ -86,38 +99,32 @@ fn a_drive_in_a_window_whose_sumo_is_killed_is_recorded_as_failed_and_why() {
 
 #[test]
 fn esc_ends_a_drive_in_a_window_whose_sumo_is_silent_long_before_the_time_out() {
-    let server = Server::start([640, 400]);
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("drive");
-    let remote = Remote::listen();
-    let program = driving(&server, &remote, &out, "600");
+    let Place { server, out, remote, .. } = &Place::new();
+    let program = driving(server, remote, out, "600");
     remote.signal("STOP");
     sleep(Duration::from_secs(1));
-    server.key(KEY_ESC, true);
-    server.key(KEY_ESC, false);
+    server.key(ESC, true);
+    server.key(ESC, false);
     // That is waited for for a minute, and the time-out is ten: it is the key that ends it.
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
-    assert_eq!(Manifest::load(&out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
+    assert_eq!(Manifest::load(out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
     remote.signal("CONT");
 }
 
 #[test]
 fn esc_ends_a_window_that_waits_for_sumo_to_begin_a_drive_again() {
-    let server = Server::start([640, 400]);
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("drive");
-    let remote = Remote::listen();
-    let program = driving(&server, &remote, &out, "600");
+    let Place { server, out, remote, .. } = &Place::new();
+    let program = driving(server, remote, out, "600");
     // The system takes the new connection, and nobody behind it says a word.
     remote.signal("STOP");
-    for key in [KEY_BACKSPACE, KEY_ESC] {
+    for key in [BACKSPACE, ESC] {
         server.key(key, true);
         server.key(key, false);
         sleep(Duration::from_secs(1));
     }
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
-    assert_eq!(Manifest::load(&out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
+    assert_eq!(Manifest::load(out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
     remote.signal("CONT");
 }

@@ -2,7 +2,10 @@
 //! the middle of the first trial the program is killed, and the same command goes on there. What is typed in the
 //! participant's window gives no command of the experimenter's.
 
-use crate::xserver::{Server, wait_for};
+use crate::{
+    keys::{B, CTRL, ENTER, ESC, F1, G, Q, RIGHT, S, T},
+    xserver::{Server, wait_for},
+};
 use codrive::{
     record::{Reader, Table},
     study::{
@@ -17,16 +20,6 @@ use std::{
     thread::sleep,
     time::Duration,
 };
-
-/// X key codes of a PC keyboard: evdev's plus 8.
-const ENTER: u8 = 36;
-const RIGHT: u8 = 114;
-const CTRL: u8 = 37;
-const B: u8 = 56;
-const G: u8 = 42;
-const Q: u8 = 24;
-const S: u8 = 39;
-const T: u8 = 28;
 
 const STUDY: &str = r##"title = "Short"
 participants = 2
@@ -121,11 +114,24 @@ fn ended(program: Child) -> (Option<i32>, String) {
 
 #[test]
 fn a_whole_visit_by_keys_is_killed_in_a_trial_and_goes_on_there() {
-    let (server, place) = (Server::start([1300, 820]), Place::new());
+    let (server, place) = (Server::start([1300, 1200]), Place::new());
     let mut program = place.start(&server);
     let participant = server.window("codrive: Short");
     server.window("Experimenter: P03");
     strike_until(&server, participant, &[&[ENTER]], "the questions", || place.runs("before"));
+    // F1 lists the keys over the page, and Esc closes the list, which asks for no stop.
+    // Below the experimenter's window, where it is seen whole.
+    server.move_to(participant, [0, 820]);
+    sleep(Duration::from_secs(1));
+    let page = server.picture(participant);
+    let share = |low: f64, high: f64| {
+        let differs = server.picture(participant).differs(&page);
+        (low..high).contains(&differs).then_some(())
+    };
+    server.strike(participant, &[F1]);
+    wait_for("the list of keys", || share(0.05, 1.0));
+    server.strike(participant, &[ESC]);
+    wait_for("the page again", || share(0.0, 0.01));
     // The participant's keyboard breaks nothing off.
     server.strike(participant, &[CTRL, B]);
     strike_until(&server, participant, &[&[RIGHT], &[ENTER]], "the trial", || place.runs("trial-1-narrow"));
@@ -186,7 +192,7 @@ fn a_whole_visit_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     fs::rename(whole, &part).unwrap();
     let (code, text) = ended(place.command().env_remove("DISPLAY").spawn().unwrap());
     assert!(code == Some(2) && text.contains("has been through the whole study"), "{text}");
-    assert!(text.contains("1 baselines of participant P03 were missing") && baseline.exists() && !part.exists());
+    assert!(text.contains("1 missing baseline was made for participant P03") && baseline.exists() && !part.exists());
     // The analysis reads what is there.
     let analysed = Command::new(env!("CARGO_BIN_EXE_codrive")).arg("analyse").arg(&place.out).output().unwrap();
     assert!(

@@ -2,7 +2,10 @@
 //! uploaded force, so it goes through a library that stands for SDL2 and writes down what it is asked (`tests/wheel/haptic.c`):
 //! what this file sees is what the program in its window would have sent to the motor.
 
-use crate::xserver::{Server, wait_for};
+use crate::{
+    keys::SPACE,
+    xserver::{Server, wait_for},
+};
 use codrive::{
     input::{profile::ForceBackend, profiles},
     record::{Reader, Table},
@@ -15,7 +18,6 @@ use std::{
     time::Duration,
 };
 
-const KEY_SPACE: u8 = 65;
 /// The wheel held 50 degrees to the left, a foot on the accelerator, before the drive begins.
 const HELD: &str = "E: 0.1 0003 0002 100\nE: 0.1 0000 0000 0\nE: 0.2 0003 0000 29100\nE: 0.2 0000 0000 0\n";
 /// The same at that value, as the car's steering wheel has it: (32767 - 29100) / 32767 of 450 degrees.
@@ -102,11 +104,11 @@ fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_
     assert!(rig.levels().iter().all(|level| *level == 0), "a push before the drive began: {:?}", rig.levels());
 
     // Held to the left it is pushed to the right, and only to the right.
-    server.strike(window, &[KEY_SPACE]);
+    server.strike(window, &[SPACE]);
     wait_for("a push", || rig.levels().iter().any(|level| *level < -1000).then_some(()));
     assert!(rig.levels().iter().all(|level| *level <= 0), "a push to the left: {:?}", rig.levels());
 
-    server.strike(window, &[KEY_SPACE]);
+    server.strike(window, &[SPACE]);
     // A moment without any word, as one lost frame would bring it too, is no pause: ten looks must see nothing new.
     let (mut count, mut looks) = (0, 0);
     wait_for("no force in the pause", || {
@@ -119,7 +121,7 @@ fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_
     sleep(Duration::from_secs(1));
     assert_eq!(rig.levels().len(), before, "a push in the pause: {:?}", rig.levels());
 
-    server.strike(window, &[KEY_SPACE]);
+    server.strike(window, &[SPACE]);
     wait_for("a push again", || rig.levels()[before..].iter().any(|level| *level < -1000).then_some(()));
     server.close(window);
     let output = program.wait_with_output().unwrap();

@@ -45,6 +45,13 @@ impl Picture {
         [self.pixels[i + 2], self.pixels[i + 1], self.pixels[i]]
     }
 
+    /// The share of pixels that another picture of the same size shows in another colour, from 0 to 1.
+    pub fn differs(&self, other: &Self) -> f64 {
+        assert_eq!(self.size, other.size);
+        let pairs = self.pixels.chunks(4).zip(other.pixels.chunks(4));
+        pairs.filter(|(a, b)| a[..3] != b[..3]).count() as f64 / (self.pixels.len() / 4) as f64
+    }
+
     /// Stretches of one colour in a row of pixels that are `least` long, as first pixel and length.
     pub fn stretches(&self, y: u32, colour: [u8; 3], least: u32) -> Vec<[u32; 2]> {
         let mut found: Vec<[u32; 2]> = Vec::new();

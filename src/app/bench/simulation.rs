@@ -68,7 +68,7 @@ fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
         step_s: scenario.step_s,
         seed: scenario.seed,
         timeout_s: scenario.traffic_timeout_s,
-        bend_mps2: None,
+        lateral_accel_mps2: None,
     })
 }
 

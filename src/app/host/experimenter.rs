@@ -1,9 +1,9 @@
 //! The experimenter's window. In: what is to be seen, as egui code. Out: a window beside the driver's, drawn a few times a
 //! second between the driver's frames, of whose time it takes a twelfth at most; it does not wait for its own screen.
 //!
-//! Ctrl + and Ctrl - change the size of everything from 1.0 to 2.0, Ctrl 0 goes back.
+//! Ctrl + and Ctrl - change the size of everything from 1.0 to 2.0, Ctrl 0 goes back; F11 fills the screen.
 
-use super::{Ears, picture::put_on};
+use super::{Ears, picture::put_on, toggle_fullscreen};
 use crate::{
     app::{
         AppError, display,
@@ -20,8 +20,9 @@ use std::{
 };
 use winit::{
     dpi::{LogicalSize, PhysicalPosition},
-    event::WindowEvent,
+    event::{ElementState, WindowEvent},
     event_loop::ActiveEventLoop,
+    keyboard::{KeyCode, PhysicalKey},
     window::{Window, WindowId},
 };
 
@@ -110,6 +111,13 @@ impl ExperimenterWindow {
             self.surface.resize(gpu, [size.width, size.height]);
         }
         use WindowEvent::{KeyboardInput, MouseInput, MouseWheel};
+        if let KeyboardInput { event: key, is_synthetic: false, .. } = event
+            && key.physical_key == PhysicalKey::Code(KeyCode::F11)
+            && key.state == ElementState::Pressed
+            && !key.repeat
+        {
+            toggle_fullscreen(&self.window);
+        }
         self.asked |= matches!(event, KeyboardInput { .. } | MouseInput { .. } | MouseWheel { .. });
         self.ears.hear(&self.window, event);
     }

@@ -18,9 +18,18 @@ pub use experimenter::ExperimenterWindow;
 pub use picture::{PictureWindow, Placing};
 
 use egui::{Context, FullOutput, Ui, ViewportId};
-use winit::{event::WindowEvent, window::Window};
+use winit::{
+    event::WindowEvent,
+    window::{Fullscreen, Window},
+};
 
 use crate::render::Gpu;
+
+/// Fills the screen that the window is on, or goes back to its size.
+fn toggle_fullscreen(window: &Window) {
+    let full = window.fullscreen().is_some();
+    window.set_fullscreen((!full).then(|| Fullscreen::Borderless(None)));
+}
 
 /// An egui context in a window: it hears the window's events and puts out shapes.
 struct Ears {

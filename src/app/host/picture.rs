@@ -28,7 +28,7 @@ use winit::{
     dpi::LogicalSize,
     event::WindowEvent,
     event_loop::ActiveEventLoop,
-    window::{Fullscreen, Window, WindowId},
+    window::{Window, WindowId},
 };
 
 /// Size of the window, and of one that the processor draws: 0.1 s a frame on two cores (codrive bench).
@@ -221,8 +221,7 @@ impl PictureWindow {
 
     /// Fills the screen, or not.
     pub fn toggle_fullscreen(&self) {
-        let full = self.window.fullscreen().is_some();
-        self.window.set_fullscreen((!full).then(|| Fullscreen::Borderless(None)));
+        super::toggle_fullscreen(&self.window);
     }
 
     /// Time of each pass on the device, a few frames ago, where the adapter tells.

@@ -91,6 +91,7 @@ impl Lead {
             history: log.as_ref().map_or(&*empty, |log| &log.history),
             in_range: log.as_ref().and_then(Log::share_in_range),
             engine,
+            policy: show.map_or("", |show| &show.drive.world.policy().name),
             dropped: clock.map_or(Duration::ZERO, |clock| clock.dropped()),
             stalls: clock.map_or(0, |clock| clock.stalls()),
             frame_ms: pulse.frame_ms(),

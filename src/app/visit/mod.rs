@@ -318,7 +318,6 @@ impl Visit {
             return Ok(());
         };
         let form = Form::resume(questionnaire, self.session.kept(), self.elapsed_s);
-        self.session.keep(form.answered())?;
         self.see(At::Questions(Box::new(form)));
         Ok(())
     }

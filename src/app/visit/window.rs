@@ -1,6 +1,6 @@
 //! The two windows of a visit: the participant's, with screens and the picture of the drive, and the experimenter's. In:
-//! events of winit, Ctrl-C, the clock. Out: frames. The participant's window knows driving keys, those of its screens, and
-//! F11 for the whole screen; closing it, or the experimenter's, breaks off the visit, and the same command goes on there.
+//! events of winit, Ctrl-C, the clock. Out: frames. The participant's window knows driving keys, those of its screens, F1 for
+//! the list of both and F11 for the whole screen; closing it, or the experimenter's, breaks off the visit, and the same command goes on there.
 
 use super::{
     Road, Visit, baselines,
@@ -18,7 +18,7 @@ use crate::{
         shell::{self, Next, Windows, now},
     },
     input::{Devices, Profile},
-    panel::{ScreenState, Screens, VisitCommand, contact_flash, experimenter::WheelHealth, theme},
+    panel::{ScreenState, Screens, VisitCommand, contact_flash, experimenter::WheelHealth, key_list, theme},
     record,
     study::{
         Code, Completion, DataSet, Input, Session, SessionError, Study, lock,
@@ -110,7 +110,8 @@ fn look_ahead(options: &VisitOptions, data: &DataSet) -> Result<(), AppError> {
     let lock = lock::lock(&folder, &options.code)?;
     let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
     if made > 0 {
-        let text = format!("{made} baselines of participant {} were missing and have been made", options.code);
+        let were = if made == 1 { "baseline was" } else { "baselines were" };
+        let text = format!("{made} missing {were} made for participant {}", options.code);
         // A visit goes on where nobody reads that.
         let _ = writeln!(std::io::stdout(), "{text}");
     }
@@ -133,6 +134,8 @@ struct Frame<'a> {
     data: DataSet,
     /// Why the experimenter closes the windows of a visit that is not over.
     reason: Option<String>,
+    /// The participant reads the list of keys.
+    help_open: bool,
     /// When the last frame began; `None` after something that took long and is no part of a drive.
     last: Option<Instant>,
     /// When the drive began, and when rows last went to the disk.
@@ -168,6 +171,7 @@ impl<'a> Windows for Frame<'a> {
             made: false,
             data: DataSet::open(&options.out, &options.study)?,
             reason: None,
+            help_open: false,
             last: None,
             first: start,
             flushed: start,
@@ -260,7 +264,7 @@ impl Frame<'_> {
     /// The participant's window. Returns what keys and mouse did there.
     fn draw_picture(&mut self, elapsed: Duration, due: crate::time::Due) -> Vec<Input> {
         let now_there = self.on_road(|_, road| road.now());
-        let Self { picture, kit, visit, screens, lead, options, first, .. } = self;
+        let Self { picture, kit, visit, screens, lead, options, first, help_open, .. } = self;
         let state = ScreenState {
             screen: visit.screen(now_there),
             texts: &options.study.file.texts,
@@ -270,8 +274,15 @@ impl Frame<'_> {
         let mut inputs = Vec::new();
         let flash = kit.show.as_ref().map_or(0.0, |show| show.contacts().flash());
         let output = picture.overlay(|ui| {
+            // Esc closes the list before it asks to stop.
+            if *help_open && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
+                *help_open = false;
+            }
             inputs.extend(screens.show(ui, &state));
             contact_flash(ui, flash);
+            if *help_open {
+                key_list(ui.ctx(), &keys::list_of_participant());
+            }
         });
         let over_picture = state.screen.is_over_picture();
         let view = kit.show.as_mut().filter(|_| over_picture).map(|show| show.view());
@@ -383,6 +394,7 @@ impl Frame<'_> {
             devices.keyboard.set(key, down && drives);
         }
         match keys::command(code).filter(|_| down && !event.repeat) {
+            Some(Command::Help) => self.help_open = !self.help_open,
             Some(Command::FullScreen) => self.picture.toggle_fullscreen(),
             Some(Command::Reverse) if drives => {
                 if let Some(devices) = self.kit.devices() {

@@ -26,13 +26,14 @@ use egui::{Event, Key, Modifiers, RichText, ScrollArea, TextureId, Ui, Vec2, vec
 use notes::Notes;
 
 /// Keys of the window beside a drive, and what they do. In a study the visit has its own.
-pub const KEYS: [(&str, &str); 7] = [
+pub const KEYS: [(&str, &str); 8] = [
     ("F1", "this list"),
     ("Ctrl+P", "pause, continue"),
     ("Ctrl+M", "mark this moment"),
     ("Ctrl+N", "write a note"),
     ("Ctrl+1 to Ctrl+4", "turn the pages of a narrow window"),
     ("Ctrl+Plus, Minus, 0", "larger, smaller, as it was"),
+    help::FULL_SCREEN,
     ("Ctrl+Q", "end"),
 ];
 
@@ -103,7 +104,7 @@ impl Experimenter {
         let mut commands = Vec::new();
         let may_drive = plan.is_none();
         self.keys(ui, state, may_drive, &mut commands);
-        panel.follow(state.drive.scenario);
+        panel.follow(&state.drive);
         let mut left = |ui: &mut Ui, commands: &mut Vec<ExperimenterCommand>| match &mut plan {
             Some(plan) => plan(ui),
             None => {

@@ -109,6 +109,16 @@ impl Screens {
     }
 }
 
+/// Keys of the screens, and what they do.
+pub const SCREEN_KEYS: [(&str, &str); 6] = [
+    ("Enter, Space", "next"),
+    ("Arrow keys", "choose an answer"),
+    ("Tab", "next question"),
+    ("Backspace", "back"),
+    ("M", "mark this moment"),
+    ("Esc", "ask to stop"),
+];
+
 /// What the keys ask for. Letters and arrows belong to a text while one is typed.
 fn keys(ui: &Ui, screen: &Screen<'_>) -> Vec<Input> {
     let form = if let Screen::Questions(form) = screen { Some(*form) } else { None };

@@ -144,7 +144,7 @@ impl SumoTraffic {
             ego_is_seen: true,
             nowhere: corner - dvec2(1000.0, 1000.0),
             step_s: setup.step_s,
-            bends: BendSpeeds::of(route, setup.bend_mps2),
+            bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
             v0_mps: setup.idm.v0,
             highest_mps: vec![setup.idm.v0; n],
             map: setup.map,

@@ -164,7 +164,8 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     let fit = (length_m / (2.0 * CAR_LENGTH_M + idm.s0)) as usize;
     let cars = start::even(fit.clamp(2, MOST_CARS), length_m, idm.s0, 0.0)?;
     let step_s = 0.1;
-    let setup = TrafficSetup { map: Arc::clone(&map), cars, idm, step_s, seed: 1, timeout_s: 1.0, bend_mps2: None };
+    let setup =
+        TrafficSetup { map: Arc::clone(&map), cars, idm, step_s, seed: 1, timeout_s: 1.0, lateral_accel_mps2: None };
     let mut traffic = SumoTraffic::start_unchecked(&super::home()?, setup)?;
     for step in 0..STEPS {
         let ego = traffic.cars()[0];

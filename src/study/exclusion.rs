@@ -1,0 +1,28 @@
+//! Leaves a participant out of a study once the windows are closed. In: a data set, a code, a reason. Out: the reason in the
+//! participant's log, the word `excluded` in `participants.tsv`; nothing is deleted.
+
+use super::{Code, DataSet, Session, SessionError, Study};
+
+impl DataSet {
+    /// Excludes the data of a participant; a visit that is not over ends by that. `now` is the time, UTC.
+    ///
+    /// # Errors
+    /// There is no such participant, the visit is being run, the data are excluded already; the disk refuses.
+    pub fn exclude(&self, study: &Study, code: &Code, reason: &str, now: &str) -> Result<(), SessionError> {
+        let logs = self.logs()?;
+        if !logs.iter().any(|log| log.participant == *code) {
+            let codes: Vec<&str> = logs.iter().map(|log| log.participant.as_str()).collect();
+            let there = if codes.is_empty() { "none".into() } else { codes.join(", ") };
+            return Err(SessionError::Refused(format!(
+                "there is no participant {code} in {}; there are: {there}",
+                self.root().display()
+            )));
+        }
+        let mut session = Session::reopen(self, study, code, now)?;
+        if session.log().end.is_none() {
+            session.stop(reason, now)?;
+        }
+        session.exclude(reason)?;
+        self.publish(study, code)
+    }
+}
