@@ -28,8 +28,13 @@
 //! scene  record  audio         what is to be seen, on the CPU / every tick on disk: journal, tables, manifest / sound
 //! render  study  analysis      wgpu passes / study files, orders, sessions, questionnaires, data set / measures,
 //!                              figures, report
-//! panel  doctor                egui: the experimenter's panel / is this rig fit for a study
-//! app                          the one loop: window, off-line
+//! panel  doctor  drive_loop    egui: panels and pages / is this rig fit for a study / the one loop without a window:
+//!                              off-line drives, rehearsals
+//! live_drive                   a drive with a person in it: devices in, what is seen and heard out
+//! desktop                      windows, displays, keys, the event loop
+//! replay  drive_window         a recording driven again and proven / `codrive drive` / a participant's session of a study
+//! session
+//! bench                        measurements of this program on this machine
 //! cli  main
 //! ```
 //! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs and evdev; nothing but
@@ -40,17 +45,20 @@
 //! # Conventions
 //! World axes are SUMO's: x east, y north, z up, metres; angles in radians, counter-clockwise, yaw 0 = east. `f64` in
 //! map and traffic, `f32` in physics and picture. Seconds, metres, m/s inside; mph and km/h only at the edge
-//! ([`units`]). Same seed, same inputs, same bits: named random streams ([`rng`]), no wall clock below [`app`].
+//! ([`units`]). Same seed, same inputs, same bits: named random streams ([`rng`]), no wall clock below [`drive_loop`].
 
 // println! ends the program with a panic where its reader has gone; cli::out says what there is to say.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod analysis;
-pub mod app;
 pub mod audio;
+pub mod bench;
 pub mod chart;
 pub mod cli;
+pub mod desktop;
 pub mod doctor;
+pub mod drive_loop;
+pub mod drive_window;
 pub mod driver;
 pub mod ego;
 pub mod file;
@@ -58,14 +66,17 @@ pub mod foreign;
 pub mod hud;
 pub mod idm;
 pub mod input;
+pub mod live_drive;
 pub mod map;
 pub mod panel;
 pub mod policy;
 pub mod private;
 pub mod record;
 pub mod render;
+pub mod replay;
 pub mod rng;
 pub mod scene;
+pub mod session;
 pub mod sim;
 pub mod space;
 pub mod study;

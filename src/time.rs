@@ -1,4 +1,4 @@
-//! The one clock. In: elapsed wall time (from `app`). Out: how many whole ticks of simulation are due, and how far
+//! The one clock. In: elapsed wall time (from the windows). Out: how many whole ticks of simulation are due, and how far
 //! between two ticks the picture stands. Integers throughout, so that a minute of frames is exactly a minute of ticks.
 
 use std::time::Duration;

@@ -74,10 +74,10 @@ fn a_pipe_in_the_place_of_a_file_is_named_and_never_waited_for() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let study = path("short.toml");
     // A data set that was begun with it.
-    fs::create_dir(folder.path().join("visit")).unwrap();
+    fs::create_dir(folder.path().join("session")).unwrap();
     let segment = "[[segment]]\nkind = \"text\"\nname = \"welcome\"\ntext = \"Hello\"\n";
     fs::write(&study, format!("title = \"Short\"\nparticipants = 1\nseed = 7\n{segment}")).unwrap();
-    fs::copy(&study, path("visit/study.toml")).unwrap();
+    fs::copy(&study, path("session/study.toml")).unwrap();
     let rehearse = |out: &str| ["study", &study, "--rehearse", "--participants", "1", "--out", out].map(str::to_owned);
     let analyse = |folder: &str| ["analyse", folder].map(str::to_owned).to_vec();
     // Where the pipe is, what is run, what it says of the pipe.
@@ -95,7 +95,7 @@ fn a_pipe_in_the_place_of_a_file_is_named_and_never_waited_for() {
             ["run", "--traffic", "native", "--duration", "1", "--out", &path("taken")].map(str::to_owned).to_vec(),
             "no file is in its place",
         ),
-        ("visit/sourcedata/sub-R01/lock", rehearse(&path("visit")).to_vec(), "no file is in its place"),
+        ("session/sourcedata/sub-R01/lock", rehearse(&path("session")).to_vec(), "no file is in its place"),
     ];
     for (name, arguments, wanted) in table {
         let pipe = folder.path().join(name);

@@ -39,7 +39,7 @@ fn oval() -> Route {
 /// The car ahead: front bumper along the route and speed at a time in seconds.
 type LeaderAt<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
-struct Run<'a> {
+struct OfflineDrive<'a> {
     route: &'a Route,
     params: DriverParams,
     seed: u64,
@@ -60,7 +60,7 @@ struct Seen {
     contact: bool,
 }
 
-impl Run<'_> {
+impl OfflineDrive<'_> {
     fn go(&self) -> Vec<Seen> {
         let car = CarParams::default();
         let start_s = 10.0;
@@ -105,8 +105,8 @@ impl Run<'_> {
     }
 }
 
-fn calm<'a>(route: &'a Route, name: &str) -> Run<'a> {
-    Run {
+fn calm<'a>(route: &'a Route, name: &str) -> OfflineDrive<'a> {
+    OfflineDrive {
         route,
         params: preset(name).unwrap(),
         seed: 1,
@@ -166,7 +166,7 @@ fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
     let route = ring(39.8);
     for speed in [2.0, 4.0, 7.0, 10.0] {
         for name in ["perfect", "follow", "idm"] {
-            let run = Run { advised: &|_| Some(speed), start_speed_mps: speed, ..calm(&route, name) };
+            let run = OfflineDrive { advised: &|_| Some(speed), start_speed_mps: speed, ..calm(&route, name) };
             let offset_m = farthest(&run.go());
             assert!(offset_m < 0.3, "{name} at {speed} m/s: {offset_m} m");
         }
@@ -178,7 +178,7 @@ fn a_perfect_driver_holds_the_advised_speed() {
     // 0.000 m/s after 40 s.
     let route = ring(39.8);
     for speed in [1.0, 2.0, 4.0, 4.43, 8.0] {
-        let seen = Run { advised: &|_| Some(speed), ..calm(&route, "perfect") }.go();
+        let seen = OfflineDrive { advised: &|_| Some(speed), ..calm(&route, "perfect") }.go();
         for s in &seen[3000..] {
             assert!((s.state.speed_mps - speed).abs() < 0.1, "{} instead of {speed} m/s", s.state.speed_mps);
         }
@@ -189,7 +189,8 @@ fn a_perfect_driver_holds_the_advised_speed() {
 fn a_follower_wanders_about_the_advised_speed_by_his_error() {
     // Error 0.3 m/s: measured 4.01 +- 0.30 m/s.
     let route = ring(102.0);
-    let seen = Run { advised: &|_| Some(4.0), start_speed_mps: 4.0, seconds: 600.0, ..calm(&route, "follow") }.go();
+    let seen =
+        OfflineDrive { advised: &|_| Some(4.0), start_speed_mps: 4.0, seconds: 600.0, ..calm(&route, "follow") }.go();
     let (mean, sd) = deviation(seen.iter().map(|s| s.state.speed_mps));
     assert!((mean - 4.0).abs() < 0.12 && (0.2..0.36).contains(&sd), "{mean} +- {sd}");
 }
@@ -203,7 +204,8 @@ fn a_changed_advice_moves_the_foot_after_the_reaction_time_and_not_before() {
         let run = |change: bool| {
             let advised = |t: f64| Some(if change && t >= 20.0 - 1e-9 { after } else { before });
             let params = params.clone();
-            Run { params, advised: &advised, start_speed_mps: before, seconds: 40.0, ..calm(&route, "follow") }.go()
+            OfflineDrive { params, advised: &advised, start_speed_mps: before, seconds: 40.0, ..calm(&route, "follow") }
+                .go()
         };
         let (changed, same) = (run(true), run(false));
         let differs = (0..changed.len()).find(|&i| changed[i].controls != same[i].controls).unwrap();
@@ -227,7 +229,7 @@ fn drivers_of_each_kind_stop_behind_a_braking_leader() {
     for name in PRESETS {
         for speed in [4.0, 10.0, 20.0] {
             let leader = braking_leader(speed);
-            let seen = Run { leader: Some(&leader), start_speed_mps: speed, ..calm(&route, name) }.go();
+            let seen = OfflineDrive { leader: Some(&leader), start_speed_mps: speed, ..calm(&route, name) }.go();
             assert!(!seen.iter().any(|s| s.contact), "{name} at {speed} m/s");
             assert!(smallest_gap(&seen) > 1.0, "{name} at {speed} m/s: {} m", smallest_gap(&seen));
             let end = seen.last().unwrap();
@@ -240,8 +242,8 @@ fn drivers_of_each_kind_stop_behind_a_braking_leader() {
 fn stop_and_go_is_driven_with_calm_feet_and_no_contact() {
     let route = ring(2000.0);
     for name in PRESETS {
-        let run = Run { advised: &|_| Some(6.0), seconds: 230.0, ..calm(&route, name) };
-        let seen = Run { leader: Some(&sawtooth_leader), ..run }.go();
+        let run = OfflineDrive { advised: &|_| Some(6.0), seconds: 230.0, ..calm(&route, name) };
+        let seen = OfflineDrive { leader: Some(&sawtooth_leader), ..run }.go();
         assert!(!seen.iter().any(|s| s.contact) && smallest_gap(&seen) > 1.0, "{name}: {} m", smallest_gap(&seen));
         assert!(!seen.iter().any(|s| s.controls.throttle > 0.0 && s.controls.brake > 0.0), "{name}: both pedals");
         // Ten rounds, each with one way onto the brake and one off it: 19 to 21 changes.
@@ -257,7 +259,7 @@ fn stop_and_go_is_driven_with_calm_feet_and_no_contact() {
 #[test]
 fn without_advice_the_model_drives_and_slows_for_bends() {
     let route = oval();
-    let seen = Run { seconds: 200.0, ..calm(&route, "idm") }.go();
+    let seen = OfflineDrive { seconds: 200.0, ..calm(&route, "idm") }.go();
     let top = seen.iter().map(|s| s.state.speed_mps).fold(0.0, f64::max);
     let sideways = seen.iter().map(|s| s.state.lateral_accel_mps2.abs()).fold(0.0, f64::max);
     // 24.4 m/s on 500 m of straight from the bend's 12.2 m/s, at the model's 1 m/s2. Measured 3.9 m/s2 where the bend
@@ -295,7 +297,7 @@ fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
 fn the_same_seed_drives_the_same_and_another_does_not() {
     let route = ring(39.8);
     let run = |seed| {
-        let seen = Run { seed, advised: &|_| Some(4.0), seconds: 20.0, ..calm(&route, "sloppy") }.go();
+        let seen = OfflineDrive { seed, advised: &|_| Some(4.0), seconds: 20.0, ..calm(&route, "sloppy") }.go();
         seen.iter().map(|s| format!("{:?}", s.controls)).collect::<Vec<_>>()
     };
     assert!(run(1) == run(1), "same seed, same pedals");

@@ -7,7 +7,7 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 10] = [
+const ROWS: [&[&str]; 13] = [
     &["space", "time", "units", "rng", "idm", "chart", "file", "foreign", "private", "toml_text"],
     &["map"],
     &["ego", "policy"],
@@ -16,15 +16,18 @@ const ROWS: [&[&str]; 10] = [
     &["hud"],
     &["scene", "record", "audio"],
     &["render", "study", "analysis"],
-    &["panel", "doctor"],
-    &["app"],
+    &["panel", "doctor", "drive_loop"],
+    &["live_drive"],
+    &["desktop"],
+    &["replay", "drive_window", "session"],
+    &["bench"],
 ];
 
 /// Libraries that only some rooms may name.
 const ROOMS: [(&str, &[&str]); 14] = [
-    ("wgpu", &["render", "app", "cli"]),
-    ("winit", &["app"]),
-    ("egui", &["render", "panel", "app", "chart"]),
+    ("wgpu", &["render", "desktop", "replay", "bench", "cli"]),
+    ("winit", &["desktop", "drive_window", "session", "replay"]),
+    ("egui", &["render", "panel", "desktop", "drive_window", "session", "replay", "chart"]),
     ("resvg", &["chart"]),
     ("gilrs", &["input"]),
     ("evdev", &["input"]),

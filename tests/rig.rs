@@ -1,9 +1,8 @@
-//! Between the loop of a drive and the wheel on the desk: a [`Show`] as its window runs it, a reading thread, and a motor that
+//! Between the loop of a drive and the wheel on the desk: a [`LiveDrive`] as its window runs it, a reading thread, and a motor that
 //! writes down what reaches the rim. What the kernel makes of it is tested in `tests/wheel/`, the window itself in
 //! `tests/window/wheel.rs`.
 
 use codrive::{
-    app::Show,
     input::{
         Devices, Profile, Rig,
         feel::{Angle, ForceDevice},
@@ -12,6 +11,7 @@ use codrive::{
         reader::{Port, ReadingThread},
         wheel::{Found, Told},
     },
+    live_drive::LiveDrive,
     sim::Scenario,
     time::Pace,
 };
@@ -102,7 +102,7 @@ impl Port for Desk {
 /// A car that rolls on the ring with a foot on the accelerator, and the wheel that it is driven with.
 struct Seat {
     // Above the reading thread: the drive ends first, as in the program.
-    show: Show,
+    live: LiveDrive,
     motor: Motor,
     plugged: Arc<AtomicBool>,
     hand: Sender<(u16, i32)>,
@@ -125,9 +125,9 @@ impl Seat {
             trees: 0,
             ..Scenario::default()
         };
-        let show = Show::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap();
-        let mut seat = Self { show, motor, plugged, hand, _thread: thread };
-        seat.until("the wheel", |seat| seat.show.devices.wheel_profile().is_some());
+        let live = LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap();
+        let mut seat = Self { live, motor, plugged, hand, _thread: thread };
+        seat.until("the wheel", |seat| seat.live.devices.wheel_profile().is_some());
         seat.put(ACCELERATOR, 100);
         seat
     }
@@ -138,7 +138,7 @@ impl Seat {
 
     /// A hundredth of a second, in the world and on the clock.
     fn frame(&mut self) {
-        self.show.advance(Duration::from_millis(10), |_| ()).unwrap();
+        self.live.advance(Duration::from_millis(10), |_| ()).unwrap();
         sleep(Duration::from_millis(10));
     }
 
@@ -185,7 +185,7 @@ fn is_force(sent: &Sent) -> bool {
 #[test]
 fn a_wheel_that_is_held_to_one_side_is_pushed_to_the_other() {
     let mut seat = Seat::new();
-    seat.until("some speed", |seat| seat.show.drive.world.snapshot().ego.speed_mps > 4.0);
+    seat.until("some speed", |seat| seat.live.drive.world.snapshot().ego.speed_mps > 4.0);
     for (held, to_the) in [(LEFT, 1), (RIGHT, -1), (LEFT, 1)] {
         seat.put(STEERING, held);
         seat.until(
@@ -197,7 +197,7 @@ fn a_wheel_that_is_held_to_one_side_is_pushed_to_the_other() {
         seat.frames(40);
         let sent = seat.sent();
         assert!(sent.iter().all(|sent| matches!(sent, Sent::Level(level) if level.signum() != -to_the)), "{sent:?}");
-        let torque_nm = seat.show.devices.torque_nm().unwrap();
+        let torque_nm = seat.live.devices.torque_nm().unwrap();
         assert_eq!(torque_nm.signum(), -f64::from(to_the), "{torque_nm}: positive turns to the left");
     }
 }
@@ -206,7 +206,7 @@ fn a_wheel_that_is_held_to_one_side_is_pushed_to_the_other() {
 fn nothing_pushes_while_the_drive_is_paused_even_if_the_wheel_is_turned() {
     let mut seat = Seat::new();
     seat.bend();
-    seat.show.toggle_pause();
+    seat.live.toggle_pause();
     seat.frame();
     seat.until("no force", |seat| seat.last() == Some(Sent::Level(0)));
     seat.forget();
@@ -215,8 +215,8 @@ fn nothing_pushes_while_the_drive_is_paused_even_if_the_wheel_is_turned() {
         seat.frames(15);
     }
     assert!(!seat.sent().iter().any(is_force), "{:?}", seat.sent());
-    assert_eq!(seat.show.devices.torque_nm(), Some(0.0));
-    seat.show.toggle_pause();
+    assert_eq!(seat.live.devices.torque_nm(), Some(0.0));
+    seat.live.toggle_pause();
     seat.bend();
 }
 
@@ -224,25 +224,25 @@ fn nothing_pushes_while_the_drive_is_paused_even_if_the_wheel_is_turned() {
 fn time_stands_while_the_wheel_is_unplugged_and_force_fades_in_when_it_is_back() {
     let mut seat = Seat::new();
     seat.bend();
-    let full = seat.show.devices.torque_nm().unwrap().abs();
+    let full = seat.live.devices.torque_nm().unwrap().abs();
     seat.plugged.store(false, Ordering::Relaxed);
-    seat.until("the pause", |seat| seat.show.waits_for_wheel());
-    assert_eq!((seat.last(), seat.show.devices.torque_nm()), (Some(Sent::End), None), "{:?}", seat.sent());
-    let stood = seat.show.drive.world.snapshot().tick;
+    seat.until("the pause", |seat| seat.live.waits_for_wheel());
+    assert_eq!((seat.last(), seat.live.devices.torque_nm()), (Some(Sent::End), None), "{:?}", seat.sent());
+    let stood = seat.live.drive.world.snapshot().tick;
     seat.forget();
     seat.frames(30);
-    assert_eq!((seat.show.drive.world.snapshot().tick, seat.sent()), (stood, vec![]));
+    assert_eq!((seat.live.drive.world.snapshot().tick, seat.sent()), (stood, vec![]));
     // Back again, and turned at once: no hand is surprised.
     seat.plugged.store(true, Ordering::Relaxed);
     seat.put(STEERING, LEFT);
     seat.put(ACCELERATOR, 100);
-    seat.until("the drive", |seat| seat.show.drive.clock.pace() == Pace::RealTime);
+    seat.until("the drive", |seat| seat.live.drive.clock.pace() == Pace::RealTime);
     seat.until("a push", |seat| seat.sent().iter().any(is_force));
     let first = seat.sent().into_iter().find(is_force);
     let Some(Sent::Level(first)) = first else { panic!("{first:?}") };
     let first_nm = f64::from(first).abs() / 32_640.0 * profiles::named("g29").unwrap().force.full_nm;
     assert!(first_nm < 0.5 * full, "{first_nm} of {full} N m at once");
-    assert!(seat.show.drive.world.snapshot().tick > stood);
+    assert!(seat.live.drive.world.snapshot().tick > stood);
 }
 
 #[test]
@@ -253,7 +253,7 @@ fn the_end_of_a_drive_and_a_panic_in_its_midst_take_the_force_from_the_wheel() {
         let motor = seat.motor.clone();
         let ended = catch_unwind(AssertUnwindSafe(move || {
             let watch = |_: &codrive::sim::World| assert!(!panics, "on purpose");
-            seat.show.advance(Duration::from_millis(20), watch).unwrap();
+            seat.live.advance(Duration::from_millis(20), watch).unwrap();
         }));
         assert_eq!(ended.is_err(), panics);
         sleep(Duration::from_millis(50));

@@ -316,7 +316,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
 }
 
 #[test]
-fn a_visit_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
+fn a_session_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
     let (_folder, _, out) = place();
     let study = study();
     let data = DataSet::open(&out, &study).unwrap();

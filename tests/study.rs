@@ -415,7 +415,7 @@ questionnaire = "raw-tlx"
 Two holds
 3 participants, 2 conditions, order full: balanced after every 2
 
-A visit, about 6 min:
+A session, about 6 min:
    1  welcome                          a page to read
    2  trial-1-short                    90 s on ring-250, 12 cars, policy pi, hold 2 s, range +-1.5 mph
    3  trial-rest-1                     rest, 30 s

@@ -1,5 +1,5 @@
 //! Who took part in a study, as its BIDS tables tell. In: `participants.tsv` and `phenotype/*.tsv` of a data set. Out: how far
-//! each visit came, whether anybody drove at all, whose drives are left out, and the scores of the questionnaires.
+//! each session came, whether anybody drove at all, whose drives are left out, and the scores of the questionnaires.
 
 use super::AnalysisError;
 use crate::file::{SETTINGS_BYTES, read_text};
@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// How far a visit came, in the words of `participants.tsv` (`study::Completion`), in the order in which they are reported.
+/// How far a session came, in the words of `participants.tsv` (`study::Completion`), in the order in which they are reported.
 pub const STATES: [&str; 5] = [COMPLETE, "partial", "withdrawn", "open", EXCLUDED];
 const COMPLETE: &str = "complete";
 const EXCLUDED: &str = "excluded";
@@ -20,7 +20,7 @@ pub struct Person {
     pub id: String,
     /// Nobody drove: one of a rehearsal.
     pub is_simulated: bool,
-    /// How far the visit came, in the table's word.
+    /// How far the session came, in the table's word.
     pub state: String,
 }
 

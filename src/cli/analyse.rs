@@ -7,8 +7,9 @@ use crate::{
         collect::{self, Holdings},
         find, report, tables,
     },
-    app::AppError,
-    chart, record,
+    chart,
+    drive_loop::RunError,
+    record,
     study::{bids, checksums},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -81,7 +82,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 /// Files that are not as they were written: of the data set, or of the recordings one by one where there is none.
 fn changes(holdings: &Holdings) -> Result<Vec<String>, CliError> {
     if let Some(root) = &holdings.root
-        && let Some(changes) = checksums::changes(root).map_err(AppError::from)?
+        && let Some(changes) = checksums::changes(root).map_err(RunError::from)?
     {
         return Ok(changes.iter().map(ToString::to_string).collect());
     }

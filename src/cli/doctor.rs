@@ -2,7 +2,7 @@
 
 use super::{CliError, drive, flags, out};
 use crate::{
-    app::display,
+    desktop::display,
     doctor::{self, Grade, Options},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};

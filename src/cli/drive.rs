@@ -1,10 +1,7 @@
 //! `codrive drive`: the window.
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
-use crate::{
-    app::{display::Place, window},
-    input::profiles,
-};
+use crate::{desktop::display::WindowPlacement, drive_window, input::profiles};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -54,18 +51,18 @@ pub(super) fn place_arguments() -> [Arg; 2] {
 }
 
 /// Where the window is to open.
-pub(super) fn place(matches: &ArgMatches, fullscreen: bool) -> Result<Place, CliError> {
+pub(super) fn place(matches: &ArgMatches, fullscreen: bool) -> Result<WindowPlacement, CliError> {
     let refresh_hz = matches.get_one::<f64>("refresh").copied();
     if refresh_hz.is_some() && !fullscreen {
         return Err(CliError::Input("--refresh needs --fullscreen: a window cannot choose its screen's rate".into()));
     }
     let monitor = matches.get_one::<u64>("monitor").and_then(|number| usize::try_from(*number).ok());
-    Ok(Place { monitor, fullscreen, refresh_hz })
+    Ok(WindowPlacement { monitor, fullscreen, refresh_hz })
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name));
-    let options = window::WindowOptions {
+    let options = drive_window::WindowOptions {
         wheel: wheel.transpose().map_err(|error| CliError::Input(error.to_string()))?,
         scenario: flags::scenario(matches)?,
         place: place(matches, matches.get_flag("fullscreen"))?,
@@ -75,7 +72,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out: matches.get_one("out").cloned(),
         stop: stop_on_ctrl_c(),
     };
-    let (words, ended) = window::run(options)?;
+    let (words, ended) = drive_window::run(options)?;
     let said = out::text(words);
     ended?;
     said

@@ -22,7 +22,7 @@ mod train;
 pub use environment::prepare as prepare_environment;
 
 use crate::{
-    app,
+    drive_loop::RunError,
     map::MapError,
     record::RecordError,
     sim::{ScenarioError, WorldError},
@@ -173,16 +173,16 @@ impl From<RecordError> for CliError {
     }
 }
 
-impl From<app::AppError> for CliError {
-    fn from(error: app::AppError) -> Self {
+impl From<RunError> for CliError {
+    fn from(error: RunError) -> Self {
         match error {
-            app::AppError::World(error) => error.into(),
-            app::AppError::Driver(error) => Self::Input(error.to_string()),
-            app::AppError::Scenario(error) => error.into(),
-            app::AppError::Record(error) => error.into(),
-            app::AppError::Session(SessionError::Refused(text)) => Self::Input(text),
-            app::AppError::Session(SessionError::Record(error)) => error.into(),
-            app::AppError::NoMonitor { .. } | app::AppError::NoRefresh { .. } => Self::Input(error.to_string()),
+            RunError::World(error) => error.into(),
+            RunError::Driver(error) => Self::Input(error.to_string()),
+            RunError::Scenario(error) => error.into(),
+            RunError::Record(error) => error.into(),
+            RunError::Session(SessionError::Refused(text)) => Self::Input(text),
+            RunError::Session(SessionError::Record(error)) => error.into(),
+            RunError::NoMonitor { .. } | RunError::NoRefresh { .. } => Self::Input(error.to_string()),
             other => Self::Failed(other.to_string()),
         }
     }

@@ -2,10 +2,11 @@
 
 use super::{CliError, flags, out};
 use crate::{
-    app::{Instruments, offline::Run, quality, view_options},
+    drive_loop::offline::OfflineDrive,
+    hud::Speedometer,
     private,
-    render::{Gpu, OFFSCREEN, Renderer, render_to_image},
-    scene::{self, Stage, ViewKind},
+    render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
+    scene::{self, Stage, ViewKind, view_options},
     sim::QualityLevel,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -88,22 +89,22 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return Ok(());
     };
     let kind = view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
-    let gpu = Gpu::headless().map_err(crate::app::AppError::from)?;
+    let gpu = Gpu::headless().map_err(crate::drive_loop::RunError::from)?;
     // The picture is wanted even after the drive's own end, and nobody waits for its frames.
     scenario.duration_s = 0.0;
     if scenario.quality == QualityLevel::Auto {
         scenario.quality = QualityLevel::Medium;
     }
-    let mut run = Run::new(&scenario, [0.0, f64::INFINITY])?;
+    let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
     run.until(at_s)?;
     let world = run.world();
     let stage = Stage::with_trees(world.map(), scenario.seed, scenario.trees as usize);
-    let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality(scenario.quality, &gpu));
+    let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.quality, &gpu));
     let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(&scenario), &stage);
     if kind.has_dial() {
-        view.dial = Some(Instruments::new(world).read(world.snapshot()));
+        view.dial = Some(Speedometer::new(world).read(world.snapshot()));
     }
-    let picture = render_to_image(&gpu, &mut renderer, &view, size).map_err(crate::app::AppError::from)?;
+    let picture = render_to_image(&gpu, &mut renderer, &view, size).map_err(crate::drive_loop::RunError::from)?;
     save(&picture, out)?;
     out::line(format_args!("{}: {}x{}, {} at {:.2} s", out.display(), size[0], size[1], scenario.map, world.time_s()))?;
     Ok(())

@@ -3,12 +3,9 @@
 
 use super::{CliError, out, render, stop_on_ctrl_c};
 use crate::{
-    app::{
-        replay::{self, Easel, Replay, Verdict, window},
-        sound::Track,
-    },
     private,
     record::{self, LOST_AND_FOUND, Table},
+    replay::{self, Replay, ReplayRenderer, ReplayReport, SoundTrack, window},
     time::Tick,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -91,9 +88,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let mut replay = Replay::open(recording)?;
     let drawn = [path("png"), path("frames"), path("video")].iter().any(Option::is_some);
-    let mut easel = drawn.then(|| Easel::new(&replay, kind, size)).transpose()?;
-    let mut track = path("sound").map(|file| Track::begin(file, &replay, recording)).transpose()?;
-    let mut film = path("video").map(|file| Film::begin(file, size, rate)).transpose()?;
+    let mut easel = drawn.then(|| ReplayRenderer::new(&replay, kind, size)).transpose()?;
+    let mut track = path("sound").map(|file| SoundTrack::begin(file, &replay, recording)).transpose()?;
+    let mut film = path("video").map(|file| SnapshotTimeline::begin(file, size, rate)).transpose()?;
     let frames = path("frames").map(|folder| new_folder(folder)).transpose()?;
 
     let stop = stop_on_ctrl_c();
@@ -143,7 +140,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 }
 
 /// What the proof has found.
-fn say(recording: &Path, found: &Verdict, all: u64) -> Result<(), CliError> {
+fn say(recording: &Path, found: &ReplayReport, all: u64) -> Result<(), CliError> {
     let (name, ticks) = (recording.display(), found.ticks);
     if found.is_proven() {
         let which = if ticks < all {
@@ -259,11 +256,11 @@ fn join(film: &Path, sound: &Path) -> Result<(), CliError> {
 }
 
 /// ffmpeg, fed with raw pictures.
-struct Film {
+struct SnapshotTimeline {
     ffmpeg: process::Child,
 }
 
-impl Film {
+impl SnapshotTimeline {
     fn begin(file: &Path, [width, height]: [u32; 2], rate: u32) -> Result<Self, CliError> {
         reserve(file)?;
         let (size, rate) = (format!("{width}x{height}"), rate.to_string());

@@ -1,7 +1,7 @@
 //! `codrive run`: a whole drive by a simulated driver, without a window, as fast as the machine can.
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
-use crate::app::offline;
+use crate::drive_loop::offline;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 use std::{path::PathBuf, sync::atomic::Ordering};
@@ -42,7 +42,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let stop = stop_on_ctrl_c();
     let ticks = crate::time::Tick::at_seconds(scenario.duration_s).0;
     let bar = super::progress(ticks, format!("{} s on {}", scenario.duration_s, scenario.map));
-    let mut run = offline::Run::new(&scenario, [from_s, scenario.duration_s])?;
+    let mut run = offline::OfflineDrive::new(&scenario, [from_s, scenario.duration_s])?;
     if let Some(folder) = matches.get_one::<PathBuf>("out") {
         run.record(folder)?;
     }

@@ -1,4 +1,4 @@
-//! `codrive study`: a whole study from one file: its plan, a participant's visit, or a rehearsal of it.
+//! `codrive study`: a whole study from one file: its plan, a participant's session, or a rehearsal of it.
 
 use super::{
     CliError,
@@ -6,13 +6,9 @@ use super::{
     out, stop_on_ctrl_c,
 };
 use crate::{
-    app::{
-        AppError,
-        rehearsal::Rehearsal,
-        utc_now,
-        visit::window::{self, Left, VisitOptions},
-    },
+    drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
     input::profiles,
+    session::window::{self, SessionOptions, SessionOutcome},
     study::{Code, Completion, DataSet, Study, StudyError},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
@@ -74,7 +70,7 @@ pub(super) fn command() -> Command {
                 .requires("reason")
                 .conflicts_with_all(["check", "rehearse", "participants", "participant"])
                 .help(
-                    "Exclude this participant's data from the study, also after the visit; codrive analyse leaves them out, \
+                    "Exclude this participant's data from the study, also after the session; codrive analyse leaves them out, \
                      nothing is deleted",
                 ),
         )
@@ -116,7 +112,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
     let study = Study::load(file)?;
     if let (Some(code), Some(root)) = (matches.get_one::<String>("participant"), matches.get_one::<PathBuf>("out")) {
-        return visit(study, code, root, matches);
+        return lead_session(study, code, root, matches);
     }
     if let (Some(code), Some(root)) = (matches.get_one::<String>("exclude"), matches.get_one::<PathBuf>("out")) {
         let reason = matches.get_one::<String>("reason").map_or("", String::as_str);
@@ -132,10 +128,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
 }
 
-fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+fn lead_session(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<(), CliError> {
     let code = Code::new(code).map_err(|error| CliError::Input(error.to_string()))?;
     let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name)).transpose();
-    let left = window::run(VisitOptions {
+    let left = window::run(SessionOptions {
         study,
         out: root.into(),
         code: code.clone(),
@@ -144,8 +140,8 @@ fn visit(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<
         stop: stop_on_ctrl_c(),
     })?;
     let state = match left {
-        Left::Over(completion) => format!("{}: {}", completion.word(), completion.meaning()),
-        Left::Open(item) => format!("is at {item}: run the same command to resume"),
+        SessionOutcome::Over(completion) => format!("{}: {}", completion.word(), completion.meaning()),
+        SessionOutcome::Open(item) => format!("is at {item}: run the same command to resume"),
     };
     out::line(format_args!("{}: participant {code} {state}", root.display()))?;
     out::line(format_args!("look at the data with: codrive analyse {}", root.display()))?;
@@ -158,8 +154,8 @@ fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), C
         return Err(CliError::Input(format!("{}: there is no such data set", root.display())));
     }
     DataSet::open(root, study)
-        .and_then(|data| data.exclude(study, &code, reason, &utc_now()))
-        .map_err(AppError::from)?;
+        .and_then(|data| data.exclude(study, &code, reason, &recording_manifest::now()))
+        .map_err(RunError::from)?;
     let meaning = Completion::Excluded.meaning();
     out::line(format_args!("{}: participant {code} excluded: {meaning}", root.display()))?;
     Ok(())

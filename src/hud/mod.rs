@@ -6,10 +6,12 @@ pub mod lettering;
 mod number;
 mod palette;
 mod scale;
+mod speedometer;
 
 pub use number::NumberFilter;
 pub use palette::{Palette, Rgb};
 pub use scale::{Scale, expected_top_mps};
+pub use speedometer::Speedometer;
 
 use crate::units::SpeedUnit;
 

@@ -12,12 +12,12 @@ use std::{
     path::Path,
 };
 
-/// How many lanes the search for the longest loop may visit in all; 2 million take about 0.1 s.
+/// How many lanes the search for the longest loop may session in all; 2 million take about 0.1 s.
 const SEARCH_STEPS: usize = 2_000_000;
 /// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
 const GAP_M: f64 = 0.05;
 
-/// The closed route of `net`: along `edges` if given, else the longest loop that visits no junction twice.
+/// The closed route of `net`: along `edges` if given, else the longest loop that sessions no junction twice.
 pub(super) fn route_of(file: &Path, net: &Net, edges: Option<&[String]>) -> Result<Route, MapError> {
     let chain = match edges {
         Some(edges) => along(file, net, edges)?,
@@ -140,7 +140,7 @@ fn longest_loop(file: &Path, net: &Net) -> Result<Vec<usize>, MapError> {
     Ok(found)
 }
 
-/// Depth first from every lane, each with an equal share of the steps; the longest loop that visits no junction twice.
+/// Depth first from every lane, each with an equal share of the steps; the longest loop that sessions no junction twice.
 fn longest_without_crossing(net: &Net, next: &[Vec<usize>]) -> Option<Vec<usize>> {
     let next = peel(next);
     let starts: Vec<usize> = (0..next.len()).filter(|&lane| !next[lane].is_empty()).collect();

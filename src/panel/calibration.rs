@@ -24,12 +24,12 @@ pub struct Wheel {
     pub last_button: Option<u16>,
     /// A calibration that is under way: what is asked, every axis with its name and place in its range, and what was learnt
     /// once all is answered.
-    pub asked: Option<Asked>,
+    pub asked: Option<CalibrationProgress>,
 }
 
 /// A calibration under way.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct CalibrationProgress {
     /// The question.
     pub step: Step,
     /// Every axis: number, name, way as a share of its range (see `Calibration::bars`).
@@ -211,7 +211,7 @@ impl CalibrationPage {
     }
 
     fn end(&mut self, ui: &mut Ui, wheel: &Wheel, commands: &mut Vec<CalibrationCommand>) {
-        if let Some(Asked { learnt: Some(Err(error)), .. }) = &wheel.asked {
+        if let Some(CalibrationProgress { learnt: Some(Err(error)), .. }) = &wheel.asked {
             ui.label(RichText::new(error.to_string()).color(theme::RED));
         }
         if let Some(edited) = &mut self.edited {
@@ -249,7 +249,7 @@ fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) {
 }
 
 /// What is asked, and all axes as bars.
-fn question(ui: &mut Ui, asked: &Asked, commands: &mut Vec<CalibrationCommand>) {
+fn question(ui: &mut Ui, asked: &CalibrationProgress, commands: &mut Vec<CalibrationCommand>) {
     ui.label(RichText::new(asked.step.question()).size(20.0).color(theme::ACCENT));
     ui.add_space(6.0);
     egui::Grid::new("axes").num_columns(2).spacing([14.0, 5.0]).show(ui, |ui| {

@@ -12,19 +12,19 @@ mod presets;
 mod readout;
 pub mod recording;
 pub mod screens;
+pub mod seek_bar;
+pub mod session;
 pub mod theme;
-pub mod timeline;
-pub mod visit;
 
 pub use check::{DisplayTruth, show as check};
 pub use contact::contact_flash;
 pub use editor::Choices;
 pub use help::show as key_list;
 pub use history::{History, Sample};
-pub use presets::{Presets, Refusal};
+pub use presets::{PresetError, Presets};
 pub use readout::{Readings, dropped_time};
 pub use screens::{SCREEN_KEYS, Screen, ScreenState, Screens};
-pub use visit::{ItemState, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState};
+pub use session::{ItemState, SessionCommand, SessionItem, SessionPanel, SessionPanelState, SessionPhase};
 
 use std::{path::Path, time::Duration};
 

@@ -26,7 +26,7 @@ pub struct Presets {
 
 /// Why a preset was not saved.
 #[derive(Debug, PartialEq)]
-pub enum Refusal {
+pub enum PresetError {
     /// There is one of this name.
     Taken(PathBuf),
     /// Anything else, in words.
@@ -46,15 +46,15 @@ impl Presets {
     ///
     /// # Errors
     /// The name is taken or cannot be one, or the system refuses.
-    pub fn save(&self, name: &str, scenario: &Scenario, replaced: bool) -> Result<PathBuf, Refusal> {
-        let path = self.path(name).map_err(Refusal::Other)?;
-        let other = |error: crate::record::RecordError| Refusal::Other(error.to_string());
+    pub fn save(&self, name: &str, scenario: &Scenario, replaced: bool) -> Result<PathBuf, PresetError> {
+        let path = self.path(name).map_err(PresetError::Other)?;
+        let other = |error: crate::record::RecordError| PresetError::Other(error.to_string());
         new_private_dir(&self.folder).map_err(other)?;
         let text = scenario.to_toml();
         if replaced {
             replace(&path, text.as_bytes()).map_err(other)?;
         } else if path.exists() {
-            return Err(Refusal::Taken(path));
+            return Err(PresetError::Taken(path));
         } else {
             write_new(&path, text.as_bytes()).map_err(other)?;
         }
@@ -148,7 +148,7 @@ impl Presets {
         let name = self.typed.trim().to_owned();
         let saved = match editor.scenario() {
             Ok(scenario) => self.save(&name, &scenario, replaced),
-            Err(fault) => Err(Refusal::Other(fault.to_string())),
+            Err(fault) => Err(PresetError::Other(fault.to_string())),
         };
         self.taken = None;
         self.told = Some(match saved {
@@ -158,11 +158,11 @@ impl Presets {
                 self.typed.clear();
                 (format!("saved as {}", path.display()), false)
             }
-            Err(Refusal::Taken(path)) => {
+            Err(PresetError::Taken(path)) => {
                 self.taken = Some(name);
                 (format!("{} exists: choose another name, or replace it", path.display()), true)
             }
-            Err(Refusal::Other(why)) => (why, true),
+            Err(PresetError::Other(why)) => (why, true),
         });
     }
 }
@@ -179,7 +179,7 @@ mod tests {
         let path = presets.save("dense", &dense, false).unwrap();
         assert_eq!(presets.load("dense").unwrap(), dense);
         assert_eq!(Scenario::from_file(&path).unwrap(), dense, "an ordinary scenario file");
-        assert_eq!(presets.save("dense", &Scenario::default(), false), Err(Refusal::Taken(path)));
+        assert_eq!(presets.save("dense", &Scenario::default(), false), Err(PresetError::Taken(path)));
         assert_eq!(presets.load("dense").unwrap(), dense);
         presets.save("dense", &Scenario::default(), true).unwrap();
         assert_eq!(presets.load("dense").unwrap(), Scenario::default());
@@ -198,7 +198,9 @@ mod tests {
         let presets = Presets::in_folder(folder.path().into());
         let long = "a".repeat(MOST + 1);
         for name in ["", "../dense", "a/b", "a b", ".hidden", "nul", "COM1", "a\0b", &long] {
-            let Err(Refusal::Other(why)) = presets.save(name, &Scenario::default(), false) else { panic!("{name:?}") };
+            let Err(PresetError::Other(why)) = presets.save(name, &Scenario::default(), false) else {
+                panic!("{name:?}")
+            };
             assert!(why.contains("letters, digits"), "{why}");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -211,7 +213,8 @@ mod tests {
         let why = Presets::in_folder(folder.path().into()).load("bad").unwrap_err();
         assert!(why.contains("bad.toml:1") && why.contains("vehicles"), "{why}");
         let file = folder.path().join("bad.toml");
-        let Err(Refusal::Other(why)) = Presets::in_folder(file.clone()).save("x", &Scenario::default(), false) else {
+        let Err(PresetError::Other(why)) = Presets::in_folder(file.clone()).save("x", &Scenario::default(), false)
+        else {
             panic!()
         };
         assert!(why.contains("bad.toml"), "{why}");

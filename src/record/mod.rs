@@ -34,7 +34,7 @@ pub use compare::{Comparison, Difference};
 pub use files::{BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, write_new};
 pub use journal_reader::Hole;
 pub use manifest::Manifest;
-pub use recorder::{FLUSH_EVERY, Gauge, Recorder};
+pub use recorder::{FLUSH_EVERY, Recorder, WriterStatus};
 pub use recover::{LOST_AND_FOUND, Recovered, count, open, recover};
 pub use table::{Column, Parts, Reader};
 pub use tables::Table;

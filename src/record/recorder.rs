@@ -36,13 +36,13 @@ const MOST_TICKS: usize = 2_000;
 
 /// How the writing thread does, as the loop may read it at any time: the thread keeps it, nobody waits.
 #[derive(Debug)]
-pub struct Gauge {
+pub struct WriterStatus {
     waiting: AtomicUsize,
     /// [`u64::MAX`] where the system does not tell.
     free: AtomicU64,
 }
 
-impl Gauge {
+impl WriterStatus {
     /// Batches that wait for the disk, and how many may.
     pub fn waiting(&self) -> [usize; 2] {
         [self.waiting.load(Ordering::Relaxed), QUEUE]
@@ -67,7 +67,7 @@ pub struct Recorder {
     batch: Batch,
     /// Advices that no frame has shown yet.
     unseen: Vec<AdviceRow>,
-    gauge: Arc<Gauge>,
+    writer_status: Arc<WriterStatus>,
     /// Torque that the wheel's motor was sent last, N m.
     wheel_force_nm: Option<f64>,
     queue: Option<SyncSender<Batch>>,
@@ -113,9 +113,9 @@ impl Recorder {
         let journal = open(&blocks)?;
         fail_point!("begin.journal");
         let (queue, batches) = mpsc::sync_channel(QUEUE);
-        let gauge = Arc::new(Gauge { waiting: AtomicUsize::new(0), free: AtomicU64::new(u64::MAX) });
-        gauge.look(folder);
-        let (theirs, at) = (Arc::clone(&gauge), folder.to_owned());
+        let writer_status = Arc::new(WriterStatus { waiting: AtomicUsize::new(0), free: AtomicU64::new(u64::MAX) });
+        writer_status.look(folder);
+        let (theirs, at) = (Arc::clone(&writer_status), folder.to_owned());
         let write = move || {
             journal.write(&batches, || {
                 theirs.waiting.fetch_sub(1, Ordering::Relaxed);
@@ -130,7 +130,7 @@ impl Recorder {
             hash: HASH_START,
             batch: Batch::default(),
             unseen: Vec::new(),
-            gauge,
+            writer_status,
             wheel_force_nm: None,
             queue: Some(queue),
             writer: Some(writer),
@@ -208,7 +208,7 @@ impl Recorder {
         let Some(queue) = &self.queue else { return Err(self.why_stopped()) };
         let batch = std::mem::take(&mut self.batch);
         // Before it is sent: the thread may be done with it at once.
-        self.gauge.waiting.fetch_add(1, Ordering::Relaxed);
+        self.writer_status.waiting.fetch_add(1, Ordering::Relaxed);
         let sent =
             if wait { queue.send(batch).map_err(|e| TrySendError::Disconnected(e.0)) } else { queue.try_send(batch) };
         match sent {
@@ -282,8 +282,8 @@ impl Recorder {
     }
 
     /// How the writing thread does.
-    pub fn gauge(&self) -> &Gauge {
-        &self.gauge
+    pub fn writer_status(&self) -> &WriterStatus {
+        &self.writer_status
     }
 
     /// Where it is written.

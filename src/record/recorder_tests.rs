@@ -46,7 +46,7 @@ fn cut_drive(folder: &Path) -> (PathBuf, Vec<usize>) {
     for batch in 0..3 {
         drive(&mut world, &mut recorder, 50).expect("room");
         // The writing thread says when the disk has it.
-        while recorder.gauge().waiting()[0] > 0 {
+        while recorder.writer_status().waiting()[0] > 0 {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
         ends.push(fs::metadata(&stream).expect("there").len() as usize);
@@ -160,7 +160,7 @@ fn what_is_handed_over_by_whoever_waits_reaches_the_journal_too() {
     world.tick(&Controls::default()).expect("the native engine");
     recorder.tick(&world, &Controls::default()).expect("room");
     recorder.flush_waiting().expect("room");
-    while recorder.gauge().waiting()[0] > 0 {
+    while recorder.writer_status().waiting()[0] > 0 {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
     assert!(fs::metadata(journal_of(&recording)).expect("there").len() > 0);
@@ -449,14 +449,14 @@ fn the_room_on_the_disk_is_what_df_says() {
     let mut world = world();
     let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
     drive(&mut world, &mut recorder, 5).expect("room");
-    while recorder.gauge().waiting()[0] > 0 {
+    while recorder.writer_status().waiting()[0] > 0 {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
     let df = std::process::Command::new("df").args(["--output=avail", "-B1"]).arg(folder.path()).output().expect("df");
     let said = String::from_utf8_lossy(&df.stdout);
     let free: u64 = said.lines().last().and_then(|line| line.trim().parse().ok()).expect("a number of bytes");
-    let gauged = recorder.gauge().free_bytes().expect("this system tells");
+    let gauged = recorder.writer_status().free_bytes().expect("this system tells");
     // Others write meanwhile: within a tenth.
     assert!(gauged.abs_diff(free) < free / 10, "{gauged} and {free}");
-    assert_eq!(recorder.gauge().waiting(), [0, QUEUE]);
+    assert_eq!(recorder.writer_status().waiting(), [0, QUEUE]);
 }

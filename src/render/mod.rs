@@ -6,6 +6,7 @@
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
 pub mod air;
+mod auto_quality;
 mod clouds;
 pub mod cost;
 pub mod crowd;
@@ -19,12 +20,12 @@ pub mod impostor;
 pub mod layout;
 pub mod leaves;
 pub mod lens;
-pub mod miniature;
 pub mod models;
 pub mod offscreen;
 mod painted;
 pub mod picture;
 pub mod pipeline;
+pub mod preview;
 pub mod quality;
 pub mod scenery;
 pub mod shader;
@@ -34,6 +35,7 @@ mod targets;
 pub mod timing;
 pub mod ui_pass;
 
+pub use auto_quality::{quality_for, renderer_that_keeps_up};
 pub use cost::FrameCost;
 pub use gpu::{Gpu, GpuError};
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};

@@ -18,6 +18,7 @@ mod options;
 mod panels;
 pub mod plate;
 mod road;
+mod scenario_options;
 mod shape;
 mod skin;
 mod stage;
@@ -28,6 +29,7 @@ pub mod wheel;
 
 pub use cockpit::Cockpit;
 pub use options::{MirrorOptions, ViewOptions};
+pub use scenario_options::view_options;
 pub use view::view;
 
 use crate::hud::Palette;

@@ -1,7 +1,7 @@
 //! The list of a data set's files with their SHA-256, so that a later change of any of them is found and named. In: the folder.
 //! Out: `SHA256SUMS`, as `sha256sum --check` reads it; and what differs from it.
 //!
-//! A participant's files are listed when the visit is over; what is published anew after every participant (`participants.tsv`,
+//! A participant's files are listed when the session is over; what is published anew after every participant (`participants.tsv`,
 //! `phenotype/`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again.
 
 use super::SessionError;
@@ -20,7 +20,7 @@ use std::{
 pub const FILE: &str = "SHA256SUMS";
 /// Folders that hold no data, wherever they are.
 const MADE_AGAIN: [&str; 3] = ["derivatives", "analysis", "report"];
-/// The most that the list may hold, bytes: four hundred thousand files, those of a thousand visits of twenty drives.
+/// The most that the list may hold, bytes: four hundred thousand files, those of a thousand sessions of twenty drives.
 const MOST_BYTES: u64 = 64 << 20;
 /// Files that only hold a lock.
 const LOCK: &str = "lock";

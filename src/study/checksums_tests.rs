@@ -85,7 +85,7 @@ fn a_folder_that_cannot_be_read_is_named() {
 }
 
 #[test]
-fn a_participant_is_listed_when_the_visit_is_over() {
+fn a_participant_is_listed_when_the_session_is_over() {
     let folder = data_set();
     let root = folder.path();
     list(root, "sub-P1", false).unwrap();
@@ -95,7 +95,7 @@ fn a_participant_is_listed_when_the_visit_is_over() {
     assert_eq!(names(root), ["README.md", "participants.tsv", "phenotype/ssq.tsv", of_p2[0], of_p2[1]]);
     list(root, "sub-P1", true).unwrap();
     assert_eq!(names(root), DATA);
-    // A visit that goes on after all is taken off; the other participant stays.
+    // A session that goes on after all is taken off; the other participant stays.
     list(root, "sub-P1", false).unwrap();
     assert_eq!(names(root), ["README.md", "participants.tsv", "phenotype/ssq.tsv", of_p2[0], of_p2[1]]);
 }

@@ -1,8 +1,8 @@
-//! How far a visit came, as the data set says it. In: a visit's log. Out: a [`Completion`].
+//! How far a session came, as the data set says it. In: a session's log. Out: a [`Completion`].
 
 use super::session::{Log, Outcome};
 
-/// How far a visit came.
+/// How far a session came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Completion {
     /// It is not over.
@@ -21,7 +21,7 @@ impl Completion {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Open, Self::Complete, Self::Partial, Self::Withdrawn, Self::Excluded];
 
-    /// That of a visit.
+    /// That of a session.
     pub fn of(log: &Log) -> Self {
         let Some(end) = &log.end else { return Self::Open };
         let skipped = |item: &str| log.last(item).is_some_and(|last| last.outcome == Outcome::Skipped);
@@ -50,10 +50,10 @@ impl Completion {
     /// What the word means.
     pub fn meaning(self) -> &'static str {
         match self {
-            Self::Open => "the visit is not over",
+            Self::Open => "the session is not over",
             Self::Complete => "every item of the plan was done to its end",
-            Self::Partial => "the visit came to its end, and at least one item was skipped",
-            Self::Withdrawn => "the visit was stopped for good before its end",
+            Self::Partial => "the session came to its end, and at least one item was skipped",
+            Self::Withdrawn => "the session was stopped for good before its end",
             Self::Excluded => "the experimenter excluded the data; codrive analyse leaves them out",
         }
     }

@@ -184,7 +184,7 @@ impl DataSet {
     /// # Errors
     /// A recording or session cannot be read, or the disk refuses.
     pub fn publish(&self, study: &Study, code: &Code) -> Result<(), SessionError> {
-        // Two programs may end a visit in the same moment.
+        // Two programs may end a session in the same moment.
         let path = self.root.join("sourcedata").join("lock");
         let lock = lock::lock_file(&path)?;
         lock.lock().map_err(|why| RecordError::File { path, why })?;
@@ -287,11 +287,11 @@ fn description(study: &Study) -> String {
 fn readme(study: &Study) -> String {
     format!(
         "# {}\n\nDrives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`).\n\n\
-         * `participants.tsv`: who took part (codes only), in which order of conditions, and how far each visit came.\n\
+         * `participants.tsv`: who took part (codes only), in which order of conditions, and how far each session came.\n\
          * `phenotype/`: answers and scores of the questionnaires, one row a participant.\n\
          * `sub-*/sub-*_scans.tsv`: drives with their condition, and where their recordings lie.\n\
          * `sub-*/beh/`: advice and events of every drive; answers with the time that each took.\n\
-         * `sourcedata/`: recordings as Parquet tables (units in each column's metadata), and the log of every visit.\n  \
+         * `sourcedata/`: recordings as Parquet tables (units in each column's metadata), and the log of every session.\n  \
          A folder that ends in `{BASELINE}` is the same drive from the same seed without advice.\n\
          * `study.toml`: the study itself, to be run again.\n\n\
          `codrive analyse` makes tables of measures and a report of it.\n",
@@ -339,7 +339,7 @@ fn participants(logs: &[Log]) -> Tsv {
         Col::new("kind", "who drove", "")
             .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
         Col::new("order", "conditions in this participant's order, joined by commas", ""),
-        Col::new("state", "how far the visit came", "")
+        Col::new("state", "how far the session came", "")
             .with(Completion::ALL.map(|state| (state.word().into(), state.meaning().into()))),
     ]);
     let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();

@@ -80,7 +80,7 @@ fn answers_and_scores_stand_in_one_row_a_participant_without_the_dust_of_decimal
     };
     let logs = [
         done("P1", 0, "done", &all),
-        // Some answers alone, a visit that never came here, and one that skipped it after all.
+        // Some answers alone, a session that never came here, and one that skipped it after all.
         done("P2", 1, "done", &all[1..2]),
         log("P3", 2, json!({})),
         done("P4", 3, "skipped", &all),
@@ -202,7 +202,7 @@ fn the_lowest_free_number_is_next_and_sessions_come_by_number() {
 }
 
 #[test]
-fn a_baseline_that_is_made_anew_is_off_the_list_until_the_visit_is_published() {
+fn a_baseline_that_is_made_anew_is_off_the_list_until_the_session_is_published() {
     let folder = tempfile::tempdir().unwrap();
     let study = study();
     let data = DataSet::open(folder.path(), &study).unwrap();
@@ -226,7 +226,7 @@ fn a_baseline_that_is_made_anew_is_off_the_list_until_the_visit_is_published() {
 }
 
 #[test]
-fn a_visit_that_is_not_over_is_not_on_the_list() {
+fn a_session_that_is_not_over_is_not_on_the_list() {
     let folder = tempfile::tempdir().unwrap();
     let study = study();
     let data = DataSet::open(folder.path(), &study).unwrap();
@@ -284,7 +284,7 @@ fn links_in_the_place_of_participants_are_refused() {
 }
 
 #[test]
-fn answers_of_a_visit_have_a_table_of_their_own_with_times_made_for_that_participant_alone() {
+fn answers_of_a_session_have_a_table_of_their_own_with_times_made_for_that_participant_alone() {
     let folder = tempfile::tempdir().unwrap();
     let study = study();
     let data = DataSet::open(folder.path(), &study).unwrap();

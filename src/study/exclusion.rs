@@ -4,10 +4,10 @@
 use super::{Code, DataSet, Session, SessionError, Study};
 
 impl DataSet {
-    /// Excludes the data of a participant; a visit that is not over ends by that. `now` is the time, UTC.
+    /// Excludes the data of a participant; a session that is not over ends by that. `now` is the time, UTC.
     ///
     /// # Errors
-    /// There is no such participant, the visit is being run, the data are excluded already; the disk refuses.
+    /// There is no such participant, the session is being run, the data are excluded already; the disk refuses.
     pub fn exclude(&self, study: &Study, code: &Code, reason: &str, now: &str) -> Result<(), SessionError> {
         let logs = self.logs()?;
         if !logs.iter().any(|log| log.participant == *code) {

@@ -144,7 +144,7 @@ pub struct Texts {
     pub rest_over: String,
     /// At the end.
     pub thanks: String,
-    /// After a visit that was stopped before its end.
+    /// After a session that was stopped before its end.
     pub stopped: String,
     /// While the experimenter has something to do.
     pub wait: String,

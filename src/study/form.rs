@@ -44,7 +44,7 @@ pub enum Input {
     PageBack,
     /// Mark this moment.
     Mark,
-    /// Ask for the end of the drive, or of the visit.
+    /// Ask for the end of the drive, or of the session.
     Stop,
 }
 

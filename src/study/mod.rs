@@ -4,12 +4,12 @@
 //! * [`mod@file`]: what a person writes, and every mistake with its line.
 //! * [`conditions`]: what a condition changes, and the drives that it makes.
 //! * [`order`]: who meets the conditions in which order.
-//! * [`plan`]: one participant's visit, step by step, each drive a complete scenario.
+//! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
 //! * [`form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`code`]: what a participant is called in files.
-//! * [`session`]: one participant's visit as it goes: what comes next, what was done; on the disk after every step.
-//! * [`completion`]: how far a visit came. [`lock`]: one program a participant.
+//! * [`session`]: one participant's session as it goes: what comes next, what was done; on the disk after every step.
+//! * [`completion`]: how far a session came. [`lock`]: one program a participant.
 //! * `exclusion`: leaves a participant out once the windows are closed.
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
 //! * `source`: what a data set keeps of the study's file.

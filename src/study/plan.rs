@@ -1,11 +1,11 @@
-//! One participant's visit, step by step. In: a study and the participant's number. Out: a [`Plan`] in which each drive is
+//! One participant's session, step by step. In: a study and the participant's number. Out: a [`Plan`] in which each drive is
 //! a complete scenario with a seed of its own.
 
 use super::{Study, conditions::Condition, file::Kind};
 use crate::{policy::Resolved, sim::Scenario};
 use std::{collections::BTreeMap, fmt::Write};
 
-/// What comes at one point of a visit.
+/// What comes at one point of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
     /// A page, Markdown.
@@ -27,7 +27,7 @@ pub enum Item {
     Break(f64),
 }
 
-/// One point of a visit.
+/// One point of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Planned {
     /// Name, unique in the plan: `familiarisation`, `trial-2-wide`.
@@ -44,7 +44,7 @@ pub struct Planned {
     pub item: Item,
 }
 
-/// A whole visit.
+/// A whole session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The participant's number in the study, from 0.
@@ -60,7 +60,7 @@ const QUESTIONS_S: f64 = 120.0;
 const PAGE_S: f64 = 30.0;
 
 impl Study {
-    /// The visit of participant number `index`, from 0. The same file and number give the same plan.
+    /// The session of participant number `index`, from 0. The same file and number give the same plan.
     pub fn plan(&self, index: usize) -> Plan {
         let order = self.file.order.order(self.conditions.len(), index, self.file.seed);
         let mut items = Vec::new();
@@ -136,7 +136,7 @@ impl Study {
             serde_json::to_value(self.file.order).unwrap_or_default().as_str().unwrap_or_default()
         );
         let first = self.plan(0);
-        let _ = writeln!(out, "\nA visit, about {:.0} min:", first.minutes());
+        let _ = writeln!(out, "\nA session, about {:.0} min:", first.minutes());
         for (i, planned) in first.items.iter().enumerate() {
             let _ = writeln!(out, "  {:>2}  {:<32} {}", i + 1, planned.name, planned.item.words());
         }
@@ -153,7 +153,7 @@ impl Study {
 }
 
 impl Plan {
-    /// How long the visit is reckoned to last, minutes.
+    /// How long the session is reckoned to last, minutes.
     pub fn minutes(&self) -> f64 {
         self.items.iter().map(|planned| planned.item.seconds()).sum::<f64>() / 60.0
     }

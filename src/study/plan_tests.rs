@@ -1,4 +1,4 @@
-//! A visit step by step: seeds, rests, texts, and what is reckoned, by hand.
+//! A session step by step: seeds, rests, texts, and what is reckoned, by hand.
 
 use super::*;
 use std::path::Path;
@@ -82,7 +82,7 @@ fn a_seed_is_the_studys_the_participants_and_the_drives_number_side_by_side() {
 }
 
 #[test]
-fn a_visit_is_as_long_as_its_parts() {
+fn a_session_is_as_long_as_its_parts() {
     let plan = study(1, "rest_s = 10.0").plan(0);
     // Three drives of a minute, rests of 45 s and 10 s.
     let seconds: Vec<f64> = plan.items.iter().map(|planned| planned.item.seconds()).collect();

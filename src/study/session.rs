@@ -1,5 +1,5 @@
-//! One participant's visit as it goes. In: the plan, what the participant did, what the experimenter decides, and the time
-//! as whoever has a clock reads it. Out: what comes next; a small file that says so after every step, so that a visit
+//! One participant's session as it goes. In: the plan, what the participant did, what the experimenter decides, and the time
+//! as whoever has a clock reads it. Out: what comes next; a small file that says so after every step, so that a session
 //! goes on at the right place after a crash, a power cut or a closed window.
 //!
 //! The file is `sourcedata/sub-CODE/session.json`; recordings lie beside it, each attempt in a folder of its own. An item
@@ -107,7 +107,7 @@ pub struct Answered {
     pub time_s: f64,
 }
 
-/// How a visit ended.
+/// How a session ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct End {
     /// All items are settled, done or skipped; false: stopped before, as after sickness.
@@ -135,7 +135,7 @@ pub enum Who {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Log {
-    /// Whose visit.
+    /// Whose session.
     pub participant: Code,
     /// The participant's number in the study, from 0: which order of conditions.
     pub index: usize,
@@ -157,7 +157,7 @@ pub struct Log {
     /// Answers by the item's name: of its last passage.
     #[serde(default)]
     pub answers: BTreeMap<String, Vec<Answered>>,
-    /// Set once the visit is over for good.
+    /// Set once the session is over for good.
     #[serde(default)]
     pub end: Option<End>,
 }
@@ -194,7 +194,7 @@ impl Log {
     }
 }
 
-/// A visit.
+/// A session.
 #[derive(Debug)]
 pub struct Session {
     folder: PathBuf,
@@ -205,11 +205,11 @@ pub struct Session {
 }
 
 impl Session {
-    /// Opens a participant's visit, a new one or one that was interrupted. `index` is the place in the study's orders
+    /// Opens a participant's session, a new one or one that was interrupted. `index` is the place in the study's orders
     /// that a new participant takes. What a cut left running is noted as cut and its recording is made whole.
     ///
     /// # Errors
-    /// The visit is over, another program runs it, or its files are not of this study.
+    /// The session is over, another program runs it, or its files are not of this study.
     pub fn open(
         data: &DataSet,
         study: &Study,
@@ -236,7 +236,7 @@ impl Session {
             return refused(if end.complete {
                 format!("participant {code} has been through the whole study ({}); nobody takes part twice", end.at)
             } else {
-                format!("the visit of participant {code} was stopped for good ({}, {})", end.reason, end.at)
+                format!("the session of participant {code} was stopped for good ({}, {})", end.reason, end.at)
             });
         }
         let mut session = Self { folder, plan: study.plan(log.index), log, _lock: lock };
@@ -244,7 +244,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Opens a visit that has begun, over or not, while its windows are closed.
+    /// Opens a session that has begun, over or not, while its windows are closed.
     ///
     /// # Errors
     /// There is none, or a program runs it; it cannot be read.
@@ -310,7 +310,7 @@ impl Session {
         &self.log
     }
 
-    /// The whole visit.
+    /// The whole session.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
@@ -447,7 +447,7 @@ impl Session {
         self.save()
     }
 
-    /// All is settled: the visit is over.
+    /// All is settled: the session is over.
     ///
     /// # Errors
     /// Something is left to do, or the disk refuses.
@@ -458,7 +458,7 @@ impl Session {
         self.close(true, "", now)
     }
 
-    /// The visit is over before its end and cannot go on, as after sickness. What runs is aborted.
+    /// The session is over before its end and cannot go on, as after sickness. What runs is aborted.
     ///
     /// # Errors
     /// The disk refuses.
@@ -472,7 +472,7 @@ impl Session {
         self.save()
     }
 
-    /// The data of a visit that is over are not to be used.
+    /// The data of a session that is over are not to be used.
     ///
     /// # Errors
     /// It is not over, or they are excluded already; the disk refuses.
@@ -480,7 +480,7 @@ impl Session {
         match &mut self.log.end {
             Some(End { excluded: excluded @ None, .. }) => *excluded = Some(reason.into()),
             Some(_) => return Err(SessionError::Refused("the data are excluded already".into())),
-            None => return Err(SessionError::Refused("the visit is not over".into())),
+            None => return Err(SessionError::Refused("the session is not over".into())),
         }
         self.save()
     }

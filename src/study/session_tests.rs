@@ -1,4 +1,4 @@
-//! A visit on the disk: what is written when, what is taken up again, what is refused.
+//! A session on the disk: what is written when, what is taken up again, what is refused.
 
 use super::{
     Code, Completion, DataSet, Outcome, Session, SessionError, Study,
@@ -102,7 +102,7 @@ fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
 }
 
 #[test]
-fn a_visit_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own() {
+fn a_session_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own() {
     let place = place();
     let told = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
     let session = place.open("P1", Who::Person).unwrap();
@@ -126,7 +126,7 @@ fn a_visit_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own()
 }
 
 #[test]
-fn how_far_a_visit_came_follows_its_last_passages_and_an_exclusion_is_told_once() {
+fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_once() {
     let place = place();
     let is = |session: &Session| Completion::of(&on_disk(session));
     let whole = |code: &str, skip: bool| {
@@ -142,7 +142,7 @@ fn how_far_a_visit_came_follows_its_last_passages_and_an_exclusion_is_told_once(
         session
     };
     let mut complete = whole("P1", false);
-    assert!(complete.exclude("late").unwrap_err().to_string().contains("the visit is not over"));
+    assert!(complete.exclude("late").unwrap_err().to_string().contains("the session is not over"));
     complete.finish("t3").unwrap();
     assert_eq!(is(&complete), Completion::Complete);
     complete.exclude("fell asleep").unwrap();

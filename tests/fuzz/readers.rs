@@ -70,8 +70,8 @@ fn recordings(folder: &Path) -> Recordings {
     made
 }
 
-/// The file of a visit with a drive behind it, answers in it, and notes.
-fn visit(folder: &Path) -> Vec<u8> {
+/// The file of a session with a drive behind it, answers in it, and notes.
+fn live_session(folder: &Path) -> Vec<u8> {
     let study = Study::load(&root().join("assets/studies/congestion.toml")).unwrap();
     let data = DataSet::open(folder, &study).unwrap();
     let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
@@ -302,7 +302,7 @@ fn recorded(folder: &Path) -> Vec<Reader> {
     copied(&made.ended, &whole);
     let manifest = whole.join(record::manifest::FILE);
     let manifest_bytes = fs::read(&manifest).unwrap();
-    let session = visit(&at("data"));
+    let session = live_session(&at("data"));
     vec![
         Reader {
             name: "journal",

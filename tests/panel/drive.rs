@@ -356,8 +356,8 @@ fn it_fits_a_laptop_at_every_scale() {
 /// The picture of a drive with what the panel put out over it.
 fn picture_with(open: bool) -> image::RgbaImage {
     use codrive::{
-        app::view_options,
         render::{Gpu, OFFSCREEN, Panel as Output, Quality, Renderer, render_with_panel},
+        scene::view_options,
         scene::{Stage, ViewKind, view},
         sim::World,
     };

@@ -367,7 +367,7 @@ fn in_a_study_the_plan_is_on_the_left_and_the_drive_is_not_the_panels_to_command
         assert!(harness.query_by_label(gone).is_none(), "{gone}");
     }
     for key in [Key::P, Key::M, Key::Q] {
-        assert_eq!(press(&mut harness, Modifiers::COMMAND, key), [], "the visit's own commands are the only ones");
+        assert_eq!(press(&mut harness, Modifiers::COMMAND, key), [], "the session's own commands are the only ones");
     }
     assert!(harness.query_by_label("Mark").is_none() && harness.query_by_label("Note").is_none());
 }
@@ -432,17 +432,17 @@ fn save(picture: &image::RgbaImage, name: &str) {
 #[derive(Default)]
 struct Hand {
     time_s: f64,
-    asked: Vec<codrive::panel::timeline::TimelineCommand>,
+    asked: Vec<codrive::panel::seek_bar::SeekBarCommand>,
 }
 
 #[test]
 fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
-    use codrive::panel::timeline::{Happened, TimelineCommand, TimelineState, show};
+    use codrive::panel::seek_bar::{SeekBarCommand, SeekBarEvent, SeekBarState, show};
     let speeds: Vec<[f64; 2]> = (0..=200).map(f64::from).map(|t| [t, 4.0 + (t * 0.1).sin()]).collect();
     let mut harness =
         Harness::builder().with_size([900.0, 300.0]).with_context_setup(theme::apply).wgpu().build_ui_state(
             |ui, hand: &mut Hand| {
-                let state = TimelineState {
+                let state = SeekBarState {
                     time_s: hand.time_s,
                     end_s: 200.0,
                     known_s: 120.0,
@@ -451,7 +451,7 @@ fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
                     view: "From above",
                     advice: &[[20.0, 2.5], [90.0, 4.3]],
                     speeds: &speeds,
-                    events: &[Happened { time_s: 50.0, words: "mark: button".into() }],
+                    events: &[SeekBarEvent { time_s: 50.0, words: "mark: button".into() }],
                     proof: "proven to 120 s: the same to the bit",
                     differs: false,
                 };
@@ -461,12 +461,12 @@ fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
         );
     harness.run();
     for (button, command) in [
-        ("Play", TimelineCommand::Toggle),
-        ("+1 tick", TimelineCommand::Tick(1)),
-        ("−1 tick", TimelineCommand::Tick(-1)),
-        ("Faster", TimelineCommand::Speed(true)),
-        ("Slower", TimelineCommand::Speed(false)),
-        ("From above", TimelineCommand::NextView),
+        ("Play", SeekBarCommand::Toggle),
+        ("+1 tick", SeekBarCommand::Tick(1)),
+        ("−1 tick", SeekBarCommand::Tick(-1)),
+        ("Faster", SeekBarCommand::Speed(true)),
+        ("Slower", SeekBarCommand::Speed(false)),
+        ("From above", SeekBarCommand::NextView),
     ] {
         harness.get_by_role_and_label(Role::Button, button).click();
         harness.run();
@@ -486,7 +486,7 @@ fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
     harness.drop_at(egui::pos2(450.0, above));
     harness.run();
     let asked = &harness.state().asked;
-    let Some(TimelineCommand::Seek(time_s)) = asked.first() else { panic!("{asked:?}") };
+    let Some(SeekBarCommand::Seek(time_s)) = asked.first() else { panic!("{asked:?}") };
     assert!((time_s - 100.0).abs() < 1.0, "{time_s}");
     let picture = harness.render().unwrap();
     let red = [theme::RED.r(), theme::RED.g(), theme::RED.b()];

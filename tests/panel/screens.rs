@@ -1,9 +1,10 @@
-//! The participant's screens and the experimenter's part of a visit as people use them: by the names on them, by keys, by
+//! The participant's screens and the experimenter's part of a session as people use them: by the names on them, by keys, by
 //! mouse; and pictures of all of them.
 
 use codrive::{
     panel::{
-        ItemState, Screen, ScreenState, Screens, VisitCommand, VisitItem, VisitPanel, VisitPhase, VisitState, theme,
+        ItemState, Screen, ScreenState, Screens, SessionCommand, SessionItem, SessionPanel, SessionPanelState,
+        SessionPhase, theme,
     },
     study::{Form, Input, Questionnaire, Texts},
     units::SpeedUnit,
@@ -326,19 +327,19 @@ fn every_screen_has_its_picture() {
     save(&mut every, "every-three");
 }
 
-/// The experimenter's part with a visit around it.
+/// The experimenter's part with a session around it.
 struct Lead {
-    panel: VisitPanel,
-    items: Vec<VisitItem>,
-    phase: VisitPhase,
+    panel: SessionPanel,
+    items: Vec<SessionItem>,
+    phase: SessionPhase,
     asked: bool,
     error: Option<&'static str>,
-    commands: Vec<VisitCommand>,
+    commands: Vec<SessionCommand>,
 }
 
 impl Lead {
-    fn new(phase: VisitPhase) -> Self {
-        let item = |name: &str, what: &str, state: ItemState, earlier: &str| VisitItem {
+    fn new(phase: SessionPhase) -> Self {
+        let item = |name: &str, what: &str, state: ItemState, earlier: &str| SessionItem {
             name: name.into(),
             what: what.into(),
             condition: name.strip_prefix("trial-1-").map(str::to_owned),
@@ -352,11 +353,11 @@ impl Lead {
             item("trial-1-narrow", "300 s on ring-250, 22 cars, policy ring-250-speed", ItemState::Now, ""),
             item("trial-rest-1", "rest, 60 s", ItemState::Ahead, ""),
         ];
-        Self { panel: VisitPanel::default(), items, phase, asked: false, error: None, commands: Vec::new() }
+        Self { panel: SessionPanel::default(), items, phase, asked: false, error: None, commands: Vec::new() }
     }
 
     fn show(&mut self, ui: &mut egui::Ui) {
-        let state = VisitState {
+        let state = SessionPanelState {
             title: "Co-operative congestion mitigation",
             code: "P03",
             items: &self.items,
@@ -383,29 +384,29 @@ fn lead(lead: Lead, size: [f32; 2]) -> Harness<'static, Lead> {
     harness
 }
 
-fn ctrl(harness: &mut Harness<'static, Lead>, key: Key) -> Vec<VisitCommand> {
+fn ctrl(harness: &mut Harness<'static, Lead>, key: Key) -> Vec<SessionCommand> {
     harness.key_press_modifiers(Modifiers::COMMAND, key);
     harness.run();
     std::mem::take(&mut harness.state_mut().commands)
 }
 
-fn enter(harness: &mut Harness<'static, Lead>) -> Vec<VisitCommand> {
+fn enter(harness: &mut Harness<'static, Lead>) -> Vec<SessionCommand> {
     keys(harness, &[Key::Enter]);
     std::mem::take(&mut harness.state_mut().commands)
 }
 
 #[test]
 fn every_command_is_given_by_keys_alone_with_its_reason() {
-    let mut harness = lead(Lead::new(VisitPhase::Driving), [420.0, 700.0]);
-    assert_eq!(ctrl(&mut harness, Key::P), [VisitCommand::Pause]);
-    assert_eq!(ctrl(&mut harness, Key::M), [VisitCommand::Mark(String::new())]);
+    let mut harness = lead(Lead::new(SessionPhase::Driving), [420.0, 700.0]);
+    assert_eq!(ctrl(&mut harness, Key::P), [SessionCommand::Pause]);
+    assert_eq!(ctrl(&mut harness, Key::M), [SessionCommand::Mark(String::new())]);
     assert_eq!(ctrl(&mut harness, Key::G), [], "a drive that runs needs no Go");
     for (key, words, expected) in [
-        (Key::N, "coughs", VisitCommand::Note("coughs".into())),
-        (Key::S, "no time", VisitCommand::Skip("no time".into())),
-        (Key::E, "late", VisitCommand::Extend { seconds: 60.0, reason: "late".into() }),
-        (Key::B, "phone", VisitCommand::Abort("phone".into())),
-        (Key::R, "fell", VisitCommand::Repeat { item: "familiarisation".into(), reason: "fell".into() }),
+        (Key::N, "coughs", SessionCommand::Note("coughs".into())),
+        (Key::S, "no time", SessionCommand::Skip("no time".into())),
+        (Key::E, "late", SessionCommand::Extend { seconds: 60.0, reason: "late".into() }),
+        (Key::B, "phone", SessionCommand::Abort("phone".into())),
+        (Key::R, "fell", SessionCommand::Repeat { item: "familiarisation".into(), reason: "fell".into() }),
     ] {
         assert_eq!(ctrl(&mut harness, key), []);
         assert_eq!(enter(&mut harness), [], "it wants a reason");
@@ -416,35 +417,35 @@ fn every_command_is_given_by_keys_alone_with_its_reason() {
     }
     // Sickness has its reason already, but is asked about; Esc takes it back.
     assert_eq!(ctrl(&mut harness, Key::I), []);
-    harness.get_by_label("End the visit");
+    harness.get_by_label("End the session");
     keys(&mut harness, &[Key::Escape]);
-    assert!(harness.query_by_label("End the visit").is_none() && harness.state().commands.is_empty());
+    assert!(harness.query_by_label("End the session").is_none() && harness.state().commands.is_empty());
     assert_eq!(ctrl(&mut harness, Key::I), []);
-    assert_eq!(enter(&mut harness), [VisitCommand::Stop("sickness".into())]);
+    assert_eq!(enter(&mut harness), [SessionCommand::Stop("sickness".into())]);
     // Which item, and for how long.
     ctrl(&mut harness, Key::R);
     keys(&mut harness, &[Key::ArrowUp, Key::ArrowUp]);
     type_in(&mut harness, "x");
-    assert_eq!(enter(&mut harness), [VisitCommand::Repeat { item: "welcome".into(), reason: "x".into() }]);
+    assert_eq!(enter(&mut harness), [SessionCommand::Repeat { item: "welcome".into(), reason: "x".into() }]);
     ctrl(&mut harness, Key::E);
     assert_eq!(ctrl(&mut harness, Key::ArrowUp), []);
     type_in(&mut harness, "y");
-    assert_eq!(enter(&mut harness), [VisitCommand::Extend { seconds: 70.0, reason: "y".into() }]);
+    assert_eq!(enter(&mut harness), [SessionCommand::Extend { seconds: 70.0, reason: "y".into() }]);
 }
 
 #[test]
 fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
-    let mut harness = lead(Lead::new(VisitPhase::Held), [420.0, 700.0]);
+    let mut harness = lead(Lead::new(SessionPhase::Held), [420.0, 700.0]);
     let press = |harness: &mut Harness<'static, Lead>, label: &str| {
         harness.get_by_role_and_label(Role::Button, label).click();
         harness.run();
         std::mem::take(&mut harness.state_mut().commands)
     };
-    assert_eq!(press(&mut harness, "Go Ctrl+G"), [VisitCommand::Go]);
-    assert_eq!(press(&mut harness, "Resume Ctrl+P"), [VisitCommand::Resume]);
+    assert_eq!(press(&mut harness, "Go Ctrl+G"), [SessionCommand::Go]);
+    assert_eq!(press(&mut harness, "Resume Ctrl+P"), [SessionCommand::Resume]);
     assert_eq!(press(&mut harness, "Break off Ctrl+B"), []);
     type_in(&mut harness, "too fast");
-    assert_eq!(press(&mut harness, "Break it off"), [VisitCommand::Abort("too fast".into())]);
+    assert_eq!(press(&mut harness, "Break it off"), [SessionCommand::Abort("too fast".into())]);
     harness.get_by_label("3:12");
     harness.get_by_label("before: broken off");
     harness.get_by_label("Plan: 3 of 5 done; about 16 min left");
@@ -454,7 +455,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
     }
     // What it was about is over: the question goes.
     press(&mut harness, "Break off Ctrl+B");
-    harness.state_mut().phase = VisitPhase::Over;
+    harness.state_mut().phase = SessionPhase::Over;
     harness.run();
     assert!(harness.query_by_label("Break it off").is_none());
     for label in
@@ -472,13 +473,13 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
 
 #[test]
 fn the_experimenters_part_has_its_pictures() {
-    let mut asked = Lead::new(VisitPhase::Held);
+    let mut asked = Lead::new(SessionPhase::Held);
     (asked.asked, asked.error) = (true, Some("there is no drive and no rest to extend"));
     save(&mut lead(asked, [360.0, 560.0]), "lead-asked");
-    let mut repeat = lead(Lead::new(VisitPhase::Experimenter), [360.0, 560.0]);
+    let mut repeat = lead(Lead::new(SessionPhase::Experimenter), [360.0, 560.0]);
     ctrl(&mut repeat, Key::R);
     save(&mut repeat, "lead-repeat");
-    let mut stop = lead(Lead::new(VisitPhase::Driving), [360.0, 560.0]);
+    let mut stop = lead(Lead::new(SessionPhase::Driving), [360.0, 560.0]);
     ctrl(&mut stop, Key::I);
     save(&mut stop, "lead-stop");
 }

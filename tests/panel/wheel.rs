@@ -8,7 +8,7 @@ use codrive::{
     },
     panel::{
         self, DisplayTruth,
-        calibration::{Asked, CalibrationCommand, CalibrationPage, Wheel},
+        calibration::{CalibrationCommand, CalibrationPage, CalibrationProgress, Wheel},
         theme,
     },
 };
@@ -81,9 +81,13 @@ fn answered(until: Step) -> Calibration {
     calibration
 }
 
-fn asked(calibration: &Calibration) -> Asked {
+fn asked(calibration: &Calibration) -> CalibrationProgress {
     let done = calibration.step() == Step::Done;
-    Asked { step: calibration.step(), bars: calibration.bars(), learnt: done.then(|| calibration.profile("Rig 1")) }
+    CalibrationProgress {
+        step: calibration.step(),
+        bars: calibration.bars(),
+        learnt: done.then(|| calibration.profile("Rig 1")),
+    }
 }
 
 #[test]

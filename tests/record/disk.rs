@@ -140,7 +140,7 @@ fn a_recording_is_on_the_disk_when_it_is_said_to_be_at_five_syncs_a_second() {
 }
 
 #[test]
-fn every_step_of_a_visit_is_on_the_disk_before_the_next() {
+fn every_step_of_a_session_is_on_the_disk_before_the_next() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("short.toml"), folder.path().join("data"));
     fs::write(&file, super::kills::STUDY).unwrap();
@@ -149,7 +149,7 @@ fn every_step_of_a_visit_is_on_the_disk_before_the_next() {
     check_renames(&calls);
     let session = out.join("sourcedata/sub-R01/session.json");
     let saved = calls.iter().filter(|call| matches!(call, Call::Rename(_, to) if Path::new(to) == session)).count();
-    // Opened, traits, two items with a beginning and an end each, the end of the visit.
+    // Opened, traits, two items with a beginning and an end each, the end of the session.
     assert_eq!(saved, 2 + 2 * 2 + 1);
     let trial = out.join("sourcedata/sub-R01/trial-1-narrow/journal/rows.blocks");
     let begun = calls.iter().position(|call| matches!(call, Call::Write(path) if Path::new(path) == trial)).unwrap();

@@ -153,12 +153,12 @@ name = "trial"
 const MOST_SAVES: u64 = 60;
 
 #[test]
-fn a_visit_killed_at_any_point_goes_on_by_the_same_command() {
+fn a_session_killed_at_any_point_goes_on_by_the_same_command() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("short.toml");
     fs::write(&file, STUDY).unwrap();
     let study = file.to_str().unwrap();
-    // The first saves make the data set and the visit's file: each is walked. Then one of each kind.
+    // The first saves make the data set and the session's file: each is walked. Then one of each kind.
     let mut points: Vec<String> = (1..=6).map(|save| format!("replace.written:{save}")).collect();
     let named =
         ["session.begin:1", "session.end:1", "session.begin:2", "begin.folder", "begin.manifest", "begin.journal"];
@@ -172,7 +172,7 @@ fn a_visit_killed_at_any_point_goes_on_by_the_same_command() {
         let out = folder.path().join(format!("data-{}", point.replace(':', "-")));
         let rehearse = ["study", study, "--rehearse", "--participants", "1", "--out", out.to_str().unwrap()];
         let (signal, code, text) = ended(codrive(&rehearse, &point));
-        // Not every visit saves as often as the last numbers ask for.
+        // Not every session saves as often as the last numbers ask for.
         assert!(
             signal == Some(KILLED) || (code == Some(0) && kills() > 100),
             "{point} was not reached: {code:?} {text}"

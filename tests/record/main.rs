@@ -139,11 +139,11 @@ fn the_sound_of_a_recording_is_as_long_as_the_drive_private_and_the_same_again()
 
 #[test]
 fn any_moment_of_a_replay_is_the_world_as_it_was_then() {
-    use codrive::app::replay::{Prover, Replay};
+    use codrive::replay::{Replay, Verifier};
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("drive");
     record(&drive, "12.05");
-    let (prover, opened) = Prover::start(&drive).unwrap();
+    let (prover, opened) = Verifier::start(&drive).unwrap();
     assert_eq!(opened.end.0, 1205);
     // Nobody looks until it is over, as where the window is hidden.
     while !prover.is_over() {
@@ -177,11 +177,11 @@ fn any_moment_of_a_replay_is_the_world_as_it_was_then() {
 
 #[test]
 fn a_replay_that_is_closed_in_the_middle_ends_at_once() {
-    use codrive::app::replay::Prover;
+    use codrive::replay::Verifier;
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("drive");
     record(&drive, "60");
-    let (prover, _) = Prover::start(&drive).unwrap();
+    let (prover, _) = Verifier::start(&drive).unwrap();
     let proven = prover.known().verdict.ticks;
     assert!(proven < 6000, "{proven}: it has only begun");
     drop(prover);

@@ -187,7 +187,7 @@ fn a_trial_on_a_remote_sumo_that_is_gone_has_its_baseline_in_process() {
     };
     let code = codrive::study::Code::new("P01").unwrap();
     let stop = std::sync::atomic::AtomicBool::new(false);
-    let whole = codrive::app::rehearsal::baseline(&code, &trial, &scenario, &stop, &|_| ()).unwrap();
+    let whole = codrive::drive_loop::rehearsal::baseline(&code, &trial, &scenario, &stop, &|_| ()).unwrap();
     let manifest = Manifest::load(&folder.path().join("trial-baseline")).unwrap();
     assert!(whole && manifest.traffic.contains("in process"), "{manifest:?}");
 }

@@ -2,8 +2,8 @@
 
 use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, spread, this_test};
 use codrive::{
-    app::Show,
     input::{Action, Devices, Feel, RigNews, Stamp, linux},
+    live_drive::LiveDrive,
     sim::Scenario,
     time::Pace,
 };
@@ -264,32 +264,32 @@ fn a_drive_pushes_against_the_hand_but_not_in_a_pause_or_after_a_panic() {
     let devices = Devices::open_with(Some(kernel::profile()));
     let scenario = Scenario { traffic: "native".into(), policy: "none".into(), vehicles: 6, ..Scenario::default() };
     let scenario = Scenario { warm_up_s: 5.0, duration_s: 0.0, trees: 0, ..scenario };
-    let mut show = Show::new(&scenario, Pace::RealTime, devices).unwrap();
-    let frames = |show: &mut Show, count: usize| {
+    let mut live = LiveDrive::new(&scenario, Pace::RealTime, devices).unwrap();
+    let frames = |live: &mut LiveDrive, count: usize| {
         for _ in 0..count {
-            show.advance(Duration::from_millis(10), |_| ()).unwrap();
+            live.advance(Duration::from_millis(10), |_| ()).unwrap();
             sleep(Duration::from_millis(10));
         }
     };
-    while show.devices.torque_nm().is_none() {
-        frames(&mut show, 1);
+    while live.devices.torque_nm().is_none() {
+        frames(&mut live, 1);
     }
     // Held to the left, with a foot on the accelerator: pushed to the right.
     wheel.send(&[(ABS, ACCELERATOR, 100), (SYN, 0, 0), (ABS, STEERING, 29_100), (SYN, 0, 0)]);
-    frames(&mut show, 200);
+    frames(&mut live, 200);
     wheel.asked();
-    frames(&mut show, 100);
-    show.toggle_pause();
-    frames(&mut show, 20);
+    frames(&mut live, 100);
+    live.toggle_pause();
+    frames(&mut live, 20);
     let pushed: Vec<i16> = levels(&wheel.asked()).into_iter().map(|(_, level)| level).collect();
     assert!(pushed.iter().all(|level| *level >= 0) && pushed.iter().any(|level| *level > 1000), "{pushed:?}");
     assert_eq!(pushed.last(), Some(&0));
-    frames(&mut show, 50);
+    frames(&mut live, 50);
     assert_eq!(wheel.asked(), [], "in the pause");
-    show.toggle_pause();
-    frames(&mut show, 100);
+    live.toggle_pause();
+    frames(&mut live, 100);
     let panicked = catch_unwind(AssertUnwindSafe(move || {
-        show.advance(Duration::from_millis(20), |_| panic!("on purpose")).map(drop)
+        live.advance(Duration::from_millis(20), |_| panic!("on purpose")).map(drop)
     }));
     assert!(panicked.is_err());
     let last = wheel.asked_until(|asked| *asked == Asked::Erase(1));

@@ -1,5 +1,5 @@
-//! Drives and visits in windows that are killed at a point of their recording: what is left is recovered and replays, and the
-//! visit goes on by the same command.
+//! Drives and sessions in windows that are killed at a point of their recording: what is left is recovered and replays, and the
+//! session goes on by the same command.
 
 use crate::xserver::{Server, wait_for};
 use codrive::{
@@ -68,12 +68,12 @@ name = "trial"
 "#;
 
 #[test]
-fn a_visit_in_its_windows_killed_at_its_start_opens_again_by_the_same_command() {
+fn a_session_in_its_windows_killed_at_its_start_opens_again_by_the_same_command() {
     let server = Server::start([1300, 820]);
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("short.toml");
     fs::write(&study, STUDY).unwrap();
-    // Four saves make the data set; the next make the visit's file, then the first item begins.
+    // Four saves make the data set; the next make the session's file, then the first item begins.
     let saves = (1..=6).map(|save| format!("replace.written:{save}"));
     for point in saves.chain(["replace.renamed:5", "replace.renamed:6", "session.begin:1"].map(str::to_owned)) {
         let out = folder.path().join(point.replace(':', "-"));
@@ -89,7 +89,7 @@ fn a_visit_in_its_windows_killed_at_its_start_opens_again_by_the_same_command() 
             .spawn()
             .unwrap();
         let file = out.join("sourcedata/sub-P03").join(FILE);
-        let opened = wait_for("the visit", || {
+        let opened = wait_for("the session", || {
             let log = Log::load(&file).ok();
             // Begun at once where it is new; where something was cut the experimenter says when it goes on.
             let is_open = log.is_some_and(|log| log.running.is_some() || !log.passages.is_empty());

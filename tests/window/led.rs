@@ -1,4 +1,4 @@
-//! A visit as its experimenter leads it, in its two windows: answers by mouse, a drive as long as the study's file says, one
+//! A session as its experimenter leads it, in its two windows: answers by mouse, a drive as long as the study's file says, one
 //! that is held, broken off and begun again, a participant who asks to stop and an end by sickness; what of it is on the disk.
 
 use crate::{
@@ -60,8 +60,8 @@ const QUESTIONS: &str = r#"{ "title": "Two", "pages": [ { "elements": [
   { "type": "boolean", "name": "licence", "title": "A licence?", "isRequired": true },
   { "type": "rating", "name": "rested", "title": "Rested?", "isRequired": true, "rateMin": 1, "rateMax": 7 } ] } ] }"#;
 
-/// The files of a visit, its screen and its program.
-struct Visit {
+/// The files of a session, its screen and its program.
+struct LiveSession {
     server: Server,
     folder: tempfile::TempDir,
     program: Option<Child>,
@@ -69,15 +69,15 @@ struct Visit {
     experimenter: u32,
 }
 
-impl Visit {
+impl LiveSession {
     fn open() -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("led.toml"), STUDY).unwrap();
         fs::write(folder.path().join("two.json"), QUESTIONS).unwrap();
         let server = Server::start([2000, 820]);
-        let mut visit = Self { server, folder, program: None, participant: 0, experimenter: 0 };
-        visit.start();
-        visit
+        let mut live_session = Self { server, folder, program: None, participant: 0, experimenter: 0 };
+        live_session.start();
+        live_session
     }
 
     fn start(&mut self) {
@@ -113,7 +113,7 @@ impl Visit {
     }
 
     fn log(&self) -> Log {
-        wait_for("the visit's file", || Log::load(&self.file(FILE)).ok())
+        wait_for("the session's file", || Log::load(&self.file(FILE)).ok())
     }
 
     fn runs(&self, item: &str) -> bool {
@@ -172,7 +172,7 @@ impl Visit {
     }
 }
 
-impl Drop for Visit {
+impl Drop for LiveSession {
     fn drop(&mut self) {
         if let Some(program) = &mut self.program {
             let _ = program.kill();
@@ -191,57 +191,64 @@ fn cards(picture: &Picture, count: usize) -> Option<Vec<[u32; 2]>> {
 }
 
 /// Ticks of a drive's events of one kind.
-fn ticks_of(visit: &Visit, folder: &str, kind: &str) -> Vec<(u64, String)> {
-    let events = Reader::parquet(&Table::Events.parquet(&visit.file(folder))).unwrap();
+fn ticks_of(live_session: &LiveSession, folder: &str, kind: &str) -> Vec<(u64, String)> {
+    let events = Reader::parquet(&Table::Events.parquet(&live_session.file(folder))).unwrap();
     let all = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
     all.filter(|(_, (event, _))| event == kind).map(|(tick, (_, detail))| (tick, detail)).collect()
 }
 
 #[test]
 fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickness_are_on_the_disk() {
-    let mut visit = Visit::open();
-    let (participant, experimenter) = (visit.participant, visit.experimenter);
+    let mut live_session = LiveSession::open();
+    let (participant, experimenter) = (live_session.participant, live_session.experimenter);
     // No, and the fifth of 1 to 7; each answer is on the disk at once.
-    visit.click_card(1, 2);
-    let given = |visit: &Visit| visit.log().running.map(|running| running.answers).unwrap_or_default();
-    wait_for("the first answer", || given(&visit).first().filter(|given| given.answer == json!(false)).map(|_| ()));
-    visit.click_card(4, 7);
-    wait_for("the second answer", || given(&visit).get(1).filter(|given| given.answer == json!(5)).map(|_| ()));
-    visit.strike_until(participant, &[ENTER], "the practice", |visit| visit.runs("practice"));
+    live_session.click_card(1, 2);
+    let given =
+        |live_session: &LiveSession| live_session.log().running.map(|running| running.answers).unwrap_or_default();
+    wait_for("the first answer", || {
+        given(&live_session).first().filter(|given| given.answer == json!(false)).map(|_| ())
+    });
+    live_session.click_card(4, 7);
+    wait_for("the second answer", || given(&live_session).get(1).filter(|given| given.answer == json!(5)).map(|_| ()));
+    live_session.strike_until(participant, &[ENTER], "the practice", |live_session| live_session.runs("practice"));
 
     // 1.3 s of the study's file are 130 ticks.
-    visit.drive_off("practice");
-    wait_for("the end of the practice", || visit.file("practice/summary.json").exists().then_some(()));
-    let ticks = Reader::parquet(&Table::Ego.parquet(&visit.file("practice"))).unwrap().wholes("tick");
+    live_session.drive_off("practice");
+    wait_for("the end of the practice", || live_session.file("practice/summary.json").exists().then_some(()));
+    let ticks = Reader::parquet(&Table::Ego.parquet(&live_session.file("practice"))).unwrap().wholes("tick");
     assert_eq!(ticks, (1..=130).collect::<Vec<_>>());
 
     // The rest of 3 s is not left sooner, however often Enter is struck. Its ends are written down in whole seconds.
-    visit.strike_until(participant, &[ENTER], "the trial", |visit| visit.runs("trial-1-only"));
-    let rest = visit.log().passages.into_iter().find(|passage| passage.item == "rest").unwrap();
+    live_session.strike_until(participant, &[ENTER], "the trial", |live_session| live_session.runs("trial-1-only"));
+    let rest = live_session.log().passages.into_iter().find(|passage| passage.item == "rest").unwrap();
     let [began, ended] = [&rest.began, &rest.ended].map(|at| at.parse::<jiff::Timestamp>().unwrap().as_second());
     assert!((2..10).contains(&(ended - began)), "{} to {}", rest.began, rest.ended);
 
     // Held for some seconds; a mark, a note and a longer drive meanwhile.
-    visit.drive_off("trial-1-only");
-    wait_for("some rows", || (visit.rows("trial-1-only") > 10_000).then_some(()));
-    visit.strike(experimenter, &[CTRL, P], "the pause", |visit| visit.notes("paused").len() == 1);
-    let held = visit.rows("trial-1-only");
-    visit.strike(experimenter, &[CTRL, M], "the mark", |visit| visit.notes("mark").len() == 1);
-    visit.type_into(experimenter, &[&[CTRL, N], &[T], &[T]]);
-    visit.strike(experimenter, &[ENTER], "the note", |visit| visit.notes("note").len() == 1);
-    visit.type_into(experimenter, &[&[CTRL, E], &[T]]);
-    visit.strike(experimenter, &[ENTER], "the longer drive", |visit| visit.notes("extended").len() == 1);
-    visit.strike(experimenter, &[CTRL, G], "the drive again", |visit| visit.notes("resumed").len() == 1);
-    wait_for("more rows", || (visit.rows("trial-1-only") > held + 10_000).then_some(()));
+    live_session.drive_off("trial-1-only");
+    wait_for("some rows", || (live_session.rows("trial-1-only") > 10_000).then_some(()));
+    live_session.strike(experimenter, &[CTRL, P], "the pause", |live_session| live_session.notes("paused").len() == 1);
+    let held = live_session.rows("trial-1-only");
+    live_session.strike(experimenter, &[CTRL, M], "the mark", |live_session| live_session.notes("mark").len() == 1);
+    live_session.type_into(experimenter, &[&[CTRL, N], &[T], &[T]]);
+    live_session.strike(experimenter, &[ENTER], "the note", |live_session| live_session.notes("note").len() == 1);
+    live_session.type_into(experimenter, &[&[CTRL, E], &[T]]);
+    live_session
+        .strike(experimenter, &[ENTER], "the longer drive", |live_session| live_session.notes("extended").len() == 1);
+    live_session
+        .strike(experimenter, &[CTRL, G], "the drive again", |live_session| live_session.notes("resumed").len() == 1);
+    wait_for("more rows", || (live_session.rows("trial-1-only") > held + 10_000).then_some(()));
 
     // Broken off with a reason: whole, and once more.
-    visit.type_into(experimenter, &[&[CTRL, B], &[T]]);
-    let aborted = |visit: &Visit| visit.log().passages.last().is_some_and(|last| last.outcome == Outcome::Aborted);
-    visit.strike(experimenter, &[ENTER], "the end of the drive", aborted);
-    let last = visit.log().passages.pop().unwrap();
+    live_session.type_into(experimenter, &[&[CTRL, B], &[T]]);
+    let aborted = |live_session: &LiveSession| {
+        live_session.log().passages.last().is_some_and(|last| last.outcome == Outcome::Aborted)
+    };
+    live_session.strike(experimenter, &[ENTER], "the end of the drive", aborted);
+    let last = live_session.log().passages.pop().unwrap();
     assert_eq!((last.item.as_str(), last.reason.as_str()), ("trial-1-only", "t"));
-    assert_eq!(Manifest::load(&visit.file("trial-1-only")).unwrap().ended.as_deref(), Some("stopped"));
-    let at = |kind: &str| ticks_of(&visit, "trial-1-only", kind);
+    assert_eq!(Manifest::load(&live_session.file("trial-1-only")).unwrap().ended.as_deref(), Some("stopped"));
+    let at = |kind: &str| ticks_of(&live_session, "trial-1-only", kind);
     let [(paused, _)] = at("paused")[..] else { panic!("{:?}", at("paused")) };
     assert_eq!(at("resumed")[0].0, paused, "seconds of the clock, and not a tick while it was held");
     assert_eq!(
@@ -249,29 +256,31 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
         (vec![(paused, "by the experimenter, 1".into())], vec![(paused, "tt".into())])
     );
     assert_eq!(at("extended"), [(paused, "by 60 s: t".into())]);
-    let driven = Scenario::from_file(&visit.file("trial-1-only/scenario.toml")).unwrap();
+    let driven = Scenario::from_file(&live_session.file("trial-1-only/scenario.toml")).unwrap();
     assert_eq!(driven.duration_s, 180.0, "two minutes, and one more");
     let [(tick, reason)] = &at("aborted")[..] else { panic!("{:?}", at("aborted")) };
     assert!(*tick > paused && reason == "t", "{tick} {reason}");
 
     // The participant asks to stop: held until the experimenter answers, here with sickness.
-    visit.strike(experimenter, &[CTRL, G], "the trial again", |visit| visit.runs("trial-1-only"));
-    visit.drive_off("trial-1-only-again-1");
-    wait_for("some rows", || (visit.rows("trial-1-only-again-1") > 10_000).then_some(()));
-    visit.strike(participant, &[ESC], "the wish", |visit| visit.notes("asked").len() == 1);
-    visit.type_into(experimenter, &[&[CTRL, I]]);
-    visit.strike(experimenter, &[ENTER], "the end of the visit", |visit| visit.log().end.is_some());
-    let end = visit.log().end.unwrap();
+    live_session.strike(experimenter, &[CTRL, G], "the trial again", |live_session| live_session.runs("trial-1-only"));
+    live_session.drive_off("trial-1-only-again-1");
+    wait_for("some rows", || (live_session.rows("trial-1-only-again-1") > 10_000).then_some(()));
+    live_session.strike(participant, &[ESC], "the wish", |live_session| live_session.notes("asked").len() == 1);
+    live_session.type_into(experimenter, &[&[CTRL, I]]);
+    live_session
+        .strike(experimenter, &[ENTER], "the end of the session", |live_session| live_session.log().end.is_some());
+    let end = live_session.log().end.unwrap();
     assert_eq!((end.complete, end.reason.as_str()), (false, "sickness"));
-    let asked = ticks_of(&visit, "trial-1-only-again-1", "asked");
-    let ticks = Reader::parquet(&Table::Ego.parquet(&visit.file("trial-1-only-again-1"))).unwrap().wholes("tick");
+    let asked = ticks_of(&live_session, "trial-1-only-again-1", "asked");
+    let ticks =
+        Reader::parquet(&Table::Ego.parquet(&live_session.file("trial-1-only-again-1"))).unwrap().wholes("tick");
     assert_eq!(ticks.last(), Some(&asked[0].0), "it stood from the wish to the end");
-    visit.server.strike(experimenter, &[CTRL, Q]);
-    let (code, text) = visit.ended();
-    assert!(code == Some(0) && text.contains("participant P03 withdrawn: the visit was stopped for good"), "{text}");
+    live_session.server.strike(experimenter, &[CTRL, Q]);
+    let (code, text) = live_session.ended();
+    assert!(code == Some(0) && text.contains("participant P03 withdrawn: the session was stopped for good"), "{text}");
 
     // What an analyst reads: the answers as they were clicked, the drives that were driven to their end.
-    let read = |name: &str| fs::read_to_string(visit.folder.path().join("data").join(name)).unwrap();
+    let read = |name: &str| fs::read_to_string(live_session.folder.path().join("data").join(name)).unwrap();
     let row = read("phenotype/before.tsv").lines().nth(1).unwrap_or_default().to_owned();
     assert!(row.starts_with("sub-P03\tfalse\t5"), "{row}");
     assert!(read("participants.tsv").contains("\tperson\tonly\twithdrawn"), "{}", read("participants.tsv"));
@@ -279,29 +288,31 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
 
 #[test]
 fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_the_answers_so_far() {
-    let mut visit = Visit::open();
-    visit.click_card(1, 2);
-    let given = |visit: &Visit| visit.log().running.map_or(0, |running| running.answers.len());
-    wait_for("the answer", || (given(&visit) == 1).then_some(()));
+    let mut live_session = LiveSession::open();
+    live_session.click_card(1, 2);
+    let given = |live_session: &LiveSession| live_session.log().running.map_or(0, |running| running.answers.len());
+    wait_for("the answer", || (given(&live_session) == 1).then_some(()));
     // The shell's own kill: a bare Debian has no other.
-    let id = visit.program.as_ref().unwrap().id();
+    let id = live_session.program.as_ref().unwrap().id();
     assert!(Command::new("sh").args(["-c", &format!("kill -INT {id}")]).status().unwrap().success());
-    let (code, text) = visit.ended();
+    let (code, text) = live_session.ended();
     assert!(code == Some(0) && text.contains("participant P03 is at before: run the same command to resume"), "{text}");
-    let last = visit.log().passages.pop().unwrap();
+    let last = live_session.log().passages.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (Outcome::Cut, "stopped by Ctrl-C"));
     assert_eq!(last.answers[0].answer, json!(false));
-    // Its tables know of the visit, which is not over.
-    let table = fs::read_to_string(visit.folder.path().join("data/participants.tsv")).unwrap();
+    // Its tables know of the session, which is not over.
+    let table = fs::read_to_string(live_session.folder.path().join("data/participants.tsv")).unwrap();
     assert!(table.contains("sub-P03\t") && table.contains("\topen"), "{table}");
 
     // It goes on when the experimenter says so, with what was answered.
-    visit.start();
-    visit.strike(visit.experimenter, &[CTRL, G], "the questions again", |visit| visit.runs("before"));
-    assert_eq!(given(&visit), 1);
-    visit.server.close(visit.participant);
-    let (code, text) = visit.ended();
+    live_session.start();
+    live_session.strike(live_session.experimenter, &[CTRL, G], "the questions again", |live_session| {
+        live_session.runs("before")
+    });
+    assert_eq!(given(&live_session), 1);
+    live_session.server.close(live_session.participant);
+    let (code, text) = live_session.ended();
     assert!(code == Some(0) && text.contains("is at before: run the same command to resume"), "{text}");
-    let last = visit.log().passages.pop().unwrap();
+    let last = live_session.log().passages.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str(), last.answers.len()), (Outcome::Cut, "the window was closed", 1));
 }

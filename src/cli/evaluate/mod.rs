@@ -6,7 +6,8 @@ mod report;
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
-    app, file,
+    drive_loop::evaluation_drive,
+    file,
     policy::{self, Policy, PolicySettings},
     sim::{Scenario, StartLayout, fields_of, settings_from_file, settings_with},
     space::CAR_LENGTH_M,
@@ -197,7 +198,7 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
         ..Scenario::default()
     };
     if plan.engine == "native" {
-        return Ok(app::trial::judged(&scenario)?);
+        return Ok(evaluation_drive::judged(&scenario)?);
     }
     let failed = |e: &dyn std::fmt::Display| CliError::Failed(format!("a drive on SUMO: {e}"));
     let program = std::env::current_exe().map_err(|e| failed(&e))?;
@@ -222,7 +223,7 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
 fn worker() -> Result<(), CliError> {
     let text = file::read_text_from(std::io::stdin(), file::SETTINGS_BYTES)
         .map_err(|e| CliError::Input(format!("the scenario on the standard input: {e}")))?;
-    let verdict = app::trial::judged(&Scenario::from_toml(&text, "worker")?)?;
+    let verdict = evaluation_drive::judged(&Scenario::from_toml(&text, "worker")?)?;
     let verdict = serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?;
     out::line(format_args!("{verdict}"))
 }

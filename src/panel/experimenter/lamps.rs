@@ -183,7 +183,7 @@ fn recorder(health: &Health) -> Lamp {
 }
 
 fn disk(health: &Health) -> Lamp {
-    let tip = "Room where the recording lies. A visit takes a few dozen megabytes. Good: over 5 GB; bad: under 1 GB";
+    let tip = "Room where the recording lies. A session takes a few dozen megabytes. Good: over 5 GB; bad: under 1 GB";
     let name = "Disk";
     match health.recording.and_then(|recording| recording.free_gb) {
         None => Lamp { name, light: Light::Off, words: "not checked".into(), tip },

@@ -71,13 +71,13 @@ pub fn key(ui: &mut Ui, top_mps: f64) {
 }
 
 /// From metres to points.
-struct Placing {
+struct MapTransform {
     middle_m: [f64; 2],
     middle: Pos2,
     points_a_m: f32,
 }
 
-impl Placing {
+impl MapTransform {
     fn of(&self, [x, y]: [f64; 2]) -> Pos2 {
         let dx = (x - self.middle_m[0]) as f32 * self.points_a_m;
         let dy = (y - self.middle_m[1]) as f32 * self.points_a_m;
@@ -86,7 +86,7 @@ impl Placing {
 }
 
 /// The whole road in the field, with a margin.
-fn placing(road: &[[f64; 2]], width_m: f64, field: Rect) -> Option<Placing> {
+fn placing(road: &[[f64; 2]], width_m: f64, field: Rect) -> Option<MapTransform> {
     let first = road.first()?;
     let (mut low, mut high) = (*first, *first);
     for point in road {
@@ -99,11 +99,11 @@ fn placing(road: &[[f64; 2]], width_m: f64, field: Rect) -> Option<Placing> {
     let room = field.shrink(10.0);
     let points_a_m = (room.width() / span[0]).min(room.height() / span[1]);
     let middle_m = [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0);
-    (points_a_m > 0.0).then_some(Placing { middle_m, middle: field.center(), points_a_m })
+    (points_a_m > 0.0).then_some(MapTransform { middle_m, middle: field.center(), points_a_m })
 }
 
 /// A car: a box with a pointed nose, so that its heading is seen.
-fn car_shape(place: &Placing, pose: &Pose, size: f32, fill: Color32, edge: Stroke) -> Shape {
+fn car_shape(place: &MapTransform, pose: &Pose, size: f32, fill: Color32, edge: Stroke) -> Shape {
     let middle = place.of(pose.position.to_array());
     let length = size * (CAR_M[0] as f32 * place.points_a_m).max(LEAST);
     let half = 0.5 * size * (CAR_M[1] as f32 * place.points_a_m).max(0.45 * LEAST);

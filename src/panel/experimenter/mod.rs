@@ -25,7 +25,7 @@ use crate::sim::Snapshot;
 use egui::{Event, Key, Modifiers, RichText, ScrollArea, TextureId, Ui, Vec2, vec2};
 use notes::Notes;
 
-/// Keys of the window beside a drive, and what they do. In a study the visit has its own.
+/// Keys of the window beside a drive, and what they do. In a study the session has its own.
 pub const KEYS: [(&str, &str); 8] = [
     ("F1", "this list"),
     ("Ctrl+P", "pause, continue"),
@@ -116,7 +116,7 @@ impl Experimenter {
         let lamps = lamps::lamps(state.health);
         match (self.help_open, may_drive) {
             (true, true) => help::show(ui.ctx(), &KEYS),
-            (true, false) => help::show(ui.ctx(), &super::visit::keys()),
+            (true, false) => help::show(ui.ctx(), &super::session::keys()),
             (false, _) => {}
         }
         if ui.available_width() >= WIDE {
@@ -181,7 +181,7 @@ impl Experimenter {
             self.help_open = !self.help_open;
         }
         if !may_drive && ui.input(|input| input.modifiers.command && input.keys_down.iter().any(is_letter)) {
-            // The visit's commands are heard where they are seen.
+            // The session's commands are heard where they are seen.
             self.page = Page::Plan;
         }
         if may_drive && pressed(Modifiers::COMMAND, Key::P) {
@@ -286,14 +286,14 @@ impl Experimenter {
             if may_drive {
                 self.notes.show(ui, time_s, commands);
             } else {
-                // The visit's own buttons mark and write; here is what they wrote.
+                // The session's own buttons mark and write; here is what they wrote.
                 self.notes.list(ui);
             }
         });
     }
 }
 
-/// A key that a command of a visit can have.
+/// A key that a command of a session can have.
 fn is_letter(key: &Key) -> bool {
     (Key::A..=Key::Z).contains(key)
 }

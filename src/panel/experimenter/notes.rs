@@ -8,7 +8,7 @@ use egui::{Key, RichText, TextEdit, Ui};
 /// Lines that stay in sight.
 const KEPT: usize = 50;
 
-/// What was written down in this visit.
+/// What was written down in this session.
 #[derive(Clone, Debug, Default)]
 pub struct Notes {
     text: String,

@@ -14,7 +14,7 @@ use crate::{
 };
 use egui::{Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
 use egui_commonmark::CommonMarkCache;
-use style::Look;
+use style::PageStyle;
 
 /// What there is to show.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ pub struct ScreenState<'a> {
     pub screen: Screen<'a>,
     /// What the program says.
     pub texts: &'a Texts,
-    /// How many points of the visit are behind, and how many there are.
+    /// How many points of the session are behind, and how many there are.
     pub progress: [usize; 2],
     /// A wheel is there: hints name its buttons, not keys.
     pub wheel: bool,
@@ -65,7 +65,7 @@ impl Screens {
     pub fn show(&mut self, ui: &mut Ui, state: &ScreenState<'_>) -> Vec<Input> {
         let mut inputs = keys(ui, &state.screen);
         let whole = ui.max_rect();
-        let look = Look::of(whole.size());
+        let look = PageStyle::of(whole.size());
         match state.screen {
             Screen::Drive(None) => return inputs,
             Screen::Drive(Some(words)) => {
@@ -158,8 +158,8 @@ fn keys(ui: &Ui, screen: &Screen<'_>) -> Vec<Input> {
     })
 }
 
-/// One dot a point of the visit: behind, here, ahead.
-fn dots(ui: &Ui, look: &Look, [behind, all]: [usize; 2]) {
+/// One dot a point of the session: behind, here, ahead.
+fn dots(ui: &Ui, look: &PageStyle, [behind, all]: [usize; 2]) {
     let whole = ui.max_rect();
     let apart = (0.9 * look.em).min(0.8 * whole.width() / all.max(1) as f32);
     let left = whole.center().x - 0.5 * apart * (all.max(1) - 1) as f32;
@@ -175,7 +175,7 @@ fn dots(ui: &Ui, look: &Look, [behind, all]: [usize; 2]) {
 }
 
 /// The last line: which keys and buttons act, and how.
-fn hint(ui: &Ui, look: &Look, state: &ScreenState<'_>) {
+fn hint(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
     let texts = state.texts;
     let whole = ui.max_rect();
     let y = whole.bottom() - 1.2 * look.em;

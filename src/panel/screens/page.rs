@@ -1,12 +1,18 @@
 //! Pages to read, rests, and what stands over the picture of a drive.
 
-use super::style::{self, Look};
+use super::style::{self, PageStyle};
 use crate::study::{Input, Texts};
 use egui::{Align2, Color32, Id, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
 /// A page in Markdown, in the middle of the height where it fits; with a button where the participant goes on.
-pub fn page(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str, button: Option<&str>) -> Option<Input> {
+pub fn page(
+    ui: &mut Ui,
+    look: &PageStyle,
+    cache: &mut CommonMarkCache,
+    text: &str,
+    button: Option<&str>,
+) -> Option<Input> {
     let mut pressed = false;
     centred(ui, Id::unique("page"), |ui| {
         words(ui, look, cache, text);
@@ -21,7 +27,7 @@ pub fn page(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str, b
 /// A rest: words, and minutes and seconds that are left.
 pub fn rest(
     ui: &mut Ui,
-    look: &Look,
+    look: &PageStyle,
     cache: &mut CommonMarkCache,
     text: &str,
     left_s: f64,
@@ -52,7 +58,7 @@ fn is_short(text: &str) -> bool {
 }
 
 /// Markdown from the left; a sentence stands alone in the middle, larger.
-fn words(ui: &mut Ui, look: &Look, cache: &mut CommonMarkCache, text: &str) {
+fn words(ui: &mut Ui, look: &PageStyle, cache: &mut CommonMarkCache, text: &str) {
     if is_short(text) {
         in_the_middle(ui, true, |ui| drop(ui.label(RichText::new(text.trim()).font(look.font(1.35)))));
     } else {
@@ -79,26 +85,26 @@ fn centred(ui: &mut Ui, id: Id, add: impl FnOnce(&mut Ui)) {
 }
 
 /// A large button where the next thing stands; `here` is where the hand is.
-pub fn button(ui: &mut Ui, look: &Look, word: &str, here: bool) -> Response {
+pub fn button(ui: &mut Ui, look: &PageStyle, word: &str, here: bool) -> Response {
     let (rect, response) = ui.allocate_exact_size(button_size(ui, look, word), Sense::click());
     paint_button(ui, look, word, here, rect, &response);
     response
 }
 
 /// The same in a place of its own.
-pub fn button_at(ui: &Ui, look: &Look, word: &str, here: bool, align: Align2, at: egui::Pos2) -> Response {
+pub fn button_at(ui: &Ui, look: &PageStyle, word: &str, here: bool, align: Align2, at: egui::Pos2) -> Response {
     let rect = align.anchor_size(at, button_size(ui, look, word));
     let response = ui.interact(rect, Id::unique(("button", word)), Sense::click());
     paint_button(ui, look, word, here, rect, &response);
     response
 }
 
-fn button_size(ui: &Ui, look: &Look, word: &str) -> egui::Vec2 {
+fn button_size(ui: &Ui, look: &PageStyle, word: &str) -> egui::Vec2 {
     let galley = ui.painter().layout_no_wrap(word.to_owned(), look.font(1.0), Color32::WHITE);
     galley.size() + vec2(2.0 * look.em, 0.7 * look.em)
 }
 
-fn paint_button(ui: &Ui, look: &Look, word: &str, here: bool, rect: Rect, response: &Response) {
+fn paint_button(ui: &Ui, look: &PageStyle, word: &str, here: bool, rect: Rect, response: &Response) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, word));
     let fill = if here { style::CHOSEN } else { style::CARD };
     ui.painter().rect_filled(rect, look.round(), if response.hovered() { fill.gamma_multiply(1.15) } else { fill });
@@ -109,7 +115,7 @@ fn paint_button(ui: &Ui, look: &Look, word: &str, here: bool, rect: Rect, respon
 }
 
 /// Words in a box over the picture.
-pub fn words_over(ui: &Ui, look: &Look, words: &str) {
+pub fn words_over(ui: &Ui, look: &PageStyle, words: &str) {
     let whole = ui.max_rect();
     let painter = ui.painter();
     let galley = painter.layout(words.to_owned(), look.font(1.2), style::TEXT, 0.7 * whole.width());
@@ -120,7 +126,7 @@ pub fn words_over(ui: &Ui, look: &Look, words: &str) {
 }
 
 /// Seconds to the start, over the picture.
-pub fn countdown(ui: &Ui, look: &Look, words: &str, left: u32) {
+pub fn countdown(ui: &Ui, look: &PageStyle, words: &str, left: u32) {
     let whole = ui.max_rect();
     let painter = ui.painter();
     let galley = painter.layout(words.to_owned(), look.font(1.0), style::TEXT, 0.7 * whole.width());

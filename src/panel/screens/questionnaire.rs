@@ -3,7 +3,7 @@
 
 use super::{
     page::{button, button_at},
-    style::{self, Look},
+    style::{self, PageStyle},
 };
 use crate::study::{
     Form, Input, Texts,
@@ -20,7 +20,7 @@ use serde_json::Value;
 const MOST_NUMBERS: usize = 11;
 
 /// Shows the page of a form.
-pub fn show(ui: &mut Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> {
+pub fn show(ui: &mut Ui, look: &PageStyle, form: &Form, texts: &Texts) -> Vec<Input> {
     let mut page = Page { look, form, texts, inputs: Vec::new(), here: None };
     let (number, pages) = form.progress();
     ui.horizontal(|ui| {
@@ -58,7 +58,7 @@ pub fn show(ui: &mut Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> 
 }
 
 /// The buttons to the pages before and after, at both ends of the last line: always in sight.
-pub fn buttons(ui: &Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> {
+pub fn buttons(ui: &Ui, look: &PageStyle, form: &Form, texts: &Texts) -> Vec<Input> {
     let mut inputs = Vec::new();
     let whole = ui.max_rect();
     let y = whole.bottom() - 1.2 * look.em;
@@ -75,7 +75,7 @@ pub fn buttons(ui: &Ui, look: &Look, form: &Form, texts: &Texts) -> Vec<Input> {
 }
 
 struct Page<'a> {
-    look: &'a Look,
+    look: &'a PageStyle,
     form: &'a Form,
     texts: &'a Texts,
     inputs: Vec<Input>,

@@ -22,12 +22,12 @@ pub const MISSING: Color32 = Color32::from_rgb(255, 128, 118);
 
 /// Sizes of one window.
 #[derive(Clone, Copy, Debug)]
-pub struct Look {
+pub struct PageStyle {
     /// Height of the text, points; all sizes follow from it.
     pub em: f32,
 }
 
-impl Look {
+impl PageStyle {
     /// For a window of this size, points. A narrow window has smaller text, so that a line holds some words.
     pub fn of(size: Vec2) -> Self {
         Self { em: (size.y / 25.0).min(size.x / 32.0).max(9.0) }

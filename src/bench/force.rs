@@ -1,0 +1,79 @@
+//! Pace of the force thread while pictures are drawn as fast as they can be. In: a drive that is ready to be drawn. Out: how
+//! far the times from turn to turn are from their period.
+
+use super::{DrawnDrive, Times, now};
+use crate::{
+    drive_loop::RunError,
+    input::{
+        Feel,
+        feel::{Angle, ForceDevice, ForceLoop, ForceThread, PERIOD},
+        profiles,
+    },
+};
+use serde::Serialize;
+use std::{
+    io,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+/// How the force thread kept its pace.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ForceTimes {
+    /// Its period, milliseconds.
+    pub period_ms: f64,
+    /// How far the time from turn to turn was from the period.
+    pub jitter: Times,
+    /// Median of the pictures that were drawn meanwhile, milliseconds.
+    pub frame_ms: f64,
+}
+
+/// Takes forces and keeps the times of the thread's turns.
+#[derive(Clone, Default)]
+struct TurnTimes(Arc<Mutex<Vec<Instant>>>);
+
+impl ForceDevice for TurnTimes {
+    fn set(&mut self, _level: i16) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn turned(&mut self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(now());
+    }
+
+    fn end(&mut self) {}
+}
+
+/// Measures over `seconds` of simulation, 60 pictures in each. `None` where there is no thread to be had.
+///
+/// # Errors
+/// The drive cannot go on or the device is lost.
+pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<Option<ForceTimes>, RunError> {
+    let Ok(profile) = profiles::named("g29") else { return Ok(None) };
+    let watch = TurnTimes::default();
+    let force = ForceLoop::new(Box::new(watch.clone()), &profile);
+    let Ok(thread) = ForceThread::start(force, Arc::new(Angle::default())) else { return Ok(None) };
+    let over = AtomicBool::new(false);
+    let drive = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !over.load(Ordering::Relaxed) {
+                thread.tell(Feel { aligning_nm: 0.0, speed_mps: 20.0, grass: 1.0, running: true });
+                std::thread::sleep(Duration::from_millis(10));
+            }
+        });
+        let drive = picture.drive(seconds, size, |_| ());
+        over.store(true, Ordering::Relaxed);
+        drive
+    })?;
+    drop(thread);
+    let times = std::mem::take(&mut *watch.0.lock().unwrap_or_else(PoisonError::into_inner));
+    let jitter: Vec<Duration> = times.windows(2).map(|w| (w[1] - w[0]).abs_diff(PERIOD)).collect();
+    Ok((!jitter.is_empty()).then(|| ForceTimes {
+        period_ms: PERIOD.as_secs_f64() * 1e3,
+        jitter: Times::of(jitter),
+        frame_ms: drive.times.median_us / 1e3,
+    }))
+}

@@ -1,0 +1,68 @@
+//! Measurements of this program on this machine. In: a scenario. Out: medians and percentiles. Nothing here is ever
+//! asserted in a test: timings belong to whoever asks for them.
+
+mod force;
+mod learning;
+mod picture;
+mod recording;
+mod simulation;
+
+pub use force::{ForceTimes, force};
+pub use learning::{LearningTimes, learning};
+pub use picture::{DrawnDrive, Drive, FrameTimes, Growth, SIZES, Startup, growth, startup};
+pub use recording::{RECORDER_LIMIT_US, recording};
+pub use simulation::{Report, SumoTimes, simulation};
+
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Times of one thing, microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Times {
+    /// Smallest.
+    pub min_us: f64,
+    /// Median.
+    pub median_us: f64,
+    /// 99th percentile.
+    pub p99_us: f64,
+    /// Largest.
+    pub max_us: f64,
+    /// How many were taken.
+    pub samples: usize,
+}
+
+impl Times {
+    /// Of a non-empty list of durations.
+    pub fn of(mut samples: Vec<Duration>) -> Self {
+        samples.sort();
+        let at = |share: f64| samples[((samples.len() - 1) as f64 * share).round() as usize].as_secs_f64() * 1e6;
+        Self { min_us: at(0.0), median_us: at(0.5), p99_us: at(0.99), max_us: at(1.0), samples: samples.len() }
+    }
+}
+
+/// Largest memory that this process has had, megabytes; `None` where the system does not tell.
+pub fn peak_memory_mb() -> Option<f64> {
+    memory_mb("VmHWM:")
+}
+
+/// Memory that this process has now, megabytes; `None` where the system does not tell.
+fn present_memory_mb() -> Option<f64> {
+    memory_mb("VmRSS:")
+}
+
+fn memory_mb(name: &str) -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with(name))?;
+    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
+}
+
+/// The program's own file with all that is built in, megabytes; `None` where the system does not tell.
+pub fn program_mb() -> Option<f64> {
+    let file = std::fs::metadata(std::env::current_exe().ok()?).ok()?;
+    Some(file.len() as f64 / 1e6)
+}
+
+#[allow(clippy::disallowed_methods, reason = "a measurement of time is what this is")]
+fn now() -> Instant {
+    Instant::now()
+}

@@ -1,0 +1,146 @@
+//! What needs no graphics: steps of the traffic engines, ticks of the ego and of the whole world. In: a scenario. Out: a
+//! [`Report`].
+
+use super::{Times, now};
+use crate::{
+    drive_loop::{RunError, offline::OfflineDrive},
+    ego::{CarParams, Controls, Ego, Everywhere, Obstacle, Surface},
+    map::RoadMap,
+    sim::{Scenario, WorldError},
+    traffic::{NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},
+};
+use serde::Serialize;
+use std::{sync::Arc, time::Duration};
+
+/// SUMO's step alone, and with the ego told and all states read.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SumoTimes {
+    /// The engine.
+    pub engine: String,
+    /// `simulationStep` alone.
+    pub bare: Times,
+    /// The step as a drive makes it: pose and speed of the ego in, states of all cars out.
+    pub full: Times,
+    /// Median of full over bare, of blocks taken in turn.
+    pub ratio: f64,
+}
+
+/// What was measured without graphics.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// SUMO; `None` where it is not here.
+    pub sumo_step: Option<SumoTimes>,
+    /// A step of the native engine.
+    pub native_step: Times,
+    /// A tick of the ego's physics among all cars.
+    pub ego_tick: Times,
+    /// A tick of the whole world, traffic, policy and simulated driver included.
+    pub world_tick: Times,
+    /// Seconds of simulation in a second of wall time, at full speed.
+    pub times_real_time: f64,
+}
+
+/// Measures everything that needs no graphics.
+///
+/// # Errors
+/// The scenario cannot be simulated.
+pub fn simulation(scenario: &Scenario) -> Result<Report, RunError> {
+    let native = Scenario { traffic: "native".into(), ..scenario.clone() };
+    let sumo_step = match sumo(scenario) {
+        Ok(times) => Some(times),
+        Err(WorldError::Traffic(TrafficError::Absent(why))) => {
+            log::warn!("no SUMO to measure: {why}");
+            None
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let (world_tick, times_real_time) = world(&native)?;
+    Ok(Report { sumo_step, native_step: native_steps(&native)?, ego_tick: ego(&native)?, world_tick, times_real_time })
+}
+
+fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
+    let map = Arc::new(RoadMap::load(&scenario.map)?);
+    let cars = start::even(scenario.vehicles as usize, map.route.length_m(), scenario.idm.s0, 0.0)?;
+    Ok(TrafficSetup {
+        map,
+        cars,
+        idm: scenario.idm,
+        step_s: scenario.step_s,
+        seed: scenario.seed,
+        timeout_s: scenario.traffic_timeout_s,
+        lateral_accel_mps2: None,
+    })
+}
+
+/// Blocks of bare and full steps in turn, so that a change of the machine's speed meets both.
+fn sumo(scenario: &Scenario) -> Result<SumoTimes, WorldError> {
+    const BLOCKS: usize = 20;
+    const STEPS: u32 = 200;
+    // Without noise, whose setPreviousSpeed a bare step lacks by its nature.
+    let quiet = Scenario { idm: crate::idm::IdmParams { noise: 0.0, ..scenario.idm }, ..scenario.clone() };
+    let mut traffic = SumoTraffic::start(setup(&quiet)?)?;
+    for _ in 0..STEPS {
+        traffic.step(None)?;
+    }
+    let (mut bare, mut full) = (Vec::new(), Vec::new());
+    for _ in 0..BLOCKS {
+        bare.push(timed(STEPS, || traffic.bare_step())?);
+        full.push(timed(STEPS, || traffic.step(None))?);
+    }
+    let mut ratios: Vec<f64> = bare.iter().zip(&full).map(|(b, f)| f.as_secs_f64() / b.as_secs_f64()).collect();
+    ratios.sort_by(f64::total_cmp);
+    let ratio = ratios[BLOCKS / 2];
+    Ok(SumoTimes { engine: traffic.describe(), bare: Times::of(bare), full: Times::of(full), ratio })
+}
+
+fn native_steps(scenario: &Scenario) -> Result<Times, WorldError> {
+    let mut traffic = NativeTraffic::start(setup(scenario)?)?;
+    let mut blocks = Vec::new();
+    for _ in 0..50 {
+        blocks.push(timed(200, || traffic.step(None))?);
+    }
+    Ok(Times::of(blocks))
+}
+
+/// Mean time of one call in a block of `n`.
+fn timed<E>(n: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<Duration, E> {
+    let start = now();
+    for _ in 0..n {
+        call()?;
+    }
+    Ok(start.elapsed() / n)
+}
+
+fn ego(scenario: &Scenario) -> Result<Times, RunError> {
+    let setup = setup(scenario)?;
+    let route = &setup.map.route;
+    let length_m = crate::space::CAR_LENGTH_M;
+    let obstacles: Vec<Obstacle> = setup.cars[1..]
+        .iter()
+        .map(|car| Obstacle { pose: route.pose_of_front(car.s_m, length_m), speed_mps: 0.0 })
+        .collect();
+    let start = route.pose_of_front(setup.cars[0].s_m, length_m);
+    let mut ego = Ego::new(&CarParams::default(), start, 0.0, obstacles.len()).map_err(WorldError::from)?;
+    let controls = Controls { throttle: 0.05, steering_wheel_rad: 1.0, ..Controls::default() };
+    let mut times = Vec::new();
+    for _ in 0..3000 {
+        let begin = now();
+        ego.tick(&controls, &Everywhere(Surface::Asphalt), &obstacles);
+        times.push(begin.elapsed());
+    }
+    Ok(Times::of(times))
+}
+
+fn world(scenario: &Scenario) -> Result<(Times, f64), RunError> {
+    let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
+    let mut times = Vec::new();
+    let begin = now();
+    let ticks_per_step = scenario.step_ticks() as u32;
+    for _ in 0..600 {
+        let step = now();
+        run.step()?;
+        times.push(step.elapsed() / ticks_per_step);
+    }
+    let simulated_s = 600.0 * scenario.step_s;
+    Ok((Times::of(times), simulated_s / begin.elapsed().as_secs_f64()))
+}

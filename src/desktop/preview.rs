@@ -1,0 +1,125 @@
+//! The driver's picture once more, small, for the experimenter: every tenth of a second or so a frame is drawn onto a
+//! canvas instead of the screen, copied from there to the screen, and made small beside it. In: frames. Out: a texture.
+//! The copy stays on the device; the driver sees the same frame at the same time.
+
+use crate::render::{Gpu, preview::PreviewPass};
+use std::time::{Duration, Instant};
+
+/// Time between two miniatures, on a graphics card and where the processor draws.
+const EVERY: [Duration; 2] = [Duration::from_millis(125), Duration::from_millis(500)];
+/// Most pixels across and down.
+const MOST: [u32; 2] = [320, 180];
+
+/// Canvas and miniature.
+pub struct Preview {
+    pass: PreviewPass,
+    canvas: Option<wgpu::TextureView>,
+    small: wgpu::TextureView,
+    last: Option<Instant>,
+}
+
+impl Preview {
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
+        let pass = PreviewPass::new(&gpu.device, format);
+        let small = pass.canvas(&gpu.device, MOST);
+        Self { pass, canvas: None, small, last: None }
+    }
+
+    /// Where the frame of `now` is to be drawn, if it is one that becomes a miniature.
+    pub fn canvas(&mut self, gpu: &Gpu, now: Instant, size: [u32; 2]) -> Option<wgpu::TextureView> {
+        if self.last.is_some_and(|last| now.saturating_duration_since(last) < EVERY[usize::from(gpu.is_software())]) {
+            return None;
+        }
+        self.last = Some(now);
+        if self.canvas.as_ref().is_none_or(|canvas| {
+            let texture = canvas.texture();
+            [texture.width(), texture.height()] != size
+        }) {
+            self.canvas = Some(self.pass.canvas(&gpu.device, size));
+            self.small = self.pass.canvas(&gpu.device, fitting(size));
+        }
+        self.canvas.clone()
+    }
+
+    /// The frame has been drawn onto the canvas: it goes to `screen`, and small beside it.
+    pub fn hand_on(&self, gpu: &Gpu, canvas: &wgpu::TextureView, screen: &wgpu::TextureView) {
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("miniature") });
+        self.pass.draw(&gpu.device, &mut encoder, canvas, screen, None);
+        self.pass.draw(&gpu.device, &mut encoder, canvas, &self.small, None);
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// The latest miniature.
+    pub fn view(&self) -> &wgpu::TextureView {
+        &self.small
+    }
+}
+
+/// The largest size of the picture's shape within the limits, never larger than the picture.
+fn fitting([width, height]: [u32; 2]) -> [u32; 2] {
+    let (w, h) = (f64::from(width.max(1)), f64::from(height.max(1)));
+    let scale = (f64::from(MOST[0]) / w).min(f64::from(MOST[1]) / h).min(1.0);
+    [w * scale, h * scale].map(|side| (side.round() as u32).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::{OFFSCREEN, offscreen::read_back};
+
+    #[test]
+    fn a_miniature_keeps_the_shape_of_the_picture() {
+        assert_eq!(fitting([1280, 720]), [320, 180]);
+        assert_eq!(fitting([5120, 1440]), [320, 90]);
+        assert_eq!(fitting([1024, 768]), [240, 180]);
+        assert_eq!(fitting([100, 60]), [100, 60]);
+        assert_eq!(fitting([0, 0]), [1, 1]);
+    }
+
+    #[test]
+    fn a_frame_becomes_a_miniature_eight_times_a_second_twice_where_the_processor_draws() {
+        let gpu = Gpu::shared().expect("a graphics adapter is needed");
+        let mut miniature = Preview::new(gpu, OFFSCREEN);
+        let every_ms = if gpu.is_software() { 500 } else { 125 };
+        let begin = crate::desktop::event_loop::now();
+        let mut taken = |after_ms: u64, size: [u32; 2]| {
+            let canvas = miniature.canvas(gpu, begin + Duration::from_millis(after_ms), size);
+            canvas.map(|canvas| [canvas.texture().width(), canvas.texture().height()])
+        };
+        assert_eq!(taken(0, [64, 36]), Some([64, 36]), "the first at once");
+        assert_eq!((taken(1, [64, 36]), taken(every_ms - 1, [64, 36])), (None, None));
+        assert_eq!(taken(every_ms, [64, 36]), Some([64, 36]));
+        // Another size of the window is that of the next miniature.
+        assert_eq!((taken(every_ms + 1, [640, 480]), taken(2 * every_ms, [640, 480])), (None, Some([640, 480])));
+        assert_eq!([miniature.view().texture().width(), miniature.view().texture().height()], [240, 180]);
+    }
+
+    #[test]
+    fn the_driver_sees_the_same_frame_and_the_experimenter_its_miniature() {
+        let gpu = Gpu::shared().expect("a graphics adapter is needed");
+        let mut miniature = Preview::new(gpu, OFFSCREEN);
+        let canvas = miniature.canvas(gpu, crate::desktop::event_loop::now(), [640, 360]).expect("the first at once");
+        let screen = miniature.pass.canvas(&gpu.device, [640, 360]);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &canvas,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color { r: 0.0, g: 1.0, b: 0.0, a: 1.0 }),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        });
+        gpu.queue.submit([encoder.finish()]);
+        miniature.hand_on(gpu, &canvas, &screen);
+        for (view, size) in [(&screen, 640 * 360), (miniature.view(), 320 * 180)] {
+            let bytes = read_back(gpu, view.texture(), 4).unwrap();
+            assert_eq!(bytes.len(), 4 * size);
+            assert!(bytes.chunks(4).all(|pixel| pixel == [0, 255, 0, 255]));
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! One whole drive, judged. In: a scenario with a simulated driver. Out: a [`Verdict`], by the same code as on the fast
+//! ring, of the whole program: physics, pedals, advice, and either engine of traffic.
+
+use super::{RunError, offline::OfflineDrive};
+use crate::{
+    sim::Scenario,
+    train::{Tally, Verdict},
+};
+
+/// Drives the scenario to its end; its warm-up does not count. From the first contact on all cars count as standing, as on
+/// the fast ring.
+///
+/// # Errors
+/// The world cannot start or go on, or the driver is unknown.
+pub fn judged(scenario: &Scenario) -> Result<Verdict, RunError> {
+    let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
+    let mut tally = Tally::new(scenario.step_s, run.world().map().route.length_m());
+    while run.world().ended().is_none() {
+        run.step()?;
+        if !run.summary().contacts.is_empty() {
+            tally.crash();
+        }
+        let snapshot = run.world().snapshot();
+        let others = snapshot.cars.iter().map(|car| car.speed_mps as f32);
+        let gap_m = snapshot.leader_in_lane().map_or(f64::INFINITY, |leader| leader.gap_m);
+        let ego_mps = snapshot.ego.speed_mps.max(0.0) as f32;
+        tally.add(std::iter::once(ego_mps).chain(others), gap_m, snapshot.advice.as_ref());
+    }
+    Ok(tally.verdict())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_drive_behind_others_is_judged_by_what_was_driven() {
+        let scenario = Scenario {
+            traffic: "native".into(),
+            policy: "none".into(),
+            driver: "perfect".into(),
+            vehicles: 4,
+            warm_up_s: 1.0,
+            duration_s: 10.0,
+            trees: 0,
+            ..Scenario::default()
+        };
+        let verdict = judged(&scenario).unwrap();
+        assert!(!verdict.crashed && verdict.in_range.is_none(), "{verdict:?}");
+        // Four cars on a ring of 250 m, from a stand.
+        assert!(verdict.mean_mps > 0.5 && verdict.settled_mps > verdict.mean_mps, "{verdict:?}");
+        assert!(verdict.least_gap_m > 10.0 && verdict.least_gap_m < 250.0 / 4.0, "{verdict:?}");
+    }
+
+    #[test]
+    fn a_car_that_drives_into_another_has_crashed_and_stands_from_then_on() {
+        let scenario = Scenario {
+            traffic: "native".into(),
+            policy: "constant".into(),
+            policy_speed_mps: 15.0,
+            driver: "exact".into(),
+            vehicles: 10,
+            duration_s: 40.0,
+            trees: 0,
+            ..Scenario::default()
+        };
+        let verdict = judged(&scenario).unwrap();
+        // The leader begins at a standstill 20 m ahead and reaches 15 m/s at the model's 1 m/s2, the ego at 1.5 m/s2.
+        let crash_s = verdict.crash_s.unwrap();
+        assert!(verdict.crashed && verdict.calm_s.is_none() && (5.0..20.0).contains(&crash_s), "{verdict:?}");
+        assert_eq!(verdict.settled_mps, 0.0);
+    }
+}

@@ -1,0 +1,166 @@
+//! A drive without a window: a simulated driver at full speed. In: a scenario. Out: a recording, a summary, or a world
+//! at a given second to take a picture of.
+
+use super::{Drive, RunError, drive::note_failure, recording_manifest, summary_text};
+use crate::{
+    driver::{self, DriverParams, SimulatedDriver},
+    record::{FLUSH_EVERY, Manifest, Recorder},
+    sim::{Scenario, Summary, Tally, World},
+    study::Code,
+    time::{Pace, Tick},
+};
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
+
+/// One drive by a simulated driver.
+pub struct OfflineDrive {
+    drive: Drive,
+    driver: SimulatedDriver,
+    tally: Tally,
+    recorder: Option<Recorder>,
+    began: Instant,
+    flushed: Instant,
+}
+
+impl OfflineDrive {
+    /// Puts everything in place; means will be over `window_s`.
+    ///
+    /// # Errors
+    /// The world cannot start or the driver is unknown.
+    pub fn new(scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, RunError> {
+        Self::by(&driver::named(&scenario.driver)?.params, scenario, window_s)
+    }
+
+    /// The same by a driver with these numbers.
+    ///
+    /// # Errors
+    /// The world cannot start or the driver cannot be simulated.
+    pub fn by(params: &DriverParams, scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, RunError> {
+        let drive = Drive::new(scenario, Pace::Paused)?;
+        Ok(Self {
+            driver: SimulatedDriver::new(params, drive.world.ego_params(), scenario.seed)?,
+            drive,
+            tally: Tally::new(window_s),
+            recorder: None,
+            began: now(),
+            flushed: now(),
+        })
+    }
+
+    /// Records the drive in `folder` from here on.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record(&mut self, folder: &Path) -> Result<(), RunError> {
+        let driver = format!("simulated: {}", self.drive.world.scenario().driver);
+        self.record_of(folder, driver, None)
+    }
+
+    /// The same for a participant of a study; `driver` says who drives.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record_of(&mut self, folder: &Path, driver: String, participant: Option<&Code>) -> Result<(), RunError> {
+        let participant = participant.map(|code| code.as_str().to_owned());
+        let manifest = Manifest { participant, ..recording_manifest::manifest(&self.drive.world, driver, None) };
+        self.recorder = Some(recording_manifest::begin(folder, &self.drive.world, manifest)?);
+        Ok(())
+    }
+
+    /// Notes something in the recording that the world does not know of.
+    pub fn note(&mut self, kind: &str, detail: &str) {
+        let tick = self.drive.world.snapshot().tick;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(tick, kind, detail);
+        }
+    }
+
+    /// Ends the recording, if there is one: tables, summary, manifest.
+    ///
+    /// # Errors
+    /// The disk refuses; what was recorded can be recovered.
+    pub fn finish_recording(&mut self) -> Result<(), RunError> {
+        if let Some(recorder) = self.recorder.take() {
+            recorder.finish(&self.tally.summary())?;
+        }
+        Ok(())
+    }
+
+    /// Drives one step (0.1 s unless the scenario says otherwise), or what is left of it before the drive ends.
+    ///
+    /// # Errors
+    /// The traffic engine failed; the recording is ended and says so.
+    pub fn step(&mut self) -> Result<(), RunError> {
+        self.ticks(self.drive.world.scenario().step_ticks())
+    }
+
+    /// Drives until `time_s` or the end of the drive.
+    ///
+    /// # Errors
+    /// The traffic engine failed.
+    pub fn until(&mut self, time_s: f64) -> Result<(), RunError> {
+        let now = self.drive.world.snapshot().tick;
+        self.ticks(Tick::at_seconds(time_s).0.saturating_sub(now.0))
+    }
+
+    fn ticks(&mut self, ticks: u64) -> Result<(), RunError> {
+        let Self { drive, driver, tally, recorder, flushed, .. } = self;
+        let mut recorded = Ok(());
+        drive.clock.single_step(ticks);
+        let driven = drive.frame(
+            Duration::ZERO,
+            |world| driver.controls(&world.perceived_by(driver)),
+            |world, asked| {
+                tally.add(world.snapshot(), world.events());
+                if let (Some(recorder), Ok(())) = (&mut *recorder, &recorded) {
+                    recorded = recorder.tick(world, asked);
+                }
+            },
+        );
+        if let Err(error) = driven {
+            note_failure(tally, &error);
+            // The drive is over, and what there is of it is whole; a disk that refuses meanwhile is not why it ended.
+            if let Err(also) = self.finish_recording() {
+                log::error!("{also}");
+            }
+            return Err(error.into());
+        }
+        recorded?;
+        if let (Some(recorder), true) = (recorder, flushed.elapsed() > FLUSH_EVERY) {
+            recorder.flush_waiting()?;
+            *flushed = now();
+        }
+        Ok(())
+    }
+
+    /// Waits until the wall clock has come as far as the drive, which began when this was made.
+    pub fn keep_time(&self) {
+        let due = self.began + Duration::from_secs_f64(self.world().time_s());
+        std::thread::sleep(due.saturating_duration_since(now()));
+    }
+
+    /// The world as it is now.
+    pub fn world(&self) -> &World {
+        &self.drive.world
+    }
+
+    /// The drive so far in numbers.
+    pub fn summary(&self) -> Summary {
+        self.tally.summary()
+    }
+
+    /// The drive so far in words.
+    pub fn words(&self) -> String {
+        let world = &self.drive.world;
+        let scenario = world.scenario();
+        let policy = world.policy().words();
+        summary_text::summary(scenario, &world.traffic_engine(), &scenario.driver, &policy, &self.summary())
+    }
+}
+
+#[allow(clippy::disallowed_methods, reason = "when to write is a matter of wall time")]
+fn now() -> Instant {
+    Instant::now()
+}

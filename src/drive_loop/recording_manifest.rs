@@ -1,0 +1,124 @@
+//! What a recording says of its circumstances. In: the world, who drives, the graphics device. Out: a [`Manifest`].
+
+use crate::{
+    hud::Speedometer,
+    policy,
+    record::{
+        Manifest, RecordError, Recorder, inputs,
+        manifest::{DialScale, Hashed},
+    },
+    sim::World,
+};
+use std::{path::Path, time::SystemTime};
+
+/// The facts of a drive that begins now.
+pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Manifest {
+    let scenario = world.scenario();
+    let policy = &world.policy().name;
+    Manifest {
+        program: concat!("codrive ", env!("CARGO_PKG_VERSION")).into(),
+        build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
+        traffic: world.traffic_engine(),
+        seed: scenario.seed,
+        map: Hashed::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
+        policy: Hashed::of(inputs::last(policy), policy::file_of(policy).as_deref()),
+        policy_asked: world.policy().why.clone(),
+        lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
+        driver,
+        participant: None,
+        began: now(),
+        machine: machine(),
+        graphics,
+        display_m: [scenario.screen_width_m, scenario.eye_distance_m],
+        screen: None,
+        dial: Some(DialScale { full: Speedometer::scale(world).full, unit: scenario.units.label().into() }),
+        state: None,
+        ended: None,
+        hash: None,
+        checksums: None,
+        sha256: None,
+    }
+}
+
+/// Begins the recording of this world's drive, with what it was made from.
+///
+/// # Errors
+/// The folder holds a recording already, or the system refuses.
+pub fn begin(folder: &Path, world: &World, manifest: Manifest) -> Result<Recorder, RecordError> {
+    let recorder = Recorder::begin(folder, &inputs::portable(world), manifest)?;
+    inputs::carry(folder, world)?;
+    Ok(recorder)
+}
+
+/// The time, UTC.
+#[allow(clippy::disallowed_methods, reason = "when a drive was made is a fact of the wall clock")]
+pub fn now() -> String {
+    utc(SystemTime::now())
+}
+
+/// A time as ISO 8601 writes it. A clock that is set beyond the year 9999, where that has no words, stands at its end.
+fn utc(time: SystemTime) -> String {
+    let stamp = jiff::Timestamp::try_from(time).unwrap_or_else(|error| {
+        log::warn!(
+            "the computer's clock is wrong: {error}\n  remedy: set it, so that recordings say when they were made"
+        );
+        if time < SystemTime::UNIX_EPOCH { jiff::Timestamp::MIN } else { jiff::Timestamp::MAX }
+    });
+    stamp.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
+}
+
+/// Operating system and processor.
+fn machine() -> String {
+    let cores = std::thread::available_parallelism().map_or(0, usize::from);
+    let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    format!("{} {}, {}, {cores} cores", std::env::consts::OS, std::env::consts::ARCH, model.unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_clock_beyond_the_year_9999_is_no_reason_to_stop() {
+        let at = |s| utc(SystemTime::UNIX_EPOCH + Duration::from_secs(s));
+        assert_eq!(at(0), "1970-01-01T00:00:00Z");
+        assert_eq!(at(1_795_000_000), "2026-11-18T11:06:40Z");
+        // The year 11540, and one that no calendar has.
+        for s in [302_000_000_000, i64::MAX as u64] {
+            assert!(at(s).starts_with("9999-12-30T"), "{}", at(s));
+        }
+    }
+
+    #[test]
+    fn a_manifest_tells_what_was_driven_by_whom_and_on_what() {
+        let scenario = crate::sim::Scenario {
+            traffic: "native".into(),
+            policy: "constant".into(),
+            seed: 42,
+            screen_width_m: 1.25,
+            eye_distance_m: 0.75,
+            ..Default::default()
+        };
+        let world = World::new(&scenario).unwrap();
+        let told = manifest(&world, "keyboard".into(), None);
+        assert_eq!(told.program, format!("codrive {}", env!("CARGO_PKG_VERSION")));
+        assert_eq!((told.traffic.as_str(), told.seed, told.driver.as_str()), ("native IDM", 42, "keyboard"));
+        assert_eq!((told.map.name.as_str(), told.policy.name.as_str()), ("ring-250", "constant"));
+        // Another program's sum of the same file; a rule of the program has no file.
+        let sum = std::process::Command::new("sha256sum").arg(&world.map().net_file).output().unwrap();
+        assert_eq!(told.map.sha256.as_deref(), String::from_utf8_lossy(&sum.stdout).split_whitespace().next());
+        assert_eq!((told.policy.sha256, told.graphics, told.display_m), (None, None, [1.25, 0.75]));
+        assert!(told.state.is_none() && told.ended.is_none() && told.participant.is_none());
+        let cores = std::thread::available_parallelism().unwrap();
+        let [system, processor] = [std::env::consts::OS, std::env::consts::ARCH];
+        assert!(told.machine.starts_with(&format!("{system} {processor}, ")), "{}", told.machine);
+        assert!(told.machine.ends_with(&format!(", {cores} cores")), "{}", told.machine);
+        // As ISO 8601 has it: the text sorts as time does, and ends in Z.
+        let before = utc(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000));
+        assert!(told.began > before && told.began.len() == before.len() && told.began.ends_with('Z'), "{}", told.began);
+    }
+}

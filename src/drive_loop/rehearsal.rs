@@ -1,0 +1,229 @@
+//! A study without people: simulated participants go through the whole plan at full speed, questions included. In: a
+//! study, a data set. Out: the same files as from people. Native traffic goes in parallel over participants; SUMO runs
+//! once a process, so there participants come one after the other.
+
+use super::{RunError, offline::OfflineDrive, recording_manifest};
+use crate::{
+    driver,
+    record::{self, RecordError},
+    sim::Scenario,
+    study::{
+        Code, DataSet, Item, Outcome, Planned, SessionError, Study,
+        dataset::BASELINE,
+        session::{Log, Session, Who},
+        simulated::Participant,
+    },
+    time::Tick,
+    traffic::EngineChoice,
+};
+use rayon::prelude::*;
+use std::{
+    path::Path,
+    str::FromStr,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+/// What stands in the log where a drive was broken off.
+const STOPPED: &str = "stopped by Ctrl-C";
+
+/// Simulated participants of a study.
+pub struct Rehearsal<'a> {
+    study: &'a Study,
+    data: DataSet,
+    participants: usize,
+}
+
+/// How far it came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Participants that are through, those of earlier calls included.
+    pub complete: usize,
+    /// All of them.
+    pub participants: usize,
+}
+
+impl<'a> Rehearsal<'a> {
+    /// For so many participants in the folder `root`, a new one or one in which a rehearsal was stopped.
+    ///
+    /// # Errors
+    /// The folder holds something else, or sessions of people.
+    pub fn open(study: &'a Study, root: &Path, participants: usize) -> Result<Self, RunError> {
+        let data = DataSet::open(root, study)?;
+        if let Some(log) = data.logs()?.iter().find(|log| log.who == Who::Person) {
+            return Err(SessionError::Refused(format!(
+                "{} holds data of a person ({}); rehearse in a folder of its own",
+                root.display(),
+                log.participant
+            ))
+            .into());
+        }
+        Ok(Self { study, data, participants })
+    }
+
+    /// The code of participant number `index`.
+    pub fn code(index: usize) -> Code {
+        Code::new(&format!("R{:02}", index + 1)).expect("letters and digits")
+    }
+
+    /// How many ticks all participants drive, baselines included: the length of a progress bar.
+    pub fn ticks(&self) -> u64 {
+        let plans = (0..self.participants).map(|index| self.study.plan(index));
+        plans.flat_map(|plan| plan.items).map(|planned| planned_ticks(&planned)).sum()
+    }
+
+    /// Takes everybody through the plan; `driven` hears of every tick driven or found done. Ends early, with all written,
+    /// when `stop` is set; a later call goes on there.
+    ///
+    /// # Errors
+    /// A drive cannot start or go on, or the disk refuses. What was done is kept.
+    pub fn run(&self, stop: &AtomicBool, driven: &(impl Fn(u64) + Sync)) -> Result<Progress, RunError> {
+        let one = |index: usize| self.participant(index, stop, driven);
+        let native = self.study.plan(0).items.iter().all(|planned| match &planned.item {
+            Item::Drive { scenario, .. } => scenario.traffic == "native",
+            _ => true,
+        });
+        let complete: Vec<bool> = if native {
+            (0..self.participants).into_par_iter().map(one).collect::<Result<_, _>>()?
+        } else {
+            (0..self.participants).map(one).collect::<Result<_, _>>()?
+        };
+        let complete = complete.into_iter().filter(|is| *is).count();
+        Ok(Progress { complete, participants: self.participants })
+    }
+
+    /// One participant to the end of the plan. False if stopped before.
+    fn participant(&self, index: usize, stop: &AtomicBool, driven: &impl Fn(u64)) -> Result<bool, RunError> {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(false);
+        }
+        let code = Self::code(index);
+        let plan = self.study.plan(index);
+        let over = |log: &Log| log.participant == code && log.end.is_some();
+        if self.data.logs()?.iter().any(over) {
+            plan.items.iter().for_each(|planned| driven(planned_ticks(planned)));
+            // A cut between the last item and its tables leaves them to be made here.
+            self.data.publish(self.study, &code)?;
+            return Ok(true);
+        }
+        let participant = Participant::draw(self.study.file.seed, index);
+        let mut session =
+            Session::open(&self.data, self.study, &code, Who::Simulated, index, &recording_manifest::now())?;
+        session.set_traits(participant.traits())?;
+        let done = plan.items.iter().filter(|planned| session.log().settled(&planned.name));
+        done.for_each(|planned| driven(planned_ticks(planned)));
+        let mut complete = true;
+        while let Some((_, planned)) = session.next() {
+            let planned = planned.clone();
+            let folder = session.begin(&recording_manifest::now())?;
+            match &planned.item {
+                Item::Text(_) | Item::Break(_) => session.end(Outcome::Done, "", &recording_manifest::now())?,
+                Item::Questions(word) => {
+                    let answers = participant.answer(&self.study.questionnaires[word], &planned.name);
+                    session.end_answered(answers, &recording_manifest::now())?;
+                }
+                Item::Drive { scenario, until_in_range_s, .. } => {
+                    let mut run = OfflineDrive::by(&participant.driver, scenario, [0.0, f64::INFINITY])?;
+                    run.record_of(&folder, "simulated participant".into(), Some(&code))?;
+                    let mut whole = drive(&mut run, *until_in_range_s, stop, driven)?;
+                    // Two worlds at a time are one too many for SUMO.
+                    drop(run);
+                    if whole && planned.run.is_some() {
+                        whole = baseline(&code, &folder, scenario, stop, driven)?;
+                    }
+                    let (outcome, reason) = if whole { (Outcome::Done, "") } else { (Outcome::Aborted, STOPPED) };
+                    session.end(outcome, reason, &recording_manifest::now())?;
+                }
+            }
+            if stop.load(Ordering::Relaxed) && session.next().is_some() {
+                complete = false;
+                break;
+            }
+        }
+        if complete {
+            session.finish(&recording_manifest::now())?;
+        }
+        drop(session);
+        self.data.publish(self.study, &code)?;
+        Ok(complete)
+    }
+}
+
+/// How many ticks a drive of this scenario has.
+pub fn ticks(scenario: &Scenario) -> u64 {
+    Tick::at_seconds(scenario.duration_s).0
+}
+
+/// Ticks of an item, those of a trial's baseline included.
+fn planned_ticks(planned: &Planned) -> u64 {
+    match &planned.item {
+        Item::Drive { scenario, .. } => ticks(scenario) * if planned.run.is_some() { 2 } else { 1 },
+        _ => 0,
+    }
+}
+
+/// The what-if of a trial: same seed and scenario, nobody advises, the car-following model drives. Lies beside it once it is
+/// whole; one that was broken off holds nobody's data and is made anew.
+///
+/// # Errors
+/// The drive cannot start or go on, or the disk refuses.
+pub fn baseline(
+    code: &Code,
+    trial: &Path,
+    scenario: &Scenario,
+    stop: &AtomicBool,
+    driven: &impl Fn(u64),
+) -> Result<bool, RunError> {
+    let mut name = trial.file_name().unwrap_or_default().to_owned();
+    name.push(BASELINE);
+    let whole = trial.with_file_name(&name);
+    name.push("-part");
+    let folder = trial.with_file_name(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(|why| RecordError::File { path: folder.clone(), why })?;
+    }
+    // Made after the session, when a SUMO elsewhere may be gone; in this program cars move alike.
+    let stand_in = EngineChoice::from_str(&scenario.traffic).ok().and_then(|engine| engine.stand_in());
+    let traffic = stand_in.map_or(scenario.traffic.clone(), |engine| engine.to_string());
+    let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
+    let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
+    run.record_of(&folder, "simulated: idm".into(), Some(code))?;
+    let driven = drive(&mut run, None, stop, driven)?;
+    if driven {
+        record::rename(&folder, &whole)?;
+    }
+    Ok(driven)
+}
+
+/// Drives to the end, to the criterion, or until stopped (false); the recording is whole in any case.
+fn drive(
+    run: &mut OfflineDrive,
+    until_in_range_s: Option<f64>,
+    stop: &AtomicBool,
+    driven: &impl Fn(u64),
+) -> Result<bool, RunError> {
+    let step_s = run.world().scenario().step_s;
+    let all = ticks(run.world().scenario());
+    let mut in_range_s = 0.0;
+    let mut whole = true;
+    while run.world().ended().is_none() {
+        let before = run.world().snapshot().tick.0;
+        run.step()?;
+        let snapshot = run.world().snapshot();
+        driven(snapshot.tick.0 - before);
+        if snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)) {
+            in_range_s += step_s;
+        }
+        if let Some(enough_s) = until_in_range_s.filter(|enough_s| in_range_s >= *enough_s - 1e-9) {
+            run.note("criterion", &format!("{enough_s} s in the range"));
+            driven(all.saturating_sub(run.world().snapshot().tick.0));
+            break;
+        }
+        if stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
+            run.note("stopped", STOPPED);
+            whole = false;
+            break;
+        }
+    }
+    run.finish_recording()?;
+    Ok(whole)
+}

@@ -1,0 +1,119 @@
+//! What a driver reads after a free drive. In: a drive that is over. Out: lines: time in range, mean speed of all, and the same
+//! traffic without advice, which is driven beside the window meanwhile.
+
+use crate::{
+    drive_loop::offline::OfflineDrive,
+    sim::{Scenario, Summary},
+};
+use std::thread::JoinHandle;
+
+/// A shorter drive says nothing about traffic, seconds.
+const LEAST_S: f64 = 30.0;
+
+/// The lines and what is still being driven for them.
+pub struct EndCard {
+    in_range: Option<f64>,
+    mean_mps: Option<f64>,
+    scenario: Scenario,
+    without: Option<JoinHandle<Option<f64>>>,
+    without_mps: Option<f64>,
+}
+
+/// Which engine drives the same traffic without advice.
+const ENGINE: &str = "native";
+
+impl EndCard {
+    /// Of a drive that is over. The same seed without advice begins on a thread of its own, on the native engine: SUMO runs
+    /// once a process. Where that cannot drive the road, and after a drive without advice, its line is left out.
+    pub fn begin(scenario: &Scenario, summary: &Summary) -> Self {
+        let same = Scenario {
+            traffic: ENGINE.into(),
+            policy: "none".into(),
+            driver: "idm".into(),
+            duration_s: summary.duration_s,
+            trees: 0,
+            ..scenario.clone()
+        };
+        let worth = summary.advices > 0 && summary.duration_s >= LEAST_S;
+        let drive = move || {
+            let mut run = OfflineDrive::new(&same, [0.0, f64::INFINITY]).ok()?;
+            run.until(same.duration_s).ok()?;
+            run.summary().mean_speed_mps
+        };
+        let without = worth.then(|| std::thread::Builder::new().name("without advice".into()).spawn(drive).ok());
+        Self {
+            in_range: summary.time_in_range,
+            mean_mps: summary.mean_speed_mps,
+            scenario: scenario.clone(),
+            without: without.flatten(),
+            without_mps: None,
+        }
+    }
+
+    /// The lines so far.
+    pub fn words(&mut self) -> String {
+        if let Some(done) = self.without.take_if(|thread| thread.is_finished()) {
+            // A panic was printed already.
+            self.without_mps = done.join().ok().flatten();
+        }
+        let unit = self.scenario.units;
+        let speed = |mps: f64| format!("{:.1} {} ({mps:.2} m/s)", unit.from_mps(mps), unit.label());
+        let mut lines = Vec::new();
+        lines.extend(self.in_range.map(|share| format!("Time in range: {:.0} %", 100.0 * share)));
+        lines.extend(self.mean_mps.map(|mps| format!("Mean speed of all cars: {}", speed(mps))));
+        lines.extend(match (self.without_mps, &self.without) {
+            (Some(mps), _) => {
+                let other = if self.scenario.traffic == ENGINE { "" } else { ", native traffic" };
+                Some(format!("Without advice: {}{other}", speed(mps)))
+            }
+            (None, Some(_)) => Some("Without advice: being driven".into()),
+            (None, None) => None,
+        });
+        lines.join("\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "waits for another thread")]
+    fn the_card_has_the_drives_own_numbers_and_those_of_the_same_seed_without_advice() {
+        let scenario = Scenario {
+            traffic: "native".into(),
+            driver: "perfect".into(),
+            duration_s: 60.0,
+            trees: 0,
+            ..Scenario::default()
+        };
+        let drive = |scenario: &Scenario| {
+            let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY]).unwrap();
+            run.until(60.0).unwrap();
+            run.summary()
+        };
+        let summary = drive(&scenario);
+        let without = drive(&Scenario { policy: "none".into(), driver: "idm".into(), ..scenario.clone() });
+        let mut card = EndCard::begin(&scenario, &summary);
+        let begin = Instant::now();
+        while card.words().contains("being driven") {
+            assert!(begin.elapsed() < Duration::from_secs(60), "a minute for a minute of native traffic");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let words = card.words();
+        let [own, other] = [&summary, &without].map(|of| format!("({:.2} m/s)", of.mean_speed_mps.unwrap()));
+        let share = format!("Time in range: {:.0} %", 100.0 * summary.time_in_range.unwrap());
+        for part in
+            [share, format!("Mean speed of all cars: {:.1} mph {own}", summary.mean_speed_mps.unwrap() / 0.44704)]
+        {
+            assert!(words.contains(&part), "{part}\n{words}");
+        }
+        assert!(words.lines().last().is_some_and(|line| line.starts_with("Without advice") && line.ends_with(&other)));
+        // Two SUMOs do not run in one process: another engine is named.
+        card.scenario.traffic = "sumo".into();
+        assert!(card.words().ends_with(&format!("{other}, native traffic")));
+        // Nobody advised: there is nothing to compare with.
+        assert!(!EndCard::begin(&scenario, &without).words().contains("Without advice"));
+    }
+}

@@ -1,0 +1,356 @@
+//! The driver's window, and the experimenter's beside it. In: events of winit, Ctrl-C. Out: frames on the screen.
+//! `DriveWindows::draw` is one turn of the loop (DESIGN 3); everything that needs no window lives in [`LiveDrive`] and [`DriveOverlay`].
+
+mod end_card;
+pub mod overlay;
+mod recordings;
+
+use self::{overlay::DriveOverlay, recordings::Recordings};
+use crate::{
+    desktop::{
+        DriverWindow, ExperimenterWindow, WindowSetup,
+        display::{self, WindowPlacement},
+        event_loop::{self, LoopControl, Windows, now},
+        keys::{self, Command},
+    },
+    drive_loop::{RunError, drive::PATIENCE},
+    input::{Devices, DriveKey, Profile},
+    live_drive::LiveDrive,
+    panel::{experimenter::ExperimenterCommand, theme},
+    record::{self, RecordError},
+    sim::Scenario,
+    time::Pace,
+};
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::AtomicBool},
+    time::{Duration, Instant},
+};
+use winit::{
+    event::{ElementState, KeyEvent, WindowEvent},
+    event_loop::ActiveEventLoop,
+    keyboard::{KeyCode, ModifiersState, PhysicalKey},
+    window::{Window, WindowId},
+};
+
+/// How `codrive drive` was asked to start.
+pub struct WindowOptions {
+    /// The drive.
+    pub scenario: Scenario,
+    /// Where it opens, and whether it fills the screen at once.
+    pub place: WindowPlacement,
+    /// Show the experimenter's panel at once.
+    pub panel: bool,
+    /// Open the experimenter's window beside the driver's.
+    pub experimenter: bool,
+    /// Wait for the space bar.
+    pub paused: bool,
+    /// Record the drive there.
+    pub out: Option<PathBuf>,
+    /// Profile of the wheel; `None` takes the one for the wheel that is found.
+    pub wheel: Option<Profile>,
+    /// Becomes true when the program is to end (Ctrl-C).
+    pub stop: Arc<AtomicBool>,
+}
+
+impl WindowOptions {
+    /// True for a drive that somebody makes for themselves: nobody watches, nothing is recorded.
+    fn is_free(&self) -> bool {
+        self.out.is_none() && !self.experimenter && !self.panel
+    }
+}
+
+/// Opens the window and drives until it is closed. Returns the drive in words, also that of one which ended by a failure.
+///
+/// # Errors
+/// No display, no graphics adapter, or a world that cannot start.
+pub fn run(options: WindowOptions) -> Result<(String, Result<(), RunError>), RunError> {
+    let event_loop = event_loop::event_loop()?;
+    // The world first: what is wrong with a scenario is said before a window opens. A free drive waits for its driver.
+    let pace = if options.paused || options.is_free() { Pace::Paused } else { Pace::RealTime };
+    let live = LiveDrive::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
+    let stop = Arc::clone(&options.stop);
+    let (frame, ended) = event_loop::run::<DriveWindows>(event_loop, (options, live), &stop);
+    let ended = ended.or_else(|error| if error.is_interruption() { Ok(()) } else { Err(error) });
+    let Some(mut frame) = frame else { return Ok((String::new(), ended)) };
+    let drive = frame.live.words();
+    let recorded = frame.live.finish_recording().map(drop);
+    let words = frame.recordings.words() + &drive;
+    let cut = frame.failed.take().map_or(Ok(()), |error| Err(error.into()));
+    Ok((words, ended.and(cut).and(recorded)))
+}
+
+/// A drive in its window.
+struct DriveWindows {
+    picture: DriverWindow,
+    /// Beside it, if it was asked for; then the driver's window knows driving keys only.
+    experimenter: Option<ExperimenterWindow>,
+    live: LiveDrive,
+    overlay: DriveOverlay,
+    /// When the last frame began; `None` before the first, and after another stage went to the GPU: time runs from the
+    /// first picture on, shaders and models are not a stall.
+    last: Option<Instant>,
+    /// When the first frame began, and when rows last went to the disk.
+    first: Instant,
+    flushed: Instant,
+    /// Where drives are recorded.
+    recordings: Recordings,
+    /// True if the recording came to its end before the drive.
+    is_cut: bool,
+    /// Why the first one did that.
+    failed: Option<RecordError>,
+    modifiers: ModifiersState,
+    /// The experimenter has ended the program.
+    is_over: bool,
+    /// Held at its start until the driver presses the accelerator's key, or Space.
+    awaits_driver: bool,
+}
+
+impl Windows for DriveWindows {
+    type Parts = (WindowOptions, LiveDrive);
+
+    fn open(event_loop: &ActiveEventLoop, (options, mut live): Self::Parts) -> Result<Self, RunError> {
+        let place =
+            if options.experimenter { display::beside_experimenter(options.place, event_loop) } else { options.place };
+        let placing = WindowSetup { title: format!("codrive: {}", options.scenario.map), place };
+        let mut picture = DriverWindow::open(event_loop, &placing)?;
+        theme::apply(picture.ctx());
+        let view = live.view();
+        picture.stage(&live.picture.stage, &view, options.scenario.quality)?;
+        live.open_sound();
+        live.set_screen(picture.screen());
+        let mut recordings = Recordings::new(options.out);
+        if let Some(folder) = recordings.next() {
+            live.record(&folder, picture.gpu())?;
+        }
+        let experimenter = if options.experimenter {
+            picture.keep_miniature();
+            let title = format!("Experimenter: {}", options.scenario.map);
+            Some(ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?)
+        } else {
+            None
+        };
+        let overlay = DriveOverlay::new(&live, options.panel && experimenter.is_none(), experimenter.is_some());
+        let start = now();
+        Ok(Self {
+            picture,
+            experimenter,
+            live,
+            overlay,
+            last: None,
+            first: start,
+            flushed: start,
+            recordings,
+            is_cut: false,
+            failed: None,
+            modifiers: ModifiersState::default(),
+            is_over: false,
+            awaits_driver: !options.experimenter,
+        })
+    }
+
+    fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
+        if let Some(experimenter) = self.experimenter.as_mut().filter(|window| window.id() == id) {
+            experimenter.on_event(self.picture.gpu(), &event);
+            return Ok(if event == WindowEvent::CloseRequested { LoopControl::End } else { LoopControl::GoOn });
+        }
+        let heard = self.picture.on_event(&event);
+        match event {
+            WindowEvent::CloseRequested => return Ok(LoopControl::End),
+            WindowEvent::Focused(false) => self.live.devices.keyboard.release_all(),
+            // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !(heard && self.picture.is_typing()) => {
+                let asked = self.key(&event);
+                return Ok(if asked == Some(Command::Quit) { LoopControl::End } else { LoopControl::GoOn });
+            }
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::RedrawRequested => {
+                self.draw()?;
+                return Ok(if self.is_over { LoopControl::End } else { LoopControl::GoOn });
+            }
+            _ => {}
+        }
+        Ok(LoopControl::GoOn)
+    }
+
+    fn first(&self) -> &Window {
+        self.picture.window()
+    }
+}
+
+impl DriveWindows {
+    /// One frame: simulate what is due, look, draw, present.
+    fn draw(&mut self) -> Result<(), RunError> {
+        let first = self.last.is_none();
+        let elapsed = self.lap();
+        if self.is_cut && self.live.writer_status().is_some() {
+            // What is not recorded is not driven, whoever presses Space.
+            self.live.drive.clock.set_pace(Pace::Paused);
+        }
+        // A pedal may stand anywhere when a wheel is found; a key that goes down was pressed now.
+        if self.awaits_driver && self.live.devices.keyboard.is_down(DriveKey::Throttle) {
+            self.live.drive.clock.set_pace(Pace::RealTime);
+        }
+        self.awaits_driver &= self.live.drive.clock.pace() == Pace::Paused;
+        let advanced = self.live.advance(elapsed, |world| self.overlay.watch(world));
+        let due = self.or_cut(advanced)?;
+        if let Some(news) = self.live.take_news().pop() {
+            self.overlay.say(news, &self.live);
+        }
+        if !due.dropped.is_zero() && self.live.drive.clock.stalls() == 1 {
+            log::warn!(
+                "a frame came too late and {:.0} ms were dropped; F3 shows the sum (--quality low is faster)",
+                due.dropped.as_secs_f64() * 1e3
+            );
+        }
+        let view = self.live.view();
+        let times = self.picture.pass_times();
+        let mut asked = Vec::new();
+        let output = self.picture.overlay(|ui| asked.extend(self.overlay.show(ui, &self.live, times)));
+        let drawn = self.picture.draw(Some(&view), Some(output));
+        let done = now();
+        if first {
+            self.last = Some(done);
+            self.first = done;
+        }
+        if drawn {
+            self.live.shown(done - self.first, elapsed, &due);
+        }
+        self.overlay.frame(elapsed, &due);
+        if done - self.flushed > record::FLUSH_EVERY {
+            self.flushed = done;
+            let flushed = self.live.flush();
+            self.or_cut(flushed)?;
+        }
+        let mut asked: Vec<ExperimenterCommand> = asked.into_iter().map(ExperimenterCommand::Drive).collect();
+        asked.extend(self.draw_experimenter());
+        for command in asked {
+            self.is_over |= command == ExperimenterCommand::End;
+            self.overlay.heed(command, &mut self.live);
+        }
+        // Most drives are there within a frame.
+        if let Some(new_stage) = self.overlay.restarted(PATIENCE, &mut self.live) {
+            self.began(new_stage)?;
+        }
+        Ok(())
+    }
+
+    /// Another drive is there, or the same from its start: it is recorded as the first was, beside it.
+    fn began(&mut self, new_stage: bool) -> Result<(), RunError> {
+        if new_stage {
+            self.new_stage()?;
+        }
+        self.is_cut = false;
+        // A drive that could not start takes no folder: the closing words list what was recorded.
+        if !self.live.is_stopped()
+            && let Some(folder) = self.recordings.next()
+        {
+            let begun = self.live.record(&folder, self.picture.gpu());
+            self.or_cut(begun)?;
+        }
+        Ok(())
+    }
+
+    /// What came of a piece of the drive. Where the recording takes no more, the drive stands and the window says why, until
+    /// someone leaves: a window that is gone explains nothing.
+    fn or_cut<T: Default>(&mut self, done: Result<T, RunError>) -> Result<T, RunError> {
+        let Err(RunError::Record(error)) = done else { return done };
+        if !std::mem::replace(&mut self.is_cut, true) {
+            self.live.drive.clock.set_pace(Pace::Paused);
+            let folder = self.recordings.last().unwrap_or(Path::new(".")).display();
+            self.overlay.recording_ended(format!(
+                "The recording in {folder} has ended.\n{error}\nWhat was driven before is kept."
+            ));
+            self.failed.get_or_insert(error);
+        }
+        Ok(T::default())
+    }
+
+    /// The experimenter's window, when it is due.
+    fn draw_experimenter(&mut self) -> Vec<ExperimenterCommand> {
+        let Self { experimenter: Some(window), picture, live, overlay, .. } = self else { return Vec::new() };
+        if !window.due() {
+            return Vec::new();
+        }
+        let seen = picture.miniature().map(|view| {
+            let texture = view.texture();
+            (window.picture(picture.gpu(), view), [texture.width(), texture.height()])
+        });
+        let mut asked = Vec::new();
+        window.draw(picture.gpu(), |ui| asked.extend(overlay.experimenter(ui, live, seen)));
+        asked
+    }
+
+    /// The map has changed: its models go to the GPU.
+    fn new_stage(&mut self) -> Result<(), RunError> {
+        let view = self.live.view();
+        let scenario = self.live.drive.world.scenario();
+        self.picture.stage(&self.live.picture.stage, &view, scenario.quality)?;
+        self.picture.window().set_title(&format!("codrive: {}", scenario.map));
+        self.last = None;
+        Ok(())
+    }
+
+    /// Time since the last frame.
+    fn lap(&mut self) -> Duration {
+        let begin = now();
+        self.last.replace(begin).map_or(Duration::ZERO, |before| begin - before)
+    }
+
+    /// A key went down or up. Returns the command that it stands for.
+    fn key(&mut self, event: &KeyEvent) -> Option<Command> {
+        let PhysicalKey::Code(code) = event.physical_key else { return None };
+        let down = event.state == ElementState::Pressed;
+        let control = self.modifiers.control_key() || self.modifiers.super_key();
+        if let Some(key) = keys::driving(code) {
+            self.live.devices.keyboard.set(key, down && !control);
+        }
+        let asked = if control { keys::with_control(code) } else { keys::command(code) };
+        let command = asked.filter(|_| down && !event.repeat)?;
+        if self.experimenter.is_some() && !control && !command.is_drivers() {
+            return None;
+        }
+        if code == KeyCode::Escape && (self.picture.has_open_list() || self.overlay.close_help()) {
+            return None;
+        }
+        match command {
+            Command::FullScreen => self.picture.toggle_fullscreen(),
+            Command::ReloadShaders => match self.picture.reload_shaders() {
+                Ok(()) => self.overlay.say("shaders read again".into(), &self.live),
+                Err(error) => self.overlay.say(error, &self.live),
+            },
+            Command::Restart => {
+                let scenario = self.live.drive.world.scenario().clone();
+                self.overlay.restart(&scenario, &mut self.live);
+            }
+            other => self.overlay.key(other, &mut self.live),
+        }
+        Some(command)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drive_is_free_where_nobody_watches_and_nothing_is_recorded() {
+        let is_free = |out: Option<&str>, experimenter: bool, panel: bool| {
+            let options = WindowOptions {
+                scenario: Scenario::default(),
+                place: WindowPlacement::default(),
+                panel,
+                experimenter,
+                paused: false,
+                out: out.map(PathBuf::from),
+                wheel: None,
+                stop: Arc::default(),
+            };
+            options.is_free()
+        };
+        assert!(is_free(None, false, false));
+        for (out, experimenter, panel) in [(Some("p1"), false, false), (None, true, false), (None, false, true)] {
+            assert!(!is_free(out, experimenter, panel));
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! The experimenter's desk: panel, messages, frame times on top of the picture, or all of it in a window of its own. In: the
+//! running [`LiveDrive`]. Out: what is to be seen, and what is asked for.
+
+use super::end_card::EndCard;
+use crate::{
+    desktop::keys::{self, Command},
+    driver,
+    input::profiles,
+    live_drive::{LiveDrive, LoopHealth, RestartOutcome, phase, wheel_calibration},
+    map,
+    panel::{
+        Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
+        calibration::CalibrationPage,
+        contact_flash, dropped_time,
+        experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Log},
+        recording,
+    },
+    policy,
+    render::PassTimes,
+    sim::{Scenario, World},
+    time::{Due, Pace},
+};
+use egui::{Align2, Color32, FontId, TextureId, Ui};
+use std::time::Duration;
+
+/// What a driver has to know before a free drive.
+const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists all keys.";
+
+/// Panel and overlays of a drive.
+pub struct DriveOverlay {
+    panel: Panel,
+    experimenter: Experimenter,
+    /// True if the experimenter has a window: the driver's then says nothing of keys.
+    attended: bool,
+    log: Log,
+    pulse: LoopHealth,
+    engine: String,
+    show_times: bool,
+    message: Option<String>,
+    error: Option<String>,
+    /// The recording came to its end before the drive, which stands since.
+    is_cut: bool,
+    /// What the driver of a free drive reads at its end.
+    card: Option<EndCard>,
+    /// The page of wheel and pedals, and what came of its last command.
+    wheel: CalibrationPage,
+    wheel_said: Option<String>,
+}
+
+impl DriveOverlay {
+    /// A desk for this drive, its panel on the picture open or not; `attended` if the experimenter has a window.
+    pub fn new(live: &LiveDrive, open: bool, attended: bool) -> Self {
+        let world = &live.drive.world;
+        let mut panel = Panel::new(world.scenario(), choices());
+        panel.open = open;
+        // Beside the person's profiles of wheels.
+        if let Some(own) = profiles::own_folder() {
+            panel.keep_presets(Presets::in_folder(own.with_file_name("scenarios")));
+        }
+        Self {
+            panel,
+            experimenter: Experimenter::default(),
+            attended,
+            log: Log::new(world),
+            pulse: LoopHealth::default(),
+            engine: world.traffic_engine(),
+            show_times: false,
+            message: None,
+            error: None,
+            is_cut: false,
+            card: None,
+            wheel: CalibrationPage::default(),
+            wheel_said: None,
+        }
+    }
+
+    /// Sees the world after a tick.
+    pub fn watch(&mut self, world: &World) {
+        self.log.watch(world);
+    }
+
+    /// A frame was shown, `elapsed` after the one before.
+    pub fn frame(&mut self, elapsed: Duration, due: &Due) {
+        self.pulse.frame(elapsed, due.dropped);
+    }
+
+    /// What is over the picture now; what the panel asks for. `times` are those of the GPU's passes.
+    pub fn show(&mut self, ui: &mut Ui, live: &LiveDrive, times: Option<PassTimes>) -> Vec<PanelCommand> {
+        let mut notes = self.notes(live, times);
+        if phase(live) == Phase::Ended && !live.is_stopped() && !self.attended {
+            let world = &live.drive.world;
+            let card = self.card.get_or_insert_with(|| EndCard::begin(world.scenario(), &live.summary()));
+            notes.card = card.words();
+        } else {
+            self.card = None;
+        }
+        let Self { panel, log, pulse, engine, error, .. } = self;
+        let state = state(live, log, pulse, engine, error.as_deref());
+        let keys = if self.attended { keys::list_of_driver() } else { keys::list() };
+        let mut asked = panel.show(ui, &state, &keys);
+        if !self.attended {
+            asked.extend(self.wheel_page(ui, live));
+        }
+        contact_flash(ui, live.contacts().flash());
+        write_notes(ui, &notes);
+        write_recording(ui, live);
+        asked
+    }
+
+    /// The experimenter's window. `picture` is what the driver sees, and its size.
+    pub fn experimenter(
+        &mut self,
+        ui: &mut Ui,
+        live: &LiveDrive,
+        picture: Option<(TextureId, [u32; 2])>,
+    ) -> Vec<ExperimenterCommand> {
+        let Self { panel, experimenter, log, pulse, engine, error, .. } = self;
+        let health = pulse.health(live, engine, error.as_deref());
+        let drive = state(live, log, pulse, engine, error.as_deref());
+        let state = ExperimenterState { drive, snapshot: Some(live.drive.world.snapshot()), health: &health, picture };
+        let mut asked = experimenter.show(ui, &state, Some(log), panel, None);
+        asked.extend(self.wheel_page(ui, live).into_iter().map(ExperimenterCommand::Drive));
+        asked
+    }
+
+    /// The page of wheel and pedals, if it is open.
+    fn wheel_page(&mut self, ui: &mut Ui, live: &LiveDrive) -> Vec<PanelCommand> {
+        let wheel = if self.wheel.open { wheel_calibration::wheel(live.devices.rig()) } else { None };
+        let asked = self.wheel.show(ui, wheel.as_ref(), self.wheel_said.as_deref());
+        asked.into_iter().map(PanelCommand::Calibration).collect()
+    }
+
+    /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
+    fn notes(&self, live: &LiveDrive, times: Option<PassTimes>) -> Notes {
+        let middle = match phase(live) {
+            Phase::Starting if !self.attended => "The drive is being started. Esc ends.",
+            Phase::Ended if live.is_stopped() && !self.attended => "The drive could not start. Backspace tries again.",
+            Phase::Starting => "Please wait.",
+            Phase::Paused if self.is_cut && !self.attended => "The recording has ended. Esc leaves.",
+            Phase::Paused if self.attended && live.waits_for_wheel() => "The wheel was unplugged.",
+            Phase::Paused | Phase::Ready if self.attended => "Please wait.",
+            Phase::Ended if self.attended => "The drive is over.",
+            Phase::Paused if live.waits_for_wheel() => {
+                "The wheel was unplugged. The drive continues when it is back; Space continues without it."
+            }
+            Phase::Ready => START,
+            Phase::Paused => "Paused. Space continues.",
+            Phase::Ended => "The drive is over. Backspace starts again.",
+            Phase::Running => "",
+        };
+        let mut corner = Vec::new();
+        corner.extend(self.message.clone());
+        corner.extend(self.error.clone());
+        if self.show_times {
+            corner.extend(live.latency().words());
+            corner.extend(times.map(|t| {
+                let parts = (t.shadow_ms, t.main_ms, t.mirror_ms, t.develop_ms);
+                format!(
+                    "GPU: shadow {:.2}, main {:.2}, mirror {:.2}, develop {:.2} ms",
+                    parts.0, parts.1, parts.2, parts.3
+                )
+            }));
+            let clock = &live.drive.clock;
+            corner.push(format!("dropped {}", dropped_time(clock.dropped(), clock.stalls())));
+            let help = if live.lane_help() { ", lane help" } else { "" };
+            corner.push(format!("{}{help}", live.devices.describe()));
+        }
+        Notes { middle, corner, card: String::new() }
+    }
+
+    /// Closes the list of keys, if it is open; true if it was.
+    pub fn close_help(&mut self) -> bool {
+        std::mem::take(&mut self.panel.help_open)
+    }
+
+    /// A command from a key.
+    pub fn key(&mut self, command: Command, live: &mut LiveDrive) {
+        self.message = None;
+        match command {
+            Command::Help => self.panel.help_open = !self.panel.help_open,
+            Command::Panel => self.panel.open = !self.panel.open,
+            Command::FrameTimes => self.show_times = !self.show_times,
+            Command::Pause => live.toggle_pause(),
+            Command::Tick => single_step(live, 1),
+            Command::Step => single_step(live, live.drive.world.scenario().step_ticks()),
+            Command::NextView => live.picture.next_view(),
+            Command::Reverse => live.devices.keyboard.toggle_reverse(),
+            Command::PutBack => live.put_back(),
+            Command::LaneHelp => {
+                live.toggle_lane_help();
+                self.say(format!("lane help is {}", if live.lane_help() { "on" } else { "off" }), live);
+            }
+            Command::Mark => {
+                live.note("mark", "by the experimenter");
+                self.say("marked".into(), live);
+            }
+            Command::Restart | Command::FullScreen | Command::ReloadShaders | Command::Quit => {}
+        }
+    }
+
+    /// A command from the panel.
+    pub fn obey(&mut self, command: PanelCommand, live: &mut LiveDrive) {
+        match command {
+            PanelCommand::Start => live.drive.clock.set_pace(Pace::RealTime),
+            PanelCommand::Pause => live.drive.clock.set_pace(Pace::Paused),
+            PanelCommand::SingleStep(Advance::Tick) => single_step(live, 1),
+            PanelCommand::SingleStep(Advance::Step) => single_step(live, live.drive.world.scenario().step_ticks()),
+            PanelCommand::Restart(scenario) => self.restart(&scenario, live),
+            PanelCommand::Wheel => self.wheel.open = !self.wheel.open,
+            PanelCommand::Calibration(command) => self.wheel_said = live.calibrate(command),
+        }
+    }
+
+    /// Begins another drive; it comes from [`DriveOverlay::restarted`].
+    pub fn restart(&mut self, scenario: &Scenario, live: &mut LiveDrive) {
+        self.message = None;
+        self.error = None;
+        self.is_cut = false;
+        if let Err(error) = live.restart(scenario) {
+            self.error = Some(error.to_string());
+        }
+    }
+
+    /// The other drive is there, or the one before again from its start and the panel says why. `None` while it goes on,
+    /// true if there is a new stage to draw.
+    pub fn restarted(&mut self, patience: Duration, live: &mut LiveDrive) -> Option<bool> {
+        let RestartOutcome { new_stage, refused } = live.restarted(patience)?;
+        let world = &live.drive.world;
+        self.log = Log::new(world);
+        self.engine = world.traffic_engine();
+        self.error = refused.map(|error| error.to_string());
+        Some(new_stage)
+    }
+
+    /// What the experimenter asked for.
+    pub fn heed(&mut self, command: ExperimenterCommand, live: &mut LiveDrive) {
+        match command {
+            ExperimenterCommand::Drive(command) => self.obey(command, live),
+            ExperimenterCommand::Mark(number) => live.note("mark", &format!("by the experimenter, {number}")),
+            ExperimenterCommand::Note(text) => live.note("note", &text),
+            // The window's to do.
+            ExperimenterCommand::End => {}
+        }
+    }
+
+    /// The recording can take nothing more: says so until another drive begins.
+    pub fn recording_ended(&mut self, why: String) {
+        self.error = Some(why);
+        self.is_cut = true;
+    }
+
+    /// Shows a message: on the picture until the next key, or to the experimenter.
+    pub fn say(&mut self, message: String, live: &LiveDrive) {
+        if self.attended {
+            self.experimenter.notes.say(live.drive.world.time_s(), &message);
+        } else {
+            self.message = Some(message);
+        }
+    }
+}
+
+/// Words on the picture.
+struct Notes {
+    middle: &'static str,
+    corner: Vec<String>,
+    /// Below the middle.
+    card: String,
+}
+
+fn write_notes(ui: &Ui, notes: &Notes) {
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let screen = ui.ctx().content_rect();
+    let boxed = |align: Align2, at: egui::Pos2, text: String, size: f32| {
+        // In a small window long words break rather than lose their end.
+        let galley = painter.layout(text, FontId::proportional(size), Color32::WHITE, screen.width() - 48.0);
+        let rect = align.anchor_size(at, galley.size());
+        painter.rect_filled(rect.expand2(egui::vec2(10.0, 6.0)), 6.0, Color32::from_black_alpha(150));
+        painter.galley(rect.min, galley, Color32::WHITE);
+    };
+    if !notes.middle.is_empty() {
+        let at = screen.center_top() + egui::vec2(0.0, 0.34 * screen.height());
+        boxed(Align2::CENTER_CENTER, at, notes.middle.into(), 26.0);
+    }
+    if !notes.card.is_empty() {
+        let at = screen.center_top() + egui::vec2(0.0, 0.52 * screen.height());
+        boxed(Align2::CENTER_CENTER, at, notes.card.clone(), 20.0);
+    }
+    if !notes.corner.is_empty() {
+        boxed(Align2::LEFT_BOTTOM, screen.left_bottom() + egui::vec2(18.0, -16.0), notes.corner.join("\n"), 14.0);
+    }
+}
+
+/// At the upper left, in the participant's window too: that a drive is not recorded is seen before it is over.
+fn write_recording(ui: &Ui, live: &LiveDrive) {
+    let (text, colour) = recording::words(live.recorded_in());
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), colour);
+    let lamp = if live.recorded_in().is_some() { 2.0 * recording::LAMP + 6.0 } else { 0.0 };
+    let corner = ui.ctx().content_rect().left_top() + egui::vec2(16.0, 12.0);
+    let rect = Align2::LEFT_TOP.anchor_size(corner, galley.size() + egui::vec2(lamp, 0.0));
+    painter.rect_filled(rect.expand2(egui::vec2(6.0, 3.0)), 4.0, Color32::from_black_alpha(150));
+    if lamp > 0.0 {
+        painter.circle_filled(rect.left_center() + egui::vec2(recording::LAMP, 0.0), recording::LAMP, colour);
+    }
+    painter.galley(rect.min + egui::vec2(lamp, 0.0), galley, colour);
+}
+
+/// What the panel shows of a drive.
+fn state<'a>(
+    live: &'a LiveDrive,
+    log: &'a Log,
+    pulse: &LoopHealth,
+    engine: &'a str,
+    error: Option<&'a str>,
+) -> PanelState<'a> {
+    let (world, clock) = (&live.drive.world, &live.drive.clock);
+    PanelState {
+        scenario: world.scenario(),
+        phase: phase(live),
+        readings: Some(Readings::from(world.snapshot())),
+        history: &log.history,
+        in_range: log.share_in_range(),
+        engine,
+        policy: &world.policy().name,
+        dropped: clock.dropped(),
+        stalls: clock.stalls(),
+        frame_ms: pulse.frame_ms(),
+        error,
+        recorded_in: live.recorded_in(),
+    }
+}
+
+fn single_step(live: &mut LiveDrive, ticks: u64) {
+    if live.drive.clock.pace() == Pace::Paused && live.starting().is_none() {
+        live.drive.clock.single_step(ticks);
+    }
+}
+
+/// Policies by name.
+fn policies() -> Vec<String> {
+    let own = std::iter::once(policy::AUTO).chain(policy::NAMES).map(str::to_owned);
+    own.chain(policy::shipped()).collect()
+}
+
+/// Words for the settings that are texts.
+fn choices() -> Choices {
+    let maps: Vec<String> = map::list().into_iter().map(|info| info.name).collect();
+    Choices::default()
+        .with("map", maps, None)
+        .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
+        .with("policy", policies(), None)
+        .with("driver", driver::PRESETS, None)
+}
+
+#[cfg(test)]
+#[path = "overlay_tests.rs"]
+mod tests;

@@ -1,0 +1,401 @@
+//! The desk over a drive without a window: keys, words on the picture, what the experimenter asks for.
+
+use super::*;
+use crate::{
+    input::{Devices, Rig},
+    record::{Reader, Table},
+    render::Gpu,
+};
+
+fn scenario() -> Scenario {
+    let usual = Scenario { traffic: "native".into(), vehicles: 6, warm_up_s: 0.0, ..Scenario::default() };
+    Scenario { trees: 0, duration_s: 0.5, policy: "none".into(), ..usual }
+}
+
+fn sit(attended: bool) -> (LiveDrive, DriveOverlay) {
+    let devices = Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1));
+    let live = LiveDrive::new(&scenario(), Pace::Paused, devices).unwrap();
+    let overlay = DriveOverlay::new(&live, false, attended);
+    (live, overlay)
+}
+
+/// Ticks that a frame of 30 ms brings.
+fn frame(live: &mut LiveDrive, overlay: &mut DriveOverlay) -> u64 {
+    let before = live.drive.world.snapshot().tick.0;
+    live.advance(Duration::from_millis(30), |world| overlay.watch(world)).unwrap();
+    live.drive.world.snapshot().tick.0 - before
+}
+
+/// All words that egui draws of this.
+fn words(draw: impl FnMut(&mut Ui)) -> String {
+    words_of(&egui::Context::default(), 1, draw)
+}
+
+/// All words of the last of so many passes.
+fn words_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -> String {
+    fn of(shape: &egui::Shape, out: &mut String) {
+        match shape {
+            egui::Shape::Text(text) => {
+                out.push_str(text.galley.text());
+                out.push('\n');
+            }
+            egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| of(shape, out)),
+            _ => {}
+        }
+    }
+    let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1400.0, 900.0)));
+    let mut out = String::new();
+    for _ in 0..passes {
+        let mut output = ctx.run_ui(egui::RawInput { screen_rect, ..Default::default() }, &mut draw);
+        // There is no device that would take them.
+        output.textures_delta.clear();
+        out.clear();
+        output.shapes.iter().for_each(|clipped| of(&clipped.shape, &mut out));
+    }
+    out
+}
+
+#[test]
+fn keys_pause_go_on_by_a_tick_or_a_step_and_change_the_view() {
+    let (mut live, mut overlay) = sit(false);
+    assert_eq!(frame(&mut live, &mut overlay), 0);
+    overlay.key(Command::Tick, &mut live);
+    assert_eq!(frame(&mut live, &mut overlay), 1);
+    overlay.key(Command::Step, &mut live);
+    assert_eq!(frame(&mut live, &mut overlay), 10);
+    overlay.key(Command::Pause, &mut live);
+    // While time runs a single step changes nothing.
+    overlay.key(Command::Step, &mut live);
+    assert_eq!((frame(&mut live, &mut overlay), live.drive.clock.pace()), (3, Pace::RealTime));
+    overlay.key(Command::Pause, &mut live);
+    assert_eq!(frame(&mut live, &mut overlay), 0);
+
+    use crate::scene::ViewKind::{Birdseye, Chase, Driver, Mirror};
+    for view in [Chase, Birdseye, Mirror, Driver] {
+        overlay.key(Command::NextView, &mut live);
+        assert_eq!(live.picture.kind, view);
+    }
+    let was = live.lane_help();
+    overlay.key(Command::LaneHelp, &mut live);
+    let said = format!("lane help is {}", if was { "off" } else { "on" });
+    assert_eq!((live.lane_help(), overlay.message.clone()), (!was, Some(said)));
+    overlay.key(Command::Help, &mut live);
+    assert_eq!((overlay.message.clone(), overlay.panel.help_open), (None, true), "the next key takes the message away");
+    overlay.key(Command::Panel, &mut live);
+    assert!(overlay.panel.open);
+}
+
+#[test]
+fn words_on_the_picture_say_what_the_drive_is_at_and_to_whom() {
+    for attended in [false, true] {
+        let (mut live, mut overlay) = sit(attended);
+        let says = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
+        let [starts, waits, over] = if attended {
+            ["Please wait.", "Please wait.", "The drive is over."]
+        } else {
+            [START, "Paused. Space continues.", "The drive is over. Backspace starts again."]
+        };
+        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Ready, starts));
+        assert!(words(|ui| drop(overlay.show(ui, &live, None))).contains(starts), "and it is drawn");
+        overlay.obey(PanelCommand::Start, &mut live);
+        frame(&mut live, &mut overlay);
+        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Running, ""));
+        overlay.obey(PanelCommand::Pause, &mut live);
+        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Paused, waits));
+        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        assert_eq!(frame(&mut live, &mut overlay), 10);
+        live.drive.clock.set_pace(Pace::FullSpeed);
+        while live.drive.world.ended().is_none() {
+            frame(&mut live, &mut overlay);
+        }
+        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Ended, over));
+        let summary = words(|ui| drop(overlay.show(ui, &live, None)));
+        assert_eq!(summary.contains("Mean speed of all cars: "), !attended, "{summary}");
+    }
+}
+
+#[test]
+fn a_message_is_the_drivers_only_where_nobody_attends_and_times_are_shown_on_demand() {
+    let (mut live, mut overlay) = sit(false);
+    overlay.say("the wheel is back".into(), &live);
+    assert_eq!(overlay.notes(&live, None).corner, ["the wheel is back"]);
+    overlay.key(Command::FrameTimes, &mut live);
+    let times = PassTimes { shadow_ms: 1.0, main_ms: 2.5, mirror_ms: 0.25, develop_ms: 0.125 };
+    let corner = overlay.notes(&live, Some(times)).corner.join("\n");
+    for part in ["shadow 1.00, main 2.50, mirror 0.25, develop 0.12 ms", "dropped 0.00 s in 0 stalls", "keyboard"] {
+        assert!(corner.contains(part), "{corner}");
+    }
+    // A second that came late: 0.25 s of it are driven at most, the rest is said.
+    live.drive.clock.set_pace(Pace::RealTime);
+    let due = live.advance(Duration::from_secs(1), |_| ()).unwrap();
+    let dropped = format!("dropped {:.2} s in 1 stall", due.dropped.as_secs_f64());
+    assert!(due.ticks < 100 && due.dropped > Duration::ZERO);
+    assert!(overlay.notes(&live, None).corner.contains(&dropped), "{:?}", overlay.notes(&live, None).corner);
+
+    let (live, mut overlay) = sit(true);
+    overlay.say("the wheel is back".into(), &live);
+    assert!(overlay.notes(&live, None).corner.is_empty());
+    assert!(words(|ui| drop(overlay.experimenter(ui, &live, None))).contains("the wheel is back"));
+}
+
+/// The end of a restart, which frames wait for. True if there is a new stage.
+fn begun(live: &mut LiveDrive, overlay: &mut DriveOverlay) -> bool {
+    overlay
+        .restarted(Duration::from_secs(60), live)
+        .or_else(|| overlay.restarted(Duration::from_secs(60), live))
+        .unwrap()
+}
+
+/// A SUMO that takes connections and says nothing, and the scenario of a drive on it.
+fn silent() -> (std::net::TcpListener, Scenario) {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let traffic = listener.local_addr().unwrap().to_string();
+    (listener, Scenario { traffic, traffic_timeout_s: 600.0, ..scenario() })
+}
+
+#[test]
+fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
+    let (_listener, waits) = silent();
+    for attended in [false, true] {
+        let (mut live, mut overlay) = sit(attended);
+        overlay.obey(PanelCommand::Start, &mut live);
+        assert!(frame(&mut live, &mut overlay) > 0);
+        let tick = live.drive.world.snapshot().tick;
+        overlay.obey(PanelCommand::Restart(Box::new(waits.clone())), &mut live);
+        assert_eq!(live.starting(), Some(&waits));
+        assert!(overlay.restarted(Duration::from_millis(10), &mut live).is_none());
+        assert_eq!(phase(&live), Phase::Starting);
+        let says = overlay.notes(&live, None).middle;
+        assert_eq!(says, if attended { "Please wait." } else { "The drive is being started. Esc ends." });
+        // Nothing that is pressed meanwhile moves the drive that is over.
+        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        for _ in 0..2 {
+            overlay.key(Command::Pause, &mut live);
+            overlay.key(Command::Tick, &mut live);
+            assert_eq!(frame(&mut live, &mut overlay), 0);
+        }
+        assert_eq!(live.drive.world.snapshot().tick, tick);
+        // Another wish takes the place of the first, which lets go at once; the pace is that of before.
+        overlay.obey(PanelCommand::Restart(Box::new(scenario())), &mut live);
+        assert!(!begun(&mut live, &mut overlay));
+        assert_eq!((phase(&live), live.drive.world.scenario().traffic.as_str()), (Phase::Running, "native"));
+        assert!(frame(&mut live, &mut overlay) > 0);
+    }
+}
+
+#[test]
+fn a_drive_that_cannot_even_begin_again_stands_and_another_try_helps() {
+    let folder = tempfile::tempdir().unwrap();
+    let (there, away) = (folder.path().join("ring"), folder.path().join("away"));
+    std::fs::create_dir(&there).unwrap();
+    for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/maps/ring-250")).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), there.join(file.file_name())).unwrap();
+    }
+    let own = Scenario { map: there.to_str().unwrap().to_owned(), ..scenario() };
+    let (mut live, mut overlay) = sit(false);
+    overlay.restart(&own, &mut live);
+    assert!(begun(&mut live, &mut overlay), "another map is another stage");
+    overlay.obey(PanelCommand::Start, &mut live);
+    assert!(frame(&mut live, &mut overlay) > 0);
+    std::fs::rename(&there, &away).unwrap();
+    overlay.restart(&own, &mut live);
+    assert!(!begun(&mut live, &mut overlay));
+    assert_eq!((phase(&live), frame(&mut live, &mut overlay)), (Phase::Ended, 0));
+    let notes = overlay.notes(&live, None);
+    assert_eq!(notes.middle, "The drive could not start. Backspace tries again.");
+    assert!(notes.corner.join("\n").contains(there.to_str().unwrap()), "{:?}", notes.corner);
+    std::fs::rename(&away, &there).unwrap();
+    overlay.restart(&own, &mut live);
+    begun(&mut live, &mut overlay);
+    assert_eq!((phase(&live), overlay.notes(&live, None).corner.len()), (Phase::Running, 0));
+    assert!(frame(&mut live, &mut overlay) > 0);
+}
+
+#[test]
+fn a_drive_that_cannot_start_leaves_the_one_before_and_says_why() {
+    let (mut live, mut overlay) = sit(false);
+    overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+    frame(&mut live, &mut overlay);
+    let full = Scenario { vehicles: 400, ..scenario() };
+    overlay.obey(PanelCommand::Restart(Box::new(full)), &mut live);
+    assert!(!begun(&mut live, &mut overlay));
+    let world = &live.drive.world;
+    assert_eq!((world.snapshot().tick.0, world.scenario().vehicles, phase(&live)), (0, 6, Phase::Ready));
+    let corner = overlay.notes(&live, None).corner.join("\n");
+    assert!(corner.contains("400") && corner.contains("do not fit"), "{corner}");
+    // A good one takes the message away. Another seed is another stage, as many cars more are not.
+    let more = Scenario { vehicles: 8, ..scenario() };
+    overlay.obey(PanelCommand::Restart(Box::new(more.clone())), &mut live);
+    assert!(!begun(&mut live, &mut overlay));
+    assert!(overlay.notes(&live, None).corner.is_empty() && live.drive.world.scenario().vehicles == 8);
+    overlay.obey(PanelCommand::Restart(Box::new(Scenario { seed: 9, ..more })), &mut live);
+    assert!(begun(&mut live, &mut overlay));
+}
+
+#[test]
+fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
+    let gpu = Gpu::shared().expect("a graphics adapter is needed");
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("drive");
+    let (mut live, mut overlay) = sit(true);
+    let both = |live: &LiveDrive, overlay: &mut DriveOverlay| {
+        [words(|ui| drop(overlay.experimenter(ui, live, None))), words(|ui| drop(overlay.show(ui, live, None)))]
+    };
+    assert!(both(&live, &mut overlay).iter().all(|seen| seen.contains("not recorded") && !seen.contains("REC")));
+    live.record(&recording, gpu).unwrap();
+    assert!(both(&live, &mut overlay).iter().all(|seen| seen.contains("REC drive") && !seen.contains("not recorded")));
+    for (ticks, command) in
+        [(1, ExperimenterCommand::Mark(3)), (10, ExperimenterCommand::Note("looks at the phone".into()))]
+    {
+        live.drive.clock.single_step(ticks);
+        frame(&mut live, &mut overlay);
+        overlay.heed(command, &mut live);
+    }
+    overlay.heed(ExperimenterCommand::Drive(PanelCommand::Start), &mut live);
+    assert_eq!(live.drive.clock.pace(), Pace::RealTime);
+    live.finish_recording().unwrap();
+    let events = Reader::parquet(&Table::Events.parquet(&recording)).unwrap();
+    let rows: Vec<(u64, String, String)> = events
+        .wholes("tick")
+        .into_iter()
+        .zip(events.words("event").into_iter().zip(events.words("detail")))
+        .map(|(tick, (event, detail))| (tick, event, detail))
+        .collect();
+    for row in [(1, "mark", "by the experimenter, 3"), (11, "note", "looks at the phone")] {
+        assert!(rows.contains(&(row.0, row.1.to_owned(), row.2.to_owned())), "{rows:?}");
+    }
+}
+
+/// The panel on the picture, open, whose commands are obeyed.
+fn at_the_panel() -> egui_kittest::Harness<'static, (LiveDrive, DriveOverlay)> {
+    let (live, mut overlay) = sit(false);
+    overlay.panel.open = true;
+    egui_kittest::Harness::builder()
+        .with_size(egui::vec2(1400.0, 900.0))
+        .with_context_setup(crate::panel::theme::apply)
+        .build_ui_state(
+            |ui, (live, overlay)| {
+                for command in overlay.show(ui, live, None) {
+                    overlay.obey(command, live);
+                    if live.starting().is_some() {
+                        begun(live, overlay);
+                    }
+                }
+            },
+            (live, overlay),
+        )
+}
+
+#[test]
+fn the_panels_buttons_let_time_run_hold_it_and_take_the_drive_back_to_its_start() {
+    use egui_kittest::kittest::Queryable;
+    let mut harness = at_the_panel();
+    let mut click = |button: &str| {
+        harness.get_by_role_and_label(egui::accesskit::Role::Button, button).click();
+        harness.run();
+        let (live, overlay) = harness.state_mut();
+        let ticks = frame(live, overlay);
+        (ticks, live.drive.clock.pace(), phase(live))
+    };
+    // A frame of 30 ms is three ticks.
+    assert_eq!(click("Start"), (3, Pace::RealTime, Phase::Running));
+    assert_eq!(click("Pause"), (0, Pace::Paused, Phase::Paused));
+    assert_eq!(click("+1 tick"), (1, Pace::Paused, Phase::Paused));
+    assert_eq!(click("+1 step"), (10, Pace::Paused, Phase::Paused));
+    assert_eq!(click("Restart"), (0, Pace::Paused, Phase::Ready));
+    assert_eq!(harness.state().0.drive.world.snapshot().tick.0, 0);
+}
+
+#[test]
+fn the_page_of_the_wheel_is_shown_where_it_is_asked_for_and_never_on_the_picture_of_an_attended_driver() {
+    for attended in [false, true] {
+        let (mut live, mut overlay) = sit(attended);
+        let none = "No steering wheel is plugged in";
+        assert!(!words(|ui| drop(overlay.show(ui, &live, None))).contains(none), "it is closed");
+        overlay.obey(PanelCommand::Wheel, &mut live);
+        // A window of egui's is laid out in its first pass and drawn in the second.
+        let ctx = egui::Context::default();
+        assert_eq!(words_of(&ctx, 2, |ui| drop(overlay.show(ui, &live, None))).contains(none), !attended);
+        let ctx = egui::Context::default();
+        assert!(words_of(&ctx, 2, |ui| drop(overlay.experimenter(ui, &live, None))).contains(none));
+    }
+}
+
+#[test]
+fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_begins() {
+    for attended in [false, true] {
+        let (mut live, mut overlay) = sit(attended);
+        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        frame(&mut live, &mut overlay);
+        overlay.recording_ended("the disk is full: make room".into());
+        let says = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
+        assert_eq!(
+            says(&overlay, &live),
+            if attended { "Please wait." } else { "The recording has ended. Esc leaves." }
+        );
+        let seen = if attended {
+            words(|ui| drop(overlay.experimenter(ui, &live, None)))
+        } else {
+            words(|ui| drop(overlay.show(ui, &live, None)))
+        };
+        assert!(seen.contains("the disk is full: make room"), "{seen}");
+        overlay.restart(&scenario(), &mut live);
+        assert!(!begun(&mut live, &mut overlay));
+        assert!(overlay.notes(&live, None).corner.is_empty());
+        // Held in the middle of it, as the one before.
+        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        frame(&mut live, &mut overlay);
+        assert_eq!(phase(&live), Phase::Paused);
+        assert_eq!(says(&overlay, &live), if attended { "Please wait." } else { "Paused. Space continues." });
+    }
+}
+
+#[test]
+fn settings_offer_every_map_policy_and_driver_that_comes_with_the_program() {
+    let offered = format!("{:?}", choices());
+    for (setting, names) in [
+        ("map", &["practice", "ring-250", "ring-641"][..]),
+        ("traffic", &["sumo", "native"]),
+        (
+            "policy",
+            &["auto", "none", "constant", "two-phase", "follower-stopper", "pi", "ring-250-speed", "ring-641-speed"],
+        ),
+        ("driver", &["follow", "perfect", "idm", "sloppy"]),
+    ] {
+        assert!(offered.contains(&format!("{setting:?}: ([")), "{setting}: {offered}");
+        for name in names {
+            assert!(offered.contains(&format!("{name:?}")), "{setting} {name}: {offered}");
+        }
+    }
+}
+
+#[test]
+fn words_on_the_picture_stand_in_the_upper_middle_and_the_lower_left_and_lose_no_letter_in_a_small_window() {
+    let long = "a message that is much longer than a window of 320 points is wide, so that it has to break into lines";
+    for size in [egui::vec2(320.0, 180.0), egui::vec2(1280.0, 720.0)] {
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
+        let notes = Notes { middle: "Paused. Space continues.", corner: vec![long.to_owned()], card: String::new() };
+        let ctx = egui::Context::default();
+        let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+        let mut output = ctx.run_ui(input, |ui| write_notes(ui, &notes));
+        output.textures_delta.clear();
+        let texts: Vec<(String, egui::Rect)> = output
+            .shapes
+            .iter()
+            .filter_map(|clipped| match &clipped.shape {
+                egui::Shape::Text(text) => {
+                    Some((text.galley.text().to_owned(), egui::Rect::from_min_size(text.pos, text.galley.size())))
+                }
+                _ => None,
+            })
+            .collect();
+        let [(middle, above), (corner, below)] = &texts[..] else { panic!("{texts:?}") };
+        assert_eq!((middle.as_str(), corner.as_str()), (notes.middle, long));
+        assert!(screen.contains_rect(*above) && screen.contains_rect(*below), "{size}: {above} {below}");
+        // A third of the way down, in the middle; at the lower left.
+        let centre = above.center();
+        assert!((centre.x - size.x / 2.0).abs() < 1.0 && (centre.y / size.y - 0.34).abs() < 0.01, "{size}: {centre}");
+        assert!(below.left() < 30.0 && size.y - below.bottom() < 30.0, "{size}: {below}");
+    }
+}

@@ -1,0 +1,44 @@
+//! From the world to the speedometer: the scale of the scenario, the steadied number. In: a snapshot a frame. Out: a
+//! [`Dial`].
+
+use super::{Dial, NumberFilter, Scale};
+use crate::{
+    hud,
+    sim::{Snapshot, World},
+    units::SpeedUnit,
+};
+
+/// What the speedometer keeps from frame to frame.
+#[derive(Clone, Debug)]
+pub struct Speedometer {
+    unit: SpeedUnit,
+    scale: Scale,
+    filter: NumberFilter,
+}
+
+impl Speedometer {
+    /// The speedometer of this drive; its scale stays as it is to the end.
+    pub fn new(world: &World) -> Self {
+        Self { unit: world.scenario().units, scale: Self::scale(world), filter: NumberFilter::default() }
+    }
+
+    /// The scale that the scenario names, or one that suits the drive.
+    pub fn scale(world: &World) -> Scale {
+        let (scenario, expected) = (world.scenario(), world.expected_speeds());
+        if scenario.dial_full > 0.0 {
+            return Scale::up_to(scenario.dial_full);
+        }
+        let top_mps = hud::expected_top_mps(expected.equilibrium_mps, expected.advised_mps, expected.limit_mps);
+        Dial::scale_for(top_mps, scenario.units)
+    }
+
+    /// The dial at this frame.
+    pub fn read(&mut self, snapshot: &Snapshot) -> Dial {
+        let advice = snapshot.advice.map(|advice| {
+            let (low, high) = advice.band_mps();
+            (advice.target_mps, low, high)
+        });
+        let reverse = snapshot.ego.gear < 0;
+        Dial::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse).steadied(&mut self.filter)
+    }
+}

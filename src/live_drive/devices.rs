@@ -1,0 +1,145 @@
+//! What the participant's devices do to the drive, and what they are told back. In: the rig's events, the present moment. Out:
+//! pauses, marks, wishes of the participant; force, horn and rev lamps.
+
+use super::{LiveDrive, sound};
+use crate::{
+    ego::Surface,
+    input::{Action, Feel, RigNews, Standing},
+    scene::ViewKind,
+    time::Pace,
+};
+
+impl LiveDrive {
+    /// Force, sound and lamps of the present moment.
+    pub(super) fn update_rig(&mut self) {
+        self.devices.feel(self.force_input());
+        let horn = self.devices.horn();
+        if self.sound.frame(self.running(), horn) {
+            self.note(sound::HORN, if horn { "on" } else { "off" });
+        }
+        if self.drive.world.scenario().rev_lamps {
+            let standing = self.standing();
+            if let Some(trouble) = self.devices.rig_mut().show_standing(standing) {
+                log::warn!("{trouble}");
+                self.news.push(trouble);
+            }
+        }
+    }
+
+    /// True while time runs.
+    pub(super) fn running(&self) -> bool {
+        let world = &self.drive.world;
+        self.drive.clock.pace() != Pace::Paused && world.ended().is_none() && !world.is_stopped()
+    }
+
+    /// How the speed stands to the advice.
+    pub(super) fn standing(&self) -> Standing {
+        let snapshot = self.drive.world.snapshot();
+        match snapshot.advice {
+            None => Standing::None,
+            Some(advice) if advice.accepts(snapshot.ego.speed_mps) => Standing::Within,
+            Some(advice) if snapshot.ego.speed_mps < advice.target_mps => Standing::Below,
+            Some(_) => Standing::Above,
+        }
+    }
+
+    /// What the hands are to feel of the present moment.
+    pub(super) fn force_input(&self) -> Feel {
+        let world = &self.drive.world;
+        let ego = &world.snapshot().ego;
+        let on_grass = ego.wheels[..2].iter().filter(|wheel| wheel.surface == Surface::Grass).count();
+        Feel {
+            aligning_nm: ego.steering_torque_nm.into(),
+            speed_mps: ego.speed_mps,
+            grass: on_grass as f64 / 2.0,
+            running: self.running(),
+        }
+    }
+
+    /// Reads the devices: a wheel that is unplugged holds time until it is back, buttons do what they stand for.
+    pub(super) fn poll_devices(&mut self) {
+        if self.drive.clock.pace() != Pace::Paused {
+            self.waiting = false;
+        }
+        for news in self.devices.poll() {
+            match news {
+                RigNews::Found(name) => {
+                    self.note("wheel plugged in", &self.devices.describe());
+                    self.note_profile();
+                    if std::mem::take(&mut self.waiting) {
+                        self.drive.clock.set_pace(Pace::RealTime);
+                        self.news.push(format!("{name} is back: the drive continues"));
+                    }
+                }
+                RigNews::Lost(name) => {
+                    self.note("wheel unplugged", &name);
+                    self.news.push(format!("{name} was unplugged: pedals are released"));
+                    if self.drive.clock.pace() == Pace::RealTime {
+                        self.drive.clock.set_pace(Pace::Paused);
+                        self.waiting = true;
+                    }
+                }
+                RigNews::Pressed(action) => self.pressed(action),
+                RigNews::Trouble(text) => {
+                    self.note("wheel trouble", &text);
+                    self.news.push(text);
+                }
+            }
+        }
+        self.latency.read(self.devices.newest_input());
+    }
+
+    /// Puts the car back on its lane, if it has left it and there is room.
+    pub fn put_back(&mut self) {
+        let said = self.drive.world.put_back();
+        self.news.push(said.map_or_else(|why| why.to_string(), |()| "the car is back on its lane".into()));
+    }
+
+    /// The participant pressed a button.
+    fn pressed(&mut self, action: Action) {
+        if action == Action::Recentre && self.drive.world.is_astray() {
+            return self.put_back();
+        }
+        if self.led {
+            self.pressed.push(action);
+            return;
+        }
+        match action {
+            Action::Reverse | Action::Horn => {}
+            Action::Start => self.drive.clock.set_pace(Pace::RealTime),
+            Action::Recentre => self.picture.kind = ViewKind::Driver,
+            Action::Mark => {
+                self.note("mark", "by the participant");
+                self.news.push("marked".into());
+            }
+            Action::Answer => self.note("answer", "button"),
+            Action::Abort => {
+                self.note("abort asked for", "button");
+                self.drive.clock.set_pace(Pace::Paused);
+                self.news.push("the participant asks to end the drive: Esc ends it, Space continues".into());
+            }
+        }
+    }
+
+    /// The wheel's whole profile into the recording.
+    pub(super) fn note_profile(&mut self) {
+        if let Some(profile) = self.devices.wheel_profile().map(crate::input::Profile::to_toml) {
+            self.note("wheel profile", &profile);
+        }
+    }
+
+    /// True while the drive stands because the wheel was unplugged.
+    pub fn waits_for_wheel(&self) -> bool {
+        self.waiting && self.drive.clock.pace() == Pace::Paused
+    }
+
+    /// What has happened to the devices since the last call, for the desk to say.
+    pub fn take_news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// Buttons that were pressed since the last call, in a session.
+    pub fn take_pressed(&mut self) -> Vec<Action> {
+        std::mem::take(&mut self.pressed)
+    }
+}

@@ -1,0 +1,142 @@
+//! How the loop does, for the experimenter's lamps. In: every frame's times. Out: a [`Health`].
+
+use super::LiveDrive;
+use crate::{
+    panel::{
+        Phase,
+        experimenter::{Health, RecordingHealth, WheelHealth},
+    },
+    time::Pace,
+};
+use std::{collections::VecDeque, time::Duration};
+
+/// Time over which frame times are looked at.
+const LATELY: Duration = Duration::from_millis(1500);
+/// Time over which dropped time counts as fresh.
+const FRESH: Duration = Duration::from_secs(10);
+
+/// Times of the last frames.
+#[derive(Debug, Default)]
+pub struct LoopHealth {
+    /// Time from one frame to the next, newest last, and their sum.
+    frames: VecDeque<Duration>,
+    sum: Duration,
+    /// Time of the loop, and when time was dropped.
+    now: Duration,
+    drops: VecDeque<(Duration, Duration)>,
+    dropped: Duration,
+    had_wheel: bool,
+}
+
+impl LoopHealth {
+    /// A frame was shown, `elapsed` after the one before; `dropped` of that was given up.
+    pub fn frame(&mut self, elapsed: Duration, dropped: Duration) {
+        self.now += elapsed;
+        if !elapsed.is_zero() {
+            self.frames.push_back(elapsed);
+            self.sum += elapsed;
+        }
+        while self.frames.len() > 1 && self.sum > LATELY {
+            self.sum -= self.frames.pop_front().unwrap_or_default();
+        }
+        if !dropped.is_zero() {
+            self.dropped += dropped;
+            self.drops.push_back((self.now, dropped));
+        }
+        while self.drops.front().is_some_and(|(at, _)| self.now - *at > FRESH) {
+            self.drops.pop_front();
+        }
+    }
+
+    /// Mean time from frame to frame, milliseconds.
+    pub fn frame_ms(&self) -> f64 {
+        ms(self.sum) / self.frames.len().max(1) as f64
+    }
+
+    /// What the lamps show.
+    pub fn health(&mut self, live: &LiveDrive, engine: &str, error: Option<&str>) -> Health {
+        let longest = self.frames.iter().max().copied().unwrap_or_default();
+        let fresh: Duration = self.drops.iter().map(|(_, dropped)| *dropped).sum();
+        Health {
+            frame_ms: [self.frame_ms(), ms(longest)],
+            dropped_s: [self.dropped.as_secs_f64(), fresh.as_secs_f64()],
+            latency_ms: live.latency().input_to_frame().map(|spread| [spread.median_s, spread.p99_s].map(|s| 1e3 * s)),
+            recording: live.writer_status().map(|writer_status| RecordingHealth {
+                waiting: writer_status.waiting(),
+                free_gb: writer_status.free_bytes().map(|bytes| bytes as f64 / 1e9),
+            }),
+            wheel: self.wheel(live),
+            contacts: live.contacts().health(),
+            engine: engine.to_owned(),
+            error: error.map(str::to_owned),
+        }
+    }
+
+    fn wheel(&mut self, live: &LiveDrive) -> WheelHealth {
+        match live.devices.wheel_profile() {
+            Some(profile) => {
+                self.had_wheel = true;
+                WheelHealth::There(profile.name.clone())
+            }
+            None if self.had_wheel => WheelHealth::Lost,
+            None => WheelHealth::None,
+        }
+    }
+}
+
+/// Where a drive is, as the panels say it.
+pub fn phase(live: &LiveDrive) -> Phase {
+    match live.drive.clock.pace() {
+        _ if live.starting().is_some() => Phase::Starting,
+        _ if live.is_stopped() => Phase::Ended,
+        _ if live.drive.world.ended().is_some() => Phase::Ended,
+        Pace::Paused if live.drive.world.snapshot().tick.0 == 0 => Phase::Ready,
+        Pace::Paused => Phase::Paused,
+        _ => Phase::Running,
+    }
+}
+
+fn ms(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAME: Duration = Duration::from_millis(20);
+
+    #[test]
+    fn frame_times_are_those_of_the_last_second_and_a_half() {
+        let mut pulse = LoopHealth::default();
+        pulse.frame(Duration::from_millis(900), Duration::ZERO);
+        (0..20).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
+        assert!(pulse.frames.contains(&Duration::from_millis(900)));
+        (0..80).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
+        assert_eq!(pulse.frame_ms(), 20.0);
+    }
+
+    #[test]
+    fn a_second_and_a_half_is_looked_at_to_its_end() {
+        let mut pulse = LoopHealth::default();
+        (0..75).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
+        assert_eq!((pulse.frames.len(), pulse.sum), (75, LATELY));
+        pulse.frame(FRAME, Duration::ZERO);
+        assert_eq!((pulse.frames.len(), pulse.sum), (75, LATELY));
+        // One that took longer than all of it is the only one that is known.
+        pulse.frame(Duration::from_secs(2), Duration::ZERO);
+        assert_eq!((pulse.frames.len(), pulse.frame_ms()), (1, 2000.0));
+    }
+
+    #[test]
+    fn dropped_time_is_fresh_for_ten_seconds_and_never_forgotten() {
+        let mut pulse = LoopHealth::default();
+        pulse.frame(FRAME, Duration::from_millis(300));
+        let fresh = |pulse: &LoopHealth| pulse.drops.iter().map(|(_, dropped)| *dropped).sum::<Duration>();
+        (0..500).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
+        assert_eq!(fresh(&pulse), Duration::from_millis(300));
+        pulse.frame(FRAME, Duration::ZERO);
+        assert_eq!(fresh(&pulse), Duration::ZERO);
+        assert_eq!(pulse.dropped, Duration::from_millis(300));
+    }
+}

@@ -1,0 +1,315 @@
+//! A drive with a person in it, without window or GPU: devices in, pictures' contents out. In: elapsed time, commands.
+//! Out: the [`View`] of the moment.
+//!
+//! * [`start`]: a drive that begins beside the loop; `restart`: another one in the place of this.
+//! * `devices`: what the participant's devices do to the drive, and what the rig is told back.
+//! * `drive_picture`: what is to be seen; `flash_patch`: the square for a photodiode; [`sound`]: what is to be heard.
+//! * `recording`: its files. [`latency`], `loop_health`, [`contacts`]: what the experimenter watches.
+//! * [`wheel_calibration`]: the page of wheel and pedals at work.
+
+pub mod contacts;
+mod devices;
+mod drive_picture;
+mod flash_patch;
+pub mod latency;
+mod loop_health;
+mod recording;
+mod restart;
+pub mod sound;
+pub mod start;
+pub mod wheel_calibration;
+
+use self::{
+    contacts::Contacts,
+    latency::{InputLatency, Latency},
+    recording::DriveRecording,
+    sound::Sound,
+    start::{PendingDrive, ReadyDrive},
+};
+use crate::{
+    drive_loop::{
+        Drive, RunError,
+        drive::{PATIENCE, note_failure},
+        summary_text,
+    },
+    input::{Action, Devices, Stamp},
+    record::{WriterStatus, inputs, manifest::Screen, tables::FrameRow},
+    render::Gpu,
+    scene::{Stage, View},
+    sim::{Scenario, Summary, Tally, World},
+    study::Code,
+    time::{Due, Pace},
+};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+pub use drive_picture::DrivePicture;
+pub use loop_health::{LoopHealth, phase};
+pub use restart::RestartOutcome;
+
+/// A drive as its window shows it.
+pub struct LiveDrive {
+    /// World and clock.
+    pub drive: Drive,
+    /// The one that is to come after it, and why that which was asked for did not.
+    starting: Option<PendingDrive>,
+    refused: Option<RunError>,
+    /// The participant's devices.
+    pub devices: Devices,
+    /// What is to be seen of it.
+    pub picture: DrivePicture,
+    tally: Tally,
+    /// Contacts so far, for the windows.
+    contacts: Contacts,
+    lane_help: bool,
+    recording: DriveRecording,
+    latency: InputLatency,
+    sound: Sound,
+    /// True while the drive stands because the wheel was unplugged.
+    waiting: bool,
+    /// What the desk has to say.
+    news: Vec<String>,
+    /// In a session buttons only ask: whoever leads it lets time run and holds it. What they asked for.
+    led: bool,
+    pressed: Vec<Action>,
+}
+
+impl LiveDrive {
+    /// Starts a drive and builds what is to be seen of its map.
+    ///
+    /// # Errors
+    /// The world cannot start.
+    pub fn new(scenario: &Scenario, pace: Pace, devices: Devices) -> Result<Self, RunError> {
+        let drive = Drive::new(scenario, pace)?;
+        let stage = start::stage(&drive.world);
+        Ok(Self::with(drive, stage, devices))
+    }
+
+    fn with(drive: Drive, stage: Stage, devices: Devices) -> Self {
+        let scenario = drive.world.scenario();
+        let sound = Sound::new(scenario);
+        Self {
+            picture: DrivePicture::new(&drive.world, stage),
+            tally: Tally::new([0.0, f64::INFINITY]),
+            contacts: Contacts::default(),
+            lane_help: scenario.lane_help,
+            drive,
+            starting: None,
+            refused: None,
+            devices,
+            recording: DriveRecording::default(),
+            latency: InputLatency::default(),
+            sound,
+            waiting: false,
+            news: Vec::new(),
+            led: false,
+            pressed: Vec::new(),
+        }
+    }
+
+    /// A drive of a session, put in place and held: buttons only ask (see [`LiveDrive::take_pressed`]).
+    ///
+    /// # Errors
+    /// The world cannot start; the devices are where they were.
+    pub fn led(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, RunError> {
+        let drive = Drive::new(scenario, Pace::Paused)?;
+        let stage = Some(start::stage(&drive.world));
+        Ok(Self::led_from(ReadyDrive { drive, stage }, devices.take().unwrap_or_else(Devices::open)))
+    }
+
+    /// The same of a drive that has begun elsewhere.
+    pub fn led_from(started: ReadyDrive, mut devices: Devices) -> Self {
+        let ReadyDrive { drive, stage } = started;
+        devices.rest();
+        let stage = stage.unwrap_or_else(|| start::stage(&drive.world));
+        Self { led: true, ..Self::with(drive, stage, devices) }
+    }
+
+    /// The devices, for what comes after the drive.
+    pub fn into_devices(self) -> Devices {
+        self.devices
+    }
+
+    /// The drive lasts so many seconds longer.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn extend(&mut self, seconds: f64) -> Result<(), RunError> {
+        self.drive.world.extend(seconds);
+        let longer = inputs::portable(&self.drive.world);
+        self.recording.set_scenario(&longer)
+    }
+
+    /// Records this drive in `folder` from here on.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record(&mut self, folder: &Path, gpu: &Gpu) -> Result<(), RunError> {
+        self.record_of(folder, gpu, None)
+    }
+
+    /// The same for a participant of a study.
+    ///
+    /// # Errors
+    /// The folder holds a recording, or the system refuses.
+    pub fn record_of(&mut self, folder: &Path, gpu: &Gpu, participant: Option<&Code>) -> Result<(), RunError> {
+        // What is plugged in already is in the manifest.
+        self.poll_devices();
+        let (world, driver) = (&self.drive.world, self.devices.describe());
+        self.recording.begin(folder, world, driver, gpu, participant)?;
+        self.note_profile();
+        Ok(())
+    }
+
+    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
+    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) {
+        let patch = self.picture.shown();
+        let [input_to_tick_s, latency_s] = self.latency.shown(elapsed);
+        self.recording.frame(FrameRow {
+            frame: 0,
+            tick: self.drive.world.snapshot().tick,
+            fraction: self.drive.clock.fraction().into(),
+            wall_s: wall.as_secs_f64(),
+            elapsed_s: elapsed.as_secs_f64(),
+            dropped_s: due.dropped.as_secs_f64(),
+            latency_s,
+            input_to_tick_s,
+            flash: patch,
+        });
+    }
+
+    /// How the recording does; `None` if the drive is not recorded.
+    pub fn writer_status(&self) -> Option<&WriterStatus> {
+        self.recording.writer_status()
+    }
+
+    /// Where the drive is recorded; `None` if it is not.
+    pub fn recorded_in(&self) -> Option<&Path> {
+        self.recording.folder()
+    }
+
+    /// Hands to the disk what was recorded since the last time.
+    ///
+    /// # Errors
+    /// The disk is full or too slow; the drive must end, everything before is kept.
+    pub fn flush(&mut self) -> Result<(), RunError> {
+        self.recording.flush()
+    }
+
+    /// Notes something in the recording that the world does not know of.
+    pub fn note(&mut self, kind: &str, detail: &str) {
+        self.recording.note(self.drive.world.snapshot().tick, kind, detail);
+    }
+
+    /// Ends the recording, if there is one. Returns where it lies.
+    ///
+    /// # Errors
+    /// The disk refuses; what was recorded can be recovered.
+    pub fn finish_recording(&mut self) -> Result<Option<PathBuf>, RunError> {
+        self.recording.finish(&self.tally.summary())
+    }
+
+    /// One frame of simulation. `watch` sees the world after each tick.
+    ///
+    /// # Errors
+    /// The traffic engine failed.
+    pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, RunError> {
+        self.poll_devices();
+        self.contacts.pass(elapsed);
+        if self.drive.world.is_stopped() {
+            self.update_rig();
+            return Ok(Due::default());
+        }
+        let Self { drive, devices, tally, contacts, lane_help, recording, sound, picture, .. } = self;
+        drive.patience = PATIENCE;
+        let mut recorded = Ok(());
+        recording.force(devices.torque_nm());
+        let ticked = Stamp::now();
+        let due = drive.frame(
+            elapsed,
+            |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
+            |world, controls| {
+                tally.add(world.snapshot(), world.events());
+                contacts.tick(world);
+                sound.tick(world, controls);
+                picture.tick(world, controls);
+                watch(world);
+                if recorded.is_ok() {
+                    recorded = recording.tick(world, controls);
+                }
+            },
+        );
+        let due = due.inspect_err(|error| note_failure(tally, error))?;
+        recorded?;
+        self.news.extend(self.contacts.take_words());
+        if due.ticks > 0 {
+            self.latency.used(ticked);
+        }
+        self.update_rig();
+        Ok(due)
+    }
+
+    /// Begins to play the drive's sound.
+    pub fn open_sound(&mut self) {
+        self.sound.open(self.drive.world.scenario());
+    }
+
+    /// The screen that the pictures come to, for the recording and the corner of the picture.
+    pub fn set_screen(&mut self, screen: Screen) {
+        self.latency.screen(screen.refresh_hz, &screen.present_mode);
+        self.recording.set_screen(screen);
+    }
+
+    /// The drive so far in numbers.
+    pub fn summary(&self) -> Summary {
+        self.tally.summary()
+    }
+
+    /// Contacts so far.
+    pub fn contacts(&self) -> &Contacts {
+        &self.contacts
+    }
+
+    /// Delays of the last seconds.
+    pub fn latency(&self) -> &Latency {
+        self.latency.lately()
+    }
+
+    /// What is to be seen now; to be asked once a picture.
+    pub fn view(&mut self) -> View {
+        self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction())
+    }
+
+    /// A person holds the drive, or lets it go on: a wheel that comes back meanwhile changes nothing about that.
+    pub fn hold(&mut self, held: bool) {
+        self.waiting = false;
+        self.drive.clock.set_pace(if held { Pace::Paused } else { Pace::RealTime });
+    }
+
+    /// Pauses, or goes on in real time.
+    pub fn toggle_pause(&mut self) {
+        self.hold(self.drive.clock.pace() != Pace::Paused);
+    }
+
+    /// Lane help on or off.
+    pub fn toggle_lane_help(&mut self) {
+        self.lane_help = !self.lane_help;
+    }
+
+    /// True while lane help steers along.
+    pub fn lane_help(&self) -> bool {
+        self.lane_help
+    }
+
+    /// The drive so far in words.
+    pub fn words(&self) -> String {
+        let world = &self.drive.world;
+        let (who, policy) = (self.devices.describe(), world.policy().words());
+        summary_text::summary(world.scenario(), &world.traffic_engine(), &who, &policy, &self.tally.summary())
+    }
+}
+
+#[cfg(test)]
+mod tests;

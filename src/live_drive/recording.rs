@@ -1,0 +1,86 @@
+//! The recording of a live drive. In: ticks, frames, notes. Out: files, while there is a recorder; nothing otherwise.
+
+use crate::{
+    drive_loop::{RunError, recording_manifest},
+    ego::Controls,
+    record::{Manifest, RecordError, Recorder, WriterStatus, manifest::Screen, tables::FrameRow},
+    render::Gpu,
+    sim::{Scenario, Summary, World},
+    study::Code,
+    time::Tick,
+};
+use std::path::{Path, PathBuf};
+
+/// The recorder of a drive, if it is recorded, and what it is told of each frame.
+#[derive(Default)]
+pub(super) struct DriveRecording {
+    pub(super) recorder: Option<Recorder>,
+    /// Frames that were recorded in this window.
+    frames: u64,
+    screen: Option<Screen>,
+}
+
+impl DriveRecording {
+    pub(super) fn begin(
+        &mut self,
+        folder: &Path,
+        world: &World,
+        driver: String,
+        gpu: &Gpu,
+        participant: Option<&Code>,
+    ) -> Result<(), RunError> {
+        let participant = participant.map(|code| code.as_str().to_owned());
+        let drive = recording_manifest::manifest(world, driver, Some(gpu.description()));
+        let manifest = Manifest { participant, screen: self.screen.clone(), ..drive };
+        self.recorder = Some(recording_manifest::begin(folder, world, manifest)?);
+        Ok(())
+    }
+
+    pub(super) fn set_screen(&mut self, screen: Screen) {
+        self.screen = Some(screen);
+    }
+
+    /// The scenario has changed while it is driven.
+    pub(super) fn set_scenario(&self, scenario: &Scenario) -> Result<(), RunError> {
+        Ok(self.recorder.as_ref().map_or(Ok(()), |recorder| recorder.set_scenario(scenario))?)
+    }
+
+    pub(super) fn force(&mut self, torque_nm: Option<f64>) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.force(torque_nm);
+        }
+    }
+
+    pub(super) fn tick(&mut self, world: &World, controls: &Controls) -> Result<(), RecordError> {
+        self.recorder.as_mut().map_or(Ok(()), |recorder| recorder.tick(world, controls))
+    }
+
+    /// A frame was shown; its number is set here.
+    pub(super) fn frame(&mut self, row: FrameRow) {
+        let Some(recorder) = &mut self.recorder else { return };
+        recorder.frame(FrameRow { frame: self.frames, ..row });
+        self.frames += 1;
+    }
+
+    pub(super) fn note(&mut self, tick: Tick, kind: &str, detail: &str) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(tick, kind, detail);
+        }
+    }
+
+    pub(super) fn writer_status(&self) -> Option<&WriterStatus> {
+        self.recorder.as_ref().map(Recorder::writer_status)
+    }
+
+    pub(super) fn folder(&self) -> Option<&Path> {
+        self.recorder.as_ref().map(Recorder::folder)
+    }
+
+    pub(super) fn flush(&mut self) -> Result<(), RunError> {
+        Ok(self.recorder.as_mut().map_or(Ok(()), Recorder::flush)?)
+    }
+
+    pub(super) fn finish(&mut self, summary: &Summary) -> Result<Option<PathBuf>, RunError> {
+        Ok(self.recorder.take().map(|recorder| recorder.finish(summary)).transpose()?)
+    }
+}

@@ -1,0 +1,46 @@
+//! The calibration page at work. In: its commands. Out: what it shows of the participant's wheel, and a profile on disk.
+
+use super::LiveDrive;
+use crate::{
+    input::{Rig, calibrate::Step, profiles},
+    panel::calibration::{CalibrationCommand, CalibrationProgress, Wheel},
+    time::Pace,
+};
+
+/// The wheel as the page shows it; `None` where none is plugged in.
+pub fn wheel(rig: &Rig) -> Option<Wheel> {
+    let (device, raw, last_button) = rig.raw()?;
+    let profile = rig.profile()?.clone();
+    let asked = rig.calibration().map(|calibration| CalibrationProgress {
+        step: calibration.step(),
+        bars: calibration.bars(),
+        learnt: (calibration.step() == Step::Done).then(|| calibration.profile(&device.name)),
+    });
+    Some(Wheel { device: device.name.clone(), profile, raw: raw.clone(), last_button, asked })
+}
+
+impl LiveDrive {
+    /// Does what the page asks for. What there is to say of it.
+    pub fn calibrate(&mut self, command: CalibrationCommand) -> Option<String> {
+        match command {
+            CalibrationCommand::Begin => {
+                // Hands and feet answer questions now, they do not drive; time stands, and with it the force.
+                self.drive.clock.set_pace(Pace::Paused);
+                self.devices.rig_mut().calibrate().err().map(|error| error.to_string())
+            }
+            CalibrationCommand::Cancel | CalibrationCommand::Close => {
+                self.devices.rig_mut().end_calibration();
+                None
+            }
+            CalibrationCommand::Save(profile) => Some(match profiles::save(&profile, None) {
+                Ok(path) => {
+                    let name = profile.name.clone();
+                    self.note("wheel calibrated", &name);
+                    self.devices.rig_mut().take(*profile);
+                    format!("Profile {name} is saved in {} and drives from now on.", path.display())
+                }
+                Err(error) => error.to_string(),
+            }),
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! How much work the picture may be on this machine: chosen before the drive, because another quality means other
+//! pipelines, which are never made while driving. In: the scenario's level, pictures drawn for a trial. Out: a
+//! [`Renderer`].
+
+use super::{Gpu, GpuError, Quality, Renderer, canvas};
+use crate::{
+    scene::{Stage, View},
+    sim::QualityLevel,
+};
+use std::time::{Duration, Instant};
+
+/// A picture may take this long: three quarters of a frame of a 60 Hz screen, the rest is for the world and the panel.
+const BUDGET: Duration = Duration::from_micros(12_500);
+/// Pictures drawn for a trial, after one that makes what is made at a first use.
+const TRIALS: usize = 3;
+
+/// The renderer's settings of a level on this adapter. Auto is what the adapter can be expected to do.
+pub fn quality_for(level: QualityLevel, gpu: &Gpu) -> Quality {
+    match level {
+        QualityLevel::Low => Quality::LOW,
+        QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,
+        QualityLevel::Medium => Quality::MEDIUM,
+        QualityLevel::High => Quality::HIGH,
+        QualityLevel::Auto => quality_for(expected(gpu), gpu),
+    }
+}
+
+/// The level that an adapter of this kind begins with.
+fn expected(gpu: &Gpu) -> QualityLevel {
+    match gpu.info.device_type {
+        wgpu::DeviceType::Cpu => QualityLevel::Low,
+        _ => QualityLevel::High,
+    }
+}
+
+/// The level below, if a picture took longer than it may.
+fn instead(level: QualityLevel, took: Duration) -> Option<QualityLevel> {
+    match level {
+        _ if took <= BUDGET => None,
+        QualityLevel::High | QualityLevel::Auto => Some(QualityLevel::Medium),
+        QualityLevel::Medium => Some(QualityLevel::Low),
+        QualityLevel::Low => None,
+    }
+}
+
+/// A renderer of the scenario's level; for `auto` one whose pictures of `view` at `size` pixels keep up with the screen,
+/// as far as any level does. On a processor that is the lowest, without a trial.
+///
+/// # Errors
+/// The device is lost.
+pub fn renderer_that_keeps_up(
+    gpu: &Gpu,
+    stage: &Stage,
+    format: wgpu::TextureFormat,
+    asked: QualityLevel,
+    view: &View,
+    size: [u32; 2],
+) -> Result<Renderer, GpuError> {
+    let mut level = if asked == QualityLevel::Auto { expected(gpu) } else { asked };
+    loop {
+        let mut renderer = Renderer::new(gpu, stage, format, quality_for(level, gpu));
+        if asked != QualityLevel::Auto || level == QualityLevel::Low {
+            return Ok(renderer);
+        }
+        let took = trial(gpu, &mut renderer, format, view, size)?;
+        match instead(level, took) {
+            None => {
+                log::info!("quality {level}: a picture takes {:.1} ms", took.as_secs_f64() * 1e3);
+                return Ok(renderer);
+            }
+            Some(lower) => {
+                log::info!("quality {lower}: at {level} a picture takes {:.1} ms", took.as_secs_f64() * 1e3);
+                level = lower;
+            }
+        }
+    }
+}
+
+/// The median of a few pictures, each waited for.
+fn trial(
+    gpu: &Gpu,
+    renderer: &mut Renderer,
+    format: wgpu::TextureFormat,
+    view: &View,
+    size: [u32; 2],
+) -> Result<Duration, GpuError> {
+    let target = canvas(gpu, format, size);
+    let mut times = Vec::new();
+    for _ in 0..=TRIALS {
+        let begin = now();
+        renderer.draw(view, None, &target, size);
+        gpu.finish()?;
+        times.push(begin.elapsed());
+    }
+    times.remove(0);
+    times.sort();
+    Ok(times[TRIALS / 2])
+}
+
+#[allow(clippy::disallowed_methods, reason = "how long a picture takes is what is measured here")]
+fn now() -> Instant {
+    Instant::now()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_late_picture_means_a_lower_level_and_one_in_time_or_the_lowest_stays() {
+        let (soon, late) = (Duration::from_millis(9), Duration::from_millis(13));
+        for level in [QualityLevel::Low, QualityLevel::Medium, QualityLevel::High] {
+            assert_eq!(instead(level, soon), None);
+        }
+        assert_eq!(instead(QualityLevel::High, late), Some(QualityLevel::Medium));
+        assert_eq!(instead(QualityLevel::Medium, late), Some(QualityLevel::Low));
+        assert_eq!(instead(QualityLevel::Low, late), None);
+        // Three quarters of a sixtieth of a second, and the least more.
+        let edge = Duration::from_secs(1) * 3 / 4 / 60;
+        assert_eq!(instead(QualityLevel::High, edge), None);
+        assert_eq!(instead(QualityLevel::Auto, edge + Duration::from_nanos(1)), Some(QualityLevel::Medium));
+    }
+}

@@ -1,0 +1,250 @@
+//! A recorded drive once more. In: a recording. Out: the same world tick by tick, with the proof that it is the same: the
+//! fingerprint of every snapshot; in a [`window`], too, or with something changed ([`what_if`]).
+
+pub mod snapshot_timeline;
+mod sound_track;
+mod verifier;
+mod what_if;
+pub mod window;
+
+pub use sound_track::SoundTrack;
+pub use verifier::{ReplayHeader, VerificationProgress, Verifier};
+pub use what_if::{WhatIfComparison, changes, what_if, words};
+
+use crate::{
+    drive_loop::{Drive, RunError},
+    ego::Controls,
+    hud::Speedometer,
+    record::{self, Change, Comparison, Difference, Reader, Table, tables::PUT_BACK},
+    render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
+    scene::{self, Stage, ViewKind, view_options},
+    sim::{QualityLevel, Scenario, World},
+    time::{Pace, Tick},
+    traffic::EngineChoice,
+};
+use std::{path::Path, str::FromStr, time::Duration};
+
+/// What a replay found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReplayReport {
+    /// Ticks that were driven again.
+    pub ticks: u64,
+    /// The first tick whose world or rows differ from the recorded ones; `None` if all bits are equal.
+    pub first_difference: Option<u64>,
+    /// The cell that differs there.
+    pub difference: Option<Difference>,
+    /// How many cells of the tables differ.
+    pub cells: u64,
+    /// Files of the recording that are not as they were written; `None` where that was never noted, as by an earlier version.
+    pub changes: Option<Vec<Change>>,
+    /// The tick from which on rows of the ego are missing: the replay ends there.
+    pub hole: Option<Tick>,
+}
+
+impl ReplayReport {
+    /// Nothing was found that is not as it was recorded.
+    pub fn is_proven(&self) -> bool {
+        self.first_difference.is_none() && self.hole.is_none() && self.changes.as_ref().is_none_or(Vec::is_empty)
+    }
+}
+
+/// A recording being driven again.
+pub struct Replay {
+    drive: Drive,
+    recorded: Comparison,
+    /// Ticks that were recorded, to the first hole of a recording that was damaged.
+    ticks: u64,
+    /// Ticks with which the car was put back on its lane, the first one last.
+    put_back: Vec<u64>,
+    controls: Controls,
+    verdict: ReplayReport,
+}
+
+impl Replay {
+    /// Puts the recorded world at its start.
+    ///
+    /// # Errors
+    /// The folder holds no recording that has ended, or its scenario cannot be driven here.
+    pub fn open(recording: &Path) -> Result<Self, RunError> {
+        Self::of(recording, &scenario_here(recording)?)
+    }
+
+    /// The same of what [`scenario_here`] gave.
+    fn of(recording: &Path, scenario: &Scenario) -> Result<Self, RunError> {
+        Ok(Self {
+            drive: Drive::new(scenario, Pace::Paused)?,
+            recorded: Comparison::open(recording)?,
+            ticks: record::count(recording, Table::Ego)?,
+            put_back: put_back(recording)?,
+            controls: Controls::default(),
+            verdict: ReplayReport { changes: record::changes(recording)?, ..ReplayReport::default() },
+        })
+    }
+
+    /// How many ticks were recorded, to the first hole of a recording that was damaged.
+    pub fn len(&self) -> u64 {
+        self.ticks
+    }
+
+    /// True if nothing was recorded.
+    pub fn is_empty(&self) -> bool {
+        self.ticks == 0
+    }
+
+    /// The world as it is now.
+    pub fn world(&self) -> &World {
+        &self.drive.world
+    }
+
+    /// True when all recorded ticks have been driven.
+    pub fn over(&self) -> bool {
+        self.verdict.ticks >= self.len()
+    }
+
+    /// Drives `ticks` on, or to the end of the recording.
+    ///
+    /// # Errors
+    /// The traffic engine failed, or the recording cannot be read on.
+    pub fn advance(&mut self, ticks: u64) -> Result<(), RunError> {
+        for _ in 0..ticks {
+            if self.over() {
+                break;
+            }
+            let due = Tick(self.verdict.ticks + 1);
+            let Some(controls) = self.recorded.controls(due)? else {
+                (self.verdict.hole, self.ticks) = (Some(due), self.verdict.ticks);
+                break;
+            };
+            self.controls = controls;
+            if self.put_back.pop_if(|tick| *tick == due.0).is_some() {
+                // Where that is not possible any more, the missing event is the difference.
+                let _ = self.drive.world.put_back();
+            }
+            self.drive.clock.single_step(1);
+            self.drive.frame(Duration::ZERO, |_| controls, |_, _| ())?;
+            self.recorded.tick(&self.drive.world, &controls)?;
+            self.verdict.ticks += 1;
+        }
+        if self.over() {
+            self.recorded.end(Tick(self.ticks))?;
+        }
+        if let (None, Some(first)) = (&self.verdict.difference, self.recorded.first()) {
+            self.verdict.first_difference = Some(first.tick.0);
+            self.verdict.difference = Some(first.clone());
+        }
+        self.verdict.cells = self.recorded.cells();
+        Ok(())
+    }
+
+    /// The controls of the last tick; at rest before the first.
+    pub fn controls(&self) -> Controls {
+        self.controls
+    }
+
+    /// What was found so far.
+    pub fn verdict(&self) -> &ReplayReport {
+        &self.verdict
+    }
+}
+
+/// Ticks with which the car was put back on its lane, the last one first.
+fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
+    let mut found = Vec::new();
+    for part in Reader::parts(&Table::Events.parquet(recording), &["tick", "event"])? {
+        let part = part?;
+        let events = part.wholes("tick").into_iter().zip(part.words("event"));
+        found.extend(events.filter(|(_, event)| event == PUT_BACK).map(|(tick, _)| tick));
+    }
+    found.reverse();
+    Ok(found)
+}
+
+/// The scenario of a recording as it is driven again: in this program, also where the SUMO was elsewhere; says so.
+fn scenario_here(recording: &Path) -> Result<Scenario, RunError> {
+    record::open(recording)?;
+    let mut scenario = record::inputs::scenario(recording)?;
+    if let Some(stand_in) = EngineChoice::from_str(&scenario.traffic).ok().and_then(|engine| engine.stand_in()) {
+        let (folder, there) = (recording.display(), &scenario.traffic);
+        log::warn!(
+            "{folder}: driven on the SUMO at {there}; driven again on SUMO in this program, where cars move alike"
+        );
+        scenario.traffic = stand_in.to_string();
+    }
+    Ok(scenario)
+}
+
+/// Draws a replay.
+pub struct ReplayRenderer {
+    gpu: Gpu,
+    stage: Stage,
+    renderer: Renderer,
+    instruments: Speedometer,
+    kind: ViewKind,
+    size: [u32; 2],
+}
+
+impl ReplayRenderer {
+    /// For one view at one size, in the quality that the scenario names (medium for auto: nobody waits).
+    ///
+    /// # Errors
+    /// No graphics adapter.
+    pub fn new(replay: &Replay, kind: ViewKind, size: [u32; 2]) -> Result<Self, RunError> {
+        let world = replay.world();
+        let gpu = Gpu::headless()?;
+        let stage = Stage::build(world.map(), world.scenario().seed);
+        let level = match world.scenario().quality {
+            QualityLevel::Auto => QualityLevel::Medium,
+            level => level,
+        };
+        let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(level, &gpu));
+        let instruments = Speedometer::new(world);
+        Ok(Self { gpu, stage, renderer, instruments, kind, size })
+    }
+
+    /// The picture of the present tick.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn draw(&mut self, replay: &Replay) -> Result<image::RgbaImage, RunError> {
+        let world = replay.world();
+        let options = view_options(world.scenario());
+        let mut view = scene::view(world.snapshot(), 1.0, self.kind, &options, &self.stage);
+        view.dial = self.kind.has_dial().then(|| self.instruments.read(world.snapshot()));
+        Ok(render_to_image(&self.gpu, &mut self.renderer, &view, self.size)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive_loop::recording_manifest;
+
+    #[test]
+    fn a_car_that_was_put_back_on_its_lane_is_put_back_at_the_same_tick_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive");
+        let scenario =
+            Scenario { traffic: "native".into(), vehicles: 6, trees: 0, duration_s: 12.0, ..Scenario::default() };
+        let mut world = World::new(&scenario).unwrap();
+        let mut tally = crate::sim::Tally::new([0.0, f64::INFINITY]);
+        let mut recorder =
+            recording_manifest::begin(&path, &world, recording_manifest::manifest(&world, "test".into(), None))
+                .unwrap();
+        let away = Controls { throttle: 0.5, steering_wheel_rad: 3.0, ..Controls::default() };
+        let mut wished = 0;
+        while world.ended().is_none() {
+            if world.snapshot().lane_offset_m.abs() > 4.0 {
+                wished += u32::from(world.put_back().is_ok());
+            }
+            world.tick(&away).unwrap();
+            tally.add(world.snapshot(), world.events());
+            recorder.tick(&world, &away).unwrap();
+        }
+        recorder.finish(&tally.summary()).unwrap();
+        assert!(wished > 1, "left the road and was put back {wished} times");
+        let mut replay = Replay::open(&path).unwrap();
+        assert_eq!(replay.put_back.len(), wished as usize);
+        replay.advance(u64::MAX).unwrap();
+        assert!(replay.verdict().is_proven() && replay.verdict().ticks == 1200, "{:?}", replay.verdict());
+    }
+}

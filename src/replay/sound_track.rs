@@ -1,0 +1,63 @@
+//! The sound of a recorded drive, off-line. In: a replay tick by tick, the recording's events. Out: a file.
+
+use super::Replay;
+use crate::{
+    audio::SoundFile,
+    drive_loop::RunError,
+    live_drive::sound::{HORN, Sound},
+    record::{Reader, RecordError, Table},
+};
+use std::path::{Path, PathBuf};
+
+/// The sound of a recorded drive, tick by tick into a file.
+pub struct SoundTrack {
+    path: PathBuf,
+    file: SoundFile,
+    sound: Sound,
+    /// Ticks at which a hand came to the horn (true) or went, in order.
+    horn: Vec<(u64, bool)>,
+    held: bool,
+}
+
+impl SoundTrack {
+    /// Begins the file, at the scenario's levels; the recording tells when the horn was held.
+    ///
+    /// # Errors
+    /// There is such a file already, or the recording's events cannot be read.
+    pub fn begin(path: &Path, replay: &Replay, recording: &Path) -> Result<Self, RunError> {
+        let events = Reader::parquet(&Table::Events.parquet(recording))?;
+        let rows = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
+        let mut horn: Vec<(u64, bool)> =
+            rows.filter(|(_, (event, _))| event == HORN).map(|(tick, (_, how))| (tick, how == "on")).collect();
+        horn.sort_by_key(|(tick, _)| *tick);
+        horn.reverse();
+        let scenario = replay.world().scenario();
+        let refused = |why| RecordError::File { path: path.into(), why };
+        let file = SoundFile::begin(path, &scenario.sound).map_err(refused)?;
+        Ok(Self { path: path.into(), file, sound: Sound::new(scenario), horn, held: false })
+    }
+
+    /// The replay has made a tick.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn tick(&mut self, replay: &Replay) -> Result<(), RunError> {
+        let world = replay.world();
+        while let Some((_, held)) = self.horn.pop_if(|(tick, _)| *tick < world.snapshot().tick.0) {
+            self.held = held;
+        }
+        self.sound.tick(world, &replay.controls());
+        let path = self.path.clone();
+        let refused = |why| RecordError::File { path, why };
+        Ok(self.file.tick(&self.sound.hear(true, self.held)).map_err(refused)?)
+    }
+
+    /// The end of the drive.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn end(self) -> Result<(), RunError> {
+        let path = self.path;
+        Ok(self.file.end().map_err(|why| RecordError::File { path, why })?)
+    }
+}

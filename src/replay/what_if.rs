@@ -1,0 +1,178 @@
+//! What if: a recorded drive with something changed, all else the same: seed, road, traffic, length. In: a recording,
+//! changes. Out: another recording, by a simulated driver, and what differs between the two: a pair.
+
+use super::{Replay, scenario_here};
+use crate::{
+    drive_loop::{RunError, offline::OfflineDrive},
+    record::{self, Manifest, Table, inputs},
+    sim::{Field, Scenario, Summary, Tally, fields},
+    time::Tick,
+};
+use serde_json::Value;
+use std::{
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+/// The recorded drive and the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WhatIfComparison {
+    /// Who drove the recording, and who instead.
+    pub drivers: [String; 2],
+    /// Which policy advised, and which instead.
+    pub policies: [String; 2],
+    /// True if the recorded drive could be driven again to the bit.
+    pub is_proven: bool,
+    /// What was recorded, as driven again.
+    pub recorded: Summary,
+    /// What would have been.
+    pub instead: Summary,
+}
+
+/// Reads changes such as `policy=none` or `driver=perfect`; `none` alone is the usual baseline, no advice and the
+/// car-following model.
+///
+/// # Errors
+/// A word that names no setting, or a value that it does not allow; the message says what is.
+pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, String> {
+    let known = fields();
+    let mut changes = Vec::new();
+    for text in asked {
+        let pairs = if text == "none" { vec!["policy=none", "driver=idm"] } else { vec![text.as_str()] };
+        for pair in pairs {
+            let example = "for example policy=none, driver=perfect, hold_s=5, or none for the baseline without advice";
+            let (key, value) =
+                pair.split_once('=').ok_or(format!("--what-if {pair}: allowed is SETTING=VALUE, {example}"))?;
+            let field = known.iter().find(|field| field.path == key || field.flag() == key);
+            let field = field.ok_or_else(|| format!("--what-if {pair}: there is no setting {key}; {example}"))?;
+            let value = match &field.default {
+                Value::String(_) => Value::from(value),
+                _ => serde_json::from_str(value).unwrap_or_else(|_| Value::from(value)),
+            };
+            if let Some(fault) = field.fault(&value) {
+                return Err(format!("--what-if {pair}: {fault}"));
+            }
+            changes.push((field.clone(), value));
+        }
+    }
+    Ok(changes)
+}
+
+/// Drives the recorded scenario with `changes` for as long as it was driven, into the new folder `out`. `driven` is told of
+/// ticks, of both drives; `None` if it was stopped.
+///
+/// # Errors
+/// The recording cannot be driven again, the changed scenario cannot be driven, or the disk refuses.
+pub fn what_if(
+    recording: &Path,
+    changes: &[(Field, Value)],
+    out: &Path,
+    stop: &AtomicBool,
+    driven: &impl Fn(u64),
+) -> Result<Option<WhatIfComparison>, RunError> {
+    let driver = Manifest::load(recording)?.driver;
+    let scenario = scenario_here(recording)?;
+    let length_s = Tick(record::count(recording, Table::Ego)?).seconds();
+    // As long as the recording, which may have been stopped before its end: both means are over the same time.
+    let changed = Scenario { duration_s: length_s, ..scenario.with(changes)? };
+    // SUMO runs once a process: one world goes before the next comes. The changed one first: if it cannot be driven, that
+    // is said at once.
+    let mut run = OfflineDrive::new(&changed, [0.0, f64::INFINITY])?;
+    run.record(out)?;
+    run.note("what if", &format!("{} of {}", words(changes), recording.file_name().unwrap_or_default().display()));
+    while run.world().ended().is_none() && !stop.load(Ordering::Relaxed) {
+        let before = run.world().snapshot().tick.0;
+        run.step()?;
+        driven(run.world().snapshot().tick.0 - before);
+    }
+    run.finish_recording()?;
+    let instead = run.summary();
+    let other = (format!("simulated: {}", changed.driver), run.world().policy().name.clone());
+    drop(run);
+    let (mut replay, mut tally) = (Replay::of(recording, &scenario)?, Tally::new([0.0, f64::INFINITY]));
+    while !replay.over() && !stop.load(Ordering::Relaxed) {
+        replay.advance(1)?;
+        tally.add(replay.world().snapshot(), replay.world().events());
+        driven(1);
+    }
+    let is_proven = replay.verdict().is_proven();
+    let policies = [replay.world().policy().name.clone(), other.1].map(|name| inputs::last(&name).to_owned());
+    let pair = WhatIfComparison { drivers: [driver, other.0], policies, is_proven, recorded: tally.summary(), instead };
+    Ok((!stop.load(Ordering::Relaxed)).then_some(pair))
+}
+
+/// `policy=none, driver=idm`.
+pub fn words(changes: &[(Field, Value)]) -> String {
+    let word = |(field, value): &(Field, Value)| match value {
+        Value::String(text) => format!("{}={}", field.path, inputs::last(text)),
+        other => format!("{}={other}", field.path),
+    };
+    changes.iter().map(word).collect::<Vec<_>>().join(", ")
+}
+
+impl WhatIfComparison {
+    /// A line a figure: as recorded, instead, and the difference (recorded less instead).
+    pub fn table(&self) -> String {
+        /// Name, unit, value.
+        type Row = (&'static str, &'static str, fn(&Summary) -> Option<f64>);
+        let rows: [Row; 5] = [
+            ("mean speed, all cars", "m/s", |s| s.mean_speed_mps),
+            ("its standard deviation", "m/s", |s| s.speed_sd_mps),
+            ("mean speed, ego", "m/s", |s| s.ego_mean_speed_mps),
+            ("time in range", "%", |s| s.time_in_range.map(|share| 100.0 * share)),
+            ("smallest gap", "m", |s| s.min_gap_m),
+        ];
+        let (less, mut text) = ("recorded less instead", String::new());
+        for (i, which) in ["recorded", "instead"].into_iter().enumerate() {
+            text += &format!("{which:<24} driver {}, policy {}\n", self.drivers[i], self.policies[i]);
+        }
+        text += &format!("{:<24} {:>10} {:>10} {less:>23}\n", "", "recorded", "instead");
+        for (name, unit, of) in rows {
+            let (a, b) = (of(&self.recorded), of(&self.instead));
+            let cell = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.3}"));
+            let difference = a.zip(b).map_or("-".into(), |(a, b)| format!("{:+.3}", a - b));
+            text += &format!("{name:<24} {:>10} {:>10} {difference:>23} {unit}\n", cell(a), cell(b));
+        }
+        let contacts = [&self.recorded, &self.instead].map(|summary| summary.contact_count);
+        text + &format!("{:<24} {:>10} {:>10}\n", "contacts", contacts[0], contacts[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_says_who_drove_each_and_which_is_taken_from_which() {
+        let of = |mean_mps: f64| {
+            let mut summary = Tally::new([0.0, 1.0]).summary();
+            summary.mean_speed_mps = Some(mean_mps);
+            summary
+        };
+        let pair = WhatIfComparison {
+            drivers: ["Logitech G29".into(), "simulated: idm".into()],
+            policies: ["pi".into(), "none".into()],
+            is_proven: true,
+            recorded: of(4.0),
+            instead: of(3.0),
+        };
+        let table = pair.table();
+        let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split_whitespace().collect()).collect();
+        assert_eq!(lines[0].join(" "), "recorded driver Logitech G29, policy pi");
+        assert_eq!(lines[1].join(" "), "instead driver simulated: idm, policy none");
+        assert_eq!(lines[2], ["recorded", "instead", "recorded", "less", "instead"]);
+        assert_eq!(lines[3], ["mean", "speed,", "all", "cars", "4.000", "3.000", "+1.000", "m/s"]);
+    }
+
+    #[test]
+    fn changes_are_settings_with_values_that_they_allow() {
+        let read = |text: &str| changes(&[text.to_owned()]);
+        assert_eq!(words(&read("none").unwrap()), "policy=none, driver=idm");
+        assert_eq!(words(&read("hold=5").unwrap()), "hold_s=5");
+        assert_eq!(words(&read("idm.T=1.5").unwrap()), "idm.T=1.5");
+        assert!(read("perfect").unwrap_err().contains("SETTING=VALUE"));
+        assert!(read("polcy=none").unwrap_err().contains("no setting polcy"));
+        let why = read("vehicles=many").unwrap_err();
+        assert!(why.contains("vehicles") && why.contains("allowed"), "{why}");
+    }
+}

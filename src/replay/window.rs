@@ -1,0 +1,390 @@
+//! `codrive replay DIR --window`: a recorded drive to be looked at in any view, at any speed, with a line to seek on. In: a
+//! recording. Out: a window; at its end what the proof has found. The world is driven again by a [`Verifier`] beside it, whether
+//! the window is drawn or not.
+
+use super::{
+    ReplayReport,
+    snapshot_timeline::Playback,
+    verifier::{ReplayHeader, Verifier},
+};
+use crate::{
+    desktop::{
+        DriverWindow, WindowSetup,
+        event_loop::{self, LoopControl, Windows, now},
+    },
+    drive_loop::RunError,
+    hud::Speedometer,
+    panel::{
+        key_list,
+        seek_bar::{self, SeekBarCommand, SeekBarEvent, SeekBarState},
+        theme,
+    },
+    record::{self, Reader, Table},
+    scene::{self, Stage, View, ViewKind, ViewOptions, view_options},
+    sim::Scenario,
+    time::{TICK_S, Tick},
+};
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::AtomicBool},
+    time::Instant,
+};
+use winit::{
+    event::{ElementState, KeyEvent, WindowEvent},
+    event_loop::ActiveEventLoop,
+    keyboard::{KeyCode, ModifiersState, PhysicalKey},
+    window::{Window, WindowId},
+};
+
+/// How the window was asked to open.
+pub struct ReplayOptions {
+    /// The recording.
+    pub recording: PathBuf,
+    /// The view it begins with.
+    pub kind: ViewKind,
+    /// Begin at this time, seconds.
+    pub at_s: f64,
+    /// Becomes true when the program is to end (Ctrl-C).
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Shows a recording until its window is closed. Returns what was proven until then, and the recording's length in ticks.
+///
+/// # Errors
+/// No recording that can be driven again, no display, no graphics adapter, or the engine failed on the way.
+pub fn run(options: &ReplayOptions) -> Result<(ReplayReport, u64), RunError> {
+    // The recording first: what is wrong with it is said before a window opens.
+    let (prover, opened) = Verifier::start(&options.recording)?;
+    let marks = SeekBarMarks::read(&options.recording)?;
+    let event_loop = event_loop::event_loop()?;
+    let end = opened.end;
+    let mut live = LiveDrive::new(prover, opened, marks, options);
+    let (_, ended) = event_loop::run::<ReplayWindows>(event_loop, &mut live, &options.stop);
+    ended?;
+    let verdict = live.prover.known().verdict.clone();
+    Ok((verdict, end.0))
+}
+
+/// So many places on the line are told apart: what a drive of days has more of is thinned to it.
+const COLUMNS: u64 = 1000;
+
+/// What stands on the line: times in seconds, speeds in m/s.
+#[derive(Debug, Default, PartialEq)]
+pub struct SeekBarMarks {
+    advice: Vec<[f64; 2]>,
+    speeds: Vec<[f64; 2]>,
+    events: Vec<SeekBarEvent>,
+}
+
+impl SeekBarMarks {
+    /// From the tables of a recording.
+    ///
+    /// # Errors
+    /// A table cannot be read.
+    pub fn read(recording: &Path) -> Result<Self, RunError> {
+        let parts = |table: Table, columns: &[&str]| Reader::parts(&table.parquet(recording), columns);
+        // As many as a screen has columns.
+        let stride = (record::count(recording, Table::Ego)? / COLUMNS).max(1);
+        let (mut advice, mut speeds, mut events) = (Vec::<[f64; 2]>::new(), Vec::new(), Vec::new());
+        let mut column = None;
+        for part in parts(Table::Advice, &["tick", "target_mps"])? {
+            let part = part?;
+            for (tick, target) in part.wholes("tick").into_iter().zip(part.numbers("target_mps")) {
+                let target_mps = target.unwrap_or_default();
+                let is_same_column = column.replace(tick / stride) == Some(tick / stride);
+                // What was advised in one column of the screen replaces what was before it.
+                match advice.last_mut() {
+                    Some(last) if is_same_column => last[1] = target_mps,
+                    _ => advice.push([Tick(tick).seconds(), target_mps]),
+                }
+            }
+        }
+        for part in parts(Table::Ego, &["tick", "speed_mps"])? {
+            let part = part?;
+            let rows = part.wholes("tick").into_iter().zip(part.numbers("speed_mps"));
+            let seen = rows.filter(|(tick, _)| tick.is_multiple_of(stride));
+            speeds.extend(seen.map(|(tick, speed)| [Tick(tick).seconds(), speed.unwrap_or_default()]));
+        }
+        for part in parts(Table::Events, &["tick", "event", "detail"])? {
+            let part = part?;
+            let kinds = part.words("event").into_iter().zip(part.words("detail"));
+            events.extend(part.wholes("tick").into_iter().zip(kinds).map(|(tick, (kind, detail))| {
+                let detail = detail.lines().next().unwrap_or_default();
+                let words = if detail.is_empty() { kind } else { format!("{kind}: {detail}") };
+                SeekBarEvent { time_s: Tick(tick).seconds(), words }
+            }));
+        }
+        Ok(Self { advice, speeds, events })
+    }
+}
+
+/// The recording and where it is looked at.
+struct LiveDrive {
+    prover: Verifier,
+    /// What was found when it was last looked at, and how far it was driven then, seconds.
+    verdict: ReplayReport,
+    known_s: f64,
+    player: Playback,
+    marks: SeekBarMarks,
+    scenario: Scenario,
+    stage: Stage,
+    options: ViewOptions,
+    instruments: Speedometer,
+    kind: ViewKind,
+    end: Tick,
+}
+
+impl LiveDrive {
+    fn new(prover: Verifier, opened: ReplayHeader, marks: SeekBarMarks, options: &ReplayOptions) -> Self {
+        let ReplayHeader { scenario, map, instruments, end } = opened;
+        let mut player = Playback::new(end.seconds());
+        player.seek(options.at_s);
+        Self {
+            prover,
+            verdict: ReplayReport::default(),
+            known_s: 0.0,
+            player,
+            marks,
+            stage: Stage::with_trees(&map, scenario.seed, scenario.trees as usize),
+            options: view_options(&scenario),
+            scenario,
+            instruments,
+            kind: options.kind,
+            end,
+        }
+    }
+
+    /// Looks what the prover has found.
+    fn look(&mut self) -> Result<(), RunError> {
+        let mut known = self.prover.known();
+        if let Some(error) = known.failure.take() {
+            return Err(error);
+        }
+        self.known_s = known.film.end_s();
+        self.verdict.clone_from(&known.verdict);
+        Ok(())
+    }
+
+    fn view(&mut self) -> View {
+        let (snapshot, fraction) = self.prover.known().film.at(self.player.time_s);
+        let mut view = scene::view(&snapshot, fraction, self.kind, &self.options, &self.stage);
+        view.dial = self.kind.has_dial().then(|| self.instruments.read(&snapshot));
+        view
+    }
+
+    fn obey(&mut self, command: SeekBarCommand) {
+        match command {
+            SeekBarCommand::Toggle => self.player.toggle(),
+            SeekBarCommand::Seek(time_s) => self.player.seek(time_s),
+            SeekBarCommand::Tick(ticks) => self.player.tick(ticks),
+            SeekBarCommand::Speed(faster) => self.player.change_speed(faster),
+            SeekBarCommand::NextView => {
+                self.kind = match self.kind {
+                    ViewKind::Driver => ViewKind::Chase,
+                    ViewKind::Chase => ViewKind::Birdseye,
+                    ViewKind::Birdseye => ViewKind::Mirror,
+                    ViewKind::Mirror => ViewKind::Driver,
+                }
+            }
+        }
+    }
+
+    fn seek_bar(&self, ui: &mut egui::Ui) -> (Vec<SeekBarCommand>, f32) {
+        let proof = proof(&self.verdict, self.end.0);
+        let state = SeekBarState {
+            time_s: self.player.time_s,
+            end_s: self.player.end_s,
+            known_s: self.known_s,
+            playing: self.player.playing,
+            speed: self.player.speed(),
+            view: match self.kind {
+                ViewKind::Driver => "Driver's view",
+                ViewKind::Chase => "From behind",
+                ViewKind::Birdseye => "From above",
+                ViewKind::Mirror => "Mirror",
+            },
+            advice: &self.marks.advice,
+            speeds: &self.marks.speeds,
+            events: &self.marks.events,
+            proof: &proof,
+            differs: !self.verdict.is_proven(),
+        };
+        seek_bar::show(ui, &state)
+    }
+}
+
+/// What the proof has found, in words.
+fn proof(verdict: &ReplayReport, all: u64) -> String {
+    if let Some([first, more @ ..]) = verdict.changes.as_deref() {
+        let others = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+        return format!("changed since it was recorded: {}{others}", first.file);
+    }
+    if let Some(tick) = verdict.hole {
+        return format!("rows are missing from {:.2} s on", tick.seconds());
+    }
+    match verdict.first_difference {
+        Some(tick) => format!("not as recorded from {:.2} s on", Tick(tick).seconds()),
+        None if verdict.ticks >= all => format!("proven: all {all} ticks are the same to the bit"),
+        None => format!("proven to {:.0} s: the same to the bit", Tick(verdict.ticks).seconds()),
+    }
+}
+
+/// What a key asks for.
+fn command_of(key: KeyCode, shift: bool, player: &Playback) -> Option<SeekBarCommand> {
+    let by = |seconds: f64| SeekBarCommand::Tick((seconds / TICK_S) as i64);
+    Some(match key {
+        KeyCode::Space => SeekBarCommand::Toggle,
+        KeyCode::ArrowLeft => {
+            if shift {
+                by(-1.0)
+            } else {
+                SeekBarCommand::Tick(-1)
+            }
+        }
+        KeyCode::ArrowRight => {
+            if shift {
+                by(1.0)
+            } else {
+                SeekBarCommand::Tick(1)
+            }
+        }
+        KeyCode::PageUp => SeekBarCommand::Seek(player.time_s - 10.0),
+        KeyCode::PageDown => SeekBarCommand::Seek(player.time_s + 10.0),
+        KeyCode::Home => SeekBarCommand::Seek(0.0),
+        KeyCode::End => SeekBarCommand::Seek(player.end_s),
+        KeyCode::ArrowUp => SeekBarCommand::Speed(true),
+        KeyCode::ArrowDown => SeekBarCommand::Speed(false),
+        KeyCode::KeyV => SeekBarCommand::NextView,
+        _ => return None,
+    })
+}
+
+/// Keys of the window, and what they do.
+const KEYS: [(&str, &str); 11] = [
+    ("F1", "this list"),
+    ("Space", "play, hold"),
+    ("Left, Right", "by one tick (10 ms)"),
+    ("Shift+Left, Right", "by 1 s"),
+    ("Page Up, Page Down", "by 10 s"),
+    ("Home, End", "to the start, to the end"),
+    ("Up, Down", "twice as fast, half as fast"),
+    ("V", "next view: driver, chase, bird's-eye, mirror"),
+    ("F11", "full screen"),
+    ("Esc", "close this list, end"),
+    ("Ctrl+Q", "end"),
+];
+
+/// The window.
+struct ReplayWindows<'a> {
+    live: &'a mut LiveDrive,
+    picture: DriverWindow,
+    last: Instant,
+    modifiers: ModifiersState,
+    help_open: bool,
+}
+
+impl<'a> Windows for ReplayWindows<'a> {
+    type Parts = &'a mut LiveDrive;
+
+    fn open(event_loop: &ActiveEventLoop, live: &'a mut LiveDrive) -> Result<Self, RunError> {
+        let title = format!("codrive replay: {}", live.scenario.map);
+        let mut picture = DriverWindow::open(event_loop, &WindowSetup { title, ..WindowSetup::default() })?;
+        theme::apply(picture.ctx());
+        let view = live.view();
+        picture.stage(&live.stage, &view, live.scenario.quality)?;
+        Ok(Self { live, picture, last: now(), modifiers: ModifiersState::default(), help_open: false })
+    }
+
+    fn hear(&mut self, _: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
+        self.picture.on_event(&event);
+        match event {
+            WindowEvent::CloseRequested => return Ok(LoopControl::End),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => return Ok(self.key(&event)),
+            WindowEvent::RedrawRequested => self.draw()?,
+            _ => {}
+        }
+        Ok(LoopControl::GoOn)
+    }
+
+    fn first(&self) -> &Window {
+        self.picture.window()
+    }
+}
+
+impl ReplayWindows<'_> {
+    fn key(&mut self, event: &KeyEvent) -> LoopControl {
+        let PhysicalKey::Code(code) = event.physical_key else { return LoopControl::GoOn };
+        if event.state != ElementState::Pressed {
+            return LoopControl::GoOn;
+        }
+        match code {
+            KeyCode::KeyQ if self.modifiers.control_key() || self.modifiers.super_key() => return LoopControl::End,
+            KeyCode::Escape if !std::mem::take(&mut self.help_open) => return LoopControl::End,
+            KeyCode::F1 => self.help_open = !self.help_open,
+            KeyCode::F11 => self.picture.toggle_fullscreen(),
+            code => {
+                let asked = command_of(code, self.modifiers.shift_key(), &self.live.player);
+                if let Some(command) = asked {
+                    self.live.obey(command);
+                }
+            }
+        }
+        LoopControl::GoOn
+    }
+
+    fn draw(&mut self) -> Result<(), RunError> {
+        let Self { live, picture, last, help_open, .. } = self;
+        let begin = now();
+        let elapsed_s = (begin - *last).as_secs_f64();
+        *last = begin;
+        live.look()?;
+        live.player.advance(elapsed_s, live.known_s);
+        let view = live.view();
+        let (mut asked, mut foot) = (Vec::new(), 0.0);
+        let output = picture.overlay(|ui| {
+            let (commands, height) = live.seek_bar(ui);
+            asked.extend(commands);
+            foot = height;
+            if *help_open {
+                key_list(ui.ctx(), &KEYS);
+            }
+        });
+        picture.leave_foot((foot * output.pixels_per_point).round() as u32);
+        picture.draw(Some(&view), Some(output));
+        asked.into_iter().for_each(|command| live.obey(command));
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Change;
+
+    #[test]
+    fn the_proof_is_said_as_far_as_it_goes() {
+        let verdict = |ticks, first_difference| ReplayReport { ticks, first_difference, ..ReplayReport::default() };
+        assert_eq!(proof(&verdict(1200, None), 3000), "proven to 12 s: the same to the bit");
+        assert_eq!(proof(&verdict(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
+        assert_eq!(proof(&verdict(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
+        let change = |file: &str| Change { file: file.into(), what: String::new() };
+        let changes = Some(vec![change("ego.parquet"), change("manifest.json")]);
+        let changed = ReplayReport { changes, ..verdict(3000, None) };
+        assert_eq!(proof(&changed, 3000), "changed since it was recorded: ego.parquet and 1 more");
+        let cut = ReplayReport { hole: Some(Tick(51)), ..verdict(50, None) };
+        assert_eq!(proof(&cut, 3000), "rows are missing from 0.51 s on");
+    }
+
+    #[test]
+    fn keys_go_by_ticks_seconds_and_to_the_ends() {
+        let mut player = Playback::new(60.0);
+        player.seek(20.0);
+        let asked = |key, shift| command_of(key, shift, &player);
+        assert_eq!(asked(KeyCode::ArrowLeft, false), Some(SeekBarCommand::Tick(-1)));
+        assert_eq!(asked(KeyCode::ArrowRight, true), Some(SeekBarCommand::Tick(100)));
+        assert_eq!(asked(KeyCode::PageUp, false), Some(SeekBarCommand::Seek(10.0)));
+        assert_eq!(asked(KeyCode::End, false), Some(SeekBarCommand::Seek(60.0)));
+        assert_eq!(asked(KeyCode::KeyQ, false), None);
+    }
+}

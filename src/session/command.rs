@@ -1,0 +1,166 @@
+//! What the experimenter decides in a session. In: a [`SessionCommand`]. Out: the session elsewhere, and the decision with time
+//! and reason in the session, while a drive runs also in its recording.
+
+use super::{CommandRefusal, DriveBackend, LiveSession, SessionState};
+use crate::{drive_loop::RunError, panel::SessionCommand, study::Outcome};
+
+impl From<RunError> for CommandRefusal {
+    fn from(error: RunError) -> Self {
+        Self::End(error)
+    }
+}
+
+impl LiveSession {
+    /// The experimenter decides. What cannot be is said in the panel.
+    ///
+    /// # Errors
+    /// The session cannot be written.
+    pub fn command(&mut self, command: SessionCommand, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+        self.error = None;
+        match self.obey(command, backend) {
+            Ok(()) => Ok(()),
+            Err(CommandRefusal::Say(text)) => {
+                self.error = Some(text);
+                Ok(())
+            }
+            Err(CommandRefusal::End(error)) => Err(error),
+        }
+    }
+
+    fn obey(&mut self, command: SessionCommand, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
+        match command {
+            SessionCommand::Go => self.go(backend),
+            SessionCommand::Abort(reason) => self.abort(&reason, backend),
+            SessionCommand::Skip(reason) => self.skip(&reason, backend),
+            SessionCommand::Repeat { item, reason } => {
+                if self.session.log().running.as_ref().is_some_and(|running| running.item == item) {
+                    return self.abort(&reason, backend);
+                }
+                self.not_over()?;
+                Ok(self.session.repeat(&item, &reason, &(self.utc)())?)
+            }
+            SessionCommand::Extend { seconds, reason } => self.extend(seconds, &reason, backend),
+            SessionCommand::Note(text) => Ok(self.write("note", &text, backend)?),
+            SessionCommand::Mark(text) => {
+                let text = if text.is_empty() { "by the experimenter" } else { &text };
+                Ok(self.write("mark", text, backend)?)
+            }
+            SessionCommand::Close | SessionCommand::Interrupt(_) => Ok(()),
+            SessionCommand::Pause => self.hold(true, backend),
+            SessionCommand::Resume => self.hold(false, backend),
+            SessionCommand::Stop(reason) => {
+                self.not_over()?;
+                self.leave("stopped", &reason, backend)?;
+                self.session.stop(&reason, &(self.utc)())?;
+                self.asked = false;
+                self.see(SessionState::Stopped);
+                Ok(())
+            }
+            SessionCommand::Exclude(reason) => {
+                if !self.is_over() {
+                    self.leave("excluded", &reason, backend)?;
+                    self.session.stop(&reason, &(self.utc)())?;
+                    self.asked = false;
+                    self.see(SessionState::Stopped);
+                }
+                Ok(self.session.exclude(&reason)?)
+            }
+        }
+    }
+
+    fn not_over(&self) -> Result<(), CommandRefusal> {
+        if self.is_over() { Err(CommandRefusal::Say("the session is over".into())) } else { Ok(()) }
+    }
+
+    fn go(&mut self, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
+        if self.asked {
+            return self.hold(false, backend);
+        }
+        match &self.at {
+            SessionState::Hold => self.go_on()?,
+            SessionState::Rest(_, left_s) => {
+                if *left_s > 0.0 {
+                    let text = format!("the rest ends {left_s:.0} s sooner");
+                    self.write("go", &text, backend)?;
+                }
+                self.turn_page()?;
+            }
+            SessionState::Text(_) | SessionState::Intro(_) | SessionState::Over => self.turn_page()?,
+            SessionState::Countdown(..) | SessionState::Driving => return self.hold(false, backend),
+            SessionState::Questions(_) => {
+                let text = "the participant has to answer the questions first; Skip leaves them out";
+                return Err(CommandRefusal::Say(text.into()));
+            }
+            SessionState::Loading(_) | SessionState::End | SessionState::Stopped => {}
+        }
+        Ok(())
+    }
+
+    /// Pauses a drive or its countdown, or lets it go on; also everything else that a request to stop has held.
+    fn hold(&mut self, held: bool, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
+        let asked = !held && std::mem::take(&mut self.asked);
+        let was = match &mut self.at {
+            SessionState::Countdown(_, now) => std::mem::replace(now, held),
+            SessionState::Driving => {
+                let was = backend.now().held;
+                backend.hold(held);
+                was
+            }
+            _ if asked => true,
+            _ => return Err(CommandRefusal::Say("there is no drive to pause".into())),
+        };
+        if asked || was != held {
+            self.write(if held { "paused" } else { "resumed" }, "by the experimenter", backend)?;
+        }
+        Ok(())
+    }
+
+    /// Ends what runs on the road, if anything, with a word in its recording. True if a drive was there.
+    pub(super) fn leave(&mut self, kind: &str, reason: &str, backend: &mut dyn DriveBackend) -> Result<bool, RunError> {
+        let drives = self.drives() || matches!(self.at, SessionState::Loading(_));
+        if matches!(self.at, SessionState::Driving) {
+            backend.note(kind, reason);
+        }
+        if drives {
+            backend.end()?;
+        }
+        Ok(drives)
+    }
+
+    fn abort(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
+        if self.session.log().running.is_none() {
+            return Err(CommandRefusal::Say("there is nothing to break off".into()));
+        }
+        self.leave("aborted", reason, backend)?;
+        self.session.end(Outcome::Aborted, reason, &(self.utc)())?;
+        self.asked = false;
+        self.see(SessionState::Hold);
+        Ok(())
+    }
+
+    fn skip(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
+        self.not_over()?;
+        let runs = self.session.log().running.is_some();
+        let drove = self.leave("skipped", reason, backend)?;
+        self.session.skip(reason, &(self.utc)())?;
+        self.asked = false;
+        if drove {
+            self.see(SessionState::Hold);
+        } else if runs {
+            self.go_on()?;
+        }
+        Ok(())
+    }
+
+    fn extend(&mut self, seconds: f64, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
+        if !(1.0..=3600.0).contains(&seconds) {
+            return Err(CommandRefusal::Say(format!("the extension is {seconds} s; allowed: 1 to 3600 s")));
+        }
+        match &mut self.at {
+            SessionState::Driving => backend.extend(seconds)?,
+            SessionState::Rest(_, left_s) => *left_s += seconds,
+            _ => return Err(CommandRefusal::Say("there is no drive and no rest to extend".into())),
+        }
+        Ok(self.write("extended", &format!("by {seconds} s: {reason}"), backend)?)
+    }
+}

@@ -1,0 +1,199 @@
+//! Drives of a session as its window shows them. In: scenarios, frames. Out: a [`LiveDrive`] while a drive is there, and a [`DriveBackend`]
+//! for the state machine. Devices stay open from the first screen to the last.
+
+use super::{BackendStatus, DriveBackend, wheel_navigation::WheelNavigation};
+use crate::{
+    desktop::DriverWindow,
+    drive_loop::{RunError, drive::PATIENCE},
+    input::{Devices, RigNews, Source},
+    live_drive::{LiveDrive, contacts, start::PendingDrive},
+    sim::{Scenario, World},
+    study::{Code, Input},
+    time::{Due, Pace},
+};
+use std::{path::Path, time::Duration};
+
+/// What a session has on the road.
+pub struct SessionResources {
+    /// The drive, while one is there.
+    pub live: Option<LiveDrive>,
+    /// The one that is being begun.
+    starting: Option<PendingDrive>,
+    /// The devices while no drive has them.
+    devices: Option<Devices>,
+    navigation: WheelNavigation,
+    code: Code,
+    in_range_s: f64,
+    /// Time runs, or would if the wheel were not unplugged.
+    began: bool,
+    /// What the experimenter has to know of the devices and the drive.
+    news: Vec<String>,
+    /// Contacts that the session's log does not have yet, in words.
+    contacts: Vec<String>,
+}
+
+impl SessionResources {
+    /// Nothing on the road yet.
+    pub fn new(devices: Devices, code: &Code) -> Self {
+        Self {
+            live: None,
+            starting: None,
+            devices: Some(devices),
+            navigation: WheelNavigation::default(),
+            code: code.clone(),
+            in_range_s: 0.0,
+            began: false,
+            news: Vec::new(),
+            contacts: Vec::new(),
+        }
+    }
+
+    /// The devices, wherever they are.
+    pub fn devices(&mut self) -> Option<&mut Devices> {
+        match &mut self.live {
+            Some(live) => Some(&mut live.devices),
+            None => self.devices.as_mut(),
+        }
+    }
+
+    /// True if a wheel is what the participant holds: one that was unplugged is still the last that was touched.
+    pub fn wheel(&mut self) -> bool {
+        self.devices().is_some_and(|devices| devices.source() == Source::Wheel && devices.wheel_profile().is_some())
+    }
+
+    /// One frame: the drive goes on if there is one, and what hands and feet ask for.
+    ///
+    /// # Errors
+    /// The drive cannot go on.
+    pub fn frame(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<(Due, Vec<Input>), RunError> {
+        let Self { live, devices, navigation, in_range_s, news, contacts, .. } = self;
+        let Some(live) = live else {
+            let Some(devices) = devices else { return Ok((Due::default(), Vec::new())) };
+            return Ok((Due::default(), at_a_screen(devices, navigation, news)));
+        };
+        let due = live.advance(elapsed, |world| {
+            let (snapshot, scenario) = (world.snapshot(), world.scenario());
+            let step = snapshot.tick.0.is_multiple_of(scenario.step_ticks());
+            if step && snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)) {
+                *in_range_s += scenario.step_s;
+            }
+            contacts.extend(world.events().iter().filter_map(contacts::words));
+            watch(world);
+        })?;
+        news.extend(live.take_news());
+        *navigation = WheelNavigation::default();
+        Ok((due, live.take_pressed().into_iter().filter_map(WheelNavigation::pressed_driving).collect()))
+    }
+
+    /// How long the speed was in the range of the drive that is there, seconds: whole steps.
+    pub fn in_range_s(&self) -> f64 {
+        self.in_range_s
+    }
+
+    /// Contacts since the last call, in words.
+    pub fn take_contacts(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.contacts)
+    }
+
+    /// What has happened to the devices since the last call.
+    pub fn take_news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
+    }
+}
+
+/// Devices where no drive has them: buttons and turns are inputs.
+fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &mut Vec<String>) -> Vec<Input> {
+    let mut inputs = Vec::new();
+    for told in devices.poll() {
+        match told {
+            RigNews::Pressed(action) => inputs.extend(WheelNavigation::pressed(action)),
+            RigNews::Found(name) => news.push(format!("{name} is there")),
+            RigNews::Lost(name) => news.push(format!("{name} was unplugged")),
+            RigNews::Trouble(text) => news.push(text),
+        }
+    }
+    let source = devices.source();
+    let answers = devices.wheel_profile().is_some_and(|p| !(p.buttons.answer.is_empty() && p.buttons.start.is_empty()));
+    let controls = devices.controls(0.0, None);
+    inputs.extend(navigation.feel(&controls, source, !answers));
+    inputs
+}
+
+/// The road of a window.
+pub struct WindowBackend<'a> {
+    /// Shows the pictures.
+    pub picture: &'a mut DriverWindow,
+    /// What is on the road.
+    pub resources: &'a mut SessionResources,
+}
+
+impl DriveBackend for WindowBackend<'_> {
+    fn prepare(&mut self, scenario: &Scenario) -> Result<bool, RunError> {
+        let resources = &mut *self.resources;
+        let starting = match &mut resources.starting {
+            Some(starting) => starting,
+            none => none.insert(PendingDrive::begin(scenario, true)?),
+        };
+        let Some(started) = starting.wait(PATIENCE) else { return Ok(false) };
+        resources.starting = None;
+        let mut live = LiveDrive::led_from(started?, resources.devices.take().unwrap_or_else(Devices::open));
+        (resources.in_range_s, resources.began) = (0.0, false);
+        let view = live.view();
+        let staged = self.picture.stage(&live.picture.stage, &view, scenario.quality);
+        live.open_sound();
+        live.set_screen(self.picture.screen());
+        resources.live = Some(live);
+        staged.map(|()| true)
+    }
+
+    fn begin(&mut self, folder: &Path) -> Result<(), RunError> {
+        let resources = &mut *self.resources;
+        if let Some(live) = &mut resources.live {
+            live.record_of(folder, self.picture.gpu(), Some(&resources.code))?;
+            live.drive.clock.set_pace(Pace::RealTime);
+            resources.began = true;
+        }
+        Ok(())
+    }
+
+    fn hold(&mut self, held: bool) {
+        if let Some(live) = self.resources.live.as_mut().filter(|_| self.resources.began) {
+            live.hold(held);
+        }
+    }
+
+    fn note(&mut self, kind: &str, detail: &str) {
+        if let Some(live) = &mut self.resources.live {
+            live.note(kind, detail);
+        }
+    }
+
+    fn extend(&mut self, seconds: f64) -> Result<(), RunError> {
+        self.resources.live.as_mut().map_or(Ok(()), |live| live.extend(seconds))
+    }
+
+    fn end(&mut self) -> Result<(), RunError> {
+        let resources = &mut *self.resources;
+        resources.starting = None;
+        let Some(mut live) = resources.live.take() else { return Ok(()) };
+        let finished = live.finish_recording();
+        // SUMO lets go of its simulation, for the next drive of this process.
+        live.drive.world.stop_traffic();
+        resources.devices = Some(live.into_devices());
+        finished.map(drop)
+    }
+
+    fn now(&self) -> BackendStatus {
+        let Some(live) = &self.resources.live else { return BackendStatus::default() };
+        let world = &live.drive.world;
+        BackendStatus {
+            time_s: world.time_s(),
+            duration_s: world.scenario().duration_s,
+            in_range_s: self.resources.in_range_s,
+            speed_mps: world.snapshot().ego.speed_mps,
+            unit: world.scenario().units,
+            ended: world.ended().is_some(),
+            held: self.resources.began && live.drive.clock.pace() == Pace::Paused,
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The experimenter's side of a session: plan and commands on the left, the drive in pictures and numbers beside it. In: the
+//! session, the drive while there is one. Out: [`SessionCommand`]s.
+
+use super::{BackendStatus, LiveSession};
+use crate::{
+    live_drive::{LiveDrive, LoopHealth, phase},
+    panel::{
+        Choices, History, Panel, PanelState, Phase, Readings, SessionCommand, SessionPanel, SessionPanelState,
+        experimenter::{Experimenter, ExperimenterState, Health, Log, WheelHealth},
+    },
+    sim::{Scenario, World},
+    study::Study,
+    time::Due,
+};
+use egui::{TextureId, Ui};
+use std::time::Duration;
+
+/// What the experimenter has before them.
+pub struct ExperimenterView {
+    panel: Panel,
+    experimenter: Experimenter,
+    live_session: SessionPanel,
+    /// The drive so far; stays to be looked at until the next begins.
+    log: Option<Log>,
+    pulse: LoopHealth,
+    engine: String,
+    base: Scenario,
+    empty: History,
+}
+
+impl ExperimenterView {
+    /// Before the first drive of this study.
+    pub fn new(study: &Study) -> Self {
+        Self {
+            panel: Panel::new(&study.base, Choices::default()),
+            experimenter: Experimenter::default(),
+            live_session: SessionPanel::default(),
+            log: None,
+            pulse: LoopHealth::default(),
+            engine: String::new(),
+            base: study.base.clone(),
+            empty: History::default(),
+        }
+    }
+
+    /// A drive was put in place.
+    pub fn drive_begins(&mut self, live: &LiveDrive) {
+        let world = &live.drive.world;
+        self.log = Some(Log::new(world));
+        self.engine = world.traffic_engine();
+        self.pulse = LoopHealth::default();
+    }
+
+    /// Sees the world after a tick.
+    pub fn watch(&mut self, world: &World) {
+        if let Some(log) = &mut self.log {
+            log.watch(world);
+        }
+    }
+
+    /// A frame was shown.
+    pub fn frame(&mut self, elapsed: Duration, due: &Due) {
+        self.pulse.frame(elapsed, due.dropped);
+    }
+
+    /// Tells the experimenter something.
+    pub fn say(&mut self, now: BackendStatus, words: &str) {
+        self.experimenter.notes.say(now.time_s, words);
+    }
+
+    /// The whole window. `wheel` is what the participant has in hands between drives, `work` is what goes on beside the session, `picture` what the participant sees and its size.
+    #[expect(clippy::too_many_arguments, reason = "one frame's facts, from one place")]
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        live_session: &LiveSession,
+        live: Option<&LiveDrive>,
+        now: BackendStatus,
+        wheel: &WheelHealth,
+        work: Option<&str>,
+        picture: Option<(TextureId, [u32; 2])>,
+    ) -> Vec<SessionCommand> {
+        let Self { panel, experimenter, live_session: part, log, pulse, engine, base, empty } = self;
+        let between =
+            || Health { wheel: wheel.clone(), error: live_session.error().map(str::to_owned), ..Health::default() };
+        let health = live.map_or_else(between, |live| pulse.health(live, engine, live_session.error()));
+        let clock = live.map(|live| &live.drive.clock);
+        let drive = PanelState {
+            scenario: live.map_or(&*base, |live| live.drive.world.scenario()),
+            phase: live.map_or(Phase::Ready, phase),
+            readings: live.map(|live| Readings::from(live.drive.world.snapshot())),
+            history: log.as_ref().map_or(&*empty, |log| &log.history),
+            in_range: log.as_ref().and_then(Log::share_in_range),
+            engine,
+            policy: live.map_or("", |live| &live.drive.world.policy().name),
+            dropped: clock.map_or(Duration::ZERO, |clock| clock.dropped()),
+            stalls: clock.map_or(0, |clock| clock.stalls()),
+            frame_ms: pulse.frame_ms(),
+            error: live_session.error(),
+            recorded_in: live.and_then(LiveDrive::recorded_in),
+        };
+        let snapshot = live.map(|live| live.drive.world.snapshot());
+        let (items, sees) = (live_session.items(), live_session.sees());
+        let state = SessionPanelState {
+            title: live_session.title(),
+            code: live_session.session().log().participant.as_str(),
+            items: &items,
+            to_come_s: live_session.to_come_s(),
+            sees: &sees,
+            left_s: live_session.left_s(now),
+            phase: live_session.phase(now),
+            asked: live_session.asked(),
+            error: live_session.error(),
+            work,
+        };
+        let mut commands = Vec::new();
+        let mut plan = |ui: &mut Ui| commands.extend(part.show(ui, &state));
+        let around = ExperimenterState { drive, snapshot, health: &health, picture };
+        let asked = experimenter.show(ui, &around, log.as_ref(), panel, Some(&mut plan));
+        debug_assert!(asked.is_empty(), "{asked:?}: beside a plan the session's own commands are the only ones");
+        for command in &mut commands {
+            match command {
+                SessionCommand::Mark(text) => {
+                    *text = format!("by the experimenter, {}", experimenter.notes.number(now.time_s));
+                }
+                SessionCommand::Note(text) => experimenter.notes.say(now.time_s, text),
+                _ => {}
+            }
+        }
+        commands
+    }
+}
+
+#[cfg(test)]
+#[path = "experimenter_view_tests.rs"]
+mod tests;

@@ -1,0 +1,143 @@
+//! A session as its windows show it. In: where it is and how its drive stands. Out: the participant's screen; the experimenter's
+//! plan, phase and words. Nothing is changed here.
+
+use super::{BackendStatus, LiveSession, SessionState};
+use crate::{
+    panel::{ItemState, Screen, SessionItem, SessionPhase},
+    study::{Outcome, session::Log},
+};
+
+/// What became of an item before what is said of it now: an item that was broken off and then skipped was not skipped twice.
+fn earlier(log: &Log, item: &str, is_running: bool, is_over: bool) -> String {
+    let of_it = log.passages.iter().filter(|passage| passage.item == item);
+    let mut words: Vec<&str> = of_it
+        .filter_map(|passage| match passage.outcome {
+            Outcome::Done => Some("done"),
+            Outcome::Aborted => Some("broken off"),
+            Outcome::Cut => Some("cut"),
+            Outcome::Skipped => Some("skipped"),
+            Outcome::Repeat => None,
+        })
+        .collect();
+    let last = log.last(item).map(|passage| passage.outcome);
+    let is_said = matches!(last, Some(Outcome::Done | Outcome::Skipped))
+        || (is_over && matches!(last, Some(Outcome::Aborted | Outcome::Cut)));
+    if !is_running && is_said {
+        words.pop();
+    }
+    words.join(", ")
+}
+
+impl LiveSession {
+    /// What the participant sees.
+    pub fn screen(&self, now: BackendStatus) -> Screen<'_> {
+        let texts = &self.study.file.texts;
+        match &self.at {
+            SessionState::Countdown(..) | SessionState::Driving if self.asked => Screen::Drive(Some(&texts.asked)),
+            _ if self.asked => Screen::Wait(&texts.asked),
+            SessionState::Hold => Screen::Wait(&texts.wait),
+            SessionState::Loading(_) => Screen::Wait(&texts.ready),
+            SessionState::Text(text) | SessionState::Intro(text) => Screen::Page(text),
+            SessionState::Over => Screen::Page(&texts.drive_over),
+            SessionState::Countdown(_, true) => Screen::Drive(Some(&texts.paused)),
+            SessionState::Countdown(left_s, false) => {
+                let speed = now.unit.from_mps(now.speed_mps.abs()).round() as u32;
+                Screen::Countdown(left_s.ceil().max(1.0) as u32, speed, now.unit)
+            }
+            SessionState::Driving if now.held => Screen::Drive(Some(&texts.paused)),
+            SessionState::Driving => Screen::Drive(None),
+            SessionState::Rest(text, left_s) => Screen::Rest(text, *left_s),
+            SessionState::Questions(form) => Screen::Questions(form),
+            SessionState::End => Screen::Wait(&texts.thanks),
+            SessionState::Stopped => Screen::Wait(&texts.stopped),
+        }
+    }
+
+    /// How many points of the plan are behind, and how many there are.
+    pub fn progress(&self) -> [usize; 2] {
+        let items = &self.session.plan().items;
+        [items.iter().filter(|planned| self.session.log().settled(&planned.name)).count(), items.len()]
+    }
+
+    /// How long what is not yet settled is reckoned to last, seconds; nothing comes after the end.
+    pub fn to_come_s(&self) -> f64 {
+        let left = self.session.plan().items.iter().filter(|p| !self.is_over() && !self.session.log().settled(&p.name));
+        left.map(|planned| planned.item.seconds()).sum()
+    }
+
+    /// The plan with what has become of it.
+    pub fn items(&self) -> Vec<SessionItem> {
+        let log = self.session.log();
+        let running = log.running.as_ref().map(|running| running.item.as_str());
+        let items = self.session.plan().items.iter();
+        items
+            .map(|planned| {
+                let now = running == Some(planned.name.as_str());
+                let state = match log.last(&planned.name).map(|passage| passage.outcome) {
+                    _ if now => ItemState::Now,
+                    None => ItemState::Ahead,
+                    Some(Outcome::Done) => ItemState::Done,
+                    Some(Outcome::Skipped) => ItemState::Skipped,
+                    Some(_) if self.is_over() => ItemState::Broken,
+                    Some(Outcome::Aborted | Outcome::Cut | Outcome::Repeat) => ItemState::Again,
+                };
+                SessionItem {
+                    name: planned.name.clone(),
+                    what: planned.item.words(),
+                    condition: planned.condition.clone(),
+                    state,
+                    earlier: earlier(log, &planned.name, now, self.is_over()),
+                }
+            })
+            .collect()
+    }
+
+    /// What the participant sees, in the experimenter's words.
+    pub fn sees(&self) -> String {
+        let name = self.session.log().running.as_ref().map_or("", |running| running.item.as_str());
+        match &self.at {
+            SessionState::Hold => "please wait".into(),
+            SessionState::Text(_) => format!("page {name}"),
+            SessionState::Intro(_) => format!("words before {name}"),
+            SessionState::Loading(_) => format!("{name} is being loaded"),
+            SessionState::Countdown(..) => format!("countdown to {name}"),
+            SessionState::Driving => format!("drive {name}"),
+            SessionState::Over => "the drive is over".into(),
+            SessionState::Rest(..) => format!("rest {name}"),
+            SessionState::Questions(form) => {
+                let (page, pages) = form.progress();
+                format!("questions {name}, page {} of {pages}", page + 1)
+            }
+            SessionState::End => "thanks".into(),
+            SessionState::Stopped => "stopped, thanks".into(),
+        }
+    }
+
+    /// What the session waits for.
+    pub fn phase(&self, now: BackendStatus) -> SessionPhase {
+        match &self.at {
+            SessionState::End | SessionState::Stopped => SessionPhase::Over,
+            _ if self.asked => SessionPhase::Held,
+            SessionState::Hold => SessionPhase::Experimenter,
+            SessionState::Countdown(_, held) if *held => SessionPhase::Held,
+            SessionState::Driving if now.held => SessionPhase::Held,
+            SessionState::Loading(_) | SessionState::Countdown(..) | SessionState::Driving => SessionPhase::Driving,
+            SessionState::Rest(_, left_s) if *left_s > 0.0 => SessionPhase::Resting,
+            _ => SessionPhase::Participant,
+        }
+    }
+
+    /// Seconds that are left of what ends by itself.
+    pub fn left_s(&self, now: BackendStatus) -> Option<f64> {
+        match &self.at {
+            SessionState::Driving => Some(now.duration_s - now.time_s),
+            SessionState::Countdown(left_s, _) | SessionState::Rest(_, left_s) => Some(*left_s),
+            _ => None,
+        }
+    }
+
+    /// What went wrong last.
+    pub fn error(&self) -> Option<&str> {
+        self.error.as_deref()
+    }
+}

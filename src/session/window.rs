@@ -1,0 +1,425 @@
+//! The two windows of a session: the participant's, with screens and the picture of the drive, and the experimenter's. In:
+//! events of winit, Ctrl-C, the clock. Out: frames. The participant's window knows driving keys, those of its screens, F1 for
+//! the list of both and F11 for the whole screen; closing it, or the experimenter's, breaks off the session, and the same command goes on there.
+
+use super::{
+    DriveBackend, LiveSession,
+    drives::{SessionResources, WindowBackend},
+    experimenter_view::ExperimenterView,
+};
+use crate::{
+    desktop::{
+        DriverWindow, ExperimenterWindow, WindowSetup,
+        display::{self, WindowPlacement},
+        event_loop::{self, LoopControl, Windows, now},
+        keys::{self, Command},
+    },
+    drive_loop::{
+        RunError,
+        baselines::{self, BaselineJob},
+        recording_manifest,
+    },
+    input::{Devices, Profile},
+    panel::{ScreenState, Screens, SessionCommand, contact_flash, experimenter::WheelHealth, key_list, theme},
+    record,
+    study::{
+        Code, Completion, DataSet, Input, Session, SessionError, Study, lock,
+        session::{self, Log, Who},
+    },
+};
+use std::{
+    io::Write,
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+use winit::{
+    event::{ElementState, KeyEvent, WindowEvent},
+    event_loop::ActiveEventLoop,
+    keyboard::PhysicalKey,
+    window::{Window, WindowId},
+};
+
+/// What `codrive study --participant` was asked for.
+pub struct SessionOptions {
+    /// The study.
+    pub study: Study,
+    /// Folder of its data set.
+    pub out: PathBuf,
+    /// Who takes part.
+    pub code: Code,
+    /// Where the participant's window opens, and whether it fills the screen at once.
+    pub place: WindowPlacement,
+    /// Profile of the wheel; `None` takes the one for the wheel that is found.
+    pub wheel: Option<Profile>,
+    /// Becomes true when the program is to end (Ctrl-C).
+    pub stop: Arc<AtomicBool>,
+}
+
+/// How a session was left.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SessionOutcome {
+    /// It is over.
+    Over(Completion),
+    /// Something is left to do: the next item's name.
+    Open(String),
+}
+
+/// Leads a participant through the plan, from where they are to its end or until a window is closed.
+///
+/// # Errors
+/// No display or graphics adapter; a participant who has been through, is being run elsewhere, or whose files cannot be
+/// read; a full disk. What was done is kept.
+pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
+    if options.out.exists() {
+        // What is refused is refused without a display too, and before anything is made.
+        look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
+    }
+    let event_loop = event_loop::event_loop()?;
+    let data = DataSet::open(&options.out, &options.study)?;
+    let session = open_session(&options, &data)?;
+    let resources = SessionResources::new(Devices::open_with(options.wheel.clone()), &options.code);
+    let (frame, ended) = event_loop::run::<SessionWindows>(event_loop, (&options, session, resources), &options.stop);
+    let left = frame.map(|mut frame| frame.leave(&data, &options)).transpose();
+    ended?;
+    Ok(left?.unwrap_or_else(|| SessionOutcome::Open("the first screen".into())))
+}
+
+fn open_session(options: &SessionOptions, data: &DataSet) -> Result<Session, RunError> {
+    let index = data.next_index()?;
+    Ok(Session::open(data, &options.study, &options.code, Who::Person, index, &recording_manifest::now())?)
+}
+
+/// A rehearsal's folder is no place for people; a session that is over may lack baselines, since its window was closed while
+/// they were driven, and is not run again.
+fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> {
+    if let Some(log) = data.logs()?.iter().find(|log| log.who == Who::Simulated) {
+        return Err(SessionError::Refused(format!(
+            "{} holds a rehearsal ({}); people take part in a folder of its own",
+            data.root().display(),
+            log.participant
+        ))
+        .into());
+    }
+    let folder = data.source(&options.code);
+    let path = folder.join(session::FILE);
+    if !path.exists() || Log::load(&path)?.end.is_none() {
+        return Ok(());
+    }
+    let lock = lock::lock(&folder, &options.code)?;
+    let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
+    if made > 0 {
+        let were = if made == 1 { "baseline was" } else { "baselines were" };
+        let text = format!("{made} missing {were} made for participant {}", options.code);
+        // A session goes on where nobody reads that.
+        let _ = writeln!(std::io::stdout(), "{text}");
+    }
+    drop(lock);
+    open_session(options, data).map(drop)
+}
+
+/// A session in its windows.
+struct SessionWindows<'a> {
+    options: &'a SessionOptions,
+    picture: DriverWindow,
+    experimenter: ExperimenterWindow,
+    live_session: LiveSession,
+    resources: SessionResources,
+    screens: Screens,
+    experimenter_view: ExperimenterView,
+    making: Option<BaselineJob>,
+    /// Baselines have been made, or there were none to make.
+    made: bool,
+    data: DataSet,
+    /// Why the experimenter closes the windows of a session that is not over.
+    reason: Option<String>,
+    /// The participant reads the list of keys.
+    help_open: bool,
+    /// When the last frame began; `None` after something that took long and is no part of a drive.
+    last: Option<Instant>,
+    /// When the drive began, and when rows last went to the disk.
+    first: Instant,
+    flushed: Instant,
+}
+
+impl<'a> Windows for SessionWindows<'a> {
+    type Parts = (&'a SessionOptions, Session, SessionResources);
+
+    fn open(event_loop: &ActiveEventLoop, (options, session, resources): Self::Parts) -> Result<Self, RunError> {
+        let place = display::beside_experimenter(options.place, event_loop);
+        let placing = WindowSetup { title: format!("codrive: {}", options.study.file.title), place };
+        let mut picture = DriverWindow::open(event_loop, &placing)?;
+        theme::apply(picture.ctx());
+        picture.keep_miniature();
+        let title = format!("Experimenter: {}, {}", options.code, options.study.file.title);
+        let experimenter = ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?;
+        if let Some(font) = &options.study.font {
+            theme::add_font(picture.ctx(), font);
+            theme::add_font(experimenter.ctx(), font);
+        }
+        let start = now();
+        Ok(Self {
+            options,
+            picture,
+            experimenter,
+            live_session: LiveSession::new(&options.study, session, recording_manifest::now)?,
+            resources,
+            screens: Screens::default(),
+            experimenter_view: ExperimenterView::new(&options.study),
+            making: None,
+            made: false,
+            data: DataSet::open(&options.out, &options.study)?,
+            reason: None,
+            help_open: false,
+            last: None,
+            first: start,
+            flushed: start,
+        })
+    }
+
+    fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
+        if event == WindowEvent::CloseRequested {
+            return Ok(LoopControl::End);
+        }
+        if self.experimenter.id() == id {
+            self.experimenter.on_event(self.picture.gpu(), &event);
+            return Ok(LoopControl::GoOn);
+        }
+        self.picture.on_event(&event);
+        match event {
+            WindowEvent::Focused(false) => self.release_keys(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
+            WindowEvent::RedrawRequested => return self.draw(),
+            _ => {}
+        }
+        Ok(LoopControl::GoOn)
+    }
+
+    fn first(&self) -> &Window {
+        self.picture.window()
+    }
+}
+
+impl SessionWindows<'_> {
+    /// One frame: devices and drive, what the participant does, the picture, what the experimenter decides. The end
+    /// when the experimenter closes the session.
+    fn draw(&mut self) -> Result<LoopControl, RunError> {
+        let elapsed = self.lap();
+        let Self { resources, experimenter_view, .. } = self;
+        let (due, inputs) = match resources.frame(elapsed, |world| experimenter_view.watch(world)) {
+            Ok(done) => done,
+            Err(error) => {
+                self.on_backend(|live_session, backend| live_session.fail(&error, backend));
+                Default::default()
+            }
+        };
+        for input in inputs {
+            self.on_backend(|live_session, backend| live_session.input(input, backend))?;
+        }
+        for words in self.resources.take_contacts() {
+            self.live_session.note_contact(&words)?;
+        }
+        let (drove, prepared) = (self.live_session.drives(), self.resources.live.is_some());
+        self.on_backend(|live_session, backend| live_session.tick(elapsed, backend))?;
+        if let (Some(live), false) = (&self.resources.live, prepared) {
+            self.experimenter_view.drive_begins(live);
+            // What was loaded took long, and no timer counts it.
+            self.last = None;
+        }
+        if drove != self.live_session.drives() {
+            self.picture.window().set_cursor_visible(drove);
+            self.release_keys();
+        }
+        for input in self.draw_picture(elapsed, due) {
+            self.on_backend(|live_session, backend| live_session.input(input, backend))?;
+        }
+        if let (true, Some(live)) = (now() - self.flushed > record::FLUSH_EVERY, &mut self.resources.live) {
+            self.flushed = now();
+            if let Err(error) = live.flush() {
+                self.on_backend(|live_session, backend| live_session.fail(&error, backend));
+            }
+        }
+        self.after_the_session()?;
+        for command in self.draw_experimenter() {
+            match command {
+                SessionCommand::Close => {
+                    return Ok(if self.live_session.is_over() { LoopControl::End } else { LoopControl::GoOn });
+                }
+                SessionCommand::Interrupt(reason) => {
+                    self.reason = Some(reason);
+                    return Ok(LoopControl::End);
+                }
+                _ => {}
+            }
+            self.on_backend(|live_session, backend| live_session.command(command, backend))?;
+        }
+        Ok(LoopControl::GoOn)
+    }
+
+    /// Something that the session does with its road.
+    fn on_backend<T>(&mut self, act: impl FnOnce(&mut LiveSession, &mut dyn DriveBackend) -> T) -> T {
+        let Self { picture, resources, live_session, .. } = self;
+        act(live_session, &mut WindowBackend { picture, resources })
+    }
+
+    /// The participant's window. Returns what keys and mouse did there.
+    fn draw_picture(&mut self, elapsed: Duration, due: crate::time::Due) -> Vec<Input> {
+        let now_there = self.on_backend(|_, backend| backend.now());
+        let Self { picture, resources, live_session, screens, experimenter_view, options, first, help_open, .. } = self;
+        let state = ScreenState {
+            screen: live_session.screen(now_there),
+            texts: &options.study.file.texts,
+            progress: live_session.progress(),
+            wheel: resources.wheel(),
+        };
+        let mut inputs = Vec::new();
+        let flash = resources.live.as_ref().map_or(0.0, |live| live.contacts().flash());
+        let output = picture.overlay(|ui| {
+            // Esc closes the list before it asks to stop.
+            if *help_open && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
+                *help_open = false;
+            }
+            inputs.extend(screens.show(ui, &state));
+            contact_flash(ui, flash);
+            if *help_open {
+                key_list(ui.ctx(), &keys::list_of_participant());
+            }
+        });
+        let over_picture = state.screen.is_over_picture();
+        let view = resources.live.as_mut().filter(|_| over_picture).map(|live| live.view());
+        let drawn = picture.draw(view.as_ref(), Some(output));
+        let done = now();
+        if now_there.time_s == 0.0 {
+            *first = done;
+        }
+        let Some(live) = resources.live.as_mut().filter(|_| drawn) else { return inputs };
+        live.shown(done - *first, elapsed, &due);
+        experimenter_view.frame(elapsed, &due);
+        inputs
+    }
+
+    /// The experimenter's window, when it is due.
+    fn draw_experimenter(&mut self) -> Vec<SessionCommand> {
+        let now_there = self.on_backend(|_, backend| backend.now());
+        for news in self.resources.take_news() {
+            self.experimenter_view.say(now_there, &news);
+        }
+        let Self { picture, experimenter, live_session, resources, experimenter_view, making, made, data, .. } = self;
+        if !experimenter.due() {
+            return Vec::new();
+        }
+        let seen = picture.miniature().map(|view| {
+            let texture = view.texture();
+            (experimenter.picture(picture.gpu(), view), [texture.width(), texture.height()])
+        });
+        let done = made.then(|| format!("All data saved. Analyse it with: codrive analyse {}", data.root().display()));
+        let wheel = match resources.devices().and_then(|devices| devices.wheel_profile()) {
+            Some(profile) => WheelHealth::There(profile.name.clone()),
+            None => WheelHealth::None,
+        };
+        let work = making.as_ref().map(BaselineJob::words).or(done);
+        let mut commands = Vec::new();
+        experimenter.draw(picture.gpu(), |ui| {
+            commands.extend(experimenter_view.show(
+                ui,
+                live_session,
+                resources.live.as_ref(),
+                now_there,
+                &wheel,
+                work.as_deref(),
+                seen,
+            ));
+        });
+        commands
+    }
+
+    /// When the session is over: the data set's tables, then baselines on their thread, then the tables once more.
+    fn after_the_session(&mut self) -> Result<(), RunError> {
+        if !self.live_session.is_over() || self.made {
+            return Ok(());
+        }
+        let code = self.live_session.session().log().participant.clone();
+        let busy = match &mut self.making {
+            Some(making) if making.is_busy() => true,
+            Some(making) => {
+                let whole = making.finish(false);
+                if let Err(error) = whole {
+                    self.experimenter_view
+                        .say(super::BackendStatus::default(), &format!("a baseline could not be driven: {error}"));
+                }
+                false
+            }
+            None => {
+                let session = self.live_session.session();
+                let trials = baselines::missing(session.folder(), session.plan(), session.log());
+                let any = !trials.is_empty();
+                if any {
+                    self.making = Some(BaselineJob::begin(&code, trials)?);
+                }
+                any
+            }
+        };
+        if !busy {
+            (self.made, self.making) = (true, None);
+            self.data.publish(&self.options.study, &code)?;
+        }
+        Ok(())
+    }
+
+    /// The windows close: what runs is broken off, and comes again with the same command.
+    fn leave(&mut self, data: &DataSet, options: &SessionOptions) -> Result<SessionOutcome, RunError> {
+        let stopped = options.stop.load(Ordering::Relaxed);
+        let usual = if stopped { "stopped by Ctrl-C" } else { "the window was closed" };
+        let reason = self.reason.take().unwrap_or_else(|| usual.into());
+        self.on_backend(|live_session, backend| live_session.close(&reason, backend))?;
+        if let Some(making) = &mut self.making {
+            making.finish(true)?;
+        }
+        data.publish(&options.study, &options.code)?;
+        let log = self.live_session.session().log();
+        Ok(match (&log.end, self.live_session.session().next()) {
+            (Some(_), _) => SessionOutcome::Over(Completion::of(log)),
+            (None, next) => SessionOutcome::Open(next.map_or_else(String::new, |(_, planned)| planned.name.clone())),
+        })
+    }
+
+    /// Time since the last frame.
+    fn lap(&mut self) -> Duration {
+        let begin = now();
+        self.last.replace(begin).map_or(Duration::ZERO, |before| begin - before)
+    }
+
+    fn release_keys(&mut self) {
+        if let Some(devices) = self.resources.devices() {
+            devices.keyboard.release_all();
+        }
+    }
+
+    /// A key of the participant's window; screens hear theirs through egui.
+    fn key(&mut self, event: &KeyEvent) {
+        let PhysicalKey::Code(code) = event.physical_key else { return };
+        let down = event.state == ElementState::Pressed;
+        let drives = self.live_session.drives();
+        if let (Some(key), Some(devices)) = (keys::driving(code), self.resources.devices()) {
+            devices.keyboard.set(key, down && drives);
+        }
+        match keys::command(code).filter(|_| down && !event.repeat) {
+            Some(Command::Help) => self.help_open = !self.help_open,
+            Some(Command::FullScreen) => self.picture.toggle_fullscreen(),
+            Some(Command::Reverse) if drives => {
+                if let Some(devices) = self.resources.devices() {
+                    devices.keyboard.toggle_reverse();
+                }
+            }
+            Some(Command::PutBack) if drives => {
+                if let Some(live) = &mut self.resources.live {
+                    live.put_back();
+                }
+            }
+            _ => {}
+        }
+    }
+}

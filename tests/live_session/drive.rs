@@ -1,0 +1,117 @@
+//! A drive of a session on a real road: it lasts longer when the experimenter says so, and its recording says the same.
+
+use codrive::{
+    input::{
+        Action, Devices, Rig,
+        lamps::Lamps,
+        profiles::{self, Device},
+        wheel::{Found, Told},
+    },
+    live_drive::LiveDrive,
+    record::{Reader, Table},
+    render::Gpu,
+    replay::Replay,
+    session::drives::SessionResources,
+    sim::Scenario,
+    study::Code,
+    time::Pace,
+};
+use std::time::Duration;
+
+#[test]
+fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
+    let gpu = Gpu::shared().expect("a graphics adapter is needed");
+    let scenario = Scenario { traffic: "native".into(), duration_s: 1.0, trees: 0, ..Scenario::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("trial");
+    let mut devices = Some(Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1)));
+    let mut live = LiveDrive::led(&scenario, &mut devices).unwrap();
+    assert!(devices.is_none() && live.drive.clock.pace() == Pace::Paused);
+    live.record_of(&recording, gpu, Some(&Code::new("P03").unwrap())).unwrap();
+    live.drive.clock.set_pace(Pace::FullSpeed);
+    live.advance(Duration::ZERO, |_| ()).unwrap();
+    live.extend(0.75).unwrap();
+    while live.drive.world.ended().is_none() {
+        live.advance(Duration::ZERO, |_| ()).unwrap();
+    }
+    assert_eq!(live.drive.world.snapshot().tick.0, 175);
+    live.finish_recording().unwrap();
+    assert_eq!(Scenario::from_file(&recording.join("scenario.toml")).unwrap().duration_s, 1.75);
+    let mut replay = Replay::open(&recording).unwrap();
+    replay.advance(1000).unwrap();
+    assert_eq!((replay.verdict().ticks, replay.verdict().first_difference), (175, None));
+    let manifest = std::fs::read_to_string(recording.join("manifest.json")).unwrap();
+    assert!(manifest.contains("\"participant\": \"P03\""), "{manifest}");
+    // A scenario that cannot start leaves the devices where they are.
+    devices = Some(live.into_devices());
+    assert!(LiveDrive::led(&Scenario { vehicles: 400, ..scenario }, &mut devices).is_err() && devices.is_some());
+}
+
+#[test]
+fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
+    let (to, told) = std::sync::mpsc::channel();
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
+    let profile = profiles::named("g29").unwrap();
+    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    to.send(Told::Found(Box::new(found))).unwrap();
+    let mut wheel = Devices::with_rig(Rig::fed_by(told));
+    // Reverse was pressed while questions were answered.
+    to.send(Told::Button { code: 293, down: true, at: None }).unwrap();
+    wheel.poll();
+    assert_eq!(wheel.controls(0.0, None).selector, codrive::ego::Selector::Reverse);
+    let mut devices = Some(wheel);
+    let scenario = Scenario { traffic: "native".into(), duration_s: 5.0, trees: 0, ..Scenario::default() };
+    let mut live = LiveDrive::led(&scenario, &mut devices).unwrap();
+    assert_eq!(live.devices.controls(0.0, None).selector, codrive::ego::Selector::Drive);
+    for code in [297, 292, 296] {
+        to.send(Told::Button { code, down: true, at: None }).unwrap();
+    }
+    live.advance(Duration::from_millis(20), |_| ()).unwrap();
+    assert_eq!(live.take_pressed(), [Action::Start, Action::Mark, Action::Abort]);
+    assert_eq!((live.drive.clock.pace(), live.take_pressed().len()), (Pace::Paused, 0), "Start starts nothing");
+}
+
+#[test]
+fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
+    let wide = Scenario {
+        traffic: "native".into(),
+        duration_s: 8.0,
+        trees: 0,
+        policy: "constant".into(),
+        hold_s: 1.0,
+        // The car rolls out from 4.6 m/s with no foot on a pedal: into the range, and out of it below.
+        vehicles: 12,
+        warm_up_s: 5.0,
+        policy_speed_mps: 3.8,
+        range_mph: 1.0,
+        ..Scenario::default()
+    };
+    let gpu = Gpu::shared().expect("a graphics adapter is needed");
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("practice");
+    let none = || Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1));
+    let mut kit = SessionResources::new(none(), &Code::new("P03").unwrap());
+    let mut live = LiveDrive::led(&wide, &mut Some(none())).unwrap();
+    live.record_of(&recording, gpu, None).unwrap();
+    live.drive.clock.set_pace(Pace::FullSpeed);
+    kit.live = Some(live);
+    let ended = |kit: &SessionResources| kit.live.as_ref().is_some_and(|live| live.drive.world.ended().is_some());
+    while !ended(&kit) {
+        kit.frame(Duration::ZERO, |_| ()).unwrap();
+    }
+    kit.live.as_mut().unwrap().finish_recording().unwrap();
+    // From the tables: the speed at the end of each step within the range of the advice that stands.
+    let ego = Reader::parquet(&Table::Ego.parquet(&recording)).unwrap();
+    let advice = Reader::parquet(&Table::Advice.parquet(&recording)).unwrap();
+    let (ticks, low, high) = (advice.wholes("tick"), advice.numbers("range_low_mps"), advice.numbers("range_high_mps"));
+    let steps = ego.wholes("tick").into_iter().zip(ego.numbers("speed_mps")).filter(|(tick, _)| tick % 10 == 0);
+    let inside = steps.filter(|(tick, speed)| {
+        let stands = ticks.iter().rposition(|issued| issued < tick).unwrap();
+        let speed = speed.unwrap();
+        low[stands].unwrap() - 1e-6 <= speed && speed <= high[stands].unwrap() + 1e-6
+    });
+    let recorded_s = inside.count() as f64 * 0.1;
+    assert!((kit.in_range_s() - recorded_s).abs() < 1e-6, "{} {recorded_s}", kit.in_range_s());
+    assert!((1.0..7.5).contains(&recorded_s), "{recorded_s}: the car is in it and out of it");
+}

@@ -1,0 +1,96 @@
+//! A session with a wheel in the participant's hands, from the reading thread's words to answers on the disk.
+
+use crate::rig::Rig;
+use codrive::{
+    input::{
+        Devices, Rig as WheelRig,
+        lamps::Lamps,
+        profiles::{self, Device},
+        wheel::{Found, Told},
+    },
+    session::drives::SessionResources,
+    study::{Code, Input},
+};
+use std::time::Duration;
+
+#[test]
+fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
+    const STEERING: u16 = 0;
+    const CROSS: u16 = 288;
+    const TRIANGLE: u16 = 291;
+    const RIGHT_PADDLE: u16 = 292;
+    let (to, told) = std::sync::mpsc::channel();
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
+    let profile = profiles::named("g29").unwrap();
+    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    to.send(Told::Found(Box::new(found))).unwrap();
+    let mut kit = SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
+    let mut rig = Rig::new();
+    let mut act = |rig: &mut Rig, told: &[Told]| {
+        rig.pass(0.5);
+        for one in told {
+            let one = match one {
+                Told::Axis { code, raw, .. } => Told::Axis { code: *code, raw: *raw, at: None },
+                Told::Button { code, .. } => Told::Button { code: *code, down: true, at: None },
+                _ => continue,
+            };
+            to.send(one).unwrap();
+            let (_, inputs) = kit.frame(Duration::ZERO, |_| ()).unwrap();
+            inputs.into_iter().for_each(|input| rig.input(input));
+        }
+    };
+    let turn = |degrees: f64| {
+        let raw = 32_767 - (degrees / 450.0 * 32_767.0) as i32;
+        Told::Axis { code: STEERING, raw, at: None }
+    };
+    let press = |code: u16| Told::Button { code, down: true, at: None };
+    act(&mut rig, &[turn(0.0), press(CROSS)]);
+    act(&mut rig, &[press(CROSS)]);
+    assert_eq!(rig.sees(), "questions before, page 1 of 2");
+    // 13 degrees to the right are a place: the middle of the scale, and one more.
+    act(&mut rig, &[turn(-13.0), turn(-26.0), press(CROSS)]);
+    // Back to the first question, one place to the left, and on; the wheel goes on from where it is.
+    act(&mut rig, &[press(TRIANGLE), turn(-11.0), press(CROSS), press(RIGHT_PADDLE)]);
+    for step in 0..5 {
+        act(&mut rig, &[turn(-40.0 - 20.0 * f64::from(step)), press(CROSS)]);
+        if step == 1 {
+            act(&mut rig, &[press(CROSS)]);
+        }
+    }
+    act(&mut rig, &[press(CROSS)]);
+    let answers = rig.log().answers["before"].clone();
+    assert_eq!((answers.len(), &answers[0].answer), (6, &serde_json::json!(50)), "{answers:?}");
+    assert_eq!(rig.running(), "practice");
+    assert!(rig.log().notes.iter().any(|note| note.kind == "mark" && note.text == "by the participant"));
+}
+
+#[test]
+fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answer_where_no_button_does() {
+    let (to, told) = std::sync::mpsc::channel();
+    let mut kit = SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
+    assert!(kit.frame(Duration::ZERO, |_| ()).unwrap().1.is_empty() && !kit.wheel());
+    let mut profile = profiles::named("g29").unwrap();
+    (profile.buttons.answer, profile.buttons.start) = (Vec::new(), Vec::new());
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
+    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    let mut after = |told: Told| {
+        to.send(told).unwrap();
+        let inputs = kit.frame(Duration::ZERO, |_| ()).unwrap().1;
+        (inputs, kit.take_news(), kit.wheel())
+    };
+    let (inputs, news, _) = after(Told::Found(Box::new(found)));
+    assert!(inputs.is_empty() && news.len() == 1 && news[0].ends_with("is there"), "{inputs:?} {news:?}");
+    // The accelerator to the floor is Enter, once; the brake goes back. 255 is no foot, 0 the floor.
+    let pedal = |code: u16, raw: i32| Told::Axis { code, raw, at: None };
+    let moved = after(Told::Axis { code: 0, raw: 30_000, at: None });
+    assert!(moved.2, "whoever turns the wheel has it in hands");
+    for (told, input) in
+        [(pedal(2, 0), Some(Input::Next)), (pedal(2, 0), None), (pedal(2, 255), None), (pedal(5, 0), Some(Input::Back))]
+    {
+        assert_eq!(after(told).0, input.into_iter().collect::<Vec<_>>());
+    }
+    let (_, news, wheel) = after(Told::Lost);
+    assert!(news.len() == 1 && news[0].ends_with("was unplugged") && !wheel, "{news:?}");
+}

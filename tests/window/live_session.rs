@@ -1,0 +1,233 @@
+//! A participant's whole session in its two windows on a real X server (Xvfb), by keys alone: page, questions, two trials. In
+//! the middle of the first trial the program is killed, and the same command goes on there. What is typed in the
+//! participant's window gives no command of the experimenter's.
+
+use crate::{
+    keys::{B, CTRL, ENTER, ESC, F1, G, Q, RIGHT, S, T},
+    xserver::{Server, wait_for},
+};
+use codrive::{
+    record::{Reader, Table},
+    study::{
+        Outcome,
+        session::{FILE, Log},
+    },
+};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::Duration,
+};
+
+const STUDY: &str = r##"title = "Short"
+participants = 2
+order = "fixed"
+countdown_s = 0.0
+[base]
+traffic = "native"
+vehicles = 6
+warm_up_s = 0.0
+duration_s = 1.5
+quality = "low"
+trees = 0
+policy = "constant"
+[[condition]]
+name = "narrow"
+set = { range_mph = 0.5, duration_s = 120.0 }
+[[condition]]
+name = "wide"
+[[segment]]
+kind = "text"
+name = "welcome"
+text = "# Welcome"
+[[segment]]
+kind = "questions"
+name = "before"
+questionnaire = "two.json"
+[[segment]]
+kind = "trials"
+name = "trial"
+"##;
+
+const QUESTIONS: &str = r#"{ "title": "Two", "pages": [ { "elements": [
+  { "type": "boolean", "name": "licence", "title": "A licence?", "isRequired": true },
+  { "type": "rating", "name": "rested", "title": "Rested?", "isRequired": true, "rateMin": 1, "rateMax": 7 } ] } ] }"#;
+
+struct Place {
+    _folder: tempfile::TempDir,
+    study: PathBuf,
+    out: PathBuf,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let (study, out) = (folder.path().join("short.toml"), folder.path().join("data"));
+        fs::write(&study, STUDY).unwrap();
+        fs::write(folder.path().join("two.json"), QUESTIONS).unwrap();
+        Self { _folder: folder, study, out }
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+        command.arg("study").arg(&self.study).args(["--participant", "P03", "--out"]).arg(&self.out);
+        command.env_remove("WAYLAND_DISPLAY").env("RUST_LOG", "error").stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn start(&self, server: &Server) -> Child {
+        self.command().env("DISPLAY", &server.display).spawn().unwrap()
+    }
+
+    fn source(&self) -> PathBuf {
+        self.out.join("sourcedata/sub-P03")
+    }
+
+    fn log(&self) -> Option<Log> {
+        Log::load(&self.source().join(FILE)).ok()
+    }
+
+    fn runs(&self, item: &str) -> bool {
+        self.log().and_then(|log| log.running).is_some_and(|running| running.item == item)
+    }
+}
+
+/// Strikes keys in a window again and again until something holds.
+fn strike_until(server: &Server, window: u32, keys: &[&[u8]], what: &str, holds: impl Fn() -> bool) {
+    let mut next = keys.iter().cycle();
+    wait_for(what, || {
+        if holds() {
+            return Some(());
+        }
+        server.strike(window, next.next()?);
+        sleep(Duration::from_millis(150));
+        None
+    });
+}
+
+fn ended(program: Child) -> (Option<i32>, String) {
+    let output = program.wait_with_output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
+}
+
+#[test]
+fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
+    let (server, place) = (Server::start([1300, 1200]), Place::new());
+    let mut program = place.start(&server);
+    let participant = server.window("codrive: Short");
+    server.window("Experimenter: P03");
+    strike_until(&server, participant, &[&[ENTER]], "the questions", || place.runs("before"));
+    // F1 lists the keys over the page, and Esc closes the list, which asks for no stop.
+    // Below the experimenter's window, where it is seen whole.
+    server.move_to(participant, [0, 820]);
+    sleep(Duration::from_secs(1));
+    let page = server.picture(participant);
+    let share = |low: f64, high: f64| {
+        let differs = server.picture(participant).differs(&page);
+        (low..high).contains(&differs).then_some(())
+    };
+    server.strike(participant, &[F1]);
+    wait_for("the list of keys", || share(0.05, 1.0));
+    server.strike(participant, &[ESC]);
+    wait_for("the page again", || share(0.0, 0.01));
+    // The participant's keyboard breaks nothing off.
+    server.strike(participant, &[CTRL, B]);
+    strike_until(&server, participant, &[&[RIGHT], &[ENTER]], "the trial", || place.runs("trial-1-narrow"));
+    let log = place.log().unwrap();
+    assert!(log.passages.iter().all(|p| p.outcome == Outcome::Done) && log.notes.is_empty(), "{log:?}");
+    assert_eq!(log.answers["before"].len(), 2);
+    let journal = place.source().join("trial-1-narrow/journal/rows.blocks");
+    strike_until(&server, participant, &[&[ENTER]], "the drive", || journal.exists());
+    wait_for("rows", || fs::metadata(&journal).ok().filter(|file| file.len() > 20_000));
+    program.kill().unwrap();
+    program.wait().unwrap();
+
+    // Not by two programs at once.
+    let program = place.start(&server);
+    let (participant, experimenter) = (server.window("codrive: Short"), server.window("Experimenter: P03"));
+    let (code, text) = ended(place.command().env("DISPLAY", &server.display).spawn().unwrap());
+    assert!(code == Some(2) && text.contains("is being run by another program"), "{text}");
+    let last = wait_for("the cut", || place.log()?.passages.pop().filter(|p| p.item == "trial-1-narrow"));
+    assert_eq!(last.outcome, Outcome::Cut);
+    assert!(Reader::parquet(&Table::Ego.parquet(&place.source().join("trial-1-narrow"))).unwrap().rows() > 20);
+    strike_until(&server, experimenter, &[&[CTRL, G]], "the trial again", || place.runs("trial-1-narrow"));
+    let again = place.source().join("trial-1-narrow-again-1");
+    strike_until(&server, participant, &[&[ENTER]], "the drive again", || again.join("journal").exists());
+    // It lasts long: the experimenter leaves it out, and says why.
+    let typed: [&[u8]; 4] = [&[CTRL, S], &[T], &[T], &[ENTER]];
+    strike_until(&server, experimenter, &typed, "the skip", || {
+        place.log().is_some_and(|log| log.passages.iter().any(|p| p.outcome == Outcome::Skipped))
+    });
+    strike_until(&server, experimenter, &[&[CTRL, G]], "the second trial", || place.runs("trial-2-wide"));
+    let over = || place.log().is_some_and(|log| log.end.is_some());
+    strike_until(&server, participant, &[&[ENTER]], "the end", over);
+    let baseline = place.source().join("trial-2-wide-baseline/summary.json");
+    wait_for("the baseline", || baseline.exists().then_some(()));
+    let mut program = program;
+    strike_until(&server, experimenter, &[&[CTRL, Q]], "goodbye", {
+        let program = std::cell::RefCell::new(&mut program);
+        move || program.borrow_mut().try_wait().unwrap().is_some()
+    });
+    let (code, text) = ended(program);
+    assert!(
+        code == Some(0)
+            && text.contains("participant P03 partial: the session came to its end, and at least one item was skipped"),
+        "{text}"
+    );
+
+    let read = |name: &str| fs::read_to_string(place.out.join(name)).unwrap();
+    assert!(read("participants.tsv").contains("\tperson\tnarrow,wide\tpartial"), "{}", read("participants.tsv"));
+    let scans = read("sub-P03/sub-P03_scans.tsv");
+    assert!(scans.lines().count() == 2 && scans.contains("trial-2-wide-baseline"), "{scans}");
+    assert!(read("phenotype/before.tsv").lines().nth(1).is_some_and(|row| row.starts_with("sub-P03\ttrue\t")));
+    let manifest = read("sourcedata/sub-P03/trial-2-wide/manifest.json");
+    assert!(
+        manifest.contains("\"participant\": \"P03\"") && manifest.contains("\"driver\": \"keyboard\""),
+        "{manifest}"
+    );
+    // Nobody takes part twice; no display is needed to say so. A baseline that was cut is made anew by the way.
+    let (whole, part) = (baseline.parent().unwrap(), place.source().join("trial-2-wide-baseline-part"));
+    fs::rename(whole, &part).unwrap();
+    let (code, text) = ended(place.command().env_remove("DISPLAY").spawn().unwrap());
+    assert!(code == Some(2) && text.contains("has been through the whole study"), "{text}");
+    assert!(text.contains("1 missing baseline was made for participant P03") && baseline.exists() && !part.exists());
+    // The analysis reads what is there.
+    let analysed = Command::new(env!("CARGO_BIN_EXE_codrive")).arg("analyse").arg(&place.out).output().unwrap();
+    assert!(
+        analysed.status.success() && String::from_utf8_lossy(&analysed.stdout).contains("1 drive\n"),
+        "{analysed:?}"
+    );
+}
+
+#[test]
+fn what_cannot_be_is_said_before_a_window_opens() {
+    let place = Place::new();
+    let run = |place: &Place, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+        command.arg("study").arg(&place.study).args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
+    };
+    let out = place.out.to_str().unwrap();
+    for (code, has) in [
+        ("../P03", "it contains '.'"),
+        ("Ann Lee", "it contains a space"),
+        ("nul", "keeps this name"),
+        ("", "is empty"),
+    ] {
+        let (exit, text) = run(&place, &["--participant", code, "--out", out]);
+        assert!(exit == Some(2) && text.contains(has) && text.contains("for example P03"), "{text}");
+    }
+    let (exit, text) = run(&place, &["--participant", "P03"]);
+    assert!(exit == Some(2) && text.contains("--out"), "{text}");
+    let (exit, text) = run(&place, &["--participant", "P03", "--out", out, "--rehearse"]);
+    assert!(exit == Some(2) && text.contains("cannot be used with"), "{text}");
+    let (exit, text) = run(&place, &["--participant", "P03", "--out", out]);
+    assert!(exit == Some(1) && text.contains("no window can be opened"), "{text}");
+    assert!(!Path::new(out).exists(), "nothing was made");
+    assert_eq!(run(&place, &["--rehearse", "--participants", "1", "--out", out]).0, Some(0));
+    let (exit, text) = run(&place, &["--participant", "P03", "--out", out]);
+    assert!(exit == Some(2) && text.contains("holds a rehearsal (R01)"), "{text}");
+}
