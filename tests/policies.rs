@@ -3,7 +3,7 @@
 
 use codrive::{
     policy::{self, Network, Policy, PolicySettings, onnx},
-    train::{FollowKind, TrainConfig, Verdict, judge},
+    train::{EvaluationResult, FollowKind, TrainConfig, evaluate},
 };
 use std::{
     fs,
@@ -26,18 +26,18 @@ fn driven(hold_s: f64, reaction_s: f64, error_mps: f64) -> TrainConfig {
     TrainConfig { follow: FollowKind::Driver, random_driver: false, reaction_s, error_mps, ..paper_ring(hold_s) }
 }
 
-fn mean(verdicts: &[Verdict], of: fn(&Verdict) -> f64) -> f64 {
+fn mean(verdicts: &[EvaluationResult], of: fn(&EvaluationResult) -> f64) -> f64 {
     verdicts.iter().map(of).sum::<f64>() / verdicts.len() as f64
 }
 
 /// A policy known by name at the saturated wave: 20 rings.
-fn baseline(name: &str, aim_mps: f64, change: TrainConfig) -> Vec<Verdict> {
+fn baseline(name: &str, aim_mps: f64, change: TrainConfig) -> Vec<EvaluationResult> {
     let settings = PolicySettings { aim_mps, equilibrium_mps: 4.362, step_s: 0.1 };
     let config = TrainConfig { warm_up_s: 600.0, ..change };
-    judge(&config, "baseline", 20, || policy::build(name, &settings).unwrap())
+    evaluate(&config, "baseline", 20, || policy::build(name, &settings).unwrap())
 }
 
-fn calm(verdicts: &[Verdict]) -> usize {
+fn calm(verdicts: &[EvaluationResult]) -> usize {
     verdicts.iter().filter(|v| v.calm_s.is_some()).count()
 }
 
@@ -75,9 +75,9 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
 fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
     // FACTS 3: 4.34 m/s when engaged moving. An ego that keeps the model's own distance is there on every ring; one that
     // follows to the letter with a vehicle's lag of 1 s settles at the same speed wherever its gap was below about 5.5 m.
-    let settled = |verdicts: &[Verdict]| {
+    let settled = |verdicts: &[EvaluationResult]| {
         assert!(verdicts.iter().all(|v| !v.crashed));
-        let calmed: Vec<Verdict> = verdicts.iter().copied().filter(|v| v.calm_s.is_some()).collect();
+        let calmed: Vec<EvaluationResult> = verdicts.iter().copied().filter(|v| v.calm_s.is_some()).collect();
         let settled_mps = mean(&calmed, |v| v.settled_mps);
         assert!((settled_mps - 4.34).abs() < 0.01, "{settled_mps}");
         calmed.len()
@@ -120,14 +120,14 @@ fn shipped_policies_are_the_same_in_both_formats_and_bring_their_configuration()
 }
 
 /// A shipped policy on 20 fresh rings.
-fn driven_by(name: &str, config: &TrainConfig) -> Vec<Verdict> {
+fn driven_by(name: &str, config: &TrainConfig) -> Vec<EvaluationResult> {
     driven_on(name, config, 20)
 }
 
-fn driven_on(name: &str, config: &TrainConfig, rings: usize) -> Vec<Verdict> {
+fn driven_on(name: &str, config: &TrainConfig, rings: usize) -> Vec<EvaluationResult> {
     let network = Network::from_file(&assets().join(name).join("policy.toml")).unwrap();
     let make = || -> Option<Box<dyn Policy>> { Some(Box::new(network.clone())) };
-    let verdicts = judge(config, "shipped", rings, make);
+    let verdicts = evaluate(config, "shipped", rings, make);
     assert!(verdicts.iter().all(|v| !v.crashed), "{name}");
     verdicts
 }
@@ -172,7 +172,7 @@ fn acceleration_advice_lets_nobody_stand_for_good() {
 fn shipped_policies_help_on_other_rings_without_training_anew() {
     for (length_m, cars) in [(210.0, 18), (230.0, 24), (270.0, 20), (290.0, 26)] {
         let ring = ring_of(length_m, cars, driven(10.0, 0.0, 0.0));
-        let without = mean(&judge(&ring, "shipped", 20, || None), |v| v.mean_mps);
+        let without = mean(&evaluate(&ring, "shipped", 20, || None), |v| v.mean_mps);
         for name in ["ring-250-speed", "ring-250-acceleration"] {
             let with = mean(&driven_by(name, &ring), |v| v.mean_mps);
             assert!(with > without + 0.3, "{name}, {length_m} m, {cars} cars: {with} against {without}");
@@ -205,7 +205,7 @@ fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m_with_18_to_26_ca
     for ((length_m, cars), least_mps) in gain.chain(between.map(|ring| (ring, 0.0))) {
         for (hold_s, reaction_s, error_mps) in [(1.0, 1.0, 0.5), (10.0, 0.0, 0.0), (30.0, 1.0, 0.5)] {
             let ring = ring_of(length_m, cars, driven(hold_s, reaction_s, error_mps));
-            let without = mean(&judge(&ring, "shipped", 16, || None), |v| v.mean_mps);
+            let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_mps);
             for name in SHIPPED_FOR_250_M {
                 let verdicts = driven_on(name, &ring, 16);
                 let with = mean(&verdicts, |v| v.mean_mps);
@@ -222,7 +222,7 @@ fn on_a_ring_too_dense_for_advice_all_is_as_without_it_to_the_bit() {
     // Less than 8.7 m of road a car, of which the car itself takes 5.
     for (length_m, cars) in [(210.0, 26), (220.0, 26), (210.0, 25), (215.0, 25), (225.0, 26)] {
         let ring = ring_of(length_m, cars, driven(10.0, 0.0, 0.0));
-        let without = judge(&ring, "shipped", 16, || None);
+        let without = evaluate(&ring, "shipped", 16, || None);
         for name in SHIPPED_FOR_250_M {
             assert_eq!(driven_on(name, &ring, 16), without, "{name}, {length_m} m, {cars} cars");
         }
@@ -237,7 +237,7 @@ fn on_the_long_ring_its_policies_win_back_more_than_half_of_what_the_wave_takes(
         let base = TrainConfig { warm_up_s: 600.0, ..driven(hold_s, reaction_s, error_mps) };
         let mut ring = ring_of(640.9, 40, base);
         ring.idm.v0 = 17.88;
-        let without = mean(&judge(&ring, "shipped", 16, || None), |v| v.mean_mps);
+        let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_mps);
         assert!((without - wave_mps).abs() < 0.15, "{without}: that is not the wave");
         for name in ["ring-641-speed", "ring-641-acceleration"] {
             let with = mean(&driven_on(name, &ring, 16), |v| v.mean_mps);

@@ -5,11 +5,11 @@
 use codrive::{
     input::{
         Devices, Profile, Rig,
-        feel::{Angle, ForceDevice},
+        force_thread::{Angle, ForceDevice},
         lamps::Lamps,
         profiles::{self, Device},
         reader::{Port, ReadingThread},
-        wheel::{Found, Told},
+        wheel::{FoundWheel, WheelMessage},
     },
     live_drive::LiveDrive,
     sim::Scenario,
@@ -66,7 +66,7 @@ struct Desk {
 impl Port for Desk {
     type Wheel = Arc<Angle>;
 
-    fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(Found, Self::Wheel)> {
+    fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)> {
         if !self.plugged.load(Ordering::Relaxed) {
             return None;
         }
@@ -76,12 +76,12 @@ impl Port for Desk {
         let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
         let force: Option<Box<dyn ForceDevice>> = Some(Box::new(self.motor.clone()));
         let (profile, lamps) = (self.profile.clone(), Lamps::default());
-        Some((Found { device, profile, lamps, force, angle: Arc::clone(&angle) }, angle))
+        Some((FoundWheel { device, profile, lamps, force, angle: Arc::clone(&angle) }, angle))
     }
 
     fn prefer(&mut self, _profile: Profile) {}
 
-    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<Told>) -> io::Result<()> {
+    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
         if !self.plugged.load(Ordering::Relaxed) {
             return Err(io::ErrorKind::NotConnected.into());
         }
@@ -90,7 +90,7 @@ impl Port for Desk {
                 if code == STEERING {
                     wheel.set(self.profile.steering.wheel_rad(raw));
                 }
-                told.push(Told::Axis { code, raw, at: None });
+                told.push(WheelMessage::Axis { code, raw, at: None });
                 Ok(())
             }
             Err(RecvTimeoutError::Timeout) => Ok(()),

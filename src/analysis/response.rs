@@ -237,8 +237,8 @@ mod tests {
 
     #[test]
     fn what_was_under_way_or_comes_too_late_is_no_response() {
-        let under_way = |t: f64| (0.2 + 0.4 * (t - 1.8).clamp(0.0, 1.0), 0.0);
-        assert_eq!(responses(under_way, |_| 2.0, &[(100, 2.0), (200, 4.0)])[0].reaction_s, None);
+        let control_delay = |t: f64| (0.2 + 0.4 * (t - 1.8).clamp(0.0, 1.0), 0.0);
+        assert_eq!(responses(control_delay, |_| 2.0, &[(100, 2.0), (200, 4.0)])[0].reaction_s, None);
         let late = |t: f64| (if t < 7.1 { 0.1 } else { 0.5 }, 0.0);
         assert_eq!(responses(late, |_| 2.0, &[(100, 2.0), (200, 4.0)])[0].reaction_s, None);
         // The same movement answers a change that comes later, and not one that has been replaced.

@@ -2,7 +2,7 @@
 //! turn, so that the sound holds all multiples of half the engine's speed; those of its firing, twice the engine's speed,
 //! are by far the strongest. Load makes the upper ones louder: that is how a pedal is heard.
 
-use super::glide::Glide;
+use super::smoothing::SmoothedValue;
 
 /// Partials: multiples of half the engine's speed.
 const PARTIALS: usize = 24;
@@ -20,8 +20,8 @@ pub struct EngineVoice {
     rate_hz: f32,
     /// Turns of the half-speed, 0..1.
     phase: f32,
-    rpm: Glide,
-    load: Glide,
+    rpm: SmoothedValue,
+    load: SmoothedValue,
     /// Strength of each partial without load and under full load.
     light: [f32; PARTIALS],
     heavy: [f32; PARTIALS],
@@ -33,8 +33,8 @@ impl EngineVoice {
         Self {
             rate_hz,
             phase: 0.0,
-            rpm: Glide::new(0.0, SPEED_S, rate_hz),
-            load: Glide::new(0.0, LOAD_S, rate_hz),
+            rpm: SmoothedValue::new(0.0, SPEED_S, rate_hz),
+            load: SmoothedValue::new(0.0, LOAD_S, rate_hz),
             light: partials(1.5, 0.06),
             heavy: partials(1.0, 0.14),
         }

@@ -1,7 +1,7 @@
-//! Sound as a file, off-line. In: a [`Hear`] a tick. Out: a WAV file of 48 kHz, 16 bits, stereo, as long as the drive to the
+//! Sound as a file, off-line. In: a [`SoundScene`] a tick. Out: a WAV file of 48 kHz, 16 bits, stereo, as long as the drive to the
 //! sample; the same drive gives the same bytes.
 
-use super::{Hear, Mixer};
+use super::{Mixer, SoundScene};
 use crate::{sim::SoundLevels, time::TICKS_PER_S};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use std::{
@@ -40,7 +40,7 @@ impl SoundFile {
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn tick(&mut self, hear: &Hear) -> io::Result<()> {
+    pub fn tick(&mut self, hear: &SoundScene) -> io::Result<()> {
         self.mixer.render(hear, &mut self.samples);
         for sample in self.samples.iter().flatten() {
             self.writer.write_sample((sample * 32_767.0).round() as i16).map_err(told)?;

@@ -1,13 +1,13 @@
-//! All sounds together. In: a [`Hear`] and how many samples are wanted. Out: these samples, left and right, each below full
+//! All sounds together. In: a [`SoundScene`] and how many samples are wanted. Out: these samples, left and right, each below full
 //! scale. The recipe is [`Mixer::sample`].
 
 use super::{
-    Hear, NEAR,
+    NEAR, SoundScene,
     engine::EngineVoice,
-    glide::Glide,
-    hiss::Hiss,
-    others::OtherVoice,
-    signal::{Horn, Thump, Tone},
+    filtered_noise::FilteredNoise,
+    one_shot::{ContactSound, Horn, Tone},
+    smoothing::SmoothedValue,
+    traffic::OtherVoice,
 };
 use crate::sim::{SoundLevels, sound::gain};
 
@@ -27,16 +27,16 @@ pub struct Mixer {
     levels: Levels,
     engine: EngineVoice,
     /// Left and right.
-    rumble: [Hiss; 2],
-    swish: [Hiss; 2],
-    wind: [Hiss; 2],
+    rumble: [FilteredNoise; 2],
+    swish: [FilteredNoise; 2],
+    wind: [FilteredNoise; 2],
     others: [OtherVoice; NEAR],
     horn: Horn,
-    thump: Thump,
+    thump: ContactSound,
     tone: Tone,
-    master: Glide,
-    speed_mps: Glide,
-    grass: Glide,
+    master: SmoothedValue,
+    speed_mps: SmoothedValue,
+    grass: SmoothedValue,
     /// Contacts and changed advices that have been heard; `None` before the first sample.
     heard: Option<(u32, u32)>,
 }
@@ -56,7 +56,7 @@ struct Levels {
 impl Mixer {
     /// Silence, at so many samples a second.
     pub fn new(levels: &SoundLevels, rate_hz: f32) -> Self {
-        let pair = |make: fn(u64, f32) -> Hiss, seed| [make(seed, rate_hz), make(seed + 1, rate_hz)];
+        let pair = |make: fn(u64, f32) -> FilteredNoise, seed| [make(seed, rate_hz), make(seed + 1, rate_hz)];
         Self {
             levels: Levels {
                 master: gain(levels.master_db),
@@ -68,22 +68,22 @@ impl Mixer {
                 tone: gain(levels.tone_db),
             },
             engine: EngineVoice::new(rate_hz),
-            rumble: pair(Hiss::below, 11),
-            swish: pair(Hiss::around, 13),
-            wind: pair(Hiss::around, 15),
+            rumble: pair(FilteredNoise::below, 11),
+            swish: pair(FilteredNoise::around, 13),
+            wind: pair(FilteredNoise::around, 15),
             others: std::array::from_fn(|index| OtherVoice::new(index, rate_hz)),
             horn: Horn::new(rate_hz),
-            thump: Thump::new(rate_hz),
+            thump: ContactSound::new(rate_hz),
             tone: Tone::new(rate_hz),
-            master: Glide::new(0.0, FADE_S, rate_hz),
-            speed_mps: Glide::new(0.0, SPEED_S, rate_hz),
-            grass: Glide::new(0.0, SPEED_S, rate_hz),
+            master: SmoothedValue::new(0.0, FADE_S, rate_hz),
+            speed_mps: SmoothedValue::new(0.0, SPEED_S, rate_hz),
+            grass: SmoothedValue::new(0.0, SPEED_S, rate_hz),
             heard: None,
         }
     }
 
     /// Fills `out` with what follows, while this is to be heard.
-    pub fn render(&mut self, hear: &Hear, out: &mut [[f32; 2]]) {
+    pub fn render(&mut self, hear: &SoundScene, out: &mut [[f32; 2]]) {
         let counts = (hear.contacts, hear.advices);
         let heard = self.heard.replace(counts);
         match heard {
@@ -107,7 +107,7 @@ impl Mixer {
         }
     }
 
-    fn sample(&mut self, hear: &Hear) -> [f32; 2] {
+    fn sample(&mut self, hear: &SoundScene) -> [f32; 2] {
         let master = self.master.to(if hear.running { self.levels.master } else { 0.0 });
         let middle = self.levels.engine * self.engine.next(hear.engine_rpm, hear.throttle)
             + self.levels.horn * (self.horn.next(hear.horn) + self.thump.next())

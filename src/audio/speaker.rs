@@ -1,8 +1,8 @@
-//! Sound to a device, by cpal. In: a [`Hear`] a frame. Out: what the device plays. The numbers are handed over without a
+//! Sound to a device, by cpal. In: a [`SoundScene`] a frame. Out: what the device plays. The numbers are handed over without a
 //! lock, each by itself: the device's thread never waits, and a mixture of two frames glides like any other change.
 //! Without a device there is silence, which is said once.
 
-use super::{Hear, Mixer, hear::WORDS};
+use super::{Mixer, SoundScene, sound_scene::WORDS};
 use crate::sim::SoundLevels;
 use cpal::{
     FromSample, SampleFormat, SizedSample, StreamConfig, SupportedBufferSize,
@@ -23,29 +23,29 @@ const BUFFER: u32 = 512;
 const CHUNK: usize = 64;
 
 /// What is to be heard, between two threads.
-struct Board([AtomicU32; WORDS]);
+struct SharedScene([AtomicU32; WORDS]);
 
-impl Board {
+impl SharedScene {
     fn new() -> Self {
         let board = Self(std::array::from_fn(|_| AtomicU32::new(0)));
-        board.put(&Hear::default());
+        board.put(&SoundScene::default());
         board
     }
 
-    fn put(&self, hear: &Hear) {
+    fn put(&self, hear: &SoundScene) {
         for (place, word) in self.0.iter().zip(hear.to_words()) {
             place.store(word.to_bits(), Ordering::Relaxed);
         }
     }
 
-    fn get(&self) -> Hear {
-        Hear::from_words(&std::array::from_fn(|i| f32::from_bits(self.0[i].load(Ordering::Relaxed))))
+    fn get(&self) -> SoundScene {
+        SoundScene::from_words(&std::array::from_fn(|i| f32::from_bits(self.0[i].load(Ordering::Relaxed))))
     }
 }
 
 /// The device, or the place for one. Opening and closing happen on a thread of their own: a sound server may take its time.
 pub struct Speaker {
-    board: Arc<Board>,
+    board: Arc<SharedScene>,
     plays: Arc<AtomicBool>,
     close: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -54,7 +54,7 @@ pub struct Speaker {
 impl Speaker {
     /// Opens the system's own output in a while. Where there is none it stays silent and says so once.
     pub fn open(levels: SoundLevels) -> Self {
-        let board = Arc::new(Board::new());
+        let board = Arc::new(SharedScene::new());
         let plays = Arc::new(AtomicBool::new(false));
         let (close, closed) = mpsc::channel::<()>();
         let (theirs, playing) = (Arc::clone(&board), Arc::clone(&plays));
@@ -74,7 +74,7 @@ impl Speaker {
     }
 
     /// From now on, this is heard.
-    pub fn hear(&self, hear: &Hear) {
+    pub fn hear(&self, hear: &SoundScene) {
         self.board.put(hear);
     }
 
@@ -104,7 +104,7 @@ pub fn output() -> Result<String, String> {
         config,
         format,
         Mixer::new(&SoundLevels::default(), config.sample_rate as f32),
-        Arc::new(Board::new()),
+        Arc::new(SharedScene::new()),
     )?;
     drop(stream);
     let name = device.description().map_or_else(|_| "an output".to_owned(), |about| about.name().to_owned());
@@ -137,7 +137,7 @@ fn there_may_be_sound() -> bool {
     card || server
 }
 
-fn start(levels: &SoundLevels, board: Arc<Board>) -> Result<cpal::Stream, String> {
+fn start(levels: &SoundLevels, board: Arc<SharedScene>) -> Result<cpal::Stream, String> {
     let (device, config, format) = device()?;
     let mixer = || Mixer::new(levels, config.sample_rate as f32);
     let stream = build(&device, config, format, mixer(), Arc::clone(&board)).or_else(|error| {
@@ -154,7 +154,7 @@ fn build(
     config: StreamConfig,
     format: SampleFormat,
     mixer: Mixer,
-    board: Arc<Board>,
+    board: Arc<SharedScene>,
 ) -> Result<cpal::Stream, String> {
     match format {
         SampleFormat::F32 => build_as::<f32>(device, config, mixer, board),
@@ -170,7 +170,7 @@ fn build_as<T: SizedSample + FromSample<f32> + Send + 'static>(
     device: &cpal::Device,
     config: StreamConfig,
     mut mixer: Mixer,
-    board: Arc<Board>,
+    board: Arc<SharedScene>,
 ) -> Result<cpal::Stream, String> {
     let channels = usize::from(config.channels.max(1));
     let fill = move |data: &mut [T], _: &cpal::OutputCallbackInfo| {
@@ -206,15 +206,16 @@ fn put<T: SizedSample + FromSample<f32>>(frame: &mut [T], [left, right]: [f32; 2
 
 #[cfg(test)]
 mod tests {
-    use super::{super::Near, *};
+    use super::{super::NearbyVehicle, *};
 
     #[test]
     fn what_is_handed_over_arrives() {
-        let board = Board::new();
-        assert_eq!(board.get(), Hear::default());
-        let mut hear = Hear { running: true, speed_mps: -1.5, engine_rpm: 2100.0, contacts: 3, ..Hear::default() };
+        let board = SharedScene::new();
+        assert_eq!(board.get(), SoundScene::default());
+        let mut hear =
+            SoundScene { running: true, speed_mps: -1.5, engine_rpm: 2100.0, contacts: 3, ..SoundScene::default() };
         hear.horn = true;
-        hear.near[4] = Some(Near { ahead_m: -7.0, left_m: 2.0, speed_mps: 5.0 });
+        hear.near[4] = Some(NearbyVehicle { ahead_m: -7.0, left_m: 2.0, speed_mps: 5.0 });
         board.put(&hear);
         assert_eq!(board.get(), hear);
     }

@@ -18,12 +18,12 @@ fn only(set: impl Fn(&mut SoundLevels)) -> SoundLevels {
     levels
 }
 
-fn driving(speed_mps: f32, engine_rpm: f32) -> Hear {
-    Hear { running: true, speed_mps, engine_rpm, throttle: 0.3, ..Hear::default() }
+fn driving(speed_mps: f32, engine_rpm: f32) -> SoundScene {
+    SoundScene { running: true, speed_mps, engine_rpm, throttle: 0.3, ..SoundScene::default() }
 }
 
 /// Samples of so many seconds of the same, after a tenth of a second of it.
-fn steady(levels: &SoundLevels, hear: &Hear, seconds: f32) -> Vec<[f32; 2]> {
+fn steady(levels: &SoundLevels, hear: &SoundScene, seconds: f32) -> Vec<[f32; 2]> {
     let mut mixer = Mixer::new(levels, RATE);
     let mut out = vec![[0.0; 2]; ((0.3 + seconds) * RATE) as usize];
     mixer.render(hear, &mut out);
@@ -85,7 +85,8 @@ fn the_engines_pitch_rises_with_the_speed_within_every_gear() {
 
 #[test]
 fn a_loaded_engine_is_louder_and_brighter() {
-    let of = |throttle| left(&steady(&only(|l| l.engine_db = 0.0), &Hear { throttle, ..driving(10.0, 2400.0) }, 0.25));
+    let of =
+        |throttle| left(&steady(&only(|l| l.engine_db = 0.0), &SoundScene { throttle, ..driving(10.0, 2400.0) }, 0.25));
     let (coasting, floored) = (of(0.0), of(1.0));
     assert!(level(&floored) > 1.5 * level(&coasting));
     let bright = |samples: &[f64]| amplitude(samples, 320.0) / amplitude(samples, 80.0);
@@ -95,7 +96,7 @@ fn a_loaded_engine_is_louder_and_brighter() {
 #[test]
 fn a_standing_engine_an_idle_level_and_a_pause_are_silent_and_idle_is_quiet() {
     let all = SoundLevels::default();
-    let loudest = |levels: &SoundLevels, hear: &Hear| {
+    let loudest = |levels: &SoundLevels, hear: &SoundScene| {
         steady(levels, hear, 0.1).iter().flatten().fold(0f32, |most, s| most.max(s.abs()))
     };
     assert_eq!(loudest(&all, &driving(0.0, 0.0)), 0.0, "engine off, standing");
@@ -105,7 +106,7 @@ fn a_standing_engine_an_idle_level_and_a_pause_are_silent_and_idle_is_quiet() {
     let mut mixer = Mixer::new(&all, RATE);
     let mut out = vec![[0.0; 2]; RATE as usize];
     mixer.render(&driving(20.0, 3000.0), &mut out);
-    mixer.render(&Hear { running: false, ..driving(20.0, 3000.0) }, &mut out);
+    mixer.render(&SoundScene { running: false, ..driving(20.0, 3000.0) }, &mut out);
     assert!(largest_step(&out) < 0.1, "faded");
     assert_eq!(out[RATE as usize - 1], [0.0; 2]);
 }
@@ -124,7 +125,7 @@ fn six_decibels_double_and_every_level_is_its_own() {
 
 #[test]
 fn wind_and_tyres_grow_with_the_speed_and_grass_is_another_ground() {
-    let of = |levels: &SoundLevels, hear: &Hear| left(&steady(levels, hear, 1.0));
+    let of = |levels: &SoundLevels, hear: &SoundScene| left(&steady(levels, hear, 1.0));
     let (road, wind) = (only(|l| l.road_db = 0.0), only(|l| l.wind_db = 0.0));
     let at = |levels, speed| level(&of(levels, &driving(speed, 0.0)));
     // 30 dB a decade: twice the speed is 9 dB, 2.8 times the pressure.
@@ -133,7 +134,7 @@ fn wind_and_tyres_grow_with_the_speed_and_grass_is_another_ground() {
     let ratio = at(&wind, 20.0) / at(&wind, 10.0);
     assert!((4.5..7.0).contains(&ratio), "{ratio}");
     assert!(at(&wind, 4.0) < 0.2 * at(&road, 4.0), "on the ring wind is no matter");
-    let grass = of(&road, &Hear { grass: 1.0, ..driving(8.0, 0.0) });
+    let grass = of(&road, &SoundScene { grass: 1.0, ..driving(8.0, 0.0) });
     let asphalt = of(&road, &driving(8.0, 0.0));
     let tilt = |samples: &[f64]| band(samples, 60, 200) / band(samples, 400, 1000);
     assert!(tilt(&grass) > 1.8 * tilt(&asphalt), "deeper: {} {}", tilt(&grass), tilt(&asphalt));
@@ -156,7 +157,7 @@ fn another_car_is_heard_on_its_side_louder_near_by_and_when_it_is_fast() {
     let others = only(|l| l.others_db = 0.0);
     let ears = |ahead_m, left_m, speed_mps| {
         let mut hear = driving(0.0, 0.0);
-        hear.near[2] = Some(Near { ahead_m, left_m, speed_mps });
+        hear.near[2] = Some(NearbyVehicle { ahead_m, left_m, speed_mps });
         let samples = steady(&others, &hear, 0.5);
         [0, 1].map(|side| level(&samples.iter().map(|s| s[side].into()).collect::<Vec<f64>>()))
     };
@@ -179,7 +180,7 @@ fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
     for tick in 0..seconds * 100 {
         let t = tick as f32 / 100.0;
         let gear_rpm = 1200.0 + 3800.0 * (t * 0.7).fract();
-        let mut hear = Hear {
+        let mut hear = SoundScene {
             // A gear up within a tick: no gearbox is as quick.
             engine_rpm: gear_rpm,
             throttle: if tick % 90 < 45 { 1.0 } else { 0.0 },
@@ -192,7 +193,7 @@ fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
         };
         for (i, near) in hear.near.iter_mut().enumerate() {
             let there = !(tick / 20 + i as u32).is_multiple_of(3);
-            *near = there.then_some(Near { ahead_m: 3.0 - i as f32, left_m: 3.0, speed_mps: 30.0 });
+            *near = there.then_some(NearbyVehicle { ahead_m: 3.0 - i as f32, left_m: 3.0, speed_mps: 30.0 });
         }
         mixer.render(&hear, &mut chunk);
         all.extend_from_slice(&chunk);
@@ -217,7 +218,7 @@ fn no_sample_reaches_full_scale_however_loud_it_is_set() {
     assert!((0.9..1.0).contains(&most), "{most}");
     let mut mixer = Mixer::new(&levels, RATE);
     let mut out = [[0.0; 2]; 480];
-    mixer.render(&Hear { engine_rpm: f32::NAN, speed_mps: f32::INFINITY, ..driving(0.0, 0.0) }, &mut out);
+    mixer.render(&SoundScene { engine_rpm: f32::NAN, speed_mps: f32::INFINITY, ..driving(0.0, 0.0) }, &mut out);
     assert!(out.iter().flatten().all(|s| s.abs() < 1.0), "what is no number is no sound");
 }
 
@@ -241,23 +242,27 @@ fn nothing_clicks_when_gears_horn_contacts_tones_and_cars_change_at_once() {
 fn a_contact_thumps_and_another_advice_rings_once() {
     let mut mixer = Mixer::new(&only(|l| (l.horn_db, l.tone_db) = (0.0, 0.0)), RATE);
     let mut half = vec![[0.0; 2]; 24_000];
-    let mut after = |hear: &Hear| {
+    let mut after = |hear: &SoundScene| {
         mixer.render(hear, &mut half);
         left(&half)
     };
-    assert_eq!(level(&after(&Hear { contacts: 7, advices: 3, ..driving(5.0, 0.0) })), 0.0, "those before are over");
-    let soft = after(&Hear { contacts: 8, contact_mps: 1.0, advices: 3, ..driving(5.0, 0.0) });
-    let hard = after(&Hear { contacts: 9, contact_mps: 6.0, advices: 3, ..driving(5.0, 0.0) });
+    assert_eq!(
+        level(&after(&SoundScene { contacts: 7, advices: 3, ..driving(5.0, 0.0) })),
+        0.0,
+        "those before are over"
+    );
+    let soft = after(&SoundScene { contacts: 8, contact_mps: 1.0, advices: 3, ..driving(5.0, 0.0) });
+    let hard = after(&SoundScene { contacts: 9, contact_mps: 6.0, advices: 3, ..driving(5.0, 0.0) });
     assert!(level(&hard) > 2.0 * level(&soft) && level(&soft) > 0.003);
     assert!(band(&hard, 30, 150) > 3.0 * band(&hard, 400, 2000), "dull");
-    let rung = after(&Hear { contacts: 9, advices: 4, ..driving(5.0, 0.0) });
+    let rung = after(&SoundScene { contacts: 9, advices: 4, ..driving(5.0, 0.0) });
     assert!(amplitude(&rung, 740.0) > 0.01 && level(&rung[20_000..]) < 1e-4);
-    let silent = after(&Hear { contacts: 9, advices: 4, ..driving(5.0, 0.0) });
+    let silent = after(&SoundScene { contacts: 9, advices: 4, ..driving(5.0, 0.0) });
     assert!(level(&silent) < 1e-6);
 }
 
 /// A driven world: engine floored, then braked, with a listener.
-fn listened(scenario: &Scenario, ticks: usize) -> Vec<Hear> {
+fn listened(scenario: &Scenario, ticks: usize) -> Vec<SoundScene> {
     let mut world = World::new(scenario).unwrap();
     let mut listener = Listener::new(scenario.advice_tone);
     (0..ticks)

@@ -5,8 +5,8 @@ use super::{DrawnDrive, Times, now};
 use crate::{
     drive_loop::RunError,
     input::{
-        Feel,
-        feel::{Angle, ForceDevice, ForceLoop, ForceThread, PERIOD},
+        ForceInput,
+        force_thread::{Angle, ForceDevice, ForceLoop, ForceThread, PERIOD},
         profiles,
     },
 };
@@ -60,7 +60,7 @@ pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<O
     let drive = std::thread::scope(|scope| {
         scope.spawn(|| {
             while !over.load(Ordering::Relaxed) {
-                thread.tell(Feel { aligning_nm: 0.0, speed_mps: 20.0, grass: 1.0, running: true });
+                thread.tell(ForceInput { aligning_nm: 0.0, speed_mps: 20.0, grass: 1.0, running: true });
                 std::thread::sleep(Duration::from_millis(10));
             }
         });

@@ -8,9 +8,9 @@ use crate::{
     train::{
         Learner, TrainConfig,
         distribution::Family,
-        lanes::LANES,
         net::Shape,
-        ring::{RingBlock, RingStart},
+        ring::{RingStart, VectorizedRing},
+        simd::LANES,
         trpo::{Batch, PolicyShape, TrustRegion},
         value::{Fit, Value},
     },
@@ -62,11 +62,11 @@ fn rings() -> f64 {
     const STEPS: usize = 500;
     let start = RingStart::bunched(CARS, 250.0, IdmParams::default(), 1);
     let block = |index: usize| {
-        let mut ring = RingBlock::new(CARS, 0.1);
+        let mut ring = VectorizedRing::new(CARS, 0.1);
         (0..LANES).for_each(|l| ring.set(l, &RingStart { seed: (index * LANES + l) as u64, ..start.clone() }));
         ring
     };
-    let mut blocks: Vec<RingBlock> = (0..BLOCKS).map(block).collect();
+    let mut blocks: Vec<VectorizedRing> = (0..BLOCKS).map(block).collect();
     let mut times = Vec::new();
     for _ in 0..9 {
         let begin = now();

@@ -6,7 +6,7 @@ use crate::{
     drive_loop::{RunError, recording_manifest},
     ego::Controls,
     record::{Recorder, tables::FrameRow},
-    sim::{Scenario, Tally, World},
+    sim::{Scenario, SummaryAccumulator, World},
 };
 use std::time::Duration;
 
@@ -34,7 +34,7 @@ fn record(world: &mut World, folder: &std::path::Path) -> Result<Times, RunError
     let mut recorder =
         Recorder::begin(folder, world.scenario(), recording_manifest::manifest(world, "bench".into(), None))?;
     let controls = Controls { throttle: 0.1, ..Controls::default() };
-    let mut tally = Tally::new([0.0, f64::INFINITY]);
+    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
     let mut times = Vec::new();
     for tick in 0..TICKS {
         world.tick(&controls)?;

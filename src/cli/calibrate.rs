@@ -39,7 +39,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         calibrate::{Calibration, Step},
         linux::{self, OpenWheel},
         profiles::{self, Kind},
-        wheel::Told,
+        wheel::WheelMessage,
     };
     use std::time::Duration;
 
@@ -79,7 +79,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         let mut told = Vec::new();
         wheel.read(Duration::from_millis(40), &mut told).map_err(|e| failed(&e))?;
         for told in told {
-            if let Told::Axis { code, raw, .. } = told {
+            if let WheelMessage::Axis { code, raw, .. } = told {
                 calibration.moved(code, raw, seconds());
             }
         }

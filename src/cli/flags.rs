@@ -2,7 +2,7 @@
 //! line. Out: a checked [`Scenario`], or the changes to another struct of settings.
 
 use super::CliError;
-use crate::sim::{Field, Kind, Scenario, fields};
+use crate::sim::{Field, Kind, Scenario, settings};
 use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use serde_json::Value;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ pub fn add(command: Command) -> Command {
         .help("Scenario file (TOML, at most 1 MiB); flags beside it win over what it says")
         .help_heading(HEADING);
     let limits = format!("Limits: {}; {}.", crate::map::limits::IN_WORDS, crate::policy::onnx::limits::IN_WORDS);
-    add_fields(command.arg(file), &fields(), HEADING).after_help(limits)
+    add_fields(command.arg(file), &settings(), HEADING).after_help(limits)
 }
 
 /// Adds a flag for each of these settings, and one for each table of them.
@@ -126,7 +126,7 @@ pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
         Some(path) => Scenario::from_file(path)?,
         None => Scenario::default(),
     };
-    Ok(base.with(&changes(matches, &fields()))?)
+    Ok(base.with(&changes(matches, &settings()))?)
 }
 
 /// The settings that the command line names, of those that [`add_fields`] made flags for.

@@ -6,7 +6,7 @@ use crate::{
     file::read_text,
     policy, private,
     sim::{Settings, fields_of, settings_from_file, settings_with},
-    train::{Learner, Row, TrainConfig, curve},
+    train::{Learner, Row, TrainConfig, learning_curve},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -145,8 +145,8 @@ fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
     write(dir, CHECKPOINT, checkpoint.as_bytes())?;
     write(dir, POLICY, network.to_toml().as_bytes())?;
     write(dir, ONNX, &policy::onnx::write(&network))?;
-    write(dir, CURVE_CSV, curve::csv(rows).as_bytes())?;
-    write(dir, CURVE_SVG, curve::svg(rows, &title).as_bytes())
+    write(dir, CURVE_CSV, learning_curve::csv(rows).as_bytes())?;
+    write(dir, CURVE_SVG, learning_curve::svg(rows, &title).as_bytes())
 }
 
 fn action(learner: &Learner) -> String {

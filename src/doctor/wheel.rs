@@ -73,7 +73,7 @@ fn usable(node: &crate::input::linux::Node) -> Vec<Line> {
         Ok(_) => Line::warning("force", "its driver has no constant force", "another wheel, or drive without force"),
         Err(error) => Line::told("force", Grade::Fault, &linux::trouble(node, &error)),
     });
-    lines.push(if crate::input::feel::may_hurry() {
+    lines.push(if crate::input::force_thread::may_hurry() {
         Line::ok("force pace", "its thread runs in real time")
     } else {
         let remedy = "add to /etc/security/limits.conf: YOUR-NAME - rtprio 10   and log in again";

@@ -2,7 +2,7 @@
 
 use crate::{
     ego::Controls,
-    sim::{Scenario, Tally, World, WorldError},
+    sim::{Scenario, SummaryAccumulator, World, WorldError},
     time::{Clock, Due, Pace},
     traffic::TrafficError,
 };
@@ -13,7 +13,7 @@ use std::time::Duration;
 pub const PATIENCE: Duration = Duration::from_millis(50);
 
 /// A failure of the world ends the drive, and its recording says why; that somebody ended the program is none.
-pub fn note_failure(tally: &mut Tally, error: &WorldError) {
+pub fn note_failure(tally: &mut SummaryAccumulator, error: &WorldError) {
     if !matches!(error, WorldError::Traffic(TrafficError::Interrupted)) {
         tally.fail(error.to_string());
     }
@@ -71,7 +71,7 @@ impl Drive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::traffic::{CarState, EgoReport, Traffic};
+    use crate::traffic::{CarState, ExternalVehicleState, Traffic};
 
     /// Cars that stand, of an engine that does not answer in time for so many questions.
     struct Late {
@@ -80,7 +80,7 @@ mod tests {
     }
 
     impl Traffic for Late {
-        fn step(&mut self, _ego: Option<&EgoReport>) -> Result<(), TrafficError> {
+        fn step(&mut self, _ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
             Ok(())
         }
 
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn a_failure_of_the_world_is_why_a_drive_ended_and_an_end_by_hand_is_none() {
         let failure = |error: TrafficError| {
-            let mut tally = Tally::new([0.0, f64::INFINITY]);
+            let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
             note_failure(&mut tally, &WorldError::Traffic(error));
             tally.summary().failure
         };

@@ -1,10 +1,10 @@
-//! One whole drive, judged. In: a scenario with a simulated driver. Out: a [`Verdict`], by the same code as on the fast
+//! One whole drive, judged. In: a scenario with a simulated driver. Out: a [`EvaluationResult`], by the same code as on the fast
 //! ring, of the whole program: physics, pedals, advice, and either engine of traffic.
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{
     sim::Scenario,
-    train::{Tally, Verdict},
+    train::{EpisodeMetrics, EvaluationResult},
 };
 
 /// Drives the scenario to its end; its warm-up does not count. From the first contact on all cars count as standing, as on
@@ -12,9 +12,9 @@ use crate::{
 ///
 /// # Errors
 /// The world cannot start or go on, or the driver is unknown.
-pub fn judged(scenario: &Scenario) -> Result<Verdict, RunError> {
+pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
-    let mut tally = Tally::new(scenario.step_s, run.world().map().route.length_m());
+    let mut tally = EpisodeMetrics::new(scenario.step_s, run.world().map().route.length_m());
     while run.world().ended().is_none() {
         run.step()?;
         if !run.summary().contacts.is_empty() {
@@ -45,7 +45,7 @@ mod tests {
             trees: 0,
             ..Scenario::default()
         };
-        let verdict = judged(&scenario).unwrap();
+        let verdict = evaluate(&scenario).unwrap();
         assert!(!verdict.crashed && verdict.in_range.is_none(), "{verdict:?}");
         // Four cars on a ring of 250 m, from a stand.
         assert!(verdict.mean_mps > 0.5 && verdict.settled_mps > verdict.mean_mps, "{verdict:?}");
@@ -64,7 +64,7 @@ mod tests {
             trees: 0,
             ..Scenario::default()
         };
-        let verdict = judged(&scenario).unwrap();
+        let verdict = evaluate(&scenario).unwrap();
         // The leader begins at a standstill 20 m ahead and reaches 15 m/s at the model's 1 m/s2, the ego at 1.5 m/s2.
         let crash_s = verdict.crash_s.unwrap();
         assert!(verdict.crashed && verdict.calm_s.is_none() && (5.0..20.0).contains(&crash_s), "{verdict:?}");

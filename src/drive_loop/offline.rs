@@ -5,7 +5,7 @@ use super::{Drive, RunError, drive::note_failure, recording_manifest, summary_te
 use crate::{
     driver::{self, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
-    sim::{Scenario, Summary, Tally, World},
+    sim::{Scenario, Summary, SummaryAccumulator, World},
     study::Code,
     time::{Pace, Tick},
 };
@@ -18,7 +18,7 @@ use std::{
 pub struct OfflineDrive {
     drive: Drive,
     driver: SimulatedDriver,
-    tally: Tally,
+    tally: SummaryAccumulator,
     recorder: Option<Recorder>,
     began: Instant,
     flushed: Instant,
@@ -42,7 +42,7 @@ impl OfflineDrive {
         Ok(Self {
             driver: SimulatedDriver::new(params, drive.world.ego_params(), scenario.seed)?,
             drive,
-            tally: Tally::new(window_s),
+            tally: SummaryAccumulator::new(window_s),
             recorder: None,
             began: now(),
             flushed: now(),

@@ -43,7 +43,7 @@ fn both(speed_mps: f64, unit: SpeedUnit) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::{ContactRecord, EndReason, Tally};
+    use crate::sim::{ContactRecord, EndReason, SummaryAccumulator};
 
     #[test]
     fn a_drive_is_told_line_by_line_in_the_units_of_its_scenario() {
@@ -60,7 +60,7 @@ mod tests {
             contact_count: 0,
             left_road: 2,
             ended: Some(EndReason::Duration),
-            ..Tally::new([10.0, 60.0]).summary()
+            ..SummaryAccumulator::new([10.0, 60.0]).summary()
         };
         let expected = "\
 5 cars on ring-250, native, driver idm, policy pi

@@ -5,11 +5,11 @@
 //! the smallest of "reach the advised speed", "keep behind the leader" (IDM) and "slow for the bend"; one foot turns it
 //! into pedals (`feet`), two hands the lane into an angle of the wheel (`hands`).
 
-mod feet;
-mod hands;
 mod named;
 mod params;
-mod senses;
+mod pedals;
+mod perception;
+mod steering;
 
 pub use named::{NamedDriver, named};
 pub use params::{DriverError, DriverParams, LeaderRule, MACHINES, PRESETS, preset};
@@ -21,10 +21,10 @@ use crate::{
     rng,
     space::wrap_angle,
 };
-use feet::Feet;
 use glam::{DVec2, dvec2};
-use hands::Hands;
-use senses::{Senses, Wander};
+use pedals::PedalModel;
+use perception::{DelayedPerception, OrnsteinUhlenbeck};
+use steering::SteeringModel;
 
 /// Time constant of the wander in the lane, s.
 const LANE_TIME_S: f64 = 8.0;
@@ -78,11 +78,11 @@ impl Default for LaneView {
 pub struct SimulatedDriver {
     params: DriverParams,
     rear_axle_m: f64,
-    senses: Senses,
-    feet: Feet,
-    hands: Hands,
-    speed_wander: Wander,
-    lane_wander: Wander,
+    senses: DelayedPerception,
+    feet: PedalModel,
+    hands: SteeringModel,
+    speed_wander: OrnsteinUhlenbeck,
+    lane_wander: OrnsteinUhlenbeck,
 }
 
 impl SimulatedDriver {
@@ -94,11 +94,15 @@ impl SimulatedDriver {
         params.check()?;
         Ok(Self {
             rear_axle_m: car.body.front_axle_m - car.body.wheelbase_m,
-            senses: Senses::new(params.reaction_s, params.leader_reaction_s),
-            feet: Feet::new(car),
-            hands: Hands::new(car),
-            speed_wander: Wander::new(params.error_mps, params.error_time_s, rng::stream(seed, "driver/speed")),
-            lane_wander: Wander::new(params.lane_error_m, LANE_TIME_S, rng::stream(seed, "driver/lane")),
+            senses: DelayedPerception::new(params.reaction_s, params.leader_reaction_s),
+            feet: PedalModel::new(car),
+            hands: SteeringModel::new(car),
+            speed_wander: OrnsteinUhlenbeck::new(
+                params.error_mps,
+                params.error_time_s,
+                rng::stream(seed, "driver/speed"),
+            ),
+            lane_wander: OrnsteinUhlenbeck::new(params.lane_error_m, LANE_TIME_S, rng::stream(seed, "driver/lane")),
             params: params.clone(),
         })
     }
@@ -113,7 +117,7 @@ impl SimulatedDriver {
         let pose = ego.pose();
         let rear = pose.position + pose.forward() * self.rear_axle_m;
         let here = route.project(rear, near_s_m);
-        let ahead_m = hands::preview_m(&self.params, ego.speed_mps);
+        let ahead_m = steering::preview_m(&self.params, ego.speed_mps);
         let to_aim = route.point_at(here.s_m + ahead_m) - rear;
         LaneView {
             offset_m: here.offset_m,

@@ -1,4 +1,4 @@
-//! What the steering wheel pushes back, as numbers. In: the wheel's angle, what the car feels ([`Feel`]), settings of the
+//! What the steering wheel pushes back, as numbers. In: the wheel's angle, what the car feels ([`ForceInput`]), settings of the
 //! profile. Out: a torque, N m, positive to the left, and the level that the kernel takes for it.
 //!
 //! The model: the car's self-aligning torque, dry friction (more while the tyres stand), damping, centring by setting,
@@ -25,7 +25,7 @@ const END_RAD: f64 = 0.2;
 
 /// What the car tells the hands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Feel {
+pub struct ForceInput {
     /// Self-aligning torque at the steering wheel, N m, positive turns it to the left.
     pub aligning_nm: f64,
     /// Speed, m/s.
@@ -65,7 +65,7 @@ impl ForceModel {
     }
 
     /// The torque `dt_s` after the last, N m, positive to the left. `age_s` is how long ago the loop spoke.
-    pub fn step(&mut self, dt_s: f64, wheel_rad: f64, feel: &Feel, age_s: f64) -> f64 {
+    pub fn step(&mut self, dt_s: f64, wheel_rad: f64, feel: &ForceInput, age_s: f64) -> f64 {
         let s = &self.settings;
         let live = feel.running && age_s < STALE_S && s.strength > 0.0;
         self.gain = if live { self.gain + dt_s / FADE_IN_S } else { self.gain - dt_s / FADE_OUT_S }.clamp(0.0, 1.0);
@@ -78,8 +78,8 @@ impl ForceModel {
         self.wheel_radps += share * ((wheel_rad - before) / dt_s - self.wheel_radps);
         self.way_m = (self.way_m + speed_mps * dt_s) % 1000.0;
 
-        let standing = 1.0 - smooth(speed_mps / ROLLING_MPS);
-        let dry_nm = s.friction_nm + s.standstill_nm * standing;
+        let advice_state = 1.0 - smooth(speed_mps / ROLLING_MPS);
+        let dry_nm = s.friction_nm + s.standstill_nm * advice_state;
         let friction_nm = -dry_nm * (self.wheel_radps / FRICTION_RADPS).tanh();
         let damping_nm = -s.damping_nms * self.wheel_radps;
         let centring_nm = -s.centring_nm * wheel_rad;

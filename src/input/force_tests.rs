@@ -14,12 +14,12 @@ fn model() -> ForceModel {
     ForceModel::new(&ForceSettings::default(), STEERING_LOCK_RAD.into())
 }
 
-fn rolling(aligning_nm: f64) -> Feel {
-    Feel { aligning_nm, speed_mps: 10.0, grass: 0.0, running: true }
+fn rolling(aligning_nm: f64) -> ForceInput {
+    ForceInput { aligning_nm, speed_mps: 10.0, grass: 0.0, running: true }
 }
 
 /// The torque after a second of the same.
-fn settled(wheel_rad: f64, feel: &Feel) -> f64 {
+fn settled(wheel_rad: f64, feel: &ForceInput) -> f64 {
     let mut model = model();
     (0..170).map(|_| model.step(DT_S, wheel_rad, feel, 0.0)).last().unwrap()
 }
@@ -41,7 +41,7 @@ fn every_part_pushes_to_its_side() {
 fn a_standing_car_is_heavier_to_steer() {
     let effort = |speed_mps| {
         let mut model = model();
-        let feel = Feel { speed_mps, ..rolling(0.0) };
+        let feel = ForceInput { speed_mps, ..rolling(0.0) };
         (0..200).map(|i| -model.step(DT_S, 0.01 * f64::from(i), &feel, 0.0)).last().unwrap()
     };
     assert!(effort(0.0) > effort(1.0) && effort(1.0) > effort(5.0));
@@ -63,7 +63,7 @@ fn whatever_comes_in_the_cap_holds_and_the_level_is_a_number() {
     for i in 0..20_000 {
         let wild = [0.0, 1e9, -1e9, f64::NAN, f64::INFINITY, random.uniform(-20.0, 20.0)];
         let pick = |random: &mut rng::Stream| wild[random.index(wild.len())];
-        let feel = Feel {
+        let feel = ForceInput {
             aligning_nm: pick(&mut random),
             speed_mps: pick(&mut random),
             grass: random.uniform(0.0, 1.0),
@@ -80,7 +80,7 @@ fn the_torque_has_no_steps_where_the_inputs_have_none() {
     let mut model = model();
     let torque = |i: i32, model: &mut ForceModel| {
         let t = f64::from(i) * DT_S;
-        let feel = Feel {
+        let feel = ForceInput {
             aligning_nm: 5.0 * (3.0 * t).sin(),
             speed_mps: 6.0 + 6.0 * (0.4 * t).sin(),
             grass: (0.5 + (0.7 * t).sin()).clamp(0.0, 1.0),
@@ -97,7 +97,7 @@ fn the_torque_has_no_steps_where_the_inputs_have_none() {
 #[test]
 fn a_stalled_loop_has_no_force_after_100_ms_and_a_pause_is_a_stall() {
     let strong = rolling(9.0);
-    let run = |feel_after: &Feel, age: &dyn Fn(f64) -> f64| {
+    let run = |feel_after: &ForceInput, age: &dyn Fn(f64) -> f64| {
         let mut model = model();
         (0..170).for_each(|_| {
             model.step(DT_S, 0.0, &strong, 0.0);
@@ -113,7 +113,7 @@ fn a_stalled_loop_has_no_force_after_100_ms_and_a_pause_is_a_stall() {
     let stalled = run(&strong, &|t| t);
     assert!(stalled[0] > 1.5);
     assert_eq!(stalled.last(), Some(&0.0), "{stalled:?}");
-    let paused = run(&Feel { running: false, ..strong }, &|_| 0.0);
+    let paused = run(&ForceInput { running: false, ..strong }, &|_| 0.0);
     assert_eq!(paused[5], 0.0, "{paused:?}");
     let largest = stalled.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
     assert!(largest < 0.5, "faded, not cut: {largest}");
@@ -127,7 +127,7 @@ fn the_force_comes_back_slowly() {
 }
 
 /// A model with room below its cap, at full force and after a second of this feel at rest in the middle.
-fn part(settings: ForceSettings, feel: &Feel) -> ForceModel {
+fn part(settings: ForceSettings, feel: &ForceInput) -> ForceModel {
     let mut model = ForceModel::new(&ForceSettings { cap_nm: 20.0, full_nm: 20.0, ..settings }, 7.0);
     (0..170).for_each(|_| {
         model.step(DT_S, 0.0, feel, 0.0);
@@ -149,7 +149,7 @@ fn off() -> ForceSettings {
 }
 
 /// The torque after half a second at this speed of the wheel, from the middle on.
-fn turned_at(model: &mut ForceModel, radps: f64, feel: &Feel) -> f64 {
+fn turned_at(model: &mut ForceModel, radps: f64, feel: &ForceInput) -> f64 {
     (1..=83).map(|i| model.step(DT_S, radps * DT_S * f64::from(i), feel, 0.0)).last().unwrap()
 }
 
@@ -168,11 +168,11 @@ fn each_part_alone_is_as_strong_as_its_setting_says() {
     let rubbed = ForceSettings { friction_nm: 0.1, standstill_nm: 0.4, ..off() };
     near(turned_at(&mut part(rubbed.clone(), &still), 10.0, &still), -0.1);
     near(turned_at(&mut part(rubbed.clone(), &still), 1.0, &still), -0.1 * 1.0_f64.tanh());
-    let standing = Feel { speed_mps: 0.0, ..still };
-    near(turned_at(&mut part(rubbed.clone(), &standing), 10.0, &standing), -0.5);
+    let advice_state = ForceInput { speed_mps: 0.0, ..still };
+    near(turned_at(&mut part(rubbed.clone(), &advice_state), 10.0, &advice_state), -0.5);
     // Halfway to free rolling, at 1 of 2 m/s, half of it, backwards as well.
     for speed_mps in [1.0, -1.0] {
-        let slow = Feel { speed_mps, ..still };
+        let slow = ForceInput { speed_mps, ..still };
         near(turned_at(&mut part(rubbed.clone(), &slow), 10.0, &slow), -0.3);
     }
 }
@@ -196,7 +196,7 @@ fn a_soft_end_grows_to_the_cap_over_its_last_fifth_of_a_radian() {
 fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
     // 33.3 m are 37 waves of the one and 90 of the other: at 5 m/s 1110 periods of the thread.
     const PERIODS: i32 = 1110;
-    let feel = Feel { speed_mps: 5.0, grass: 1.0, ..rolling(0.0) };
+    let feel = ForceInput { speed_mps: 5.0, grass: 1.0, ..rolling(0.0) };
     let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &feel);
     let torques: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &feel, 0.0)).collect();
     let wave = |count: f64| {
@@ -210,18 +210,18 @@ fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
     let mean_square = torques.iter().map(|nm| nm * nm).sum::<f64>() / f64::from(PERIODS);
     near(mean_square, (0.3_f64.powi(2) + 0.2_f64.powi(2)) / 2.0);
     // One wheel on it: half; none: nothing; and nothing shakes while the car stands.
-    let half = Feel { grass: 0.5, ..feel };
+    let half = ForceInput { grass: 0.5, ..feel };
     let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &half);
     let one: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &half, 0.0)).collect();
     assert!(one.iter().zip(&torques).all(|(one, two)| (one - two / 2.0).abs() < 1e-9));
     // At half of the 3 m/s from which it shakes fully, half of it: 33.3 m in 3700 periods, forwards and backwards.
     for speed_mps in [1.5, -1.5] {
-        let slow = Feel { speed_mps, ..feel };
+        let slow = ForceInput { speed_mps, ..feel };
         let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &slow);
         let square = (0..3700).map(|_| model.step(DT_S, 0.0, &slow, 0.0).powi(2)).sum::<f64>();
         near(square / 3700.0, mean_square / 4.0);
     }
-    for calm in [Feel { grass: 0.0, ..feel }, Feel { speed_mps: 0.0, ..feel }] {
+    for calm in [ForceInput { grass: 0.0, ..feel }, ForceInput { speed_mps: 0.0, ..feel }] {
         let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &calm);
         near(model.step(DT_S, 0.0, &calm, 0.0), 0.0);
     }
@@ -271,7 +271,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
     let mut car = Ego::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap();
     let mut model = model();
     let (mut angle, mut rate) = (from_rad, 0.0_f64);
-    let (mut feel, mut torque_nm, mut next_nm) = (Feel::default(), 0.0, 0.0);
+    let (mut feel, mut torque_nm, mut next_nm) = (ForceInput::default(), 0.0, 0.0);
     let mut angles = Vec::new();
     for ms in 0..(seconds * 1e3) as u64 {
         // For the first second a hand holds the wheel, while the tyres build up their force.
@@ -286,7 +286,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
         }
         if ms % 17 == 0 {
             let state = car.state();
-            feel = Feel {
+            feel = ForceInput {
                 aligning_nm: state.steering_torque_nm.into(),
                 speed_mps: state.speed_mps,
                 grass: 0.0,

@@ -11,7 +11,7 @@ pub const UDEV_RULE: &str = r#"SUBSYSTEM=="leds", KERNEL=="*::RPM*", RUN+="/bin/
 
 /// How the speed stands to the advised range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum AdviceState {
     /// There is no advice.
     None,
     /// Too slow.
@@ -22,7 +22,7 @@ pub enum Standing {
     Above,
 }
 
-impl Standing {
+impl AdviceState {
     /// How many of so many lamps are lit: none, the first, the lower half with the middle, all.
     pub fn lit(self, lamps: usize) -> usize {
         match self {
@@ -69,8 +69,8 @@ impl Lamps {
     ///
     /// # Errors
     /// The system refuses; which file.
-    pub fn show(&mut self, standing: Standing) -> io::Result<()> {
-        let lit = standing.lit(self.files.len());
+    pub fn show(&mut self, advice_state: AdviceState) -> io::Result<()> {
+        let lit = advice_state.lit(self.files.len());
         if self.shown == Some(lit) {
             return Ok(());
         }
@@ -88,7 +88,7 @@ impl Lamps {
 impl Drop for Lamps {
     fn drop(&mut self) {
         if self.shown.is_some_and(|lit| lit > 0) {
-            let _ = self.show(Standing::None);
+            let _ = self.show(AdviceState::None);
         }
     }
 }
@@ -119,15 +119,15 @@ mod tests {
         let folder = sys();
         let mut lamps = Lamps::find(folder.path(), "event7");
         assert_eq!(lamps.count(), 5);
-        for (standing, shown) in [
-            (Standing::Below, "10000"),
-            (Standing::Within, "11100"),
-            (Standing::Above, "11111"),
-            (Standing::None, "00000"),
-            (Standing::Above, "11111"),
+        for (advice_state, shown) in [
+            (AdviceState::Below, "10000"),
+            (AdviceState::Within, "11100"),
+            (AdviceState::Above, "11111"),
+            (AdviceState::None, "00000"),
+            (AdviceState::Above, "11111"),
         ] {
-            lamps.show(standing).unwrap();
-            assert_eq!(lit(folder.path()), shown, "{standing:?}");
+            lamps.show(advice_state).unwrap();
+            assert_eq!(lit(folder.path()), shown, "{advice_state:?}");
         }
         drop(lamps);
         assert_eq!(lit(folder.path()), "00000");
@@ -137,11 +137,11 @@ mod tests {
     fn what_stands_there_is_not_written_again_and_a_lamp_that_is_gone_is_told() {
         let folder = sys();
         let mut lamps = Lamps::find(folder.path(), "event7");
-        lamps.show(Standing::Within).unwrap();
+        lamps.show(AdviceState::Within).unwrap();
         let first = folder.path().join("class/input/event7/device/device/leds/0003:046D:C24F.0001::RPM1/brightness");
         fs::remove_file(&first).unwrap();
-        lamps.show(Standing::Within).unwrap();
-        let error = lamps.show(Standing::Below).unwrap_err().to_string();
+        lamps.show(AdviceState::Within).unwrap();
+        let error = lamps.show(AdviceState::Below).unwrap_err().to_string();
         assert!(error.contains("RPM1/brightness"), "{error}");
         assert!(!first.exists(), "no file is made in its place");
     }
@@ -150,7 +150,7 @@ mod tests {
     fn a_wheel_without_lamps_has_none() {
         let mut lamps = Lamps::find(sys().path(), "event8");
         assert_eq!(lamps.count(), 0);
-        lamps.show(Standing::Above).unwrap();
+        lamps.show(AdviceState::Above).unwrap();
         assert_eq!(Lamps::find(Path::new("/nowhere"), "event0").count(), 0);
     }
 }

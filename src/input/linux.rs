@@ -4,13 +4,13 @@
 
 use super::{
     clock::Stamp,
-    feel::{Angle, ForceDevice},
+    force_thread::{Angle, ForceDevice},
     lamps::Lamps,
     profile::{ForceBackend, Profile},
     profiles::{self, Device, Kind},
     reader::Port,
     sdl_force::SdlForce,
-    wheel::{Found, Told},
+    wheel::{FoundWheel, WheelMessage},
 };
 use evdev::{
     EventType, FFEffect, FFEffectCode, FFEffectData, FFEffectKind, FFEnvelope, FFReplay, FFTrigger, InputEvent,
@@ -121,7 +121,7 @@ impl OpenWheel {
     ///
     /// # Errors
     /// The device is gone.
-    pub fn read(&mut self, patience: Duration, told: &mut Vec<Told>) -> io::Result<()> {
+    pub fn read(&mut self, patience: Duration, told: &mut Vec<WheelMessage>) -> io::Result<()> {
         let mut polled = [PollFd::new(self.device.as_fd(), PollFlags::POLLIN)];
         let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
         match nix::poll::poll(&mut polled, timeout) {
@@ -156,7 +156,7 @@ fn gone(state: PollFlags) -> bool {
 
 impl Heard {
     /// Adds what an event comes to. True if events before it were lost, and the device's state is to be asked for.
-    fn hear(&mut self, event: &InputEvent, at: Option<Stamp>, told: &mut Vec<Told>) -> bool {
+    fn hear(&mut self, event: &InputEvent, at: Option<Stamp>, told: &mut Vec<WheelMessage>) -> bool {
         match (event.event_type(), event.code()) {
             (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
             (EventType::SYNCHRONIZATION, SYN_REPORT) => return std::mem::take(&mut self.dropped),
@@ -170,26 +170,32 @@ impl Heard {
     }
 
     /// The device's state as it is now, after events were lost: a button that came up unheard would sound the horn for ever.
-    fn catch_up(&mut self, axes: Vec<(u16, i32)>, down: &BTreeSet<u16>, at: Option<Stamp>, told: &mut Vec<Told>) {
+    fn catch_up(
+        &mut self,
+        axes: Vec<(u16, i32)>,
+        down: &BTreeSet<u16>,
+        at: Option<Stamp>,
+        told: &mut Vec<WheelMessage>,
+    ) {
         axes.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
         let changed: Vec<u16> = self.down.symmetric_difference(down).copied().collect();
         changed.into_iter().for_each(|code| self.pressed(code, down.contains(&code), at, told));
     }
 
-    fn pressed(&mut self, code: u16, down: bool, at: Option<Stamp>, told: &mut Vec<Told>) {
+    fn pressed(&mut self, code: u16, down: bool, at: Option<Stamp>, told: &mut Vec<WheelMessage>) {
         if down {
             self.down.insert(code);
         } else {
             self.down.remove(&code);
         }
-        told.push(Told::Button { code, down, at });
+        told.push(WheelMessage::Button { code, down, at });
     }
 
-    fn moved(&self, code: u16, raw: i32, at: Option<Stamp>, told: &mut Vec<Told>) {
+    fn moved(&self, code: u16, raw: i32, at: Option<Stamp>, told: &mut Vec<WheelMessage>) {
         if let Some(steering) = self.profile.as_ref().map(|p| &p.steering).filter(|s| s.axis == code) {
             self.angle.set(steering.wheel_rad(raw));
         }
-        told.push(Told::Axis { code, raw, at });
+        told.push(WheelMessage::Axis { code, raw, at });
     }
 }
 
@@ -229,7 +235,7 @@ impl EvdevPort {
 impl Port for EvdevPort {
     type Wheel = OpenWheel;
 
-    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(Found, OpenWheel)> {
+    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, OpenWheel)> {
         let nodes = wheels();
         if self.seen.as_ref() == Some(&nodes) {
             return None;
@@ -271,7 +277,7 @@ impl Port for EvdevPort {
                     let lamps = Lamps::find(Path::new("/sys"), &event);
                     let angle = Arc::clone(&wheel.heard.angle);
                     self.seen = None;
-                    return Some((Found { device, profile, lamps, force, angle }, wheel));
+                    return Some((FoundWheel { device, profile, lamps, force, angle }, wheel));
                 }
                 Err(text) => say(text),
             }
@@ -285,7 +291,7 @@ impl Port for EvdevPort {
         self.seen = None;
     }
 
-    fn read(&mut self, wheel: &mut OpenWheel, told: &mut Vec<Told>) -> io::Result<()> {
+    fn read(&mut self, wheel: &mut OpenWheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
         wheel.read(Duration::from_millis(100), told)
     }
 }

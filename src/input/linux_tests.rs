@@ -24,10 +24,10 @@ enum Heads {
     Button(u16, bool),
 }
 
-fn plain(told: Vec<Told>) -> Vec<Heads> {
+fn plain(told: Vec<WheelMessage>) -> Vec<Heads> {
     let plain = |told| match told {
-        Told::Axis { code, raw, .. } => Some(Heads::Axis(code, raw)),
-        Told::Button { code, down, .. } => Some(Heads::Button(code, down)),
+        WheelMessage::Axis { code, raw, .. } => Some(Heads::Axis(code, raw)),
+        WheelMessage::Button { code, down, .. } => Some(Heads::Button(code, down)),
         _ => None,
     };
     told.into_iter().filter_map(plain).collect()

@@ -4,8 +4,8 @@
 
 pub mod calibrate;
 mod clock;
-pub mod feel;
 pub mod force;
+pub mod force_thread;
 mod keyboard;
 pub mod lamps;
 #[cfg(target_os = "linux")]
@@ -20,13 +20,13 @@ pub mod sdl_force;
 pub mod wheel;
 
 pub use clock::Stamp;
-pub use force::Feel;
+pub use force::ForceInput;
 pub use keyboard::{DriveKey, Keyboard, LaneHint};
-pub use lamps::Standing;
+pub use lamps::AdviceState;
 pub use other::{WheelAxis, known_wheel};
 pub use pads::Pads;
 pub use profile::{Action, Profile};
-pub use rig::{Rig, RigNews};
+pub use rig::{Rig, RigEvent};
 
 use crate::ego::Controls;
 
@@ -72,13 +72,13 @@ impl Devices {
     }
 
     /// Reads what happened since the last call; once a frame.
-    pub fn poll(&mut self) -> Vec<RigNews> {
+    pub fn poll(&mut self) -> Vec<RigEvent> {
         if self.pads.poll() {
             self.source = Source::Pad;
         }
         let (touched, mut news) = self.rig.poll();
-        news.extend(self.pads.take_troubles().into_iter().map(RigNews::Trouble));
-        if touched || news.iter().any(|news| matches!(news, RigNews::Found(_))) {
+        news.extend(self.pads.take_troubles().into_iter().map(RigEvent::Trouble));
+        if touched || news.iter().any(|news| matches!(news, RigEvent::Connected(_))) {
             self.source = Source::Wheel;
         }
         if self.keyboard.any_down() {
@@ -98,7 +98,7 @@ impl Devices {
     }
 
     /// What the hands are to feel from now on; at least ten times a second, or the force goes.
-    pub fn feel(&self, feel: Feel) {
+    pub fn feel(&self, feel: ForceInput) {
         self.rig.feel(feel);
         self.pads.feel(feel);
     }

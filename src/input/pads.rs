@@ -3,8 +3,8 @@
 //! a wheel, through SDL2.
 
 use super::{
-    feel::{Angle, ForceDevice, ForceLoop, ForceThread},
-    force::Feel,
+    force::ForceInput,
+    force_thread::{Angle, ForceDevice, ForceLoop, ForceThread},
     other::{WheelAxis, WheelState, known_wheel},
     profile::Profile,
     profiles::{self, Kind},
@@ -116,7 +116,7 @@ impl Pads {
     }
 
     /// What the hands are to feel.
-    pub fn feel(&self, feel: Feel) {
+    pub fn feel(&self, feel: ForceInput) {
         if let Some(force) = &self.force {
             force.thread.tell(feel);
         }
@@ -356,7 +356,7 @@ mod tests {
         pads.push(7, Box::new(log.clone()), &profiles::named("g29").unwrap());
         for _ in 0..100 {
             assert!(!pads.poll());
-            pads.feel(Feel { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+            pads.feel(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
         assert!(pads.torque_nm().unwrap() > 1.3);

@@ -1,9 +1,9 @@
-//! The reading of wheels, apart from the system's own way to them. In: a [`Port`]. Out: [`Told`] to whoever polls. One
+//! The reading of wheels, apart from the system's own way to them. In: a [`Port`]. Out: [`WheelMessage`] to whoever polls. One
 //! turn finds a wheel or waits a moment for its events; a wheel that fails to be read is lost, and looked for again.
 
 use super::{
     profile::Profile,
-    wheel::{Found, Told},
+    wheel::{FoundWheel, WheelMessage},
 };
 use std::{
     io,
@@ -25,7 +25,7 @@ pub trait Port: Send + 'static {
     type Wheel;
 
     /// Looks for a wheel and opens it. `say` takes what a person has to know, again and again.
-    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(Found, Self::Wheel)>;
+    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)>;
 
     /// From the next wheel on, this is its profile.
     fn prefer(&mut self, profile: Profile);
@@ -34,21 +34,21 @@ pub trait Port: Send + 'static {
     ///
     /// # Errors
     /// The wheel is gone.
-    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<Told>) -> io::Result<()>;
+    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()>;
 }
 
 /// Finds, reads, loses.
 pub struct Reader<P: Port> {
     port: P,
     wheel: Option<P::Wheel>,
-    to: Sender<Told>,
+    to: Sender<WheelMessage>,
     /// What was said already, so that each is said once until a wheel is found.
     said: Vec<String>,
 }
 
 impl<P: Port> Reader<P> {
     /// A reader, and where it tells what it reads.
-    pub fn new(port: P) -> (Self, Receiver<Told>) {
+    pub fn new(port: P) -> (Self, Receiver<WheelMessage>) {
         let (to, told) = mpsc::channel();
         (Self { port, wheel: None, to, said: Vec::new() }, told)
     }
@@ -65,13 +65,13 @@ impl<P: Port> Reader<P> {
         let Some(open) = wheel else {
             let found = port.find(&mut |text| {
                 if !said.contains(&text) {
-                    let _ = to.send(Told::Trouble(text.clone()));
+                    let _ = to.send(WheelMessage::Trouble(text.clone()));
                     said.push(text);
                 }
             });
             if let Some((found, open)) = found {
                 said.clear();
-                let _ = to.send(Told::Found(Box::new(found)));
+                let _ = to.send(WheelMessage::Connected(Box::new(found)));
                 *wheel = Some(open);
             }
             return wheel.is_some();
@@ -83,7 +83,7 @@ impl<P: Port> Reader<P> {
         }
         if read.is_err() {
             *wheel = None;
-            let _ = to.send(Told::Lost);
+            let _ = to.send(WheelMessage::Lost);
         }
         true
     }
@@ -102,7 +102,7 @@ impl ReadingThread {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start<P: Port>(port: P) -> io::Result<(Self, Receiver<Told>)>
+    pub fn start<P: Port>(port: P) -> io::Result<(Self, Receiver<WheelMessage>)>
     where
         P::Wheel: Send,
     {

@@ -4,24 +4,24 @@
 use super::{
     calibrate::Calibration,
     clock::Stamp,
-    feel::{ForceLoop, ForceThread},
-    force::Feel,
-    lamps::{self, Lamps, Standing},
+    force::ForceInput,
+    force_thread::{ForceLoop, ForceThread},
+    lamps::{self, AdviceState, Lamps},
     profile::{Action, Profile, ProfileError},
     profiles::Device,
     reader::ReadingThread,
-    wheel::{Found, Told, WheelState},
+    wheel::{FoundWheel, WheelMessage, WheelState},
 };
 use crate::ego::{Controls, Selector};
 use std::sync::mpsc::Receiver;
 
 /// What happened to the wheel that someone has to know.
 #[derive(Clone, Debug, PartialEq)]
-pub enum RigNews {
+pub enum RigEvent {
     /// A wheel is there, or there again: its name.
-    Found(String),
+    Connected(String),
     /// It was unplugged: its name.
-    Lost(String),
+    Disconnected(String),
     /// A button with a meaning was pressed.
     Pressed(Action),
     /// Something is wrong, and its remedy.
@@ -30,7 +30,7 @@ pub enum RigNews {
 
 /// The wheel, or the place for one.
 pub struct Rig {
-    told: Receiver<Told>,
+    told: Receiver<WheelMessage>,
     wheel: Option<Plugged>,
     /// What holds while there is none: pedals up, the wheel where it was.
     left: Controls,
@@ -63,7 +63,7 @@ impl Rig {
     }
 
     /// A wheel that is told of by whoever holds the other end.
-    pub fn fed_by(told: Receiver<Told>) -> Self {
+    pub fn fed_by(told: Receiver<WheelMessage>) -> Self {
         Self {
             told,
             wheel: None,
@@ -77,16 +77,16 @@ impl Rig {
     }
 
     /// Takes in what happened since the last call. True if a hand or foot moved something.
-    pub fn poll(&mut self) -> (bool, Vec<RigNews>) {
+    pub fn poll(&mut self) -> (bool, Vec<RigEvent>) {
         let (mut touched, mut news) = (false, Vec::new());
         while let Ok(told) = self.told.try_recv() {
             match told {
-                Told::Found(found) => {
+                WheelMessage::Connected(found) => {
                     log::info!("found {} (profile {})", found.device.name, found.profile.name);
-                    news.push(RigNews::Found(found.device.name.clone()));
+                    news.push(RigEvent::Connected(found.device.name.clone()));
                     self.plug(*found);
                 }
-                Told::Axis { code, raw, at } => {
+                WheelMessage::Axis { code, raw, at } => {
                     if let Some(wheel) = &mut self.wheel {
                         touched |= wheel.state.moved(code, raw);
                         self.newest = self.newest.max(at);
@@ -96,30 +96,30 @@ impl Rig {
                         }
                     }
                 }
-                Told::Button { code, down: false, .. } => {
+                WheelMessage::Button { code, down: false, .. } => {
                     if let Some(wheel) = &mut self.wheel {
                         wheel.state.released(code);
                     }
                 }
-                Told::Button { code, at, .. } => {
+                WheelMessage::Button { code, at, .. } => {
                     self.last_button = Some(code);
                     if let Some(action) = self.wheel.as_mut().and_then(|wheel| wheel.state.pressed(code)) {
                         touched = true;
                         self.newest = self.newest.max(at);
-                        news.push(RigNews::Pressed(action));
+                        news.push(RigEvent::Pressed(action));
                     }
                 }
-                Told::Lost => {
+                WheelMessage::Lost => {
                     self.calibration = None;
                     if let Some(wheel) = self.wheel.take() {
                         log::warn!("{} was unplugged: its pedals count as released", wheel.device.name);
                         self.left = Controls { throttle: 0.0, brake: 0.0, ..wheel.state.controls() };
-                        news.push(RigNews::Lost(wheel.device.name.clone()));
+                        news.push(RigEvent::Disconnected(wheel.device.name.clone()));
                     }
                 }
-                Told::Trouble(text) => {
+                WheelMessage::Trouble(text) => {
                     log::warn!("{text}");
-                    news.push(RigNews::Trouble(text));
+                    news.push(RigEvent::Trouble(text));
                 }
             }
         }
@@ -129,7 +129,7 @@ impl Rig {
         (touched, news)
     }
 
-    fn plug(&mut self, found: Found) {
+    fn plug(&mut self, found: FoundWheel) {
         // The old one's force ends before the new one's begins.
         self.calibration = None;
         if let Some(old) = self.wheel.take() {
@@ -149,7 +149,7 @@ impl Rig {
     }
 
     /// What the hands are to feel.
-    pub fn feel(&self, feel: Feel) {
+    pub fn feel(&self, feel: ForceInput) {
         if let Some(force) = self.wheel.as_ref().and_then(|wheel| wheel.force.as_ref()) {
             force.tell(feel);
         }
@@ -174,10 +174,10 @@ impl Rig {
     }
 
     /// Shows on the wheel's rev lamps how the speed stands to the advice. The first time that this cannot be done: why.
-    pub fn show_standing(&mut self, standing: Standing) -> Option<String> {
+    pub fn show_advice_state(&mut self, advice_state: AdviceState) -> Option<String> {
         let trouble = match &mut self.wheel {
             Some(wheel) if wheel.lamps.count() == 0 => format!("{} has no rev lamps", wheel.device.name),
-            Some(wheel) => match wheel.lamps.show(standing) {
+            Some(wheel) => match wheel.lamps.show(advice_state) {
                 Ok(()) => return None,
                 Err(error) => format!(
                     "the rev lamps stay as they are ({error})\n  remedy: add this line to the wheel's udev rules\n    {}",
@@ -249,13 +249,13 @@ impl Rig {
 }
 
 #[cfg(target_os = "linux")]
-fn start(asked: Option<Profile>) -> Option<(ReadingThread, Receiver<Told>)> {
+fn start(asked: Option<Profile>) -> Option<(ReadingThread, Receiver<WheelMessage>)> {
     let started = ReadingThread::start(super::linux::EvdevPort::new(asked));
     started.map_err(|e| log::warn!("wheels cannot be read: {e}")).ok()
 }
 
 #[cfg(not(target_os = "linux"))]
-fn start(_asked: Option<Profile>) -> Option<(ReadingThread, Receiver<Told>)> {
+fn start(_asked: Option<Profile>) -> Option<(ReadingThread, Receiver<WheelMessage>)> {
     None
 }
 

@@ -1,11 +1,11 @@
 //! The wheel over a session, with a port that stands for the system: start-up, 500 times unplugged, force to the device.
 
-use super::super::{
-    feel::{Angle, ForceDevice},
+use super::*;
+use crate::input::{
+    force_thread::{Angle, ForceDevice},
     profiles,
     reader::{Port, Reader},
 };
-use super::*;
 use std::{
     collections::BTreeMap,
     io,
@@ -18,11 +18,11 @@ fn rest() -> BTreeMap<u16, i32> {
 }
 
 /// A G29 at rest as the reading thread tells of it.
-fn found(force: Option<Box<dyn ForceDevice>>) -> Found {
+fn found(force: Option<Box<dyn ForceDevice>>) -> FoundWheel {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
     let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: rest() };
     let profile = profiles::named("g29").unwrap();
-    Found { device, profile, lamps: Lamps::default(), force, angle: Arc::new(Angle::default()) }
+    FoundWheel { device, profile, lamps: Lamps::default(), force, angle: Arc::new(Angle::default()) }
 }
 
 /// What a wheel was told, in order.
@@ -49,7 +49,7 @@ struct Pulled {
 impl Port for Pulled {
     type Wheel = Option<Vec<(u16, i32)>>;
 
-    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(Found, Self::Wheel)> {
+    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)> {
         if self.batches.is_empty() {
             say("nothing is plugged in".into());
             return None;
@@ -61,9 +61,9 @@ impl Port for Pulled {
 
     fn prefer(&mut self, _profile: Profile) {}
 
-    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<Told>) -> io::Result<()> {
+    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
         let events = wheel.take().ok_or(io::ErrorKind::NotConnected)?;
-        told.extend(events.into_iter().map(|(code, raw)| Told::Axis { code, raw, at: None }));
+        told.extend(events.into_iter().map(|(code, raw)| WheelMessage::Axis { code, raw, at: None }));
         Ok(())
     }
 }
@@ -76,14 +76,14 @@ fn five_hundred_times_unplugged_and_plugged_in_again() {
     let mut rig = Rig::fed_by(told);
     for _ in 0..500 {
         assert!(reader.turn());
-        assert_eq!(rig.poll(), (false, vec![RigNews::Found("G29".into())]));
+        assert_eq!(rig.poll(), (false, vec![RigEvent::Connected("G29".into())]));
         assert_eq!((rig.controls().throttle, rig.controls().brake), (0.0, 0.0), "at rest before any event");
         assert!(reader.turn());
         assert_eq!(rig.poll(), (true, vec![]));
         let driving = rig.controls();
         assert!(driving.throttle > 0.5 && driving.brake > 0.5 && driving.steering_wheel_rad < 0.0);
         assert!(reader.turn());
-        assert_eq!(rig.poll(), (false, vec![RigNews::Lost("G29".into())]));
+        assert_eq!(rig.poll(), (false, vec![RigEvent::Disconnected("G29".into())]));
         assert_eq!(
             rig.controls(),
             Controls { throttle: 0.0, brake: 0.0, ..driving },
@@ -92,7 +92,7 @@ fn five_hundred_times_unplugged_and_plugged_in_again() {
         assert_eq!(rig.describe(), "wheel unplugged");
     }
     assert!(!reader.turn() && !reader.turn());
-    assert_eq!(rig.poll().1, [RigNews::Trouble("nothing is plugged in".into())], "said once");
+    assert_eq!(rig.poll().1, [RigEvent::Trouble("nothing is plugged in".into())], "said once");
     let log = log.0.lock().unwrap();
     assert_eq!(log.iter().filter(|entry| entry.is_none()).count(), 500, "every force was ended");
 }
@@ -101,21 +101,21 @@ fn five_hundred_times_unplugged_and_plugged_in_again() {
 fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
     let (to, told) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(told);
-    let plug = || Told::Found(Box::new(found(None)));
+    let plug = || WheelMessage::Connected(Box::new(found(None)));
     to.send(plug()).unwrap();
-    to.send(Told::Button { code: 293, down: true, at: None }).unwrap();
-    to.send(Told::Button { code: 297, down: true, at: None }).unwrap();
+    to.send(WheelMessage::Button { code: 293, down: true, at: None }).unwrap();
+    to.send(WheelMessage::Button { code: 297, down: true, at: None }).unwrap();
     let (touched, news) = rig.poll();
     assert!(touched);
-    assert_eq!(news[1..], [RigNews::Pressed(Action::Reverse), RigNews::Pressed(Action::Start)]);
-    to.send(Told::Lost).unwrap();
+    assert_eq!(news[1..], [RigEvent::Pressed(Action::Reverse), RigEvent::Pressed(Action::Start)]);
+    to.send(WheelMessage::Lost).unwrap();
     to.send(plug()).unwrap();
     rig.poll();
     assert_eq!(rig.controls().selector, Selector::Reverse);
     // Before the next drive it is put into drive, also on a wheel that comes later.
     rig.select_drive();
     assert_eq!(rig.controls().selector, Selector::Drive);
-    to.send(Told::Lost).unwrap();
+    to.send(WheelMessage::Lost).unwrap();
     to.send(plug()).unwrap();
     rig.poll();
     assert_eq!(rig.controls().selector, Selector::Drive);
@@ -125,10 +125,10 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
 fn the_newest_time_is_told_once() {
     let (to, told) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(told);
-    to.send(Told::Found(Box::new(found(None)))).unwrap();
+    to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
     let at = |ms| Some(Stamp(std::time::Duration::from_millis(ms)));
     for (raw, ms) in [(40_000, 500), (41_000, 510), (41_500, 505)] {
-        to.send(Told::Axis { code: 0, raw, at: at(ms) }).unwrap();
+        to.send(WheelMessage::Axis { code: 0, raw, at: at(ms) }).unwrap();
     }
     rig.poll();
     assert_eq!(rig.newest_input(), at(510));
@@ -142,7 +142,7 @@ fn the_running_thread_ends_with_no_force_and_the_devices_own_centring_back() {
     let force = ForceLoop::new(Box::new(log.clone()), &profile);
     let angle = Arc::new(Angle::default());
     let thread = ForceThread::start(force, angle).unwrap();
-    thread.tell(Feel { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+    thread.tell(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
     drop(thread);
     assert_eq!(log.0.lock().unwrap().last(), Some(&None));
 }
@@ -156,15 +156,15 @@ struct Kept {
 impl Port for Kept {
     type Wheel = ();
 
-    fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(Found, ())> {
-        Some((Found { profile: self.profile.clone(), ..found(Some(Box::new(self.log.clone()))) }, ()))
+    fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(FoundWheel, ())> {
+        Some((FoundWheel { profile: self.profile.clone(), ..found(Some(Box::new(self.log.clone()))) }, ()))
     }
 
     fn prefer(&mut self, profile: Profile) {
         self.profile = profile;
     }
 
-    fn read(&mut self, (): &mut (), _told: &mut Vec<Told>) -> io::Result<()> {
+    fn read(&mut self, (): &mut (), _told: &mut Vec<WheelMessage>) -> io::Result<()> {
         std::thread::sleep(std::time::Duration::from_millis(1));
         Ok(())
     }
@@ -208,14 +208,14 @@ fn a_thread_without_a_wheel_leaves_the_system_in_peace_for_half_a_second() {
     impl Port for Looks {
         type Wheel = ();
 
-        fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(Found, ())> {
+        fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(FoundWheel, ())> {
             *self.0.lock().unwrap() += 1;
             None
         }
 
         fn prefer(&mut self, _profile: Profile) {}
 
-        fn read(&mut self, (): &mut (), _told: &mut Vec<Told>) -> io::Result<()> {
+        fn read(&mut self, (): &mut (), _told: &mut Vec<WheelMessage>) -> io::Result<()> {
             Ok(())
         }
     }

@@ -7,7 +7,7 @@
 //! evdev's direction 0x4000 does into which SDL makes it on Linux (seen there, see `tests/wheel/uinput.rs`); on other systems
 //! it could not be tried with a wheel, and `invert` in a profile turns it round.
 
-use super::feel::ForceDevice;
+use super::force_thread::ForceDevice;
 use std::{
     ffi::{CStr, c_char, c_int, c_uint, c_void},
     io,

@@ -1,10 +1,10 @@
-//! A steering wheel as the car sees it. In: what the reading thread tells ([`Told`]). Out: [`Controls`], actions of
+//! A steering wheel as the car sees it. In: what the reading thread tells ([`WheelMessage`]). Out: [`Controls`], actions of
 //! buttons, time of the newest input. Nothing acts before it is known: a pedal counts as released until it has been seen
 //! at rest once, since a driver reports a pedal that it has not read as floored, and a foot may rest on one.
 
 use super::{
     clock::Stamp,
-    feel::{Angle, ForceDevice},
+    force_thread::{Angle, ForceDevice},
     lamps::Lamps,
     profile::{Action, Profile},
     profiles::Device,
@@ -19,9 +19,9 @@ const TOUCH_WAY: f64 = 0.03;
 const TOUCH_RAD: f64 = 0.02;
 
 /// What the reading thread tells.
-pub enum Told {
+pub enum WheelMessage {
     /// A wheel is there.
-    Found(Box<Found>),
+    Connected(Box<FoundWheel>),
     /// An axis moved.
     Axis {
         /// evdev code.
@@ -47,7 +47,7 @@ pub enum Told {
 }
 
 /// A wheel that was found.
-pub struct Found {
+pub struct FoundWheel {
     /// The device: its name, axes and their values when it was opened.
     pub device: Device,
     /// Its profile.

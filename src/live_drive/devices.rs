@@ -4,7 +4,7 @@
 use super::{LiveDrive, sound};
 use crate::{
     ego::Surface,
-    input::{Action, Feel, RigNews, Standing},
+    input::{Action, AdviceState, ForceInput, RigEvent},
     scene::ViewKind,
     time::Pace,
 };
@@ -18,8 +18,8 @@ impl LiveDrive {
             self.note(sound::HORN, if horn { "on" } else { "off" });
         }
         if self.drive.world.scenario().rev_lamps {
-            let standing = self.standing();
-            if let Some(trouble) = self.devices.rig_mut().show_standing(standing) {
+            let advice_state = self.advice_state();
+            if let Some(trouble) = self.devices.rig_mut().show_advice_state(advice_state) {
                 log::warn!("{trouble}");
                 self.news.push(trouble);
             }
@@ -33,22 +33,22 @@ impl LiveDrive {
     }
 
     /// How the speed stands to the advice.
-    pub(super) fn standing(&self) -> Standing {
+    pub(super) fn advice_state(&self) -> AdviceState {
         let snapshot = self.drive.world.snapshot();
         match snapshot.advice {
-            None => Standing::None,
-            Some(advice) if advice.accepts(snapshot.ego.speed_mps) => Standing::Within,
-            Some(advice) if snapshot.ego.speed_mps < advice.target_mps => Standing::Below,
-            Some(_) => Standing::Above,
+            None => AdviceState::None,
+            Some(advice) if advice.accepts(snapshot.ego.speed_mps) => AdviceState::Within,
+            Some(advice) if snapshot.ego.speed_mps < advice.target_mps => AdviceState::Below,
+            Some(_) => AdviceState::Above,
         }
     }
 
     /// What the hands are to feel of the present moment.
-    pub(super) fn force_input(&self) -> Feel {
+    pub(super) fn force_input(&self) -> ForceInput {
         let world = &self.drive.world;
         let ego = &world.snapshot().ego;
         let on_grass = ego.wheels[..2].iter().filter(|wheel| wheel.surface == Surface::Grass).count();
-        Feel {
+        ForceInput {
             aligning_nm: ego.steering_torque_nm.into(),
             speed_mps: ego.speed_mps,
             grass: on_grass as f64 / 2.0,
@@ -63,7 +63,7 @@ impl LiveDrive {
         }
         for news in self.devices.poll() {
             match news {
-                RigNews::Found(name) => {
+                RigEvent::Connected(name) => {
                     self.note("wheel plugged in", &self.devices.describe());
                     self.note_profile();
                     if std::mem::take(&mut self.waiting) {
@@ -71,7 +71,7 @@ impl LiveDrive {
                         self.news.push(format!("{name} is back: the drive continues"));
                     }
                 }
-                RigNews::Lost(name) => {
+                RigEvent::Disconnected(name) => {
                     self.note("wheel unplugged", &name);
                     self.news.push(format!("{name} was unplugged: pedals are released"));
                     if self.drive.clock.pace() == Pace::RealTime {
@@ -79,8 +79,8 @@ impl LiveDrive {
                         self.waiting = true;
                     }
                 }
-                RigNews::Pressed(action) => self.pressed(action),
-                RigNews::Trouble(text) => {
+                RigEvent::Pressed(action) => self.pressed(action),
+                RigEvent::Trouble(text) => {
                     self.note("wheel trouble", &text);
                     self.news.push(text);
                 }

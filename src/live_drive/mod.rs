@@ -36,7 +36,7 @@ use crate::{
     record::{WriterStatus, inputs, manifest::Screen, tables::FrameRow},
     render::Gpu,
     scene::{Stage, View},
-    sim::{Scenario, Summary, Tally, World},
+    sim::{Scenario, Summary, SummaryAccumulator, World},
     study::Code,
     time::{Due, Pace},
 };
@@ -60,7 +60,7 @@ pub struct LiveDrive {
     pub devices: Devices,
     /// What is to be seen of it.
     pub picture: DrivePicture,
-    tally: Tally,
+    tally: SummaryAccumulator,
     /// Contacts so far, for the windows.
     contacts: Contacts,
     lane_help: bool,
@@ -92,7 +92,7 @@ impl LiveDrive {
         let sound = Sound::new(scenario);
         Self {
             picture: DrivePicture::new(&drive.world, stage),
-            tally: Tally::new([0.0, f64::INFINITY]),
+            tally: SummaryAccumulator::new([0.0, f64::INFINITY]),
             contacts: Contacts::default(),
             lane_help: scenario.lane_help,
             drive,

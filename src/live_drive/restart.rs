@@ -8,8 +8,8 @@ use super::{
 };
 use crate::{
     drive_loop::RunError,
-    input::Standing,
-    sim::{Scenario, Tally},
+    input::AdviceState,
+    sim::{Scenario, SummaryAccumulator},
     time::Pace,
 };
 use std::time::Duration;
@@ -88,11 +88,11 @@ impl LiveDrive {
         let old = self.drive.world.scenario().clone();
         let scenario = drive.world.scenario();
         let redraw = stage.is_some() || old.quality != scenario.quality;
-        self.tally = Tally::new([0.0, f64::INFINITY]);
+        self.tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
         self.lane_help = scenario.lane_help;
         if old.rev_lamps {
             // Dark, unless the new drive shows its own.
-            let _ = self.devices.rig_mut().show_standing(Standing::None);
+            let _ = self.devices.rig_mut().show_advice_state(AdviceState::None);
         }
         self.contacts = Contacts::default();
         self.sound.restart(&old, scenario);

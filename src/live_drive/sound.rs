@@ -1,7 +1,7 @@
 //! A drive as it is heard. In: the world after each tick, pause and horn a frame. Out: what the speaker plays.
 
 use crate::{
-    audio::{Hear, Listener, Speaker},
+    audio::{Listener, SoundScene, Speaker},
     ego::Controls,
     sim::{Scenario, World},
 };
@@ -55,7 +55,7 @@ impl Sound {
     }
 
     /// What there is to be heard.
-    pub fn hear(&self, running: bool, horn: bool) -> Hear {
+    pub fn hear(&self, running: bool, horn: bool) -> SoundScene {
         self.listener.hear(running, horn)
     }
 }

@@ -4,11 +4,11 @@ use super::{loop_health::LoopHealth, *};
 use crate::{
     ego::Surface,
     input::{
-        Rig, Standing,
-        feel::{Angle, ForceDevice},
+        AdviceState, Rig,
+        force_thread::{Angle, ForceDevice},
         lamps::Lamps,
         profiles::{self, Device},
-        wheel::{Found, Told},
+        wheel::{FoundWheel, WheelMessage},
     },
     panel::{calibration::CalibrationCommand, experimenter::WheelHealth},
     record::{Manifest, Reader, Recorder, Table},
@@ -29,19 +29,19 @@ impl ForceDevice for Motor {
 }
 
 /// A drive on the native engine and the other end of its wheel's reader.
-fn show(scenario: Scenario) -> (LiveDrive, Sender<Told>) {
+fn show(scenario: Scenario) -> (LiveDrive, Sender<WheelMessage>) {
     let (to, told) = std::sync::mpsc::channel();
     let scenario = Scenario { traffic: "native".into(), trees: 0, ..scenario };
     (LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap(), to)
 }
 
-fn g29(lamps: Lamps, force: bool) -> Told {
+fn g29(lamps: Lamps, force: bool) -> WheelMessage {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)];
     let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
     let force = force.then(|| Box::new(Motor) as Box<dyn ForceDevice>);
     let profile = profiles::named("g29").unwrap();
-    Told::Found(Box::new(Found { device, profile, lamps, force, angle: Arc::new(Angle::default()) }))
+    WheelMessage::Connected(Box::new(FoundWheel { device, profile, lamps, force, angle: Arc::new(Angle::default()) }))
 }
 
 /// A frame of a sixtieth of a second. Returns the square's state.
@@ -69,11 +69,11 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
     to.send(g29(Lamps::default(), true)).unwrap();
     frame(&mut live);
     // Half of the brake, and the horn.
-    to.send(Told::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
-    to.send(Told::Button { code: 289, down: true, at: None }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    to.send(WheelMessage::Button { code: 289, down: true, at: None }).unwrap();
     assert_eq!(frame(&mut live), Some(true), "the frame of the tick that used the pedal");
     assert_eq!(frame(&mut live), Some(false), "and only that");
-    to.send(Told::Button { code: 289, down: false, at: None }).unwrap();
+    to.send(WheelMessage::Button { code: 289, down: false, at: None }).unwrap();
     frame(&mut live);
     let spread = live.latency().input_to_frame().unwrap();
     assert_eq!(spread.count, 1);
@@ -107,7 +107,7 @@ fn a_frame_that_the_screen_did_not_take_swallows_neither_the_flash_nor_the_laten
     let (mut live, to) = show(Scenario { flash_patch: FlashPatch::Pedal, ..Scenario::default() });
     to.send(g29(Lamps::default(), false)).unwrap();
     frame(&mut live);
-    to.send(Told::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
     for _ in 0..3 {
         live.advance(Duration::from_nanos(16_666_667), |_| ()).unwrap();
         assert_eq!(live.view().patch, Some(true));
@@ -116,9 +116,9 @@ fn a_frame_that_the_screen_did_not_take_swallows_neither_the_flash_nor_the_laten
     assert_eq!(live.latency().input_to_frame().unwrap().count, 1);
     assert_eq!(frame(&mut live), Some(false));
     // A page over the picture has no square, and takes none.
-    to.send(Told::Axis { code: 5, raw: 255, at: None }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 255, at: None }).unwrap();
     frame(&mut live);
-    to.send(Told::Axis { code: 5, raw: 100, at: None }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 100, at: None }).unwrap();
     let due = live.advance(Duration::from_nanos(16_666_667), |_| ()).unwrap();
     live.shown(Duration::from_secs(1), Duration::ZERO, &due);
     assert_eq!(frame(&mut live), Some(true));
@@ -132,7 +132,7 @@ fn an_input_waits_for_a_tick_and_a_frame_at_most() {
     let elapsed = Duration::from_millis(4);
     live.advance(elapsed, |_| ()).unwrap();
     for i in 0..50 {
-        to.send(Told::Axis { code: 5, raw: 100 + i % 2 * 50, at: Some(Stamp::now()) }).unwrap();
+        to.send(WheelMessage::Axis { code: 5, raw: 100 + i % 2 * 50, at: Some(Stamp::now()) }).unwrap();
         let mut frames = 0;
         while live.latency.used.is_none() {
             live.advance(elapsed, |_| ()).unwrap();
@@ -163,7 +163,7 @@ fn rev_lamps_follow_the_speed_against_the_advice_and_trouble_is_told_once() {
         frame(&mut live);
     });
     assert_eq!(lit(), 1, "standing, with 4.3 m/s advised: too slow");
-    to.send(Told::Lost).unwrap();
+    to.send(WheelMessage::Lost).unwrap();
     frame(&mut live);
     assert_eq!(lit(), 0, "dark when the wheel has gone");
 }
@@ -187,7 +187,7 @@ fn a_calibration_holds_time_and_ends_where_the_wheel_is_pulled_out() {
         "it asks for nothing any more"
     );
     assert_eq!(live.calibrate(CalibrationCommand::Begin), None);
-    to.send(Told::Lost).unwrap();
+    to.send(WheelMessage::Lost).unwrap();
     frame(&mut live);
     assert!(crate::live_drive::wheel_calibration::wheel(live.devices.rig()).is_none());
 }
@@ -199,7 +199,7 @@ fn the_hands_feel_grass_by_the_share_of_front_wheels_on_it() {
     frame(&mut live);
     // Off the ring to the left with a foot on the accelerator.
     for (code, raw) in [(2, 100), (0, 20_000)] {
-        to.send(Told::Axis { code, raw, at: None }).unwrap();
+        to.send(WheelMessage::Axis { code, raw, at: None }).unwrap();
     }
     let mut seen = Vec::new();
     for _ in 0..1200 {
@@ -241,7 +241,7 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     record(&mut live, &recording);
     to.send(g29(Lamps::default(), false)).unwrap();
     frame(&mut live);
-    to.send(Told::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
     std::thread::sleep(Duration::from_millis(5));
     frame(&mut live);
     pulse.frame(Duration::from_millis(20), Duration::ZERO);
@@ -266,7 +266,7 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     assert_eq!(pulse.health(&live, "", None).frame_ms, [20.0; 2]);
     (0..500).for_each(|_| pulse.frame(Duration::from_millis(20), Duration::ZERO));
     assert_eq!(pulse.health(&live, "", None).dropped_s, [0.25, 0.0]);
-    to.send(Told::Lost).unwrap();
+    to.send(WheelMessage::Lost).unwrap();
     frame(&mut live);
     assert_eq!(pulse.health(&live, "", None).wheel, WheelHealth::Lost);
 }
@@ -287,7 +287,7 @@ fn buttons_do_what_they_stand_for_and_in_a_session_they_only_ask() {
     frame(&mut live);
     live.take_news();
     let press = |live: &mut LiveDrive, code| {
-        to.send(Told::Button { code, down: true, at: None }).unwrap();
+        to.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
         live.advance(Duration::ZERO, |_| ()).unwrap();
         (live.drive.clock.pace(), live.take_news())
     };
@@ -318,7 +318,7 @@ fn buttons_do_what_they_stand_for_and_in_a_session_they_only_ask() {
     assert!(devices.is_none() && led.drive.clock.pace() == Pace::Paused);
     sender.send(g29(Lamps::default(), false)).unwrap();
     for code in [options, share, mark] {
-        sender.send(Told::Button { code, down: true, at: None }).unwrap();
+        sender.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
     }
     led.advance(Duration::from_millis(30), |_| ()).unwrap();
     assert_eq!(led.take_pressed(), [Action::Start, Action::Abort, Action::Mark]);
@@ -330,31 +330,31 @@ fn buttons_do_what_they_stand_for_and_in_a_session_they_only_ask() {
 #[test]
 fn a_wheel_that_is_pulled_out_holds_a_drive_that_runs_and_no_other() {
     let (mut live, to) = show(Scenario::default());
-    let tell = |live: &mut LiveDrive, told: Told| {
+    let tell = |live: &mut LiveDrive, told: WheelMessage| {
         to.send(told).unwrap();
         live.advance(Duration::ZERO, |_| ()).unwrap();
         (live.drive.clock.pace(), live.waits_for_wheel(), live.take_news().len())
     };
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::RealTime, false, 0));
-    assert_eq!(tell(&mut live, Told::Lost), (Pace::Paused, true, 1));
+    assert_eq!(tell(&mut live, WheelMessage::Lost), (Pace::Paused, true, 1));
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::RealTime, false, 1), "it is said to be back");
     // Somebody goes on without it: it comes back without a word.
-    tell(&mut live, Told::Lost);
+    tell(&mut live, WheelMessage::Lost);
     live.toggle_pause();
     assert!(live.drive.clock.pace() == Pace::RealTime && !live.waits_for_wheel());
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::RealTime, false, 0));
     // Held by a person before it was pulled out: it stays held when it is back.
     live.toggle_pause();
-    assert_eq!(tell(&mut live, Told::Lost), (Pace::Paused, false, 1));
+    assert_eq!(tell(&mut live, WheelMessage::Lost), (Pace::Paused, false, 1));
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
     // Held by a person while it was out, as after a request to stop: it stays held, too.
     live.toggle_pause();
-    assert_eq!(tell(&mut live, Told::Lost), (Pace::Paused, true, 1));
+    assert_eq!(tell(&mut live, WheelMessage::Lost), (Pace::Paused, true, 1));
     live.hold(true);
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
     // Let run by a button or the panel meanwhile, and held again: that pause is a person's.
     live.toggle_pause();
-    tell(&mut live, Told::Lost);
+    tell(&mut live, WheelMessage::Lost);
     live.drive.clock.set_pace(Pace::RealTime);
     live.advance(Duration::ZERO, |_| ()).unwrap();
     live.drive.clock.set_pace(Pace::Paused);
@@ -412,10 +412,10 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
 fn a_speed_stands_below_within_or_above_the_advice() {
     let slow = Scenario { policy: "constant".into(), policy_speed_mps: 2.0, hold_s: 0.1, ..Scenario::default() };
     let (mut live, to) = show(Scenario { vehicles: 2, ..slow });
-    assert_eq!(live.standing(), Standing::None, "before the first advice");
+    assert_eq!(live.advice_state(), AdviceState::None, "before the first advice");
     to.send(g29(Lamps::default(), false)).unwrap();
     frame(&mut live);
-    to.send(Told::Axis { code: 2, raw: 0, at: None }).unwrap();
+    to.send(WheelMessage::Axis { code: 2, raw: 0, at: None }).unwrap();
     let mut seen = Vec::new();
     while seen.len() < 3 {
         live.advance(Duration::from_millis(10), |_| ()).unwrap();
@@ -424,16 +424,16 @@ fn a_speed_stands_below_within_or_above_the_advice() {
         let advice = snapshot.advice.unwrap();
         let [low, high] = <[f64; 2]>::from(advice.band_mps());
         let expected = match snapshot.ego.speed_mps {
-            slow if slow < low => Standing::Below,
-            fast if fast > high => Standing::Above,
-            _ => Standing::Within,
+            slow if slow < low => AdviceState::Below,
+            fast if fast > high => AdviceState::Above,
+            _ => AdviceState::Within,
         };
-        assert_eq!(live.standing(), expected, "{} m/s, advised {low} to {high}", snapshot.ego.speed_mps);
+        assert_eq!(live.advice_state(), expected, "{} m/s, advised {low} to {high}", snapshot.ego.speed_mps);
         if seen.last() != Some(&expected) {
             seen.push(expected);
         }
     }
-    assert_eq!(seen, [Standing::Below, Standing::Within, Standing::Above], "from a stand with the foot down");
+    assert_eq!(seen, [AdviceState::Below, AdviceState::Within, AdviceState::Above], "from a stand with the foot down");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The maps that are here. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a folder
 //! `maps/<name>/` with `net.xml` and `map.toml`.
 
-use super::{MapError, RoadMap, cycle::route_of, limits::MOST_BYTES, net_xml::Net};
+use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, net_xml::Net};
 use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     toml_text,

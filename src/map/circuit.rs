@@ -65,7 +65,7 @@ struct Curve {
 
 /// What a circuit's file makes.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct GeneratedNetwork {
     /// One line for people.
     pub title: String,
     /// What it is good for.
@@ -79,7 +79,7 @@ pub struct Made {
 /// # Errors
 /// If the file is absent, has unknown keys or wrong values, its bends do not add up to one turn, the straights to solve
 /// are not two that can close it, or two parts of the lane come too close.
-pub fn make(file: &Path) -> Result<Made, MapError> {
+pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
     let text = catalog::read(file, SETTINGS_BYTES)?;
     let name = file.display().to_string();
     let circuit: Circuit = toml_text::parse(&text, &name).map_err(MapError::Toml)?;
@@ -107,7 +107,7 @@ pub fn make(file: &Path) -> Result<Made, MapError> {
     let road = centred(lay(&curves, circuit.width_m));
     check_clearance(&road).map_err(problem)?;
     let comment = "A circuit made by codrive from circuit.toml.";
-    Ok(Made { title: circuit.title, description: circuit.description, net_xml: net_xml(comment, &road) })
+    Ok(GeneratedNetwork { title: circuit.title, description: circuit.description, net_xml: net_xml(comment, &road) })
 }
 
 /// Writes the circuit of `file` as a new map's `folder`, with a copy of the file.

@@ -6,12 +6,12 @@
 
 mod catalog;
 pub mod circuit;
-mod cycle;
 mod error;
 pub mod import;
 #[cfg(test)]
 mod limit_tests;
 pub mod limits;
+mod loop_search;
 mod net_check;
 #[cfg(test)]
 mod net_tests;
@@ -25,7 +25,7 @@ mod write;
 pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, project_root};
 pub use error::MapError;
 pub use import::import;
-pub use route::{Lane, Route, RoutePoint};
+pub use route::{Lane, Route, RoutePosition};
 
 use glam::DVec2;
 use std::path::PathBuf;

@@ -22,7 +22,7 @@ const DEFAULT_WIDTH_M: f64 = 3.2;
 pub(super) struct Net {
     pub edges: Vec<Edge>,
     pub lanes: Vec<NetLane>,
-    pub links: Vec<Link>,
+    pub links: Vec<Connection>,
     /// Indices of the links from each lane, in the order of the file.
     links_of: Vec<Vec<usize>>,
 }
@@ -49,7 +49,7 @@ pub(super) struct NetLane {
 
 /// A way from one lane to the next.
 #[derive(Debug)]
-pub(super) struct Link {
+pub(super) struct Connection {
     pub from: usize,
     pub to: usize,
     /// First lane on the junction's inside, if the network has insides.
@@ -108,7 +108,7 @@ impl Net {
                 },
             };
             if let (Some(from), Some(to)) = (from, to) {
-                net.links.push(Link { from, to, via, turnaround: node.attribute("dir") == Some("t") });
+                net.links.push(Connection { from, to, via, turnaround: node.attribute("dir") == Some("t") });
             }
         }
         net.links_of = vec![Vec::new(); net.lanes.len()];
@@ -119,7 +119,7 @@ impl Net {
     }
 
     /// The first link between two lanes.
-    pub fn link(&self, from: usize, to: usize) -> Option<&Link> {
+    pub fn link(&self, from: usize, to: usize) -> Option<&Connection> {
         self.links_of[from].iter().map(|&k| &self.links[k]).find(|link| link.to == to)
     }
 }

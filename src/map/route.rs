@@ -26,7 +26,7 @@ pub struct Lane {
 
 /// A point of the world as the route sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RoutePoint {
+pub struct RoutePosition {
     /// Distance along the route, metres, in `0..length_m`.
     pub s_m: f64,
     /// Lateral offset from the centre line, metres, positive to the left.
@@ -191,7 +191,7 @@ impl Route {
 
     /// The route point nearest to `point`. With `near_s_m`, only the stretch within 40 m of it is searched: faster, and
     /// the right one where the route passes close to itself.
-    pub fn project(&self, point: DVec2, near_s_m: Option<f64>) -> RoutePoint {
+    pub fn project(&self, point: DVec2, near_s_m: Option<f64>) -> RoutePosition {
         const WINDOW_M: f64 = 40.0;
         let n = self.segments.len();
         let (first, count) = match near_s_m {
@@ -212,7 +212,7 @@ impl Route {
         let segment = &self.segments[best.1];
         let along = segment.end - segment.start;
         let side = along.perp_dot(point - segment.start).signum();
-        RoutePoint {
+        RoutePosition {
             s_m: self.wrap(segment.start_s_m + best.2 * (segment.end_s_m - segment.start_s_m)),
             offset_m: side * best.0,
         }

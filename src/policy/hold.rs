@@ -58,7 +58,7 @@ impl Advisor {
         if !due {
             return None;
         }
-        if policy.is_silent(observation) {
+        if policy.abstains(observation) {
             // Once: an evaluation has hundreds of advisors.
             static SAID: std::sync::Once = std::sync::Once::new();
             SAID.call_once(|| {
@@ -181,7 +181,7 @@ mod tests {
     fn a_silent_policy_is_not_asked_and_nothing_stands() {
         struct Shy;
         impl Policy for Shy {
-            fn is_silent(&self, observation: &Observation) -> bool {
+            fn abstains(&self, observation: &Observation) -> bool {
                 observation.speed_mps < 1.0
             }
             fn act(&mut self, _: f64, observation: &Observation) -> Action {

@@ -92,7 +92,7 @@ pub trait Policy: Send {
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action;
 
     /// True where it knows that advice would not help: nothing is shown then, and the driver drives as without.
-    fn is_silent(&self, observation: &Observation) -> bool {
+    fn abstains(&self, observation: &Observation) -> bool {
         let _ = observation;
         false
     }

@@ -249,7 +249,7 @@ impl Policy for Network {
         self.action(observation)
     }
 
-    fn is_silent(&self, observation: &Observation) -> bool {
+    fn abstains(&self, observation: &Observation) -> bool {
         is_too_dense(observation, self.least_spacing_m)
     }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::{
     record::{Change, Manifest, Reader, Recorder, changes},
-    sim::{Scenario, Tally},
+    sim::{Scenario, SummaryAccumulator},
 };
 
 const TICKS: u64 = 120;
@@ -28,7 +28,7 @@ fn controls(tick: u64) -> Controls {
 fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::PathBuf {
     let mut world = world();
     let mut recorder = Recorder::begin(&folder.join("drive"), world.scenario(), Manifest::default()).expect("begun");
-    let mut tally = Tally::new([0.0, f64::INFINITY]);
+    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 1..=TICKS {
         world.tick(&controls(tick)).expect("the native engine");
         tally.add(world.snapshot(), world.events());

@@ -3,7 +3,7 @@
 use super::{super::tables, *};
 use crate::{
     record::{Reader, table},
-    sim::Tally,
+    sim::SummaryAccumulator,
 };
 use arrow_ipc::{
     CompressionType,
@@ -209,7 +209,7 @@ fn the_drive_that_runs_is_left_alone_by_everybody() {
     refused(recover::open(&recording).expect_err("it runs"));
     refused(Recorder::begin(&recording, world.scenario(), manifest()).expect_err("it runs"));
     drive(&mut world, &mut recorder, 50).expect("room");
-    recorder.finish(&Tally::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
     assert!(recover::open(&recording).is_ok_and(|manifest| manifest.is_complete()));
     assert_eq!(ticks_of(&recording).len(), 100);
 }
@@ -221,7 +221,7 @@ fn recovery_never_puts_fewer_rows_in_the_place_of_more() {
     let mut world = world();
     let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
     drive(&mut world, &mut recorder, 50).expect("room");
-    recorder.finish(&Tally::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
     // As an earlier version left it, killed while it removed the journal: first some of its files were gone, then all.
     for left in [&["cars.arrows", "ego.arrows"][..], &[]] {
         fs::create_dir(recording.join("journal")).expect("a folder");
@@ -396,7 +396,7 @@ fn the_recorded_hash_is_that_of_the_summary() {
     let recording = folder.path().join("p1");
     let mut world = world();
     let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
-    let mut tally = Tally::new([0.0, f64::INFINITY]);
+    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
     let controls = Controls::default();
     for _ in 0..30 {
         world.tick(&controls).expect("the native engine");
@@ -421,7 +421,7 @@ fn the_force_is_in_the_rows_from_where_it_was_told_and_empty_before() {
         recorder.force(force);
         drive(&mut world, &mut recorder, 2).expect("room");
     }
-    recorder.finish(&Tally::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
     let ego = Reader::parquet(&Table::Ego.parquet(&recording)).expect("a table");
     let expected = [None, None, Some(0.75), Some(0.75), Some(-1.25), Some(-1.25), None, None];
     assert_eq!(ego.numbers("wheel_force_nm"), expected);

@@ -5,7 +5,7 @@ use super::table::{Column, Get};
 use crate::{
     ego::{Controls, EgoState, Selector},
     policy::{Action, Advice},
-    sim::{CarView, Event, EventKind, Snapshot},
+    sim::{Event, EventKind, Snapshot, VehicleSnapshot},
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
 };
@@ -243,7 +243,7 @@ pub struct CarRow {
 
 impl CarRow {
     /// A car of the traffic.
-    pub fn of(tick: Tick, car: &CarView) -> Self {
+    pub fn of(tick: Tick, car: &VehicleSnapshot) -> Self {
         let at = car.pose;
         Self {
             tick,

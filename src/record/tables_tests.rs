@@ -6,7 +6,7 @@ use crate::{
     policy::Action,
     sim::{EndReason, Leader, Pitch},
     space::Pose,
-    traffic::CarId,
+    traffic::VehicleId,
 };
 use glam::{DVec3, Quat, dvec2};
 use std::collections::BTreeMap;
@@ -62,7 +62,7 @@ fn snapshot() -> Snapshot {
         ego_s_m: 77.5,
         lane_offset_m: -0.5,
         cars: Vec::new(),
-        leader: Some(Leader { id: CarId(7), gap_m: 10.0, speed_mps: 4.0 }),
+        leader: Some(Leader { id: VehicleId(7), gap_m: 10.0, speed_mps: 4.0 }),
         advice: Some(ADVISED),
         mean_speed_mps: 3.25,
     }
@@ -126,7 +126,7 @@ fn a_row_of_the_ego_says_what_it_drove() {
 #[test]
 fn a_gap_that_does_not_close_has_no_time_to_collision_and_what_is_not_there_is_empty() {
     for leader_mps in [6.0, 7.0] {
-        let leader = Some(Leader { id: CarId(7), gap_m: 10.0, speed_mps: leader_mps });
+        let leader = Some(Leader { id: VehicleId(7), gap_m: 10.0, speed_mps: leader_mps });
         let row = EgoRow::of(&Snapshot { leader, ..snapshot() }, &CONTROLS, None, 0);
         assert_eq!(cells(EGO, &row)["ttc_s"], "-", "leader at {leader_mps} m/s");
     }
@@ -162,8 +162,8 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
     ];
     is(CARS, &CarRow::ego(&snapshot()), &ego);
     let pose = Pose::new(dvec2(8.0, 9.0), -0.25);
-    let view = CarView {
-        id: CarId(4),
+    let view = VehicleSnapshot {
+        id: VehicleId(4),
         pose,
         pose_before: Pose::new(dvec2(7.0, 9.5), -0.5),
         s_m: 12.5,
@@ -206,7 +206,7 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
 
     let at = |kind| EventRow::of(&Event { tick: Tick(5), kind });
     assert!(at(EventKind::Advice(ADVISED)).is_none(), "advice has its own table");
-    let contact = EventKind::Contact { car: CarId(3), ego_speed_mps: 9.0, car_speed_mps: 2.0, closing_mps: 7.0 };
+    let contact = EventKind::Contact { car: VehicleId(3), ego_speed_mps: 9.0, car_speed_mps: 2.0, closing_mps: 7.0 };
     for (kind, expected) in [
         (contact, ["contact", "ego at 9.000 m/s, car at 2.000 m/s", "3", "7.000000"]),
         (

@@ -226,7 +226,7 @@ mod tests {
         let scenario =
             Scenario { traffic: "native".into(), vehicles: 6, trees: 0, duration_s: 12.0, ..Scenario::default() };
         let mut world = World::new(&scenario).unwrap();
-        let mut tally = crate::sim::Tally::new([0.0, f64::INFINITY]);
+        let mut tally = crate::sim::SummaryAccumulator::new([0.0, f64::INFINITY]);
         let mut recorder =
             recording_manifest::begin(&path, &world, recording_manifest::manifest(&world, "test".into(), None))
                 .unwrap();

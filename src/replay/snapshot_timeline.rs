@@ -6,7 +6,7 @@
 //! cars, every second step is let go, at twice the length every second of these, so that a film of days or of a thousand cars
 //! takes no more.
 
-use crate::sim::{CarView, Snapshot};
+use crate::sim::{Snapshot, VehicleSnapshot};
 
 /// The most that a film holds, bytes.
 pub const MOST_BYTES: usize = 256 << 20;
@@ -30,7 +30,7 @@ pub struct SnapshotTimeline {
 impl SnapshotTimeline {
     /// A film that begins with `first`, at time zero.
     pub fn new(first: Snapshot, step_s: f64) -> Self {
-        let bytes = size_of::<Snapshot>() + first.cars.len() * size_of::<CarView>();
+        let bytes = size_of::<Snapshot>() + first.cars.len() * size_of::<VehicleSnapshot>();
         Self { step_s, steps: vec![first], newest: None, pushed: 0, stride: 1, room: MOST_BYTES / bytes }
     }
 
@@ -158,7 +158,7 @@ impl Playback {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ego::EgoState, sim::Pitch, space::Pose, time::Tick, traffic::CarId};
+    use crate::{ego::EgoState, sim::Pitch, space::Pose, time::Tick, traffic::VehicleId};
     use glam::DVec3;
 
     fn snapshot(tick: u64) -> Snapshot {
@@ -218,8 +218,8 @@ mod tests {
     #[test]
     fn a_film_holds_two_hours_of_22_cars_and_fewer_steps_of_more_cars() {
         let room = |others: usize| {
-            let car = CarView {
-                id: CarId(1),
+            let car = VehicleSnapshot {
+                id: VehicleId(1),
                 pose: Pose::default(),
                 pose_before: Pose::default(),
                 s_m: 0.0,
@@ -233,7 +233,7 @@ mod tests {
             SnapshotTimeline::new(first, 0.1).room
         };
         assert!(room(21) >= 72_000, "{}", room(21));
-        assert!(room(999) * 1000 * size_of::<CarView>() <= MOST_BYTES + MOST_BYTES / 100 && room(999) > 1000);
+        assert!(room(999) * 1000 * size_of::<VehicleSnapshot>() <= MOST_BYTES + MOST_BYTES / 100 && room(999) > 1000);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::{Replay, scenario_here};
 use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     record::{self, Manifest, Table, inputs},
-    sim::{Field, Scenario, Summary, Tally, fields},
+    sim::{Field, Scenario, Summary, SummaryAccumulator, settings},
     time::Tick,
 };
 use serde_json::Value;
@@ -35,7 +35,7 @@ pub struct WhatIfComparison {
 /// # Errors
 /// A word that names no setting, or a value that it does not allow; the message says what is.
 pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, String> {
-    let known = fields();
+    let known = settings();
     let mut changes = Vec::new();
     for text in asked {
         let pairs = if text == "none" { vec!["policy=none", "driver=idm"] } else { vec![text.as_str()] };
@@ -89,7 +89,7 @@ pub fn what_if(
     let instead = run.summary();
     let other = (format!("simulated: {}", changed.driver), run.world().policy().name.clone());
     drop(run);
-    let (mut replay, mut tally) = (Replay::of(recording, &scenario)?, Tally::new([0.0, f64::INFINITY]));
+    let (mut replay, mut tally) = (Replay::of(recording, &scenario)?, SummaryAccumulator::new([0.0, f64::INFINITY]));
     while !replay.over() && !stop.load(Ordering::Relaxed) {
         replay.advance(1)?;
         tally.add(replay.world().snapshot(), replay.world().events());
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn the_table_says_who_drove_each_and_which_is_taken_from_which() {
         let of = |mean_mps: f64| {
-            let mut summary = Tally::new([0.0, 1.0]).summary();
+            let mut summary = SummaryAccumulator::new([0.0, 1.0]).summary();
             summary.mean_speed_mps = Some(mean_mps);
             summary
         };

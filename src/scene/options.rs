@@ -4,7 +4,7 @@
 use super::ViewKind;
 use crate::hud::Palette;
 use crate::sim::CockpitView;
-use crate::traffic::{CarId, EGO};
+use crate::traffic::{EGO, VehicleId};
 use glam::Vec3;
 use std::collections::BTreeMap;
 
@@ -40,7 +40,7 @@ pub struct ViewOptions {
     /// Seen from the road, the others wear a mix of ordinary paints, never red.
     pub ordinary_paints: bool,
     /// Paint of single cars in every view, before all other rules.
-    pub paint_overrides: BTreeMap<CarId, [f32; 3]>,
+    pub paint_overrides: BTreeMap<VehicleId, [f32; 3]>,
     /// If set, the bird's-eye view follows the ego and shows this many metres to either side of it.
     pub birdseye_follow_m: Option<f32>,
 }
@@ -128,7 +128,7 @@ impl ViewOptions {
     }
 
     /// Paint of a car in a view.
-    pub fn paint(&self, id: CarId, kind: ViewKind) -> [f32; 3] {
+    pub fn paint(&self, id: VehicleId, kind: ViewKind) -> [f32; 3] {
         if let Some(paint) = self.paint_overrides.get(&id) {
             return *paint;
         }
@@ -156,7 +156,7 @@ const PAINTS: [[f32; 3]; 10] = [
 ];
 
 /// The same car always wears the same paint; neighbours differ.
-fn ordinary_paint(id: CarId) -> [f32; 3] {
+fn ordinary_paint(id: VehicleId) -> [f32; 3] {
     // 7 and 10 share no factor, so ten cars in a row wear ten entries; every row begins one further.
     let n = PAINTS.len() as u32;
     PAINTS[((id.0 * 7 + id.0 / n) % n) as usize]
@@ -199,7 +199,7 @@ mod tests {
         let options = ViewOptions::default();
         assert_eq!(options.paint(EGO, ViewKind::Birdseye), options.ego_paint);
         for id in 1..40 {
-            assert_eq!(options.paint(CarId(id), ViewKind::Birdseye), options.traffic_paint);
+            assert_eq!(options.paint(VehicleId(id), ViewKind::Birdseye), options.traffic_paint);
         }
         let [r, g, b] = options.traffic_paint;
         assert!(g > 4.0 * r && g > 4.0 * b);
@@ -210,16 +210,16 @@ mod tests {
     #[test]
     fn on_the_road_paints_are_mixed_and_never_red_unless_asked_for() {
         let mut options = ViewOptions::default();
-        let paints: Vec<_> = (1..=21).map(|id| options.paint(CarId(id), ViewKind::Driver)).collect();
+        let paints: Vec<_> = (1..=21).map(|id| options.paint(VehicleId(id), ViewKind::Driver)).collect();
         assert!(paints.iter().all(|[r, g, b]| *r < 1.5 * g.max(*b)), "no reds");
         assert!(paints.windows(2).all(|p| p[0] != p[1]), "neighbours differ");
         let mut kinds = paints.clone();
         kinds.sort_by(|a, b| a.partial_cmp(b).expect("finite"));
         kinds.dedup();
         assert!(kinds.len() >= 8, "{}", kinds.len());
-        options.paint_overrides.insert(CarId(21), [0.6, 0.0, 0.0]);
-        assert_eq!(options.paint(CarId(21), ViewKind::Mirror), [0.6, 0.0, 0.0]);
+        options.paint_overrides.insert(VehicleId(21), [0.6, 0.0, 0.0]);
+        assert_eq!(options.paint(VehicleId(21), ViewKind::Mirror), [0.6, 0.0, 0.0]);
         options.ordinary_paints = false;
-        assert_eq!(options.paint(CarId(3), ViewKind::Driver), options.traffic_paint);
+        assert_eq!(options.paint(VehicleId(3), ViewKind::Driver), options.traffic_paint);
     }
 }

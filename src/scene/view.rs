@@ -4,9 +4,9 @@
 use super::finish::{WHEEL_RADIUS_M, WHEELBASE_M};
 use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions, plate};
 use crate::ego::{EgoState, STEERING_RATIO};
-use crate::sim::{CarView, CockpitView, Snapshot};
+use crate::sim::{CockpitView, Snapshot, VehicleSnapshot};
 use crate::space::wrap_angle;
-use crate::traffic::{CarId, EGO};
+use crate::traffic::{EGO, VehicleId};
 use glam::{EulerRot, Quat, Vec2, Vec3};
 use std::f64::consts::TAU;
 
@@ -106,7 +106,7 @@ impl EgoAt {
     }
 }
 
-fn traffic_car(car: &CarView, fraction: f32, colour: [f32; 3], stage: &Stage) -> CarInstance {
+fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &Stage) -> CarInstance {
     let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
     let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
     let spin = ((car.odometer_m - rest_m) / f64::from(WHEEL_RADIUS_M)).rem_euclid(TAU);
@@ -129,7 +129,7 @@ fn traffic_car(car: &CarView, fraction: f32, colour: [f32; 3], stage: &Stage) ->
 }
 
 /// The same car always has the same body: half of them are saloons.
-fn style(id: CarId, stage: &Stage) -> usize {
+fn style(id: VehicleId, stage: &Stage) -> usize {
     let style = [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7];
     style.min(stage.cars.len().saturating_sub(1))
 }
@@ -208,8 +208,8 @@ mod tests {
             }
             ego
         };
-        let car = |(k, ahead_m): (usize, &f64)| CarView {
-            id: CarId(k as u32 + 1),
+        let car = |(k, ahead_m): (usize, &f64)| VehicleSnapshot {
+            id: VehicleId(k as u32 + 1),
             pose: map.route.pose_of_front(s_m + ahead_m, CAR_LENGTH_M),
             pose_before: map.route.pose_of_front(s_m + ahead_m - 0.1, CAR_LENGTH_M),
             s_m: s_m + ahead_m,

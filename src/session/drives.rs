@@ -5,7 +5,7 @@ use super::{BackendStatus, DriveBackend, wheel_navigation::WheelNavigation};
 use crate::{
     desktop::DriverWindow,
     drive_loop::{RunError, drive::PATIENCE},
-    input::{Devices, RigNews, Source},
+    input::{Devices, RigEvent, Source},
     live_drive::{LiveDrive, contacts, start::PendingDrive},
     sim::{Scenario, World},
     study::{Code, Input},
@@ -106,10 +106,10 @@ fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &m
     let mut inputs = Vec::new();
     for told in devices.poll() {
         match told {
-            RigNews::Pressed(action) => inputs.extend(WheelNavigation::pressed(action)),
-            RigNews::Found(name) => news.push(format!("{name} is there")),
-            RigNews::Lost(name) => news.push(format!("{name} was unplugged")),
-            RigNews::Trouble(text) => news.push(text),
+            RigEvent::Pressed(action) => inputs.extend(WheelNavigation::pressed(action)),
+            RigEvent::Connected(name) => news.push(format!("{name} is there")),
+            RigEvent::Disconnected(name) => news.push(format!("{name} was unplugged")),
+            RigEvent::Trouble(text) => news.push(text),
         }
     }
     let source = devices.source();

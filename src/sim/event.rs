@@ -1,6 +1,6 @@
 //! What happened at a tick, for recordings, the panel and the end of a drive.
 
-use crate::{policy::Advice, time::Tick, traffic::CarId};
+use crate::{policy::Advice, time::Tick, traffic::VehicleId};
 
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub enum EventKind {
     /// The ego began to touch another car.
     Contact {
         /// Which car.
-        car: CarId,
+        car: VehicleId,
         /// Ego's speed just before, m/s.
         ego_speed_mps: f64,
         /// The other's speed just before, m/s.

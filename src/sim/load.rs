@@ -1,7 +1,7 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
-use super::{Field, Scenario, colour, fields::fields_of};
+use super::{Field, Scenario, colour, settings::fields_of};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     toml_text::{self, Part},
@@ -134,7 +134,7 @@ impl Settings for Scenario {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::fields, *};
+    use super::{super::settings, *};
 
     fn fault(text: &str) -> String {
         Scenario::from_toml(text, "trial.toml").unwrap_err().0
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn flags_replace_what_the_file_says() {
-        let list = fields();
+        let list = settings();
         let field = |path: &str| list.iter().find(|f| f.path == path).unwrap().clone();
         let changed =
             Scenario::default().with(&[(field("idm.T"), 1.5.into()), (field("vehicles"), 20.into())]).unwrap();

@@ -4,10 +4,10 @@
 pub mod colour;
 mod error;
 mod event;
-mod fields;
 mod ground;
 mod load;
 mod scenario;
+mod settings;
 mod snapshot;
 pub mod sound;
 mod summary;
@@ -15,10 +15,10 @@ mod world;
 
 pub use error::WorldError;
 pub use event::{EndReason, Event, EventKind};
-pub use fields::{Field, Kind, fields, fields_of};
 pub use load::{ScenarioError, Settings, settings_changed, settings_from_file, settings_from_toml, settings_with};
 pub use scenario::{CockpitView, DialPalette, FlashPatch, OnContact, QualityLevel, Scenario, StartLayout};
-pub use snapshot::{CarView, HASH_START, Leader, Pitch, Snapshot, is_in_lane};
+pub use settings::{Field, Kind, fields_of, settings};
+pub use snapshot::{HASH_START, Leader, Pitch, Snapshot, VehicleSnapshot, is_in_lane};
 pub use sound::SoundLevels;
-pub use summary::{ContactRecord, Summary, Tally};
+pub use summary::{ContactRecord, Summary, SummaryAccumulator};
 pub use world::{ExpectedSpeeds, NotPutBack, World};

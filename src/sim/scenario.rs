@@ -1,5 +1,5 @@
 //! Everything that makes one drive. This struct **is** the command line, the scenario file and the panel: the doc
-//! comments below are the help and the tooltips, the ranges are the limits, written once ([`super::fields`] reads them).
+//! comments below are the help and the tooltips, the ranges are the limits, written once ([`super::settings`] reads them).
 //! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
 
 use super::SoundLevels;

@@ -5,14 +5,14 @@ use crate::{
     policy::Advice,
     space::{CAR_WIDTH_M, Pose},
     time::Tick,
-    traffic::CarId,
+    traffic::VehicleId,
 };
 
 /// One car of the traffic at a tick, between two steps of its engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CarView {
+pub struct VehicleSnapshot {
     /// Which car; never the ego.
-    pub id: CarId,
+    pub id: VehicleId,
     /// Pose of its centre now.
     pub pose: Pose,
     /// Pose one tick earlier, so that a frame can be drawn between the two.
@@ -72,7 +72,7 @@ pub struct Snapshot {
     /// Ego's lateral offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
     /// All other cars, by ascending id.
-    pub cars: Vec<CarView>,
+    pub cars: Vec<VehicleSnapshot>,
     /// The leader: its id, the gap in metres (bumper to bumper) and its speed in m/s. `None` if the ego is alone.
     pub leader: Option<Leader>,
     /// Advice that stands now.
@@ -85,7 +85,7 @@ pub struct Snapshot {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leader {
     /// Which car.
-    pub id: CarId,
+    pub id: VehicleId,
     /// Own front bumper to its rear bumper, metres.
     pub gap_m: f64,
     /// Its speed, m/s.
@@ -163,7 +163,7 @@ fn mix(hash: u64, bits: u64) -> u64 {
     bits.to_le_bytes().iter().fold(hash, |h, byte| (h ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-impl CarView {
+impl VehicleSnapshot {
     /// A car as its engine placed it.
     pub(super) fn at_start(car: &crate::traffic::CarState) -> Self {
         Self {

@@ -19,9 +19,9 @@ fn a_body_dives_under_brakes_smoothly_and_settles() {
     assert!(largest_step * 2.5 < 0.0015, "{largest_step}");
 }
 
-fn car(id: u32) -> CarView {
-    CarView::at_start(&crate::traffic::CarState {
-        id: CarId(id),
+fn car(id: u32) -> VehicleSnapshot {
+    VehicleSnapshot::at_start(&crate::traffic::CarState {
+        id: VehicleId(id),
         s_m: 10.0 * f64::from(id),
         pose: Pose::default(),
         speed_mps: 3.0,

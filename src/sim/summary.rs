@@ -69,7 +69,7 @@ impl Summary {
 
 /// Collects what [`Summary`] tells.
 #[derive(Clone, Debug)]
-pub struct Tally {
+pub struct SummaryAccumulator {
     window_s: [f64; 2],
     ticks: u64,
     vehicle_ticks: u64,
@@ -89,7 +89,7 @@ pub struct Tally {
     hash: u64,
 }
 
-impl Tally {
+impl SummaryAccumulator {
     /// An empty tally; means are taken over `window_s`, from the first second to the last.
     pub fn new(window_s: [f64; 2]) -> Self {
         Self {

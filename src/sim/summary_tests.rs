@@ -6,17 +6,17 @@ use crate::{
     policy::{Action, Advice},
     sim::{
         event::{Event, EventKind},
-        snapshot::{CarView, Leader, Pitch},
+        snapshot::{Leader, Pitch, VehicleSnapshot},
     },
     space::Pose,
     time::Tick,
-    traffic::CarId,
+    traffic::VehicleId,
 };
 
 fn snapshot(tick: u64, ego_mps: f64, car_mps: f64, gap_m: Option<f64>, target_mps: Option<f64>) -> Snapshot {
     let ego = EgoState { speed_mps: ego_mps, ..EgoState::default() };
-    let car = CarView {
-        id: CarId(1),
+    let car = VehicleSnapshot {
+        id: VehicleId(1),
         pose: Pose::default(),
         pose_before: Pose::default(),
         s_m: 0.0,
@@ -33,7 +33,7 @@ fn snapshot(tick: u64, ego_mps: f64, car_mps: f64, gap_m: Option<f64>, target_mp
         ego_s_m: 0.0,
         lane_offset_m: 0.0,
         cars: vec![car],
-        leader: gap_m.map(|gap_m| Leader { id: CarId(1), gap_m, speed_mps: car_mps }),
+        leader: gap_m.map(|gap_m| Leader { id: VehicleId(1), gap_m, speed_mps: car_mps }),
         advice: target_mps.map(advice),
         mean_speed_mps: 0.5 * (ego_mps + car_mps),
     }
@@ -57,7 +57,7 @@ fn drive() -> Vec<Snapshot> {
 }
 
 fn summary(window_s: [f64; 2], drive: &[Snapshot], events: &[Event]) -> Summary {
-    let mut tally = Tally::new(window_s);
+    let mut tally = SummaryAccumulator::new(window_s);
     for snapshot in drive {
         let of: Vec<Event> = events.iter().copied().filter(|event| event.tick == snapshot.tick).collect();
         tally.add(snapshot, &of);
@@ -84,7 +84,7 @@ fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
 
 #[test]
 fn what_there_was_not_has_no_number() {
-    let nothing = Tally::new([0.0, 1.0]).summary();
+    let nothing = SummaryAccumulator::new([0.0, 1.0]).summary();
     assert_eq!((nothing.mean_speed_mps, nothing.speed_sd_mps, nothing.ego_mean_speed_mps), (None, None, None));
     assert_eq!((nothing.time_in_range, nothing.min_gap_m, nothing.ended), (None, None, None));
     // A drive that ends before its window begins has a gap, and no mean.
@@ -97,7 +97,7 @@ fn what_there_was_not_has_no_number() {
 #[test]
 fn events_are_counted_and_contacts_keep_their_numbers() {
     let at = |tick: u64, kind: EventKind| Event { tick: Tick(tick), kind };
-    let contact = EventKind::Contact { car: CarId(7), ego_speed_mps: 4.0, car_speed_mps: 3.0, closing_mps: 1.25 };
+    let contact = EventKind::Contact { car: VehicleId(7), ego_speed_mps: 4.0, car_speed_mps: 3.0, closing_mps: 1.25 };
     let events = [
         at(1, EventKind::Advice(advice(1.0))),
         at(2, EventKind::Advice(advice(2.5))),
@@ -127,9 +127,9 @@ fn the_fingerprint_is_that_of_every_snapshot_in_its_order() {
 
 #[test]
 fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
-    let mut tally = Tally::new([0.0, f64::INFINITY]);
+    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 0..=MOST_CONTACTS as u64 {
-        let kind = EventKind::Contact { car: CarId(1), ego_speed_mps: 2.0, car_speed_mps: 1.0, closing_mps: 1.0 };
+        let kind = EventKind::Contact { car: VehicleId(1), ego_speed_mps: 2.0, car_speed_mps: 1.0, closing_mps: 1.0 };
         tally.note(&Event { tick: Tick(tick), kind });
     }
     let summary = tally.summary();
@@ -139,7 +139,7 @@ fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
 
 #[test]
 fn a_car_beside_the_lane_has_no_gap_to_the_one_that_it_passes() {
-    let mut tally = Tally::new([0.0, 1.0]);
+    let mut tally = SummaryAccumulator::new([0.0, 1.0]);
     for (tick, offset_m, gap_m) in [(1, 0.0, 9.0), (2, 1.79, 7.0), (3, 1.8, -5.0), (4, -3.0, -5.0), (5, -1.79, 8.0)] {
         let passing = Snapshot { lane_offset_m: offset_m, ..snapshot(tick, 4.0, 3.0, Some(gap_m), None) };
         tally.add(&passing, &[]);

@@ -12,7 +12,7 @@ use super::{
     Event, EventKind, OnContact, Scenario, Snapshot, StartLayout, WorldError,
     event::EndReason,
     ground::RoadGround,
-    snapshot::{CarView, Leader},
+    snapshot::{Leader, VehicleSnapshot},
 };
 use crate::{
     driver::{Perception, SeenLeader, SimulatedDriver},
@@ -22,7 +22,9 @@ use crate::{
     policy::{self, Advice, Advisor, Observation, PolicySettings},
     space::{CAR_LENGTH_M, wrap_angle},
     time::{TICK_S, TICKS_PER_S, Tick},
-    traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficError, TrafficSetup},
+    traffic::{
+        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, Traffic, TrafficError, TrafficSetup,
+    },
 };
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
@@ -69,7 +71,7 @@ pub struct World {
     /// The step that the next tick begins, once the engine was asked for it.
     asked: Option<AskedStep>,
     /// Controls on their way to the car, oldest first; as many as the scenario's extra delay has ticks.
-    under_way: VecDeque<Controls>,
+    control_delay: VecDeque<Controls>,
 }
 
 /// A step that the traffic engine was asked for.
@@ -120,7 +122,7 @@ impl World {
             ego_before: *ego.state(),
             ego_s_m: to[0].s_m,
             lane_offset_m: 0.0,
-            cars: to[1..].iter().map(CarView::at_start).collect(),
+            cars: to[1..].iter().map(VehicleSnapshot::at_start).collect(),
             leader: None,
             advice: None,
             mean_speed_mps: 0.0,
@@ -145,9 +147,9 @@ impl World {
             snapshot,
             events: Vec::new(),
             asked: None,
-            under_way: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
+            control_delay: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
         };
-        world.look_around();
+        world.update_derived_state();
         Ok(world)
     }
 
@@ -168,11 +170,11 @@ impl World {
         }
         self.move_traffic((within + 1) as f64 / step_ticks as f64);
         self.stand_on_lane()?;
-        self.under_way.push_back(*controls);
-        let arrived = self.under_way.pop_front().unwrap_or(*controls);
+        self.control_delay.push_back(*controls);
+        let arrived = self.control_delay.pop_front().unwrap_or(*controls);
         self.move_ego(&arrived);
         self.snapshot.tick.0 += 1;
-        self.look_around();
+        self.update_derived_state();
         let duration_s = self.scenario.duration_s;
         if duration_s > 0.0 && self.snapshot.tick >= Tick::at_seconds(duration_s) {
             self.end(EndReason::Duration);
@@ -204,8 +206,12 @@ impl World {
         let (pose, speed_mps) = self.ego.predict(0.0);
         let (next_pose, next_speed_mps) = self.ego.predict(self.scenario.step_s);
         // Engines know no reverse gear: a car that rolls backwards stands for them.
-        let report =
-            EgoReport { pose, speed_mps: speed_mps.max(0.0), next_pose, next_speed_mps: next_speed_mps.max(0.0) };
+        let report = ExternalVehicleState {
+            pose,
+            speed_mps: speed_mps.max(0.0),
+            next_pose,
+            next_speed_mps: next_speed_mps.max(0.0),
+        };
         self.traffic.begin_step(Some(&report))?;
         self.asked = Some(AskedStep { advice, is_done: false });
         Ok(())
@@ -267,7 +273,7 @@ impl World {
     }
 
     /// Where the ego is on the road, who leads, how fast all are.
-    fn look_around(&mut self) {
+    fn update_derived_state(&mut self) {
         let route = &self.map.route;
         let pose = self.ego.predict(0.0).0;
         let place = route.project(pose.front(CAR_LENGTH_M), Some(self.snapshot.ego_s_m));
@@ -431,7 +437,7 @@ fn limited_idm(scenario: &Scenario, route: &Route) -> crate::idm::IdmParams {
 }
 
 /// Where all cars stand at the start.
-fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<StartCar>, TrafficError> {
+fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<InitialVehicle>, TrafficError> {
     let layout = match scenario.start {
         StartLayout::Even => traffic::start::even,
         StartLayout::Bunched => traffic::start::bunched,
@@ -454,7 +460,7 @@ struct Stopped {
 }
 
 impl Traffic for Stopped {
-    fn step(&mut self, _ego: Option<&EgoReport>) -> Result<(), TrafficError> {
+    fn step(&mut self, _ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
         Err(TrafficError::Setup("this drive was stopped".into()))
     }
 

@@ -240,7 +240,7 @@ mod tests {
         use crate::{
             ego::Controls,
             record::{Manifest, Recorder},
-            sim::{Scenario, Tally, World},
+            sim::{Scenario, SummaryAccumulator, World},
             time::Tick,
         };
         let folder = tempfile::tempdir().unwrap();
@@ -255,7 +255,7 @@ mod tests {
         };
         let mut world = World::new(&scenario).unwrap();
         let mut recorder = Recorder::begin(&folder.path().join("drive"), &scenario, Manifest::default()).unwrap();
-        let mut tally = Tally::new([0.0, f64::INFINITY]);
+        let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
         for tick in 1..=120 {
             world.tick(&Controls::default()).unwrap();
             tally.add(world.snapshot(), world.events());

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     driver,
     policy::Resolved,
-    sim::{Field, Scenario, World, fields, settings_changed},
+    sim::{Field, Scenario, World, settings, settings_changed},
     toml_text::{self, Part},
     traffic::EngineChoice,
 };
@@ -148,7 +148,7 @@ pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
 
 /// `scenario` with settings changed; `key` is where they stand.
 pub(super) fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Result<Scenario, WrongSetting> {
-    let known = fields();
+    let known = settings();
     let mut list: Vec<(Field, Value)> = Vec::new();
     for (name, value) in changes {
         let inner: Vec<(String, &Value)> = match value {

@@ -17,7 +17,7 @@ use super::{
     bids::{self, Col, Tsv},
     checksums, lock,
     questions::{Element, ElementKind, Questionnaire},
-    session::{self, Answered, Log, Who},
+    session::{self, Log, TimedAnswer, Who},
     source,
 };
 use crate::{
@@ -434,7 +434,7 @@ fn columns(element: &Element) -> Vec<Col> {
 }
 
 /// Answers with the time that each took.
-fn timed(answers: &[Answered]) -> Tsv {
+fn timed(answers: &[TimedAnswer]) -> Tsv {
     let mut table = Tsv::new(vec![
         Col::new("question", "name of the question", ""),
         Col::new("answer", "the answer; several are joined by semicolons", ""),

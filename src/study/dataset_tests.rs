@@ -130,7 +130,7 @@ fn a_score_is_rounded_to_six_places_up_and_down() {
 
 #[test]
 fn every_answer_of_a_form_has_its_time() {
-    let list: Vec<Answered> = [answered("car", json!("large"), 2.25), answered("uses", json!(["w", "h"]), 13.5)]
+    let list: Vec<TimedAnswer> = [answered("car", json!("large"), 2.25), answered("uses", json!(["w", "h"]), 13.5)]
         .into_iter()
         .map(|one| serde_json::from_value(one).unwrap())
         .collect();

@@ -6,8 +6,8 @@
 //! * [`order`]: who meets the conditions in which order.
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
-//! * [`form`]: a questionnaire being answered, by mouse, keys or wheel.
-//! * [`code`]: what a participant is called in files.
+//! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
+//! * [`participant_code`]: what a participant is called in files.
 //! * [`session`]: one participant's session as it goes: what comes next, what was done; on the disk after every step.
 //! * [`completion`]: how far a session came. [`lock`]: one program a participant.
 //! * `exclusion`: leaves a participant out once the windows are closed.
@@ -18,17 +18,17 @@
 
 pub mod bids;
 pub mod checksums;
-pub mod code;
 pub mod completion;
 pub mod conditions;
 pub mod dataset;
 mod dial;
 mod exclusion;
 pub mod file;
-pub mod form;
 pub mod lock;
 pub mod order;
+pub mod participant_code;
 pub mod plan;
+pub mod questionnaire_form;
 pub mod questions;
 pub mod session;
 #[cfg(test)]
@@ -36,12 +36,12 @@ mod session_tests;
 pub mod simulated;
 mod source;
 
-pub use code::Code;
 pub use completion::Completion;
 pub use dataset::DataSet;
 pub use file::{Study, Texts};
-pub use form::{Form, Input};
+pub use participant_code::Code;
 pub use plan::{Item, Plan, Planned};
+pub use questionnaire_form::{Form, Input};
 pub use questions::Questionnaire;
 pub use session::{Outcome, Session};
 

@@ -49,7 +49,7 @@ impl Outcome {
 
 /// One passage through an item.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Passage {
+pub struct SegmentRecord {
     /// Name of the item in the plan.
     pub item: String,
     /// How it ended.
@@ -66,7 +66,7 @@ pub struct Passage {
     pub recording: Option<String>,
     /// What had been answered of a questionnaire that did not come to its end.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub answers: Vec<Answered>,
+    pub answers: Vec<TimedAnswer>,
 }
 
 /// What happens now.
@@ -80,7 +80,7 @@ pub struct Running {
     pub began: String,
     /// What has been answered, of a questionnaire.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub answers: Vec<Answered>,
+    pub answers: Vec<TimedAnswer>,
 }
 
 /// Something that an experimenter writes down: a note, a mark, an extension.
@@ -98,7 +98,7 @@ pub struct Note {
 
 /// One answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Answered {
+pub struct TimedAnswer {
     /// Name of the question; of a matrix `name.row`.
     pub question: String,
     /// The answer.
@@ -150,13 +150,13 @@ pub struct Log {
     #[serde(default)]
     pub running: Option<Running>,
     /// What was, in order.
-    pub passages: Vec<Passage>,
+    pub passages: Vec<SegmentRecord>,
     /// What was written down.
     #[serde(default)]
     pub notes: Vec<Note>,
     /// Answers by the item's name: of its last passage.
     #[serde(default)]
-    pub answers: BTreeMap<String, Vec<Answered>>,
+    pub answers: BTreeMap<String, Vec<TimedAnswer>>,
     /// Set once the session is over for good.
     #[serde(default)]
     pub end: Option<End>,
@@ -179,7 +179,7 @@ impl Log {
     }
 
     /// The last passage through an item.
-    pub fn last(&self, item: &str) -> Option<&Passage> {
+    pub fn last(&self, item: &str) -> Option<&SegmentRecord> {
         self.passages.iter().rfind(|passage| passage.item == item)
     }
 
@@ -189,7 +189,7 @@ impl Log {
     }
 
     /// The last passage through an item that went to its end, unless it was called back or skipped.
-    pub fn done(&self, item: &str) -> Option<&Passage> {
+    pub fn done(&self, item: &str) -> Option<&SegmentRecord> {
         self.last(item).filter(|passage| passage.outcome == Outcome::Done)
     }
 }
@@ -269,7 +269,7 @@ impl Session {
             let Running { item, began, answers, .. } = running;
             let reason = "the program ended".into();
             let (outcome, ended) = (Outcome::Cut, now.into());
-            self.log.passages.push(Passage { item, outcome, reason, began, ended, recording, answers });
+            self.log.passages.push(SegmentRecord { item, outcome, reason, began, ended, recording, answers });
         }
         self.save()
     }
@@ -351,7 +351,7 @@ impl Session {
     pub fn end(&mut self, outcome: Outcome, reason: &str, now: &str) -> Result<(), SessionError> {
         let Some(running) = self.log.running.take() else { return Ok(()) };
         let recording = self.folder.join(&running.recording).exists().then_some(running.recording);
-        self.log.passages.push(Passage {
+        self.log.passages.push(SegmentRecord {
             item: running.item,
             outcome,
             reason: reason.into(),
@@ -369,7 +369,7 @@ impl Session {
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn keep(&mut self, answers: Vec<Answered>) -> Result<(), SessionError> {
+    pub fn keep(&mut self, answers: Vec<TimedAnswer>) -> Result<(), SessionError> {
         match &mut self.log.running {
             Some(running) if running.answers != answers => running.answers = answers,
             _ => return Ok(()),
@@ -378,7 +378,7 @@ impl Session {
     }
 
     /// What has been answered of the running questionnaire, also before it was cut: the participant goes on with it.
-    pub fn kept(&self) -> &[Answered] {
+    pub fn kept(&self) -> &[TimedAnswer] {
         self.log.running.as_ref().map_or(&[], |running| &running.answers)
     }
 
@@ -386,7 +386,7 @@ impl Session {
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn end_answered(&mut self, answers: Vec<Answered>, now: &str) -> Result<(), SessionError> {
+    pub fn end_answered(&mut self, answers: Vec<TimedAnswer>, now: &str) -> Result<(), SessionError> {
         if let Some(running) = &mut self.log.running {
             running.answers.clear();
             self.log.answers.insert(running.item.clone(), answers);
@@ -416,7 +416,7 @@ impl Session {
             let list = if done.is_empty() { "nothing yet".into() } else { done.join(", ") };
             return Err(SessionError::Refused(format!("{item:?} cannot be repeated; what has been is {list}")));
         }
-        self.log.passages.push(Passage {
+        self.log.passages.push(SegmentRecord {
             item: item.into(),
             outcome: Outcome::Repeat,
             reason: reason.into(),
@@ -487,7 +487,7 @@ impl Session {
 }
 
 /// Answers as scores want them.
-pub fn as_map(answered: &[Answered]) -> Answers {
+pub fn as_map(answered: &[TimedAnswer]) -> Answers {
     answered.iter().map(|a| (a.question.clone(), a.answer.clone())).collect()
 }
 

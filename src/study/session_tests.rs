@@ -2,7 +2,7 @@
 
 use super::{
     Code, Completion, DataSet, Outcome, Session, SessionError, Study,
-    session::{Answered, FILE, Log, Who},
+    session::{FILE, Log, TimedAnswer, Who},
 };
 use serde_json::json;
 use std::{fs, os::unix::fs::MetadataExt, path::Path};
@@ -40,8 +40,8 @@ impl Place {
     }
 }
 
-fn answers(n: usize) -> Vec<Answered> {
-    let one = |i| Answered { question: format!("q{i}"), answer: json!(i), time_s: 1.5 };
+fn answers(n: usize) -> Vec<TimedAnswer> {
+    let one = |i| TimedAnswer { question: format!("q{i}"), answer: json!(i), time_s: 1.5 };
     (0..n).map(one).collect()
 }
 

@@ -12,7 +12,7 @@
 
 use super::{
     questions::{Choice, Element, ElementKind, Questionnaire},
-    session::{Answered, as_map},
+    session::{TimedAnswer, as_map},
 };
 use crate::{
     driver::DriverParams,
@@ -61,9 +61,9 @@ impl Participant {
     }
 
     /// Answers to a questionnaire that comes under this name: every question that is to be seen, page by page.
-    pub fn answer(&self, questionnaire: &Questionnaire, item: &str) -> Vec<Answered> {
+    pub fn answer(&self, questionnaire: &Questionnaire, item: &str) -> Vec<TimedAnswer> {
         let mut stream = rng::stream(self.seed, &format!("answers {} {item}", self.index));
-        let mut answered: Vec<Answered> = Vec::new();
+        let mut answered: Vec<TimedAnswer> = Vec::new();
         for page in &questionnaire.pages {
             let mut time_s = 0.0;
             if page.visible_if.as_ref().is_some_and(|condition| !condition.holds(&as_map(&answered))) {
@@ -78,7 +78,7 @@ impl Participant {
                     time_s += 1.5 - 2.0 * (1.0 - stream.uniform(0.0, 1.0)).ln();
                     let answer = self.choose(element, &mut stream);
                     let time_s = (time_s * 1000.0).round() / 1000.0;
-                    answered.push(Answered { question, answer, time_s });
+                    answered.push(TimedAnswer { question, answer, time_s });
                 }
             }
         }

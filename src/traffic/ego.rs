@@ -1,13 +1,13 @@
-//! The reported ego as traffic sees it: one rule for both engines. In: an [`EgoReport`] and the route. Out: where on the
+//! The reported ego as traffic sees it: one rule for both engines. In: an [`ExternalVehicleState`] and the route. Out: where on the
 //! route the ego is and whether others see it there. Metres, m/s.
 
-use super::{CarState, EGO, EgoReport, TrafficError, motion::SpeedStep};
+use super::{CarState, EGO, ExternalVehicleState, TrafficError, motion::SpeedStep};
 use crate::{
-    map::{Route, RoutePoint},
+    map::{Route, RoutePosition},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 
-impl EgoReport {
+impl ExternalVehicleState {
     /// Fails if a number in it is not finite: SUMO accepts NaN without a word, and the car is gone.
     ///
     /// # Errors
@@ -31,18 +31,18 @@ impl EgoReport {
 }
 
 /// Front bumper of a car at `pose` on the route. `near_s_m` as in [`Route::project`].
-pub(super) fn place(route: &Route, pose: &Pose, near_s_m: Option<f64>) -> RoutePoint {
+pub(super) fn place(route: &Route, pose: &Pose, near_s_m: Option<f64>) -> RoutePosition {
     route.project(pose.front(CAR_LENGTH_M), near_s_m)
 }
 
 /// True if a part of the car's body is on the lane: 2.5 m off the centre of a lane of 3.2 m is the last place where others
 /// see it.
-pub(super) fn is_on_lane(route: &Route, point: RoutePoint) -> bool {
+pub(super) fn is_on_lane(route: &Route, point: RoutePosition) -> bool {
     point.offset_m.abs() <= (route.width_m(point.s_m) + CAR_WIDTH_M) / 2.0
 }
 
 /// Brings the ego's state to the end of a step that `report` described, at `s_m`.
-pub(super) fn follow(ego: &mut CarState, report: &EgoReport, s_m: f64, step_s: f64) {
+pub(super) fn follow(ego: &mut CarState, report: &ExternalVehicleState, s_m: f64, step_s: f64) {
     let next_mps = report.next_speed_mps.max(0.0);
     ego.s_m = s_m;
     ego.pose = report.next_pose;

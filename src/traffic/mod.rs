@@ -26,16 +26,16 @@ pub const EMERGENCY_BRAKING_MPS2: f64 = 9.0;
 /// Number of a car: the ego is 0, car 1 starts ahead of it (its leader), and so on in driving direction, so that the last is
 /// the ego's follower.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
-pub struct CarId(pub u32);
+pub struct VehicleId(pub u32);
 
 /// The participant's car, in every engine.
-pub const EGO: CarId = CarId(0);
+pub const EGO: VehicleId = VehicleId(0);
 
 /// One car at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CarState {
     /// Which car.
-    pub id: CarId,
+    pub id: VehicleId,
     /// Front bumper along the route, metres, in `0..length_m`.
     pub s_m: f64,
     /// Pose of its centre.
@@ -50,7 +50,7 @@ pub struct CarState {
 
 /// Where a car starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StartCar {
+pub struct InitialVehicle {
     /// Front bumper along the route, metres.
     pub s_m: f64,
     /// Speed, m/s.
@@ -62,8 +62,8 @@ pub struct StartCar {
 pub struct TrafficSetup {
     /// The road.
     pub map: Arc<RoadMap>,
-    /// All cars; car `i` has [`CarId`] `i`, car 0 is the ego.
-    pub cars: Vec<StartCar>,
+    /// All cars; car `i` has [`VehicleId`] `i`, car 0 is the ego.
+    pub cars: Vec<InitialVehicle>,
     /// Model of every car, noise included.
     pub idm: IdmParams,
     /// Length of a step, seconds.
@@ -78,7 +78,7 @@ pub struct TrafficSetup {
 
 /// The ego's part in one step: as it is now and as it will be at the end of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EgoReport {
+pub struct ExternalVehicleState {
     /// Present pose of its centre.
     pub pose: Pose,
     /// Present speed, m/s, not negative.
@@ -98,7 +98,7 @@ pub trait Traffic: Send {
     /// # Errors
     /// If the engine failed or a number is not finite; the drive cannot go on. Without a report also if the last one
     /// left the ego beside the road.
-    fn step(&mut self, ego: Option<&EgoReport>) -> Result<(), TrafficError>;
+    fn step(&mut self, ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError>;
 
     /// [`Traffic::step`] in two parts, for whoever must not wait for an engine that runs elsewhere: begins a step. Nothing
     /// else may be asked before [`Traffic::finish_step`] has said that it is over. An engine in this process takes the
@@ -106,7 +106,7 @@ pub trait Traffic: Send {
     ///
     /// # Errors
     /// As [`Traffic::step`].
-    fn begin_step(&mut self, ego: Option<&EgoReport>) -> Result<(), TrafficError> {
+    fn begin_step(&mut self, ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
         self.step(ego)
     }
 

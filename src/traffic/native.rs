@@ -8,7 +8,7 @@
 //! elsewhere: SUMO brakes before a lane with a lower limit, and it sees a leader on the lane after the next only within
 //! its braking distance, where this engine always sees it.
 
-use super::{CarId, CarState, EMERGENCY_BRAKING_MPS2, EgoReport, Traffic, TrafficError, TrafficSetup};
+use super::{CarState, EMERGENCY_BRAKING_MPS2, ExternalVehicleState, Traffic, TrafficError, TrafficSetup, VehicleId};
 use super::{bends::BendSpeeds, ego, motion::SpeedStep, noise::Noise};
 use crate::{
     idm::IdmParams,
@@ -50,7 +50,7 @@ impl NativeTraffic {
         let n = setup.cars.len();
         let route = &setup.map.route;
         let cars = setup.cars.iter().zip(0..).map(|(start, id)| {
-            let mut car = CarState { id: CarId(id), s_m: route.wrap(start.s_m), ..CarState::default() };
+            let mut car = CarState { id: VehicleId(id), s_m: route.wrap(start.s_m), ..CarState::default() };
             car.pose = route.pose_of_front(car.s_m, CAR_LENGTH_M);
             let speed = start.speed_mps;
             car.set_motion(SpeedStep { before_mps: speed, chosen_mps: speed, after_mps: speed }, setup.step_s);
@@ -133,7 +133,7 @@ impl NativeTraffic {
 }
 
 impl Traffic for NativeTraffic {
-    fn step(&mut self, report: Option<&EgoReport>) -> Result<(), TrafficError> {
+    fn step(&mut self, report: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
         match report {
             Some(report) => {
                 report.check()?;

@@ -1,7 +1,7 @@
 //! Starting layouts on a closed route, and what a setup must fulfil before an engine takes it. In: number of cars, length
-//! of the route, gap at a standstill, speed. Out: [`StartCar`]s, or what is wrong and what is allowed. Metres, m/s.
+//! of the route, gap at a standstill, speed. Out: [`InitialVehicle`]s, or what is wrong and what is allowed. Metres, m/s.
 
-use super::{StartCar, TrafficError, TrafficSetup};
+use super::{InitialVehicle, TrafficError, TrafficSetup};
 use crate::space::CAR_LENGTH_M;
 
 /// The share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (FACTS 1).
@@ -11,10 +11,10 @@ const HOLE_SHARE: f64 = 0.2;
 ///
 /// # Errors
 /// [`TrafficError::Setup`] if there are fewer than 2 cars or more than fit.
-pub fn even(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<StartCar>, TrafficError> {
+pub fn even(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<InitialVehicle>, TrafficError> {
     check_count(n, length_m, s0_m)?;
     let spacing_m = length_m / n as f64;
-    Ok((0..n).map(|i| StartCar { s_m: i as f64 * spacing_m, speed_mps }).collect())
+    Ok((0..n).map(|i| InitialVehicle { s_m: i as f64 * spacing_m, speed_mps }).collect())
 }
 
 /// `n` cars close together and one hole of a fifth of the route, half-way round from the ego: a wave is there within 75 s
@@ -22,12 +22,12 @@ pub fn even(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<St
 ///
 /// # Errors
 /// As [`even`].
-pub fn bunched(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<StartCar>, TrafficError> {
+pub fn bunched(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<InitialVehicle>, TrafficError> {
     check_count(n, length_m, s0_m)?;
     let spacing_m = (length_m * (1.0 - HOLE_SHARE) / n as f64).max(CAR_LENGTH_M + s0_m);
     let hole_m = length_m - spacing_m * n as f64;
     let place = |i: usize| i as f64 * spacing_m + if i > n / 2 { hole_m } else { 0.0 };
-    Ok((0..n).map(|i| StartCar { s_m: place(i), speed_mps }).collect())
+    Ok((0..n).map(|i| InitialVehicle { s_m: place(i), speed_mps }).collect())
 }
 
 fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {

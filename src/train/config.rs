@@ -426,7 +426,7 @@ impl TrainConfig {
             );
             return Err(("least_spacing_m", text));
         }
-        if !self.rings.is_multiple_of(super::lanes::LANES as u32) {
+        if !self.rings.is_multiple_of(super::simd::LANES as u32) {
             return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.rings)));
         }
         if !self.inputs().iter().all(Input::is_sound) {

@@ -2,7 +2,7 @@
 //! is a parameter of its own), or one of a number of levels. In: outputs of one row. Out: probabilities, divergences and
 //! their derivatives. Actions are in units of -1..1 (continuous) or a level's number.
 
-use super::real::Real;
+use super::scalar::Real;
 use std::f64::consts::{E, PI};
 
 /// A family of distributions.

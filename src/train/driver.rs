@@ -8,8 +8,8 @@
 
 use super::{
     config::{FollowKind, TrainConfig},
-    lanes::{LANES, Lane, LaneRng, lane, splat},
-    ring::RingBlock,
+    ring::VectorizedRing,
+    simd::{LANES, LaneRng, SimdLanes, lane, splat},
 };
 use crate::{
     driver::{DriverParams, LeaderRule, NamedDriver, named},
@@ -37,7 +37,7 @@ enum Mode {
 
 /// The egos' followers of advice, one a lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Follower {
+pub struct AdviceFollower {
     step_s: f32,
     is_driver: bool,
     #[serde(default)]
@@ -49,16 +49,16 @@ pub struct Follower {
     response_s: f32,
     mode: [Mode; LANES],
     /// What is advised, m/s2 or m/s.
-    advised: Lane,
+    advised: SimdLanes,
     /// Advised speeds of the last steps, newest at `newest`; -1 where there was none.
-    shown_mps: Vec<Lane>,
+    shown_mps: Vec<SimdLanes>,
     newest: usize,
     delay: [u32; LANES],
-    habit_mps: Lane,
-    error_mps: Lane,
+    habit_mps: SimdLanes,
+    error_mps: SimdLanes,
     /// What is kept of the error in a step, and what is new.
     keep: f32,
-    fresh_mps: Lane,
+    fresh_mps: SimdLanes,
     rng: LaneRng,
 }
 
@@ -98,8 +98,8 @@ impl TrainConfig {
     }
 }
 
-impl Follower {
-    /// Followers without habits; [`Follower::draw`] gives them some.
+impl AdviceFollower {
+    /// Followers without habits; [`AdviceFollower::draw`] gives them some.
     pub fn new(config: &TrainConfig) -> Self {
         let longest = (config.reaction_s / config.step_s).round() as usize;
         Self {
@@ -171,7 +171,7 @@ impl Follower {
     /// By how much speeds lie outside of the range around the advised ones, m/s; 0 where an acceleration is followed to
     /// the letter.
     #[inline(always)]
-    pub fn missed_mps(&self, ego_mps: &Lane, range_mps: f32) -> Lane {
+    pub fn missed_mps(&self, ego_mps: &SimdLanes, range_mps: f32) -> SimdLanes {
         lane(|l| {
             let missed = ((ego_mps[l] - self.advised[l]).abs() - range_mps).max(0.0);
             if self.mode[l] == Mode::Speed { missed } else { 0.0 }
@@ -180,7 +180,7 @@ impl Follower {
 
     /// The egos' speeds at the end of this step, m/s.
     #[inline(always)]
-    pub fn step(&mut self, ring: &RingBlock) -> Lane {
+    pub fn step(&mut self, ring: &VectorizedRing) -> SimdLanes {
         let (model, speed) = (ring.ego_idm(), ring.ego_mps());
         let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
         let dt = self.step_s;
@@ -205,7 +205,7 @@ impl Follower {
     }
 
     #[inline(always)]
-    fn exact(&self, speed: &Lane) -> Lane {
+    fn exact(&self, speed: &SimdLanes) -> SimdLanes {
         lane(|l| {
             let reach = ((self.advised[l] - speed[l]) / self.response_s).max(-self.decel_mps2).min(self.accel_mps2);
             if self.mode[l] == Mode::Speed { reach } else { self.advised[l] }
@@ -213,7 +213,7 @@ impl Follower {
     }
 
     #[inline(always)]
-    fn driver(&mut self, speed: &Lane) -> Lane {
+    fn driver(&mut self, speed: &SimdLanes) -> SimdLanes {
         let size = self.shown_mps.len();
         self.newest = (self.newest + 1) % size;
         self.shown_mps[self.newest] = self.advised;

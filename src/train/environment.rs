@@ -1,5 +1,5 @@
 //! The ring as a reinforcement-learning environment. In: an [`Action`] for each ring, held for a hold. Out: what the
-//! policy may know next, the reward of the hold, and how it ended. One [`EnvBlock`] is [`LANES`] rings; blocks know
+//! policy may know next, the reward of the hold, and how it ended. One [`VecEnv`] is [`LANES`] rings; blocks know
 //! nothing of each other, so that threads change no bit.
 //!
 //! An episode is a ring drawn from the configuration, warmed up by the model alone, then driven for the horizon. A ring
@@ -7,9 +7,9 @@
 
 use super::{
     config::{RewardKind, TrainConfig},
-    driver::Follower,
-    lanes::{LANES, Lane, splat},
-    ring::{RingBlock, RingStart, wide},
+    driver::AdviceFollower,
+    ring::{RingStart, VectorizedRing, wide},
+    simd::{LANES, SimdLanes, splat},
 };
 use crate::{
     idm::IdmParams,
@@ -44,33 +44,33 @@ pub struct Outcome {
 
 /// Sixteen rings and their egos.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct EnvBlock {
+pub struct VecEnv {
     config: TrainConfig,
     /// Number of the first ring, and which episode each lane will take next.
     first_ring: u64,
     stream: String,
-    ring: RingBlock,
-    follower: Follower,
-    circumference_m: Lane,
+    ring: VectorizedRing,
+    follower: AdviceFollower,
+    circumference_m: SimdLanes,
     hold_steps: u32,
     /// Own mean speed as the policy may see it, m/s.
-    mean_ego_mps: Lane,
+    mean_ego_mps: SimdLanes,
     elapsed: [u32; LANES],
     /// Warmed-up rings, their lengths, and how many of them are used.
-    stock: RingBlock,
-    stock_follower: Follower,
-    stock_m: Lane,
+    stock: VectorizedRing,
+    stock_follower: AdviceFollower,
+    stock_m: SimdLanes,
     used: usize,
     batches: u64,
 }
 
-impl EnvBlock {
+impl VecEnv {
     /// Block `index` of those of `config`, every ring at the end of its warm-up. `stream` names the random numbers:
     /// training and judging have rings of their own. An action stands for `hold_steps`.
     pub fn new(config: &TrainConfig, stream: &str, index: usize, hold_steps: u32) -> Self {
         let room = config.vehicles_max as usize;
-        let ring = RingBlock::new(room, config.step_s);
-        let follower = Follower::new(config);
+        let ring = VectorizedRing::new(room, config.step_s);
+        let follower = AdviceFollower::new(config);
         let mut block = Self {
             config: config.clone(),
             first_ring: (index * LANES) as u64,
@@ -128,7 +128,7 @@ impl EnvBlock {
     }
 
     /// The rings themselves.
-    pub fn rings(&self) -> &RingBlock {
+    pub fn rings(&self) -> &VectorizedRing {
         &self.ring
     }
 
@@ -238,11 +238,11 @@ impl EnvBlock {
 
 /// What a hold adds up to, lane by lane.
 struct Totals {
-    mean_mps: Lane,
-    ego_mps: Lane,
-    least_gap_m: Lane,
-    short_headway: Lane,
-    missed_mps: Lane,
+    mean_mps: SimdLanes,
+    ego_mps: SimdLanes,
+    least_gap_m: SimdLanes,
+    short_headway: SimdLanes,
+    missed_mps: SimdLanes,
 }
 
 impl Default for Totals {
@@ -261,7 +261,7 @@ impl Totals {
     /// The cars that can collide are the ego with its leader and its follower with it: the others keep behind theirs by
     /// their model.
     #[inline(always)]
-    fn add(&mut self, ring: &RingBlock, missed_mps: &Lane) {
+    fn add(&mut self, ring: &VectorizedRing, missed_mps: &SimdLanes) {
         for (l, missed) in missed_mps.iter().enumerate() {
             let (gap_m, ego_mps) = (ring.gap_m()[l], ring.ego_mps()[l]);
             self.mean_mps[l] += ring.mean_mps()[l];

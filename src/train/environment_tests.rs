@@ -2,8 +2,8 @@
 
 use super::{
     ActionKind, FollowKind, RewardKind, TrainConfig,
-    environment::{Ending, EnvBlock, Outcome},
-    lanes::LANES,
+    environment::{Ending, Outcome, VecEnv},
+    simd::LANES,
 };
 use crate::policy::Action;
 
@@ -11,8 +11,8 @@ fn config() -> TrainConfig {
     TrainConfig { horizon_s: 60.0, ..TrainConfig::default() }
 }
 
-fn block(config: &TrainConfig) -> EnvBlock {
-    EnvBlock::new(config, "test", 0, config.hold_steps())
+fn block(config: &TrainConfig) -> VecEnv {
+    VecEnv::new(config, "test", 0, config.hold_steps())
 }
 
 fn all(action: Action) -> [Action; LANES] {
@@ -35,7 +35,7 @@ fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
     let bounded = TrainConfig { least_spacing_m: 9.6, ..dense.clone() };
     let mut longer = 0;
     for index in 0..4 {
-        let [free, bounded] = [&dense, &bounded].map(|config| EnvBlock::new(config, "test", index, 10));
+        let [free, bounded] = [&dense, &bounded].map(|config| VecEnv::new(config, "test", index, 10));
         for l in 0..LANES {
             let (free, bounded) = (free.observe(l), bounded.observe(l));
             let least_m = 9.6 * f64::from(free.vehicles);

@@ -1,7 +1,7 @@
 //! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
 //! those of FACTS 3.
 
-use super::{judge::Trace, stats::Estimate};
+use super::{evaluation::Trace, stats::Estimate};
 use crate::chart::{Axis, COLOURS, Chart, Line, Mark, Style, picture};
 use std::fmt::Write;
 

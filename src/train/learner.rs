@@ -7,10 +7,10 @@
 use super::{
     config::{ActionKind, TrainConfig},
     distribution::Family,
-    environment::{Ending, EnvBlock, Outcome},
-    judge::{judge, mean_and_interval},
-    lanes::{LANES, LaneRng},
+    environment::{Ending, Outcome, VecEnv},
+    evaluation::{evaluate, mean_and_interval},
     net::Shape,
+    simd::{LANES, LaneRng},
     trpo::{Batch, Decision, PolicyShape, TrustRegion, advantages},
     value::{Fit, Value},
 };
@@ -71,7 +71,7 @@ pub struct Learner {
 /// A block of rings and the random numbers of their actions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Actor {
-    env: EnvBlock,
+    env: VecEnv,
     rng: LaneRng,
 }
 
@@ -95,7 +95,7 @@ impl Learner {
         let value = Value::new(&value_shape(config), &mut stream);
         let count = config.rings as usize / LANES;
         let blocks = (0..count).into_par_iter().map(|index| {
-            let mut env = EnvBlock::new(config, "train", index, config.hold_steps_of(index, count));
+            let mut env = VecEnv::new(config, "train", index, config.hold_steps_of(index, count));
             env.spread();
             let mut rng = LaneRng::new();
             for l in 0..LANES {
@@ -158,7 +158,7 @@ impl Learner {
             kl: update.kl,
             entropy: update.entropy,
             value_error,
-            judged_mps: (iteration.is_multiple_of(c.judge_every) || iteration == c.iterations).then(|| self.judge()),
+            judged_mps: (iteration.is_multiple_of(c.judge_every) || iteration == c.iterations).then(|| self.evaluate()),
         };
         self.keep_best(&row);
         self.curve.push(row);
@@ -173,11 +173,11 @@ impl Learner {
     }
 
     /// Mean speed of the present policy without noise, m/s.
-    fn judge(&self) -> f64 {
+    fn evaluate(&self) -> f64 {
         let network = network(&self.config, &self.theta);
         let [low, high] = self.config.holds_s();
         let rings = LANES * JUDGED_BLOCKS[usize::from(high > low)];
-        let verdicts = judge(&self.config, "judge", rings, || Some(Box::new(network.clone())));
+        let verdicts = evaluate(&self.config, "judge", rings, || Some(Box::new(network.clone())));
         mean_and_interval(&verdicts).0
     }
 

@@ -2,7 +2,7 @@
 
 use super::{
     ActionKind, FollowKind, Learner, TrainConfig,
-    judge::{judge, mean_and_interval},
+    evaluation::{evaluate, mean_and_interval},
 };
 use crate::policy::{self, PolicySettings};
 
@@ -94,7 +94,7 @@ fn baseline(name: &str) -> (f64, bool) {
         ..TrainConfig::default()
     };
     let settings = PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.362, step_s: 0.1 };
-    let verdicts = judge(&config, "baseline", 16, || policy::build(name, &settings).unwrap());
+    let verdicts = evaluate(&config, "baseline", 16, || policy::build(name, &settings).unwrap());
     (mean_and_interval(&verdicts).0, verdicts.iter().all(|v| v.calm_s.is_some() && !v.crashed))
 }
 

@@ -4,7 +4,7 @@
 //! three quarters of its time here on copying blocks into place (measured: matrixmultiply 0.3 at 500 x 64 x 64). Nothing
 //! is fused or reordered by machine, so that the bits are the same on all.
 
-use super::real::Real;
+use super::scalar::Real;
 
 /// Results that are summed at once: eight registers of AVX2 in `f32`.
 const ROWS: usize = 4;

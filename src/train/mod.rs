@@ -3,32 +3,32 @@
 //!
 //! [`ring`] moves sixteen rings at once; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
 //! advice; [`net`] is the network, [`distribution`] the randomness of its actions, [`trpo`] the update, [`learner`] the
-//! loop around them; [`judge()`] drives any policy over the horizon and says how fast all cars went.
+//! loop around them; [`evaluate()`] drives any policy over the horizon and says how fast all cars went.
 
 pub mod config;
-pub mod curve;
 pub mod distribution;
 pub mod driver;
 pub mod environment;
+pub mod episode_metrics;
+pub mod evaluation;
 pub mod figures;
 pub mod fuel;
-pub mod judge;
-pub mod lanes;
 pub mod learner;
+pub mod learning_curve;
 pub mod matrix;
 pub mod net;
-pub mod real;
 pub mod ring;
+pub mod scalar;
+pub mod simd;
 pub mod stats;
-pub mod tally;
 pub mod trpo;
 pub mod value;
 
 pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
-pub use judge::{Trace, judge, mean_and_interval, trace};
+pub use episode_metrics::{EpisodeMetrics, EvaluationResult, FlowTotals};
+pub use evaluation::{Trace, evaluate, mean_and_interval, trace};
 pub use learner::{Learner, Row};
 pub use stats::Estimate;
-pub use tally::{FlowTotals, Tally, Verdict};
 
 #[cfg(test)]
 mod environment_tests;

@@ -6,7 +6,7 @@
 
 use super::{
     matrix::{Matrix, add_product},
-    real::Real,
+    scalar::Real,
 };
 use crate::rng::Stream;
 

@@ -6,7 +6,7 @@
 //! its digits. Slot 0 is the ego and slot `k` the `k`-th car **behind** it, so that rings of different numbers of cars
 //! share one loop: slots beyond a ring's last car hold ghosts that follow it and that nobody sees.
 
-use super::lanes::{LANES, Lane, LaneRng, lane, splat};
+use super::simd::{LANES, LaneRng, SimdLanes, lane, splat};
 use crate::{idm::IdmParams, space::CAR_LENGTH_M};
 use serde::{Deserialize, Serialize};
 
@@ -48,36 +48,36 @@ impl RingStart {
 /// The model of each ring, as the inner loop needs it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Model {
-    inverse_v0: Lane,
-    delta: Lane,
-    time_gap_s: Lane,
-    accel: Lane,
+    inverse_v0: SimdLanes,
+    delta: SimdLanes,
+    time_gap_s: SimdLanes,
+    accel: SimdLanes,
     /// 1 / (2 sqrt(a b)).
-    approach: Lane,
-    s0_m: Lane,
+    approach: SimdLanes,
+    s0_m: SimdLanes,
     /// Standard deviation of the change of speed in a step, m/s.
-    noise_mps: Lane,
+    noise_mps: SimdLanes,
     /// All exponents are 4: two multiplications instead of a power.
     fourth_power: bool,
 }
 
 /// A block of rings. See the head of the file for its slots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RingBlock {
+pub struct VectorizedRing {
     step_s: f32,
     cars: [u32; LANES],
-    gap_m: Vec<Lane>,
-    speed_mps: Vec<Lane>,
+    gap_m: Vec<SimdLanes>,
+    speed_mps: Vec<SimdLanes>,
     model: Model,
     rng: LaneRng,
     /// Speed of the ego's leader, m/s.
-    leader_mps: Lane,
-    mean_mps: Lane,
+    leader_mps: SimdLanes,
+    mean_mps: SimdLanes,
     #[serde(skip, default)]
-    noise: Vec<Lane>,
+    noise: Vec<SimdLanes>,
 }
 
-impl RingBlock {
+impl VectorizedRing {
     /// Empty rings with room for `cars` each and steps of `step_s`; every lane has to be set before the first step.
     pub fn new(cars: usize, step_s: f64) -> Self {
         let one = splat(1.0);
@@ -160,36 +160,36 @@ impl RingBlock {
 
     /// Speed of the ego, m/s.
     #[inline(always)]
-    pub fn ego_mps(&self) -> &Lane {
+    pub fn ego_mps(&self) -> &SimdLanes {
         &self.speed_mps[0]
     }
 
     /// Speed of the ego's leader, m/s.
     #[inline(always)]
-    pub fn leader_mps(&self) -> &Lane {
+    pub fn leader_mps(&self) -> &SimdLanes {
         &self.leader_mps
     }
 
     /// Gap ahead of the ego, metres.
     #[inline(always)]
-    pub fn gap_m(&self) -> &Lane {
+    pub fn gap_m(&self) -> &SimdLanes {
         &self.gap_m[0]
     }
 
     /// Gap between the ego and its follower, metres.
     #[inline(always)]
-    pub fn gap_behind_m(&self) -> &Lane {
+    pub fn gap_behind_m(&self) -> &SimdLanes {
         &self.gap_m[1]
     }
 
     /// Gaps ahead of the `k`-th car behind the ego, metres.
-    pub fn gaps_m(&self, k: usize) -> &Lane {
+    pub fn gaps_m(&self, k: usize) -> &SimdLanes {
         &self.gap_m[k]
     }
 
     /// Mean speed of all cars, the ego included, m/s.
     #[inline(always)]
-    pub fn mean_mps(&self) -> &Lane {
+    pub fn mean_mps(&self) -> &SimdLanes {
         &self.mean_mps
     }
 
@@ -200,7 +200,7 @@ impl RingBlock {
 
     /// What the model would have the ego do now, m/s2.
     #[inline(always)]
-    pub fn ego_idm(&self) -> Lane {
+    pub fn ego_idm(&self) -> SimdLanes {
         let (speed, leader, gap) = (&self.speed_mps[0], &self.leader_mps, &self.gap_m[0]);
         if self.model.fourth_power {
             lane(|l| accel::<true>(&self.model, l, speed[l], leader[l], gap[l]))
@@ -220,12 +220,12 @@ impl RingBlock {
 
     /// One step. At its end the ego has the speed `ego_mps`; without one its own model drives it.
     #[inline(always)]
-    pub fn step(&mut self, ego_mps: Option<&Lane>) {
+    pub fn step(&mut self, ego_mps: Option<&SimdLanes>) {
         if self.model.fourth_power { self.step_with::<true>(ego_mps) } else { self.step_with::<false>(ego_mps) }
     }
 
     #[inline(always)]
-    fn step_with<const FOURTH: bool>(&mut self, ego_mps: Option<&Lane>) {
+    fn step_with<const FOURTH: bool>(&mut self, ego_mps: Option<&SimdLanes>) {
         self.draw_noise();
         let (dt, creep_mps) = (self.step_s, CREEP_MPS2 * self.step_s);
         let slots = self.speed_mps.len();

@@ -1,14 +1,14 @@
 //! The fast ring against the native engine and against the field's figures.
 
 use super::{
-    lanes::{LANES, splat},
-    ring::{RingBlock, RingStart, wide},
+    ring::{RingStart, VectorizedRing, wide},
+    simd::{LANES, splat},
 };
 use crate::{
     idm::IdmParams,
     map::RoadMap,
     space::CAR_LENGTH_M,
-    traffic::{NativeTraffic, StartCar, Traffic, TrafficSetup},
+    traffic::{InitialVehicle, NativeTraffic, Traffic, TrafficSetup},
 };
 use std::sync::Arc;
 
@@ -17,8 +17,8 @@ fn quiet() -> IdmParams {
 }
 
 /// Sixteen rings of equal layout and different noise.
-fn block(start: &RingStart) -> RingBlock {
-    let mut ring = RingBlock::new(start.gaps_m.len(), 0.1);
+fn block(start: &RingStart) -> VectorizedRing {
+    let mut ring = VectorizedRing::new(start.gaps_m.len(), 0.1);
     for l in 0..LANES {
         ring.set(l, &RingStart { seed: 100 + l as u64, ..start.clone() });
     }
@@ -31,7 +31,7 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
     let length_m = map.route.length_m();
     let start = RingStart::bunched(22, length_m, quiet(), 0);
     // The native engine numbers forwards from the ego, the ring backwards.
-    let mut places = vec![StartCar { s_m: 0.0, speed_mps: 0.0 }; 22];
+    let mut places = vec![InitialVehicle { s_m: 0.0, speed_mps: 0.0 }; 22];
     let mut s_m = 0.0;
     for (i, place) in places.iter_mut().enumerate().skip(1) {
         s_m += f64::from(start.gaps_m[(23 - i) % 22]) + CAR_LENGTH_M;
@@ -103,7 +103,7 @@ fn the_length_of_a_ring_is_kept() {
 fn a_ring_is_the_same_whoever_is_beside_it() {
     let mine = RingStart::bunched(22, 250.0, IdmParams::default(), 7);
     let mut alone = block(&mine);
-    let mut mixed = RingBlock::new(22, 0.1);
+    let mut mixed = VectorizedRing::new(22, 0.1);
     for l in 0..LANES {
         mixed.set(l, &RingStart::even(3 + l, 240.0, IdmParams { t: 1.5, ..quiet() }, l as u64));
     }
@@ -112,7 +112,7 @@ fn a_ring_is_the_same_whoever_is_beside_it() {
     for _ in 0..300 {
         alone.run(1);
         mixed.run(1);
-        let bits = |ring: &RingBlock, l| ring.speeds_mps(l).map(f32::to_bits).collect::<Vec<_>>();
+        let bits = |ring: &VectorizedRing, l| ring.speeds_mps(l).map(f32::to_bits).collect::<Vec<_>>();
         assert_eq!(bits(&alone, 2), bits(&mixed, 9));
     }
     assert_eq!(mixed.cars(0), 3);

@@ -8,7 +8,7 @@
 use super::{
     distribution::Family,
     net::{Activations, Shape},
-    real::Real,
+    scalar::Real,
 };
 use rayon::prelude::*;
 

@@ -3,7 +3,7 @@
 use super::{
     distribution::Family,
     net::Shape,
-    real::Real,
+    scalar::Real,
     trpo::{Batch, Decision, PolicyShape, Region, TrustRegion, advantages, conjugate_gradient},
 };
 use crate::rng;

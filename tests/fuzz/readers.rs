@@ -12,7 +12,7 @@ use codrive::{
     sim::Scenario,
     study::{
         Code, DataSet, Outcome, Questionnaire, Session, Study,
-        session::{Answered, Log, Who},
+        session::{Log, TimedAnswer, Who},
     },
 };
 use std::{
@@ -77,7 +77,7 @@ fn live_session(folder: &Path) -> Vec<u8> {
     let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
     for _ in 0..3 {
         session.begin("now").unwrap();
-        let answer = Answered { question: "nausea".into(), answer: 2.into(), time_s: 1.5 };
+        let answer = TimedAnswer { question: "nausea".into(), answer: 2.into(), time_s: 1.5 };
         session.keep(vec![answer]).unwrap();
         session.note("mark", "a note", "now").unwrap();
         session.end(Outcome::Done, "", "now").unwrap();

@@ -5,7 +5,7 @@ use codrive::{
         Action, Devices, Rig,
         lamps::Lamps,
         profiles::{self, Device},
-        wheel::{Found, Told},
+        wheel::{FoundWheel, WheelMessage},
     },
     live_drive::LiveDrive,
     record::{Reader, Table},
@@ -53,11 +53,11 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
     let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
-    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
-    to.send(Told::Found(Box::new(found))).unwrap();
+    let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    to.send(WheelMessage::Connected(Box::new(found))).unwrap();
     let mut wheel = Devices::with_rig(Rig::fed_by(told));
     // Reverse was pressed while questions were answered.
-    to.send(Told::Button { code: 293, down: true, at: None }).unwrap();
+    to.send(WheelMessage::Button { code: 293, down: true, at: None }).unwrap();
     wheel.poll();
     assert_eq!(wheel.controls(0.0, None).selector, codrive::ego::Selector::Reverse);
     let mut devices = Some(wheel);
@@ -65,7 +65,7 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
     let mut live = LiveDrive::led(&scenario, &mut devices).unwrap();
     assert_eq!(live.devices.controls(0.0, None).selector, codrive::ego::Selector::Drive);
     for code in [297, 292, 296] {
-        to.send(Told::Button { code, down: true, at: None }).unwrap();
+        to.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
     }
     live.advance(Duration::from_millis(20), |_| ()).unwrap();
     assert_eq!(live.take_pressed(), [Action::Start, Action::Mark, Action::Abort]);

@@ -6,7 +6,7 @@ use codrive::{
         Devices, Rig as WheelRig,
         lamps::Lamps,
         profiles::{self, Device},
-        wheel::{Found, Told},
+        wheel::{FoundWheel, WheelMessage},
     },
     session::drives::SessionResources,
     study::{Code, Input},
@@ -23,16 +23,16 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
     let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
-    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
-    to.send(Told::Found(Box::new(found))).unwrap();
+    let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    to.send(WheelMessage::Connected(Box::new(found))).unwrap();
     let mut kit = SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
     let mut rig = Rig::new();
-    let mut act = |rig: &mut Rig, told: &[Told]| {
+    let mut act = |rig: &mut Rig, told: &[WheelMessage]| {
         rig.pass(0.5);
         for one in told {
             let one = match one {
-                Told::Axis { code, raw, .. } => Told::Axis { code: *code, raw: *raw, at: None },
-                Told::Button { code, .. } => Told::Button { code: *code, down: true, at: None },
+                WheelMessage::Axis { code, raw, .. } => WheelMessage::Axis { code: *code, raw: *raw, at: None },
+                WheelMessage::Button { code, .. } => WheelMessage::Button { code: *code, down: true, at: None },
                 _ => continue,
             };
             to.send(one).unwrap();
@@ -42,9 +42,9 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     };
     let turn = |degrees: f64| {
         let raw = 32_767 - (degrees / 450.0 * 32_767.0) as i32;
-        Told::Axis { code: STEERING, raw, at: None }
+        WheelMessage::Axis { code: STEERING, raw, at: None }
     };
-    let press = |code: u16| Told::Button { code, down: true, at: None };
+    let press = |code: u16| WheelMessage::Button { code, down: true, at: None };
     act(&mut rig, &[turn(0.0), press(CROSS)]);
     act(&mut rig, &[press(CROSS)]);
     assert_eq!(rig.sees(), "questions before, page 1 of 2");
@@ -74,23 +74,23 @@ fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answe
     (profile.buttons.answer, profile.buttons.start) = (Vec::new(), Vec::new());
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
-    let found = Found { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
-    let mut after = |told: Told| {
+    let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    let mut after = |told: WheelMessage| {
         to.send(told).unwrap();
         let inputs = kit.frame(Duration::ZERO, |_| ()).unwrap().1;
         (inputs, kit.take_news(), kit.wheel())
     };
-    let (inputs, news, _) = after(Told::Found(Box::new(found)));
+    let (inputs, news, _) = after(WheelMessage::Connected(Box::new(found)));
     assert!(inputs.is_empty() && news.len() == 1 && news[0].ends_with("is there"), "{inputs:?} {news:?}");
     // The accelerator to the floor is Enter, once; the brake goes back. 255 is no foot, 0 the floor.
-    let pedal = |code: u16, raw: i32| Told::Axis { code, raw, at: None };
-    let moved = after(Told::Axis { code: 0, raw: 30_000, at: None });
+    let pedal = |code: u16, raw: i32| WheelMessage::Axis { code, raw, at: None };
+    let moved = after(WheelMessage::Axis { code: 0, raw: 30_000, at: None });
     assert!(moved.2, "whoever turns the wheel has it in hands");
     for (told, input) in
         [(pedal(2, 0), Some(Input::Next)), (pedal(2, 0), None), (pedal(2, 255), None), (pedal(5, 0), Some(Input::Back))]
     {
         assert_eq!(after(told).0, input.into_iter().collect::<Vec<_>>());
     }
-    let (_, news, wheel) = after(Told::Lost);
+    let (_, news, wheel) = after(WheelMessage::Lost);
     assert!(news.len() == 1 && news[0].ends_with("was unplugged") && !wheel, "{news:?}");
 }

@@ -11,10 +11,10 @@ use codrive::{
         theme,
     },
     policy::{Action, Advice},
-    sim::{CarView, Leader, Pitch, Scenario, Snapshot},
+    sim::{Leader, Pitch, Scenario, Snapshot, VehicleSnapshot},
     space::Pose,
     time::Tick,
-    traffic::CarId,
+    traffic::VehicleId,
 };
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{
@@ -58,8 +58,8 @@ fn snapshot(step: u64) -> Snapshot {
     let car = |id: u32| {
         let s_m = place(f64::from(id));
         let (pose, speed_mps) = (on_ring(s_m), speed(s_m));
-        CarView {
-            id: CarId(id),
+        VehicleSnapshot {
+            id: VehicleId(id),
             pose,
             pose_before: pose,
             s_m,
@@ -70,7 +70,7 @@ fn snapshot(step: u64) -> Snapshot {
             pitch: Pitch::default(),
         }
     };
-    let cars: Vec<CarView> = (1..=CARS).map(car).collect();
+    let cars: Vec<VehicleSnapshot> = (1..=CARS).map(car).collect();
     let (ego_s_m, pose) = (place(0.0), on_ring(place(0.0)));
     let ego = EgoState {
         position: DVec3::new(pose.position.x, pose.position.y, 0.0),
@@ -87,7 +87,7 @@ fn snapshot(step: u64) -> Snapshot {
         is_fallback: false,
     };
     let mean = (ego.speed_mps + cars.iter().map(|car| car.speed_mps).sum::<f64>()) / 22.0;
-    let leader = Some(Leader { id: CarId(1), gap_m: 6.4, speed_mps: cars[0].speed_mps });
+    let leader = Some(Leader { id: VehicleId(1), gap_m: 6.4, speed_mps: cars[0].speed_mps });
     Snapshot {
         tick: Tick(step * 10),
         ego,

@@ -6,10 +6,10 @@ use codrive::{
     map::RoadMap,
     render::{Gpu, OFFSCREEN, Quality, Renderer, render_to_image},
     scene::{self, Stage, View, ViewKind, ViewOptions},
-    sim::{CarView, Snapshot},
+    sim::{Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::Tick,
-    traffic::{CarId, EGO},
+    traffic::{EGO, VehicleId},
 };
 use glam::{Quat, Vec3};
 use image::RgbaImage;
@@ -51,10 +51,10 @@ pub fn draw_with(renderer: &mut Renderer, view: &View, size: [u32; 2]) -> RgbaIm
 }
 
 /// A car of the traffic whose centre is at `pose`.
-pub fn car(id: u32, pose: Pose) -> CarView {
+pub fn car(id: u32, pose: Pose) -> VehicleSnapshot {
     let s_m = map().route.project(pose.position, None).s_m + CAR_LENGTH_M / 2.0;
-    CarView {
-        id: CarId(id),
+    VehicleSnapshot {
+        id: VehicleId(id),
         pose,
         pose_before: pose,
         s_m,
@@ -73,7 +73,7 @@ pub fn on_lane(front_s_m: f64, left_m: f64) -> Pose {
 }
 
 /// The ego with its front bumper at 0, and the others.
-pub fn snapshot(cars: Vec<CarView>) -> Snapshot {
+pub fn snapshot(cars: Vec<VehicleSnapshot>) -> Snapshot {
     let pose = on_lane(0.0, 0.0);
     let wheels = stage(false).hubs.map(|hub| Wheel { hub, ..Default::default() });
     let ego = EgoState {
@@ -97,7 +97,7 @@ pub fn snapshot(cars: Vec<CarView>) -> Snapshot {
 
 /// The full ring: 22 cars at equal distances, every third one braking.
 pub fn full_ring() -> Snapshot {
-    let mut cars: Vec<CarView> = (1..22).map(|i| car(i, on_lane(f64::from(i) * RING_M / 22.0, 0.0))).collect();
+    let mut cars: Vec<VehicleSnapshot> = (1..22).map(|i| car(i, on_lane(f64::from(i) * RING_M / 22.0, 0.0))).collect();
     cars.iter_mut().step_by(3).for_each(|car| car.braking = true);
     snapshot(cars)
 }
@@ -105,7 +105,7 @@ pub fn full_ring() -> Snapshot {
 /// Options in which car 1 wears magenta.
 pub fn marked() -> ViewOptions {
     let mut options = ViewOptions::default();
-    options.paint_overrides.insert(CarId(1), MAGENTA);
+    options.paint_overrides.insert(VehicleId(1), MAGENTA);
     options
 }
 

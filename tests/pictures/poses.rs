@@ -22,7 +22,7 @@ fn snapshot(map: &RoadMap) -> Snapshot {
         .map(|id| {
             let front_s_m = route.wrap(12.0 * f64::from(id));
             let pose = route.pose_of_front(front_s_m, codrive::space::CAR_LENGTH_M);
-            codrive::sim::CarView { pose, pose_before: pose, ..crate::place::car(id, pose) }
+            codrive::sim::VehicleSnapshot { pose, pose_before: pose, ..crate::place::car(id, pose) }
         })
         .collect();
     snapshot
@@ -35,12 +35,12 @@ fn no_pixel_is_nan_or_white_in_500_random_poses_on_every_map() {
     // A thread for each map: while one waits for its picture, another gathers what is in its own.
     std::thread::scope(|scope| {
         for info in &maps {
-            scope.spawn(|| look_around(&info.name));
+            scope.spawn(|| update_derived_state(&info.name));
         }
     });
 }
 
-fn look_around(name: &str) {
+fn update_derived_state(name: &str) {
     let map = RoadMap::load(name).expect("a map that is shipped");
     let stage = Stage::build(&map, 1);
     let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality { shadow_size: 256, ..Quality::LOW });

@@ -92,7 +92,7 @@ fn an_ego_beside_the_road_is_passed_and_one_at_its_edge_is_not() {
             let map = setup.map.clone();
             let mut traffic = traffic::start(&engine, setup).unwrap();
             let pose = beside(&map, 100.0, offset_m);
-            let parked = EgoReport { pose, speed_mps: 0.0, next_pose: pose, next_speed_mps: 0.0 };
+            let parked = ExternalVehicleState { pose, speed_mps: 0.0, next_pose: pose, next_speed_mps: 0.0 };
             let history = run(traffic.as_mut(), 300, |_, _| Some(parked));
             let way_m: f64 = (1..=300).map(|k| map.route.difference(history[k - 1][2].s_m, history[k][2].s_m)).sum();
             assert_eq!(way_m < 34.0, seen, "{engine}: at {offset_m} m the follower went {way_m} m");
@@ -121,7 +121,8 @@ fn an_ego_comes_back_to_the_road_and_its_model_takes_over() {
                 let offset_m = if back.is_some_and(|back| step > back) { 0.0 } else { (step as f64 * 0.06).min(12.0) };
                 beside(&map, way_m(step), offset_m)
             };
-            let report = EgoReport { pose: at(step), speed_mps: 3.0, next_pose: at(step + 1), next_speed_mps: 3.0 };
+            let report =
+                ExternalVehicleState { pose: at(step), speed_mps: 3.0, next_pose: at(step + 1), next_speed_mps: 3.0 };
             back.is_none_or(|back| step < back + 50).then_some(report)
         });
         let back = back.expect("there is room within 150 s");

@@ -18,7 +18,7 @@ use codrive::{
     idm::IdmParams,
     map::RoadMap,
     space::CAR_LENGTH_M,
-    traffic::{self, CarState, EgoReport, EngineChoice, StartCar, Traffic, TrafficSetup, start},
+    traffic::{self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, Traffic, TrafficSetup, start},
 };
 use std::{
     sync::{Arc, Mutex, MutexGuard},
@@ -64,8 +64,8 @@ fn ring(noise: f64) -> TrafficSetup {
 }
 
 /// A report of an ego on the centre line whose next speed is `next_mps`.
-fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> EgoReport {
-    EgoReport {
+fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> ExternalVehicleState {
+    ExternalVehicleState {
         pose: ego.pose,
         speed_mps: ego.speed_mps,
         next_pose: map.route.pose_of_front(ego.s_m + next_mps * STEP_S, CAR_LENGTH_M),
@@ -77,7 +77,7 @@ fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> EgoReport {
 fn run(
     traffic: &mut dyn Traffic,
     steps: usize,
-    mut drive: impl FnMut(usize, &[CarState]) -> Option<EgoReport>,
+    mut drive: impl FnMut(usize, &[CarState]) -> Option<ExternalVehicleState>,
 ) -> History {
     let mut history = vec![traffic.cars().to_vec()];
     for step in 0..steps {
@@ -155,6 +155,6 @@ fn bits(history: &History) -> Vec<[u64; 6]> {
 }
 
 /// Cars at rest at the places given.
-fn standing_at(places_m: &[f64]) -> Vec<StartCar> {
-    places_m.iter().map(|&s_m| StartCar { s_m, speed_mps: 0.0 }).collect()
+fn standing_at(places_m: &[f64]) -> Vec<InitialVehicle> {
+    places_m.iter().map(|&s_m| InitialVehicle { s_m, speed_mps: 0.0 }).collect()
 }

@@ -3,7 +3,7 @@
 
 use super::kernel::BEND;
 use codrive::input::{
-    feel::{Angle, ForceDevice, ForceLoop, ForceThread},
+    force_thread::{Angle, ForceDevice, ForceLoop, ForceThread},
     profiles,
     sdl_force::{self, SdlForce},
 };

@@ -4,7 +4,7 @@
 
 use codrive::{
     ego::Controls,
-    input::{Feel, Profile, Rig, RigNews, Stamp, profiles},
+    input::{ForceInput, Profile, Rig, RigEvent, Stamp, profiles},
 };
 use std::{
     fs,
@@ -127,7 +127,7 @@ pub fn profile() -> Profile {
 }
 
 /// A car in a bend to the left at 10 m/s.
-pub const BEND: Feel = Feel { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true };
+pub const BEND: ForceInput = ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true };
 /// The level that this comes to, by the shipped strength 0.35 and 2.1 N m at the full level: 1.4 / 2.1 of 255 steps of 128,
 /// against the axis, whose left is the smaller end.
 pub const BEND_LEVEL: i16 = -170 * 128;
@@ -137,7 +137,7 @@ pub struct Driver {
     /// The rig.
     pub rig: Rig,
     /// All that it told.
-    pub news: Vec<RigNews>,
+    pub news: Vec<RigEvent>,
 }
 
 impl Driver {
@@ -152,7 +152,7 @@ impl Driver {
     }
 
     /// Polls until `what` holds, for up to 30 s.
-    pub fn until(&mut self, what: &str, holds: impl Fn(&Controls, &[RigNews]) -> bool) {
+    pub fn until(&mut self, what: &str, holds: impl Fn(&Controls, &[RigEvent]) -> bool) {
         for _ in 0..6000 {
             self.news.extend(self.rig.poll().1);
             if holds(&self.rig.controls(), &self.news) {
@@ -165,11 +165,11 @@ impl Driver {
 
     /// Polls until a wheel was found.
     pub fn find(&mut self) {
-        self.until("a wheel", |_, news| news.iter().any(|n| matches!(n, RigNews::Found(_))));
+        self.until("a wheel", |_, news| news.iter().any(|n| matches!(n, RigEvent::Connected(_))));
     }
 
     /// Feels this for a time, told every 10 ms, as the loop of a drive does.
-    pub fn feel(&mut self, feel: Feel, time: Duration) {
+    pub fn feel(&mut self, feel: ForceInput, time: Duration) {
         let end = Stamp(Stamp::now().0 + time);
         while Stamp::now() < end {
             self.rig.feel(feel);

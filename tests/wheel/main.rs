@@ -10,7 +10,7 @@ mod usb;
 
 use codrive::{
     ego::Controls,
-    input::{Action, Devices, Profile, RigNews, profiles},
+    input::{Action, Devices, Profile, RigEvent, profiles},
 };
 use std::{
     fs,
@@ -62,7 +62,7 @@ fn again_within(test: &str, events: Option<&str>) {
 }
 
 /// Polls until `what` holds, for up to 60 s: a slow machine is no failure.
-fn wait(devices: &mut Devices, news: &mut Vec<RigNews>, what: impl Fn(&Controls, &[RigNews]) -> bool) {
+fn wait(devices: &mut Devices, news: &mut Vec<RigEvent>, what: impl Fn(&Controls, &[RigEvent]) -> bool) {
     for _ in 0..12_000 {
         news.extend(devices.poll());
         if what(&devices.controls(5.0, None), news) {
@@ -83,14 +83,14 @@ fn a_g29_drives_unasked() {
     let mut news = Vec::new();
     assert_eq!(devices.controls(5.0, None), Controls::default(), "nothing acts before it is known");
     wait(&mut devices, &mut news, |c, _| c.steering_wheel_rad < 0.0 && c.throttle > 0.5 && c.brake == 1.0);
-    assert!(news.iter().any(|n| matches!(n, RigNews::Found(name) if name.contains("G29"))), "{news:?}");
-    assert!(news.contains(&RigNews::Pressed(Action::Answer)), "{news:?}");
+    assert!(news.iter().any(|n| matches!(n, RigEvent::Connected(name) if name.contains("G29"))), "{news:?}");
+    assert!(news.contains(&RigEvent::Pressed(Action::Answer)), "{news:?}");
     assert_eq!(devices.wheel_profile().map(|p| p.name.as_str()), Some("Logitech G29"));
     // (40000 - 32767) / 32768 of 450 degrees to the right.
     let angle = devices.controls(5.0, None).steering_wheel_rad.to_degrees();
     assert!((angle + 99.33).abs() < 0.05, "{angle}");
     // umockdev takes no uploaded effect: said once, and the wheel drives on.
-    let told = news.iter().filter(|n| matches!(n, RigNews::Trouble(text) if text.contains("gives no force"))).count();
+    let told = news.iter().filter(|n| matches!(n, RigEvent::Trouble(text) if text.contains("gives no force"))).count();
     assert_eq!(told, 1, "{news:?}");
     assert!(devices.describe().contains("without force"));
     // umockdev's events carry the times of their file, which are no latencies.
@@ -105,7 +105,7 @@ fn a_g29_at_rest_stays_at_rest_without_any_event() {
     }
     let mut devices = Devices::open();
     let mut news = Vec::new();
-    wait(&mut devices, &mut news, |_, news| news.iter().any(|n| matches!(n, RigNews::Found(_))));
+    wait(&mut devices, &mut news, |_, news| news.iter().any(|n| matches!(n, RigEvent::Connected(_))));
     for _ in 0..50 {
         devices.poll();
         assert_eq!(devices.controls(5.0, None), Controls::default());
@@ -129,12 +129,12 @@ fn a_horn_that_came_up_while_the_kernels_queue_ran_over_is_heard() {
     for _ in 0..12_000 {
         news.extend(devices.poll());
         heard |= devices.horn();
-        if news.contains(&RigNews::Pressed(Action::Answer)) {
+        if news.contains(&RigEvent::Pressed(Action::Answer)) {
             break;
         }
         sleep(Duration::from_millis(5));
     }
-    assert!(heard && news.contains(&RigNews::Pressed(Action::Answer)), "{news:?}");
+    assert!(heard && news.contains(&RigEvent::Pressed(Action::Answer)), "{news:?}");
     assert!(!devices.horn(), "the horn sounds for ever");
     assert_eq!(devices.controls(5.0, None).throttle, 0.0, "half a packet is no input");
 }

@@ -2,7 +2,7 @@
 
 use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, spread, this_test};
 use codrive::{
-    input::{Action, Devices, Feel, RigNews, Stamp, linux},
+    input::{Action, Devices, ForceInput, RigEvent, Stamp, linux},
     live_drive::LiveDrive,
     sim::Scenario,
     time::Pace,
@@ -237,7 +237,7 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     driver.feel(BEND, Duration::from_millis(800));
     wheel.asked();
     let paused = Stamp::now();
-    driver.rig.feel(Feel { running: false, ..BEND });
+    driver.rig.feel(ForceInput { running: false, ..BEND });
     let after = paused.until(wheel.asked_until(is_level(0)).last().unwrap().0);
     figure("no force after a pause", format!("{:.1} ms", after.as_secs_f64() * 1e3));
     assert!(after < Duration::from_millis(100), "{after:?}");
@@ -333,7 +333,7 @@ fn it_drives_from_rest_and_stamps_come_from_the_kernel() {
     driver.until("the pedals", |c, _| c.throttle == 1.0 && c.brake > 0.3);
     let angle = driver.rig.controls().steering_wheel_rad.to_degrees();
     assert!((angle + 99.33).abs() < 0.05, "{angle}");
-    driver.until("the button", |_, news| news.contains(&RigNews::Pressed(Action::Start)));
+    driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(Action::Start)));
 
     // Ticks of 10 ms: how old is an input when a tick uses it?
     let mut ages = Vec::new();
@@ -384,15 +384,15 @@ fn a_queue_that_ran_over_does_not_leave_the_horn_on() {
     }
     assert_eq!(buttons(&told), [(HORN, false)]);
     let steering = told.iter().rev().find_map(|told| match told {
-        codrive::input::wheel::Told::Axis { code: STEERING, raw, .. } => Some(*raw),
+        codrive::input::wheel::WheelMessage::Axis { code: STEERING, raw, .. } => Some(*raw),
         _ => None,
     });
     assert_eq!(steering, Some(799), "and the axes are where they are");
 }
 
-fn buttons(told: &[codrive::input::wheel::Told]) -> Vec<(u16, bool)> {
-    let button = |told: &codrive::input::wheel::Told| match told {
-        codrive::input::wheel::Told::Button { code, down, .. } => Some((*code, *down)),
+fn buttons(told: &[codrive::input::wheel::WheelMessage]) -> Vec<(u16, bool)> {
+    let button = |told: &codrive::input::wheel::WheelMessage| match told {
+        codrive::input::wheel::WheelMessage::Button { code, down, .. } => Some((*code, *down)),
         _ => None,
     };
     told.iter().filter_map(button).collect()
@@ -414,10 +414,10 @@ fn unplugged_and_plugged_in_again_and_again() {
         driver.until("the pedal", |c, _| c.throttle > 0.5);
         driver.feel(BEND, Duration::from_millis(20));
         drop(wheel);
-        driver.until("the loss", |_, news| news.iter().any(|n| matches!(n, RigNews::Lost(_))));
+        driver.until("the loss", |_, news| news.iter().any(|n| matches!(n, RigEvent::Disconnected(_))));
         let left = driver.rig.controls();
         assert!(left.throttle == 0.0 && left.brake == 0.0 && left.steering_wheel_rad < -1.0, "{i}: {left:?}");
-        let trouble: Vec<&RigNews> = driver.news.iter().filter(|n| matches!(n, RigNews::Trouble(_))).collect();
+        let trouble: Vec<&RigEvent> = driver.news.iter().filter(|n| matches!(n, RigEvent::Trouble(_))).collect();
         assert!(trouble.is_empty(), "{i}: {trouble:?}");
         driver.news.clear();
     }
@@ -435,7 +435,7 @@ fn two_wheels_are_told() {
     let wheels = [Wheel::plug(), Wheel::named("Another Racing Wheel")];
     let mut driver = Driver::new();
     driver.find();
-    let two = |n: &RigNews| matches!(n, RigNews::Trouble(text) if text.contains("two wheels are plugged in"));
+    let two = |n: &RigEvent| matches!(n, RigEvent::Trouble(text) if text.contains("two wheels are plugged in"));
     assert_eq!(driver.news.iter().filter(|n| two(n)).count(), 1, "{:?}", driver.news);
     drop(wheels);
 }

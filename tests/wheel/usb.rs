@@ -4,7 +4,7 @@
 //! bits wheel, three pedals of a byte, seven bytes out.
 
 use super::kernel::{self, BEND, Driver, Kernel, alone, figure, spread, this_test};
-use codrive::input::{Action, Feel, RigNews, Stamp, Standing, profile::ForceBackend};
+use codrive::input::{Action, AdviceState, ForceInput, RigEvent, Stamp, profile::ForceBackend};
 use std::{
     fs::{self, File, OpenOptions},
     io::{Read, Write},
@@ -202,13 +202,13 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     // The driver has read nothing yet and says 0 of all axes: full left, both pedals floored.
     assert_eq!(driver.rig.controls(), codrive::ego::Controls::default(), "nothing acts before it is known");
     wheel.report(0, 32_767, [255, 255]);
-    driver.feel(Feel::default(), Duration::from_millis(100));
+    driver.feel(ForceInput::default(), Duration::from_millis(100));
     figure("lg4ff as force begins", hex(&wheel.sent()));
     let rest = driver.rig.controls();
     assert!(rest.throttle == 0.0 && rest.brake == 0.0 && rest.steering_wheel_rad.abs() < 1e-3, "{rest:?}");
     wheel.report(0x1, 40_000, [0, 100]);
     driver.until("the pedals", |c, _| c.throttle == 1.0 && c.brake > 0.4 && c.steering_wheel_rad < -1.7);
-    driver.until("the button", |_, news| news.contains(&RigNews::Pressed(Action::Answer)));
+    driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(Action::Answer)));
     wheel.report(0, 32_767, [255, 255]);
 
     // The bend to the left.
@@ -220,7 +220,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     assert_eq!(*forces.last().unwrap(), LEFT_BEND, "{forces:?}");
     driver.feel(BEND, Duration::from_millis(500));
     assert_eq!(hex(&wheel.sent()), "", "unchanged is not sent");
-    let right = Feel { aligning_nm: -4.0, ..BEND };
+    let right = ForceInput { aligning_nm: -4.0, ..BEND };
     driver.feel(right, Duration::from_millis(900));
     let sent = wheel.sent();
     assert_eq!(
@@ -245,13 +245,13 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     wheel.report(0, 32_767, [255, 255]);
     driver.feel(BEND, Duration::from_millis(800));
     wheel.sent();
-    for (standing, lamps) in
-        [(Standing::Below, 0x01), (Standing::Within, 0x07), (Standing::Above, 0x1f), (Standing::None, 0)]
+    for (advice_state, lamps) in
+        [(AdviceState::Below, 0x01), (AdviceState::Within, 0x07), (AdviceState::Above, 0x1f), (AdviceState::None, 0)]
     {
-        assert_eq!(driver.rig.show_standing(standing), None);
+        assert_eq!(driver.rig.show_advice_state(advice_state), None);
         driver.feel(BEND, Duration::from_millis(100));
         let sent = wheel.sent();
-        figure("lg4ff, lamps", format!("{standing:?}: {}", hex(&sent)));
+        figure("lg4ff, lamps", format!("{advice_state:?}: {}", hex(&sent)));
         let shown = sent.iter().rev().find(|(_, bytes)| bytes[..2] == LAMPS).map(|(_, bytes)| bytes[2]);
         assert_eq!(shown, Some(lamps), "{}", hex(&sent));
     }
@@ -266,7 +266,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     driver.feel(BEND, Duration::from_millis(800));
     wheel.sent();
     let paused = Stamp::now();
-    driver.rig.feel(Feel { running: false, ..BEND });
+    driver.rig.feel(ForceInput { running: false, ..BEND });
     let after = paused.until(wheel.sent_until(|bytes| force(bytes) == Some(0x80)).last().unwrap().0);
     figure("no force at the wheel after a pause", format!("{:.1} ms", after.as_secs_f64() * 1e3));
     assert!(after < Duration::from_millis(100), "{after:?}");
@@ -330,11 +330,11 @@ fn through_sdl_a_g29_is_sent_the_same_bytes() {
     profile.force.backend = ForceBackend::Sdl;
     let mut driver = Driver::with(profile);
     driver.find();
-    let trouble = driver.news.iter().find(|news| matches!(news, RigNews::Trouble(_)));
+    let trouble = driver.news.iter().find(|news| matches!(news, RigEvent::Trouble(_)));
     assert_eq!(trouble, None, "the true SDL2 is needed; scripts/setup --test installs it");
     assert!(driver.rig.describe().ends_with("with force"), "{}", driver.rig.describe());
     wheel.report(0, 32_767, [255, 255]);
-    driver.feel(Feel::default(), Duration::from_millis(200));
+    driver.feel(ForceInput::default(), Duration::from_millis(200));
     figure("SDL2 and lg4ff as force begins", hex(&wheel.sent()));
     driver.feel(BEND, Duration::from_millis(900));
     let sent = wheel.sent();
@@ -364,7 +364,7 @@ fn a_usb_wheel_that_was_pulled_out_drives_again_with_force() {
         assert!(wheel.sent().iter().any(|(_, bytes)| bytes[..2] == FORCE));
         driver.news.clear();
         wheel.replug();
-        driver.until("the loss", |_, news| news.iter().any(|n| matches!(n, RigNews::Lost(_))));
+        driver.until("the loss", |_, news| news.iter().any(|n| matches!(n, RigEvent::Disconnected(_))));
         assert_eq!(driver.rig.controls().throttle, 0.0);
     }
 }

@@ -11,7 +11,7 @@ use crate::{
     policy::{self, Policy, PolicySettings},
     sim::{Scenario, StartLayout, fields_of, settings_from_file, settings_with},
     space::CAR_LENGTH_M,
-    train::{TrainConfig, Verdict, judge},
+    train::{EvaluationResult, TrainConfig, evaluate},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -155,7 +155,7 @@ fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> 
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
         if plan.engine == "ring" {
-            let verdicts = judge(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
+            let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
             bar.inc(plan.rings as u64);
             return Ok(verdicts);
         }
@@ -166,7 +166,7 @@ fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> 
         };
         (0..plan.rings).into_par_iter().map(ring).collect::<Result<Vec<_>, _>>()
     };
-    let verdicts: Vec<Vec<Verdict>> = driven.par_iter().map(one).collect::<Result<_, _>>()?;
+    let verdicts: Vec<Vec<EvaluationResult>> = driven.par_iter().map(one).collect::<Result<_, _>>()?;
     bar.finish_and_clear();
     let row = |case: Case| {
         let of = driven.iter().position(|d| *d == plan.driven_as(&case)).unwrap_or_default();
@@ -176,7 +176,7 @@ fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> 
 }
 
 /// One whole drive. SUMO runs once a process, so that its drives are given to workers, which are this program again.
-fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> Result<Verdict, CliError> {
+fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> Result<EvaluationResult, CliError> {
     let scenario = Scenario {
         map: plan.map.clone(),
         traffic: plan.engine.clone(),
@@ -198,7 +198,7 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
         ..Scenario::default()
     };
     if plan.engine == "native" {
-        return Ok(evaluation_drive::judged(&scenario)?);
+        return Ok(evaluation_drive::evaluate(&scenario)?);
     }
     let failed = |e: &dyn std::fmt::Display| CliError::Failed(format!("a drive on SUMO: {e}"));
     let program = std::env::current_exe().map_err(|e| failed(&e))?;
@@ -223,7 +223,7 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
 fn worker() -> Result<(), CliError> {
     let text = file::read_text_from(std::io::stdin(), file::SETTINGS_BYTES)
         .map_err(|e| CliError::Input(format!("the scenario on the standard input: {e}")))?;
-    let verdict = evaluation_drive::judged(&Scenario::from_toml(&text, "worker")?)?;
+    let verdict = evaluation_drive::evaluate(&Scenario::from_toml(&text, "worker")?)?;
     let verdict = serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?;
     out::line(format_args!("{verdict}"))
 }

@@ -9,7 +9,7 @@ use crate::{
     chart,
     driver::NamedDriver,
     private,
-    train::{Estimate, TrainConfig, Verdict, figures, judge, trace},
+    train::{Estimate, EvaluationResult, TrainConfig, evaluate, figures, trace},
 };
 use serde_json::{Value, json};
 use std::{fmt::Write, path::Path};
@@ -19,11 +19,11 @@ pub struct Row {
     /// What was driven.
     pub case: Case,
     /// One a ring.
-    pub verdicts: Vec<Verdict>,
+    pub verdicts: Vec<EvaluationResult>,
 }
 
 /// A number of a ring; `None` where it has none.
-type Measure = fn(&Verdict) -> Option<f64>;
+type Measure = fn(&EvaluationResult) -> Option<f64>;
 
 /// Measures and their names in the files.
 const MEASURES: [(&str, Measure); 11] = [
@@ -328,7 +328,7 @@ fn adherence(plan: &Plan, config: &TrainConfig) -> String {
                 .iter()
                 .filter_map(|x| {
                     let case = Case { driver: who(of(*x)), ..case.clone() };
-                    let verdicts = judge(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
+                    let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
                     Row { case, verdicts }.point(*x)
                 })
                 .collect(),

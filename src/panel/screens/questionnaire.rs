@@ -7,7 +7,7 @@ use super::{
 };
 use crate::study::{
     Form, Input, Texts,
-    form::Stop,
+    questionnaire_form::Stop,
     questions::{Element, ElementKind},
 };
 use egui::{

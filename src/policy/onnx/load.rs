@@ -229,7 +229,7 @@ impl Policy for OnnxPolicy {
         self.action(&outputs, observation.hold_s)
     }
 
-    fn is_silent(&self, observation: &Observation) -> bool {
+    fn abstains(&self, observation: &Observation) -> bool {
         is_too_dense(observation, self.description.least_spacing_m)
     }
 

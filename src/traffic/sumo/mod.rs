@@ -24,11 +24,11 @@ pub use network_check::{COMMAND as CHECK_NETWORK, try_network};
 pub use remote::VERSION;
 
 use super::{
-    CarId, CarState, EGO, EgoReport, Traffic, TrafficError, TrafficSetup, bends::BendSpeeds, ego, motion::SpeedStep,
-    noise::Noise,
+    CarState, EGO, ExternalVehicleState, Traffic, TrafficError, TrafficSetup, VehicleId, bends::BendSpeeds, ego,
+    motion::SpeedStep, noise::Noise,
 };
 use crate::{
-    map::{RoadMap, RoutePoint},
+    map::{RoadMap, RoutePosition},
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
 use glam::{DVec2, dvec2};
@@ -66,7 +66,7 @@ pub struct SumoTraffic {
     v0_mps: f64,
     highest_mps: Vec<f64>,
     /// What the ego does in the step that was begun, and where that is.
-    asked: Option<Option<(EgoReport, RoutePoint)>>,
+    asked: Option<Option<(ExternalVehicleState, RoutePosition)>>,
 }
 
 impl SumoTraffic {
@@ -140,7 +140,7 @@ impl SumoTraffic {
             commands: Vec::with_capacity(3 * n + 2),
             records: vec![Record::default(); n],
             start_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
-            cars: (0..n as u32).map(|id| CarState { id: CarId(id), ..CarState::default() }).collect(),
+            cars: (0..n as u32).map(|id| CarState { id: VehicleId(id), ..CarState::default() }).collect(),
             ego_is_seen: true,
             nowhere: corner - dvec2(1000.0, 1000.0),
             step_s: setup.step_s,
@@ -176,7 +176,7 @@ impl SumoTraffic {
     ///
     /// # Errors
     /// [`TrafficError::NotFinite`].
-    pub fn impose_speed(&mut self, car: CarId, speed_mps: Option<f64>) -> Result<(), TrafficError> {
+    pub fn impose_speed(&mut self, car: VehicleId, speed_mps: Option<f64>) -> Result<(), TrafficError> {
         // Speed mode 0 drops every check; 31 is SUMO's default. A negative speed ends the order.
         let (mode, speed_mps) = speed_mps.map_or((31.0, -1.0), |speed_mps| (0.0, speed_mps));
         if !speed_mps.is_finite() {
@@ -191,7 +191,7 @@ impl SumoTraffic {
     ///
     /// # Errors
     /// If SUMO failed.
-    pub fn drawn_pose(&mut self, car: CarId) -> Result<Pose, TrafficError> {
+    pub fn drawn_pose(&mut self, car: VehicleId) -> Result<Pose, TrafficError> {
         Ok(Pose::from_sumo(self.simulation.pose(car.0)?, CAR_LENGTH_M))
     }
 
@@ -205,7 +205,7 @@ impl SumoTraffic {
     }
 
     /// Tells SUMO where the ego will be and how fast it is.
-    fn command_ego(&mut self, report: &EgoReport) -> RoutePoint {
+    fn command_ego(&mut self, report: &ExternalVehicleState) -> RoutePosition {
         let route = &self.map.route;
         let near = self.ego_is_seen.then_some(self.cars[0].s_m);
         let point = ego::place(route, &report.next_pose, near);
@@ -285,13 +285,13 @@ fn check_network(simulation: &mut Simulation, map: &RoadMap) -> Result<(), Traff
 }
 
 impl Traffic for SumoTraffic {
-    fn step(&mut self, report: Option<&EgoReport>) -> Result<(), TrafficError> {
+    fn step(&mut self, report: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
         self.begin_step(report)?;
         while !self.finish_step(Duration::MAX)? {}
         Ok(())
     }
 
-    fn begin_step(&mut self, report: Option<&EgoReport>) -> Result<(), TrafficError> {
+    fn begin_step(&mut self, report: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
         let mut ego = None;
         match report {
             Some(report) => {

@@ -8,7 +8,7 @@ use crate::{
     file,
     map::{RoadMap, limits::MOST_BYTES},
     space::CAR_LENGTH_M,
-    traffic::{EgoReport, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
+    traffic::{ExternalVehicleState, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
 };
 use sha2::{Digest, Sha256};
 use std::{
@@ -169,7 +169,7 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     let mut traffic = SumoTraffic::start_unchecked(&super::home()?, setup)?;
     for step in 0..STEPS {
         let ego = traffic.cars()[0];
-        let report = (step >= STEPS / 2).then(|| EgoReport {
+        let report = (step >= STEPS / 2).then(|| ExternalVehicleState {
             pose: ego.pose,
             speed_mps: ego.speed_mps,
             next_pose: map.route.pose_of_front(ego.s_m + ego.speed_mps * step_s, CAR_LENGTH_M),

@@ -7,7 +7,7 @@ use fundsp::prelude32::*;
 const RETUNE: u32 = 32;
 
 /// A source of filtered noise.
-pub struct Hiss {
+pub struct FilteredNoise {
     unit: Box<dyn AudioUnit>,
     frequency_hz: f32,
     samples: u32,
@@ -17,7 +17,7 @@ pub struct Hiss {
     gain: f32,
 }
 
-impl Hiss {
+impl FilteredNoise {
     /// Noise below a frequency.
     pub fn below(seed: u64, rate_hz: f32) -> Self {
         // The power of white noise below f is 2 f / rate of all.

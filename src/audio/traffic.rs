@@ -1,7 +1,7 @@
 //! Other cars near by. In: where each is in the own car's axes, and how fast. Out: samples, left and right: level by distance
 //! and speed, side by bearing, duller from behind.
 
-use super::{Near, glide::Glide, hiss::Hiss};
+use super::{NearbyVehicle, filtered_noise::FilteredNoise, smoothing::SmoothedValue};
 
 /// Distance at which a car has its full level, metres; beyond it the level falls with the distance.
 const NEAR_M: f32 = 3.0;
@@ -11,25 +11,25 @@ const WIDTH: f32 = 0.85;
 /// One other car.
 pub struct OtherVoice {
     rate_hz: f32,
-    tyres: Hiss,
+    tyres: FilteredNoise,
     phase: f32,
     /// Firing of its engine at a standstill, Hz: no two cars hum alike.
     idle_hz: f32,
-    hum_hz: Glide,
-    hum: Glide,
-    hiss: Glide,
-    cutoff_hz: Glide,
-    side: Glide,
+    hum_hz: SmoothedValue,
+    hum: SmoothedValue,
+    hiss: SmoothedValue,
+    cutoff_hz: SmoothedValue,
+    side: SmoothedValue,
 }
 
 impl OtherVoice {
     /// Voice number `index`, silent.
     pub fn new(index: usize, rate_hz: f32) -> Self {
-        let glide = |value| Glide::new(value, 0.06, rate_hz);
+        let glide = |value| SmoothedValue::new(value, 0.06, rate_hz);
         let idle_hz = 26.0 + 1.7 * index as f32;
         Self {
             rate_hz,
-            tyres: Hiss::below(31 + index as u64, rate_hz),
+            tyres: FilteredNoise::below(31 + index as u64, rate_hz),
             phase: 0.0,
             idle_hz,
             hum_hz: glide(idle_hz),
@@ -41,7 +41,7 @@ impl OtherVoice {
     }
 
     /// The next sample, left and right; `None` fades out where it is.
-    pub fn next(&mut self, car: Option<&Near>) -> [f32; 2] {
+    pub fn next(&mut self, car: Option<&NearbyVehicle>) -> [f32; 2] {
         let (mut hum, mut hiss) = (0.0, 0.0);
         if let Some(car) = car {
             let distance_m = car.ahead_m.hypot(car.left_m);

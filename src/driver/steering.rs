@@ -17,7 +17,7 @@ const TRIM: f64 = 0.004;
 const TRIM_MAX: f64 = 0.004;
 
 #[derive(Clone, Debug)]
-pub(super) struct Hands {
+pub(super) struct SteeringModel {
     wheelbase_m: f64,
     /// Understeer, rad per m/s2 of lateral acceleration: a driver knows his car.
     understeer: f64,
@@ -31,7 +31,7 @@ pub(super) fn preview_m(params: &DriverParams, speed_mps: f64) -> f64 {
     (speed_mps.abs() * params.preview_s).clamp(NEAREST_M, FARTHEST_M)
 }
 
-impl Hands {
+impl SteeringModel {
     pub fn new(car: &CarParams) -> Self {
         let understeer = (1.0 / car.tyres.front_cornering - 1.0 / car.tyres.rear_cornering) / 9.81;
         Self { wheelbase_m: car.body.wheelbase_m, understeer, wheel_rad: None, trim: 0.0 }

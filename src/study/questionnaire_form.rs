@@ -8,7 +8,7 @@
 use super::{
     Questionnaire,
     questions::{Answers, Choice, Element, ElementKind, Page},
-    session::Answered,
+    session::TimedAnswer,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -150,9 +150,9 @@ impl Form {
 
     /// Goes on with a questionnaire of which this was answered before it was cut: at the first page on which something was
     /// not. Times of what is answered now count from `now_s`.
-    pub fn resume(questionnaire: &Questionnaire, answered: &[Answered], now_s: f64) -> Self {
+    pub fn resume(questionnaire: &Questionnaire, answered: &[TimedAnswer], now_s: f64) -> Self {
         let mut form = Self::new(questionnaire, now_s);
-        for Answered { question, answer, time_s } in answered {
+        for TimedAnswer { question, answer, time_s } in answered {
             form.answers.insert(question.clone(), answer.clone());
             form.times_s.insert(question.clone(), *time_s);
         }
@@ -241,7 +241,7 @@ impl Form {
     }
 
     /// What was answered, of the pages and questions that are to be seen with these answers, in their order.
-    pub fn answered(&self) -> Vec<Answered> {
+    pub fn answered(&self) -> Vec<TimedAnswer> {
         let names = self
             .questionnaire
             .visible_pages(&self.answers)
@@ -251,7 +251,7 @@ impl Form {
             .filter_map(|question| {
                 let answer = self.answers.get(&question)?.clone();
                 let time_s = self.times_s.get(&question).copied().unwrap_or(0.0);
-                Some(Answered { question, answer, time_s })
+                Some(TimedAnswer { question, answer, time_s })
             })
             .collect()
     }
@@ -401,5 +401,5 @@ impl Form {
 }
 
 #[cfg(test)]
-#[path = "form_tests.rs"]
+#[path = "questionnaire_form_tests.rs"]
 mod tests;

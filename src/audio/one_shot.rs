@@ -1,14 +1,14 @@
 //! Sounds that begin and end: horn, contact, tone. In: whether the horn is held, how hard a contact was, that a tone is due.
 //! Out: samples. Each has an envelope of its own without corners.
 
-use super::glide::Glide;
+use super::smoothing::SmoothedValue;
 use std::f32::consts::{PI, TAU};
 
 /// The horn: two notes, a major third apart, with few partials.
 pub struct Horn {
     rate_hz: f32,
     phases: [f32; 2],
-    level: Glide,
+    level: SmoothedValue,
 }
 
 impl Horn {
@@ -18,7 +18,7 @@ impl Horn {
 
     /// A silent one.
     pub fn new(rate_hz: f32) -> Self {
-        Self { rate_hz, phases: [0.0; 2], level: Glide::new(0.0, 0.012, rate_hz) }
+        Self { rate_hz, phases: [0.0; 2], level: SmoothedValue::new(0.0, 0.012, rate_hz) }
     }
 
     /// The next sample; `held` is whether a hand is on it.
@@ -42,23 +42,23 @@ impl Horn {
 }
 
 /// A contact: a dull thump that falls in pitch.
-pub struct Thump {
+pub struct ContactSound {
     rate_hz: f32,
     phase: f32,
     /// What is left of the blow, 1 for a hard one, and how it comes to the ear.
     blow: f32,
-    heard: Glide,
+    heard: SmoothedValue,
     fall: f32,
 }
 
-impl Thump {
+impl ContactSound {
     /// Closing speed of a blow at full level, m/s.
     const HARD_MPS: f32 = 5.0;
     const LEVEL: f32 = 0.6;
 
     /// Nothing yet.
     pub fn new(rate_hz: f32) -> Self {
-        let (phase, blow, heard) = (0.0, 0.0, Glide::new(0.0, 0.002, rate_hz));
+        let (phase, blow, heard) = (0.0, 0.0, SmoothedValue::new(0.0, 0.002, rate_hz));
         Self { rate_hz, phase, blow, heard, fall: (-1.0 / (0.07 * rate_hz)).exp() }
     }
 

@@ -100,7 +100,7 @@ impl Field {
 }
 
 /// All settings of a scenario, in the order of the struct.
-pub fn fields() -> Vec<Field> {
+pub fn settings() -> Vec<Field> {
     fields_of::<Scenario>()
 }
 
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn every_setting_has_a_doc_a_valid_default_and_limits() {
-        for field in fields() {
+        for field in settings() {
             assert!(!field.doc.is_empty(), "{} has no doc comment", field.path);
             assert_eq!(field.fault(&field.default), None);
             if let Kind::Number { min, max } = field.kind {
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn flags_of_the_contract_exist() {
-        let flags: Vec<String> = fields().iter().map(Field::flag).collect();
+        let flags: Vec<String> = settings().iter().map(Field::flag).collect();
         for flag in ["map", "vehicles", "policy", "hold", "range", "units", "traffic", "seed", "duration", "idm.T"] {
             assert!(flags.iter().any(|f| f == flag), "no --{flag} among {flags:?}");
         }
@@ -184,13 +184,13 @@ mod tests {
 
     #[test]
     fn the_order_is_that_of_the_struct() {
-        let paths: Vec<String> = fields().into_iter().map(|f| f.path).collect();
+        let paths: Vec<String> = settings().into_iter().map(|f| f.path).collect();
         assert_eq!(paths[..3], ["map", "vehicles", "traffic"]);
     }
 
     #[test]
     fn nan_and_out_of_range_are_faults() {
-        let list = fields();
+        let list = settings();
         let hold = list.iter().find(|f| f.path == "hold_s").unwrap();
         for bad in [Value::from(0.0), Value::from(-1.0), Value::from(f64::NAN), Value::from("1"), Value::Null] {
             assert!(hold.fault(&bad).is_some(), "{bad}");

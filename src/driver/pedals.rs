@@ -29,7 +29,7 @@ enum Foot {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Feet {
+pub(super) struct PedalModel {
     foot: Foot,
     throttle: f64,
     brake: f64,
@@ -46,7 +46,7 @@ pub(super) struct Feet {
     creep: bool,
 }
 
-impl Feet {
+impl PedalModel {
     pub fn new(car: &CarParams) -> Self {
         let torque_nm = car.engine.torque_curve.iter().map(|point| point.1).fold(0.0, f64::max);
         let first = car.gearbox.ratios[0] * car.gearbox.final_drive;

@@ -5,7 +5,7 @@
 
 use super::{
     clock::Stamp,
-    force::{Feel, ForceModel},
+    force::{ForceInput, ForceModel},
     profile::Profile,
 };
 use crate::ego::{STEERING_LOCK_RAD, STEERING_RATIO};
@@ -56,7 +56,7 @@ impl Angle {
 /// What the loop last said, and when.
 #[derive(Debug, Default)]
 struct Said {
-    feel: Mutex<(Feel, Stamp)>,
+    feel: Mutex<(ForceInput, Stamp)>,
     torque: Angle,
     stop: AtomicBool,
 }
@@ -90,7 +90,7 @@ impl ForceLoop {
     ///
     /// # Errors
     /// The device is gone or refuses.
-    pub fn turn(&mut self, now: Stamp, wheel_rad: f64, feel: &Feel, said: Stamp) -> io::Result<f64> {
+    pub fn turn(&mut self, now: Stamp, wheel_rad: f64, feel: &ForceInput, said: Stamp) -> io::Result<f64> {
         self.device.turned();
         let dt_s = self.last.map_or(PERIOD, |last| last.until(now)).as_secs_f64().clamp(1e-4, 0.05);
         self.last = Some(now);
@@ -141,7 +141,7 @@ impl ForceThread {
     }
 
     /// What the car feels now.
-    pub fn tell(&self, feel: Feel) {
+    pub fn tell(&self, feel: ForceInput) {
         *self.said.feel.lock().unwrap_or_else(PoisonError::into_inner) = (feel, Stamp::now());
     }
 

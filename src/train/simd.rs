@@ -1,4 +1,4 @@
-//! Arithmetic on many rings at once. In: a seed per ring. Out: [`Lane`] arrays of uniform and normal numbers.
+//! Arithmetic on many rings at once. In: a seed per ring. Out: [`SimdLanes`] arrays of uniform and normal numbers.
 //!
 //! A lane is one ring. All arithmetic is on arrays of [`LANES`] `f32`, written as plain loops that the compiler turns
 //! into vector instructions. `f32` because a vector register then holds twice as many rings, and its rounding (1e-7 of
@@ -11,16 +11,16 @@ use serde::{Deserialize, Serialize};
 pub const LANES: usize = 16;
 
 /// One number for each ring of a block.
-pub type Lane = [f32; LANES];
+pub type SimdLanes = [f32; LANES];
 
 /// A lane of equal numbers.
-pub fn splat(x: f32) -> Lane {
+pub fn splat(x: f32) -> SimdLanes {
     [x; LANES]
 }
 
 /// A lane computed ring by ring.
 #[inline(always)]
-pub fn lane(mut f: impl FnMut(usize) -> f32) -> Lane {
+pub fn lane(mut f: impl FnMut(usize) -> f32) -> SimdLanes {
     let mut out = [0.0; LANES];
     for (l, x) in out.iter_mut().enumerate() {
         *x = f(l);
@@ -83,14 +83,14 @@ impl LaneRng {
 
     /// Numbers in `[0, 1)`.
     #[inline(always)]
-    pub fn uniform(&mut self) -> Lane {
+    pub fn uniform(&mut self) -> SimdLanes {
         let bits = self.next();
         lane(|l| (bits[l] >> 8) as f32 * (1.0 / 16_777_216.0))
     }
 
     /// Two independent lanes of normal numbers, mean 0 and standard deviation 1 (Box and Muller 1958).
     #[inline(always)]
-    pub fn normal_pair(&mut self) -> (Lane, Lane) {
+    pub fn normal_pair(&mut self) -> (SimdLanes, SimdLanes) {
         let (a, b) = (self.next(), self.next());
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
         for l in 0..LANES {

@@ -1,5 +1,5 @@
 //! One drive on a ring in numbers. In: speeds of all cars at each step, the ego first, its gaps and the advice. Out: a
-//! [`Verdict`]. The same code for the fast ring and for whole drives. SI units.
+//! [`EvaluationResult`]. The same code for the fast ring and for whole drives. SI units.
 
 use super::fuel;
 use crate::policy::Advice;
@@ -10,7 +10,7 @@ const CALM_SD_MPS: f64 = 0.5;
 
 /// One ring, driven to the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct EvaluationResult {
     /// Mean speed of all cars over the horizon, m/s; cars stand from a crash on.
     pub mean_mps: f64,
     /// The same over the last quarter of the horizon, when all has settled, m/s.
@@ -150,9 +150,9 @@ impl FlowTotals {
     }
 }
 
-/// Collects what a [`Verdict`] tells.
+/// Collects what a [`EvaluationResult`] tells.
 #[derive(Clone, Debug)]
-pub struct Tally {
+pub struct EpisodeMetrics {
     flow: FlowTotals,
     circumference_m: f64,
     /// Mean over the cars at each step, m/s.
@@ -164,7 +164,7 @@ pub struct Tally {
     in_range: u64,
 }
 
-impl Tally {
+impl EpisodeMetrics {
     /// Nothing yet, on a ring of this length with steps of `step_s`.
     pub fn new(step_s: f64, circumference_m: f64) -> Self {
         Self {
@@ -206,12 +206,12 @@ impl Tally {
     }
 
     /// What it comes to.
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> EvaluationResult {
         let flow = &self.flow;
         let crashed = self.crashed_at.is_some();
         let settled = &self.means_mps[self.means_mps.len() * 3 / 4..];
         let mean_mps = flow.mean_mps();
-        Verdict {
+        EvaluationResult {
             mean_mps,
             settled_mps: settled.iter().copied().map(f64::from).sum::<f64>() / settled.len().max(1) as f64,
             sd_over_cars_mps: flow.sd_over_cars_mps(),
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn two_cars_at_2_and_4_mps_are_told_as_such() {
-        let mut tally = Tally::new(0.1, 100.0);
+        let mut tally = EpisodeMetrics::new(0.1, 100.0);
         (0..50).for_each(|_| tally.add([2.0, 4.0].into_iter(), 7.0, None));
         let v = tally.verdict();
         assert!((v.mean_mps - 3.0).abs() < 1e-9 && (v.sd_over_cars_mps - 1.0).abs() < 1e-9);
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn cars_that_touch_side_by_side_have_crashed_whatever_the_gap() {
-        let mut tally = Tally::new(0.1, 100.0);
+        let mut tally = EpisodeMetrics::new(0.1, 100.0);
         (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), 5.0, None));
         assert_eq!(tally.verdict().crash_s, None);
         tally.crash();
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn a_crash_stops_the_count_but_not_the_clock() {
-        let mut tally = Tally::new(0.1, 100.0);
+        let mut tally = EpisodeMetrics::new(0.1, 100.0);
         (0..50).for_each(|i| tally.add([4.0, 4.0].into_iter(), if i < 25 { 5.0 } else { -0.1 }, None));
         let v = tally.verdict();
         assert!(v.crashed && v.calm_s.is_none());

@@ -1,12 +1,12 @@
-//! How good a policy is. In: a configuration's rings and a policy for each. Out: a [`Verdict`] on each: the whole
+//! How good a policy is. In: a configuration's rings and a policy for each. Out: a [`EvaluationResult`] on each: the whole
 //! horizon, transients included; or a [`Trace`] of one. The policy acts through the drive's own [`Advisor`], so that hold
 //! and observation are those of a drive.
 
 use super::{
     config::TrainConfig,
-    environment::EnvBlock,
-    lanes::LANES,
-    tally::{Tally, Verdict},
+    environment::VecEnv,
+    episode_metrics::{EpisodeMetrics, EvaluationResult},
+    simd::LANES,
 };
 use crate::{
     policy::{Action, Advisor, Policy},
@@ -16,7 +16,7 @@ use crate::{
 use rayon::prelude::*;
 
 /// Mean over rings and its 95 % interval (1.96 standard errors), m/s.
-pub fn mean_and_interval(verdicts: &[Verdict]) -> (f64, f64) {
+pub fn mean_and_interval(verdicts: &[EvaluationResult]) -> (f64, f64) {
     let n = verdicts.len() as f64;
     let mean = verdicts.iter().map(|v| v.mean_mps).sum::<f64>() / n;
     let square = verdicts.iter().map(|v| (v.mean_mps - mean).powi(2)).sum::<f64>();
@@ -25,29 +25,29 @@ pub fn mean_and_interval(verdicts: &[Verdict]) -> (f64, f64) {
 
 /// Drives `rings` rings drawn from `config` by the random numbers named `stream`, each with a policy of its own from
 /// `make` (`None`: the ego's model drives).
-pub fn judge(
+pub fn evaluate(
     config: &TrainConfig,
     stream: &str,
     rings: usize,
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
-) -> Vec<Verdict> {
+) -> Vec<EvaluationResult> {
     let blocks = rings.div_ceil(LANES);
-    let one = |index| judge_block(config, stream, index, config.hold_steps_of(index, blocks), &make);
-    let verdicts: Vec<Vec<Verdict>> = (0..blocks).into_par_iter().map(one).collect();
+    let one = |index| evaluate_block(config, stream, index, config.hold_steps_of(index, blocks), &make);
+    let verdicts: Vec<Vec<EvaluationResult>> = (0..blocks).into_par_iter().map(one).collect();
     verdicts.into_iter().flatten().take(rings).collect()
 }
 
-fn judge_block(
+fn evaluate_block(
     config: &TrainConfig,
     stream: &str,
     index: usize,
     hold_steps: u32,
     make: &(impl Fn() -> Option<Box<dyn Policy>> + Sync),
-) -> Vec<Verdict> {
-    let mut block = EnvBlock::new(config, stream, index, hold_steps);
+) -> Vec<EvaluationResult> {
+    let mut block = VecEnv::new(config, stream, index, hold_steps);
     let mut drivers = Advisors::new(config, hold_steps, make);
-    let tally = |l| Tally::new(config.step_s, block.observe(l).circumference_m);
-    let mut tallies: Vec<Tally> = (0..LANES).map(tally).collect();
+    let tally = |l| EpisodeMetrics::new(config.step_s, block.observe(l).circumference_m);
+    let mut tallies: Vec<EpisodeMetrics> = (0..LANES).map(tally).collect();
     for step in 0..steps(config, config.horizon_s) {
         drivers.advise(&mut block, step);
         block.step();
@@ -57,7 +57,7 @@ fn judge_block(
             tally.add(ring.speeds_mps(l), gap_m, drivers.of[l].standing().as_ref());
         }
     }
-    tallies.iter().map(Tally::verdict).collect()
+    tallies.iter().map(EpisodeMetrics::verdict).collect()
 }
 
 fn steps(config: &TrainConfig, time_s: f64) -> u64 {
@@ -81,7 +81,7 @@ impl Advisors {
         }
     }
 
-    fn advise(&mut self, block: &mut EnvBlock, step: u64) {
+    fn advise(&mut self, block: &mut VecEnv, step: u64) {
         for (l, advisor) in self.of.iter_mut().enumerate() {
             let seen = block.observe(l);
             if let Some(advice) = advisor.step(Tick(step * self.ticks), &seen, self.limit_mps) {
@@ -122,7 +122,7 @@ impl Trace {
     }
 }
 
-/// Ring 0 of [`judge`]'s for the same arguments, from `before_s` before the first advice to `after_s` after it.
+/// Ring 0 of [`evaluate`]'s for the same arguments, from `before_s` before the first advice to `after_s` after it.
 pub fn trace(
     config: &TrainConfig,
     stream: &str,
@@ -131,7 +131,7 @@ pub fn trace(
 ) -> Trace {
     let warm_up_s = (config.warm_up_s - before_s).max(0.0);
     let hold_steps = config.hold_steps();
-    let mut block = EnvBlock::new(&TrainConfig { warm_up_s, ..config.clone() }, stream, 0, hold_steps);
+    let mut block = VecEnv::new(&TrainConfig { warm_up_s, ..config.clone() }, stream, 0, hold_steps);
     let mut drivers = Advisors::new(config, hold_steps, &make);
     let mut trace = Trace {
         circumference_m: block.observe(0).circumference_m,

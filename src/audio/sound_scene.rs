@@ -1,9 +1,9 @@
-//! What there is to be heard at a tick, as plain numbers. In: the world after a tick. Out: a [`Hear`].
+//! What there is to be heard at a tick, as plain numbers. In: the world after a tick. Out: a [`SoundScene`].
 
 use crate::{
     ego::{Controls, Surface},
     sim::{Event, EventKind, Snapshot},
-    traffic::CarId,
+    traffic::VehicleId,
 };
 
 /// Places for other cars that are heard.
@@ -19,7 +19,7 @@ const SAME_ADVICE_MPS: f64 = 0.11;
 
 /// Another car, in the own car's axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Near {
+pub struct NearbyVehicle {
     /// How far ahead, metres; behind is negative.
     pub ahead_m: f32,
     /// How far to the left, metres.
@@ -30,7 +30,7 @@ pub struct Near {
 
 /// All that is heard.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Hear {
+pub struct SoundScene {
     /// True while time runs.
     pub running: bool,
     /// Own speed, m/s, negative in reverse.
@@ -44,7 +44,7 @@ pub struct Hear {
     /// A hand is on the horn.
     pub horn: bool,
     /// Cars near by; each keeps its place for as long as it is heard.
-    pub near: [Option<Near>; NEAR],
+    pub near: [Option<NearbyVehicle>; NEAR],
     /// How many contacts there have been, and closing speed of the last, m/s.
     pub contacts: u32,
     /// See `contacts`.
@@ -53,10 +53,10 @@ pub struct Hear {
     pub advices: u32,
 }
 
-/// Numbers in a [`Hear`] written as words for the hand-over to another thread.
+/// Numbers in a [`SoundScene`] written as words for the hand-over to another thread.
 pub(super) const WORDS: usize = 9 + 3 * NEAR;
 
-impl Hear {
+impl SoundScene {
     /// As numbers in a row; a place without a car has no number.
     pub(super) fn to_words(self) -> [f32; WORDS] {
         let flag = |on: bool| f32::from(u8::from(on));
@@ -85,7 +85,7 @@ impl Hear {
         let near = |at: usize| {
             let car = &words[9 + 3 * at..12 + 3 * at];
             let there = car.iter().all(|number| number.is_finite());
-            there.then(|| Near { ahead_m: car[0], left_m: car[1], speed_mps: car[2] })
+            there.then(|| NearbyVehicle { ahead_m: car[0], left_m: car[1], speed_mps: car[2] })
         };
         Self {
             running: words[0] > 0.5,
@@ -105,9 +105,9 @@ impl Hear {
 /// Ears: follows a drive tick by tick.
 #[derive(Clone, Debug)]
 pub struct Listener {
-    hear: Hear,
+    hear: SoundScene,
     /// Whose places these are, and of an empty one for how many ticks it must stay so.
-    places: [Result<CarId, u32>; NEAR],
+    places: [Result<VehicleId, u32>; NEAR],
     advised_mps: Option<f64>,
     /// True if a changed advice has a tone.
     tone: bool,
@@ -116,7 +116,7 @@ pub struct Listener {
 impl Listener {
     /// At the start of a drive; `tone` as the scenario has it.
     pub fn new(tone: bool) -> Self {
-        Self { hear: Hear::default(), places: [Err(0); NEAR], advised_mps: None, tone }
+        Self { hear: SoundScene::default(), places: [Err(0); NEAR], advised_mps: None, tone }
     }
 
     /// After a tick that was driven with these controls.
@@ -152,12 +152,12 @@ impl Listener {
     /// The nearest cars. One that was heard before keeps its place, so that no car jumps from ear to ear.
     fn hear_cars(&mut self, snapshot: &Snapshot) {
         let pose = snapshot.ego.pose();
-        let mut near: Vec<(f64, CarId, Near)> = snapshot
+        let mut near: Vec<(f64, VehicleId, NearbyVehicle)> = snapshot
             .cars
             .iter()
             .filter_map(|car| {
                 let way = car.pose.position - pose.position;
-                let place = Near {
+                let place = NearbyVehicle {
                     ahead_m: way.dot(pose.forward()) as f32,
                     left_m: way.dot(pose.left()) as f32,
                     speed_mps: car.speed_mps as f32,
@@ -188,7 +188,7 @@ impl Listener {
     }
 
     /// What is to be heard now; `running` while time goes on, `horn` while a hand is on it.
-    pub fn hear(&self, running: bool, horn: bool) -> Hear {
-        Hear { running, horn, ..self.hear }
+    pub fn hear(&self, running: bool, horn: bool) -> SoundScene {
+        SoundScene { running, horn, ..self.hear }
     }
 }

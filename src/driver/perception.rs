@@ -39,14 +39,14 @@ impl<T: Copy> Delay<T> {
 
 /// What the eyes deliver, late.
 #[derive(Clone, Debug)]
-pub(super) struct Senses {
+pub(super) struct DelayedPerception {
     advice: Delay<Option<f64>>,
     /// The leader, and the own way driven until then in metres.
     leader: Delay<(Option<SeenLeader>, f64)>,
     way_m: f64,
 }
 
-impl Senses {
+impl DelayedPerception {
     pub fn new(advice_s: f64, leader_s: f64) -> Self {
         Self { advice: Delay::new(advice_s), leader: Delay::new(leader_s), way_m: 0.0 }
     }
@@ -84,7 +84,7 @@ impl Senses {
 /// An Ornstein-Uhlenbeck process, smoothed over a fifth of its time: a wander with a standard deviation and a time
 /// constant. Unsmoothed it would ask for jumps of acceleration, and the foot would dance from pedal to pedal.
 #[derive(Clone, Debug)]
-pub(super) struct Wander {
+pub(super) struct OrnsteinUhlenbeck {
     raw: f64,
     smooth: f64,
     deviation: f64,
@@ -95,7 +95,7 @@ pub(super) struct Wander {
 /// Smoothing as a share of the time constant; the deviation is raised to make up for it.
 const SMOOTH: f64 = 0.2;
 
-impl Wander {
+impl OrnsteinUhlenbeck {
     pub fn new(deviation: f64, time_s: f64, mut stream: Stream) -> Self {
         let raw = stream.normal();
         Self { raw, smooth: raw / (1.0 + SMOOTH), deviation, time_s, stream }
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_wander_has_its_deviation_and_its_time() {
-        let mut wander = Wander::new(0.3, 5.0, rng::stream(1, "wander"));
+        let mut wander = OrnsteinUhlenbeck::new(0.3, 5.0, rng::stream(1, "wander"));
         let values: Vec<f64> = (0..2_000_000).map(|_| wander.next()).collect();
         let moment = |lag: usize| {
             let pairs = values.iter().zip(&values[lag..]);
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn a_steadily_braking_leader_is_anticipated_exactly() {
-        let mut senses = Senses::new(1.0, 1.0);
+        let mut senses = DelayedPerception::new(1.0, 1.0);
         let mut seen = None;
         for i in 0..300 {
             let t = f64::from(i) * TICK_S;

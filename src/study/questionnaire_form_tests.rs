@@ -168,7 +168,7 @@ fn who_was_cut_off_goes_on_at_the_first_question_without_an_answer() {
 #[test]
 fn who_had_answered_all_stands_at_the_button_of_the_last_page() {
     let questionnaire = Questionnaire::parse(EVERY_KIND, "every.json").unwrap();
-    let answer = |question: &str, answer: Value| Answered { question: question.into(), answer, time_s: 1.0 };
+    let answer = |question: &str, answer: Value| TimedAnswer { question: question.into(), answer, time_s: 1.0 };
     // Without a licence there is no second page.
     let all = [
         answer("licence", json!(false)),

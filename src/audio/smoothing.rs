@@ -2,12 +2,12 @@
 
 /// A first-order glide.
 #[derive(Clone, Copy, Debug)]
-pub struct Glide {
+pub struct SmoothedValue {
     value: f32,
     share: f32,
 }
 
-impl Glide {
+impl SmoothedValue {
     /// Starts at `value` and comes within 37 % of a new goal in `time_s`.
     pub fn new(value: f32, time_s: f32, rate_hz: f32) -> Self {
         Self { value, share: 1.0 - (-1.0 / (time_s * rate_hz)).exp() }
