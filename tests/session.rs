@@ -179,7 +179,31 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     let html = fs::read_to_string(report.join("report.html")).unwrap();
     // Nothing is fetched: the only addresses are the names of SVG's format.
     assert_eq!(html.matches("http").count(), html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());
-    assert!(!html.contains("<script") && !html.contains("NaN") && html.contains("narrow (n = 6)"));
+    assert!(!html.contains("<script") && !html.contains("NaN") && html.contains("narrow (N = 6)"));
+    // Every picture is a figure with a number and a caption; names of columns stand in the data dictionary alone.
+    let captions = html.matches("<figcaption><b>Figure ").count();
+    assert!(captions == html.matches("<svg ").count() && captions == figures("svg").len(), "{captions}");
+    let (page, dictionary) = html.split_once("<section id=\"data-dictionary\">").unwrap();
+    let defined: Value = serde_json::from_slice(&fs::read(report.join("columns.json")).unwrap()).unwrap();
+    for file in ["trials.csv", "advice.csv", "speed.csv", "conditions.csv"] {
+        let head = fs::read_to_string(report.join(file)).unwrap().lines().next().unwrap().to_owned();
+        for column in head.split(',') {
+            assert!(dictionary.contains(&format!("<code>{column}</code>")), "{file}: {column}");
+            assert!(!defined[file]["Columns"][column]["LongName"].as_str().unwrap().is_empty(), "{file}: {column}");
+            assert!(!column.contains('_') || !page.contains(column), "{file}: {column}");
+        }
+    }
+    // The methods beside the page are those in it, and say what was in the manifests.
+    let methods = fs::read_to_string(report.join("methods.txt")).unwrap();
+    for part in [
+        "24 drives of 6 simulated participants were analysed.",
+        "There were 3 conditions (narrow: half width of the advised range 0.5 mph; middle:",
+        "They came in 6 different orders.",
+        "no person took part",
+        "an advice was held for 2 s",
+    ] {
+        assert!(methods.contains(part) && page.contains(part), "{part}\n{methods}");
+    }
     let (code, text) = codrive(&["analyse", out.join("sub-R02").to_str().unwrap()]);
     assert!(code == 0 && text.contains("4 drives"), "{text}");
 

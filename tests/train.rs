@@ -102,10 +102,10 @@ fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites
     for name in ["speed-against-hold.svg", "adherence.svg", "space-time-two-phase-hold-5-s-driver-perfect.svg"] {
         let picture = fs::read_to_string(Path::new(&out).join(name)).unwrap();
         assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n") && !picture.contains("NaN"), "{name}");
-        // The same as PNG, twice as large.
-        let size = image::image_dimensions(Path::new(&out).join(name).with_extension("png")).unwrap();
-        let width = picture.split("width=\"").nth(1).and_then(|rest| rest.split('"').next()?.parse::<u32>().ok());
-        assert_eq!(Some(size.0), width.map(|width| 2 * width), "{name}");
+        // As wide as a journal's page, and the same as PNG at 300 dots an inch.
+        assert!(picture.contains(" width=\"183mm\" "), "{name}");
+        let (wide, _) = image::image_dimensions(Path::new(&out).join(name).with_extension("png")).unwrap();
+        assert_eq!(f64::from(wide), (183.0_f64 / 25.4 * 300.0).ceil(), "{name}");
     }
     assert!(refused(&arguments).contains("holds an evaluation already (rings.csv)"));
     let said = refused(&["evaluate", "--driver", "folow"]);

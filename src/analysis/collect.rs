@@ -1,7 +1,7 @@
 //! Which recordings a folder holds. In: a recording, a participant's folder or a whole data set. Out: what to analyse, with
 //! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
-use super::{AnalysisError, Measures, People, Trial, response::Response, totals::DriveTotals};
+use super::{AnalysisError, Measures, People, Setup, Trial, response::Response, totals::DriveTotals};
 use crate::file::{SETTINGS_BYTES, read_text};
 use rayon::prelude::*;
 use std::{
@@ -184,6 +184,8 @@ pub struct Analysed {
     pub duration_s: f64,
     /// How it ended.
     pub ended: String,
+    /// How it was made.
+    pub setup: Setup,
 }
 
 impl Analysed {
@@ -209,6 +211,7 @@ pub fn analyse(found: &[Found], done: &(impl Fn() + Sync)) -> Result<Vec<Analyse
             baseline_per_second_mps: baseline.map(|b| b.per_second_mps).unwrap_or_default(),
             duration_s: totals.duration_s,
             ended: trial.ended,
+            setup: trial.setup,
             found: found.clone(),
         };
         done();

@@ -3,14 +3,13 @@
 
 use super::{
     Analysed, MEASURES, Trial,
-    tables::{conditions, values},
+    tables::{conditions, per_participant},
     traces::DriveTraces,
 };
 use crate::{
-    chart::{Axis, COLOURS, Chart, Line, Style, picture},
+    chart::{Axis, COLOURS, Chart, Line, Picture, Shape, Style, Width, lines_needed, picture},
     train::{Estimate, figures},
 };
-use std::fmt::Write;
 
 /// What the time of a drive counts from.
 const TIME: &str = "time since the start of the drive, s";
@@ -18,6 +17,8 @@ const TIME: &str = "time since the start of the drive, s";
 const TOP_MPS: f64 = 1e3;
 /// Seconds that are averaged for lines over time, at the least.
 const SMOOTH_S: usize = 5;
+/// Dashes of the lines after the last colour, of those after the last colour again, ...
+const DASHES: [&str; 4] = ["", "7 3", "2 3", "9 3 2 3"];
 /// Points of a line over time, at the most: two for each unit of its width. They stand 5 s apart up to two hours.
 const MOST_POINTS: usize = 1440;
 
@@ -66,11 +67,11 @@ pub fn gain(title: &str, drive: &Analysed) -> String {
     let mut lines = vec![line("with advice", Style::solid(COLOURS[0]), &drive.per_second_mps)];
     if !drive.baseline_per_second_mps.is_empty() {
         let style = Style { dash: "5 3", ..Style::solid("#777777") };
-        lines.push(line("without", style, &drive.baseline_per_second_mps));
+        lines.push(line("without advice", style, &drive.baseline_per_second_mps));
     }
-    let chart =
-        Chart { lines: lines.clone(), ..Chart::new(title, time_axis(&lines), speed_axis(&lines), [700.0, 180.0]) };
-    picture(&[chart], "")
+    let seconds = drive.per_second_mps.len().max(drive.baseline_per_second_mps.len());
+    let chart = Chart::new(title, time_axis(seconds), speed_axis(&lines), 180.0);
+    picture(&[Chart { lines, ..chart }], "")
 }
 
 /// Means of so many seconds, at their middle.
@@ -87,16 +88,15 @@ fn smooth_s(seconds: impl IntoIterator<Item = usize>) -> usize {
     longest.div_ceil(MOST_POINTS).max(SMOOTH_S)
 }
 
-fn time_axis(lines: &[Line]) -> Axis {
-    let last = lines.iter().filter_map(|line| line.points.last()).map(|p| p[0]).fold(1.0, f64::max);
-    Axis::even(TIME, [0.0, last + SMOOTH_S as f64 / 2.0])
+fn time_axis(seconds: usize) -> Axis {
+    Axis::even(TIME, [0.0, seconds.max(1) as f64])
 }
 
 fn speed_axis(lines: &[Line]) -> Axis {
     let points = lines.iter().flat_map(|l| l.points.iter().map(|p| p[1]).chain(l.band.iter().flatten().copied()));
     let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
     let room = 0.06 * (high - low).max(0.1);
-    Axis::even("mean speed of all cars, m/s", [(low - room).max(0.0), high + room])
+    Axis::even("mean speed of all vehicles, m/s", [(low - room).max(0.0), high + room])
 }
 
 /// Mean speed of all cars over time by condition: mean over participants and its 95 % interval; without advice dashed.
@@ -119,6 +119,7 @@ pub fn over_time(drives: &[Analysed]) -> Option<String> {
         }
     };
     let lengths = drives.iter().flat_map(|drive| [drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
+    let seconds = lengths.clone().max().unwrap_or_default();
     let smooth_s = smooth_s(lengths);
     let without: Vec<Vec<[f64; 2]>> = conditions
         .iter()
@@ -132,87 +133,70 @@ pub fn over_time(drives: &[Analysed]) -> Option<String> {
     }
     for (i, (name, of)) in conditions.iter().enumerate() {
         let of: Vec<Vec<[f64; 2]>> = of.iter().map(|drive| smooth(&drive.per_second_mps, smooth_s)).collect();
-        lines.push(line(name.clone(), Style::solid(COLOURS[i % COLOURS.len()]), &of));
+        lines.push(line(
+            name.clone(),
+            Style { dash: DASHES[i / COLOURS.len() % DASHES.len()], ..Style::solid(COLOURS[i % COLOURS.len()]) },
+            &of,
+        ));
     }
     if lines.iter().all(|line| line.points.is_empty()) {
         return None;
     }
-    let chart = Chart::new("", time_axis(&lines), speed_axis(&lines), [700.0, 260.0]);
-    Some(picture(&[Chart { lines, ..chart }], "mean over participants; bands: its 95 % interval by bootstrap"))
+    let chart = Chart::new("", time_axis(seconds), speed_axis(&lines), 250.0);
+    Some(picture(&[Chart { lines, ..chart }], ""))
 }
 
-/// A measure by condition: each participant a dot, joined by a line; beside them mean and 95 % interval.
+/// A measure by condition: each participant a dot, joined by a line; beside them mean and 95 % interval. As wide as a column of
+/// a journal where there are few conditions; lying on its side where their names are too long to stand below.
 pub fn distribution(drives: &[Analysed], measure: usize) -> Option<String> {
     let conditions = conditions(drives);
-    let all: Vec<f64> = conditions.iter().flat_map(|(_, of)| values(of, measure)).collect();
-    let (low, high) = all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    if all.len() < 2 || conditions.is_empty() {
+    let groups: Vec<(&str, Vec<(&str, f64)>)> =
+        conditions.iter().map(|(name, of)| (name.as_str(), per_participant(of, measure))).collect();
+    let all = || groups.iter().flat_map(|(_, values)| values.iter().map(|(_, value)| *value));
+    let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    if all().count() < 2 {
         return None;
     }
-    let what = &MEASURES[measure];
-    let label = if what.unit.is_empty() { what.title.to_owned() } else { format!("{}, {}", what.title, what.unit) };
     let span = (high - low).max(if high.abs() > 0.0 { 0.02 * high.abs() } else { 1.0 });
-    // Room above for the names of the conditions.
-    let mut y = Axis::even(&label, [low - 0.08 * span, high + 0.24 * span]);
-    y.ticks.retain(|tick| *tick <= high + 0.08 * span);
-    let width = (110.0 * conditions.len() as f64).clamp(220.0, 700.0);
-    let x =
-        Axis { label: String::new(), range: [0.5, conditions.len() as f64 + 0.5], ticks: Vec::new(), is_log: false };
-    let mut chart = Chart::new("", x, y, [width, 210.0]);
-    chart.below = marks(&chart, &conditions, measure);
-    Some(picture(&[chart], ""))
+    let y = Axis::even(&MEASURES[measure].label(), [low - 0.08 * span, high + 0.08 * span]);
+    let x = Axis::names(groups.iter().map(|(name, _)| (*name).to_owned()).collect());
+    let chart = Chart { shapes: dots(&groups), ..Chart::new("", x, y, 190.0) };
+    // A field is narrower than its picture by the ticks and the label at its left.
+    let slot = |width: Width| (width.units() - 90.0) / groups.len() as f64 - 6.0;
+    let stands =
+        |width: &Width| groups.iter().all(|(name, _)| lines_needed(name, slot(*width)).is_some_and(|lines| lines <= 3));
+    let (chart, width) = match [Width::Column, Width::Page].into_iter().find(stands) {
+        Some(width) => (chart, width),
+        None => (chart.transposed(), Width::Page),
+    };
+    Some(Picture { charts: &[chart], width, key: None, note: "" }.svg())
 }
 
-fn marks(chart: &Chart, conditions: &[(String, Vec<&Analysed>)], measure: usize) -> String {
-    let mut out = String::new();
-    let value = |of: &[&Analysed], who: &str| {
-        of.iter().find(|drive| drive.found.participant == who).and_then(|drive| drive.measures.values[measure])
-    };
-    let mut people: Vec<&str> =
-        conditions.iter().flat_map(|(_, of)| of.iter().map(|drive| drive.found.participant.as_str())).collect();
+/// Lines that join a participant's dots, the dots, and means with their intervals.
+fn dots(groups: &[(&str, Vec<(&str, f64)>)]) -> Vec<Shape> {
+    // Dots a little to the left of the middle, mean and interval to the right.
+    let (own, mean) = (|i: usize| i as f64 + 0.9, |i: usize| i as f64 + 1.14);
+    let value =
+        |i: usize, who: &str| groups[i].1.iter().find(|(participant, _)| *participant == who).map(|found| found.1);
+    let mut people: Vec<&str> = groups.iter().flat_map(|(_, values)| values.iter().map(|(who, _)| *who)).collect();
     people.sort_unstable();
     people.dedup();
-    // Dots a little to the left of the middle, mean and interval to the right.
-    let place = |i: usize, y: f64| chart.place(i as f64 + 0.9, y);
-    for who in &people {
-        let points: Vec<String> = conditions
-            .iter()
-            .enumerate()
-            .filter_map(|(i, (_, of))| {
-                let [x, y] = place(i, value(of, who)?);
-                Some(format!("{x:.1},{y:.1}"))
-            })
-            .collect();
-        // What reads the picture complains of a line without length, here and below.
-        if points.len() > 1 {
-            let _ = writeln!(
-                out,
-                "<polyline points=\"{}\" fill=\"none\" stroke=\"#999\" stroke-width=\"0.7\" opacity=\"0.55\"/>",
-                points.join(" ")
-            );
+    let way = |who: &&str| {
+        let points: Vec<[f64; 2]> = (0..groups.len()).filter_map(|i| Some([own(i), value(i, who)?])).collect();
+        points.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
+    };
+    let pieces = people.iter().flat_map(way).collect();
+    let mut shapes = vec![Shape::Pieces { pieces, colour: "#c4c4c4".into(), width: 0.8 }];
+    for (i, (_, values)) in groups.iter().enumerate() {
+        let colour = COLOURS[i % COLOURS.len()].to_owned();
+        let dot = |at, radius, has_edge| Shape::Dot { at, radius, colour: colour.clone(), has_edge };
+        shapes.extend(values.iter().map(|(_, value)| dot([own(i), *value], 3.0, false)));
+        let numbers: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
+        if let Some(e) = Estimate::of(&numbers) {
+            let pieces = vec![[[mean(i), e.low], [mean(i), e.high]]];
+            shapes.push(Shape::Pieces { pieces, colour: "#222".into(), width: 2.0 });
+            shapes.push(dot([mean(i), e.mean], 4.2, true));
         }
     }
-    for (i, (name, of)) in conditions.iter().enumerate() {
-        let colour = COLOURS[i % COLOURS.len()];
-        for who in &people {
-            let Some(v) = value(of, who) else { continue };
-            let [x, y] = place(i, v);
-            let _ = writeln!(out, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"{colour}\" opacity=\"0.65\"/>");
-        }
-        if let Some(e) = Estimate::of(&values(of, measure)) {
-            let [x, y] = chart.place(i as f64 + 1.14, e.mean);
-            let [low, high] = [e.low, e.high].map(|v| chart.place(0.0, v)[1]);
-            if low - high > 0.1 {
-                let _ = writeln!(out, "<path d=\"M{x:.1} {low:.1}V{high:.1}\" stroke=\"#222\" stroke-width=\"2\"/>");
-            }
-            let _ = writeln!(
-                out,
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.2\" fill=\"{colour}\" stroke=\"#222\" stroke-width=\"1.4\"/>"
-            );
-        }
-        let [x, _] = chart.place(i as f64 + 1.0, 0.0);
-        let name = name.replace('&', "&amp;").replace('<', "&lt;");
-        let _ = writeln!(out, "<text x=\"{x:.1}\" y=\"15\" text-anchor=\"middle\" font-weight=\"bold\">{name}</text>");
-    }
-    out
+    shapes
 }

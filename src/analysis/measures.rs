@@ -1,7 +1,7 @@
 //! One drive in numbers. In: its totals, and those of the same drive without advice where there is one. Out: [`Measures`]. Each
 //! is over the whole trial unless its row in [`MEASURES`] says otherwise; that list is the only place that names them.
 
-use super::{Trial, response::Response, totals::DriveTotals};
+use super::{Trial, glossary::printed, response::Response, totals::DriveTotals};
 use crate::train::FlowTotals;
 
 /// A drive in numbers; `None` where there is nothing to measure.
@@ -41,6 +41,13 @@ impl Sight<'_> {
     }
 }
 
+impl Measure {
+    /// Quantity and unit, as an axis or a table's head says it.
+    pub fn label(&self) -> String {
+        if self.unit.is_empty() { self.title.into() } else { format!("{}, {}", self.title, printed(self.unit)) }
+    }
+}
+
 const fn measure(
     name: &'static str,
     title: &'static str,
@@ -55,29 +62,30 @@ const fn measure(
 pub const MEASURES: &[Measure] = &[
     measure(
         "mean_speed_mps",
-        "Mean speed of all cars",
+        "Mean speed of all vehicles",
         "m/s",
-        "speed of all vehicles, the ego included: mean over vehicles and ticks (100 a second; over steps of 0.1 s, as in \
+        "speed of all vehicles, the ego vehicle included: mean over vehicles and ticks (100 a second; over steps of 0.1 s, as in \
          published figures, it differs by up to about 0.001 m/s)",
         |s| s.totals.mean_speed_mps.get(),
     ),
     measure(
         "baseline_speed_mps",
-        "The same without advice",
+        "Mean speed of all vehicles without advice",
         "m/s",
-        "the same in the drive from the same seed without advice, driven by the car-following model",
+        "speed of all vehicles: mean over vehicles and ticks in the drive from the same seed without advice, the ego vehicle driven by \
+         the car-following model",
         |s| s.baseline?.mean_speed_mps.get(),
     ),
     measure(
         "speed_gain_mps",
-        "Gain of mean speed over no advice",
+        "Gain in mean speed over no advice",
         "m/s",
-        "mean_speed_mps less baseline_speed_mps: the paired difference",
+        "mean speed of all vehicles less that of the drive from the same seed without advice: the paired difference",
         |s| Some(s.totals.mean_speed_mps.get()? - s.baseline?.mean_speed_mps.get()?),
     ),
     measure(
         "sd_over_cars_mps",
-        "Spread of speed over cars",
+        "Standard deviation of speed over vehicles",
         "m/s",
         "standard deviation of speed over the vehicles (N), mean over steps",
         |s| Some(all_cars(s.totals)?.sd_over_cars_mps()),
@@ -86,15 +94,19 @@ pub const MEASURES: &[Measure] = &[
         "calm_after_s",
         "Time until the wave is calm",
         "s",
-        "from the first step until the spread over cars stays below 0.5 m/s; empty if it never does",
+        "from the first step until the standard deviation of speed over vehicles stays below 0.5 m/s; empty if it never does",
         |s| all_cars(s.totals)?.calm_s(),
     ),
-    measure("ego_speed_mps", "Mean speed of the ego", "m/s", "speed of the ego: mean over ticks", |s| {
-        s.totals.ego_speed_mps.get()
-    }),
+    measure(
+        "ego_speed_mps",
+        "Mean speed of the ego vehicle",
+        "m/s",
+        "speed of the ego vehicle: mean over ticks",
+        |s| s.totals.ego_speed_mps.get(),
+    ),
     measure(
         "time_in_range",
-        "Share of time in the range",
+        "Share of time in range",
         "",
         "share of the ticks with advice at which the speed is in the acceptable range, its edges included",
         |s| s.totals.in_range.get(),
@@ -123,16 +135,16 @@ pub const MEASURES: &[Measure] = &[
     ),
     measure(
         "responded",
-        "Share of changes answered",
+        "Share of changes responded to",
         "",
-        "share of these changes that a pedal answered (SAE J2944; see advice.csv)",
+        "share of the changes of the advice that a movement of a pedal answered within 0.15 to 5 s (SAE J2944)",
         |s| mean(&s.responses.iter().map(|r| f64::from(u8::from(r.reaction_s.is_some()))).collect::<Vec<_>>()),
     ),
     measure(
         "reaction_s",
         "Reaction time",
         "s",
-        "from the frame that shows a change to 5 % of pedal travel towards it (SAE J2944): median over changes that were answered within 0.15 to 5 s",
+        "from the frame that shows a change to 5 % of pedal travel towards it (SAE J2944): median over changes that were responded to within 0.15 to 5 s",
         |s| s.median(|r| r.reaction_s),
     ),
     measure(
@@ -142,27 +154,31 @@ pub const MEASURES: &[Measure] = &[
         "from the frame that shows a change to the speed being in the new range: median over changes from out of it that were reached before the next",
         |s| s.median(|r| r.enter_s),
     ),
-    measure("enter_range_steps", "Steps to enter the range", "steps", "the same in steps of the scenario", |s| {
-        s.median(|r| Some(r.enter_steps? as f64))
-    }),
+    measure(
+        "enter_range_steps",
+        "Steps to enter the range",
+        "steps",
+        "the time to enter the range in steps of the traffic: median over the same changes",
+        |s| s.median(|r| Some(r.enter_steps? as f64)),
+    ),
     measure(
         "min_gap_m",
-        "Smallest gap",
+        "Minimum gap",
         "m",
-        "own front bumper to the leader's rear: smallest, over ticks in his lane (less than a car's width, 1.8 m, beside the \
+        "own front bumper to the leader's rear: smallest, over ticks in the leader's lane (less than a car's width, 1.8 m, beside the \
          lane's middle)",
         |s| s.totals.gap_m.0,
     ),
     measure(
         "min_headway_m",
-        "Smallest headway",
+        "Minimum headway",
         "m",
-        "own front bumper to the leader's front (SAE J2944): smallest, over ticks in his lane",
+        "own front bumper to the leader's front (SAE J2944): smallest, over ticks in the leader's lane",
         |s| s.totals.headway_m.0,
     ),
     measure(
         "min_ttc_s",
-        "Smallest time to collision",
+        "Minimum time to collision",
         "s",
         "gap over closing speed while the gap closes: smallest, over ticks in the leader's lane",
         |s| s.totals.ttc_s.0,
@@ -171,17 +187,21 @@ pub const MEASURES: &[Measure] = &[
         "time_headway_s",
         "Time headway",
         "s",
-        "own front bumper to the leader's front over own speed (SAE J2944): mean over ticks in his lane at 1 m/s or more",
+        "own front bumper to the leader's front over own speed (SAE J2944): mean over ticks in the leader's lane at 1 m/s or more",
         |s| s.totals.time_headway_s.get(),
     ),
-    measure("min_time_headway_s", "Smallest time headway", "s", "the same: smallest", |s| {
-        s.totals.min_time_headway_s.0
-    }),
+    measure(
+        "min_time_headway_s",
+        "Minimum time headway",
+        "s",
+        "own front bumper to the leader's front over own speed (SAE J2944): smallest, over ticks in the leader's lane at 1 m/s or more",
+        |s| s.totals.min_time_headway_s.0,
+    ),
     measure(
         "sdlp_m",
-        "SDLP",
+        "Standard deviation of lane position (SDLP)",
         "m",
-        "standard deviation of lane position (N-1), reference the middle of the car, over the whole trial, unfiltered",
+        "standard deviation of lane position (N−1), reference the middle of the car, over the whole trial, unfiltered",
         |s| s.totals.sdlp_m(),
     ),
     measure(
@@ -196,21 +216,21 @@ pub const MEASURES: &[Measure] = &[
     ),
     measure(
         "rms_jerk_mps3",
-        "RMS jerk",
+        "Root mean square jerk",
         "m/s3",
         "root mean square of the change of acceleration, averaged over a step, from one step to the next",
         |s| Some(s.totals.square_jerk.get()?.sqrt()),
     ),
     measure(
         "ego_fuel_l_100km",
-        "Fuel of the ego",
+        "Fuel consumption of the ego vehicle",
         "l/100 km",
-        "fuel of the ego by the model of Kamal et al. (2013)",
+        "fuel of the ego vehicle by the model of Kamal et al. (2013)",
         |s| enough(&s.totals.ego_alone)?.fuel_l_100km(),
     ),
     measure(
         "fuel_l_100km",
-        "Fuel of all cars",
+        "Fuel consumption of all vehicles",
         "l/100 km",
         "fuel of all vehicles by the model of Kamal et al. (2013)",
         |s| all_cars(s.totals)?.fuel_l_100km(),
@@ -219,24 +239,32 @@ pub const MEASURES: &[Measure] = &[
         "fuel_saved_l_100km",
         "Fuel saved over no advice",
         "l/100 km",
-        "fuel_l_100km of the drive without advice less that of this one",
+        "fuel of all vehicles in the drive from the same seed without advice less that in this one",
         |s| Some(all_cars(s.baseline?)?.fuel_l_100km()? - all_cars(s.totals)?.fuel_l_100km()?),
     ),
-    measure("contacts", "Contacts", "", "contacts with other cars", |s| Some(s.trial.contacts as f64)),
+    measure("contacts", "Contacts with other vehicles", "", "how often the ego vehicle touched another vehicle", |s| {
+        Some(s.trial.contacts as f64)
+    }),
     measure("left_road", "Departures from the lane", "", "how often the middle of the car left its lane", |s| {
         Some(s.trial.left_road as f64)
     }),
     measure(
         "latency_median_s",
-        "Latency, median",
+        "Median latency",
         "s",
         "from the newest input (the kernel's time) to the handing over of the frame that shows it: median over such frames",
         |s| middle(&s.trial.latencies_s),
     ),
-    measure("latency_p99_s", "Latency, 99th percentile", "s", "the same: 99th percentile (nearest rank)", |s| {
-        let sorted = &s.trial.latencies_s;
-        sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
-    }),
+    measure(
+        "latency_p99_s",
+        "99th percentile of latency",
+        "s",
+        "from the newest input (the kernel's time) to the handing over of the frame that shows it: 99th percentile (nearest rank)",
+        |s| {
+            let sorted = &s.trial.latencies_s;
+            sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
+        },
+    ),
 ];
 
 impl Measures {

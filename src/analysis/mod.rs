@@ -8,14 +8,20 @@
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
 //! * [`people`]: who took part, and whose drives are left out.
 //! * [`traces`]: what a figure of one drive can show.
-//! * [`tables`], [`figures`], [`report`]: what is written.
+//! * [`glossary`]: what each column of the tables is, in words.
+//! * [`setup`], [`methods`]: what the drives have in common, and the paragraphs that say how they were made.
+//! * [`tables`], [`figures`], [`report`]: what is written; [`page`] counts figures and tables and has the page's style.
 
 pub mod collect;
 pub mod figures;
+pub mod glossary;
 pub mod measures;
+pub mod methods;
+mod page;
 pub mod people;
 pub mod report;
 pub mod response;
+pub mod setup;
 pub mod tables;
 pub mod totals;
 pub mod traces;
@@ -24,7 +30,11 @@ pub mod trial;
 pub use collect::{Analysed, Found, find};
 pub use measures::{MEASURES, Measures};
 pub use people::People;
+pub use setup::Setup;
 pub use trial::Trial;
+
+#[cfg(test)]
+mod page_tests;
 
 /// Why a folder cannot be analysed.
 #[derive(Debug, thiserror::Error)]

@@ -1,7 +1,11 @@
 //! The page and its figures, of drives made up by hand.
 
-use super::{super::collect::Found, *};
-use crate::analysis::Measures;
+use super::{
+    Analysed, Found, MEASURES, Measures, People, Setup, Trial, figures, glossary,
+    page::{Figure, Page, STYLE},
+    report::{self, contacts, dictionary, every, index, report, scores, short, study, took_part},
+    traces::DriveTraces,
+};
 
 /// A trial of a participant whose every measure is `value`, or is not there.
 fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) -> Analysed {
@@ -14,12 +18,20 @@ fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) ->
     };
     let measures = Measures { values: vec![value; MEASURES.len()], responses: Vec::new() };
     let per_second_mps = value.map_or(Vec::new(), |v| vec![v; 12]);
-    let baseline_per_second_mps = Vec::new();
-    Analysed { found, measures, per_second_mps, baseline_per_second_mps, duration_s: 12.0, ended: "duration".into() }
+    let (baseline_per_second_mps, ended) = (Vec::new(), "duration".to_owned());
+    Analysed {
+        found,
+        measures,
+        per_second_mps,
+        baseline_per_second_mps,
+        duration_s: 12.0,
+        ended,
+        setup: Setup::default(),
+    }
 }
 
 /// Two participants in two conditions; one number is missing.
-fn drives() -> Vec<Analysed> {
+pub(super) fn drives() -> Vec<Analysed> {
     vec![
         drive("sub-P01", "few & <fast>", 0, Some(2.0)),
         drive("sub-P01", "many", 1, Some(4.0)),
@@ -41,7 +53,12 @@ fn a_distribution_has_a_dot_a_trial_a_line_a_pair_and_a_mean_a_condition() {
     let dots = |r: &str| all(&svg, "circle", "r").into_iter().filter(|found| found == r).count();
     // Three trials with a number, two means.
     assert_eq!((dots("3"), dots("4.2")), (3, 2), "{svg}");
-    assert_eq!(all(&svg, "polyline", "points").len(), 1, "one participant drove both");
+    let joins = |d: &&String| d.matches('M').count() == 1 && d.starts_with('M') && d.contains('L');
+    assert_eq!(
+        all(&svg, "path", "d").iter().filter(joins).count(),
+        2,
+        "one drove both; one mean has an interval: {svg}"
+    );
     let heights: Vec<f64> = all(&svg, "circle", "cy").iter().map(|cy| cy.parse().unwrap()).collect();
     // In the order 2 and 3 and their mean 2.5, then 4 and its mean: greater is higher up, evenly.
     let [two, three, mean, four, alone] = heights[..] else { panic!("{heights:?}") };
@@ -70,24 +87,154 @@ fn speed_over_time_has_a_line_a_condition_at_the_means_of_five_seconds() {
 
 #[test]
 fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
-    let mut page = Page { html: String::new(), figures: Vec::new() };
+    let mut page = Page::default();
     study(&mut page, &drives());
-    let row = page.html.lines().find(|line| line.starts_with("<tr><td>Mean speed of all cars, m/s</td>")).unwrap();
-    // 2 and 3 have the mean 2.5; of two trials one has no number.
+    let row = page.html.lines().find(|line| line.starts_with("<tr><td>Mean speed of all vehicles, m/s</td>")).unwrap();
+    // 2 and 3 have the mean 2.5; of two participants one has no number, and of one number there is no interval.
     assert!(row.contains("<td>2.50 [2.00, 3.00]</td>"), "{row}");
-    assert!(row.contains("<td>4.00 [4.00, 4.00] (n = 1)</td>"), "{row}");
-    assert!(page.html.contains("<th>few &amp; &lt;fast&gt; (n = 2)</th>") && !page.html.contains("<fast>"));
+    assert!(row.contains("<td>4.00 (N = 1)</td>"), "{row}");
+    assert!(page.html.contains("<th>few &amp; &lt;fast&gt; (N = 2)</th>") && !page.html.contains("<fast>"));
     assert!(page.figures.iter().any(|(name, _)| name == "by-condition-mean-speed-mps.svg"));
 
-    let mut page = Page { html: String::new(), figures: Vec::new() };
-    super::all(&mut page, &drives());
-    let rows: Vec<&str> = page.html.lines().filter(|line| line.starts_with("<tr><td>sub-P0")).collect();
-    assert_eq!(rows.len(), 4);
-    assert!(rows[3].contains("<td>12.0</td>") && rows[3].matches("<td>–</td>").count() == 13, "{}", rows[3]);
+    // A few drives stand beside each other, more one below the other in two tables.
+    let mut page = Page::default();
+    every(&mut page, &drives());
+    let row = page.html.lines().find(|line| line.contains("<td>Minimum gap, m</td>")).unwrap();
+    assert!(row.ends_with("<td>2.00</td><td>4.00</td><td>3.00</td><td>–</td></tr>"), "{row}");
+    assert_eq!(page.html.matches("<tr><td>").count(), MEASURES.len());
+    let mut page = Page::default();
+    every(&mut page, &[drives(), drives()].concat());
+    let rows: Vec<&str> = page.html.lines().filter(|line| line.contains("<tr><td>sub-P0")).collect();
+    assert_eq!(rows.len(), 16, "eight drives in two tables");
+    assert!(rows[3].contains("<td>12.0</td>") && rows[3].matches("<td>–</td>").count() == 6, "{}", rows[3]);
     assert!(!rows[0].contains('–'));
-    definitions(&mut page);
-    for measure in MEASURES {
-        assert!(page.html.contains(&format!("<code>{}</code>", measure.name)), "{}", measure.name);
+    let mut page = Page::default();
+    dictionary(&mut page, &drives());
+    for column in glossary::tables(&drives()).iter().flat_map(|table| &table.columns) {
+        assert!(page.html.contains(&format!("<code>{}</code>", column.name)), "{}", column.name);
+    }
+}
+
+/// What is read of a page: its text outside of the style, without markup.
+fn read(html: &str) -> String {
+    let mut text = String::new();
+    let body = html.find("<body>").map_or(html, |at| &html[at..]);
+    for part in body.split('<').skip(1) {
+        text.push_str(part.split_once('>').map_or("", |(_, text)| text));
+        text.push(' ');
+    }
+    text
+}
+
+/// A study of two participants with negative numbers, and a questionnaire.
+fn whole_page() -> (String, Vec<(String, String)>, String) {
+    let mut drives = drives();
+    drives.iter_mut().for_each(|drive| drive.measures.values[index("speed_gain_mps")] = Some(-0.25));
+    drives[0].measures.values[index("speed_bias_mps")] = Some(-1.5);
+    let score =
+        super::people::Score { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![-1.0, 3.0] };
+    let made = report("A study", &drives, &People { all: Vec::new(), scores: vec![score] }, &[]).unwrap();
+    (made.html, made.figures, made.methods)
+}
+
+#[test]
+fn figures_and_tables_are_numbered_in_order_captioned_with_their_n_and_referred_to() {
+    let (html, figures, _) = whole_page();
+    let [n_figures, n_tables] = ["<figure ", "<table "].map(|tag| html.matches(tag).count());
+    assert!(n_figures == figures.len() && n_figures > 8 && n_tables == 7, "{n_figures} {n_tables}");
+    for (kind, name, n) in [("figure", "Figure", n_figures), ("table", "Table", n_tables)] {
+        let mut from = 0;
+        for i in 1..=n {
+            let at = html.find(&format!("<b>{name} {i}.</b> ")).unwrap_or_else(|| panic!("{name} {i}"));
+            assert!(at > from, "{name} {i} comes after the one before");
+            from = at;
+            assert!(html.contains(&format!("<{kind} id=\"{kind}-{i}\"")), "{name} {i}");
+            let caption = html[at..].split_once("</").and_then(|(_, rest)| rest.split_once("caption>")).unwrap().0;
+            let counts = caption.contains("N ") || caption.contains("Columns of");
+            assert!(counts && caption.trim_end_matches("</fig").trim_end_matches("</").ends_with('.'), "{caption}");
+        }
+    }
+    let interval = "95 % confidence interval of the mean (percentile bootstrap over participants, 2,000 resamples)";
+    assert!(html.matches(interval).count() > n_figures, "each interval says what it is");
+    // Every number is referred to: alone, or within "Figures 2 to 10".
+    for (kind, n) in [("figure", n_figures), ("table", n_tables)] {
+        let mut referred = vec![false; n + 1];
+        for paragraph in html.split("<p class=\"lead\">").skip(1).map(|rest| rest.split_once("</p>").unwrap().0) {
+            for part in paragraph.split(", ").flat_map(|part| part.split(". ")) {
+                let link = format!("href=\"#{kind}-");
+                let of: Vec<usize> =
+                    part.split(&link).skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+                if let [first, .., last] = of[..] {
+                    (first..=last).for_each(|i| referred[i] = true);
+                } else if let [one] = of[..] {
+                    referred[one] = true;
+                }
+            }
+        }
+        assert!(referred[1..].iter().all(|is| *is), "{kind}: {referred:?}\n{html}");
+    }
+}
+
+#[test]
+fn tables_for_programs_keep_their_hyphens() {
+    let mut drives = drives();
+    drives.iter_mut().for_each(|drive| drive.measures.values[index("speed_gain_mps")] = Some(-0.25));
+    for table in [super::tables::trials(&drives), super::tables::by_condition(&drives)] {
+        assert!(table.is_ascii() && table.contains(",-0.25,"), "{table}");
+    }
+}
+
+#[test]
+fn no_name_of_a_column_is_read_outside_of_the_data_dictionary_and_no_hyphen_is_a_minus() {
+    let (html, figures, methods) = whole_page();
+    let (page, dictionary) = html.split_once("<section id=\"data-dictionary\">").unwrap();
+    let text = read(page) + &methods;
+    assert!(text.contains("−0.250") && read(dictionary).contains("mean_speed_mps"));
+    for column in glossary::tables(&drives()).iter().flat_map(|table| &table.columns) {
+        assert!(!column.name.contains('_') || !text.contains(&column.name), "{}", column.name);
+    }
+    for svg in figures.iter().map(|figure| &figure.1) {
+        let document = roxmltree::Document::parse(svg).unwrap();
+        for words in document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()) {
+            assert!(!words.contains('_') && !words.starts_with('-'), "{words}");
+        }
+    }
+    let signs: Vec<char> = text.chars().collect();
+    for (i, three) in signs.windows(3).enumerate() {
+        let is_minus = " [(>".contains(three[0]) && three[1] == '-' && three[2].is_ascii_digit();
+        assert!(!is_minus, "{}", signs[i.saturating_sub(30)..(i + 10).min(signs.len())].iter().collect::<String>());
+    }
+}
+
+#[test]
+fn on_paper_no_figure_is_cut_and_no_heading_stands_alone() {
+    let (html, figures, _) = whole_page();
+    for rule in [
+        "@page{size:A4;margin:15mm 13mm}",
+        "figure{margin:0 0 1.2em;break-inside:avoid}",
+        "figure,tr,.whole{break-inside:avoid}",
+        "h1,h2,h3,caption{break-after:avoid}",
+        ".lead{break-after:avoid}",
+        "thead{display:table-header-group}",
+        "svg{max-width:100%;height:auto",
+    ] {
+        assert!(STYLE.contains(rule) && html.contains(rule), "{rule}");
+    }
+    // Every picture stands in such a block, under which alone its caption stands.
+    let body = &html[html.find("<body>").unwrap()..];
+    for figure in body.split("<figure ").skip(1) {
+        let inside = figure.split_once("</figure>").unwrap().0;
+        assert!(inside.matches("<svg ").count() == 1 && inside.matches("<figcaption>").count() == 1);
+    }
+    assert_eq!(body.matches("<svg ").count(), figures.len());
+    // As wide as a journal's column or page, which is as wide as the sheet between its margins, or less.
+    for (name, svg) in &figures {
+        assert!(svg.contains("width=\"89mm\"") || svg.contains("width=\"183mm\""), "{name}");
+    }
+    // After a heading comes the text that leads on to what follows.
+    for after in body.split("</h2>\n").skip(1) {
+        let is_led = after.starts_with("<p class=\"lead\">") || after.starts_with("<p class=\"note lead\">");
+        assert!(is_led || after.starts_with("<h3>"), "{}", &after[..60]);
     }
 }
 
@@ -96,12 +243,16 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
     let mut trials = drives();
     let k = index("contacts");
     trials.iter_mut().for_each(|drive| drive.measures.values[k] = Some(0.0));
-    let mut page = Page { html: String::new(), figures: Vec::new() };
+    let mut page = Page::default();
     contacts(&mut page, &trials);
     assert_eq!(page.html, "");
     trials[1].measures.values[k] = Some(3.0);
     contacts(&mut page, &trials);
-    assert!(page.html.contains("Contacts with other cars in 1 of 4 drives: sub-P01 trial many (3)."), "{}", page.html);
+    assert!(
+        page.html.contains("Contacts with other vehicles in 1 of 4 drives: sub-P01 trial many (3)."),
+        "{}",
+        page.html
+    );
 
     let times_s: Vec<f64> = (0..40).map(f64::from).collect();
     let ring = crate::train::Trace {
@@ -129,19 +280,19 @@ fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
     let person = |id: &str, state: &str| Person { id: id.into(), is_simulated: true, state: state.into() };
     let all = vec![person("sub-R01", "complete"), person("sub-R02", "excluded")];
     let score = Score { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![10.0, 30.0] };
-    let mut page = Page { html: String::new(), figures: Vec::new() };
+    let mut page = Page::default();
     let people = People { all, scores: vec![score] };
-    participants(&mut page, &people);
+    took_part(&mut page, &people);
     scores(&mut page, &people);
     for part in [
         "all participants are simulated, nobody drove",
         "Participants: 1 complete, 1 excluded (sub-R02); drives and answers of excluded ones are left out.",
-        "<td>ssq_after</td><td class=\"t\">total</td><td>2</td><td>20.0 [10.0, 30.0]</td><td>10.0</td><td>30.0</td>",
+        "<td>ssq after</td><td class=\"t\">total</td><td>2</td><td>20.0 [10.0, 30.0]</td><td>10.0</td><td>30.0</td>",
     ] {
         assert!(page.html.contains(part), "{part}\n{}", page.html);
     }
-    let mut page = Page { html: String::new(), figures: Vec::new() };
-    participants(&mut page, &People::default());
+    let mut page = Page::default();
+    took_part(&mut page, &People::default());
     scores(&mut page, &People::default());
     assert_eq!(page.html, "", "a drive outside of a study has no participants");
 }
@@ -150,7 +301,7 @@ fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
 fn numbers_have_three_digits_that_count() {
     for (value, text) in [
         (123.456, "123"),
-        (-45.678, "-45.7"),
+        (-45.678, "−45.7"),
         (9.996, "10.00"),
         (1.0, "1.00"),
         (0.1234, "0.123"),
@@ -160,16 +311,17 @@ fn numbers_have_three_digits_that_count() {
     ] {
         assert_eq!(short(value), text, "{value}");
     }
-    assert_eq!(escaped(r#"a<b> & "c""#), "a&lt;b&gt; &amp; &quot;c&quot;");
+    assert_eq!(crate::chart::escaped(r#"a<b> & "c""#), "a&lt;b&gt; &amp; &quot;c&quot;");
+    assert_eq!(report::estimate(&[]), None);
 }
 
 #[test]
 fn names_within_a_figure_are_its_own_on_the_page() {
-    let mut page = Page { html: String::new(), figures: Vec::new() };
+    let mut page = Page::default();
     let svg = r##"<svg><clipPath id="f0"/><g clip-path="url(#f0)"/></svg>"##;
-    page.figure("one", Some(svg.into()));
-    page.figure("none", None);
-    page.figure("two", Some(svg.into()));
+    for name in ["one", "two"] {
+        page.figure(Figure { name: name.into(), svg: svg.into(), caption: String::new() });
+    }
     assert_eq!(page.figures.iter().map(|f| f.0.as_str()).collect::<Vec<_>>(), ["one.svg", "two.svg"]);
     for own in ["id=\"p0f0\"", "url(#p0f0)", "id=\"p1f0\"", "url(#p1f0)"] {
         assert_eq!(page.html.matches(own).count(), 1, "{own}: {}", page.html);

@@ -1,12 +1,19 @@
-//! One page that says it all. In: analysed drives. Out: HTML that opens off-line: style and figures are in it.
+//! One page that says it all. In: analysed drives. Out: HTML that opens off-line: style and figures are in it; and the methods as
+//! plain text. Quantities are called by their words; names of columns stand in the data dictionary alone.
 
 use super::{
-    Analysed, AnalysisError, MEASURES, People, Trial, figures,
-    tables::{conditions, power, values},
+    Analysed, AnalysisError, MEASURES, People, Trial, figures, glossary,
+    methods::{self, interval},
+    page::{Cells, Figure, Page, STYLE},
+    setup::listed,
+    tables::{conditions, participants, per_participant, power, values},
     traces::DriveTraces,
 };
-use crate::train::Estimate;
-use std::{fmt::Write, path::PathBuf};
+use crate::{
+    chart::{escaped, minus},
+    train::Estimate,
+};
+use std::path::PathBuf;
 
 /// Measures that are drawn by condition.
 const DRAWN: [&str; 9] = [
@@ -22,40 +29,24 @@ const DRAWN: [&str; 9] = [
 ];
 /// Measures whose power is reckoned.
 const POWERED: [&str; 4] = ["mean_speed_mps", "time_in_range", "speed_error_mps", "reaction_s"];
-
-const STYLE: &str = "body{font:15px/1.5 Helvetica,Arial,sans-serif;color:#222;max-width:1180px;margin:2em auto;padding:0 1.5em}\
-h1{font-size:1.7em;margin-bottom:.2em}h2{margin-top:2em;border-bottom:1px solid #ccc}\
-table{border-collapse:collapse;font-size:13px;margin:.6em 0}th,td{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}\
-th{border-bottom:1.5px solid #555}td:first-child,th:first-child,td.t,th.t{text-align:left}\
-.grid{display:flex;flex-wrap:wrap;gap:8px 18px}.wide{overflow-x:auto}svg{max-width:100%;height:auto}.note{color:#555;font-size:13px}.warning{color:#a00}";
+/// Measures that are listed drive by drive, a table each.
+const LISTED: [&[&str]; 2] = [
+    &["mean_speed_mps", "speed_gain_mps", "time_in_range", "speed_error_mps", "reaction_s", "enter_range_s"],
+    &["min_gap_m", "min_ttc_s", "sdlp_m", "reversals_per_min", "rms_jerk_mps3", "fuel_saved_l_100km", "contacts"],
+];
+/// Conditions beside each other in a table, at most: more are wider than a sheet.
+const BESIDE: usize = 4;
+/// In place of a number that is not there.
+const NONE: &str = "–";
 
 /// A page and the figures in it, by their file names.
 pub struct Report {
     /// The page.
     pub html: String,
+    /// The methods as plain text.
+    pub methods: String,
     /// Names and texts of the figures.
     pub figures: Vec<(String, String)>,
-}
-
-struct Page {
-    html: String,
-    figures: Vec<(String, String)>,
-}
-
-impl Page {
-    fn put(&mut self, text: &str) {
-        self.html.push_str(text);
-        self.html.push('\n');
-    }
-
-    fn figure(&mut self, name: &str, svg: Option<String>) {
-        let Some(svg) = svg else { return };
-        // Names within a picture are names of the whole page here.
-        let n = self.figures.len();
-        let inline = svg.replace("id=\"f", &format!("id=\"p{n}f")).replace("url(#f", &format!("url(#p{n}f"));
-        let _ = writeln!(self.html, "<div>{inline}</div>");
-        self.figures.push((format!("{name}.svg"), svg));
-    }
 }
 
 /// Makes the page.
@@ -63,107 +54,51 @@ impl Page {
 /// # Errors
 /// A recording whose ways are drawn cannot be read.
 pub fn report(title: &str, drives: &[Analysed], who: &People, changed: &[String]) -> Result<Report, AnalysisError> {
-    let mut page = Page { html: String::new(), figures: Vec::new() };
-    let mut people: Vec<&str> = drives.iter().map(|drive| drive.found.participant.as_str()).collect();
-    people.dedup();
+    let mut page = Page::default();
     page.put(&format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\
-         <body>\n<h1>{0}</h1>\n<p class=\"note\">{1}{2}; codrive {3}. Every measure is defined at the end.</p>",
-        escaped(title),
-        count(drives.len()),
-        if people.len() > 1 { format!(" of {} participants", people.len()) } else { String::new() },
-        env!("CARGO_PKG_VERSION")
+         <body>\n<h1>{0}</h1>",
+        escaped(title)
     ));
-    participants(&mut page, who);
+    let all: Vec<&Analysed> = drives.iter().collect();
+    let is_study = is_of_several_people(drives);
+    let of = if is_study { format!(" of {} participants", participants(&all)) } else { String::new() };
+    page.paragraph(
+        "note",
+        &format!(
+            "{}{of}, analysed with codrive {}. The <a href=\"#methods\">methods</a> are ready to be copied; every quantity is \
+             defined in the <a href=\"#data-dictionary\">data dictionary</a>.",
+            count(drives.len()),
+            env!("CARGO_PKG_VERSION")
+        ),
+    );
+    took_part(&mut page, who);
     contacts(&mut page, drives);
     if !changed.is_empty() {
         page.put("<p class=\"warning\"><b>These files are not as they were written, and were analysed all the same:</b></p><ul>");
         changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
         page.put("</ul>");
     }
-    if !conditions(drives).is_empty() && people.len() > 1 {
+    let is_compared = is_study && !conditions(drives).is_empty();
+    if is_compared {
         study(&mut page, drives);
-        page.put("<h2>One participant's trials</h2>");
-    } else {
-        page.put("<h2>Drives</h2>");
     }
-    let trials: Vec<&Analysed> = drives.iter().filter(|drive| drive.found.participant == people[0]).collect();
-    let shown: Vec<&&Analysed> =
-        trials.iter().filter(|drive| people.len() == 1 || drive.found.baseline.is_some()).collect();
-    for (i, drive) in shown.into_iter().enumerate() {
-        one(&mut page, drive, i + 1)?;
-    }
+    one_by_one(&mut page, drives, is_compared)?;
     scores(&mut page, who);
-    page.put("<h2>All drives</h2>");
-    all(&mut page, drives);
-    definitions(&mut page);
+    every(&mut page, drives);
+    let methods = methods::paragraphs(drives, who);
+    page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
+    page.paragraph("note lead", "The same text stands in the file methods.txt beside this page.");
+    methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));
+    page.put("</section>");
+    dictionary(&mut page, drives);
     page.put("</body></html>");
-    Ok(Report { html: page.html, figures: page.figures })
+    Ok(Report { html: page.html, methods: methods.join("\n\n") + "\n", figures: page.figures })
 }
 
-/// Whose drives these are, and whose are not among them.
-fn participants(page: &mut Page, people: &People) {
-    if people.is_rehearsal() {
-        page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated, nobody drove.</b></p>");
-    }
-    if !people.all.is_empty() {
-        let left_out = people.all.iter().any(|person| person.is_excluded());
-        let left_out = if left_out { "; drives and answers of excluded ones are left out" } else { "" };
-        page.put(&format!("<p class=\"note\">Participants: {}{left_out}.</p>", escaped(&people.words())));
-    }
-}
-
-/// Which drives had contacts with other cars.
-fn contacts(page: &mut Page, drives: &[Analysed]) {
-    const MOST: usize = 20;
-    let k = index("contacts");
-    let of = |drive: &Analysed| drive.measures.values[k].filter(|count| *count > 0.0);
-    let hit: Vec<String> = drives
-        .iter()
-        .filter_map(|drive| Some(format!("{} ({})", escaped(&drive.found.title()), short_count(of(drive)?))))
-        .collect();
-    if hit.is_empty() {
-        return;
-    }
-    let more = if hit.len() > MOST { format!(" and {} more", hit.len() - MOST) } else { String::new() };
-    page.put(&format!(
-        "<p class=\"warning\">Contacts with other cars in {} of {}: {}{more}.</p>",
-        hit.len(),
-        count(drives.len()),
-        hit[..hit.len().min(MOST)].join(", ")
-    ));
-}
-
-fn short_count(count: f64) -> String {
-    format!("{count:.0}")
-}
-
-/// Scores of the questionnaires, over all participants who answered.
-fn scores(page: &mut Page, people: &People) {
-    if people.scores.iter().all(|score| score.values.is_empty()) {
-        return;
-    }
-    page.put(
-        "<h2>Questionnaires</h2>\n<p class=\"note\">Mean over participants [its 95 % interval by bootstrap], lowest and \
-         highest.</p>\n<table><tr><th>questionnaire</th><th class=\"t\">score</th><th>n</th><th>mean</th><th>lowest</th>\
-         <th>highest</th></tr>",
-    );
-    for score in &people.scores {
-        let Some(e) = Estimate::of(&score.values) else { continue };
-        let [low, high] = [f64::min, f64::max].map(|f| score.values.iter().copied().reduce(f).unwrap_or_default());
-        page.put(&format!(
-            "<tr><td>{}</td><td class=\"t\">{}</td><td>{}</td><td>{} [{}, {}]</td><td>{}</td><td>{}</td></tr>",
-            escaped(&score.questionnaire),
-            escaped(&score.name),
-            score.values.len(),
-            short(e.mean),
-            short(e.low),
-            short(e.high),
-            short(low),
-            short(high)
-        ));
-    }
-    page.put("</table>");
+/// True if more than one person drove.
+pub(super) fn is_of_several_people(drives: &[Analysed]) -> bool {
+    participants(&drives.iter().collect::<Vec<_>>()) > 1
 }
 
 /// So many drives, in words.
@@ -171,143 +106,391 @@ pub fn count(drives: usize) -> String {
     if drives == 1 { "1 drive".into() } else { format!("{drives} drives") }
 }
 
-fn study(page: &mut Page, drives: &[Analysed]) {
-    let conditions = conditions(drives);
-    page.put("<h2>By condition</h2>\n<p class=\"note\">Mean over participants [its 95 % interval by bootstrap].</p>\n<div class=\"wide\"><table><tr><th>measure</th>");
-    for (name, of) in &conditions {
-        page.put(&format!("<th>{} (n = {})</th>", escaped(name), of.len()));
-    }
-    page.put("</tr>");
-    for (k, measure) in MEASURES.iter().enumerate() {
-        let unit = if measure.unit.is_empty() { String::new() } else { format!(", {}", measure.unit) };
-        let mut row = format!("<tr><td>{}{unit}</td>", measure.title);
-        for (_, of) in &conditions {
-            let found = values(of, k);
-            // Where some trials have no such number, how many have.
-            let n = if found.len() < of.len() { format!(" (n = {})", found.len()) } else { String::new() };
-            let cell = Estimate::of(&found)
-                .map_or("–".into(), |e| format!("{} [{}, {}]{n}", short(e.mean), short(e.low), short(e.high)));
-            let _ = write!(row, "<td>{cell}</td>");
-        }
-        page.put(&(row + "</tr>"));
-    }
-    page.put("</table></div>\n<h2>Mean speed of all cars over time</h2>");
-    page.figure("speed-over-time", figures::over_time(drives));
-    page.put("<h2>Distributions</h2>\n<p class=\"note\">Each dot is a trial, lines join a participant's; beside them the mean and its 95 % interval.</p>\n<div class=\"grid\">");
-    for name in DRAWN {
-        let k = index(name);
-        page.figure(&format!("by-condition-{}", name.replace('_', "-")), figures::distribution(drives, k));
-    }
-    page.put("</div>");
-    powers(page, drives);
+/// So many participants, in words.
+fn people(n: usize) -> String {
+    if n == 1 { "1 participant".into() } else { format!("{n} participants") }
 }
 
-fn index(name: &str) -> usize {
+/// Whose drives these are, and whose are not among them.
+pub(super) fn took_part(page: &mut Page, people: &People) {
+    if people.is_rehearsal() {
+        page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated, nobody drove.</b></p>");
+    }
+    if !people.all.is_empty() {
+        let left_out = people.all.iter().any(|person| person.is_excluded());
+        let left_out = if left_out { "; drives and answers of excluded ones are left out" } else { "" };
+        page.paragraph("note", &format!("Participants: {}{left_out}.", escaped(&people.words())));
+    }
+}
+
+/// Which drives had contacts with other vehicles.
+pub(super) fn contacts(page: &mut Page, drives: &[Analysed]) {
+    const MOST: usize = 20;
+    let k = index("contacts");
+    let of = |drive: &Analysed| drive.measures.values[k].filter(|count| *count > 0.0);
+    let hit: Vec<String> = drives
+        .iter()
+        .filter_map(|drive| Some(format!("{} ({:.0})", escaped(&drive.found.title()), of(drive)?)))
+        .collect();
+    if hit.is_empty() {
+        return;
+    }
+    let more = if hit.len() > MOST { format!(" and {} more", hit.len() - MOST) } else { String::new() };
+    page.paragraph(
+        "warning",
+        &format!(
+            "Contacts with other vehicles in {} of {}: {}{more}.",
+            hit.len(),
+            count(drives.len()),
+            hit[..hit.len().min(MOST)].join(", ")
+        ),
+    );
+}
+
+/// Scores of the questionnaires, over all participants who answered.
+pub(super) fn scores(page: &mut Page, people: &People) {
+    let row = |score: &super::people::Score| {
+        let [low, high] = [f64::min, f64::max].map(|f| score.values.iter().copied().reduce(f).unwrap_or_default());
+        let name = score.questionnaire.replace('_', " ");
+        let n = score.values.len();
+        Some(vec![name, score.name.clone(), n.to_string(), estimate(&score.values)?, short(low), short(high)])
+    };
+    let rows: Vec<Cells> = people.scores.iter().filter_map(row).collect();
+    if rows.is_empty() {
+        return;
+    }
+    page.put("<h2>Questionnaires</h2>");
+    page.paragraph("lead", &format!("{} gives the scores of the questionnaires.", page.table_links(1)));
+    page.table(
+        &format!(
+            "Scores of the questionnaires: mean [{}], lowest and highest; N is the number of participants.",
+            interval()
+        ),
+        &cells(["Questionnaire", "Score", "N", "Mean", "Lowest", "Highest"]),
+        &rows,
+        &[1],
+    );
+}
+
+/// The same over conditions: means, figures, power.
+pub(super) fn study(page: &mut Page, drives: &[Analysed]) {
+    let conditions = conditions(drives);
+    let trials: usize = conditions.iter().map(|(_, of)| of.len()).sum();
+    page.put("<h2>By condition</h2>");
+    let over_time = figures::over_time(drives);
+    let drawn: Vec<Figure> = DRAWN.into_iter().filter_map(|name| distribution(drives, name)).collect();
+    let powered: Vec<Cells> = POWERED.into_iter().flat_map(|name| powers(drives, index(name))).collect();
+    let parts = conditions.chunks(BESIDE).count();
+    let (lines, dots) = (usize::from(over_time.is_some()), drawn.len());
+    let mut text = format!("{} the measures of each condition.", verb(&page.table_links(parts), parts, "give"));
+    if lines > 0 {
+        text += &format!(" {} shows the mean speed over time.", page.figure_links(0, 1));
+    }
+    if dots > 0 {
+        // These come after the line over time.
+        text +=
+            &format!(" {} the distribution of a measure each.", verb(&page.figure_links(lines, dots), dots, "show"));
+    }
+    page.paragraph("lead", &text);
+    means(page, &conditions);
+    if let Some(svg) = over_time {
+        page.figure(Figure {
+            name: "speed-over-time".into(),
+            svg,
+            caption: format!(
+                "Mean speed of all vehicles over time by condition. Lines: mean over participants of the means of some seconds, at \
+                 least 5, drawn at their middle; bands: {}; dashed grey: the same drives without advice, where there are any. {}, \
+                 {} in all.",
+                interval(),
+                numbers(&conditions, participants),
+                count(trials)
+            ),
+        });
+    }
+    drawn.into_iter().for_each(|figure| page.figure(figure));
+    if powered.is_empty() {
+        return;
+    }
+    page.put("<h3>Detectable differences (power)</h3>");
+    page.paragraph(
+        "lead",
+        &format!("{} gives the differences that a study like this one would detect.", page.table_links(1)),
+    );
+    let head = ["Measure", "Conditions", "N", "Difference", "SD", "with this N", "with 10", "with 25", "with 50"];
+    let head: Cells = head.into_iter().map(str::to_owned).chain(["N for this difference".into()]).collect();
+    page.table(
+        "Differences within participants (second condition less first): mean, standard deviation (N−1), the smallest difference that \
+         is detected with a power of 80 % at a two-sided level of 5 % with so many participants (2.80 standard errors of the \
+         difference; normal approximation, no correction for several comparisons), and the number of participants for which that is \
+         the difference found. N is the number of participants with both conditions.",
+        &head,
+        &powered,
+        &[1],
+    );
+}
+
+/// `Tables 1 and 2 give`, `Table 1 gives`.
+fn verb(links: &str, n: usize, verb: &str) -> String {
+    format!("{links} {verb}{}", if n == 1 { "s" } else { "" })
+}
+
+/// Means of all measures, so many conditions beside each other as a sheet is wide.
+fn means(page: &mut Page, conditions: &[(String, Vec<&Analysed>)]) {
+    let has_value = |k: &usize| conditions.iter().any(|(_, of)| !values(of, *k).is_empty());
+    let measured: Vec<usize> = (0..MEASURES.len()).filter(has_value).collect();
+    let without: Vec<String> =
+        (0..MEASURES.len()).filter(|k| !has_value(k)).map(|k| MEASURES[k].title.to_owned()).collect();
+    let parts = conditions.chunks(BESIDE).len();
+    for (i, part) in conditions.chunks(BESIDE).enumerate() {
+        let head = ["Measure".to_owned()].into_iter();
+        let head = head.chain(part.iter().map(|(name, of)| format!("{name} (N = {})", participants(of)))).collect();
+        let row = |k: &usize| {
+            let cell = |(_, of): &(String, Vec<&Analysed>)| {
+                let found = values(of, *k);
+                // Where some participants have no such number, how many have.
+                let n = if found.len() < participants(of) { format!(" (N = {})", found.len()) } else { String::new() };
+                estimate(&found).map_or(NONE.into(), |text| text + &n)
+            };
+            [MEASURES[*k].label()].into_iter().chain(part.iter().map(cell)).collect()
+        };
+        let of = if parts > 1 { format!(", part {} of {parts}", i + 1) } else { String::new() };
+        let missing = if i > 0 || without.is_empty() {
+            String::new()
+        } else {
+            format!(" Without any value: {}.", listed(&without))
+        };
+        page.table(
+            &format!(
+                "Measures by condition{of}: mean over participants [{}]. N is the number of participants.{missing}",
+                interval()
+            ),
+            &head,
+            &measured.iter().map(row).collect::<Vec<_>>(),
+            &[],
+        );
+    }
+}
+
+/// How many there are in each condition: once where they are equal.
+fn numbers(conditions: &[(String, Vec<&Analysed>)], of: impl Fn(&[&Analysed]) -> usize) -> String {
+    let each: Vec<usize> = conditions.iter().map(|(_, drives)| of(drives)).collect();
+    let (least, most) = (each.iter().min().copied().unwrap_or(0), each.iter().max().copied().unwrap_or(0));
+    if least == most {
+        format!("N = {} in each condition", people(least))
+    } else if each.len() <= 6 {
+        let said: Vec<String> = conditions.iter().zip(&each).map(|((name, _), n)| format!("{n} ({name})")).collect();
+        format!("N = {} participants", listed(&said))
+    } else {
+        format!("N = {least} to {most} participants in a condition")
+    }
+}
+
+fn distribution(drives: &[Analysed], name: &str) -> Option<Figure> {
+    let k = index(name);
+    let n = numbers(&conditions(drives), |of| per_participant(of, k).len());
+    Some(Figure {
+        name: format!("by-condition-{}", name.replace('_', "-")),
+        svg: figures::distribution(drives, k)?,
+        caption: format!(
+            "{} by condition. Small dots: participants, joined by a line; large dots with bars: mean and its {}. {n}.",
+            MEASURES[k].title,
+            interval()
+        ),
+    })
+}
+
+pub(super) fn index(name: &str) -> usize {
     MEASURES.iter().position(|measure| measure.name == name).expect("a measure of the list")
 }
 
-fn powers(page: &mut Page, drives: &[Analysed]) {
-    page.put(
-        "<h2>Detectable differences (power)</h2>\n<p class=\"note\">Differences within participants (second condition less first), and the \
-         smallest difference that would be seen with a power of 80 % at 5 % on two sides: 2.80 standard errors of \
-         the difference (normal approximation, no correction for several comparisons).</p>\n<div class=\"wide\"><table><tr><th>measure</th>\
-         <th class=\"t\">conditions</th><th>n</th><th>difference</th><th>SD</th><th>seen with n</th><th>with 10</th>\
-         <th>with 25</th><th>with 50</th><th>n for this difference</th></tr>",
-    );
-    for name in POWERED {
-        for p in power(drives, index(name)) {
-            let unit = MEASURES[p.measure].unit;
-            let needed = p.needed().filter(|n| *n < 10_000.0).map_or("–".into(), |n| n.to_string());
-            page.put(&format!(
-                "<tr><td>{}{}</td><td class=\"t\">{} → {}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{needed}</td></tr>",
-                MEASURES[p.measure].title,
-                if unit.is_empty() { String::new() } else { format!(", {unit}") },
-                escaped(&p.pair[0]),
-                escaped(&p.pair[1]),
-                p.n,
-                short(p.mean),
-                short(p.sd),
-                short(p.detectable(p.n)),
-                short(p.detectable(10)),
-                short(p.detectable(25)),
-                short(p.detectable(50)),
-            ));
-        }
-    }
-    page.put("</table></div>");
+fn powers(drives: &[Analysed], measure: usize) -> Vec<Cells> {
+    let row = |p: super::tables::Power| {
+        let needed = p.needed().filter(|n| *n < 10_000.0).map_or(NONE.into(), |n| n.to_string());
+        let words = [MEASURES[p.measure].label(), format!("{} → {}", p.pair[0], p.pair[1]), p.n.to_string()];
+        let numbers = [p.mean, p.sd, p.detectable(p.n), p.detectable(10), p.detectable(25), p.detectable(50)];
+        words.into_iter().chain(numbers.map(short)).chain([needed]).collect()
+    };
+    power(drives, measure).into_iter().map(row).collect()
 }
 
-/// One drive: ways, speeds, mean speed with and without advice.
-fn one(page: &mut Page, drive: &Analysed, number: usize) -> Result<(), AnalysisError> {
-    let title = drive.found.title();
+/// Drives one by one: all of them, or of a study the trials of one participant.
+fn one_by_one(page: &mut Page, drives: &[Analysed], is_compared: bool) -> Result<(), AnalysisError> {
+    let first = &drives[0].found.participant;
+    let shown: Vec<&Analysed> = drives
+        .iter()
+        .filter(|drive| drive.found.participant == *first && (!is_compared || drive.found.baseline.is_some()))
+        .collect();
+    if shown.is_empty() {
+        return Ok(());
+    }
+    page.put(match (is_compared, shown.len()) {
+        (true, _) => "<h2>One participant's trials</h2>",
+        (false, 1) => "<h2>The drive</h2>",
+        (false, _) => "<h2>Drives</h2>",
+    });
+    for (i, drive) in shown.into_iter().enumerate() {
+        let title = drive.found.title();
+        let (figures, hits) = one(drive, &title, i + 1)?;
+        page.put(&format!("<h3>{}</h3>", escaped(&title)));
+        let (links, n) = (page.figure_links(0, figures.len()), figures.len());
+        page.paragraph("lead", &format!("{} this drive.", verb(&links, n, "show")));
+        if !hits.is_empty() {
+            page.paragraph("warning", &hits);
+        }
+        figures.into_iter().for_each(|figure| page.figure(figure));
+    }
+    Ok(())
+}
+
+/// Figures of a drive: speeds, ways, mean speed with and without advice; and what is to be said of contacts.
+fn one(drive: &Analysed, title: &str, number: usize) -> Result<(Vec<Figure>, String), AnalysisError> {
     let trial = Trial::open(&drive.found.recording)?;
     let traces = DriveTraces::of(&trial)?;
     let of_baseline = |folder: &PathBuf| DriveTraces::of(&Trial::open(folder)?);
     let baseline = drive.found.baseline.as_ref().map(of_baseline).transpose()?.flatten();
-    page.put(&format!("<h3>{}</h3>", escaped(&title)));
-    if !trial.contacts_at.is_empty() {
-        let each: Vec<String> =
-            trial.contacts_at.iter().map(|[at_s, mps]| format!("at {at_s:.1} s with {mps:.1} m/s")).collect();
-        let more = if trial.contacts > each.len() { ", ..." } else { "" };
-        page.put(&format!("<p class=\"warning\">Contacts: {}{more}</p>", each.join(", ")));
-    }
+    let more = if trial.contacts > trial.contacts_at.len() { ", ..." } else { "" };
+    let each = trial.contacts_at.iter().map(|[at_s, mps]| format!("at {at_s:.1} s with {mps:.1} m/s"));
+    let each: Vec<String> = each.collect();
+    let hits = if each.is_empty() { String::new() } else { format!("Contacts: {}{more}", each.join(", ")) };
+    let vehicles = drive.setup.scenario.vehicles;
+    let what = format!("1 drive ({title}), {vehicles} vehicles");
+    let mut figures = Vec::new();
     if let Some(traces) = traces {
-        page.figure(&format!("speeds-{number}"), Some(figures::speeds("Speed and advice", &traces, &trial)));
-        let ways = figures::space_time("With advice", &traces, baseline.as_ref());
-        page.figure(&format!("space-time-{number}"), Some(ways));
+        let marks = match (trial.contacts_at.is_empty(), trial.marks_at.is_empty()) {
+            (true, true) => "",
+            (false, true) => " Red: contacts with other vehicles.",
+            (true, false) => " Dashed: moments that the experimenter marked.",
+            (false, false) => " Red: contacts with other vehicles; dashed: moments that the experimenter marked.",
+        };
+        figures.push(Figure {
+            name: format!("speeds-{number}"),
+            svg: figures::speeds("", &traces, &trial),
+            caption: format!(
+                "Speed of the ego vehicle, advised speed with its acceptable range (green band), and mean speed of all vehicles with \
+                 the slowest and the fastest of them (grey band).{marks} {what}."
+            ),
+        });
+        let compared = if baseline.is_some() {
+            "; above with advice, below the same from the same seed without advice, driven by the car-following model"
+        } else {
+            ""
+        };
+        let title = if baseline.is_some() { "With advice" } else { "" };
+        figures.push(Figure {
+            name: format!("space-time-{number}"),
+            svg: figures::space_time(title, &traces, baseline.as_ref()),
+            caption: format!(
+                "Positions of all vehicles over time, coloured by speed, the ego vehicle outlined{compared}. The last colour stands \
+                 for all higher speeds, too. {what}."
+            ),
+        });
     }
-    page.figure(&format!("mean-speed-{number}"), Some(figures::gain("Mean speed of all cars", drive)));
-    Ok(())
+    let without = if drive.baseline_per_second_mps.is_empty() { "" } else { " with advice and without" };
+    figures.push(Figure {
+        name: format!("mean-speed-{number}"),
+        svg: figures::gain("", drive),
+        caption: format!(
+            "Mean speed of all vehicles over time{without}: means of at least 5 s, drawn at their middle. {what}."
+        ),
+    });
+    Ok((figures, hits))
 }
 
-fn all(page: &mut Page, drives: &[Analysed]) {
-    let columns: Vec<usize> =
-        DRAWN.iter().chain(&["min_ttc_s", "sdlp_m", "rms_jerk_mps3", "contacts"]).map(|n| index(n)).collect();
-    page.put("<div class=\"wide\"><table><tr><th>drive</th><th>s</th>");
-    for k in &columns {
-        page.put(&format!("<th>{}</th>", MEASURES[*k].name.replace('_', " ")));
+/// Every drive in numbers: a few beside each other with all that was measured, many one below the other with a part of it.
+pub(super) fn every(page: &mut Page, drives: &[Analysed]) {
+    page.put(if drives.len() == 1 { "<h2>The drive in numbers</h2>" } else { "<h2>All drives</h2>" });
+    let tables = if drives.len() <= BESIDE { 1 } else { LISTED.len() };
+    let links = verb(&page.table_links(tables), tables, "give");
+    let what = if drives.len() == 1 { "the measures of the drive" } else { "the measures of every drive" };
+    page.paragraph("lead", &format!("{links} {what}; {NONE} stands for a number that is not there."));
+    let n = count_of(drives);
+    if drives.len() <= BESIDE {
+        let row = |k: usize| {
+            let values = drives.iter().map(|drive| drive.measures.values[k].map_or(NONE.into(), short));
+            [MEASURES[k].label()].into_iter().chain(values).collect()
+        };
+        let titles = drives.iter().map(|drive| drive.found.title());
+        page.table(
+            &format!("Measures of every drive. {n}."),
+            &["Measure".to_owned()].into_iter().chain(titles).collect(),
+            &(0..MEASURES.len()).map(row).collect::<Vec<_>>(),
+            &[],
+        );
+        return;
     }
-    page.put("</tr>");
-    for drive in drives {
-        let mut row = format!("<tr><td>{}</td><td>{}</td>", escaped(&drive.found.title()), short(drive.duration_s));
-        for k in &columns {
-            let _ = write!(row, "<td>{}</td>", drive.measures.values[*k].map_or("–".into(), short));
-        }
-        page.put(&(row + "</tr>"));
+    for (names, what) in LISTED.into_iter().zip(["speed and advice", "following, steering and fuel"]) {
+        let columns: Vec<usize> = names.iter().map(|name| index(name)).collect();
+        let head = ["Drive".to_owned(), "Duration, s".to_owned()].into_iter();
+        let row = |drive: &Analysed| {
+            let values = columns.iter().map(|k| drive.measures.values[*k].map_or(NONE.into(), short));
+            [drive.found.title(), short(drive.duration_s)].into_iter().chain(values).collect()
+        };
+        page.table(
+            &format!("Measures of every drive: {what}. {n}."),
+            &head.chain(columns.iter().map(|k| MEASURES[*k].label())).collect(),
+            &drives.iter().map(row).collect::<Vec<_>>(),
+            &[],
+        );
     }
-    page.put("</table></div>");
 }
 
-fn definitions(page: &mut Page) {
-    page.put(
-        "<h2>Definitions</h2>\n<table><tr><th>name</th><th class=\"t\">unit</th><th class=\"t\">definition</th></tr>",
+fn count_of(drives: &[Analysed]) -> String {
+    let all: Vec<&Analysed> = drives.iter().collect();
+    let of = if is_of_several_people(drives) { format!(" of {}", people(participants(&all))) } else { String::new() };
+    format!("N = {}{of}", count(drives.len()))
+}
+
+/// What each column of the tables beside the page is.
+pub(super) fn dictionary(page: &mut Page, drives: &[Analysed]) {
+    page.put("<section id=\"data-dictionary\">\n<h2>Data dictionary</h2>");
+    let tables = glossary::tables(drives);
+    page.paragraph(
+        "lead",
+        &format!(
+            "{} define the columns of the tables beside this page; the same stands in the file columns.json.",
+            page.table_links(tables.len())
+        ),
     );
-    for measure in MEASURES {
-        page.put(&format!(
-            "<tr><td><code>{}</code></td><td class=\"t\">{}</td><td class=\"t\">{}</td></tr>",
-            measure.name,
-            measure.unit,
-            escaped(measure.about)
-        ));
+    for table in tables {
+        let row = |column: &glossary::Column| {
+            vec![
+                escaped(&column.title),
+                format!("<code>{}</code>", escaped(&column.name)),
+                glossary::printed(column.unit),
+                escaped(&column.about),
+            ]
+        };
+        page.marked_table(
+            &format!("Columns of {}, in which a row is {}.", table.file, table.row),
+            &cells(["Quantity", "Column", "Unit", "Definition"]),
+            &table.columns.iter().map(row).collect::<Vec<_>>(),
+            &[1, 2, 3],
+        );
     }
-    page.put("</table>");
+    page.put("</section>");
 }
 
-/// Three digits that count.
-fn short(value: f64) -> String {
+fn cells<const N: usize>(words: [&str; N]) -> Cells {
+    words.map(str::to_owned).to_vec()
+}
+
+/// Mean and interval; of a single number there is no interval.
+pub(super) fn estimate(numbers: &[f64]) -> Option<String> {
+    let e = Estimate::of(numbers)?;
+    Some(if numbers.len() > 1 {
+        format!("{} [{}, {}]", short(e.mean), short(e.low), short(e.high))
+    } else {
+        short(e.mean)
+    })
+}
+
+/// Three digits that count, and a true minus sign.
+pub(super) fn short(value: f64) -> String {
     let text = match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),
         v if v >= 10.0 => format!("{value:.1}"),
         v if v >= 1.0 => format!("{value:.2}"),
         _ => format!("{value:.3}"),
     };
-    if text.trim_start_matches('-').chars().all(|c| "0.".contains(c)) { "0".into() } else { text }
+    if text.trim_start_matches('-').chars().all(|c| "0.".contains(c)) { "0".into() } else { minus(&text) }
 }
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-#[cfg(test)]
-#[path = "page_tests.rs"]
-mod tests;

@@ -1,13 +1,14 @@
 //! What was measured, as CSV. In: analysed drives. Out: text: `trials.csv` (a row a drive), `advice.csv` (a row a change of
-//! the advice), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval), and a
-//! description of every column.
+//! the advice), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval). What each
+//! column is stands in [`glossary`](super::glossary).
 
 use super::{
     Analysed, MEASURES,
+    glossary::names,
     measures::{deviation, median},
 };
 use crate::train::Estimate;
-use serde_json::{Map, Value, json};
+use std::collections::BTreeSet;
 
 /// A number, or nothing.
 fn cell(value: Option<f64>) -> String {
@@ -22,16 +23,8 @@ fn line(cells: impl IntoIterator<Item = String>) -> String {
 }
 
 /// Names of the factors, as the first drive has them.
-fn factors(drives: &[Analysed]) -> Vec<String> {
+pub(super) fn factors(drives: &[Analysed]) -> Vec<String> {
     drives.first().map(|d| d.found.levels.iter().map(|level| level.0.clone()).collect()).unwrap_or_default()
-}
-
-/// Columns that say which drive a row is of.
-fn key_names(drives: &[Analysed]) -> Vec<String> {
-    let mut names: Vec<String> = ["participant", "segment", "place", "condition"].map(str::to_owned).to_vec();
-    // A study without factors calls its one factor as the column that is there.
-    names.extend(factors(drives).into_iter().filter(|factor| factor != "condition"));
-    names
 }
 
 fn key(drive: &Analysed) -> Vec<String> {
@@ -44,19 +37,16 @@ fn key(drive: &Analysed) -> Vec<String> {
 
 /// A row a drive.
 pub fn trials(drives: &[Analysed]) -> String {
-    let names = MEASURES.iter().map(|measure| measure.name.to_owned());
-    let head = key_names(drives).into_iter().chain(["duration_s", "ended"].map(str::to_owned)).chain(names);
     let row = |drive: &Analysed| {
         let facts = [cell(Some(drive.duration_s)), drive.ended.clone()];
         line(key(drive).into_iter().chain(facts).chain(drive.measures.values.iter().map(|v| cell(*v))))
     };
-    line(head) + &drives.iter().map(row).collect::<String>()
+    line(names(drives, "trials.csv")) + &drives.iter().map(row).collect::<String>()
 }
 
 /// A row a change of the advice.
 pub fn advice(drives: &[Analysed]) -> String {
-    let own = ["onset_s", "from_mps", "to_mps", "reaction_s", "was_in_range", "enter_range_s", "enter_range_steps"];
-    let mut text = line(key_names(drives).into_iter().chain(own.map(str::to_owned)));
+    let mut text = line(names(drives, "advice.csv"));
     for drive in drives {
         for r in drive.responses() {
             let own = [
@@ -76,8 +66,7 @@ pub fn advice(drives: &[Analysed]) -> String {
 
 /// A row a second of every drive.
 pub fn speed(drives: &[Analysed]) -> String {
-    let own = ["second", "mean_speed_mps", "baseline_speed_mps"];
-    let mut text = line(key_names(drives).into_iter().chain(own.map(str::to_owned)));
+    let mut text = line(names(drives, "speed.csv"));
     for drive in drives {
         for (second, speed) in drive.per_second_mps.iter().enumerate() {
             let baseline = drive.baseline_per_second_mps.get(second).copied();
@@ -100,15 +89,33 @@ pub fn conditions(drives: &[Analysed]) -> Vec<(String, Vec<&Analysed>)> {
     list
 }
 
-/// A measure of some drives.
+/// A measure of each participant who has it: the mean over his or her drives among these, so that everybody counts once.
+pub fn per_participant<'a>(of: &[&'a Analysed], measure: usize) -> Vec<(&'a str, f64)> {
+    let mut sums: Vec<(&str, f64, usize)> = Vec::new();
+    for drive in of {
+        let Some(value) = drive.measures.values[measure] else { continue };
+        let who = drive.found.participant.as_str();
+        match sums.iter_mut().find(|sum| sum.0 == who) {
+            Some(sum) => (sum.1, sum.2) = (sum.1 + value, sum.2 + 1),
+            None => sums.push((who, value, 1)),
+        }
+    }
+    sums.into_iter().map(|(who, sum, n)| (who, sum / n as f64)).collect()
+}
+
+/// The same numbers alone.
 pub fn values(of: &[&Analysed], measure: usize) -> Vec<f64> {
-    of.iter().filter_map(|drive| drive.measures.values[measure]).collect()
+    per_participant(of, measure).into_iter().map(|(_, value)| value).collect()
+}
+
+/// How many people drove these.
+pub fn participants(of: &[&Analysed]) -> usize {
+    of.iter().map(|drive| drive.found.participant.as_str()).collect::<BTreeSet<_>>().len()
 }
 
 /// A row a condition and measure.
 pub fn by_condition(drives: &[Analysed]) -> String {
-    let head = ["condition", "measure", "unit", "n", "mean", "sd", "median", "low", "high"];
-    let mut text = line(head.map(str::to_owned));
+    let mut text = line(names(drives, "conditions.csv"));
     for (condition, of) in conditions(drives) {
         for (k, measure) in MEASURES.iter().enumerate() {
             let values = values(&of, k);
@@ -127,35 +134,6 @@ pub fn by_condition(drives: &[Analysed]) -> String {
         }
     }
     text
-}
-
-/// What every column is, as JSON.
-pub fn description(drives: &[Analysed]) -> String {
-    let mut out = Map::new();
-    let mut put = |name: &str, about: &str, unit: &str| {
-        let value = if unit.is_empty() {
-            json!({ "Description": about })
-        } else {
-            json!({ "Description": about, "Units": unit })
-        };
-        out.insert(name.into(), value);
-    };
-    put("participant", "code of the participant", "");
-    put("segment", "segment of the study", "");
-    put("place", "place among the trials of the segment, from 1", "");
-    put("condition", "condition of the trial", "");
-    factors(drives).iter().for_each(|factor| put(factor, "level of the factor", ""));
-    put("duration_s", "length of the drive", "s");
-    put("ended", "how it ended", "");
-    MEASURES.iter().for_each(|measure| put(measure.name, measure.about, measure.unit));
-    put("onset_s", "advice.csv: when the change was seen, from the start of the drive", "s");
-    put("from_mps", "advice.csv: the target before", "m/s");
-    put("to_mps", "advice.csv: the new target", "m/s");
-    put("was_in_range", "advice.csv: the speed was in the new range at the onset", "");
-    put("second", "speed.csv: second of the drive; speeds are means over it", "s");
-    put("low", "conditions.csv: lower end of the 95 % bootstrap interval of the mean", "");
-    put("high", "conditions.csv: upper end", "");
-    format!("{:#}\n", Value::Object(out))
 }
 
 /// How large a difference between two conditions would be seen, from the paired differences within participants.
@@ -191,12 +169,10 @@ pub fn power(drives: &[Analysed], measure: usize) -> Vec<Power> {
     let mut list = Vec::new();
     for (i, (first, a)) in conditions.iter().enumerate() {
         for (second, b) in &conditions[i + 1..] {
-            let differences: Vec<f64> = a
-                .iter()
-                .filter_map(|one| {
-                    let other = b.iter().find(|other| other.found.participant == one.found.participant)?;
-                    Some(other.measures.values[measure]? - one.measures.values[measure]?)
-                })
+            let other = per_participant(b, measure);
+            let differences: Vec<f64> = per_participant(a, measure)
+                .into_iter()
+                .filter_map(|(who, one)| Some(other.iter().find(|(name, _)| *name == who)?.1 - one))
                 .collect();
             if let Some(sd) = deviation(&differences) {
                 let n = differences.len();
@@ -211,7 +187,7 @@ pub fn power(drives: &[Analysed], measure: usize) -> Vec<Power> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{Found, Measures};
+    use crate::analysis::{Found, Measures, Setup};
 
     /// A trial with a mean speed, which is the first measure.
     fn drive(participant: &str, condition: &str, rank: usize, mean_speed_mps: f64) -> Analysed {
@@ -231,6 +207,7 @@ mod tests {
             baseline_per_second_mps: Vec::new(),
             duration_s: 1.0,
             ended: "duration".into(),
+            setup: Setup::default(),
         }
     }
 
@@ -252,6 +229,15 @@ mod tests {
         let text = by_condition(&drives);
         assert!(text.contains("wide,mean_speed_mps,m/s,4,4.75,"), "{text}");
         assert!(text.contains("narrow,mean_speed_mps,m/s,3,5.333333333333333,2.309401076758503,4,"), "{text}");
+    }
+
+    #[test]
+    fn who_drives_a_condition_twice_counts_once_with_the_mean_of_both() {
+        let drives = [drive("sub-1", "wide", 0, 2.0), drive("sub-2", "wide", 0, 6.0), drive("sub-1", "wide", 0, 4.0)];
+        let of: Vec<&Analysed> = drives.iter().collect();
+        assert_eq!(per_participant(&of, 0), [("sub-1", 3.0), ("sub-2", 6.0)]);
+        assert_eq!((values(&of, 0), participants(&of)), (vec![3.0, 6.0], 2));
+        assert!(by_condition(&drives).contains("wide,mean_speed_mps,m/s,2,4.5,"));
     }
 
     #[test]

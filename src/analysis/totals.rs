@@ -140,7 +140,7 @@ impl DriveTotals {
     /// # Errors
     /// A table cannot be read, or is not as this program writes it.
     pub fn of(trial: &Trial) -> Result<(Self, Vec<Response>), AnalysisError> {
-        let mut totals = Self::new(trial.step_s, trial.changes.clone());
+        let mut totals = Self::new(trial.setup.scenario.step_s, trial.changes.clone());
         for ego in trial.ego()? {
             totals.add(&ego?);
         }

@@ -47,10 +47,10 @@ impl DriveTraces {
     /// # Errors
     /// A table cannot be read, or is not as this program writes it.
     pub fn of(trial: &Trial) -> Result<Option<Self>, AnalysisError> {
-        if trial.route_m <= 0.0 {
+        if trial.setup.route_m <= 0.0 {
             return Ok(None);
         }
-        let mut collector = Collector::new(trial.route_m);
+        let mut collector = Collector::new(trial.setup.route_m);
         let (mut ego, mut last) = (trial.ego()?, None::<EgoSample>);
         for step in trial.steps()? {
             let step = step?;
@@ -74,6 +74,8 @@ struct Collector {
     /// Where each car is, metres from the start of the route in its first round; and the step before.
     way_m: Vec<f64>,
     before: Step,
+    /// What that step showed.
+    before_shown_mps: Option<f64>,
     tenths_mps: Vec<f64>,
     speeds: Thinned<Moment>,
 }
@@ -86,6 +88,7 @@ impl Collector {
             ways_end_s: None,
             way_m: Vec::new(),
             before: Step::default(),
+            before_shown_mps: None,
             tenths_mps: Vec::new(),
             speeds: Thinned::new(1),
         }
@@ -126,11 +129,18 @@ impl Collector {
         let speed_mps = if self.speeds.takes_next() { single(&step.speed_mps) } else { Vec::new() };
         self.speeds.push(Moment { time_s, speed_mps, shown_mps });
         self.before = step;
+        self.before_shown_mps = shown_mps;
     }
 
-    fn finish(self, range_mps: f64) -> Option<DriveTraces> {
+    fn finish(mut self, range_mps: f64) -> Option<DriveTraces> {
         if self.seen < LEAST_STEPS {
             return None;
+        }
+        // Whatever was let go, the last step is kept: a drive is shown to its end.
+        let (end_s, kept) = (Tick(self.before.tick).seconds(), &mut self.speeds.values);
+        if kept.last().is_some_and(|moment| moment.time_s < end_s) {
+            let speed_mps = self.before.speed_mps.iter().map(|speed| *speed as f32).collect();
+            kept.push(Moment { time_s: end_s, speed_mps, shown_mps: self.before_shown_mps });
         }
         let mut speeds = Trace { circumference_m: self.ways.circumference_m, ..Trace::default() };
         for moment in self.speeds.values {
@@ -179,13 +189,15 @@ mod tests {
         assert!(kept * 4 <= MOST_VALUES && kept * 4 > MOST_VALUES / 2, "{kept}");
         let found = day.finish(0.5).unwrap();
         assert_eq!(found.ways_end_s, Some(3600.0));
-        assert!(found.speeds.time_s[kept - 1] > 86_390.0 && found.speeds.speed_mps.iter().all(|row| row.len() == 4));
+        assert_eq!(found.speeds.time_s.last(), Some(&86_400.0), "to the last step");
+        assert_eq!(found.speeds.shown_mps.last(), Some(&Some(86_400.0)));
+        assert!(found.speeds.speed_mps.iter().all(|row| row.len() == 4));
     }
 
     #[test]
     fn many_cars_are_shown_for_a_shorter_time() {
         let found = collected(3000, 1000).finish(0.5).unwrap();
         assert_eq!((found.ways.time_s.len(), found.ways_end_s), (2000, Some(200.0)));
-        assert_eq!(found.speeds.time_s.len(), 1500, "every second one");
+        assert_eq!(found.speeds.time_s.len(), 1501, "every second one, and the last");
     }
 }

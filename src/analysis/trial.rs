@@ -2,7 +2,7 @@
 //! a drive of days takes no more memory than one of minutes. SI units; seconds since the start of the drive.
 
 use super::{
-    AnalysisError,
+    AnalysisError, Setup,
     response::{Change, ChangeFinder},
 };
 use crate::{
@@ -42,10 +42,8 @@ const LANE_OFFSET: &str = "lane_offset_m";
 pub struct Trial {
     /// Its folder.
     pub recording: PathBuf,
-    /// Length of a step, seconds.
-    pub step_s: f64,
-    /// Length of the closed route, metres; 0 if its map is not here any more.
-    pub route_m: f64,
+    /// How it was made.
+    pub setup: Setup,
     /// The first advice.
     pub first_advice: Option<Issued>,
     /// Changes of the advice.
@@ -128,9 +126,12 @@ impl Trial {
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.0))?;
         let mut trial = Self {
             recording: recording.into(),
-            step_s: scenario.step_s,
-            route_m: RoadMap::load(&scenario.map).map_or(0.0, |map| map.route.length_m()),
-            ended: manifest.ended.unwrap_or_default(),
+            ended: manifest.ended.clone().unwrap_or_default(),
+            setup: Setup {
+                route_m: RoadMap::load(&scenario.map).map_or(0.0, |map| map.route.length_m()),
+                manifest,
+                scenario,
+            },
             ..Self::default()
         };
         for part in trial.parts(Table::Events, &["tick", "event", "value"])? {

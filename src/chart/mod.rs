@@ -1,9 +1,19 @@
-//! Figures: charts as SVG, and any such SVG as PNG. In: lines, bands and marks in the units of their axes. Out: pictures
-//! for a report, a paper, a slide. What a figure is of is for others to know ([`train::figures`](crate::train::figures),
-//! [`analysis`](crate::analysis)).
+//! Figures: charts as SVG, and any such SVG as PNG. In: lines, bands, shapes and marks in the units of their axes. Out: pictures
+//! for a report, a paper, a slide, as wide as a journal's column or page. What a figure is of is for others to know
+//! ([`train::figures`](crate::train::figures), [`analysis`](crate::analysis)).
 
+mod axis;
+mod legend;
 mod plot;
 mod png;
+mod shape;
+mod text;
 
-pub use plot::{Axis, COLOURS, Chart, Line, Mark, Style, picture};
+pub use axis::{Axis, Scale};
+pub use plot::{COLOURS, Chart, Line, Mark, Picture, Style, Width, picture};
 pub use png::{PNG_SCALE, is_font, png};
+pub use shape::{ColourKey, Shape};
+pub use text::{escaped, lines_needed, minus};
+
+#[cfg(test)]
+pub use png::texts;

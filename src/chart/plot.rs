@@ -1,64 +1,17 @@
-//! Charts as SVG text. In: lines, bands and marks in the units of their axes. Out: a picture without fonts or scripts of
-//! its own, which prints and scales. Colours are those of Okabe and Ito (2008), told apart by colour-blind readers too.
+//! Charts as SVG text. In: lines, bands, shapes and marks in the units of their axes. Out: a picture without fonts or scripts of
+//! its own, as wide as a journal's column or page, which prints and scales. Every text has its room, measured before anything is
+//! drawn. Colours are those of Okabe and Ito (2008), told apart by colour-blind readers too.
 
+use super::{
+    axis::{Axis, Scale, Side, Tick},
+    legend,
+    shape::{ColourKey, Shape},
+    text::{LINE, SIZE, escaped, width, wrapped},
+};
 use std::fmt::Write;
 
 /// Colours of lines, in order of use.
 pub const COLOURS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#8c6d1f", "#444444"];
-
-/// An axis.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
-    /// Quantity and unit.
-    pub label: String,
-    /// First and last value shown.
-    pub range: [f64; 2],
-    /// Where it has ticks.
-    pub ticks: Vec<f64>,
-    /// Even ratios instead of even differences.
-    pub is_log: bool,
-}
-
-impl Axis {
-    /// An axis with about five round ticks.
-    pub fn even(label: &str, range: [f64; 2]) -> Self {
-        let [low, high] = widened(range);
-        Self { label: label.into(), range: [low, high], ticks: round_ticks(low, high), is_log: false }
-    }
-
-    /// An axis of even ratios with these ticks, the first and last of which lie at its ends but for a margin.
-    pub fn ratios(label: &str, ticks: &[f64]) -> Self {
-        let (low, high) = (ticks[0], ticks[ticks.len() - 1]);
-        let margin = (high / low).powf(0.03);
-        Self { label: label.into(), range: [low / margin, high * margin], ticks: ticks.to_vec(), is_log: true }
-    }
-
-    fn share(&self, x: f64) -> f64 {
-        let of = |x: f64| if self.is_log { x.max(1e-12).ln() } else { x };
-        let [low, high] = self.range.map(of);
-        (of(x) - low) / (high - low)
-    }
-}
-
-/// A range that has a width.
-fn widened([low, high]: [f64; 2]) -> [f64; 2] {
-    if !(low.is_finite() && high.is_finite()) {
-        [0.0, 1.0]
-    } else if high - low < 1e-9 {
-        [low - 0.5, low + 0.5]
-    } else {
-        [low, high]
-    }
-}
-
-/// Multiples of 1, 2 or 5 times a power of ten, three to eight of them.
-fn round_ticks(low: f64, high: f64) -> Vec<f64> {
-    let rough = (high - low) / 6.0;
-    let power = 10f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= rough * 0.999).unwrap_or(rough);
-    let first = (low / step - 1e-6).ceil() as i64;
-    (first..).map(|i| i as f64 * step).take_while(|x| *x <= high + step * 1e-6).collect()
-}
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,120 +55,302 @@ pub struct Mark {
     pub text: String,
 }
 
-/// A chart. Sizes are in the picture's own units, about a pixel.
+/// A chart. Sizes are in the picture's own units: a quarter of a millimetre, about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// Heading.
+    /// Heading; empty has none.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// Width and height of the field between the axes.
-    pub field: [f64; 2],
+    /// Height of the field between the axes.
+    pub height: f64,
     /// Lines, drawn in order.
     pub lines: Vec<Line>,
-    /// SVG below the lines, in the units of [`Chart::place`].
-    pub below: String,
+    /// What is drawn below the lines.
+    pub shapes: Vec<Shape>,
     /// Warnings, above all else.
     pub marks: Vec<Mark>,
 }
 
-/// Room around the field: left, top, right, bottom.
-const MARGIN: [f64; 4] = [58.0, 34.0, 18.0, 46.0];
-/// Height of a line of the legend.
-const LEGEND: f64 = 17.0;
-
 impl Chart {
     /// A chart without lines.
-    pub fn new(title: &str, x: Axis, y: Axis, field: [f64; 2]) -> Self {
-        Self { title: title.into(), x, y, field, lines: Vec::new(), below: String::new(), marks: Vec::new() }
+    pub fn new(title: &str, x: Axis, y: Axis, height: f64) -> Self {
+        Self { title: title.into(), x, y, height, lines: Vec::new(), shapes: Vec::new(), marks: Vec::new() }
+    }
+
+    /// The same lying on its side, for shapes alone: names that stood below stand at the left, from top to bottom. It is as high
+    /// as they need, and no line or mark is kept.
+    pub fn transposed(self) -> Self {
+        let (mut y, x) = (self.x, self.y);
+        y.range.reverse();
+        let rows = y.ticks(0.0, Side::Left { names: NAMES });
+        let tallest = rows.iter().map(|tick| tick.lines.len()).max().unwrap_or(1).max(3) as f64;
+        Self {
+            height: rows.len() as f64 * (tallest * LINE + 8.0),
+            shapes: self.shapes.into_iter().map(Shape::transposed).collect(),
+            ..Self::new(&self.title, x, y, 0.0)
+        }
+    }
+}
+
+/// Room for a name beside a vertical axis.
+const NAMES: f64 = 230.0;
+
+/// How wide a picture is in print.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// A column of a journal: 89 mm.
+    Column,
+    /// A page of a journal: 183 mm.
+    Page,
+}
+
+impl Width {
+    /// In millimetres.
+    pub fn mm(self) -> f64 {
+        match self {
+            Self::Column => 89.0,
+            Self::Page => 183.0,
+        }
+    }
+
+    /// In units of a picture: text of 12 units is 8 points high.
+    pub fn units(self) -> f64 {
+        (self.mm() * UNITS_PER_MM).round()
+    }
+}
+
+const UNITS_PER_MM: f64 = 4.24;
+
+/// Charts one above the other, a key to colours and a note under them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture<'a> {
+    /// From top to bottom.
+    pub charts: &'a [Chart],
+    /// How wide it is.
+    pub width: Width,
+    /// What colours stand for.
+    pub key: Option<&'a ColourKey>,
+    /// Said below, line by line.
+    pub note: &'a str,
+}
+
+/// Charts one above the other, as wide as a page, and a note under them.
+pub fn picture(charts: &[Chart], note: &str) -> String {
+    Picture { charts, width: Width::Page, key: None, note }.svg()
+}
+
+impl Picture<'_> {
+    /// As SVG.
+    pub fn svg(&self) -> String {
+        let total = self.width.units();
+        let left = self.charts.iter().map(left_of).fold(0.0, f64::max);
+        let layouts: Vec<Layout> = self.charts.iter().map(|chart| Layout::of(chart, left, total)).collect();
+        let key_height = self.key.map_or(0.0, |key| legend::key_height(key, total - left - 8.0));
+        let notes: Vec<String> = self.note.lines().flat_map(|line| wrapped(line, total - left - 8.0, NOTE)).collect();
+        let height = layouts.iter().map(Layout::height).sum::<f64>() + key_height + LINE * notes.len() as f64 + 6.0;
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {total:.0} {height:.0}\" width=\"{}mm\" \
+             height=\"{:.1}mm\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"{SIZE:.0}\" fill=\"#222\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+            self.width.mm(),
+            height / total * self.width.mm(),
+        );
+        let mut y = 0.0;
+        for (i, layout) in layouts.iter().enumerate() {
+            layout.draw(&mut out, y, i);
+            y += layout.height();
+        }
+        if let Some(key) = self.key {
+            legend::key(&mut out, key, [left, y], total - left - 8.0);
+        }
+        for (i, line) in notes.iter().enumerate() {
+            let at = y + key_height + 10.0 + LINE * i as f64;
+            let _ = writeln!(
+                out,
+                "<text x=\"{left:.0}\" y=\"{at:.1}\" font-size=\"{NOTE:.0}\" fill=\"#444\">{}</text>",
+                escaped(line)
+            );
+        }
+        out.push_str("</svg>\n");
+        out
+    }
+}
+
+/// Size of notes.
+const NOTE: f64 = 11.0;
+
+/// Room that a chart needs at the left of its field: the label, the ticks.
+fn left_of(chart: &Chart) -> f64 {
+    let ticks = chart.y.ticks(chart.height, Side::Left { names: NAMES });
+    label_room(&wrapped(&chart.y.label, chart.height, SIZE)) + widest(&ticks) + 10.0
+}
+
+fn label_room(lines: &[String]) -> f64 {
+    if lines.iter().all(String::is_empty) { 2.0 } else { 8.0 + LINE * lines.len() as f64 }
+}
+
+fn widest(ticks: &[Tick]) -> f64 {
+    ticks.iter().flat_map(|tick| &tick.lines).map(|line| width(line, SIZE)).fold(0.0, f64::max)
+}
+
+/// Where everything of a chart stands.
+struct Layout<'a> {
+    chart: &'a Chart,
+    /// Upper left corner of the field, and its size.
+    at: [f64; 2],
+    field: [f64; 2],
+    title: Vec<String>,
+    x_ticks: Vec<Tick>,
+    y_ticks: Vec<Tick>,
+    x_label: Vec<String>,
+    y_label: Vec<String>,
+    /// From the field to the legend.
+    below: f64,
+    legend: legend::Legend<'a>,
+}
+
+impl<'a> Layout<'a> {
+    fn of(chart: &'a Chart, left: f64, total: f64) -> Self {
+        let named = chart.lines.iter().filter(|line| !line.name.is_empty());
+        // The last tick's label reaches beyond the axis.
+        let mut right = 8.0;
+        for _ in 0..3 {
+            let length = total - left - right;
+            let reach = |tick: &Tick| {
+                let half = tick.lines.iter().map(|line| width(line, SIZE)).fold(0.0, f64::max) / 2.0;
+                chart.x.share(tick.at) * length + half - length
+            };
+            let over = chart.x.ticks(length, Side::Bottom).iter().map(reach).fold(0.0, f64::max);
+            right = over.max(6.0) + 2.0;
+        }
+        let field = [total - left - right, chart.height];
+        let x_ticks = chart.x.ticks(field[0], Side::Bottom);
+        let tick_lines = x_ticks.iter().map(|tick| tick.lines.len()).max().unwrap_or(0) as f64;
+        let x_label: Vec<String> =
+            wrapped(&chart.x.label, field[0], SIZE).into_iter().filter(|line| !line.is_empty()).collect();
+        let title: Vec<String> =
+            wrapped(&chart.title, field[0], SIZE + 1.0).into_iter().filter(|line| !line.is_empty()).collect();
+        let top = if title.is_empty() { 9.0 } else { 12.0 + 16.0 * title.len() as f64 };
+        Self {
+            chart,
+            at: [left, top],
+            field,
+            title,
+            below: 8.0 + LINE * tick_lines + (LINE + 1.0) * x_label.len() as f64 + 6.0,
+            x_ticks,
+            y_ticks: chart.y.ticks(chart.height, Side::Left { names: NAMES }),
+            x_label,
+            y_label: wrapped(&chart.y.label, chart.height, SIZE),
+            legend: legend::Legend::of(named.collect(), field[0]),
+        }
+    }
+
+    fn height(&self) -> f64 {
+        self.at[1] + self.field[1] + self.below + self.legend.height()
     }
 
     /// Where a point lies, from the upper left corner of the field.
-    pub fn place(&self, x: f64, y: f64) -> [f64; 2] {
-        [self.x.share(x) * self.field[0], (1.0 - self.y.share(y)) * self.field[1]]
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.chart.x.share(x) * self.field[0], (1.0 - self.chart.y.share(y)) * self.field[1]]
     }
 
-    /// Width and height with everything around the field.
-    pub fn size(&self) -> [f64; 2] {
-        let legend = self.legend_columns().len() as f64 * LEGEND;
-        [MARGIN[0] + self.field[0] + MARGIN[2], MARGIN[1] + self.field[1] + MARGIN[3] + legend]
-    }
-
-    /// Names of the legend, so many in a row as fit.
-    fn legend_columns(&self) -> Vec<Vec<&Line>> {
-        let named: Vec<&Line> = self.lines.iter().filter(|line| !line.name.is_empty()).collect();
-        let longest = named.iter().map(|line| line.name.chars().count()).max().unwrap_or(0) as f64;
-        let columns = ((self.field[0] / (longest * 6.2 + 40.0)) as usize).max(1);
-        named.chunks(columns).map(<[&Line]>::to_vec).collect()
-    }
-
-    /// The chart with its upper left corner at this place of a picture.
-    fn draw(&self, out: &mut String, at: [f64; 2], index: usize) {
-        let [w, h] = self.field;
-        let _ = writeln!(out, "<g transform=\"translate({:.1} {:.1})\">", at[0] + MARGIN[0], at[1] + MARGIN[1]);
-        let _ = writeln!(out, "<text y=\"-12\" font-size=\"14\" font-weight=\"bold\">{}</text>", escaped(&self.title));
+    /// The chart at this height of the picture.
+    fn draw(&self, out: &mut String, from_top: f64, index: usize) {
+        let ([w, h], chart) = (self.field, self.chart);
+        let _ = writeln!(out, "<g transform=\"translate({:.1} {:.1})\">", self.at[0], from_top + self.at[1]);
+        for (i, line) in self.title.iter().enumerate() {
+            let y = 16.0 * (i as f64 - self.title.len() as f64) + 7.0;
+            let _ = writeln!(out, "<text y=\"{y:.1}\" font-size=\"{:.0}\">{}</text>", SIZE + 1.0, escaped(line));
+        }
         self.grid(out);
-        let _ = writeln!(out, "<clipPath id=\"f{index}\"><rect width=\"{w}\" height=\"{h}\"/></clipPath>");
-        let _ = writeln!(out, "<g clip-path=\"url(#f{index})\">\n{}", self.below);
-        self.lines.iter().for_each(|line| self.band(out, line));
-        self.lines.iter().for_each(|line| self.line(out, line));
-        let _ = writeln!(out, "</g>\n<path d=\"M0 0V{h}H{w}\" fill=\"none\" stroke=\"#333\"/>");
-        self.marks.iter().for_each(|mark| self.mark(out, mark));
-        self.legend(out);
+        let _ = writeln!(out, "<clipPath id=\"f{index}\"><rect width=\"{w:.1}\" height=\"{h:.1}\"/></clipPath>");
+        let _ = writeln!(out, "<g clip-path=\"url(#f{index})\">");
+        chart.shapes.iter().for_each(|shape| shape.draw(out, |at| self.place(at)));
+        chart.lines.iter().for_each(|line| self.band(out, line));
+        chart.lines.iter().for_each(|line| self.line(out, line));
+        let _ = writeln!(out, "</g>\n<path d=\"M0 0V{h:.1}H{w:.1}\" fill=\"none\" stroke=\"#333\"/>");
+        self.marks(out);
+        self.legend.draw(out, h + self.below);
         out.push_str("</g>\n");
     }
 
-    fn mark(&self, out: &mut String, mark: &Mark) {
-        let [x, y] = self.place(mark.at[0], mark.at[1]);
-        // Beside the cross, on the side that has room, and within the field.
-        let is_left = x > 0.6 * self.field[0];
-        let (anchor, aside) = if is_left { ("end", -10.0) } else { ("start", 10.0) };
-        let _ = writeln!(
-            out,
-            "<path d=\"M{:.1} {:.1}l12 12m0 -12l-12 12\" stroke=\"#c00000\" stroke-width=\"2.6\"/><text x=\"{:.1}\" y=\"{:.1}\" \
-             fill=\"#c00000\" font-weight=\"bold\" text-anchor=\"{anchor}\">{}</text>",
-            x - 6.0,
-            y - 6.0,
-            x + aside,
-            (y - 6.0).clamp(12.0, self.field[1] - 4.0),
-            escaped(&mark.text)
-        );
+    fn marks(&self, out: &mut String) {
+        let mut taken: Vec<[f64; 4]> = Vec::new();
+        for mark in &self.chart.marks {
+            let [x, y] = self.place(mark.at);
+            let wide = width(&mark.text, SIZE);
+            // Beside the cross, on the side that has room, and within the field; above or below what stands there already.
+            let is_left = x + 10.0 + wide > self.field[0];
+            let from = (if is_left { x - 10.0 - wide } else { x + 10.0 }).clamp(0.0, (self.field[0] - wide).max(0.0));
+            let box_at = |base: f64| [from, base - SIZE, from + wide, base + 4.0];
+            let is_free = |base: &f64| {
+                let [l, t, r, b] = box_at(*base);
+                (t >= 0.0 && b <= self.field[1])
+                    && taken.iter().all(|[l2, t2, r2, b2]| r < *l2 || l > *r2 || b < *t2 || t > *b2)
+            };
+            let wanted = (y - 6.0).clamp(SIZE, (self.field[1] - 4.0).max(SIZE));
+            let candidates =
+                (0..40).map(|i| wanted + LINE * f64::from(i / 2 + i % 2) * if i % 2 == 0 { 1.0 } else { -1.0 });
+            let base = candidates.into_iter().find(is_free).unwrap_or(wanted);
+            taken.push(box_at(base));
+            let _ = writeln!(
+                out,
+                "<path d=\"M{:.1} {:.1}l12 12m0 -12l-12 12\" stroke=\"#c00000\" stroke-width=\"2.6\"/>\
+                 <text x=\"{from:.1}\" y=\"{base:.1}\" fill=\"#c00000\">{}</text>",
+                x - 6.0,
+                y - 6.0,
+                escaped(&mark.text)
+            );
+        }
     }
 
     fn grid(&self, out: &mut String) {
         let [w, h] = self.field;
-        for tick in &self.x.ticks {
-            let x = self.place(*tick, self.y.range[0])[0];
+        let is_named = |axis: &Axis| matches!(axis.scale, Scale::Names(_));
+        for tick in &self.x_ticks {
+            let x = self.chart.x.share(tick.at) * w;
+            // Names have a tick, numbers a line of the grid.
+            let line =
+                if is_named(&self.chart.x) { format!("M{x:.1} {h:.1}v4") } else { format!("M{x:.1} 0V{:.1}", h + 4.0) };
+            let _ = writeln!(out, "<path d=\"{line}\" stroke=\"#ddd\"/>");
+            for (i, words) in tick.lines.iter().enumerate() {
+                let y = h + 17.0 + LINE * i as f64;
+                let _ =
+                    writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{}</text>", escaped(words));
+            }
+        }
+        for tick in &self.y_ticks {
+            let y = (1.0 - self.chart.y.share(tick.at)) * h;
+            let line = if is_named(&self.chart.y) { format!("M-4 {y:.1}h4") } else { format!("M-4 {y:.1}H{w:.1}") };
+            let _ = writeln!(out, "<path d=\"{line}\" stroke=\"#ddd\"/>");
+            let first = y + 4.0 - LINE * (tick.lines.len() - 1) as f64 / 2.0;
+            for (i, words) in tick.lines.iter().enumerate() {
+                let y = first + LINE * i as f64;
+                let _ = writeln!(out, "<text x=\"-7\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>", escaped(words));
+            }
+        }
+        let label_from = h + 8.0 + LINE * self.x_ticks.iter().map(|tick| tick.lines.len()).max().unwrap_or(0) as f64;
+        for (i, line) in self.x_label.iter().enumerate() {
+            let y = label_from + (LINE + 1.0) * (i as f64 + 0.85);
             let _ = writeln!(
                 out,
-                "<path d=\"M{x:.1} 0V{h}\" stroke=\"#e6e6e6\"/><text x=\"{x:.1}\" y=\"{:.1}\" \
-                 text-anchor=\"middle\">{}</text>",
-                h + 16.0,
-                number(*tick)
+                "<text x=\"{:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{}</text>",
+                w / 2.0,
+                escaped(line)
             );
         }
-        for tick in &self.y.ticks {
-            let y = self.place(self.x.range[0], *tick)[1];
+        for (i, line) in self.y_label.iter().enumerate().filter(|(_, line)| !line.is_empty()) {
+            let x = 2.0 + SIZE - self.at[0] + LINE * i as f64;
             let _ = writeln!(
                 out,
-                "<path d=\"M0 {y:.1}H{w}\" stroke=\"#e6e6e6\"/><text x=\"-7\" y=\"{:.1}\" \
-                 text-anchor=\"end\">{}</text>",
-                y + 4.0,
-                number(*tick)
+                "<text transform=\"translate({x:.1} {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+                h / 2.0,
+                escaped(line)
             );
         }
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\
-             <text transform=\"translate(-42 {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            w / 2.0,
-            h + 34.0,
-            escaped(&self.x.label),
-            h / 2.0,
-            escaped(&self.y.label)
-        );
     }
 
     fn band(&self, out: &mut String, line: &Line) {
@@ -227,7 +362,7 @@ impl Chart {
         let colour = line.style.colour;
         let around = self.points(&around);
         if has_length(&around) {
-            let _ = writeln!(out, "<polygon points=\"{around}\" fill=\"{colour}\" opacity=\"0.18\"/>");
+            let _ = writeln!(out, "<polygon points=\"{around}\" fill=\"{colour}\" opacity=\"{}\"/>", legend::BAND);
         }
     }
 
@@ -243,38 +378,17 @@ impl Chart {
             );
         }
         for point in line.points.iter().filter(|_| dots) {
-            let [x, y] = self.place(point[0], point[1]);
+            let [x, y] = self.place(*point);
             let _ = write!(out, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.8\" fill=\"{colour}\"/>");
         }
     }
 
     fn points(&self, points: &[[f64; 2]]) -> String {
         let place = |p: &[f64; 2]| {
-            let [x, y] = self.place(p[0], p[1]);
+            let [x, y] = self.place(*p);
             format!("{x:.1},{y:.1}")
         };
         points.iter().map(place).collect::<Vec<_>>().join(" ")
-    }
-
-    fn legend(&self, out: &mut String) {
-        let rows = self.legend_columns();
-        let columns = rows.first().map_or(1, Vec::len) as f64;
-        for (i, row) in rows.iter().enumerate() {
-            let y = self.field[1] + MARGIN[3] + 8.0 + i as f64 * LEGEND;
-            for (k, line) in row.iter().enumerate() {
-                let x = k as f64 * self.field[0] / columns;
-                let mark = Line { name: String::new(), points: Vec::new(), band: Vec::new(), ..(*line).clone() };
-                let Style { colour, width, dash, dots } = mark.style;
-                let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
-                let _ =
-                    write!(out, "<path d=\"M{x:.1} {y:.1}h26\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/>");
-                if dots {
-                    let _ = write!(out, "<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"2.8\" fill=\"{colour}\"/>", x + 13.0);
-                }
-                let _ =
-                    writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>", x + 32.0, y + 4.0, escaped(&line.name));
-            }
-        }
     }
 }
 
@@ -285,82 +399,6 @@ fn has_length(points: &str) -> bool {
     places.any(|place| Some(place) != first)
 }
 
-/// Charts one above the other, and a note under them.
-pub fn picture(charts: &[Chart], note: &str) -> String {
-    let sizes: Vec<[f64; 2]> = charts.iter().map(Chart::size).collect();
-    let width = sizes.iter().map(|s| s[0]).fold(0.0, f64::max);
-    let notes: Vec<&str> = note.lines().collect();
-    let height = sizes.iter().map(|s| s[1]).sum::<f64>() + 14.0 * notes.len() as f64 + 12.0;
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-         height=\"{height:.0}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#222\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-    );
-    let mut y = 0.0;
-    for (i, (chart, size)) in charts.iter().zip(&sizes).enumerate() {
-        chart.draw(&mut out, [0.0, y], i);
-        y += size[1];
-    }
-    for (i, line) in notes.iter().enumerate() {
-        let at = y + 10.0 + 14.0 * i as f64;
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.0}\" y=\"{at:.0}\" font-size=\"11\" fill=\"#555\">{}</text>",
-            MARGIN[0],
-            escaped(line)
-        );
-    }
-    out.push_str("</svg>\n");
-    out
-}
-
-/// A number of an axis, without digits that say nothing.
-fn number(x: f64) -> String {
-    let text = format!("{:.4}", if x.abs() < 1e-9 { 0.0 } else { x });
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ticks_are_round_and_few() {
-        assert_eq!(round_ticks(0.0, 10.0), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
-        assert_eq!(Axis::even("", [3.0, 3.0]).range, [2.5, 3.5]);
-        assert_eq!(number(0.30000000000000004), "0.3");
-    }
-
-    #[test]
-    fn a_line_or_a_band_without_length_is_not_drawn() {
-        let chart = |points: Vec<[f64; 2]>, band: Vec<[f64; 2]>| {
-            let mut chart = Chart::new("", Axis::even("", [0.0, 1.0]), Axis::even("", [0.0, 1.0]), [100.0, 100.0]);
-            chart.lines.push(Line { name: String::new(), style: Style::solid(COLOURS[0]), points, band });
-            let text = picture(&[chart], "");
-            (text.contains("<polyline"), text.contains("<polygon"))
-        };
-        assert_eq!(chart(vec![[0.1, 0.5], [0.9, 0.5]], vec![[0.4, 0.6]; 2]), (true, true));
-        assert_eq!(chart(vec![[0.1, 0.5]], vec![[0.5, 0.5]]), (false, false));
-        assert_eq!(chart(vec![[0.5, 0.5], [0.500_01, 0.5]], vec![]), (false, false), "a hair's breadth");
-        assert_eq!(chart(vec![[0.5, 0.5]], vec![[0.2, 0.7]]), (false, true), "an interval alone is one");
-        assert_eq!(chart(vec![], vec![]), (false, false));
-    }
-
-    #[test]
-    fn a_picture_is_well_formed_and_points_lie_where_they_should() {
-        let mut chart =
-            Chart::new("a < b", Axis::ratios("s", &[0.1, 1.0, 10.0]), Axis::even("y", [0.0, 1.0]), [200.0, 100.0]);
-        let points = vec![[0.1, 0.0], [10.0, 1.0]];
-        let band = vec![[0.0, 0.1], [0.9, 1.0]];
-        chart.lines.push(Line { name: "one & two".into(), style: Style::solid(COLOURS[0]), points, band });
-        assert_eq!(chart.place(1.0, 0.5), [100.0, 50.0]);
-        let text = picture(&[chart.clone(), chart], "a note\nof two lines");
-        let document = roxmltree::Document::parse(&text).unwrap();
-        assert_eq!(document.descendants().filter(|n| n.has_tag_name("polyline")).count(), 2);
-        assert!(!text.contains("NaN") && !text.contains("inf"));
-    }
-}
+#[path = "plot_tests.rs"]
+mod tests;

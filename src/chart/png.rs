@@ -7,10 +7,10 @@ use resvg::{
 };
 use std::sync::{Arc, OnceLock};
 
-/// Pixels for each unit of the SVG: a figure 760 wide is sharp across a page in print.
-pub const PNG_SCALE: f32 = 2.0;
+/// Pixels for each pixel of CSS, 1/96 inch: 300 dots an inch in print.
+pub const PNG_SCALE: f32 = 3.125;
 
-/// The picture that `svg` describes, [`PNG_SCALE`] pixels a unit.
+/// The picture that `svg` describes, at 300 dots an inch of the size that it names.
 ///
 /// # Errors
 /// The text is no SVG, or the picture is empty or larger than any memory.
@@ -47,6 +47,29 @@ pub fn is_font(bytes: &[u8]) -> bool {
     fonts.faces().next().is_some()
 }
 
+/// Every text of a picture with its left, upper, right and lower end in pixels of CSS, as it is set here; and the picture's size.
+#[cfg(test)]
+pub fn texts(svg: &str) -> (Vec<(String, [f32; 4])>, [f32; 2]) {
+    use resvg::usvg::{Group, Node};
+    fn walk(group: &Group, found: &mut Vec<(String, [f32; 4])>) {
+        for node in group.children() {
+            match node {
+                Node::Group(group) => walk(group, found),
+                Node::Text(text) => {
+                    let ends = text.abs_bounding_box();
+                    let words: String = text.chunks().iter().map(|chunk| chunk.text()).collect();
+                    found.push((words, [ends.left(), ends.top(), ends.right(), ends.bottom()]));
+                }
+                _ => {}
+            }
+        }
+    }
+    let tree = Tree::from_str(svg, options()).expect("a picture");
+    let mut found = Vec::new();
+    walk(tree.root(), &mut found);
+    (found, [tree.size().width(), tree.size().height()])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_and_text_are_drawn_on_white_at_twice_the_size() {
+    fn lines_and_text_are_drawn_on_white_at_300_dots_an_inch() {
         let svg = |inside: &str| {
             format!(
                 "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 100 40\" width=\"100\" height=\"40\" \
@@ -64,12 +87,12 @@ mod tests {
             )
         };
         let empty = pixels(&svg(""));
-        assert_eq!(empty.dimensions(), (200, 80));
+        assert_eq!(empty.dimensions(), (313, 125));
         assert!(empty.pixels().all(|pixel| pixel.0 == [255; 4]));
         let line = pixels(&svg("<path d=\"M0 20h100\" stroke=\"#d55e00\" stroke-width=\"2\"/>"));
-        assert_eq!(line.get_pixel(100, 40).0, [0xd5, 0x5e, 0x00, 255]);
+        assert_eq!(line.get_pixel(100, 62).0, [0xd5, 0x5e, 0x00, 255]);
         // Text, also with signs that figures use; without a font there would be nothing.
-        for text in ["speed", "m/s²", "±–·"] {
+        for text in ["speed", "m/s²", "±–·", "−"] {
             let words = pixels(&svg(&format!("<text x=\"5\" y=\"20\">{text}</text>")));
             let dark = words.pixels().filter(|pixel| pixel.0[0] < 128).count();
             assert!(dark > 8, "{text}: {dark} dark pixels");

@@ -5,7 +5,7 @@ use crate::{
     analysis::{
         AnalysisError,
         collect::{self, Holdings},
-        find, report, tables,
+        find, glossary, report, tables,
     },
     chart,
     drive_loop::RunError,
@@ -18,9 +18,11 @@ use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
     Command::new("analyse")
-        .about("Make tables of measures (CSV), figures (SVG, PNG) and a report (HTML) of recordings")
+        .about("Make tables of measures (CSV), figures (SVG, PNG), a methods text and a report (HTML, to be printed) of recordings")
         .after_help(
-            "Made anew at every call; recordings are only read. A drive of days takes no more memory than one of hours: figures \
+            "Made anew at every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page (183 mm), PNG \
+             files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section to copy. To \
+             have the report as a PDF, print it from a browser. A drive of days takes no more memory than one of hours: figures \
              show the ways of its first hour, and speeds of evenly spaced steps. A drive whose advice changes more than 500,000 \
              times is refused.",
         )
@@ -60,7 +62,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     put("advice.csv", &tables::advice(&drives))?;
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
-    put("columns.json", &tables::description(&drives))?;
+    put("columns.json", &glossary::dictionary(&drives))?;
     if holdings.is_whole {
         put("dataset_description.json", &bids::derived(&holdings.title))?;
     }
@@ -70,9 +72,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         let png = chart::png(svg).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
         Ok::<(), CliError>(record::replace(&path, &png)?)
     })?;
+    put("methods.txt", &made.methods)?;
     put("report.html", &made.html)?;
     out::line(format_args!(
-        "{}: report.html, tables (CSV) and figures (SVG, PNG) of {}",
+        "{}: report.html, methods.txt, tables (CSV) and figures (SVG, PNG) of {}",
         out.display(),
         report::count(drives.len())
     ))?;

@@ -115,9 +115,9 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// First and last second of the drive, whole or not, rounded.
+    /// When the drive, whole or not, began, rounded down to a second, and when it ended.
     pub fn span_s(&self) -> [f64; 2] {
-        let ends = || Some([self.time_s.first()?.round(), self.time_s.last()?.round()]);
+        let ends = || Some([self.time_s.first()?.floor(), *self.time_s.last()?]);
         self.span_s.or_else(ends).unwrap_or([0.0, 1.0])
     }
 }

@@ -2,8 +2,7 @@
 //! those of FACTS 3.
 
 use super::{evaluation::Trace, stats::Estimate};
-use crate::chart::{Axis, COLOURS, Chart, Line, Mark, Style, picture};
-use std::fmt::Write;
+use crate::chart::{Axis, COLOURS, Chart, ColourKey, Line, Mark, Picture, Shape, Style, Width, picture};
 
 /// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (FACTS 3): seconds, m/s.
 pub const PUBLISHED: [[f64; 2]; 19] = [
@@ -57,17 +56,14 @@ pub struct Point {
 pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool, note: &str) -> String {
     let holds: Vec<f64> = series.iter().flat_map(|s| s.points.iter().map(|p| p.at)).collect();
     let (low, high) = ends(holds.into_iter());
-    let ticks: Vec<f64> = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0]
-        .into_iter()
-        .filter(|t| *t >= low && *t <= high)
-        .collect();
-    let x = if ticks.len() > 1 {
-        Axis::ratios("hold, s (even ratios)", &ticks)
+    let x = if high > low {
+        Axis::ratios("hold, s (logarithmic)", [low, high])
     } else {
         Axis::even("hold, s", [low - 0.5, high + 0.5])
     };
     // The published series falls to 1.2 m/s: the axis is that of what was measured here.
-    let y = Axis::even("mean speed of all cars, m/s", around_with(&measured(series), [equilibrium_mps, BY_HAND_MPS]));
+    let y =
+        Axis::even("mean speed of all vehicles, m/s", around_with(&measured(series), [equilibrium_mps, BY_HAND_MPS]));
     let mut lines = vec![level("even ring (equilibrium)", equilibrium_mps, [low, high], "7 3")];
     if is_paper_ring {
         lines.push(level("optimum by hand (Sridhar, Wu 2021)", BY_HAND_MPS, [low, high], "2 3"));
@@ -87,7 +83,7 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
         note.push_str(&format!("\npublished values below the axis, m/s: {}", below.join(", ")));
     }
     let marks = crash_marks(series);
-    picture(&[Chart { lines, marks, ..Chart::new("Mean speed against the hold", x, y, [720.0, 360.0]) }], &note)
+    picture(&[Chart { lines, marks, ..Chart::new("Mean speed against the hold", x, y, 350.0) }], &note)
 }
 
 /// Mean speed against something of the driver, one chart for each.
@@ -99,7 +95,7 @@ pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
             lines.iter_mut().for_each(|line| line.name.clear());
         }
         let (x, y) = (Axis::even(label, ends_of(&lines, 0)), Axis::even("mean speed, m/s", around(&lines)));
-        Chart { lines, marks: crash_marks(series), ..Chart::new("", x, y, [640.0, 220.0]) }
+        Chart { lines, marks: crash_marks(series), ..Chart::new("", x, y, 220.0) }
     };
     picture(&charts.iter().enumerate().map(chart).collect::<Vec<_>>(), note)
 }
@@ -109,40 +105,23 @@ pub const SINCE_ADVICE: &str = "time since the first advice, s";
 
 /// Trajectories of all cars, coloured by their speed, for each of these rings. `time` labels the axis.
 pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &str) -> String {
-    let chart = |(title, trace): &(&str, &Trace)| {
-        let y = Axis::even("place on the ring, m", [0.0, trace.circumference_m]);
-        let mut chart = Chart::new(title, Axis::even(time, trace.span_s()), y, [700.0, 230.0]);
-        chart.below = ways(trace, &chart, top_mps);
+    let key = ColourKey::up_to("speed, m/s; ego vehicle outlined", top_mps);
+    // One axis for all: the same moment stands above the same moment.
+    let spans = || traces.iter().map(|(_, trace)| trace.span_s());
+    let (low, high) = (ends(spans().map(|span| span[0])).0, ends(spans().map(|span| span[1])).1);
+    let chart = |(i, (title, trace)): (usize, &(&str, &Trace))| {
+        // It is labelled once, below the last.
+        let time = if i + 1 < traces.len() { "" } else { time };
+        let y = Axis::even("position along the road, m", [0.0, trace.circumference_m]);
         let place_m = trace.way_m.last().map_or(0.0, |cars| f64::from(cars[0]).rem_euclid(trace.circumference_m));
-        chart.marks = crash_mark(trace, place_m);
-        chart
+        Chart {
+            shapes: ways(trace, &key),
+            marks: crash_mark(trace, place_m),
+            ..Chart::new(title, Axis::even(time, [low, high]), y, 200.0)
+        }
     };
-    let charts: Vec<Chart> = traces.iter().map(chart).collect();
-    let shades: Vec<String> =
-        (0..SHADES.len()).map(|i| format!("{:.1}", (i as f64 + 0.5) / SHADES.len() as f64 * top_mps)).collect();
-    let mut out = picture(&charts, &format!("{note}\n\n"));
-    // The key to the colours, on the last line of the note.
-    let height: f64 = charts.iter().map(|c| c.size()[1]).sum::<f64>() + 14.0 * note.lines().count() as f64;
-    let mut key = String::new();
-    for (i, (colour, speed)) in SHADES.iter().zip(&shades).enumerate() {
-        let x = 58.0 + 62.0 * i as f64;
-        let _ = write!(
-            key,
-            "<path d=\"M{x} {y:.0}h18\" stroke=\"{colour}\" stroke-width=\"5\"/><text x=\"{:.0}\" y=\"{:.0}\" \
-             font-size=\"11\">{speed}</text>",
-            x + 23.0,
-            height + 14.0,
-            y = height + 10.0
-        );
-    }
-    let _ = write!(
-        key,
-        "<text x=\"{:.0}\" y=\"{:.0}\" font-size=\"11\">m/s; outlined: participant's car</text>",
-        58.0 + 62.0 * 9.0,
-        height + 14.0
-    );
-    out.insert_str(out.len() - "</svg>\n".len(), &key);
-    out
+    let charts: Vec<Chart> = traces.iter().enumerate().map(chart).collect();
+    Picture { charts: &charts, width: Width::Page, key: Some(&key), note }.svg()
 }
 
 /// Where a trace ended in a crash; nothing is drawn after it.
@@ -151,28 +130,23 @@ fn crash_mark(trace: &Trace, y: f64) -> Vec<Mark> {
     trace.crash_s.map(mark).into_iter().collect()
 }
 
-/// From standing to fast.
-const SHADES: [&str; 9] =
-    ["#7f0000", "#b2182b", "#d6604d", "#f4a582", "#e0c98c", "#a6d3a0", "#66bd9a", "#3288bd", "#2c4fa0"];
-
-/// Pieces of the cars' ways, put together by colour.
-fn ways(trace: &Trace, chart: &Chart, top_mps: f64) -> String {
+/// Pieces of the cars' ways, put together by colour; the ego's above the others', with a dark edge.
+fn ways(trace: &Trace, key: &ColourKey) -> Vec<Shape> {
     /// A piece for each of so many steps: at 0.1 s the wave's 34 s are 23 pieces.
     const STRIDE: usize = 15;
     let length_m = trace.circumference_m;
-    let mut paths = vec![String::new(); 2 * SHADES.len()];
-    let cars = trace.way_m[0].len();
-    for i in (0..trace.time_s.len().saturating_sub(STRIDE)).step_by(STRIDE) {
+    let classes = key.colours.len();
+    let mut pieces = vec![Vec::new(); 2 * classes];
+    let cars = trace.way_m.first().map_or(0, Vec::len);
+    let last = trace.time_s.len().saturating_sub(1);
+    for i in (0..last).step_by(STRIDE) {
+        // The last piece is as long as what is left.
+        let next = (i + STRIDE).min(last);
         for k in 0..cars {
-            let (from_m, to_m) = (f64::from(trace.way_m[i][k]), f64::from(trace.way_m[i + STRIDE][k]));
-            let share = f64::from(trace.speed_mps[i][k]) / top_mps * SHADES.len() as f64;
-            let shade = (share.max(0.0) as usize).min(SHADES.len() - 1) + if k == 0 { SHADES.len() } else { 0 };
+            let (from_m, to_m) = (f64::from(trace.way_m[i][k]), f64::from(trace.way_m[next][k]));
+            let class = key.class(f64::from(trace.speed_mps[i][k])) + if k == 0 { classes } else { 0 };
             let start_m = from_m.rem_euclid(length_m);
-            let mut piece = |a: f64, b: f64| {
-                let [x1, y1] = chart.place(trace.time_s[i], a);
-                let [x2, y2] = chart.place(trace.time_s[i + STRIDE], b);
-                let _ = write!(paths[shade], "M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}");
-            };
+            let mut piece = |a: f64, b: f64| pieces[class].push([[trace.time_s[i], a], [trace.time_s[next], b]]);
             piece(start_m, start_m + to_m - from_m);
             // What runs over the end of the road comes in again at its beginning.
             if start_m + to_m - from_m > length_m {
@@ -180,22 +154,20 @@ fn ways(trace: &Trace, chart: &Chart, top_mps: f64) -> String {
             }
         }
     }
-    let path = |(i, d): (usize, &String)| {
-        let width = if i < SHADES.len() { 1.0 } else { 2.4 };
-        format!("<path d=\"{d}\" stroke=\"{}\" stroke-width=\"{width}\" fill=\"none\"/>\n", SHADES[i % SHADES.len()])
+    let ego = pieces.split_off(classes);
+    let edge = Shape::Pieces { pieces: ego.concat(), colour: "#111".into(), width: 5.4 };
+    let coloured = |pieces: Vec<Vec<_>>, width: f64| {
+        let shape = move |(pieces, colour): (Vec<_>, &String)| Shape::Pieces { pieces, colour: colour.clone(), width };
+        pieces.into_iter().zip(&key.colours).map(shape).collect::<Vec<_>>()
     };
-    let drawn: Vec<String> = paths.iter().enumerate().filter(|(_, d)| !d.is_empty()).map(path).collect();
-    // The ego is set off from the others by a dark edge.
-    let ego = paths[SHADES.len()..].concat();
-    let edge = format!("<path d=\"{ego}\" stroke=\"#111\" stroke-width=\"4.6\" fill=\"none\"/>\n");
-    let others = paths[..SHADES.len()].iter().filter(|d| !d.is_empty()).count();
-    drawn[..others].concat() + &edge + &drawn[others..].concat()
+    [coloured(pieces, 1.0), vec![edge], coloured(ego, 3.2)].concat()
 }
 
 /// What is shown to the ego's driver, what the ego drives, and what the others do. `time` labels the axis.
 pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str, more: Vec<Line>) -> String {
     let every = (trace.time_s.len() / 1200).max(1);
-    let steps = || (0..trace.time_s.len()).step_by(every);
+    let last = trace.time_s.len().checked_sub(1).filter(|last| !last.is_multiple_of(every));
+    let steps = || (0..trace.time_s.len()).step_by(every).chain(last);
     let line = |name: &str, style: Style, of: &dyn Fn(usize) -> Option<f64>| Line {
         name: name.into(),
         style,
@@ -203,24 +175,24 @@ pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str
         band: Vec::new(),
     };
     let mut shown =
-        line("shown speed and its range", Style { width: 1.4, ..Style::solid(COLOURS[2]) }, &|i| trace.shown_mps[i]);
+        line("advised speed and its range", Style { width: 1.4, ..Style::solid(COLOURS[2]) }, &|i| trace.shown_mps[i]);
     shown.band = shown.points.iter().map(|p| [(p[1] - range_mps).max(0.0), p[1] + range_mps]).collect();
     let of = |i: usize, f: fn(f32, f32) -> f32| trace.speed_mps[i].iter().copied().reduce(f).map(f64::from);
-    let mut spread =
-        line("mean of all cars; slowest to fastest", Style { width: 1.4, ..Style::solid(COLOURS[7]) }, &|i| {
-            let speeds = &trace.speed_mps[i];
-            Some(speeds.iter().map(|v| f64::from(*v)).sum::<f64>() / speeds.len() as f64)
-        });
+    let mut spread = line("all vehicles: mean and extremes", Style { width: 1.4, ..Style::solid(COLOURS[7]) }, &|i| {
+        let speeds = &trace.speed_mps[i];
+        Some(speeds.iter().map(|v| f64::from(*v)).sum::<f64>() / speeds.len() as f64)
+    });
     spread.band = steps().map(|i| [of(i, f32::min).unwrap_or(0.0), of(i, f32::max).unwrap_or(0.0)]).collect();
-    let ego =
-        line("ego", Style { width: 1.2, ..Style::solid(COLOURS[1]) }, &|i| Some(f64::from(trace.speed_mps[i][0])));
+    let ego = line("ego vehicle", Style { width: 1.2, ..Style::solid(COLOURS[1]) }, &|i| {
+        Some(f64::from(trace.speed_mps[i][0]))
+    });
     let mut lines = vec![spread, shown, ego];
     lines.extend(more);
     let x = Axis::even(time, trace.span_s());
     let high = lines.iter().flat_map(|l| l.band.iter().map(|b| b[1])).fold(1.0, f64::max);
     let ego_mps = trace.speed_mps.last().map_or(0.0, |cars| f64::from(cars[0]));
     let marks = crash_mark(trace, ego_mps);
-    let chart = Chart { lines, marks, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), [700.0, 260.0]) };
+    let chart = Chart { lines, marks, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), 200.0) };
     picture(&[chart], note)
 }
 
@@ -307,11 +279,11 @@ mod tests {
             (speeds("", &whole, 0.4, "", "", Vec::new()), speeds("", &cut, 0.4, "", "", Vec::new())),
         ] {
             assert!(cut.contains(">CRASH at 3.0 s<") && !whole.contains("CRASH"));
-            // 8 of 20 s are driven: on 700 units the last point lies at 280.
+            // 8 of 20 s are driven: of some 700 units the last point lies before 290.
             let most = |text: &str| {
                 let points =
                     text.split(['"', ' ', 'L', 'M']).filter_map(|p| p.split_once(',').map_or(p, |p| p.0).parse().ok());
-                points.filter(|x: &f64| *x > 270.0 && *x < 690.0).count()
+                points.filter(|x: &f64| *x > 290.0 && *x < 680.0).count()
             };
             assert!(most(&cut) < most(&whole), "{cut}");
         }
@@ -346,11 +318,42 @@ mod tests {
     #[test]
     fn a_way_over_the_end_of_the_road_comes_in_at_its_beginning() {
         let trace = trace();
-        let x = Axis::even("", [-5.0, 15.0]);
-        let chart = Chart::new("", x, Axis::even("", [0.0, 100.0]), [200.0, 100.0]);
-        // 13 pieces each; the first car crosses the end within one at step 100, the second, which starts at -20 m, at step 20.
-        let pieces = ways(&trace, &chart, 9.0).matches('M').count();
+        // 14 pieces each; the first car crosses the end within one at step 100, the second, which starts at -20 m, at step 20.
+        let count = |shape: &Shape| if let Shape::Pieces { pieces, .. } = shape { pieces.len() } else { 0 };
+        let pieces: usize = ways(&trace, &ColourKey::up_to("", 9.0)).iter().map(count).sum();
         // The ego's are drawn twice: an edge and its colour.
-        assert_eq!(pieces, 3 * 13 + 3);
+        assert_eq!(pieces, 3 * 14 + 3);
+    }
+
+    #[test]
+    fn ways_and_speeds_go_to_the_last_step_and_the_axis_ends_there() {
+        // 60 s of steps of 0.1 s are 40 pieces of 1.5 s but for a step; 12.34 s are no whole number of anything.
+        for (steps, last_s) in [(600, 60.0), (1234, 123.4), (21, 2.1), (4001, 400.1)] {
+            let rows = 1..=steps;
+            let trace = Trace {
+                circumference_m: 100.0,
+                time_s: rows.clone().map(|i| f64::from(i) * 0.1).collect(),
+                way_m: rows.clone().map(|i| vec![i as f32 * 0.4, i as f32 * 0.4 - 20.0]).collect(),
+                speed_mps: rows.clone().map(|_| vec![4.0, 4.0]).collect(),
+                shown_mps: rows.map(|_| Some(4.2)).collect(),
+                ..Trace::default()
+            };
+            assert_eq!(trace.span_s()[0], 0.0);
+            assert!((trace.span_s()[1] - last_s).abs() < 1e-9, "{:?}", trace.span_s());
+            for shape in ways(&trace, &ColourKey::up_to("", 9.0)) {
+                let Shape::Pieces { pieces, width, .. } = shape else { panic!("a dot") };
+                let end_s = pieces.iter().map(|piece| piece[1][0]).fold(0.0, f64::max);
+                assert!(pieces.is_empty() || (end_s - last_s).abs() < 1e-9, "{steps}, {width}: {end_s}");
+            }
+            let svg = speeds("", &trace, 0.4, "", "", Vec::new());
+            let document = roxmltree::Document::parse(&svg).unwrap();
+            let number = |text: &str| text.parse::<f64>().unwrap();
+            let field = document.descendants().find(|node| node.has_tag_name("clipPath")).unwrap();
+            let right = number(field.first_element_child().unwrap().attribute("width").unwrap());
+            for line in document.descendants().filter(|node| node.has_tag_name("polyline")) {
+                let last = line.attribute("points").unwrap().rsplit(' ').next().unwrap();
+                assert!((number(last.split_once(',').unwrap().0) - right).abs() < 0.11, "{steps}: {last}, {right}");
+            }
+        }
     }
 }

@@ -45,7 +45,7 @@ fn panel(title: &str, label: &str, lines: Vec<Line>) -> Chart {
     };
     let x = Axis::even("update", [0.0, range(0)[1].max(1.0)]);
     let y = Axis::even(label, range(1));
-    Chart { lines, ..Chart::new(title, x, y, [660.0, 150.0]) }
+    Chart { lines, ..Chart::new(title, x, y, 150.0) }
 }
 
 #[cfg(test)]

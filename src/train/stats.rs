@@ -4,9 +4,6 @@
 use crate::rng;
 use serde::Serialize;
 
-/// Resamples of a bootstrap: its own error in the interval's ends is then 2 % of the interval.
-const RESAMPLES: usize = 2000;
-
 /// A mean and its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
@@ -19,6 +16,9 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Resamples of a bootstrap: its own error in the interval's ends is then 2 % of the interval.
+    pub const RESAMPLES: usize = 2000;
+
     /// Of some numbers; `None` of none.
     pub fn of(numbers: &[f64]) -> Option<Self> {
         let n = numbers.len();
@@ -28,9 +28,9 @@ impl Estimate {
         let mean = numbers.iter().sum::<f64>() / n as f64;
         let mut stream = rng::stream(n as u64, "bootstrap");
         let mut resample = || (0..n).map(|_| numbers[stream.index(n)]).sum::<f64>() / n as f64;
-        let mut means: Vec<f64> = (0..RESAMPLES).map(|_| resample()).collect();
+        let mut means: Vec<f64> = (0..Self::RESAMPLES).map(|_| resample()).collect();
         means.sort_by(f64::total_cmp);
-        let at = |share: f64| means[(share * (RESAMPLES - 1) as f64).round() as usize];
+        let at = |share: f64| means[(share * (Self::RESAMPLES - 1) as f64).round() as usize];
         Some(Self { mean, low: at(0.025), high: at(0.975) })
     }
 }

@@ -1,0 +1,219 @@
+//! Words for columns. In: nothing but what this program measures. Out: for each column of each table the quantity in words, its
+//! unit and its definition. Heads of tables, labels, the page, the methods paragraph and the data dictionary all take theirs from
+//! here, or from [`MEASURES`], which names the measures.
+
+use super::{Analysed, MEASURES, tables::factors};
+use serde_json::{Map, Value, json};
+
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Its name in the table.
+    pub name: String,
+    /// The quantity in words.
+    pub title: String,
+    /// Its unit in ASCII; empty has none.
+    pub unit: &'static str,
+    /// What it is.
+    pub about: String,
+}
+
+/// A table and its columns, in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableColumns {
+    /// Its file.
+    pub file: &'static str,
+    /// What a row is.
+    pub row: &'static str,
+    /// Its columns.
+    pub columns: Vec<Column>,
+}
+
+/// Name, quantity, unit, definition.
+type Words = (&'static str, &'static str, &'static str, &'static str);
+
+const KEY: [Words; 4] = [
+    ("participant", "Participant", "", "code of the participant; empty outside of a study"),
+    ("segment", "Segment", "", "segment of the study; empty outside of a study"),
+    ("place", "Place", "", "place among the trials of the segment, from 1"),
+    ("condition", "Condition", "", "condition of the trial; empty for a drive that is the same for everyone"),
+];
+const DRIVE: [Words; 2] = [
+    ("duration_s", "Duration", "s", "length of the drive"),
+    ("ended", "End", "", "how the drive ended: duration (its time was over), contact, or who or what stopped it"),
+];
+const ADVICE: [Words; 7] = [
+    (
+        "onset_s",
+        "Onset",
+        "s",
+        "when the change was seen, from the start of the drive: the first frame that showed it, or its issue where there was no screen",
+    ),
+    ("from_mps", "Target before", "m/s", "advised speed before the change"),
+    ("to_mps", "Target after", "m/s", "advised speed after the change"),
+    (
+        "reaction_s",
+        "Reaction time",
+        "s",
+        "from the onset to 5 % of pedal travel towards the new target (SAE J2944); empty if there was no response within 0.15 to 5 s",
+    ),
+    ("was_in_range", "In range at onset", "", "the speed was in the new acceptable range at the onset already"),
+    (
+        "enter_range_s",
+        "Time to enter the range",
+        "s",
+        "from the onset to the speed being in the new range; empty if it was in it at the onset, or was not before the next change",
+    ),
+    ("enter_range_steps", "Steps to enter the range", "steps", "the time to enter the range in steps of the traffic"),
+];
+const SPEED: [Words; 3] = [
+    ("second", "Second", "s", "second of the drive; speeds are means over it"),
+    (
+        "mean_speed_mps",
+        "Mean speed of all vehicles",
+        "m/s",
+        "speed of all vehicles, the ego vehicle included: mean over vehicles and the second",
+    ),
+    (
+        "baseline_speed_mps",
+        "Mean speed of all vehicles without advice",
+        "m/s",
+        "the same in the drive from the same seed without advice; empty if there is none",
+    ),
+];
+const CONDITIONS: [Words; 9] = [
+    ("condition", "Condition", "", "condition of the trials"),
+    ("measure", "Measure", "", "name of the measure, as the column of the table of trials"),
+    ("unit", "Unit", "", "unit of the measure"),
+    (
+        "n",
+        "Participants",
+        "",
+        "participants with a value; of one with several drives in the condition the mean counts once",
+    ),
+    ("mean", "Mean", "", "mean over participants"),
+    ("sd", "Standard deviation", "", "standard deviation over participants (N−1)"),
+    ("median", "Median", "", "median over participants"),
+    (
+        "low",
+        "Interval, lower end",
+        "",
+        "lower end of the 95 % confidence interval of the mean (percentile bootstrap over participants)",
+    ),
+    ("high", "Interval, upper end", "", "upper end of the same interval"),
+];
+
+fn columns(words: &[Words]) -> Vec<Column> {
+    let column = |(name, title, unit, about): &Words| Column {
+        name: (*name).into(),
+        title: (*title).into(),
+        unit,
+        about: (*about).into(),
+    };
+    words.iter().map(column).collect()
+}
+
+/// Columns that say which drive a row is of.
+fn key(drives: &[Analysed]) -> Vec<Column> {
+    let factor = |name: String| Column {
+        title: format!("Factor {name}"),
+        about: format!("level of the factor {name} in the study's plan"),
+        name,
+        unit: "",
+    };
+    // A study without factors calls its one factor as the column that is there.
+    let factors = factors(drives).into_iter().filter(|name| name != "condition").map(factor);
+    columns(&KEY).into_iter().chain(factors).collect()
+}
+
+/// All tables with their columns, as these drives have them.
+pub fn tables(drives: &[Analysed]) -> [TableColumns; 4] {
+    let measures = MEASURES.iter().map(|measure| Column {
+        name: measure.name.into(),
+        title: measure.title.into(),
+        unit: measure.unit,
+        about: measure.about.into(),
+    });
+    let key = || key(drives).into_iter();
+    let trials = key().chain(columns(&DRIVE)).chain(measures).collect();
+    [
+        TableColumns { file: "trials.csv", row: "a drive", columns: trials },
+        TableColumns {
+            file: "advice.csv",
+            row: "a change of the advice",
+            columns: key().chain(columns(&ADVICE)).collect(),
+        },
+        TableColumns { file: "speed.csv", row: "a second of a drive", columns: key().chain(columns(&SPEED)).collect() },
+        TableColumns { file: "conditions.csv", row: "a measure in a condition", columns: columns(&CONDITIONS) },
+    ]
+}
+
+/// Names of the columns of a table.
+pub fn names(drives: &[Analysed], file: &str) -> Vec<String> {
+    let found = tables(drives).into_iter().find(|table| table.file == file).expect("a table of the list");
+    found.columns.into_iter().map(|column| column.name).collect()
+}
+
+/// The data dictionary as JSON: for each table its columns in the words of BIDS.
+pub fn dictionary(drives: &[Analysed]) -> String {
+    let entry = |column: Column| {
+        let mut about = Map::new();
+        about.insert("LongName".into(), column.title.into());
+        about.insert("Description".into(), column.about.into());
+        if !column.unit.is_empty() {
+            about.insert("Units".into(), column.unit.into());
+        }
+        (column.name, Value::Object(about))
+    };
+    let table = |table: TableColumns| {
+        let columns: Map<String, Value> = table.columns.into_iter().map(entry).collect();
+        (table.file.to_owned(), json!({ "Row": table.row, "Columns": columns }))
+    };
+    let all: Map<String, Value> = tables(drives).into_iter().map(table).collect();
+    format!("{:#}\n", Value::Object(all))
+}
+
+/// A unit as it is printed: `m/s3` is m/s³.
+pub fn printed(unit: &str) -> String {
+    unit.replace("s2", "s²").replace("s3", "s³").replace('*', "·")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::{page_tests::drives, tables as csv};
+
+    #[test]
+    fn every_column_of_every_table_has_words_a_definition_and_its_place_in_the_dictionary() {
+        let drives = drives();
+        let written = [
+            ("trials.csv", csv::trials(&drives)),
+            ("advice.csv", csv::advice(&drives)),
+            ("speed.csv", csv::speed(&drives)),
+            ("conditions.csv", csv::by_condition(&drives)),
+        ];
+        let dictionary: Value = serde_json::from_str(&dictionary(&drives)).unwrap();
+        assert_eq!(dictionary.as_object().unwrap().len(), written.len());
+        let tables = tables(&drives);
+        for (file, text) in written {
+            let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+            assert!(head.len() > 6, "{file}: {head:?}");
+            let of = tables.iter().find(|table| table.file == file).unwrap();
+            assert_eq!(of.columns.iter().map(|column| column.name.as_str()).collect::<Vec<_>>(), head, "{file}");
+            for column in &of.columns {
+                let entry = &dictionary[file]["Columns"][&column.name];
+                assert_eq!(entry["LongName"], column.title.as_str());
+                assert_eq!(entry.get("Units").and_then(Value::as_str).unwrap_or_default(), column.unit);
+                // Words: not the name again, and no other column's name within a definition.
+                assert!(column.title.chars().next().is_some_and(|sign| !sign.is_lowercase()), "{column:?}");
+                assert!(
+                    column.about.len() > 5 && !column.about.contains('_') && !column.title.contains('_'),
+                    "{column:?}"
+                );
+                let has_unit =
+                    column.name.ends_with("_s") || column.name.ends_with("_mps") || column.name.ends_with("_m");
+                assert!(!has_unit || !column.unit.is_empty(), "{column:?}");
+            }
+        }
+    }
+}

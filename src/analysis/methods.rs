@@ -1,0 +1,410 @@
+//! The methods of a paper, to copy. In: analysed drives with their manifests, and who took part. Out: paragraphs of plain text in
+//! the past tense. Nothing is said that the manifests and tables do not hold; where drives differ, it is said how.
+
+use super::{
+    Analysed, MEASURES, People,
+    glossary::printed,
+    people::STATES,
+    report::{self, count},
+    setup::{Value, apart, fact, listed, plain, said},
+    tables::conditions,
+};
+use crate::{time::TICK_S, train::Estimate, units::MPS_PER_MPH};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What an interval is, wherever one is shown.
+pub fn interval() -> String {
+    format!(
+        "95 % confidence interval of the mean (percentile bootstrap over participants, {} resamples)",
+        thousands(Estimate::RESAMPLES)
+    )
+}
+
+/// With a comma before the last three digits.
+fn thousands(n: usize) -> String {
+    if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }
+}
+
+/// The paragraphs.
+pub fn paragraphs(drives: &[Analysed], people: &People) -> Vec<String> {
+    let trials: Vec<&Analysed> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
+    let all: Vec<&Analysed> = drives.iter().collect();
+    // What is the same for everyone, such as practice, is told apart from the trials.
+    let main = if trials.is_empty() { &all } else { &trials };
+    let others: Vec<&Analysed> =
+        all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
+    let mut text = vec![took_part(&all, people), apparatus(&all), traffic(main), advice(main)];
+    text.push(design(drives, main, &others));
+    text.push(measures(&all));
+    text.push(statistics(drives, people));
+    text.retain(|paragraph| !paragraph.is_empty());
+    text
+}
+
+fn words(drives: &[&Analysed], of: impl Fn(&Analysed) -> String) -> String {
+    said(drives.iter().map(|drive| Value::Word(of(drive))))
+}
+
+/// `1 drive was`, `3 drives were`.
+fn were(n: usize) -> &'static str {
+    if n == 1 { "was" } else { "were" }
+}
+
+fn took_part(drives: &[&Analysed], people: &People) -> String {
+    let codes: BTreeSet<&str> =
+        drives.iter().map(|drive| drive.found.participant.as_str()).filter(|code| !code.is_empty()).collect();
+    let is_simulated = drives.iter().all(|drive| drive.setup.is_simulated());
+    let (n, kind) = (codes.len(), if is_simulated { "simulated participant" } else { "participant" });
+    let plural = if n == 1 { "" } else { "s" };
+    let mut text = match (n, is_simulated) {
+        (0, true) => format!(
+            "{} {} driven by a simulated driver ({}); no person took part.",
+            capital(&count(drives.len())),
+            were(drives.len()),
+            words(drives, |drive| drive.setup.manifest.driver.replace("simulated: ", "model "))
+        ),
+        (0, false) => format!(
+            "{} {} analysed; the driver's controls were: {}.",
+            capital(&count(drives.len())),
+            were(drives.len()),
+            words(drives, |drive| drive.setup.manifest.driver.clone())
+        ),
+        _ => format!("{} of {n} {kind}{plural} {} analysed.", capital(&count(drives.len())), were(drives.len())),
+    };
+    if n > 0 && is_simulated {
+        text += " The study was a rehearsal: every participant was a simulated driver with traits of its own, and no person took part.";
+    } else if n > 0 {
+        text += &format!(" Participants drove with: {}.", words(drives, |drive| drive.setup.manifest.driver.clone()));
+    }
+    let states: Vec<String> = STATES
+        .iter()
+        .filter_map(|state| {
+            let n = people.all.iter().filter(|person| person.state == *state).count();
+            (n > 0).then(|| format!("{n} {state}"))
+        })
+        .collect();
+    if !states.is_empty() {
+        text += &format!(" Visits by state: {}.", listed(&states));
+    }
+    let excluded: Vec<String> =
+        people.all.iter().filter(|person| person.is_excluded()).map(|person| person.id.clone()).collect();
+    if !excluded.is_empty() {
+        let s = if excluded.len() == 1 { "" } else { "s" };
+        text += &format!(
+            " Drives and answers of {} participant{s} ({}) were excluded from the analysis.",
+            excluded.len(),
+            listed(&excluded)
+        );
+    } else if !people.all.is_empty() {
+        text += " No participant was excluded.";
+    }
+    text
+}
+
+fn capital(text: &str) -> String {
+    let mut signs = text.chars();
+    signs.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + signs.as_str())
+}
+
+fn apparatus(drives: &[&Analysed]) -> String {
+    let mut text = format!(
+        "The drive{} made with {} and analysed with codrive {}.",
+        if drives.len() == 1 { " was" } else { "s were" },
+        words(drives, |drive| drive.setup.manifest.program.clone()),
+        env!("CARGO_PKG_VERSION")
+    );
+    let screens: Vec<&Analysed> =
+        drives.iter().filter(|drive| drive.setup.manifest.screen.is_some()).copied().collect();
+    if screens.is_empty() {
+        text += " No picture was shown.";
+    } else {
+        let screen = |drive: &Analysed| {
+            let screen = drive.setup.manifest.screen.clone().unwrap_or_default();
+            let rate = screen.refresh_hz.map_or(String::new(), |hz| format!(" at {} Hz", plain(hz)));
+            let name = screen.monitor.unwrap_or_else(|| "a monitor".into());
+            format!("{name}, {} × {} pixels{rate}", screen.size[0], screen.size[1])
+        };
+        let view = |drive: &Analysed| {
+            let [wide_m, away_m] = drive.setup.manifest.display_m;
+            format!("{} m wide at {} m from the eyes", plain(wide_m), plain(away_m))
+        };
+        text += &format!(
+            " The road was shown on {}; the visible picture was {}.",
+            words(&screens, screen),
+            words(&screens, view)
+        );
+    }
+    let steps = said(drives.iter().map(|drive| Value::Number(1.0 / drive.setup.scenario.step_s, "Hz")));
+    text + &format!(
+        " The ego vehicle and its controls were simulated and recorded at {} Hz, all vehicles at {steps}.",
+        plain(1.0 / TICK_S)
+    )
+}
+
+fn traffic(drives: &[&Analysed]) -> String {
+    let lengths =
+        said(drives.iter().map(|d| d.setup.route_m).filter(|m| *m > 0.0).map(|m| Value::Number(m.round(), "m")));
+    let length = if lengths.is_empty() { String::new() } else { format!(", a closed route of {lengths}") };
+    let noise = fact(drives, "acceleration noise");
+    let engine = words(drives, |drive| match drive.setup.manifest.traffic.as_str() {
+        "native IDM" => "codrive's own engine".into(),
+        named => named.replace(" in process", ", run within codrive"),
+    });
+    let mut text = format!(
+        "The road was {}{length}, with {} vehicles, the ego vehicle included. The traffic was computed by {engine}. The other \
+         vehicles followed the Intelligent Driver Model with a desired speed v0 = {}, a desired time gap T = {}, a maximum acceleration a = {}, a comfortable deceleration \
+         b = {}, an exponent δ = {} and a minimum gap s0 = {}, and noise of the acceleration of √Δt · N(0, {noise}) with a step Δt of {}.",
+        fact(drives, "road"),
+        fact(drives, "number of vehicles"),
+        fact(drives, "desired speed v0"),
+        fact(drives, "desired time gap T"),
+        fact(drives, "maximum acceleration a"),
+        fact(drives, "comfortable deceleration b"),
+        fact(drives, "acceleration exponent δ"),
+        fact(drives, "minimum gap s0"),
+        said(drives.iter().map(|drive| Value::Number(drive.setup.scenario.step_s, "s"))),
+    );
+    let bends = said(drives.iter().filter_map(|d| Some(Value::Number(d.setup.manifest.lateral_accel_mps2?, "m/s2"))));
+    if !bends.is_empty() {
+        text += &format!(" In bends their speed was bounded by a lateral acceleration of {bends}.");
+    }
+    let warm_up = if drives.iter().all(|drive| drive.setup.scenario.warm_up_s == 0.0) {
+        String::new()
+    } else {
+        format!(
+            ", and the traffic ran for {} before the drive, the ego vehicle driven by the same model",
+            fact(drives, "warm-up")
+        )
+    };
+    text + &format!(" At the start the vehicles stood {}{warm_up}.", fact(drives, "start of the vehicles"))
+}
+
+fn advice(drives: &[&Analysed]) -> String {
+    let advised: Vec<&Analysed> = drives.iter().filter(|d| d.setup.manifest.policy.name != "none").copied().collect();
+    if advised.is_empty() {
+        return "No speed was advised.".into();
+    }
+    let hashes: BTreeSet<&str> =
+        advised.iter().filter_map(|drive| drive.setup.manifest.policy.sha256.as_deref()).collect();
+    let sum = match hashes.len() {
+        1 => format!(" (SHA-256 {}…)", hashes.iter().next().map_or("", |hash| &hash[..hash.len().min(12)])),
+        _ => String::new(),
+    };
+    let asked = words(&advised, |drive| drive.setup.manifest.policy_asked.clone().unwrap_or_default());
+    let asked = if asked.is_empty() { asked } else { format!(", which was the choice of {asked}") };
+    let mps = said(advised.iter().map(|d| Value::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
+    let dial = words(&advised, |drive| match &drive.setup.manifest.dial {
+        Some(dial) => format!("{} (full scale {} {})", drive.setup.scenario.units.label(), plain(dial.full), dial.unit),
+        None => drive.setup.scenario.units.label().into(),
+    });
+    let mut text = format!(
+        "A speed was advised by the policy {}{sum}{asked}; an advice was held for {}. The acceptable range reached {} ({mps}) to either \
+         side of the advised speed. The speedometer showed {dial}.",
+        fact(&advised, "policy"),
+        fact(&advised, "hold"),
+        fact(&advised, "half width of the advised range"),
+    );
+    if advised.len() < drives.len() {
+        text += &format!(" In {} of {} no speed was advised.", drives.len() - advised.len(), count(drives.len()));
+    }
+    text
+}
+
+fn design(drives: &[Analysed], main: &[&Analysed], others: &[&Analysed]) -> String {
+    let kind = if others.is_empty() && conditions(drives).is_empty() { "drive" } else { "trial" };
+    let lasted = said(main.iter().map(|drive| Value::Number((10.0 * drive.duration_s).round() / 10.0, "s")));
+    let mut text = match main.len() {
+        1 => format!("The {kind} lasted {lasted}."),
+        _ => format!("The {kind}s lasted {lasted}."),
+    };
+    let conditions = conditions(drives);
+    if conditions.len() > 1 {
+        let each = apart(drives);
+        let names: Vec<String> = conditions.iter().map(|(name, _)| name.clone()).collect();
+        text += &format!(" There were {} conditions", names.len());
+        text += &if each.is_empty() { format!(": {}.", listed(&names)) } else { format!(" ({}).", each.join("; ")) };
+        let orders: BTreeSet<Vec<(&str, &str)>> = by_place(drives).into_values().collect();
+        text += &match orders.len() {
+            1 => " They came in the same order for everyone.".into(),
+            n => format!(" They came in {n} different orders."),
+        };
+    } else if let [(name, _)] = &conditions[..] {
+        text += &format!(" There was one condition ({name}).");
+    }
+    let seeds: BTreeSet<u64> = main.iter().map(|drive| drive.setup.scenario.seed).collect();
+    text += &match (seeds.len(), main.len()) {
+        (1, 1) => format!(" Its seed was {}.", seeds.first().unwrap_or(&0)),
+        (1, _) => format!(" All had the seed {}.", seeds.first().unwrap_or(&0)),
+        (n, drives) if n == drives => format!(
+            " Each had a seed of its own, from {} to {}.",
+            seeds.first().unwrap_or(&0),
+            seeds.last().unwrap_or(&0)
+        ),
+        (n, _) => {
+            format!(" They had {n} seeds, from {} to {}.", seeds.first().unwrap_or(&0), seeds.last().unwrap_or(&0))
+        }
+    };
+    let paired = main.iter().filter(|drive| drive.found.baseline.is_some()).count();
+    if paired > 0 {
+        let all =
+            if paired == main.len() { "each of them".into() } else { format!("{paired} of {}", count(main.len())) };
+        text += &format!(
+            " For comparison, {} computed again without advice from the same seed, with the car-following model in the place of \
+             the driver.",
+            if main.len() == 1 { "it was".into() } else { format!("{all} was") }
+        );
+    }
+    if !others.is_empty() {
+        let mut segments: Vec<&str> = others.iter().map(|drive| drive.found.segment.as_str()).collect();
+        segments.dedup();
+        let segments: BTreeSet<&str> = segments.into_iter().collect();
+        for segment in segments {
+            let of: Vec<&Analysed> = others.iter().filter(|drive| drive.found.segment == segment).copied().collect();
+            text += &format!(
+                " The segment {segment} ({}) was the same for everyone: {} on {} with {} vehicles and the policy {}.",
+                count(of.len()),
+                said(of.iter().map(|drive| Value::Number(drive.duration_s.round(), "s"))),
+                fact(&of, "road"),
+                fact(&of, "number of vehicles"),
+                fact(&of, "policy"),
+            );
+        }
+    }
+    let hit = drives.iter().filter(|drive| drive.measures.get("contacts").is_some_and(|n| n > 0.0)).count();
+    text += &match (hit, drives.len()) {
+        (0, 1) => " There was no contact with another vehicle.".into(),
+        (0, _) => " There was no contact with another vehicle in any drive.".into(),
+        (_, 1) => " There was contact with another vehicle.".into(),
+        (hit, all) => format!(" Contacts with other vehicles happened in {hit} of {}.", count(all)),
+    };
+    text
+}
+
+/// The trials of each participant by their place: segment and condition.
+fn by_place(drives: &[Analysed]) -> BTreeMap<&str, Vec<(&str, &str)>> {
+    let mut trials: Vec<&Analysed> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
+    trials.sort_by_key(|drive| (&drive.found.segment, drive.found.place.parse::<usize>().unwrap_or(0)));
+    let mut orders: BTreeMap<&str, Vec<(&str, &str)>> = BTreeMap::new();
+    for drive in trials {
+        let found = &drive.found;
+        orders.entry(&found.participant).or_default().push((&found.segment, &found.condition));
+    }
+    orders
+}
+
+fn measures(drives: &[&Analysed]) -> String {
+    let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
+    let each = |(k, measure): (usize, &super::measures::Measure)| {
+        let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", printed(measure.unit)) };
+        has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.about))
+    };
+    let defined: Vec<String> = MEASURES.iter().enumerate().filter_map(each).collect();
+    if defined.is_empty() {
+        return String::new();
+    }
+    format!("The measures of a drive were defined as follows. {}", defined.join(" "))
+}
+
+fn statistics(drives: &[Analysed], people: &People) -> String {
+    let mut text = String::new();
+    let conditions = conditions(drives);
+    if report::is_of_several_people(drives) && !conditions.is_empty() {
+        text = format!(
+            "For each condition the mean over participants was computed with the {}; of a participant with several drives in a \
+             condition the mean of these counted once.",
+            interval()
+        );
+        if conditions.len() > 1 {
+            text += " Differences between conditions were taken within participants, and the smallest difference that would be \
+                     detected with a power of 80 % at a two-sided level of 5 % was 2.80 standard errors of the difference (normal \
+                     approximation, no correction for several comparisons).";
+        }
+    }
+    let mut asked: Vec<String> = people.scores.iter().map(|score| score.questionnaire.replace('_', " ")).collect();
+    asked.dedup();
+    if !asked.is_empty() {
+        text += &format!(" Questionnaires were scored by their own rules: {}.", listed(&asked));
+    }
+    text.trim_start().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::{page_tests, people::Person};
+
+    /// Four simulated trials of two people in two conditions, which differ in their range.
+    fn made() -> Vec<Analysed> {
+        let mut drives = page_tests::drives();
+        for (i, drive) in drives.iter_mut().enumerate() {
+            drive.setup.manifest.program = "codrive 0.1.0".into();
+            drive.setup.manifest.traffic = "SUMO 1.28.0 in process".into();
+            drive.setup.manifest.driver = "simulated participant".into();
+            drive.setup.manifest.policy.name = "two-phase".into();
+            drive.setup.manifest.map.name = "ring-250".into();
+            drive.setup.route_m = 250.0;
+            drive.setup.scenario.seed = 10 + i as u64;
+            drive.setup.scenario.range_mph = if i % 2 == 0 { 0.5 } else { 2.0 };
+        }
+        drives
+    }
+
+    #[test]
+    fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
+        let person = |id: &str, state: &str| Person { id: id.into(), is_simulated: true, state: state.into() };
+        let all = vec![person("sub-P01", "complete"), person("sub-P02", "partial"), person("sub-P03", "excluded")];
+        let text = paragraphs(&made(), &People { all, scores: Vec::new() }).join("\n");
+        for part in [
+            "4 drives of 2 simulated participants were analysed.",
+            "no person took part",
+            "1 complete, 1 partial and 1 excluded",
+            "of 1 participant (sub-P03) were excluded",
+            "made with codrive 0.1.0 and analysed with",
+            "The traffic was computed by SUMO 1.28.0, run within codrive.",
+            "recorded at 100 Hz, all vehicles at 10 Hz",
+            "The road was ring-250, a closed route of 250 m, with 22 vehicles",
+            "v0 = 30 m/s, a desired time gap T = 1 s, a maximum acceleration a = 1 m/s², a comfortable deceleration b = 1.5 m/s²",
+            "by the policy two-phase; an advice was held for 1 s.",
+            "reached 0.5 and 2 mph (0.2235 and 0.8941 m/s)",
+            "(few & <fast>: half width of the advised range 0.5 mph; many: half width of the advised range 2 mph)",
+            "They came in the same order for everyone.",
+            "a seed of its own, from 10 to 13",
+            "Mean speed of all vehicles (m/s): speed of all vehicles, the ego vehicle included: mean over",
+            "percentile bootstrap over participants, 2,000 resamples",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        assert!(!text.contains("computed again without advice"), "there is no such drive: {text}");
+        let mut drives = made();
+        for (drive, place) in drives.iter_mut().zip(["1", "2", "2", "1"]) {
+            drive.found.place = place.into();
+        }
+        let text = paragraphs(&drives, &People::default()).join("\n");
+        assert!(text.contains("They came in 2 different orders."), "{text}");
+    }
+
+    #[test]
+    fn the_methods_of_a_single_drive_tell_of_no_statistics_and_of_no_one_who_was_not_there() {
+        let mut drives = made();
+        drives.truncate(1);
+        drives[0].found = crate::analysis::Found::default();
+        drives[0].setup.manifest.driver = "simulated: follow".into();
+        let text = paragraphs(&drives, &People::default()).join("\n");
+        assert!(
+            text.starts_with("1 drive was driven by a simulated driver (model follow); no person took part."),
+            "{text}"
+        );
+        assert!(text.contains("The drive lasted 12 s. Its seed was 10."), "{text}");
+        assert!(
+            !text.contains("confidence interval") && !text.contains("participants") && !text.contains("condition (")
+        );
+        drives[0].setup.manifest.driver = "keyboard".into();
+        drives[0].setup.manifest.policy.name = "none".into();
+        let text = paragraphs(&drives, &People::default()).join("\n");
+        assert!(
+            text.contains("the driver's controls were: keyboard.") && text.contains("No speed was advised."),
+            "{text}"
+        );
+        assert!(!text.contains("simulated driver") && !text.contains("acceptable range reached"), "{text}");
+    }
+}

@@ -1,0 +1,142 @@
+//! A page that is read on a screen and printed. In: headings, paragraphs, figures and tables. Out: HTML in which figures and tables
+//! are numbered in order and have captions, and whose style keeps them whole on paper.
+
+use crate::chart::escaped;
+use std::fmt::Write;
+
+/// The style. A sheet of A4 leaves 183 mm between its margins: a figure as wide as a journal's page, or two as wide as a column.
+pub(super) const STYLE: &str = "\
+:root{color-scheme:light}\
+body{font:15px/1.5 Helvetica,Arial,sans-serif;color:#222;background:#fff;max-width:192mm;margin:2em auto;padding:0 1.5em}\
+h1{font-size:1.7em;line-height:1.2;margin-bottom:.3em}\
+h2{font-size:1.3em;margin-top:2em;border-bottom:1px solid #ccc}\
+h3{font-size:1.05em;margin:1.4em 0 .4em}\
+table{border-collapse:collapse;font-size:12.5px;margin:1em 0;width:100%}\
+caption,figcaption{font-size:13px;line-height:1.4;text-align:left;padding:.3em 0}\
+th,td{padding:.25em .6em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}\
+th{border-bottom:1.5px solid #555;vertical-align:bottom}\
+td:first-child,th:first-child,td.t,th.t{text-align:left}\
+figure{margin:0 0 1.2em;break-inside:avoid}\
+figure.column{display:inline-block;width:89mm;margin-right:4mm;vertical-align:top}\
+svg{max-width:100%;height:auto;display:block}\
+a{color:inherit}\
+.note{color:#444;font-size:13px}.warning{color:#a00}\
+code{font-size:.95em}\
+@page{size:A4;margin:15mm 13mm}\
+@media print{\
+body{font-size:9.5pt;max-width:none;margin:0;padding:0}\
+table{font-size:7.5pt}caption,figcaption,.note{font-size:8pt}\
+h1,h2,h3,caption{break-after:avoid}\
+.lead{break-after:avoid}\
+figure,tr,.whole{break-inside:avoid}\
+figure.column{margin-right:1.5mm}\
+figure.column:nth-of-type(2n){margin-right:0}\
+thead{display:table-header-group}\
+p{orphans:3;widows:3}\
+a{text-decoration:none}}";
+
+/// Rows of a table that stays whole on a sheet.
+const WHOLE: usize = 24;
+
+/// A page in the making, and the figures in it by their file names.
+#[derive(Default)]
+pub(super) struct Page {
+    pub html: String,
+    pub figures: Vec<(String, String)>,
+    tables: usize,
+}
+
+/// A figure and what is said of it.
+pub(super) struct Figure {
+    /// Name of its file without ending.
+    pub name: String,
+    pub svg: String,
+    /// Text without markup.
+    pub caption: String,
+}
+
+/// A head or a row: texts that are numbers stand at the right, but for the first.
+pub(super) type Cells = Vec<String>;
+
+impl Page {
+    /// Markup as it is.
+    pub fn put(&mut self, text: &str) {
+        self.html.push_str(text);
+        self.html.push('\n');
+    }
+
+    /// A paragraph of text with markup.
+    pub fn paragraph(&mut self, class: &str, html: &str) {
+        self.put(&format!("<p class=\"{class}\">{html}</p>"));
+    }
+
+    /// Links to `count` figures, the first of which is `ahead` figures after the next one: `Figure 3`, `Figures 3 and 4`,
+    /// `Figures 3 to 9`.
+    pub fn figure_links(&self, ahead: usize, count: usize) -> String {
+        links("figure", "Figure", self.figures.len() + 1 + ahead, count)
+    }
+
+    /// Links to the next `count` tables.
+    pub fn table_links(&self, count: usize) -> String {
+        links("table", "Table", self.tables + 1, count)
+    }
+
+    /// A figure with the next number.
+    pub fn figure(&mut self, figure: Figure) {
+        let Figure { name, svg, caption } = figure;
+        // Names within a picture are names of the whole page here.
+        let n = self.figures.len();
+        let inline = svg.replace("id=\"f", &format!("id=\"p{n}f")).replace("url(#f", &format!("url(#p{n}f"));
+        let class = if svg.contains("width=\"89mm\"") { "column" } else { "page" };
+        let _ = writeln!(
+            self.html,
+            "<figure id=\"figure-{0}\" class=\"{class}\">\n{inline}<figcaption><b>Figure {0}.</b> {1}</figcaption>\n</figure>",
+            n + 1,
+            escaped(&caption)
+        );
+        self.figures.push((format!("{name}.svg"), svg));
+    }
+
+    /// A table with the next number; its columns but for `texts` are numbers. Cells are texts without markup.
+    pub fn table(&mut self, caption: &str, head: &Cells, rows: &[Cells], texts: &[usize]) {
+        let plain = |cell: &String| escaped(cell);
+        self.marked_table(
+            caption,
+            &head.iter().map(plain).collect(),
+            &rows.iter().map(|row| row.iter().map(plain).collect()).collect::<Vec<_>>(),
+            texts,
+        );
+    }
+
+    /// The same, of cells with markup.
+    pub fn marked_table(&mut self, caption: &str, head: &Cells, rows: &[Cells], texts: &[usize]) {
+        self.tables += 1;
+        let class = if rows.len() <= WHOLE { " class=\"whole\"" } else { "" };
+        let row = |cells: &Cells, tag: &str| {
+            let cell = |(i, cell): (usize, &String)| {
+                let class = if texts.contains(&i) { " class=\"t\"" } else { "" };
+                format!("<{tag}{class}>{cell}</{tag}>")
+            };
+            format!("<tr>{}</tr>", cells.iter().enumerate().map(cell).collect::<String>())
+        };
+        let body: Vec<String> = rows.iter().map(|cells| row(cells, "td")).collect();
+        let _ = writeln!(
+            self.html,
+            "<table id=\"table-{0}\"{class}><caption><b>Table {0}.</b> {1}</caption>\n<thead>{2}</thead>\n<tbody>\n{3}\n</tbody></table>",
+            self.tables,
+            escaped(caption),
+            row(head, "th"),
+            body.join("\n")
+        );
+    }
+}
+
+fn links(kind: &str, name: &str, first: usize, count: usize) -> String {
+    let link = |n: usize, words: &str| format!("<a href=\"#{kind}-{n}\">{words}</a>");
+    let last = first + count.max(1) - 1;
+    match count {
+        0 | 1 => link(first, &format!("{name} {first}")),
+        2 => format!("{} and {}", link(first, &format!("{name}s {first}")), link(last, &last.to_string())),
+        _ => format!("{} to {}", link(first, &format!("{name}s {first}")), link(last, &last.to_string())),
+    }
+}

@@ -1,0 +1,123 @@
+//! Text of a figure: how wide it is, and where it is broken into lines. In: words and a size. Out: widths in the units of the
+//! picture. A picture is read in two fonts: a browser sets it in Helvetica, Arial or one of equal widths, [`png`](super::png) in
+//! the font that the program brings along. What has room in the wider of the two has room in both.
+
+use skrifa::{
+    FontRef, MetadataProvider,
+    instance::{LocationRef, Size},
+};
+use std::sync::OnceLock;
+
+/// Size of all text: 8 points where a figure is as wide as it is meant to be.
+pub(super) const SIZE: f64 = 12.0;
+/// From one line to the next.
+pub(super) const LINE: f64 = 14.5;
+/// Widths of Helvetica's signs from space to tilde, thousandths of its size (Adobe's font metrics of the core 14 fonts).
+const HELVETICA: [u16; 95] = [
+    278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556, 556, 556, 556, 556,
+    556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667, 611, 778, 722, 278, 500, 667, 556, 833,
+    722, 778, 667, 778, 722, 667, 611, 722, 667, 944, 667, 667, 611, 278, 278, 278, 469, 556, 333, 556, 556, 500, 556,
+    556, 278, 556, 556, 222, 222, 500, 222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334,
+    260, 334, 584,
+];
+
+/// Width of a line of text of this size.
+pub fn width(text: &str, size: f64) -> f64 {
+    text.chars().map(|sign| helvetica(sign).max(own(sign))).sum::<f64>() * size
+}
+
+/// Of a sign that is not in the table: as wide as the widest letters, or as high as it is wide.
+fn helvetica(sign: char) -> f64 {
+    let at = (sign as usize).checked_sub(0x20);
+    match at.and_then(|at| HELVETICA.get(at)) {
+        Some(thousandths) => f64::from(*thousandths) / 1000.0,
+        None if sign == '−' || sign == '–' => 0.584,
+        None if (sign as u32) < 0x250 => 0.78,
+        None => 1.0,
+    }
+}
+
+/// Width of a sign in the program's own font.
+fn own(sign: char) -> f64 {
+    static ASCII: OnceLock<Vec<f64>> = OnceLock::new();
+    let measured = |sign: char| {
+        let font = FontRef::new(own_font()).ok()?;
+        let glyph = font.charmap().map(sign)?;
+        Some(f64::from(font.glyph_metrics(Size::new(1.0), LocationRef::default()).advance_width(glyph)?))
+    };
+    let ascii = ASCII.get_or_init(|| (0..128u8).map(|code| measured(code.into()).unwrap_or(0.0)).collect());
+    ascii.get(sign as usize).copied().unwrap_or_else(|| measured(sign).unwrap_or(1.0))
+}
+
+/// The font that the program brings along for its panels.
+fn own_font() -> &'static [u8] {
+    static FONT: OnceLock<Vec<u8>> = OnceLock::new();
+    FONT.get_or_init(|| {
+        let own = egui::FontDefinitions::default();
+        let first = own.families.get(&egui::FontFamily::Proportional).and_then(|names| names.first());
+        first.and_then(|name| own.font_data.get(name)).map(|data| (*data.font).as_ref().to_vec()).unwrap_or_default()
+    })
+}
+
+/// Lines of text none of which is wider than `limit`: broken after spaces and signs that join words, and within a word that
+/// is wider than a line.
+pub fn wrapped(text: &str, limit: f64, size: f64) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for piece in text.split_inclusive([' ', '-', '+', '/', '_', ',']) {
+        let line = lines.last_mut().expect("there is one");
+        let fits = |line: &str| width(line.trim_end(), size) <= limit;
+        if fits(&(line.clone() + piece)) {
+            line.push_str(piece);
+            continue;
+        }
+        if !line.is_empty() {
+            lines.push(String::new());
+        }
+        for sign in piece.chars() {
+            let line = lines.last_mut().expect("there is one");
+            if !line.is_empty() && !fits(&format!("{line}{sign}")) {
+                lines.push(sign.into());
+            } else {
+                line.push(sign);
+            }
+        }
+    }
+    lines.iter().map(|line| line.trim_end().to_owned()).collect()
+}
+
+/// Lines that a name takes in a room of this width; `None` if it has to be broken within a word.
+pub fn lines_needed(name: &str, limit: f64) -> Option<usize> {
+    let mut words = name.split_inclusive([' ', '-', '+', '/', '_', ',']);
+    words.all(|word| width(word.trim_end(), SIZE) <= limit).then(|| wrapped(name, limit, SIZE).len())
+}
+
+/// Text as it stands in SVG and HTML.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A number with a true minus sign (U+2212) instead of the hyphen.
+pub fn minus(number: &str) -> String {
+    number.replacen('-', "−", usize::from(number.starts_with('-')))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn widths_are_those_of_the_wider_font_and_lines_break_where_words_end() {
+        // H 722, a and i of Helvetica: 722 + 556 + 222 thousandths.
+        assert!((width("Hai", 10.0) - 15.0).abs() < 1.0, "{}", width("Hai", 10.0));
+        assert!(width("mm", 12.0) >= 2.0 * 0.833 * 12.0 && width("", 12.0) == 0.0);
+        assert_eq!(wrapped("Mean speed of all cars, m/s", 90.0, 12.0), ["Mean speed of", "all cars, m/s"]);
+        assert_eq!(wrapped("few-cars+wide", 55.0, 12.0), ["few-cars+", "wide"]);
+        for limit in [5.0, 30.0, 60.0] {
+            let lines = wrapped("a-verylongwordwithoutanybreak indeed", limit, 12.0);
+            assert!(lines.iter().all(|line| width(line, 12.0) <= limit.max(12.0)), "{lines:?}");
+            assert_eq!(lines.concat().replace(' ', ""), "a-verylongwordwithoutanybreakindeed");
+        }
+        assert_eq!((lines_needed("few-cars", 30.0), lines_needed("verylongword", 30.0)), (Some(2), None));
+        assert_eq!((minus("-0.5").as_str(), minus("1-2").as_str()), ("−0.5", "1-2"));
+    }
+}
