@@ -3,12 +3,12 @@
 
 @fragment
 fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
-    var cover = textureSample(leaves, leaf_sampler, in.uv, in.layer).r;
+    var cover = textureSampleBias(leaves, leaf_sampler, in.uv, in.layer, select(0.0, BLUNTED, SAMPLES == 1u)).r;
     // Of one sample only whether more than half of it is covered counts, which sharpening does not change.
     if SAMPLES > 1u {
         cover = sharpened(cover);
     }
-    let samples = covered_samples(in.clip.xy, cover) & kept(in.clip.xy, in.tint.w);
+    let samples = covered_samples(in.clip.xy, cover, in.tint.w) & kept(in.clip.xy, in.tint.w);
     if samples == 0u {
         discard;
     }

@@ -4,6 +4,9 @@
 override SAMPLES: u32 = 1u;
 // Share of a pixel that leaves must cover to be drawn where it has one sample.
 const LEAST_COVER = 0.5;
+// There the reduced sizes of leaves and pictures are taken so much earlier: with one sample a pixel, gaps that are finer than
+// it would be lone dark points.
+const BLUNTED = 0.75;
 
 // 0..1 by the pixel, evenly spread among neighbours.
 fn dithered(pixel: vec2f) -> f32 {
@@ -18,20 +21,26 @@ fn samples_of(share: f32, turns: vec4f, luck: f32) -> u32 {
 }
 
 // Between two levels of detail both are drawn, each sample by one of them: the finer one has its share in w, the coarser one
-// the negative of that.
+// the negative of that. A pixel of one sample cannot be shared without a stipple: see `least_cover`.
 fn kept(pixel: vec2f, w: f32) -> u32 {
-    let luck = dithered(pixel);
     if SAMPLES == 1u {
-        return select(0u, 15u, select((luck < w), (luck >= -w), (w < 0.0)));
+        return 15u;
     }
-    let finer = samples_of(abs(w), vec4f(0.0, 2.0, 3.0, 1.0), luck);
+    let finer = samples_of(abs(w), vec4f(0.0, 2.0, 3.0, 1.0), dithered(pixel));
     return select(finer, 15u - finer, w < 0.0);
 }
 
+// Share of a pixel of one sample that must be covered, for `w` as in `kept`: the coarser level's leaves grow from nothing to
+// their size while the finer one is still whole, then that one's shrink.
+fn least_cover(w: f32) -> f32 {
+    let there = clamp(2.0 * select(w, 1.0 + w, w < 0.0), 0.0, 1.0);
+    return mix(1.0, LEAST_COVER, there);
+}
+
 // The samples that something covers to this share.
-fn covered_samples(pixel: vec2f, cover: f32) -> u32 {
+fn covered_samples(pixel: vec2f, cover: f32, w: f32) -> u32 {
     if SAMPLES == 1u {
-        return select(0u, 15u, cover >= LEAST_COVER);
+        return select(0u, 15u, cover >= least_cover(w));
     }
     return samples_of(cover, vec4f(3.0, 1.0, 2.0, 0.0), dithered(pixel + 17.0));
 }

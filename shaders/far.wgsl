@@ -63,17 +63,15 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     return s;
 }
 
-// Share of the second picture: from one to the next over the middle third between their directions, or, where a pixel shows
-// either of them and trees that do both are stippled, over a tenth.
+// Share of the second picture: from one to the next over the middle third between their directions.
 fn turned(in: Surface) -> f32 {
-    let half = select(0.17, 0.05, SAMPLES == 1u);
-    return smoothstep(0.5 - half, 0.5 + half, in.pictures.z);
+    return smoothstep(0.33, 0.67, in.pictures.z);
 }
 
-// Number of the picture for a pixel of one sample.
+// Number of the picture for a pixel of one sample: the nearer one.
 fn chosen(in: Surface) -> i32 {
     if FROM_ABOVE {
         return 2 * i32(in.pictures.x + 0.5);
     }
-    return 2 * i32(select(in.pictures.x, in.pictures.y, dithered(in.clip.xy + 31.0) < turned(in)) + 0.5);
+    return 2 * i32(select(in.pictures.x, in.pictures.y, in.pictures.z > 0.5) + 0.5);
 }

@@ -23,15 +23,16 @@ fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
     var samples = kept(pixel, in.tint.w);
     if SAMPLES == 1u {
         // As in `cover.wgsl`: one sample is covered or not.
-        samples &= covered_samples(pixel, on_picture(in.uv) * textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a);
+        let there = textureSampleBias(pictures, leaf_sampler, in.uv, chosen(in), BLUNTED).a;
+        samples &= covered_samples(pixel, on_picture(in.uv) * there, in.tint.w);
     } else if FROM_ABOVE {
         let there = cover_of(textureSample(pictures, leaf_sampler, in.uv, chosen(in)).a, in.uv);
-        samples &= covered_samples(pixel, on_picture(in.uv) * there);
+        samples &= covered_samples(pixel, on_picture(in.uv) * there, in.tint.w);
     } else {
         let second = samples_of(turned(in), vec4f(1.0, 3.0, 0.0, 2.0), dithered(pixel + 31.0));
         let a = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.x + 0.5)).a, in.uv);
         let b = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.y + 0.5)).a, in.uv);
-        samples &= (covered_samples(pixel, a) & (15u - second)) | (covered_samples(pixel, b) & second);
+        samples &= (covered_samples(pixel, a, 1.0) & (15u - second)) | (covered_samples(pixel, b, 1.0) & second);
     }
     if samples == 0u {
         discard;

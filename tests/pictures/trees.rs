@@ -1,6 +1,6 @@
 //! Trees change their level of detail without a jump: as much of the picture is leaves before as after, in one colour.
 
-use crate::place::*;
+use crate::{pixels::*, place::*};
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, detail::Detail, lens::Optics},
     scene::{Camera, Lens, Mesh, Stage, TreePlace, View, ViewKind, ViewOptions},
@@ -154,6 +154,89 @@ fn from_above_at_noon_crowns_are_to_the_meadow_as_forests_are_and_their_shade_is
             // An eighth to a third of daylight comes from the sky (CIE clear sky), and crowns let a twentieth to a fifth of
             // the sun through.
             assert!((0.17..0.47).contains(&shade), "kind {kind}, {half_m} m: shade {shade} of the meadow in the sun");
+        }
+    }
+}
+
+/// Share of a picture's pixels that are unlike each of their four neighbours: those of a stipple, and of lone points.
+fn lone(image: &image::RgbaImage) -> f32 {
+    let [width, height] = [image.width(), image.height()];
+    let at = |x: u32, y: u32| luminance(rgb(image.get_pixel(x, y)));
+    let is = |x: u32, y: u32| {
+        let here = at(x, y);
+        // A tenth of the scale is seen at once, and twice what grain and edges of leaves differ by.
+        [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)].iter().all(|&(x, y)| (at(x, y) - here).abs() > 0.10)
+    };
+    let count = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))).filter(|&(x, y)| is(x, y)).count();
+    count as f32 / (width * height) as f32
+}
+
+#[test]
+fn leaves_at_low_have_no_stipple() {
+    let mut shares = [Quality::LOW, Quality::MEDIUM].map(|quality| {
+        let mut drawing = renderer(true, quality);
+        let shares = (0..8).map(|k| {
+            let mut snapshot = snapshot(vec![]);
+            let pose = on_lane(31.0 * f64::from(k), 0.0);
+            snapshot.ego.position = pose.position.extend(0.0);
+            snapshot.ego.rotation = glam::Quat::from_rotation_z(pose.yaw_rad as f32);
+            snapshot.ego_before = snapshot.ego;
+            let mut view = view(&snapshot, ViewKind::Driver, &Default::default());
+            // Trees alone: looking up by 12 degrees, without a car.
+            view.camera.forward = (view.camera.forward + 0.21 * glam::Vec3::Z).normalize();
+            view.camera.up = glam::Vec3::Z;
+            (view.mirror, view.seat) = (None, None);
+            view.wind_mps = 0.0;
+            lone(&draw_with(&mut drawing, &view, [640, 360]))
+        });
+        shares.collect::<Vec<f32>>()
+    });
+    println!("lone pixels, low and medium: {shares:?}");
+    let [low, medium] = shares.each_mut().map(|shares| shares.iter().sum::<f32>() / shares.len() as f32);
+    // Four samples show leaves that are smaller than a pixel, each for itself; one shows larger ones, and no more lone points.
+    assert!(low <= medium, "{low} at low, {medium} at medium");
+}
+
+#[test]
+fn between_two_levels_a_tree_of_one_sample_a_pixel_has_no_stipple() {
+    let bare = Stage { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
+    let bare =
+        Stage { road: Mesh::default(), land: Mesh::default(), tuft_places: Vec::new(), posts: Mesh::default(), ..bare };
+    let quality = Quality::LOW;
+    for kind in [0, 3] {
+        let position = Vec3::new(300.0, 0.0, 0.0);
+        let place = TreePlace { position, yaw_rad: 0.2, scale: 1.0, tint: [1.0; 3], kind };
+        let one = Stage { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..bare.clone() };
+        let (centre, radius_m) = one.trees[kind].bounding_sphere();
+        for switch_px in [85.0, 36.0] {
+            let radius_px: f32 = switch_px / quality.detail;
+            let size = [(2.2 * radius_px) as u32; 2];
+            let mut view =
+                view(&snapshot(Vec::new()), ViewKind::Chase, &ViewOptions { wind_mps: 0.0, ..Default::default() });
+            view.cars.clear();
+            let forward = Vec3::new(0.7, 0.3, 0.0).normalize();
+            let camera = |d: f32| Camera {
+                eye: position + centre - forward * d,
+                forward,
+                up: Vec3::Z,
+                lens: Lens::Perspective { fov_x_rad: 0.7 },
+            };
+            let at_1 = Optics::new(&camera(1.0), size).pixels(position + centre, radius_m);
+            view.camera = camera(at_1 / radius_px);
+            let [finer, between, also, coarser] = [1.12, 1.02, 0.98, 0.88].map(|factor| {
+                let levels = Detail::shares(switch_px * factor, quality.msaa);
+                assert_eq!(levels[1].is_some(), (factor - 1.0f32).abs() < 0.03, "{factor}: {levels:?}");
+                let mut renderer =
+                    Renderer::new(gpu(), &one, OFFSCREEN, Quality { detail: quality.detail * factor, ..quality });
+                lone(&draw_with(&mut renderer, &view, size))
+            });
+            println!("kind {kind}, {radius_px:.0} px: lone {finer:.4}, {between:.4}, {also:.4}, {coarser:.4}");
+            // Both at once are no more ragged than the raggeder one and half of that again.
+            let most = 1.5 * finer.max(coarser) + 0.001;
+            assert!(
+                between.max(also) < most,
+                "kind {kind}, {radius_px} px: {between}, {also}; alone {finer}, {coarser}"
+            );
         }
     }
 }
