@@ -16,6 +16,12 @@ override COATED: bool = true;
 // are paler, or a line would be a row of dots. With several samples a pixel half as much is enough.
 const GAP_M = 0.005;
 
+// What a plate's surface and signs are in the mean (`scene/plate.rs`), and the pixels, in metres, up to which signs are seen
+// as they are (3 pixels wide) and from which only that mean: there a sign is one pixel, and would flicker.
+const PLATE_MEAN = 0.50;
+const READ_M = 0.0167;
+const BLENDED_M = 0.046;
+
 // What a car mirrors: the sky, a belt of trees whose tops are ragged, dark below them, then meadow and road.
 fn around_car(direction: vec3f, above: vec3f, ground: vec3f, rough: f32) -> vec3f {
     let sky = sky_light_blurred(direction, 5.0 * sqrt(rough));
@@ -82,6 +88,10 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         // A padded skin is duller than rubber.
         shine = select(1.0, 0.32, in.uv.x < -0.5);
         edge = select(1.0, 0.25, in.uv.x < -0.5);
+    } else if material == PLATE {
+        shine = 0.0;
+        let pixel_m = max(length(dpdx(in.world)), length(dpdy(in.world)));
+        albedo = mix(in.colour, vec3f(PLATE_MEAN), smoothstep(READ_M, BLENDED_M, pixel_m));
     } else if material == MATT {
         shine = 0.0;
     }

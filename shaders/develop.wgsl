@@ -90,7 +90,7 @@ fn framed(picture: vec3f, at: vec2f, size: vec2f) -> vec4f {
 
 @fragment
 fn fragment(in: Point) -> @location(0) vec4f {
-    let size = print.rect.zw;
+    let size = print.size;
     var uv = in.at / size;
     var pixel = in.at;
     if MIRROR {

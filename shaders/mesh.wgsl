@@ -25,6 +25,7 @@ const GRASS = 8u;
 const BARK = 9u;
 const LEAVES = 10u;
 const LAMP = 11u;
+const PLATE = 12u;
 
 @vertex
 fn vertex(corner: Corner, at: Placed) -> Surface {
@@ -41,7 +42,7 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     let signs = floor(corner.uv.y / 16.0);
     let sign = floor((number + 0.5) / max(corner.uv.x, 1.0));
     let shown = abs(sign - signs * floor((sign + 0.5) / max(signs, 1.0)) - (corner.uv.y - 16.0 * signs)) < 0.5;
-    out.clip = select(out.clip, vec4f(2.0, 2.0, 2.0, 1.0), corner.material == MATT && number > 0.5 && corner.uv.x > 0.5 && !shown);
+    out.clip = select(out.clip, vec4f(2.0, 2.0, 2.0, 1.0), corner.material == PLATE && number > 0.5 && corner.uv.x > 0.5 && !shown);
     out.height = out.world.z - at.z.w;
     return out;
 }

@@ -1,9 +1,8 @@
 // A picture on a target: where it goes, what is read. Shared by `develop.wgsl` and `soften.wgsl`.
 
 struct Print {
-    // left, top, width, height in pixels
-    rect: vec4f,
-    canvas: vec2f,
+    // width, height in pixels
+    size: vec2f,
     flip: f32,
     border: f32,
     corner: f32,
@@ -13,6 +12,11 @@ struct Print {
     // A mirror: tangents of half its angles, the eye's distance over the glass's radius, share of the picture that a flat
     // glass would show.
     lens: vec4f,
+    // Where it lies: its upper left corner, a pixel to the right and one down, in clip space. A glass in the world is seen in
+    // perspective.
+    corner_clip: vec4f,
+    right_clip: vec4f,
+    down_clip: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> print: Print;
@@ -22,7 +26,7 @@ struct Print {
 
 struct Point {
     @builtin(position) clip: vec4f,
-    // Pixels from the rectangle's upper left corner.
+    // Pixels from its upper left corner.
     @location(0) at: vec2f,
     // Bend of a mirror's glass and width of its frame. A branch on the uniforms themselves would be compiled again with every
     // draw on software rendering (a test in `shader.rs` says more).
@@ -33,7 +37,6 @@ struct Point {
 fn vertex(@builtin(vertex_index) index: u32) -> Point {
     let corners = array(vec2f(0.0, 0.0), vec2f(1.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 1.0));
     // The frame lies outside of the rectangle.
-    let at = corners[index] * (print.rect.zw + 2.0 * print.border) - print.border;
-    let pixel = print.rect.xy + at;
-    return Point(vec4f(pixel / print.canvas * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at, vec2f(print.lens.z, print.border));
+    let at = corners[index] * (print.size + 2.0 * print.border) - print.border;
+    return Point(print.corner_clip + at.x * print.right_clip + at.y * print.down_clip, at, vec2f(print.lens.z, print.border));
 }

@@ -146,6 +146,7 @@ impl Crowd {
             self.fill(|list| list.extend(cabin.map(|seat| body(&seat.car)))),
             self.fill(|list| list.extend(seat.and_then(steering_wheel))),
         ];
+        let housings = std::array::from_fn(|which| self.fill(|list| list.extend(housings(seat, which))));
         let first = self.instances.len() as u32;
         let bodies: Vec<_> = (0..models.bodies.len())
             .map(|style| {
@@ -170,7 +171,7 @@ impl Crowd {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        Batches { inside, cars: all, bodies, wheels, tufts, roots, trees }
+        Batches { inside, housings, cars: all, bodies, wheels, tufts, roots, trees }
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.
@@ -261,6 +262,20 @@ fn body(car: &CarInstance) -> Instance {
 fn steering_wheel(seat: &Seat) -> Option<Instance> {
     let body = Affine3A::from_rotation_translation(seat.car.rotation, seat.car.position);
     seat.steering_wheel_rad.map(|turn| Instance::new(body * Cockpit::body_from_wheel(turn), [1.0; 3], 0.0))
+}
+
+/// The mirrors' housings of one mesh, in the order of [`Cockpit::housings`]. A foot points inwards to the door; that of a
+/// mirror that is turned into the picture points to where the picture has a door: down at the left one, beyond the edge at the
+/// right one.
+fn housings(seat: Option<&Seat>, which: usize) -> impl Iterator<Item = Instance> {
+    let panes = seat.and_then(|seat| Some((seat.car, seat.mirrors?)));
+    panes.into_iter().flat_map(move |(car, panes)| {
+        let body = Affine3A::from_rotation_translation(car.rotation, car.position);
+        let of = [0, if panes[1].at_home { 1 } else { 3 }, if panes[2].at_home { 2 } else { 1 }];
+        (0..3)
+            .filter(move |&k| of[k] == which)
+            .map(move |k| Instance::new(body * panes[k].body_from_glass, car.colour, 0.0))
+    })
 }
 
 /// The four wheels: the front ones steered, the right ones turned about so that their outer side shows, all rolling

@@ -1,6 +1,8 @@
 //! How finely cars and trees are drawn, and where those of one picture are. In: how large one is in the picture. Out: its
 //! level of detail; [`Batches`], ranges of instances by mesh and level.
 
+use super::lens::Optics;
+use glam::Vec3;
 use std::ops::Range;
 
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
@@ -8,6 +10,8 @@ use std::ops::Range;
 pub struct Batches {
     /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel.
     pub inside: [Range<u32>; 3],
+    /// Its mirrors' housings by mesh.
+    pub housings: [Range<u32>; 4],
     /// All car bodies: the patches of contact shade under them.
     pub cars: Range<u32>,
     /// Car bodies by style and [`CarDetail`].
@@ -76,10 +80,21 @@ const MID_PX: f32 = 36.0;
 const PLAN_PX: f32 = 7.5;
 /// Share of these radii over which one level of a tree gives way to the other.
 const BAND: f32 = 0.22;
-/// And where a pixel has one sample, which belongs to either level: such a mix is coarse, so that fewer trees shall be in it.
-const STIPPLED_BAND: f32 = 0.1;
+/// And where a pixel has one sample, and both levels are drawn one over the other: fewer trees shall be in it.
+const LAYERED_BAND: f32 = 0.1;
+
+/// Within this distance of a car's middle the eye is at its door, metres.
+const BESIDE_M: f32 = 1.9;
 
 impl CarDetail {
+    /// The detail for a car within a ball, if that is in the picture. The own one in a mirror on its door never has all
+    /// fittings: they would double the mirror's cost.
+    pub fn seen(optics: &Optics, centre: Vec3, radius_m: f32) -> Option<Self> {
+        let most = if optics.camera.eye.distance(centre) < BESIDE_M { FITTED_PX } else { f32::MAX };
+        let detail = || Self::of(optics.pixels(centre, radius_m).min(most), optics.from_above());
+        optics.sees(centre, radius_m).then(detail)
+    }
+
     /// The detail for a car that is this large in the picture, which may be taken from above.
     pub fn of(radius_px: f32, from_above: bool) -> Self {
         match radius_px {
@@ -95,7 +110,7 @@ impl Detail {
     /// One level, or around a switch both: the finer one with its share of the samples, of which a pixel has as many, the
     /// coarser one with the negative of that (`kept` in `fade.wgsl`).
     pub fn shares(radius_px: f32, samples: u32) -> Levels {
-        let band = if samples == 1 { STIPPLED_BAND } else { BAND };
+        let band = if samples == 1 { LAYERED_BAND } else { BAND };
         let share = |at: f32| ((radius_px / at - 1.0) / band + 0.5).clamp(0.0, 1.0);
         for (at, finer, coarser) in [(NEAR_PX, Self::Near, Self::Mid), (MID_PX, Self::Mid, Self::Far)] {
             match share(at) {

@@ -2,6 +2,7 @@
 //! textures of light. Out: the target, a plain `Unorm` texture that holds sRGB values, as egui wants it.
 
 use crate::scene::{Camera, Lens};
+use glam::Vec4;
 
 use super::{
     cost::{CountedPass, CountedQueue, PassCost},
@@ -88,7 +89,8 @@ pub struct DevelopPass {
     group_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     main: Sheet,
-    mirror: Sheet,
+    /// The rear-view mirror, and those on the doors.
+    mirrors: [Sheet; 3],
     /// Where edges are smoothed: the developed picture before that, as large as its light.
     flat: Option<Flat>,
 }
@@ -105,6 +107,51 @@ struct Flat {
 struct Sheet {
     uniform: wgpu::Buffer,
     group: Option<wgpu::BindGroup>,
+}
+
+/// A mirror's picture in its frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Framed {
+    /// Its glass.
+    pub glass: Glass,
+    /// Where it lies.
+    pub lies: Lies,
+}
+
+/// Where a mirror's picture lies.
+#[derive(Clone, Copy, Debug)]
+pub enum Lies {
+    /// At the top in the middle.
+    Inset,
+    /// In the world: its upper left, upper right and lower left corner in clip space, its width and height in pixels.
+    InWorld([Vec4; 3], [f32; 2]),
+}
+
+/// A print flat on a target of `canvas` pixels, over left, top, width and height.
+fn laid([left, top, width, height]: [u32; 4], canvas: [u32; 2]) -> Print {
+    let [right, down] = [2.0 / canvas[0] as f32, -2.0 / canvas[1] as f32];
+    Print {
+        size: [width as f32, height as f32],
+        corner_clip: [left as f32 * right - 1.0, top as f32 * down + 1.0, 0.0, 1.0],
+        right_clip: [right, 0.0, 0.0, 0.0],
+        down_clip: [0.0, down, 0.0, 0.0],
+        ..Default::default()
+    }
+}
+
+/// A print on a glass in the world, its corners a quarter of its height round; nothing is before it, so that it needs no
+/// depth.
+fn in_world([corner, right, down]: [Vec4; 3], [width, height]: [f32; 2], border: f32) -> Print {
+    let flat = |v: Vec4| v.with_z(0.0).to_array();
+    Print {
+        size: [width, height],
+        border: 0.5 * border,
+        corner: 0.28 * height,
+        corner_clip: flat(corner),
+        right_clip: flat((right - corner) / width),
+        down_clip: flat((down - corner) / height),
+        ..Default::default()
+    }
 }
 
 /// Left, top, width and height of the mirror inset in a picture of `size`, in pixels.
@@ -188,7 +235,7 @@ impl DevelopPass {
             }),
             group_layout,
             main: sheet(device),
-            mirror: sheet(device),
+            mirrors: [(); 3].map(|()| sheet(device)),
             flat: None,
         }
     }
@@ -231,7 +278,9 @@ impl DevelopPass {
     pub fn fit(
         &mut self,
         device: &wgpu::Device,
-        [main, mirror, halo]: [&wgpu::TextureView; 3],
+        main: &wgpu::TextureView,
+        mirrors: [&wgpu::TextureView; 3],
+        halo: &wgpu::TextureView,
         size: [u32; 2],
         soften: bool,
     ) {
@@ -248,7 +297,9 @@ impl DevelopPass {
             })
         };
         self.main.group = Some(group(&self.main.uniform, main));
-        self.mirror.group = Some(group(&self.mirror.uniform, mirror));
+        for (sheet, light) in self.mirrors.iter_mut().zip(mirrors) {
+            sheet.group = Some(group(&sheet.uniform, light));
+        }
         self.flat = soften.then(|| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("developed"),
@@ -267,8 +318,8 @@ impl DevelopPass {
         });
     }
 
-    /// Develops the main picture (as the mirror `alone`, if it is one) onto all of the target, and the mirror's picture
-    /// into its frame. With `smooth`, steps along edges are filtered.
+    /// Develops the main picture (as the mirror `alone`, if it is one) onto all of the target, and the mirrors' pictures
+    /// into their frames. With `smooth`, steps along edges are filtered.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &self,
@@ -280,13 +331,10 @@ impl DevelopPass {
         size: [u32; 2],
         exposure: f32,
         alone: Option<Glass>,
-        inset: Option<Glass>,
+        mirrors: [Option<Framed>; 3],
         smooth: bool,
     ) -> PassCost {
-        let sheet_of = |size: [u32; 2]| {
-            let [width, height] = size.map(|side| side as f32);
-            Print { rect: [0.0, 0.0, width, height], canvas: [width, height], ..Default::default() }
-        };
+        let sheet_of = |size: [u32; 2]| laid([0, 0, size[0], size[1]], size);
         let first = self.flat.as_ref().map_or(size, |flat| flat.size);
         let whole = Print {
             lens: alone.map_or([0.0; 4], |glass| glass.print()),
@@ -296,18 +344,17 @@ impl DevelopPass {
             soften: f32::from(u8::from(self.flat.is_some())),
             ..sheet_of(first)
         };
-        let height = size[1] as f32;
-        let framed = Print {
-            rect: mirror_rect(size).map(|v| v as f32),
-            flip: 1.0,
-            exposure,
-            lens: inset.map_or([0.0; 4], |glass| glass.print()),
-            border: (height / 200.0).max(1.0),
-            corner: corner_px(size),
-            ..sheet_of(size)
-        };
+        let border = (size[1] as f32 / 200.0).max(1.0);
         queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
-        queue.write_buffer(&self.mirror.uniform, 0, bytemuck::bytes_of(&framed));
+        for (sheet, framed) in self.mirrors.iter().zip(mirrors) {
+            let Some(Framed { glass, lies }) = framed else { continue };
+            let lies = match lies {
+                Lies::Inset => Print { border, corner: corner_px(size), ..laid(mirror_rect(size), size) },
+                Lies::InWorld(corners, glass_px) => in_world(corners, glass_px, border),
+            };
+            let print = Print { flip: 1.0, exposure, lens: glass.print(), ..lies };
+            queue.write_buffer(&sheet.uniform, 0, bytemuck::bytes_of(&print));
+        }
         let here = if smooth { 2 } else { 0 };
         let main = match (alone, &self.flat) {
             (None, Some(_)) => EXACT,
@@ -321,11 +368,12 @@ impl DevelopPass {
             None => main,
             Some(flat) => {
                 queue.write_buffer(&flat.sheet.uniform, 0, bytemuck::bytes_of(&sheet_of(size)));
-                cost += lay(encoder, None, pipeline, &flat.view, [Some(main), None]);
+                cost += lay(encoder, None, pipeline, &flat.view, &[Some(main)]);
                 (&flat.sheet, SOFTEN)
             }
         };
-        cost + lay(encoder, stamps, pipeline, target, [Some(onto_target), inset.map(|_| (&self.mirror, 1 + here))])
+        let [rear, left, right] = std::array::from_fn(|k| mirrors[k].map(|_| (&self.mirrors[k], 1 + here)));
+        cost + lay(encoder, stamps, pipeline, target, &[Some(onto_target), rear, left, right])
     }
 }
 
@@ -335,7 +383,7 @@ fn lay(
     stamps: Option<wgpu::RenderPassTimestampWrites>,
     pipeline: &DevelopPipeline,
     target: &wgpu::TextureView,
-    sheets: [Option<(&Sheet, usize)>; 2],
+    sheets: &[Option<(&Sheet, usize)>],
 ) -> PassCost {
     let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("develop"),
@@ -348,8 +396,8 @@ fn lay(
         timestamp_writes: stamps,
         ..Default::default()
     }));
-    for (sheet, number) in sheets.into_iter().flatten() {
-        pass.set_pipeline(&pipeline.0[number]);
+    for (sheet, number) in sheets.iter().flatten() {
+        pass.set_pipeline(&pipeline.0[*number]);
         pass.set_bind_group(0, sheet.group.as_ref(), &[]);
         pass.draw(0..6, 0..1);
     }

@@ -9,9 +9,10 @@ use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 use super::cost::PassCost;
 use super::ui_pass::{Overlay, UiPass};
 use crate::hud::{Dial, Palette, lettering};
-use crate::scene::{View, ViewKind};
+use crate::scene::{BONNET_EDGE, CLUSTER_M, CLUSTER_RADIUS_M, Camera, View, ViewKind};
 use brush::{Brush, black, opaque, shade};
 use fixed::Fixed;
+use glam::Vec3;
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
 pub mod layout {
@@ -30,11 +31,11 @@ pub mod layout {
     /// Where the outer corners of the numerals end, and their height up to 99 and from 100 up.
     pub const NUMERALS: (f32, f32, f32) = (0.612, 0.102, 0.088);
     /// Edge of the hub, on which number and unit stand.
-    pub const HUB: f32 = 0.42;
+    pub const HUB: f32 = 0.43;
     /// Height of the number up to 99, of one of three digits, and how far its middle lies above the axle.
-    pub const NUMBER: (f32, f32, f32) = (0.35, 0.27, 0.05);
+    pub const NUMBER: (f32, f32, f32) = (0.42, 0.30, 0.05);
     /// Height of the unit, and how far its middle lies below the axle.
-    pub const UNIT: (f32, f32) = (0.085, 0.27);
+    pub const UNIT: (f32, f32) = (0.085, 0.305);
     /// Height of the R, and how far its middle lies below the axle.
     pub const REVERSE: (f32, f32) = (0.13, 0.69);
 }
@@ -50,34 +51,56 @@ pub struct DialPlace {
     pub margin_share: f32,
 }
 
-/// Place across the picture that a steering wheel straight ahead leaves free: with 63 degrees across, its rim ends at 0.70
-/// of a picture's width, and the dial begins at 0.72 of one of 16:9.
-const BESIDE_THE_WHEEL: f32 = 0.90;
+/// Least diameter of an instrument below the bonnet's far edge: on a 55-inch television (0.69 m high) its number is then
+/// 36 mm high, 2 degrees at 1 m. In a wider picture there is less room, and it stands at the side.
+const LEAST_SHARE: f32 = 0.25;
+/// Free space under an instrument that takes what the bonnet leaves it.
+const LEAST_MARGIN: f32 = 0.006;
+/// Most of the picture's width that it takes: at the right margin it begins where a leader two metres ahead has ended.
+const MOST_OF_WIDTH: f32 = 0.1925;
 
 impl Default for DialPlace {
-    /// A third of the picture: on a 55-inch television (0.69 m high) the number is 42 mm high, 1.2 degrees at 2 m.
+    /// A third of the picture: on a 55-inch television (0.69 m high) the number is 49 mm high, 1.4 degrees at 2 m.
     fn default() -> Self {
         Self { across: 0.5, diameter_share: 0.34, margin_share: 0.015 }
     }
 }
 
 impl DialPlace {
-    /// In the middle, as HC22 has it; in the chase view at the right, where it hides neither ego nor leader, and so where
-    /// the driver sees a steering wheel, whose rim it would hide.
-    pub fn of(view: &View) -> Self {
-        let wheel = view.seat.is_some_and(|seat| seat.steering_wheel_rad.is_some());
-        let across = match view.kind {
-            ViewKind::Chase => 1.0,
-            _ if wheel => BESIDE_THE_WHEEL,
-            _ => 0.5,
-        };
-        Self { across, ..Self::default() }
+    /// In the instrument cluster, if the car has one. Else in the middle, as HC22 has it, below the far edge of the bonnet, which hides whatever an instrument there would hide
+    /// of the leader. Where there is no bonnet or too little room below it, and in the chase view, at the right, beside ego
+    /// and leader.
+    pub fn of(view: &View, size: [u32; 2]) -> Self {
+        let aspect = size[0] as f32 / size[1].max(1) as f32;
+        let beside = Self { across: 1.0, ..Self::default() };
+        let Some(seat) = view.seat.filter(|_| view.kind == ViewKind::Driver) else { return beside };
+        if seat.steering_wheel_rad.is_some() {
+            return Self::in_cluster(&seat.look, aspect).unwrap_or(beside);
+        }
+        let edge = seat.look.eye + Vec3::X - BONNET_EDGE * Vec3::Z;
+        let Some(edge) = seat.look.project(edge, aspect) else { return beside };
+        let room = 1.0 - edge.y - LEAST_MARGIN;
+        let most = Self::default().diameter_share;
+        match room {
+            room if room < LEAST_SHARE => beside,
+            room if room < most => Self { across: 0.5, diameter_share: room, margin_share: LEAST_MARGIN },
+            _ => Self::default(),
+        }
+    }
+
+    /// On the face of the instrument cluster; in a picture that ends above its lower edge as much higher as it needs.
+    fn in_cluster(look: &Camera, aspect: f32) -> Option<Self> {
+        let middle = look.project(CLUSTER_M, aspect)?;
+        let radius = (look.project(CLUSTER_M + Vec3::Y * CLUSTER_RADIUS_M, aspect)?.x - middle.x).abs() * aspect;
+        let margin_share = (1.0 - middle.y - radius).max(LEAST_MARGIN);
+        Some(Self { across: 0.5, diameter_share: (2.0 * radius).min(1.0 - 2.0 * LEAST_MARGIN), margin_share })
     }
 
     /// The instrument's square in a picture of `size` pixels.
     pub fn rect(&self, size: [u32; 2]) -> Rect {
         let [width, height] = size.map(|side| side as f32);
-        let diameter = (self.diameter_share * height).min(width);
+        let most = if self.across == 0.5 { width } else { MOST_OF_WIDTH * width };
+        let diameter = (self.diameter_share * height).min(most);
         let margin = self.margin_share * height;
         let free = (width - diameter - 2.0 * margin).max(0.0);
         let left = if free > 0.0 { margin + self.across * free } else { (width - diameter) / 2.0 };

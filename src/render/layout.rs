@@ -53,10 +53,8 @@ pub struct Light {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Print {
-    /// Left, top, width, height in the target's pixels.
-    pub rect: [f32; 4],
-    /// Width and height of the target, pixels.
-    pub canvas: [f32; 2],
+    /// Width and height, pixels.
+    pub size: [f32; 2],
     /// 1 to flip left and right, else 0.
     pub flip: f32,
     /// Width of the frame around the picture, pixels; 0 for none.
@@ -72,6 +70,12 @@ pub struct Print {
     /// A mirror's glass, see [`Glass`](super::develop::Glass): tangents of half its angles, curvature, share of the
     /// drawn picture that is seen in its middle.
     pub lens: [f32; 4],
+    /// Upper left corner in clip space.
+    pub corner_clip: [f32; 4],
+    /// What a pixel to the right adds to that, and one down.
+    pub right_clip: [f32; 4],
+    /// See `right_clip`.
+    pub down_clip: [f32; 4],
 }
 
 /// One placed mesh: a car's body, a wheel, a tree, the road.
@@ -162,7 +166,12 @@ mod tests {
         );
         same_layout!(Air, "road", "Air", [extinction, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
-        same_layout!(Print, "develop", "Print", [rect, canvas, flip, border, corner, exposure, soften, glow, lens]);
+        same_layout!(
+            Print,
+            "develop",
+            "Print",
+            [size, flip, border, corner, exposure, soften, glow, lens, corner_clip, right_clip, down_clip]
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The picture on the GPU. In: a [`Stage`] once, a [`View`] each frame. Out: pixels in a window's surface or in a
 //! texture, by the same code.
 //!
-//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirror), [`develop`] (with [`glow`]), the dial, and the
+//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirrors), [`develop`] (with [`glow`]), the dial, and the
 //! experimenter's panel. [`Renderer::draw`] is the whole recipe. Nothing is made while driving: buffers grow only when
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
@@ -42,9 +42,9 @@ pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_
 pub use quality::Quality;
 pub use timing::PassTimes;
 
-use crate::scene::{Camera, Stage, View, ViewKind};
+use crate::scene::{Camera, Pane, Stage, View, ViewKind};
 use air::AirPass;
-use develop::{DevelopPass, DevelopPipeline, Glass, mirror_rect};
+use develop::{DevelopPass, DevelopPipeline, Framed, Glass, Lies, mirror_rect};
 use dial::DialPass;
 use glow::{GlowPass, GlowPipelines};
 use lens::Optics;
@@ -70,7 +70,9 @@ pub struct Renderer {
     air: AirPass,
     shadow: ShadowPass,
     main: PicturePass,
+    /// The rear-view mirror; the left and the right one as soon as a picture has them.
     mirror: PicturePass,
+    sides: Option<[PicturePass; 2]>,
     glow: GlowPass,
     develop: DevelopPass,
     dial: DialPass,
@@ -113,7 +115,7 @@ impl Renderer {
         let mut develop = DevelopPass::new(device, format);
         let mut glow = GlowPass::new(device);
         glow.fit(device, main.light(), [1, 1]);
-        develop.fit(device, [main.light(), mirror.light(), glow.halo()], [1, 1], quality.msaa == 1);
+        develop.fit(device, main.light(), [mirror.light(); 3], glow.halo(), [1, 1], quality.msaa == 1);
         let workshop = Workshop { device, sources: &Sources::built_in() };
         let pipelines = Pipelines::new(&workshop, &bindings, &shadow, &glow, &develop, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
@@ -130,6 +132,7 @@ impl Renderer {
             shadow,
             main,
             mirror,
+            sides: None,
             glow,
             develop,
             dial,
@@ -141,18 +144,35 @@ impl Renderer {
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { scenery, air, shadow, main, mirror, glow, develop, dial, pipelines, timing, .. } = self;
+        let Self { scenery, air, shadow, main, mirror, sides, glow, develop, dial, pipelines, timing, .. } = self;
         let (device, queue) = (&scenery.device, &scenery.queue);
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
-        let inset = [scale(mirror_size[2]), scale(mirror_size[3])];
+        let mut inset = [scale(mirror_size[2]), scale(mirror_size[3])];
         // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
         let alone = view.kind == ViewKind::Mirror;
         let drawn = self.quality.drawn_size(size, alone);
         let smooth = self.quality.msaa == 1;
-        if main.fit(device, drawn) | mirror.fit(device, inset) {
+        let panes = view.seat.and_then(|seat| seat.mirrors).filter(|_| !alone);
+        let glass_px = |pane: &Pane| [1.0, pane.aspect].map(|over| pane.width_share * size[0] as f32 / over);
+        let pane_px = |pane: &Pane| glass_px(pane).map(|side| scale(side.round() as u32));
+        if let Some([rear, ..]) = &panes {
+            inset = pane_px(rear);
+            sides.get_or_insert_with(|| {
+                ["left mirror", "right mirror"]
+                    .map(|label| PicturePass::new(label, scenery, &self.bindings, shadow.maps(), air, &self.quality))
+            });
+        }
+        let mut stale = main.fit(device, drawn) | mirror.fit(device, inset);
+        for (side, pane) in sides.iter_mut().flatten().zip(panes.iter().flat_map(|panes| &panes[1..])) {
+            stale |= side.fit(device, pane_px(pane));
+        }
+        if stale {
             glow.fit(device, main.light(), drawn);
-            develop.fit(device, [main.light(), mirror.light(), glow.halo()], drawn, smooth && drawn == size);
+            let [left, right] =
+                sides.as_ref().map_or([mirror.light(); 2], |sides| sides.each_ref().map(PicturePass::light));
+            let mirrors = [mirror.light(), left, right];
+            develop.fit(device, main.light(), mirrors, glow.halo(), drawn, smooth && drawn == size);
         }
 
         let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
@@ -174,12 +194,29 @@ impl Renderer {
         let mut cost = FrameCost::default();
         let lights;
         (lights, cost.shadow) = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
-        let hidden = back.and_then(|_| develop::hidden_by_mirror(size, drawn));
+        let hidden = back.filter(|_| panes.is_none()).and_then(|_| develop::hidden_by_mirror(size, drawn));
         cost.main = main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego, hidden);
         if let (Some(camera), Some(glass)) = (back, framed) {
             let optics = Optics::new(&glass.behind(camera), inset);
-            let stamps = stamps(Pass::Mirror);
+            let whole = stamps(Pass::Mirror);
+            let stamps = if panes.is_some() { whole.as_ref().map(timing::begin_only) } else { whole };
             cost.mirror = mirror.draw(e, stamps, materials, scenery, view, &optics, &lights, Ego::Nowhere, None);
+        }
+        let mut framed = [framed.map(|glass| Framed { glass, lies: Lies::Inset }), None, None];
+        if let Some(panes) = &panes {
+            let clip = camera.view_proj(aspect(size));
+            framed = panes.each_ref().map(|pane| {
+                let lies = Lies::InWorld(pane.corners.map(|corner| clip * corner.extend(1.0)), glass_px(pane));
+                Some(Framed { glass: Glass::new(&pane.camera, pane.bend, pane.aspect), lies })
+            });
+            for ((side, pane), framed) in sides.iter_mut().flatten().zip(&panes[1..]).zip(framed[1..].iter().flatten())
+            {
+                let optics = Optics::new(&framed.glass.behind(&pane.camera), pane_px(pane));
+                // The right one is the last of the mirrors; the own flank is at the edge of both.
+                let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(Pass::Mirror)).flatten();
+                let stamps = last.as_ref().map(timing::end_only);
+                cost.mirror += side.draw(e, stamps, materials, scenery, view, &optics, &lights, Ego::Outside, None);
+            }
         }
         let stamp = stamps(Pass::Develop);
         let sky = air.fit(queue, view.to_sun, view.visibility_m);
@@ -198,7 +235,7 @@ impl Renderer {
             smooth,
         );
         if view.dial.is_some() || view.patch.is_some() {
-            dial.place = dial::DialPlace::of(view);
+            dial.place = dial::DialPlace::of(view, size);
             dial.palette = view.palette;
             let overlay = Overlay { device, queue, encoder: e, view: target, size };
             dial.draw(overlay, view.dial.as_ref(), view.patch);

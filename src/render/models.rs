@@ -50,6 +50,8 @@ pub struct Models {
     pub glass: Vec<[Model; 2]>,
     /// What the driver sees of the own car: bonnet, shelf, cabin, steering wheel.
     pub cockpit: [Model; 4],
+    /// Its mirrors' housings, see [`Cockpit::housings`].
+    pub housings: [Model; 4],
     /// One wheel by level.
     pub wheels: [Model; 3],
     /// Trees by kind and [`Detail`]; far ones are a square for a picture.
@@ -80,8 +82,9 @@ impl Models {
         });
         let bodies = bodies.collect();
         let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
-        let Cockpit { bonnet, shelf, cabin, wheel } = &stage.cockpit;
+        let Cockpit { bonnet, shelf, cabin, wheel, housings } = &stage.cockpit;
         let cockpit = [bonnet, shelf, cabin, wheel].map(&mut add);
+        let housings = [0, 1, 2, 3].map(|which| add(&housings[which]));
         let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
         let pictured = |corners: &[Vec2]| -> Vec<Mesh> {
             stage.trees.iter().enumerate().map(|(kind, tree)| picture(kind, tree, corners)).collect()
@@ -109,6 +112,7 @@ impl Models {
             bodies,
             glass,
             cockpit,
+            housings,
             wheels,
             trees,
             trees_from_above,
@@ -132,12 +136,15 @@ impl Models {
         }
     }
 
-    /// Draws bodies of all styles and levels, the own car's bonnet and its steering wheel.
+    /// Draws bodies of all styles and levels, the own car's bonnet, its steering wheel and its mirrors' housings.
     pub fn draw_cars(&self, pass: &mut CountedPass, batches: &Batches) {
         let [bonnet, _, _, wheel] = &self.cockpit;
         let [body, _, steered] = &batches.inside;
         bonnet.draw(pass, body.clone());
         wheel.draw(pass, steered.clone());
+        for (model, range) in self.housings.iter().zip(&batches.housings) {
+            model.draw(pass, range.clone());
+        }
         for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
             model.draw(pass, range.clone());
         }

@@ -408,10 +408,7 @@ impl PicturePass {
             models,
             cars,
             around,
-            |centre, radius_m| {
-                let detail = || CarDetail::of(optics.pixels(centre, radius_m), optics.from_above());
-                optics.sees(centre, radius_m).then(detail)
-            },
+            |centre, radius_m| CarDetail::seen(optics, centre, radius_m),
             |centre, radius_m| match optics.sees(centre, radius_m) {
                 true => Detail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),
                 false => Default::default(),

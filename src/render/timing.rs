@@ -27,7 +27,7 @@ pub struct PassTimes {
     pub shadow_ms: f32,
     /// The main picture.
     pub main_ms: f32,
-    /// The mirror's picture.
+    /// The mirrors' pictures.
     pub mirror_ms: f32,
     /// Halos, tone curve and mirror inset.
     pub develop_ms: f32,

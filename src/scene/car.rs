@@ -84,7 +84,7 @@ impl Parts {
             fittings,
             inside: fittings::cabin(lines, level),
             lining,
-            lettering: fittings::lettering(level),
+            lettering: fittings::lettering(lines, level),
         }
     }
 
@@ -125,7 +125,8 @@ fn rows(level: Level) -> Vec<Row> {
         Level::Near => (
             &[0.0, 0.05, 0.16, 0.25, 0.34, 0.50, 0.64, 0.73, 0.76, 0.79, 0.815, 0.84, 0.87, 0.90, 0.95, 1.0],
             &[0.12, 0.30, 0.50, 0.70, 0.88, 1.0],
-            &[0.06, 0.15, 0.30, 0.50, 0.75, 1.0],
+            // Three rows are the bonnet's crease.
+            &[0.06, 0.16, 0.27, 0.34, 0.42, 0.68, 1.0],
         ),
         Level::Mid => (&[0.0, 0.05, 0.16, 0.34, 0.73, 0.79, 0.84, 1.0], &[0.3, 0.7, 1.0], &[0.2, 0.55, 1.0]),
         Level::Far => (&[0.0, 0.16, 0.34, 0.73, 0.84, 1.0], &[0.5, 1.0], &[0.4, 1.0]),

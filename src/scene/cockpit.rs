@@ -1,6 +1,6 @@
-//! What a driver sees of the own car. Out: four meshes in metres: bonnet and wings; the shelf behind the windscreen with the
-//! doors beside it; hood, doors and pillars (these three in the body's frame); and the steering wheel about its hub, its axle
-//! along x towards the driver. Drawn in the driver's view only.
+//! What a driver sees of the own car. Out: meshes in metres: bonnet and wings; the shelf behind the windscreen with the
+//! doors beside it; instruments, doors and pillars (these three in the body's frame); the steering wheel about its hub, its
+//! axle along x towards the driver; and the mirrors' housings. Drawn in the driver's view only.
 
 use super::car::Parts;
 use super::finish::{CHROME, CREASE_RAD, DARK, GLOSS, Level, TRIM};
@@ -8,22 +8,28 @@ use super::mesh::{Finish, Soup};
 use super::shape::{self, CABIN_FRONT_M, STYLES};
 use super::skin::Skin;
 use super::{Material, Mesh};
-use glam::{Affine3A, Quat, Vec3};
+use super::{binnacle, mirrors};
+use glam::{Affine3A, Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// Padded, grained plastic, and the dashboard's top with the faint sheen of a skin over foam.
-const PADDED: Finish = Finish::grey(Material::Matt, 0.011);
-const TOPPED: Finish = Finish::grey(Material::Tyre, 0.017);
+const PADDED: Finish = Finish::grey(Material::Matt, 0.034);
+const TOPPED: Finish = Finish::new(Material::Tyre, [0.058, 0.054, 0.049]);
 /// A fin of a vent.
-const FIN: Finish = Finish::grey(Material::Matt, 0.024);
+const FIN: Finish = Finish::grey(Material::Matt, 0.050);
 /// Side of the square over which the grain of plastic repeats, metres.
 const GRAIN_M: f32 = 0.26;
 const LINING: Finish = Finish::grey(Material::Matt, 0.070);
 const LEATHER: Finish = Finish::grey(Material::Tyre, 0.020);
-/// Where the steering wheel's hub is, metres: the rim stays below the far edge of the bonnet.
-const HUB_M: Vec3 = Vec3::new(0.64, 0.36, 0.868);
+/// Where the steering wheel's hub is, metres: the rim stays below the instrument.
+const HUB_M: Vec3 = Vec3::new(0.56, 0.36, 0.786);
+/// Rear end of the wings, where the doors begin.
+const DOOR_M: f32 = 0.99;
 /// How far the wheel leans back from upright, radians.
 const LEAN_RAD: f32 = 0.42;
+/// How far below the horizon the bonnet ends straight before the driver, metres at 1 m: below that, and to either side below
+/// a circle that touches it there, it hides the road and what is on it.
+pub const BONNET_EDGE: f32 = 0.155;
 /// Radius of the rim, metres.
 const RIM_M: f32 = 0.185;
 
@@ -34,16 +40,19 @@ pub struct Cockpit {
     pub bonnet: Mesh,
     /// The dashboard's top from the windscreen's foot on, and the doors below their windows.
     pub shelf: Mesh,
-    /// Hood of the instruments, doors' edges, pillars.
+    /// Housing of the instruments, doors' edges, pillars.
     pub cabin: Mesh,
     /// Steering wheel, see [`Cockpit::body_from_wheel`].
     pub wheel: Mesh,
+    /// Housings of mirrors, see [`Pane::body_from_glass`](super::Pane::body_from_glass): the rear-view mirror's with its
+    /// stalk, and those with their foot at the right, at the left and below.
+    pub housings: [Mesh; 4],
 }
 
 impl Cockpit {
     /// All parts, of the ego's style.
     pub(super) fn new() -> Self {
-        Self { bonnet: bonnet(), shelf: shelf(), cabin: cabin(), wheel: wheel() }
+        Self { bonnet: bonnet(), shelf: shelf(), cabin: cabin(), wheel: wheel(), housings: mirrors::housings() }
     }
 
     /// The steering wheel's place in the body when it is turned by `wheel_rad`, positive to the left.
@@ -58,8 +67,55 @@ fn bonnet() -> Mesh {
     let lines = STYLES[0];
     let mut shell = Parts::new(lines, Level::Near).shell;
     // What of the body lies before the windscreen or beside the dashboard and can be seen from above.
-    let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > 0.5 && p.z < 0.93));
-    shell.take(|face| face.corners.iter().all(|c| seen(c.flat))).mesh()
+    let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > DOOR_M && p.z < 0.93));
+    let mut sheet = shell.take(|face| face.corners.iter().all(|c| seen(c.flat)));
+    for corner in sheet.faces.iter_mut().flat_map(|face| &mut face.corners) {
+        corner.at.z -= dip_m(corner.flat);
+    }
+    sheet.smooth(0.95);
+    let mut mesh = sheet.mesh();
+    let mut parts = Soup::default();
+    wipers(&mut parts);
+    seal(&mut parts);
+    mesh.append(&parts.into_mesh(CREASE_RAD));
+    mesh
+}
+
+/// How far the bonnet falls towards the windscreen between the wings: without that a driver of an upright eye would see a
+/// strip of it that is 4 % of the picture high.
+fn dip_m(flat: Vec3) -> f32 {
+    let share = flat.y.abs() / shape::at(STYLES[0], flat.x).belt_y;
+    0.034 * shape::smooth((1.85 - flat.x) / 0.60) * shape::smooth((0.99 - share) / 0.20)
+}
+
+/// Two thin arms at rest on the bonnet's rear edge.
+fn wipers(parts: &mut Soup) {
+    const PLACES: usize = 12;
+    for (from, to) in [(0.62, 0.06), (0.01, -0.56)] {
+        let ring = |i: usize| {
+            let t = i as f32 / (PLACES - 1) as f32;
+            let at = on_shelf((-0.012 - 0.020 * t, -0.021 + 0.004 * t), from + (to - from) * t);
+            let half = 0.0045 - 0.002 * t;
+            [(-half, 0.0), (0.0, -half), (half, 0.0), (0.0, half)].map(|(x, z)| at + Vec3::new(x, 0.0, z)).into()
+        };
+        parts.bar(PLACES, ring, GLOSS);
+    }
+}
+
+/// The black seal along the windscreen's foot, under which the bonnet's rear edge ends.
+fn seal(parts: &mut Soup) {
+    const PLACES: usize = 41;
+    let ring = |i: usize| {
+        let y = 0.84 - 1.68 * i as f32 / (PLACES - 1) as f32;
+        // High enough to close the gap between sheet and dashboard, and running out beside the pillars.
+        let thin = shape::smooth((0.84 - y.abs()) / 0.10);
+        let at = on_shelf((0.012, -0.046 + 0.008 * thin), y);
+        (0..8)
+            .map(|k| Vec2::from_angle(TAU * k as f32 / 8.0))
+            .map(|o| at + Vec3::new(-0.022 * o.x, 0.0, (0.002 + 0.013 * thin) * o.y))
+            .collect()
+    };
+    parts.bar(PLACES, ring, GLOSS);
 }
 
 fn shelf() -> Mesh {
@@ -80,7 +136,9 @@ fn doors() -> Skin {
         let place = |i: usize, row: usize| {
             let x = REAR_M + (CABIN_FRONT_M + 0.28 - REAR_M) * i as f32 / PARTS as f32;
             let at = shape::at(lines, x);
-            let (inwards, z) = [(0.010, at.belt_z - 0.002), (0.060, at.belt_z - 0.010), (0.110, 0.55)][row];
+            // Higher beside the wing's rear end, of which a driver would see a splinter.
+            let z = at.belt_z + 0.016 * shape::smooth((x - 0.80) / 0.15) * shape::smooth((1.38 - x) / 0.12);
+            let (inwards, z) = [(0.010, z - 0.002), (0.060, z - 0.010), (0.110, 0.55)][row];
             Vec3::new(x, side * (at.belt_y - inwards), z)
         };
         for i in 0..PARTS {
@@ -118,10 +176,10 @@ const VENT: [(f32, f32); 2] = [(0.040, -0.052), (0.082, -0.064)];
 fn scuttle() -> Skin {
     const COLUMNS: usize = 32;
     let rows = [
-        ((-0.28, -0.030), DARK),
-        ((-0.05, -0.036), DARK),
-        ((0.015, -0.042), TOPPED),
-        ((0.032, -0.045), TOPPED),
+        ((-0.28, -0.090), DARK),
+        ((-0.05, -0.052), DARK),
+        ((0.030, -0.037), TOPPED),
+        ((0.034, -0.044), TOPPED),
         // Down into the vents and out of them over a rolled edge.
         ((0.038, -0.051), DARK),
         (VENT[0], DARK),
@@ -172,19 +230,6 @@ fn fins() -> Soup {
 fn cabin() -> Mesh {
     let mut skin = Skin::default();
     let lines = STYLES[0];
-    // The hood over the instruments: a smooth rise of the dashboard before the wheel.
-    let hood = |i: usize, j: usize| {
-        let (u, v) = (i as f32 / 12.0, j as f32 / 20.0 * 2.0 - 1.0);
-        let rise = (1.0 - v * v).max(0.0).sqrt();
-        let z = 0.885 + 0.050 * rise * (u * std::f32::consts::FRAC_PI_2).sin()
-            - 0.16 * ((u - 0.82).max(0.0) / 0.18).powi(2);
-        Vec3::new(1.02 - 0.30 * u, 0.36 - 0.27 * v, z - 0.012)
-    };
-    for i in 0..12 {
-        for j in 0..20 {
-            skin.quad([hood(i, j), hood(i + 1, j), hood(i + 1, j + 1), hood(i, j + 1)], |p| p, PADDED);
-        }
-    }
     // The doors' upper edges, from the dashboard to beside the eye.
     for side in [-1.0f32, 1.0] {
         let edge = |i: usize, (z_m, in_m): (f32, f32)| {
@@ -210,6 +255,7 @@ fn cabin() -> Mesh {
         pillar(&mut parts, side);
     }
     all.append(&parts.into_mesh(1.2));
+    all.append(&binnacle::binnacle().into_mesh(CREASE_RAD));
     all
 }
 
@@ -293,7 +339,7 @@ fn wheel() -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::super::ViewOptions;
-    use super::super::mesh::tests::{check, has_coat, open_edges, volume_m3};
+    use super::super::mesh::tests::{check, faces, has_coat, open_edges, volume_m3};
     use super::*;
 
     #[test]
@@ -315,6 +361,21 @@ mod tests {
         let bonnet = [&cockpit.bonnet, &cockpit.shelf].map(|mesh| placed(mesh, Affine3A::IDENTITY)).concat();
         let edge = highest(&bonnet, &|p| p.x > 0.4 && (p.y / p.x).abs() < 0.30);
         assert!((-0.19..-0.14).contains(&edge), "{edge}");
+        // Where the speedometer stands below it the bonnet hides all that the instrument would hide.
+        let along_edges: Vec<Vec3> = faces(&cockpit.bonnet)
+            .flat_map(|(corners, _)| {
+                let [a, b, c] = corners.map(|corner| Vec3::from(corner.position) - eye);
+                [(a, b), (b, c), (c, a)].into_iter().flat_map(|(a, b)| (0..16).map(move |i| a.lerp(b, i as f32 / 16.0)))
+            })
+            .collect();
+        for k in -7..7 {
+            let (left, right) = (0.02 * k as f32, 0.02 * (k + 1) as f32);
+            // An instrument is round: beside its middle it begins lower. The largest one has this radius, metres at 1 m.
+            let radius = 0.155f32;
+            let lower = radius - (radius * radius - left.abs().min(right.abs()).powi(2)).sqrt();
+            let edge = highest(&along_edges, &|p| p.x > 0.4 && (left..=right).contains(&(p.y / p.x)));
+            assert!(edge >= -BONNET_EDGE - lower, "{left}: {edge}");
+        }
         // Nothing of the cabin rises above it but the pillars at the picture's edges, however the wheel is turned.
         let cabin = placed(&cockpit.cabin, Affine3A::IDENTITY);
         assert!(highest(&cabin, &|p| p.x > 0.2 && (p.y / p.x).abs() < 0.36) < edge, "cabin");
@@ -328,7 +389,7 @@ mod tests {
 
     #[test]
     fn shelf_and_cabin_have_no_coat() {
-        let Cockpit { bonnet, shelf, cabin, wheel } = Cockpit::new();
+        let Cockpit { bonnet, shelf, cabin, wheel, .. } = Cockpit::new();
         assert_eq!([bonnet, shelf, cabin, wheel].map(|mesh| has_coat(&mesh)), [true, false, false, true]);
     }
 

@@ -8,9 +8,17 @@ use super::shape::{self, Lines};
 use super::{Material, Mesh, plate};
 use glam::Vec3;
 
-const PLATE: Finish = Finish::grey(Material::Matt, 0.66);
-/// With its signs, which cover a fifth of it.
-const PLATE_AFAR: Finish = Finish::new(Material::Matt, [0.51, 0.51, 0.53]);
+const PLATE: Finish = Finish::grey(Material::Plate, plate::SURFACE);
+const PLATE_FIELD: [f32; 3] = [0.010, 0.045, 0.26];
+/// With its signs and its blue field, which takes a twelfth of it.
+const PLATE_AFAR: Finish = Finish::new(
+    Material::Matt,
+    [
+        plate::MEAN + (PLATE_FIELD[0] - plate::MEAN) / 12.0,
+        plate::MEAN + (PLATE_FIELD[1] - plate::MEAN) / 12.0,
+        plate::MEAN + (PLATE_FIELD[2] - plate::MEAN) / 12.0,
+    ],
+);
 /// Half the thickness of a plate, metres.
 const PLATE_M: f32 = 0.0035;
 const SEAT: Finish = Finish::grey(Material::Matt, 0.045);
@@ -96,16 +104,18 @@ fn lip(lines: &Lines, hub: f32) -> Soup {
 }
 
 /// Where plates are, along the body and up: behind, in front.
-fn plates(level: Level) -> [(f32, f32); 2] {
-    let sunk_m = if level == Level::Near { 0.020 } else { 0.0 };
-    [(-2.5 + 0.046 + sunk_m, 0.692), (2.4985, 0.442)]
+fn plates(lines: &Lines, level: Level) -> [(f32, f32); 2] {
+    let z = 0.692;
+    // Without its hollow the boot lid bulges through a plate that stands there.
+    let x = if level == Level::Near { -2.5 + 0.046 + 0.020 } else { rearmost(lines, z) + PLATE_M - 0.004 };
+    [(x, z), (2.4985, 0.442)]
 }
 
-/// The signs on the plates; none where they could not be read.
-pub(super) fn lettering(level: Level) -> Mesh {
+/// The signs on the plates; none where each would be less than a pixel.
+pub(super) fn lettering(lines: &Lines, level: Level) -> Mesh {
     let mut all = Mesh::default();
-    for (x, z) in plates(level).into_iter().filter(|_| level == Level::Near) {
-        all.append(&plate::lettering(Vec3::new(x + (PLATE_M + 0.0008) * x.signum(), 0.0, z), x.signum()));
+    for (x, z) in plates(lines, level).into_iter().filter(|_| level != Level::Far) {
+        all.append(&plate::lettering(Vec3::new(x + (PLATE_M + 0.0008) * x.signum(), 0.0, z), x.signum(), level));
     }
     all
 }
@@ -115,10 +125,13 @@ fn middle(lines: &Lines, level: Level) -> Soup {
     let mut parts = Soup::default();
     let near = level == Level::Near;
     // Nothing stands out of the bumpers, which would exceed 5.00 m, by more than 2 mm.
-    for (x, z) in plates(level) {
-        // Without its hollow the boot lid bulges through a plate that stands there.
-        let x = if near || x > 0.0 { x } else { rearmost(lines, z) + PLATE_M - 0.004 };
-        parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(PLATE_M, 0.26, 0.052), if near { PLATE } else { PLATE_AFAR });
+    for (x, z) in plates(lines, level) {
+        let plate = if level == Level::Far { PLATE_AFAR } else { PLATE };
+        parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(PLATE_M, 0.26, 0.052), plate);
+        if level == Level::Mid {
+            let at = Vec3::new(x + 0.0010 * x.signum(), -0.239 * x.signum(), z);
+            parts.cuboid(at, Vec3::new(PLATE_M, 0.021, 0.052), Finish::new(Material::Matt, PLATE_FIELD));
+        }
         if near {
             // A dark holder behind, the blue field at the reader's left, two seals between letters and digits.
             let out = |m: f32| Vec3::X * (m * x.signum());
@@ -127,7 +140,7 @@ fn middle(lines: &Lines, level: Level) -> Soup {
                 let at = Vec3::new(x, aside * x.signum(), z + up) + out(0.0036);
                 parts.cuboid(at, Vec3::new(0.0005, half[0], half[1]), Finish::new(Material::Matt, colour));
             };
-            field(-0.239, 0.0, [0.021, 0.052], [0.010, 0.045, 0.26]);
+            field(-0.239, 0.0, [0.021, 0.052], PLATE_FIELD);
             for (up, half, colour) in [(0.019, 0.012, [0.06, 0.17, 0.09]), (-0.017, 0.014, [0.30, 0.31, 0.34])] {
                 let at = Vec3::new(x, -0.045 * x.signum(), z + up) + out(PLATE_M);
                 parts.ellipsoid(at, Vec3::new(0.0008, half, half), [6, 10], |_| Finish::new(Material::Matt, colour));

@@ -238,7 +238,10 @@ pub(super) mod tests {
         for v in &mesh.vertices {
             assert!((Vec3::from(v.normal).length() - 1.0).abs() < 1e-3, "{name}: normal of {v:?}");
             assert!(v.position.iter().chain(&v.uv).all(|x| x.is_finite()), "{name}: {v:?}");
-            assert!(v.colour.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= 11, "{name}: {v:?}");
+            assert!(
+                v.colour.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= Material::Plate as u32,
+                "{name}: {v:?}"
+            );
         }
     }
 

@@ -1,6 +1,7 @@
 //! What is to be seen, on the CPU. In: a map once ([`Stage`]), a [`Snapshot`](crate::sim::Snapshot) each frame
 //! ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
 
+mod binnacle;
 pub mod camera;
 pub mod car;
 mod coarse;
@@ -12,6 +13,7 @@ mod foliage;
 mod forest;
 mod land;
 mod mesh;
+mod mirrors;
 mod near;
 mod noise;
 mod options;
@@ -27,7 +29,9 @@ mod verge;
 mod view;
 pub mod wheel;
 
-pub use cockpit::Cockpit;
+pub use binnacle::{CLUSTER_M, CLUSTER_RADIUS_M};
+pub use cockpit::{BONNET_EDGE, Cockpit};
+pub use mirrors::Pane;
 pub use options::{MirrorOptions, ViewOptions};
 pub use scenario_options::view_options;
 pub use view::view;
@@ -80,6 +84,8 @@ pub enum Material {
     Leaves = 10,
     /// Head lamp glass.
     Lamp = 11,
+    /// A number plate: surface and signs, which turn into their mean where they are too small to be read.
+    Plate = 12,
 }
 
 /// Triangles with shared corners.
@@ -278,6 +284,10 @@ pub struct View {
 pub struct Seat {
     /// The body, steadied as the camera is.
     pub car: CarInstance,
+    /// The driver's camera in the body's frame, where it is the same in every picture.
+    pub look: Camera,
     /// Angle of the steering wheel, radians, positive to the left; `None` shows the bonnet alone.
     pub steering_wheel_rad: Option<f32>,
+    /// The rear-view mirror, the left and the right one, if they hang in the car; then the picture has no inset.
+    pub mirrors: Option<[Pane; 3]>,
 }

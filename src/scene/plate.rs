@@ -5,6 +5,7 @@
 //! A sign's texture coordinates tell when it is shown: with `u` the divisor and `v` 16 times the number of signs for the
 //! place plus the sign's own, it is where `number / u` modulo that number of signs is its own.
 
+use super::finish::Level;
 use super::{Material, Mesh, Vertex};
 use crate::hud::lettering;
 use glam::{Vec2, Vec3};
@@ -24,9 +25,13 @@ const PLACES: [(f32, u16, &str); 6] = [
     (0.136, 10, "0123456789"),
     (0.198, 1, "0123456789"),
 ];
-const INK: [f32; 3] = [0.010; 3];
-/// Cuts of corners up to this share of the height are not seen.
-const COARSE: f32 = 0.012;
+const INK: f32 = 0.010;
+/// A plate's surface.
+pub(super) const SURFACE: f32 = 0.66;
+/// Surface and signs in the mean: what is left of them where they are too small to be read (`car.wgsl` has it, too).
+pub(super) const MEAN: f32 = 0.50;
+/// Cuts of corners up to these shares of the height are not seen: near by, and where a sign is three pixels wide.
+const COARSE: [f32; 2] = [0.012, 0.035];
 
 /// The number on the plates of the car `id`: that of no other among the first 9000.
 pub fn number(id: u32) -> u16 {
@@ -44,7 +49,8 @@ pub fn signs(number: u16) -> [(f32, char); 6] {
 }
 
 /// All signs of a plate whose surface has its middle at `middle`; `outwards` is 1 in front, -1 behind.
-pub(super) fn lettering(middle: Vec3, outwards: f32) -> Mesh {
+pub(super) fn lettering(middle: Vec3, outwards: f32, level: Level) -> Mesh {
+    let coarse = COARSE[usize::from(level != Level::Near)];
     let mut mesh = Mesh::default();
     for (across, divisor, signs) in PLACES {
         for (own, sign) in signs.chars().enumerate() {
@@ -52,10 +58,10 @@ pub(super) fn lettering(middle: Vec3, outwards: f32) -> Mesh {
             for stroke in lettering::set(&sign.to_string()).strokes {
                 let stroke: Vec<Vec2> =
                     stroke.iter().map(|&[x, y]| Vec2::new(across, 0.0) + SIGN_M * Vec2::new(x, -y)).collect();
-                draw(&mut mesh, &stroke, |p| {
+                draw(&mut mesh, &stroke, coarse, |p| {
                     // Who stands before the plate has +y at the right, who stands behind the car -y.
                     let position = middle + Vec3::new(0.0, p.x * outwards, p.y);
-                    Vertex::new(position, Vec3::X * outwards, INK, shown, Material::Matt)
+                    Vertex::new(position, Vec3::X * outwards, [INK; 3], shown, Material::Plate)
                 });
             }
         }
@@ -64,8 +70,8 @@ pub(super) fn lettering(middle: Vec3, outwards: f32) -> Mesh {
 }
 
 /// A stroke as a band, square at its ends, in pieces where it has a corner.
-fn draw(mesh: &mut Mesh, stroke: &[Vec2], place: impl Fn(Vec2) -> Vertex) {
-    let points = thinned(stroke, COARSE * SIGN_M);
+fn draw(mesh: &mut Mesh, stroke: &[Vec2], coarse: f32, place: impl Fn(Vec2) -> Vertex) {
+    let points = thinned(stroke, coarse * SIGN_M);
     let half = 0.5 * PEN * SIGN_M;
     let way = |i: usize| (points[i + 1] - points[i]).normalize_or(Vec2::X);
     let closed = points[0].distance(points[points.len() - 1]) < 1e-4;
@@ -132,11 +138,34 @@ mod tests {
     }
 
     #[test]
+    fn the_mean_of_a_plate_is_that_of_its_surface_and_signs() {
+        for level in [Level::Near, Level::Mid] {
+            let mesh = lettering(Vec3::ZERO, 1.0, level);
+            let shown = |corner: &Vertex, number: u16| {
+                let [u, v] = corner.uv.map(|v| v as usize);
+                usize::from(number) / u % (v / 16) == v % 16
+            };
+            let numbers = (0..50).map(number);
+            let inked_m2: f32 = numbers
+                .flat_map(|number| faces(&mesh).filter(move |(corners, _)| shown(&corners[0], number)))
+                .map(|(corners, _)| {
+                    let [a, b, c] = corners.map(|corner| Vec3::from(corner.position));
+                    0.5 * (b - a).cross(c - a).length()
+                })
+                .sum();
+            // All of it but the blue field, which stays what it is.
+            let share = inked_m2 / 50.0 / ((0.52 - 0.042) * 0.104);
+            let mean = SURFACE + (INK - SURFACE) * share;
+            assert!((mean - MEAN).abs() < 0.02, "{level:?}: {mean}");
+        }
+    }
+
+    #[test]
     fn all_signs_face_outwards_and_stay_on_the_plate() {
-        for outwards in [1.0, -1.0] {
-            let mesh = lettering(Vec3::ZERO, outwards);
+        for (outwards, level, most) in [(1.0, Level::Near, 2500), (-1.0, Level::Near, 2500), (1.0, Level::Mid, 1400)] {
+            let mesh = lettering(Vec3::ZERO, outwards, level);
             check(&mesh, "lettering");
-            assert!(mesh.triangles() < 2500, "{}", mesh.triangles());
+            assert!(mesh.triangles() < most, "{level:?}: {}", mesh.triangles());
             for (corners, face) in faces(&mesh) {
                 assert!(face.x * outwards >= 0.0, "{corners:?}");
                 let [_, y, z] = corners[0].position;

@@ -181,6 +181,8 @@ pub(super) struct Measures {
     pub roof_z: f32,
     /// Top in the middle.
     pub top_z: f32,
+    /// How far the bonnet's middle is raised between its two creases.
+    bulge_m: f32,
     /// In the cabin; not on bonnet and boot.
     pub cabin: bool,
 }
@@ -214,7 +216,8 @@ impl Measures {
 
     /// Height of bonnet or boot beside the middle.
     pub fn crown(&self, y: f32) -> f32 {
-        dome(y / self.belt_y, self.belt_z, self.top_z)
+        let y = y / self.belt_y;
+        dome(y, self.belt_z, self.top_z) + self.bulge_m * smooth((BULGE[1] - y.abs()) / (BULGE[1] - BULGE[0]))
     }
 
     /// A point between belt (0) and roof edge (1).
@@ -245,7 +248,9 @@ pub(super) fn at(lines: &Lines, x: f32) -> Measures {
         (roof_y, dome(0.86, belt_z, top_z), top_z)
     };
     let sill_z = curve(FLOOR, x);
-    Measures { half_width, sill_z, belt_y, belt_z, roof_y, roof_z, top_z, cabin }
+    // It runs out before the windscreen and above the grille.
+    let bulge_m = if x > 0.0 && !cabin { 0.016 * smooth((x - 1.20) / 0.22) * smooth((2.44 - x) / 0.36) } else { 0.0 };
+    Measures { half_width, sill_z, belt_y, belt_z, roof_y, roof_z, top_z, bulge_m, cabin }
 }
 
 /// Bends a body that is made of flat cross-sections: nose and tail are bowed and modelled, the feet of windscreen and rear
@@ -291,10 +296,13 @@ pub(super) fn bend(lines: &Lines, p: Vec3) -> Vec3 {
     Vec3::new(p.x - back * p.x.signum() + bows * high, p.y, p.z)
 }
 
-fn smooth(t: f32) -> f32 {
+pub(super) fn smooth(t: f32) -> f32 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
+
+/// Foot and top of a crease beside the bonnet's raised middle, as shares of the belt's half width.
+const BULGE: [f32; 2] = [0.49, 0.63];
 
 /// Height of a crowned panel at the fraction `y` of its half width.
 fn dome(y: f32, edge_z: f32, middle_z: f32) -> f32 {

@@ -2,12 +2,12 @@
 //! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::finish::{WHEEL_RADIUS_M, WHEELBASE_M};
-use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions, plate};
+use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions, mirrors, plate};
 use crate::ego::{EgoState, STEERING_RATIO};
 use crate::sim::{CockpitView, Snapshot, VehicleSnapshot};
 use crate::space::wrap_angle;
 use crate::traffic::{EGO, VehicleId};
-use glam::{EulerRot, Quat, Vec2, Vec3};
+use glam::{Affine3A, EulerRot, Quat, Vec2, Vec3};
 use std::f64::consts::TAU;
 
 /// The wind begins anew after ten hours, seconds: up to there single precision has steps of 4 ms, after days it would sway
@@ -19,9 +19,16 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
     let ego = EgoAt::new(snapshot, fraction);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
-    let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| Seat {
-        car: CarInstance { rotation: ego.steadied(options.body_motion), ..cars[0] },
-        steering_wheel_rad: (options.cockpit == CockpitView::Full).then_some(ego.steer_rad * STEERING_RATIO),
+    let full = options.cockpit == CockpitView::Full;
+    let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| {
+        let rotation = ego.steadied(options.body_motion);
+        let body = Affine3A::from_rotation_translation(rotation, ego.position);
+        Seat {
+            car: CarInstance { rotation, ..cars[0] },
+            look: driver_look(options),
+            steering_wheel_rad: full.then_some(ego.steer_rad * STEERING_RATIO),
+            mirrors: full.then(|| mirrors::panes(body, mirror_camera(&ego, options), options)),
+        }
     });
     let camera = match kind {
         ViewKind::Driver => driver_camera(&ego, options),
@@ -134,14 +141,22 @@ fn style(id: VehicleId, stage: &Stage) -> usize {
     style.min(stage.cars.len().saturating_sub(1))
 }
 
+/// How far the driver's camera looks down where the car has instruments, radians: 6 degrees. With a level one a picture that
+/// is 38 degrees high would end where they begin.
+const LOOK_DOWN_RAD: f32 = 0.105;
+
+/// The driver's camera in the body's frame.
+fn driver_look(options: &ViewOptions) -> Camera {
+    let down = if options.cockpit == CockpitView::Full { LOOK_DOWN_RAD } else { 0.0 };
+    let look = Quat::from_rotation_y(down);
+    let lens = Lens::Perspective { fov_x_rad: options.fov_x_rad() };
+    Camera { eye: options.eye, forward: look * Vec3::X, up: look * Vec3::Z, lens }
+}
+
 fn driver_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
     let rotation = ego.steadied(options.body_motion);
-    Camera {
-        eye: ego.position + rotation * options.eye,
-        forward: rotation * Vec3::X,
-        up: rotation * Vec3::Z,
-        lens: Lens::Perspective { fov_x_rad: options.fov_x_rad() },
-    }
+    let look = driver_look(options);
+    Camera { eye: ego.position + rotation * look.eye, forward: rotation * look.forward, up: rotation * look.up, ..look }
 }
 
 fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {

@@ -159,7 +159,7 @@ pub enum CockpitView {
     /// Bonnet and scuttle: where the car ends, while the wheel and the dashboard are the rig's own
     #[default]
     Bonnet,
-    /// Dashboard, pillars and a steering wheel that turns, too: for a screen without a wheel before it
+    /// Dashboard with instruments, pillars, three mirrors and a steering wheel that turns, too: for a screen without a wheel before it
     Full,
 }
 

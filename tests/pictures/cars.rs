@@ -2,8 +2,8 @@
 
 use crate::{pixels::*, place::*};
 use codrive::{
-    render::{OFFSCREEN, Quality, Renderer, develop::mirror_rect, lens::Optics},
-    scene::{self, Camera, Lens, Mesh, Stage, ViewKind, ViewOptions},
+    render::{OFFSCREEN, Quality, Renderer, develop::mirror_rect, dial::DialPlace, lens::Optics},
+    scene::{self, BONNET_EDGE, Camera, Lens, Mesh, Stage, ViewKind, ViewOptions},
     sim::CockpitView,
     space::Pose,
     traffic::EGO,
@@ -169,7 +169,9 @@ fn every_level_of_quality_shows_a_car_at_the_same_place() {
     assert!(Quality::LOW.drawn_size(size, false)[0] < size[0]);
     for (gap_m, left_m) in [(8.0, 0.0), (25.0, 0.7)] {
         let leader = on_lane(gap_m + 5.0, left_m);
-        let view = view(&snapshot(vec![car(1, leader)]), ViewKind::Driver, &marked());
+        let mut view = view(&snapshot(vec![car(1, leader)]), ViewKind::Driver, &marked());
+        // Where its red paint mirrors the blue sky the own bonnet is magenta, too.
+        view.seat = None;
         let places = levels.map(|quality| {
             let image = draw_with(&mut renderer(false, quality), &view, size);
             // By how much of the car is in a pixel, not by a threshold, which would favour its sunny side.
@@ -329,4 +331,44 @@ fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
     // UN Regulation 148, 01 series (2022; Regulation 7 before), paragraph 4.8.3.5: where one lamp is rear position and stop
     // lamp, both together are at least five times the position lamp alone.
     assert!(braking > 5.0 * running, "{braking} braking, {running} running, in linear red above green");
+}
+
+/// Where the speedometer would hide a leader, at gaps from a standstill on.
+#[test]
+fn the_speedometer_hides_nothing_of_a_leader_at_any_gap() {
+    // 21:9, 16:9, 16:10 and 4:3.
+    for size in [[2520, 1080], [1920, 1080], [1280, 720], [640, 360], [1920, 1200], [1024, 768]] {
+        let aspect = size[0] as f32 / size[1] as f32;
+        for cockpit in [CockpitView::Off, CockpitView::Bonnet] {
+            let options = ViewOptions { cockpit, ..Default::default() };
+            // Each style by the number of a car that has it; beside the middle of the lane, too.
+            for (id, gap_m, left_m) in [0, 1, 3].into_iter().flat_map(|id| {
+                let gaps = [2.0, 2.5, 4.0, 8.0, 15.0, 40.0];
+                gaps.into_iter().flat_map(move |gap_m| [-0.2, 0.0, 0.4].map(|left_m| (7 + id, gap_m, left_m)))
+            }) {
+                let view = view(&snapshot(vec![car(id, on_lane(gap_m + 5.0, left_m))]), ViewKind::Driver, &options);
+                let place = DialPlace::of(&view, size).rect(size);
+                let leader = view.cars[1];
+                let [near, ..] = &stage(false).cars[leader.style].levels;
+                let body = near.vertices.iter().map(|v| Vec3::from(v.position));
+                let wheels = leader.hubs.iter().map(|hub| *hub - Vec3::Z * hub.z);
+                for point in body.chain(wheels) {
+                    let point = leader.position + leader.rotation * point;
+                    let from_eye = view.cars[0].rotation.inverse() * (point - view.camera.eye);
+                    // The bonnet hides what is below its edge.
+                    if view.seat.is_some() && from_eye.z < -BONNET_EDGE * from_eye.x {
+                        continue;
+                    }
+                    let Some(at) = view.camera.project(point, aspect) else { continue };
+                    let at = egui::pos2(at.x * size[0] as f32, at.y * size[1] as f32);
+                    let reach = 0.5 * place.width();
+                    assert!(
+                        at.distance(place.center()) >= reach,
+                        "{size:?}, {cockpit:?}, style {}, gap {gap_m} m, {left_m} m to the left: {at} in {place}",
+                        leader.style
+                    );
+                }
+            }
+        }
+    }
 }

@@ -130,7 +130,7 @@ fn the_dial_changes_its_own_square_only() {
     let unit = SpeedUnit::Mph;
     view.dial = Some(Dial::new(4.2, Some((4.4, 3.9, 4.8)), unit, Dial::scale_for(8.0, unit), false));
     let with = draw(&view, false, SIZE);
-    let rect = DialPlace::default().rect(SIZE);
+    let rect = DialPlace::of(&view, SIZE).rect(SIZE);
     let changed: Vec<_> = without.enumerate_pixels().filter(|(x, y, p)| with.get_pixel(*x, *y) != *p).collect();
     assert!(changed.len() > 500, "{} pixels", changed.len());
     for (x, y, _) in changed {

@@ -2,6 +2,7 @@
 //! which differ between drivers. All tests share one device; without one they fail.
 
 mod cars;
+mod cockpit;
 mod costs;
 mod ground;
 mod light;

@@ -4,7 +4,7 @@ use crate::{pixels::*, place::*};
 use codrive::{
     hud::lettering,
     render::{OFFSCREEN, Quality, Renderer},
-    scene::{Camera, Lens, ViewKind, plate},
+    scene::{Camera, Lens, Mesh, Stage, ViewKind, plate},
 };
 use glam::{Vec2, Vec3};
 
@@ -74,6 +74,78 @@ fn a_plate_reads_the_cars_own_number_the_right_way_up_at_both_ends() {
         assert!(wrong.iter().all(|wrong| *wrong < upright - 0.2), "car {id:?}, end {end}: {upright}, {wrong:?}");
         let mirrored = agreement(&picture(ViewKind::Mirror), number, |at| at * Vec2::new(-1.0, 1.0));
         assert!(mirrored > 0.75, "car {id:?}, end {end}, in the mirror: {mirrored}");
+    }
+}
+
+/// Mean light of a plate's signs and their contrast (standard deviation over the mean), and how wide a sign is, pixels, of
+/// a car that is this far ahead, its plate seen from straight behind; the means of four pictures between whose pixels the
+/// plate lies otherwise.
+fn plate_at(drawing: &mut Renderer, distance_m: f32) -> (f32, f32, f32) {
+    let all = [0.0, 0.25, 0.5, 0.75].map(|off_px| plate_beside(drawing, distance_m, off_px));
+    let mean = |of: fn(&(f32, f32, f32)) -> f32| all.iter().map(of).sum::<f32>() / all.len() as f32;
+    (mean(|p| p.0), mean(|p| p.1), all[0].2)
+}
+
+fn plate_beside(drawing: &mut Renderer, distance_m: f32, off_px: f32) -> (f32, f32, f32) {
+    const SIZE: [u32; 2] = [320, 180];
+    let pose = on_lane(40.0, 0.0);
+    let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Chase, &Default::default());
+    view.cars.retain(|car| !car.is_ego);
+    let along = pose.forward().as_vec2().extend(0.0);
+    let middle = pose.position.as_vec2().extend(0.692) - along * 2.47;
+    let lens = Lens::Perspective { fov_x_rad: 10f32.to_radians() };
+    let pixel_m = 2.0 * distance_m * 5f32.to_radians().tan() / SIZE[0] as f32;
+    // To the left and up, so that the plate is to the right and below.
+    let aside = (Vec3::Z.cross(along) + Vec3::Z) * (off_px * pixel_m);
+    view.camera = Camera { eye: middle - along * distance_m + aside, forward: along, up: Vec3::Z, lens };
+    let image = draw_with(drawing, &view, SIZE);
+    // From `left` on, without pixels of which a part may be beside the plate; those at the edge of that by their share.
+    let share = |at: f32, low: f32, high: f32| ((at + 0.5).min(high) - (at - 0.5).max(low)).clamp(0.0, 1.0);
+    let lights = |left_m: f32| -> Vec<(f32, f32)> {
+        let [left, right, high] = [left_m, 0.26, 0.052].map(|m| m / pixel_m);
+        let weighed = image.enumerate_pixels().map(|(x, y, p)| {
+            let off =
+                Vec2::new(x as f32 + 0.5, y as f32 + 0.5) - 0.5 * Vec2::new(SIZE[0] as f32, SIZE[1] as f32) - off_px;
+            let weight = share(off.x, left + 1.0, right - 1.0) * share(off.y, 1.0 - high, high - 1.0);
+            (weight, light(luminance(rgb(p))))
+        });
+        weighed.filter(|(weight, _)| *weight > 0.0).collect()
+    };
+    let mean_of = |lights: &[(f32, f32)], of: &dyn Fn(f32) -> f32| {
+        let weight: f32 = lights.iter().map(|(weight, _)| weight).sum();
+        lights.iter().map(|(weight, v)| weight * of(*v)).sum::<f32>() / weight
+    };
+    // Beside its blue field.
+    let signs = lights(-0.215);
+    let mean = mean_of(&signs, &|v| v);
+    let spread = mean_of(&signs, &|v| (v - mean) * (v - mean));
+    (mean, spread.sqrt() / mean, 0.67 * plate::SIGN_M / pixel_m)
+}
+
+#[test]
+fn a_plate_blends_with_distance_and_does_not_switch_off() {
+    // Nothing between car and eye: no posts, no grass.
+    let bare = Stage { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
+    for quality in [Quality::MEDIUM, Quality::LOW] {
+        let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
+        let mut before: Option<(f32, f32, f32, f32)> = None;
+        let mut distance_m = 12.0f32;
+        // Up to where a plate is two pixels high.
+        while distance_m < 88.0 {
+            let (mean, contrast, sign_px) = plate_at(&mut drawing, distance_m);
+            println!("{distance_m:6.1} m: mean {mean:.3}, contrast {contrast:.3}, sign {sign_px:.1} px");
+            // A sign of three pixels is seen: a tenth of the mean is ten times the eye's threshold of 1 %.
+            assert!(sign_px < 3.0 || contrast > 0.10, "{distance_m} m: contrast {contrast} at {sign_px} pixels");
+            if let Some((metres, light, seen, px)) = before {
+                // A change of less than a tenth is not seen on a patch of a few minutes of arc. The contrast fades and does not switch: by no more than a quarter of what a sharp
+                // sign has, 0.6.
+                let step = (mean / light - 1.0).abs();
+                assert!(step < 0.09, "{metres} to {distance_m} m: mean light changes by {step}");
+                assert!((contrast - seen).abs() < 0.15, "{metres} m, {px} px: {seen}, then {contrast}");
+            }
+            before = Some((distance_m, mean, contrast, sign_px));
+            distance_m *= 1.06;
+        }
     }
 }
 
