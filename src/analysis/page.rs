@@ -29,8 +29,8 @@ table{font-size:7.5pt}caption,figcaption,.note{font-size:8pt}\
 h1,h2,h3,caption{break-after:avoid}\
 .lead{break-after:avoid}\
 figure,tr,.whole{break-inside:avoid}\
-figure.column{margin-right:1.5mm}\
-figure.column:nth-of-type(2n){margin-right:0}\
+figure.column{margin-right:1mm}\
+figure.column figcaption{padding-right:5mm}\
 thead{display:table-header-group}\
 p{orphans:3;widows:3}\
 a{text-decoration:none}}";
