@@ -19,6 +19,7 @@ fn main() {
     // A path that is not there makes cargo look again at every build: wanted for as long as SUMO is missing.
     let header = home.clone().unwrap_or_else(|| root.join(".sumo/sumo")).join("include/libsumo/libsumo.h");
     println!("cargo:rerun-if-changed={}", header.display());
+    embed(&root, &out).expect("the data that the program brings can be listed");
     let built = home
         .as_ref()
         .ok_or("SUMO is not here; run scripts/setup or set SUMO_HOME".to_string())
@@ -28,6 +29,45 @@ fn main() {
     }
     let home = home.filter(|_| built.is_ok()).unwrap_or_default();
     println!("cargo:rustc-env=CODRIVE_SUMO_HOME_AT_BUILD={}", home.display());
+}
+
+/// Lists the files that go into the program (`data_folders`): maps, the policies' own files, questionnaires, studies.
+fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
+    let mut files = Vec::new();
+    for (folder, endings) in [
+        ("maps", &["map.toml", "net.xml", "circuit.toml"][..]),
+        ("assets/policies", &["policy.toml"]),
+        ("assets/questionnaires", &["json"]),
+        ("assets/studies", &["toml"]),
+    ] {
+        println!("cargo:rerun-if-changed={folder}");
+        list(&root.join(folder), endings, &mut files)?;
+    }
+    files.sort();
+    let mut text = String::from("&[\n");
+    for file in files {
+        let name = file.strip_prefix(root).expect("below the root").to_string_lossy().replace('\\', "/");
+        text += &format!("    ({name:?}, include_bytes!({:?})),\n", file.display().to_string());
+    }
+    std::fs::write(out.join("embedded.rs"), text + "]\n")
+}
+
+/// The shipped files below `folder` whose names end in one of these; maps that somebody has put beside the shipped ones are
+/// theirs.
+fn list(folder: &Path, endings: &[&str], files: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    const MAPS: [&str; 3] = ["practice", "ring-250", "ring-641"];
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() {
+            if !folder.ends_with("maps") || MAPS.contains(&name.as_str()) {
+                list(&path, endings, files)?;
+            }
+        } else if endings.iter().any(|ending| name.ends_with(ending)) {
+            files.push(path);
+        }
+    }
+    Ok(())
 }
 
 /// SUMO's home with headers and libraries: `SUMO_HOME`, else `.sumo/sumo` here or in the two folders above.

@@ -20,6 +20,7 @@
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
 //! chart  file  foreign         / the car-following model / figures as SVG and PNG / files read within limits / panics of
 //! private  toml_text           libraries that read them as errors / files written for the user alone / mistakes in TOML
+//! data_folders                 where maps, policies, questionnaires lie on this machine
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -39,8 +40,8 @@
 //! ```
 //! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs and evdev; nothing but
 //! `traffic::sumo` knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
-//! Arrow and Parquet; nothing but `chart` knows resvg (and of egui the fonts); nothing but `audio` knows cpal, fundsp and
-//! hound.
+//! Arrow and Parquet; nothing but `chart` knows resvg and skrifa (and of egui the fonts); nothing but `audio` knows
+//! cpal, fundsp and hound.
 //!
 //! # Conventions
 //! World axes are SUMO's: x east, y north, z up, metres; angles in radians, counter-clockwise, yaw 0 = east. `f64` in
@@ -55,6 +56,7 @@ pub mod audio;
 pub mod bench;
 pub mod chart;
 pub mod cli;
+pub mod data_folders;
 pub mod desktop;
 pub mod doctor;
 pub mod drive_loop;

@@ -7,8 +7,9 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 13] = [
+const ROWS: [&[&str]; 14] = [
     &["space", "time", "units", "rng", "idm", "chart", "file", "foreign", "private", "toml_text"],
+    &["data_folders"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver"],
@@ -24,11 +25,12 @@ const ROWS: [&[&str]; 13] = [
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 14] = [
+const ROOMS: [(&str, &[&str]); 15] = [
     ("wgpu", &["render", "desktop", "replay", "bench", "cli"]),
     ("winit", &["desktop", "drive_window", "session", "replay"]),
     ("egui", &["render", "panel", "desktop", "drive_window", "session", "replay", "chart"]),
     ("resvg", &["chart"]),
+    ("skrifa", &["chart"]),
     ("gilrs", &["input"]),
     ("evdev", &["input"]),
     ("libloading", &["traffic", "input"]),

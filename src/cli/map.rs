@@ -13,7 +13,7 @@ pub(super) fn command() -> Command {
         .long("out")
         .value_name("DIR")
         .value_parser(value_parser!(PathBuf))
-        .help("Folder of the new map [default: maps/NAME]");
+        .help("Folder of the new map [default: NAME among your own maps, in ~/.local/share/codrive/maps]");
     let whole = |id: &'static str, name: &'static str, range: std::ops::RangeInclusive<u64>, default: u64| {
         let parser = value_parser!(u64).range(range);
         Arg::new(id).long(id).value_name(name).value_parser(parser).default_value(default.to_string())
@@ -62,9 +62,12 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
 }
 
-/// The folder named by `--out`, or the one of this name in `maps/`.
-fn folder(matches: &ArgMatches, name: &str) -> PathBuf {
-    matches.get_one::<PathBuf>("out").cloned().unwrap_or_else(|| map::project_root().join("maps").join(name))
+/// The folder named by `--out`, or the one of this name among the person's own maps.
+fn folder(matches: &ArgMatches, name: &str) -> Result<PathBuf, CliError> {
+    let named = matches.get_one::<PathBuf>("out").cloned();
+    named.or_else(|| Some(map::own_folder()?.join(name))).ok_or_else(|| {
+        CliError::Input("there is no home folder to keep the map in\n  remedy: --out DIR says where it is to be".into())
+    })
 }
 
 fn ring(matches: &ArgMatches) -> Result<(), CliError> {
@@ -75,7 +78,7 @@ fn ring(matches: &ArgMatches) -> Result<(), CliError> {
         width_m: number("width"),
     };
     let length = format!("{}", ring.circumference_m);
-    let folder = folder(matches, &format!("ring-{length}"));
+    let folder = folder(matches, &format!("ring-{length}"))?;
     map::ring::write(&folder, &ring, &format!("Ring of {length} m"), "Made by codrive map ring.")?;
     written(&folder)
 }
@@ -83,15 +86,18 @@ fn ring(matches: &ArgMatches) -> Result<(), CliError> {
 fn circuit(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = folder(matches, &stem);
+    let folder = folder(matches, &stem)?;
     map::circuit::write(&folder, file)?;
     written(&folder)
 }
 
 /// Loads what was just written and tells about it.
 fn written(folder: &Path) -> Result<(), CliError> {
-    let name = folder.to_string_lossy();
-    tell(&map::RoadMap::load(&name)?, &name)
+    let path = folder.to_string_lossy();
+    let made = map::RoadMap::load(&path)?;
+    let is_known = folder.parent().map(Path::to_path_buf) == map::own_folder();
+    let drive = if is_known { made.name.clone() } else { path.into_owned() };
+    tell(&made, &drive)
 }
 
 fn import(matches: &ArgMatches) -> Result<(), CliError> {

@@ -22,6 +22,7 @@ mod train;
 pub use environment::prepare as prepare_environment;
 
 use crate::{
+    data_folders,
     drive_loop::RunError,
     map::MapError,
     record::RecordError,
@@ -29,9 +30,9 @@ use crate::{
     study::SessionError,
     traffic::{self, TrafficError},
 };
-use clap::Command;
+use clap::{Arg, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::{ffi::OsString, io::Write};
+use std::{ffi::OsString, io::Write, path::PathBuf};
 
 /// Why a command did not do what was asked; the message is complete.
 #[derive(Debug, thiserror::Error)]
@@ -68,6 +69,16 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             };
         }
     };
+    // clap hands what is named before or after the command on to the command.
+    let given = matches.subcommand().and_then(|(_, m)| m.get_one::<PathBuf>("data"));
+    let checked = given.map_or_else(data_folders::check_environment, |folder| data_folders::give(folder));
+    // Recordings are read without; the doctor says it in a line of its own.
+    let without = ["analyse", "recover", "calibrate", "doctor", check_network::NAME];
+    let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
+    let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
+    if let Err(why) = checked {
+        return tell(&CliError::Input(why));
+    }
     let done = match matches.subcommand() {
         Some(("drive", m)) => drive::main(m),
         Some(("run", m)) => run::main(m),
@@ -111,6 +122,11 @@ pub fn command() -> Command {
         .about("A driving simulator for studies of people in traffic.\nWithout a command: codrive drive.")
         .subcommand_required(true)
         .max_term_width(110)
+        .arg(
+            Arg::new("data").long("data").value_name("DIR").global(true).value_parser(value_parser!(PathBuf)).help(
+                "Folder with the program's maps and assets [default: found by itself; codrive doctor says where]",
+            ),
+        )
         .subcommand(flags::add(drive::command()))
         .subcommand(flags::add(run::command()))
         .subcommand(flags::add(render::command()))
@@ -129,10 +145,17 @@ pub fn command() -> Command {
 
 /// `codrive` and `codrive --map x` mean `codrive drive`.
 fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
-    let first = arguments.get(1).map(|a| a.to_string_lossy().into_owned());
+    // What stands before a command is the folder of the data alone.
+    let word = |i: usize| arguments.get(i).map(|a| a.to_string_lossy().into_owned());
+    let skipped = match word(1) {
+        Some(a) if a == "--data" => 2,
+        Some(a) if a.starts_with("--data=") => 1,
+        _ => 0,
+    };
+    let first = word(1 + skipped);
     let asks_the_program = |a: &str| ["-h", "--help", "-V", "--version"].contains(&a);
     if first.is_none_or(|a| a.starts_with('-') && !asks_the_program(&a)) {
-        arguments.insert(1.min(arguments.len()), "drive".into());
+        arguments.insert((1 + skipped).min(arguments.len()), "drive".into());
     }
     arguments
 }

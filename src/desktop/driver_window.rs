@@ -58,9 +58,9 @@ pub struct DriverWindow {
     gpu: Gpu,
     surface: Surface,
     renderer: Option<Renderer>,
-    ears: EguiWindow,
+    egui: EguiWindow,
     overlay: UiPass,
-    miniature: Option<Preview>,
+    preview: Option<Preview>,
     foot: Option<FooterArea>,
 }
 
@@ -89,9 +89,9 @@ impl DriverWindow {
         // A frame waits for the screen, without tearing where it is late; every adapter has this mode.
         let surface = Surface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::Fifo)
             .ok_or_else(|| RunError::NoSurface(gpu.description()))?;
-        let ears = EguiWindow::new(&gpu, &window);
+        let egui = EguiWindow::new(&gpu, &window);
         let overlay = UiPass::new(&gpu.device, surface.format());
-        Ok(Self { window, gpu, surface, renderer: None, ears, overlay, miniature: None, foot: None })
+        Ok(Self { window, gpu, surface, renderer: None, egui, overlay, preview: None, foot: None })
     }
 
     /// From here on views of `stage` are drawn, in a quality that keeps up. To be called before the first view, and again
@@ -133,17 +133,17 @@ impl DriverWindow {
 
     /// The overlay's context: to be dressed (`panel::theme::apply`) before the first overlay.
     pub fn ctx(&self) -> &Context {
-        &self.ears.ctx
+        &self.egui.ctx
     }
 
     /// True while a text is being typed into the overlay: its keys are not for driving.
     pub fn is_typing(&self) -> bool {
-        self.ears.ctx.text_edit_focused()
+        self.egui.ctx.text_edit_focused()
     }
 
     /// True while a list hangs open in the overlay: Esc closes it, and nothing else.
     pub fn has_open_list(&self) -> bool {
-        egui::Popup::is_any_open(&self.ears.ctx)
+        egui::Popup::is_any_open(&self.egui.ctx)
     }
 
     /// An event of this window: new sizes are obeyed, the overlay hears of everything. True if the overlay has a use for
@@ -152,12 +152,12 @@ impl DriverWindow {
         if let WindowEvent::Resized(size) = event {
             self.surface.resize(&self.gpu, [size.width, size.height]);
         }
-        self.ears.hear(&self.window, event)
+        self.egui.hear(&self.window, event)
     }
 
     /// One pass of the overlay, for [`Self::draw`]. Each pass has to be drawn: egui sends its fonts once.
     pub fn overlay(&mut self, live: impl FnMut(&mut Ui)) -> FullOutput {
-        self.ears.run(&self.window, live)
+        self.egui.run(&self.window, live)
     }
 
     /// Draws a frame and hands it to the screen: `view` if there is a stage for it, `overlay` over it. False if the window
@@ -171,7 +171,7 @@ impl DriverWindow {
         };
         let screen = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = self.surface.size();
-        let canvas = self.miniature.as_mut().and_then(|miniature| miniature.canvas(&self.gpu, now(), size));
+        let canvas = self.preview.as_mut().and_then(|preview| preview.canvas(&self.gpu, now(), size));
         let target = canvas.as_ref().unwrap_or(&screen);
         let clear = match (view, &mut self.renderer) {
             (Some(view), Some(renderer)) => {
@@ -186,12 +186,12 @@ impl DriverWindow {
             _ => Some(wgpu::Color::BLACK),
         };
         if overlay.is_some() || clear.is_some() {
-            let output = overlay.unwrap_or_else(|| self.ears.run(&self.window, |_| ()));
+            let output = overlay.unwrap_or_else(|| self.egui.run(&self.window, |_| ()));
             let Gpu { device, queue, .. } = &self.gpu;
-            put_on(device, queue, &mut self.overlay, &self.ears.ctx, output, target, size, clear);
+            put_on(device, queue, &mut self.overlay, &self.egui.ctx, output, target, size, clear);
         }
-        if let (Some(miniature), Some(canvas)) = (&self.miniature, &canvas) {
-            miniature.hand_on(&self.gpu, canvas, &screen);
+        if let (Some(preview), Some(canvas)) = (&self.preview, &canvas) {
+            preview.hand_on(&self.gpu, canvas, &screen);
         }
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
@@ -208,16 +208,16 @@ impl DriverWindow {
     }
 
     /// From here on there is a small copy of what the driver sees.
-    pub fn keep_miniature(&mut self) {
-        if self.miniature.is_none() {
-            self.miniature = Some(Preview::new(&self.gpu, self.surface.format()));
+    pub fn keep_preview(&mut self) {
+        if self.preview.is_none() {
+            self.preview = Some(Preview::new(&self.gpu, self.surface.format()));
         }
     }
 
     /// What the driver saw last, an eighth of a second old at most (half where the processor draws), 320 by 180 pixels or of another shape. `None` if
     /// nobody asked for it to be kept.
-    pub fn miniature(&self) -> Option<&wgpu::TextureView> {
-        self.miniature.as_ref().map(Preview::view)
+    pub fn preview(&self) -> Option<&wgpu::TextureView> {
+        self.preview.as_ref().map(Preview::view)
     }
 
     /// Fills the screen, or not.

@@ -45,7 +45,7 @@ const ZOOM: [f32; 2] = [1.0, 2.0];
 pub struct ExperimenterWindow {
     window: Arc<Window>,
     surface: Surface,
-    ears: EguiWindow,
+    egui: EguiWindow,
     pass: UiPass,
     last: Option<Instant>,
     /// What the last picture took of the loop.
@@ -76,13 +76,13 @@ impl ExperimenterWindow {
         let size = window.inner_size();
         let surface = Surface::new(gpu, surface, [size.width, size.height], wgpu::PresentMode::AutoNoVsync)
             .ok_or_else(|| RunError::NoSurface(gpu.description()))?;
-        let ears = EguiWindow::new(gpu, &window);
-        theme::apply(&ears.ctx);
+        let egui = EguiWindow::new(gpu, &window);
+        theme::apply(&egui.ctx);
         let pass = UiPass::new(&gpu.device, surface.format());
         Ok(Self {
             window,
             surface,
-            ears,
+            egui,
             pass,
             last: None,
             took: Duration::ZERO,
@@ -104,7 +104,7 @@ impl ExperimenterWindow {
 
     /// Its context.
     pub fn ctx(&self) -> &Context {
-        &self.ears.ctx
+        &self.egui.ctx
     }
 
     /// An event of this window. Whether it closes is the loop's to say.
@@ -121,7 +121,7 @@ impl ExperimenterWindow {
             toggle_fullscreen(&self.window);
         }
         self.asked |= matches!(event, KeyboardInput { .. } | MouseInput { .. } | MouseWheel { .. });
-        self.ears.hear(&self.window, event);
+        self.egui.hear(&self.window, event);
     }
 
     /// True when it is time for another picture.
@@ -134,7 +134,7 @@ impl ExperimenterWindow {
         self.last.is_none_or(|last| now().saturating_duration_since(last) >= rest)
     }
 
-    /// A texture of ours (a miniature of the driver's picture) as egui names it, to be shown in this window. One at a
+    /// A texture of ours (a preview of the driver's picture) as egui names it, to be shown in this window. One at a
     /// time: another takes its place.
     pub fn picture(&mut self, gpu: &Gpu, view: &wgpu::TextureView) -> TextureId {
         let renderer = self.pass.renderer();
@@ -158,14 +158,14 @@ impl ExperimenterWindow {
     pub fn draw(&mut self, gpu: &Gpu, live: impl FnMut(&mut Ui)) {
         let begin = now();
         self.last = Some(begin);
-        let output = self.ears.run(&self.window, live);
+        let output = self.egui.run(&self.window, live);
         // What has just got the keyboard is drawn so in the next pass, and egui asks for it.
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
         self.asked = root.is_some_and(|root| root.repaint_delay.is_zero());
         let laid_out = now();
-        let zoom = self.ears.ctx.zoom_factor();
+        let zoom = self.egui.ctx.zoom_factor();
         if !(ZOOM[0]..=ZOOM[1]).contains(&zoom) {
-            self.ears.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
+            self.egui.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
         }
         let Gpu { device, queue, .. } = gpu;
         let Some(texture) = self.surface.next(gpu) else {
@@ -174,7 +174,7 @@ impl ExperimenterWindow {
         };
         let screen = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let clear = Some(wgpu::Color::BLACK);
-        put_on(device, queue, &mut self.pass, &self.ears.ctx, output, &screen, self.surface.size(), clear);
+        put_on(device, queue, &mut self.pass, &self.egui.ctx, output, &screen, self.surface.size(), clear);
         self.window.pre_present_notify();
         queue.present(texture);
         self.took = now().saturating_duration_since(begin);

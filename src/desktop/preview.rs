@@ -5,12 +5,12 @@
 use crate::render::{Gpu, preview::PreviewPass};
 use std::time::{Duration, Instant};
 
-/// Time between two miniatures, on a graphics card and where the processor draws.
+/// Time between two previews, on a graphics card and where the processor draws.
 const EVERY: [Duration; 2] = [Duration::from_millis(125), Duration::from_millis(500)];
 /// Most pixels across and down.
 const MOST: [u32; 2] = [320, 180];
 
-/// Canvas and miniature.
+/// Canvas and preview.
 pub struct Preview {
     pass: PreviewPass,
     canvas: Option<wgpu::TextureView>,
@@ -25,7 +25,7 @@ impl Preview {
         Self { pass, canvas: None, small, last: None }
     }
 
-    /// Where the frame of `now` is to be drawn, if it is one that becomes a miniature.
+    /// Where the frame of `now` is to be drawn, if it is one that becomes a preview.
     pub fn canvas(&mut self, gpu: &Gpu, now: Instant, size: [u32; 2]) -> Option<wgpu::TextureView> {
         if self.last.is_some_and(|last| now.saturating_duration_since(last) < EVERY[usize::from(gpu.is_software())]) {
             return None;
@@ -43,14 +43,13 @@ impl Preview {
 
     /// The frame has been drawn onto the canvas: it goes to `screen`, and small beside it.
     pub fn hand_on(&self, gpu: &Gpu, canvas: &wgpu::TextureView, screen: &wgpu::TextureView) {
-        let mut encoder =
-            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("miniature") });
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("preview") });
         self.pass.draw(&gpu.device, &mut encoder, canvas, screen, None);
         self.pass.draw(&gpu.device, &mut encoder, canvas, &self.small, None);
         gpu.queue.submit([encoder.finish()]);
     }
 
-    /// The latest miniature.
+    /// The latest preview.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.small
     }
@@ -69,7 +68,7 @@ mod tests {
     use crate::render::{OFFSCREEN, offscreen::read_back};
 
     #[test]
-    fn a_miniature_keeps_the_shape_of_the_picture() {
+    fn a_preview_keeps_the_shape_of_the_picture() {
         assert_eq!(fitting([1280, 720]), [320, 180]);
         assert_eq!(fitting([5120, 1440]), [320, 90]);
         assert_eq!(fitting([1024, 768]), [240, 180]);
@@ -78,29 +77,29 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_becomes_a_miniature_eight_times_a_second_twice_where_the_processor_draws() {
+    fn a_frame_becomes_a_preview_eight_times_a_second_twice_where_the_processor_draws() {
         let gpu = Gpu::shared().expect("a graphics adapter is needed");
-        let mut miniature = Preview::new(gpu, OFFSCREEN);
+        let mut preview = Preview::new(gpu, OFFSCREEN);
         let every_ms = if gpu.is_software() { 500 } else { 125 };
         let begin = crate::desktop::event_loop::now();
         let mut taken = |after_ms: u64, size: [u32; 2]| {
-            let canvas = miniature.canvas(gpu, begin + Duration::from_millis(after_ms), size);
+            let canvas = preview.canvas(gpu, begin + Duration::from_millis(after_ms), size);
             canvas.map(|canvas| [canvas.texture().width(), canvas.texture().height()])
         };
         assert_eq!(taken(0, [64, 36]), Some([64, 36]), "the first at once");
         assert_eq!((taken(1, [64, 36]), taken(every_ms - 1, [64, 36])), (None, None));
         assert_eq!(taken(every_ms, [64, 36]), Some([64, 36]));
-        // Another size of the window is that of the next miniature.
+        // Another size of the window is that of the next preview.
         assert_eq!((taken(every_ms + 1, [640, 480]), taken(2 * every_ms, [640, 480])), (None, Some([640, 480])));
-        assert_eq!([miniature.view().texture().width(), miniature.view().texture().height()], [240, 180]);
+        assert_eq!([preview.view().texture().width(), preview.view().texture().height()], [240, 180]);
     }
 
     #[test]
-    fn the_driver_sees_the_same_frame_and_the_experimenter_its_miniature() {
+    fn the_driver_sees_the_same_frame_and_the_experimenter_its_preview() {
         let gpu = Gpu::shared().expect("a graphics adapter is needed");
-        let mut miniature = Preview::new(gpu, OFFSCREEN);
-        let canvas = miniature.canvas(gpu, crate::desktop::event_loop::now(), [640, 360]).expect("the first at once");
-        let screen = miniature.pass.canvas(&gpu.device, [640, 360]);
+        let mut preview = Preview::new(gpu, OFFSCREEN);
+        let canvas = preview.canvas(gpu, crate::desktop::event_loop::now(), [640, 360]).expect("the first at once");
+        let screen = preview.pass.canvas(&gpu.device, [640, 360]);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -115,8 +114,8 @@ mod tests {
             ..Default::default()
         });
         gpu.queue.submit([encoder.finish()]);
-        miniature.hand_on(gpu, &canvas, &screen);
-        for (view, size) in [(&screen, 640 * 360), (miniature.view(), 320 * 180)] {
+        preview.hand_on(gpu, &canvas, &screen);
+        for (view, size) in [(&screen, 640 * 360), (preview.view(), 320 * 180)] {
             let bytes = read_back(gpu, view.texture(), 4).unwrap();
             assert_eq!(bytes.len(), 4 * size);
             assert!(bytes.chunks(4).all(|pixel| pixel == [0, 255, 0, 255]));

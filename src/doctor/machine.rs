@@ -1,7 +1,7 @@
-//! Sound, disk, clock, power. In: files of the system. Out: [`Line`]s. What another system keeps elsewhere is unknown.
+//! Data, sound, disk, clock, power. In: files of the system. Out: [`Line`]s. What another system keeps elsewhere is unknown.
 
 use super::Line;
-use crate::{audio, input::Stamp, record};
+use crate::{audio, data_folders, input::Stamp, record};
 use std::{
     fs::{self, File},
     io::Write,
@@ -14,7 +14,16 @@ const TRIAL_BYTES: usize = 16 << 20;
 const SLOW_MBPS: f64 = 10.0;
 
 pub(super) fn examine(recordings: &Path) -> Vec<Line> {
-    vec![sound(), disk_speed(recordings), disk_space(free_gb(recordings)), clock(), power()]
+    vec![data(), sound(), disk_speed(recordings), disk_space(free_gb(recordings)), clock(), power()]
+}
+
+/// Where maps and assets are read from.
+fn data() -> Line {
+    let root = data_folders::root();
+    if root.join("maps").is_dir() {
+        return Line::ok("data", root.display().to_string());
+    }
+    Line::fault("data", format!("nothing at {}", root.display()), "name the folder with maps and assets: --data DIR")
 }
 
 /// The output is opened, as a drive would.

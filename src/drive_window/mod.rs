@@ -124,7 +124,7 @@ impl Windows for DriveWindows {
             live.record(&folder, picture.gpu())?;
         }
         let experimenter = if options.experimenter {
-            picture.keep_miniature();
+            picture.keep_preview();
             let title = format!("Experimenter: {}", options.scenario.map);
             Some(ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?)
         } else {
@@ -272,7 +272,7 @@ impl DriveWindows {
         if !window.due() {
             return Vec::new();
         }
-        let seen = picture.miniature().map(|view| {
+        let seen = picture.preview().map(|view| {
             let texture = view.texture();
             (window.picture(picture.gpu(), view), [texture.width(), texture.height()])
         });

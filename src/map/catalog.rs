@@ -1,8 +1,9 @@
 //! The maps that are here. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a folder
-//! `maps/<name>/` with `net.xml` and `map.toml`.
+//! `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
 
 use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, net_xml::Net};
 use crate::{
+    data_folders,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     toml_text,
 };
@@ -33,22 +34,22 @@ struct MapFile {
     route: Option<Vec<String>>,
 }
 
-/// The folder that holds `maps/` and `assets/`: the environment's `CODRIVE_ROOT`; else the nearest above the program,
-/// then above the current folder, that has `maps/ring-250`; else where the program was built.
-pub fn project_root() -> PathBuf {
-    if let Some(root) = std::env::var_os("CODRIVE_ROOT").filter(|root| !root.is_empty()) {
-        return root.into();
-    }
-    let starts = [std::env::current_exe().ok(), std::env::current_dir().ok()];
-    let above = |start: &PathBuf| {
-        start.ancestors().find(|folder| folder.join("maps/ring-250/net.xml").is_file()).map(Path::to_path_buf)
-    };
-    starts.iter().flatten().find_map(above).unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into())
+/// The folders that maps are in: the program's own, and the person's.
+fn folders() -> impl Iterator<Item = PathBuf> {
+    [data_folders::root().join(MAPS)].into_iter().chain(own_folder())
 }
 
-/// All maps of `maps/`, by name. One whose `map.toml` is broken has the error as its description.
+/// The folder of the person's own maps; `None` without a home.
+pub fn own_folder() -> Option<PathBuf> {
+    data_folders::user().map(|folder| folder.join(MAPS))
+}
+
+/// Name of a folder of maps.
+const MAPS: &str = "maps";
+
+/// All maps by name: the program's and the person's own. One whose `map.toml` is broken has the error as its description.
 pub fn list() -> Vec<MapInfo> {
-    let entries = std::fs::read_dir(project_root().join("maps")).into_iter().flatten().flatten();
+    let entries = folders().flat_map(|folder| std::fs::read_dir(folder).into_iter().flatten().flatten());
     let mut maps: Vec<MapInfo> = entries
         .filter(|entry| entry.path().join("net.xml").is_file())
         .map(|entry| {
@@ -61,7 +62,9 @@ pub fn list() -> Vec<MapInfo> {
             MapInfo { name, title, description, folder }
         })
         .collect();
+    // The program's is the one that its name loads.
     maps.sort_by(|a, b| a.name.cmp(&b.name));
+    maps.dedup_by(|b, a| a.name == b.name);
     maps
 }
 
@@ -76,7 +79,7 @@ pub fn is_own(name_or_path: &str) -> bool {
 /// What a map is called in `maps/`: of the shipped ones also under a path or as a copy, by the bytes of its network. `None`
 /// for one from elsewhere.
 pub fn known_as(map: &RoadMap) -> Option<String> {
-    let maps = project_root().join("maps");
+    let maps = data_folders::root().join(MAPS);
     let bytes = |file: &Path| read_bounded(file, MOST_BYTES).ok();
     let own = bytes(&map.net_file);
     let shipped = SHIPPED.iter().find(|name| own.is_some() && bytes(&maps.join(name).join("net.xml")) == own);
@@ -85,7 +88,8 @@ pub fn known_as(map: &RoadMap) -> Option<String> {
     }
     // One that somebody has put beside them.
     let lies_in = map.net_file.parent()?.parent()?.canonicalize().ok()?;
-    (maps.canonicalize().ok()? == lies_in && !SHIPPED.contains(&map.name.as_str())).then(|| map.name.clone())
+    let is_known = folders().any(|folder| folder.canonicalize().is_ok_and(|folder| folder == lies_in));
+    (is_known && !SHIPPED.contains(&map.name.as_str())).then(|| map.name.clone())
 }
 
 /// True if a map is named by its path, not by the name of its folder in `maps/`.
@@ -100,7 +104,10 @@ impl RoadMap {
     /// If there is no such map, or its files cannot be used; the message names file, line, value and remedy.
     pub fn load(name_or_path: &str) -> Result<Self, MapError> {
         let (path, is_path) = (Path::new(name_or_path), is_path(name_or_path));
-        let folder = if is_path { path.to_path_buf() } else { project_root().join("maps").join(name_or_path) };
+        let of_name =
+            || folders().map(|folder| folder.join(name_or_path)).find(|folder| folder.join("net.xml").exists());
+        let folder = if is_path { Some(path.to_path_buf()) } else { of_name() };
+        let folder = folder.unwrap_or_else(|| data_folders::root().join(MAPS).join(name_or_path));
         if !is_path && !folder.join("net.xml").exists() {
             let maps = list();
             let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();

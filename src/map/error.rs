@@ -5,6 +5,9 @@ use std::path::PathBuf;
 /// Why a map cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
+    /// The person's own maps have no place.
+    #[error("there is no home folder to keep the map in\n  remedy: set HOME or XDG_DATA_HOME")]
+    NoHome,
     /// The file or folder is not there.
     #[error("{}: there is no such file\n  remedy: name a map of `codrive map list`, or the path of a SUMO net.xml", file.display())]
     Missing {

@@ -37,16 +37,26 @@ pub const SECONDS: u64 = 300;
 /// How much memory it may have if nothing else is said, MiB: a town takes 1 GB.
 pub const MEMORY_MIB: u64 = 4096;
 
-/// Brings `file` into `maps/<name>/` and loads it once.
+/// Brings `file` into `<name>/` among the person's own maps and loads it once.
 ///
 /// # Errors
 /// If the name is no plain word, the map exists, the file is none or too large, the format is none of the three, netconvert is
 /// absent, fails or goes beyond `bounds`, or the network has no closed route; then nothing is left behind.
 pub fn import(file: &Path, name: &str, bounds: &Bounds) -> Result<RoadMap, MapError> {
-    let root = catalog::project_root();
-    let home = std::env::var_os("SUMO_HOME").map(PathBuf::from).filter(|home| home.join("bin/netconvert").exists());
-    let home = home.unwrap_or_else(|| root.join(".sumo/sumo"));
-    import_into(&root.join("maps"), &home.join("bin/netconvert"), file, name, bounds)
+    let maps = catalog::own_folder().ok_or(MapError::NoHome)?;
+    import_into(&maps, &netconvert(), file, name, bounds)
+}
+
+/// SUMO's converter: that of `SUMO_HOME`, else of the SUMO that the program was built with, else of `.sumo/sumo` in or above the
+/// current folder.
+fn netconvert() -> PathBuf {
+    let of = |home: PathBuf| home.join("bin").join(format!("netconvert{}", std::env::consts::EXE_SUFFIX));
+    let mut homes: Vec<PathBuf> = std::env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
+    homes.push(env!("CODRIVE_SUMO_HOME_AT_BUILD").into());
+    let here = std::env::current_dir().unwrap_or_default();
+    homes.extend(here.ancestors().map(|above| above.join(".sumo/sumo")));
+    let first = of(homes[0].clone());
+    homes.into_iter().map(of).find(|program| program.exists()).unwrap_or(first)
 }
 
 /// [`import`] with the two places named: the folder of maps, and the converter.

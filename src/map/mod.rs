@@ -22,7 +22,7 @@ mod route;
 mod tests;
 mod write;
 
-pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, project_root};
+pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::import;
 pub use route::{Lane, Route, RoutePosition};

@@ -215,14 +215,14 @@ mod tests {
     #[test]
     fn auto_is_the_shipped_speed_policy_of_the_map_and_two_phase_elsewhere() {
         use super::super::{file_of, resolve, resolve_among, shipped};
-        use crate::map::{RoadMap, project_root};
+        use crate::{data_folders, map::RoadMap};
         let on = |policy: &str, map: &str| resolve(policy, &RoadMap::load(map).unwrap());
         assert_eq!(on("auto", "ring-250").words(), "ring-250-speed (auto: the policy that is shipped for ring-250)");
         assert_eq!(on("auto", "ring-641").name, "ring-641-speed");
         assert_eq!(on("auto", "practice").words(), "two-phase (auto: no policy is shipped for practice)");
         assert_eq!(on("pi", "ring-250").words(), "pi");
         // The same ring by its path, and as a copy of any name.
-        let net = project_root().join("maps/ring-250/net.xml");
+        let net = data_folders::root().join("maps/ring-250/net.xml");
         assert_eq!(on("auto", &net.to_string_lossy()).name, "ring-250-speed");
         assert_eq!(on("auto", &net.parent().unwrap().to_string_lossy()).name, "ring-250-speed");
         let folder = tempfile::tempdir().unwrap();
@@ -232,7 +232,7 @@ mod tests {
         // Another road that has the name of one that is shipped is not that one.
         let other = folder.path().join("ring-250");
         std::fs::create_dir(&other).unwrap();
-        std::fs::copy(project_root().join("maps/ring-641/net.xml"), other.join("net.xml")).unwrap();
+        std::fs::copy(data_folders::root().join("maps/ring-641/net.xml"), other.join("net.xml")).unwrap();
         assert_eq!(on("auto", &other.to_string_lossy()).name, "ring-641-speed");
         let text = std::fs::read_to_string(&net).unwrap().replace("speed=\"30.000000\"", "speed=\"20.000000\"");
         std::fs::write(other.join("net.xml"), text).unwrap();

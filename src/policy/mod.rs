@@ -18,7 +18,8 @@ pub use open_loop::{Constant, TwoPhase};
 pub use pi_saturation::PiSaturation;
 
 use crate::{
-    map::{self, RoadMap, project_root},
+    data_folders,
+    map::{self, RoadMap},
     time::Tick,
 };
 use std::path::{Path, PathBuf};
@@ -150,7 +151,7 @@ pub const AUTO: &str = "auto";
 
 /// Names of the policies in `assets/policies`, sorted.
 pub fn shipped() -> Vec<String> {
-    let folders = std::fs::read_dir(project_root().join(SHIPPED)).into_iter().flatten().flatten();
+    let folders = std::fs::read_dir(data_folders::root().join(SHIPPED)).into_iter().flatten().flatten();
     let whole = folders.filter(|folder| folder.path().join("policy.toml").exists());
     let mut names: Vec<String> = whole.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
     names.sort();
@@ -195,7 +196,7 @@ fn resolve_among(shipped: &[String], name: &str, map: &RoadMap) -> Resolved {
     let why = match (&own, &road) {
         (Some(_), Some(road)) => format!("{AUTO}: the policy that is shipped for {road}"),
         _ if shipped.is_empty() => {
-            format!("{AUTO}: no shipped policies at {}", project_root().join(SHIPPED).display())
+            format!("{AUTO}: no shipped policies at {}", data_folders::root().join(SHIPPED).display())
         }
         _ => format!("{AUTO}: no policy is shipped for {}", map.name),
     };
@@ -212,7 +213,7 @@ pub fn file_of(name: &str) -> Option<PathBuf> {
     if is_path(name) {
         return Some(name.into());
     }
-    shipped().iter().any(|own| own == name).then(|| project_root().join(SHIPPED).join(name).join("policy.toml"))
+    shipped().iter().any(|own| own == name).then(|| data_folders::root().join(SHIPPED).join(name).join("policy.toml"))
 }
 
 /// All files that the policy of a path is made of, its own first.

@@ -117,11 +117,12 @@ pub fn last(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data_folders;
     use std::path::PathBuf;
 
     /// A map of the author's own: the shipped ring under another name, as a folder or as a bare network.
     fn own_map(folder: &Path, net: &str) -> PathBuf {
-        let shipped = map::project_root().join("maps/ring-250");
+        let shipped = data_folders::root().join("maps/ring-250");
         fs::create_dir_all(folder).expect("a folder");
         fs::copy(shipped.join("net.xml"), folder.join(net)).expect("copied");
         fs::copy(shipped.join("map.toml"), folder.join("map.toml")).expect("copied");
@@ -148,7 +149,7 @@ mod tests {
         let home = tempfile::tempdir().expect("a folder");
         let (shipped, own) = (Path::new("ring-250"), own_map(&home.path().join("mine"), "net.xml"));
         let calm = home.path().join("calm.toml");
-        fs::copy(map::project_root().join("assets/policies/ring-250-speed/policy.toml"), &calm).expect("copied");
+        fs::copy(data_folders::root().join("assets/policies/ring-250-speed/policy.toml"), &calm).expect("copied");
         let calm = calm.to_str().expect("a name");
         // What a name came to here, it might not come to elsewhere.
         assert_eq!(kept(shipped, "auto"), ["ring-250", "ring-250-speed"]);
@@ -186,7 +187,7 @@ mod tests {
     #[test]
     fn a_network_of_anothers_is_carried_with_what_its_numbers_mean() {
         let home = tempfile::tempdir().expect("a folder");
-        let data = map::project_root().join("tests/data");
+        let data = data_folders::root().join("tests/data");
         for name in ["torch-legacy.onnx", "torch-legacy.onnx.toml"] {
             fs::copy(data.join(name), home.path().join(name)).expect("copied");
         }

@@ -115,7 +115,7 @@ mod tests {
             let workshops = text.matches(concat!("Workshop ", "{ device")).count();
             let allowed = match name.as_str() {
                 "mod.rs" => 2,
-                "miniature.rs" => 1,
+                "preview.rs" => 1,
                 _ => 0,
             };
             assert_eq!(workshops, allowed, "{name}: new, and in mod.rs reload_shaders_from");

@@ -18,7 +18,7 @@ impl PreviewPass {
     /// For pictures of `format`, from and to.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("miniature"),
+            label: Some("preview"),
             entries: &[wgpu::BindGroupLayoutEntry {
                 binding: 0,
                 visibility: wgpu::ShaderStages::FRAGMENT,
@@ -31,14 +31,14 @@ impl PreviewPass {
             }],
         });
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("miniature"),
+            label: Some("preview"),
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
         let workshop = Workshop { device, sources: &Sources::built_in() };
         let pipeline = workshop
             .pipeline(&Recipe {
-                program: "miniature",
+                program: "preview",
                 layout: &pipeline_layout,
                 buffers: &[],
                 colour: Some((format, None)),
@@ -56,7 +56,7 @@ impl PreviewPass {
     /// A texture that can be drawn onto and copied from, of `size` pixels.
     pub fn canvas(&self, device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureView {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("miniature"),
+            label: Some("preview"),
             size: wgpu::Extent3d { width: size[0].max(1), height: size[1].max(1), depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
@@ -81,12 +81,12 @@ impl PreviewPass {
         part: Option<[u32; 2]>,
     ) {
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("miniature"),
+            label: Some("preview"),
             layout: &self.layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(from) }],
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("miniature"),
+            label: Some("preview"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: to,
                 depth_slice: None,

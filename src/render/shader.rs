@@ -27,7 +27,7 @@ pub const PROGRAMS: [Program; 18] = [
     ("glow", &["glow"]),
     ("develop", &["print", "edges", "develop"]),
     ("soften", &["print", "edges", "soften"]),
-    ("miniature", &["miniature"]),
+    ("preview", &["preview"]),
 ];
 
 macro_rules! built_in {
@@ -65,7 +65,7 @@ const FILES: [(&str, &str); 29] = built_in![
     "edges",
     "develop",
     "soften",
-    "miniature",
+    "preview",
 ];
 
 /// The text of all shader files.

@@ -153,7 +153,7 @@ impl<'a> Windows for SessionWindows<'a> {
         let placing = WindowSetup { title: format!("codrive: {}", options.study.file.title), place };
         let mut picture = DriverWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
-        picture.keep_miniature();
+        picture.keep_preview();
         let title = format!("Experimenter: {}, {}", options.code, options.study.file.title);
         let experimenter = ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?;
         if let Some(font) = &options.study.font {
@@ -311,7 +311,7 @@ impl SessionWindows<'_> {
         if !experimenter.due() {
             return Vec::new();
         }
-        let seen = picture.miniature().map(|view| {
+        let seen = picture.preview().map(|view| {
             let texture = view.texture();
             (experimenter.picture(picture.gpu(), view), [texture.width(), texture.height()])
         });

@@ -9,6 +9,7 @@
 
 use super::StudyError;
 use crate::{
+    data_folders,
     file::{SETTINGS_BYTES, read_text},
     toml_text,
 };
@@ -345,7 +346,7 @@ impl Questionnaire {
     /// There is none, or it has a mistake; both with place and remedy.
     pub fn find(name: &str, beside: &Path) -> Result<Self, StudyError> {
         let own = beside.join(name);
-        let shipped = crate::map::project_root().join(SHIPPED);
+        let shipped = data_folders::root().join(SHIPPED);
         let path = if name.ends_with(".json") { own } else { shipped.join(format!("{name}.json")) };
         if !path.exists() {
             let list = words(&shipped).join(", ");

@@ -1,0 +1,281 @@
+//! Where the program's data lie: maps, policies, questionnaires, studies. In: what the person named, the environment, where the
+//! program stands. Out: the folder that holds `maps/` and `assets/`, and the folder of the person's own maps. What the program
+//! brings is in it, too, so that its file alone drives.
+
+use crate::private;
+use sha2::{Digest, Sha256};
+use std::{
+    env,
+    ffi::OsString,
+    fs, io,
+    path::{Path, PathBuf},
+    sync::OnceLock,
+};
+
+/// Paths below the root and their bytes (build.rs): each map, each policy's own file, questionnaires and studies.
+const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
+
+/// A folder with this file holds the program's data.
+const SIGN: &str = "maps/ring-250/net.xml";
+
+static GIVEN: OnceLock<PathBuf> = OnceLock::new();
+static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+
+/// The person named a folder, which comes before all others.
+///
+/// # Errors
+/// It does not hold the program's data; the message says what is missing.
+pub fn give(folder: &Path) -> Result<(), String> {
+    check(folder, "--data")?;
+    let _ = GIVEN.set(folder.into());
+    Ok(())
+}
+
+/// Checks the folder that the environment names, if it names one.
+///
+/// # Errors
+/// As [`give`].
+pub fn check_environment() -> Result<(), String> {
+    named(&|name| env::var_os(name)).map_or(Ok(()), |(name, folder)| check(&folder, name))
+}
+
+fn check(folder: &Path, named_by: &str) -> Result<(), String> {
+    if holds_data(folder) {
+        return Ok(());
+    }
+    Err(format!(
+        "{}, named by {named_by}, does not hold {SIGN}\n  remedy: name the folder that holds maps and assets, or none: the \
+         program brings its own",
+        folder.display()
+    ))
+}
+
+/// The folder that holds `maps/` and `assets/`, the first of: the one that was given (`--data`), `CODRIVE_DATA`, the program's
+/// own folder, `../share/codrive` from there, `codrive` in the XDG data folders, the checkout around the program or the current
+/// folder. Otherwise what is in the program, written to the user's cache.
+///
+/// Where that cannot be written either ([`require`] says why) it is a folder that is not there.
+pub fn root() -> &'static Path {
+    const NOWHERE: &str = "no-data";
+    GIVEN.get().map_or_else(|| FOUND.get_or_init(find).as_deref().unwrap_or(Path::new(NOWHERE)), PathBuf::as_path)
+}
+
+/// What needs the data is not begun without.
+///
+/// # Errors
+/// They are nowhere, and the program's own could not be written; with the remedy.
+pub fn require() -> Result<(), String> {
+    match GIVEN.get() {
+        Some(_) => Ok(()),
+        None => FOUND.get_or_init(find).as_ref().map(|_| ()).map_err(Clone::clone),
+    }
+}
+
+fn find() -> Result<PathBuf, String> {
+    let here = Here { program: env::current_exe().ok(), folder: env::current_dir().ok() };
+    let variable = |name: &str| env::var_os(name);
+    candidates(&variable, &here).into_iter().find(|folder| holds_data(folder)).map_or_else(|| unpacked(&variable), Ok)
+}
+
+fn holds_data(folder: &Path) -> bool {
+    folder.join(SIGN).is_file()
+}
+
+/// Where the program is, and from where it was called.
+struct Here {
+    program: Option<PathBuf>,
+    folder: Option<PathBuf>,
+}
+
+type Variable<'a> = &'a dyn Fn(&str) -> Option<OsString>;
+
+fn set(variable: Variable<'_>, name: &str) -> Option<PathBuf> {
+    variable(name).filter(|value| !value.is_empty()).map(PathBuf::from)
+}
+
+/// `CODRIVE_DATA`, or what it was called before.
+fn named(variable: Variable<'_>) -> Option<(&'static str, PathBuf)> {
+    ["CODRIVE_DATA", "CODRIVE_ROOT"].into_iter().find_map(|name| Some((name, set(variable, name)?)))
+}
+
+/// All places in their order, those that are not there too.
+fn candidates(variable: Variable<'_>, here: &Here) -> Vec<PathBuf> {
+    let mut list: Vec<PathBuf> = named(variable).into_iter().map(|(_, folder)| folder).collect();
+    let beside = here.program.as_deref().and_then(Path::parent);
+    list.extend(beside.map(Path::to_path_buf));
+    list.extend(beside.and_then(Path::parent).map(|above| above.join("share/codrive")));
+    list.extend(user_by(variable));
+    let system = set(variable, "XDG_DATA_DIRS").unwrap_or_else(|| "/usr/local/share:/usr/share".into());
+    list.extend(env::split_paths(&system).filter(|folder| folder.is_absolute()).map(|folder| folder.join("codrive")));
+    list.extend(
+        [&here.program, &here.folder].into_iter().flatten().flat_map(|start| start.ancestors()).map(Path::to_path_buf),
+    );
+    list
+}
+
+/// The folder of the person's own data; `None` without a home.
+pub fn user() -> Option<PathBuf> {
+    user_by(&|name| env::var_os(name))
+}
+
+fn user_by(variable: Variable<'_>) -> Option<PathBuf> {
+    let data = set(variable, "XDG_DATA_HOME").or_else(|| set(variable, "APPDATA"));
+    Some(data.or_else(|| Some(set(variable, "HOME")?.join(".local/share")))?.join("codrive"))
+}
+
+/// The embedded files in the user's cache, else in the folder for temporary files; written once a version.
+fn unpacked(variable: Variable<'_>) -> Result<PathBuf, String> {
+    let name = format!("data-{}", hash());
+    let cache = set(variable, "XDG_CACHE_HOME").or_else(|| Some(set(variable, "HOME")?.join(".cache")));
+    let places: Vec<PathBuf> = cache.into_iter().map(|cache| cache.join("codrive")).chain([temporary()]).collect();
+    let mut faults = Vec::new();
+    for place in &places {
+        match private_folder(place).and_then(|()| unpack(&place.join(&name))) {
+            Ok(folder) => return Ok(folder),
+            Err(error) => faults.push(format!("{}: {error}", place.display())),
+        }
+    }
+    Err(format!(
+        "the program's maps and policies are nowhere on this machine, and its own copy cannot be written:\n  {}\n  remedy: \
+         --data DIR names the folder with maps and assets, or TMPDIR one that can be written to",
+        faults.join("\n  ")
+    ))
+}
+
+/// A folder of this user among the temporary files.
+fn temporary() -> PathBuf {
+    #[cfg(unix)]
+    let user = {
+        use std::os::unix::fs::MetadataExt;
+        fs::metadata("/proc/self").map_or(0, |own| own.uid())
+    };
+    #[cfg(not(unix))]
+    let user = 0;
+    env::temp_dir().join(format!("codrive-{user}"))
+}
+
+/// Makes the folder for the user alone. One that others could have made, or can write to, is not trusted.
+fn private_folder(folder: &Path) -> io::Result<()> {
+    private::folder(folder)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let there = fs::symlink_metadata(folder)?;
+        let is_own = fs::metadata("/proc/self").is_ok_and(|own| own.uid() == there.uid());
+        if !there.is_dir() || !is_own || there.mode() & 0o022 != 0 {
+            return Err(io::Error::new(io::ErrorKind::PermissionDenied, "others can write to it"));
+        }
+    }
+    Ok(())
+}
+
+/// What tells one version's files from another's.
+fn hash() -> String {
+    let mut hash = Sha256::new();
+    for (name, bytes) in EMBEDDED {
+        hash.update(name.as_bytes());
+        hash.update(bytes);
+    }
+    hash.finalize()[..6].iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Writes the files beside `folder` and moves them there whole, unless they are there and unchanged.
+fn unpack(folder: &Path) -> io::Result<PathBuf> {
+    let is_there = EMBEDDED.iter().all(|(name, bytes)| fs::read(folder.join(name)).is_ok_and(|there| there == *bytes));
+    if is_there {
+        return Ok(folder.into());
+    }
+    let unfinished = folder.with_extension(format!("{}.unfinished", std::process::id()));
+    let _ = fs::remove_dir_all(&unfinished);
+    for (name, bytes) in EMBEDDED {
+        let file = unfinished.join(name);
+        private::folder(file.parent().unwrap_or(&unfinished))?;
+        fs::write(file, bytes)?;
+    }
+    let _ = fs::remove_dir_all(folder);
+    let moved = fs::rename(&unfinished, folder);
+    // Another program may have been sooner.
+    if moved.is_err() && !holds_data(folder) {
+        let _ = fs::remove_dir_all(&unfinished);
+        moved?;
+    }
+    let _ = fs::remove_dir_all(&unfinished);
+    Ok(folder.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(set: &[(&str, &str)], program: &str, folder: &str) -> Vec<String> {
+        let variable = |name: &str| set.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value));
+        let here = Here { program: Some(program.into()), folder: Some(folder.into()) };
+        candidates(&variable, &here).into_iter().map(|place| place.to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn places_are_looked_through_in_their_order() {
+        let set =
+            [("CODRIVE_DATA", "/lab/data"), ("HOME", "/home/ada"), ("XDG_DATA_DIRS", "/opt/share:relative:/usr/share")];
+        let list = places(&set, "/opt/codrive/bin/codrive", "/home/ada/work");
+        let first = [
+            "/lab/data",
+            "/opt/codrive/bin",
+            "/opt/codrive/share/codrive",
+            "/home/ada/.local/share/codrive",
+            "/opt/share/codrive",
+            "/usr/share/codrive",
+            "/opt/codrive/bin/codrive",
+            "/opt/codrive/bin",
+        ];
+        assert_eq!(list[..first.len()], first);
+        assert!(list.contains(&"/home/ada/work".into()) && list.last().is_some_and(|last| last == "/"));
+        // A home of its own for data; empty variables say nothing.
+        let set = [("XDG_DATA_HOME", "/data"), ("HOME", "/home/ada"), ("CODRIVE_DATA", ""), ("XDG_DATA_DIRS", "")];
+        assert_eq!(places(&set, "/b/codrive", "/")[..3], ["/b", "/share/codrive", "/data/codrive"]);
+        assert!(places(&[], "/b/codrive", "/").iter().all(|place| !place.contains(".local")));
+        assert_eq!(places(&[("CODRIVE_ROOT", "/old")], "/b/codrive", "/")[0], "/old");
+    }
+
+    #[test]
+    fn what_is_embedded_is_what_is_shipped_and_is_written_whole_once() {
+        let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+        for (name, bytes) in EMBEDDED {
+            assert_eq!(fs::read(project.join(name)).unwrap(), *bytes, "{name}");
+        }
+        let names: Vec<&str> = EMBEDDED.iter().map(|(name, _)| *name).collect();
+        for name in [
+            SIGN,
+            "maps/ring-641/map.toml",
+            "maps/practice/net.xml",
+            "assets/policies/ring-250-speed/policy.toml",
+            "assets/questionnaires/ssq.json",
+            "assets/studies/congestion.toml",
+        ] {
+            assert!(names.contains(&name), "{name} is not among {names:?}");
+        }
+        let cache = tempfile::tempdir().unwrap();
+        let home = cache.path().as_os_str().to_owned();
+        let variable = |name: &str| (name == "XDG_CACHE_HOME").then(|| home.clone());
+        let folder = unpacked(&variable).unwrap();
+        assert!(folder.starts_with(cache.path()) && holds_data(&folder));
+        let written = fs::metadata(folder.join(SIGN)).unwrap().modified().unwrap();
+        assert_eq!(unpacked(&variable).unwrap(), folder);
+        assert_eq!(fs::metadata(folder.join(SIGN)).unwrap().modified().unwrap(), written, "not written again");
+        // What somebody has changed is put right.
+        fs::write(folder.join(SIGN), "<net/>").unwrap();
+        assert_eq!(unpacked(&variable).unwrap(), folder);
+        assert!(fs::read(folder.join(SIGN)).unwrap().len() > 1000);
+        assert_eq!(fs::read_dir(folder.parent().unwrap()).unwrap().count(), 1, "nothing is left beside it");
+    }
+
+    #[test]
+    fn a_folder_that_holds_no_data_is_refused_with_what_is_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let why = give(folder.path()).unwrap_err();
+        assert!(
+            why.contains("named by --data, does not hold maps/ring-250/net.xml") && why.contains("remedy"),
+            "{why}"
+        );
+    }
+}

@@ -1,0 +1,178 @@
+//! The program away from its checkout: alone in a folder with spaces and umlauts, called from elsewhere, by another user without
+//! a home, from a folder that nobody may write to.
+
+use std::{
+    fs,
+    os::unix::fs::{MetadataExt, PermissionsExt},
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+/// A copy of the program at `bin/codrive` below a folder of its own, with nothing of the project around it.
+struct Elsewhere {
+    folder: tempfile::TempDir,
+}
+
+impl Elsewhere {
+    fn new() -> Self {
+        let folder = tempfile::Builder::new().prefix("Über Räder und Straßen ").tempdir().unwrap();
+        for name in ["bin", "home", "work", "tmp"] {
+            fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        let program = folder.path().join("bin/codrive");
+        let built = env!("CARGO_BIN_EXE_codrive");
+        fs::hard_link(built, &program).or_else(|_| fs::copy(built, &program).map(drop)).unwrap();
+        Self { folder }
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// The program, called from `work`, with a home and a folder for temporary files, and nothing else in its environment.
+    fn command(&self) -> Command {
+        self.program(Command::new(self.at("bin/codrive")))
+    }
+
+    fn program(&self, mut command: Command) -> Command {
+        command.env_clear().env("HOME", self.at("home")).env("TMPDIR", self.at("tmp")).current_dir(self.at("work"));
+        command
+    }
+
+    /// Somebody else, if the tests run as root: rights mean nothing to root. Otherwise this user.
+    fn stranger(&self) -> Command {
+        if fs::metadata("/proc/self").unwrap().uid() != 0 {
+            return self.command();
+        }
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid", "65534", "--regid", "65534", "--clear-groups"]).arg(self.at("bin/codrive"));
+        self.program(command)
+    }
+}
+
+fn run(command: &mut Command) -> Output {
+    command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"))
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+fn maps(list: &str) -> Vec<&str> {
+    list.lines().filter_map(|line| line.split_whitespace().next()).collect()
+}
+
+const DRIVE: [&str; 5] = ["run", "--traffic", "native", "--duration", "2"];
+
+#[test]
+fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
+    let elsewhere = Elsewhere::new();
+    let listed = run(elsewhere.command().args(["map", "list"]));
+    assert!(listed.status.success(), "{}", said(&listed));
+    assert_eq!(maps(&said(&listed)), ["practice", "ring-250", "ring-641"]);
+    let out = elsewhere.at("work/über alles");
+    let drove = run(elsewhere.command().args(DRIVE).arg("--out").arg(&out));
+    assert!(drove.status.success() && said(&drove).contains("policy ring-250-speed (auto"), "{}", said(&drove));
+    let again = run(elsewhere.command().arg("replay").arg(&out));
+    assert!(again.status.success() && said(&again).contains("the same to the bit"), "{}", said(&again));
+    let study = elsewhere.at("study.toml");
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/studies/congestion.toml"), &study).unwrap();
+    let checked = run(elsewhere.command().arg("study").arg(&study).arg("--check"));
+    assert!(checked.status.success(), "questionnaires are in the program, too: {}", said(&checked));
+}
+
+#[test]
+fn own_maps_are_kept_in_the_home_and_known_by_name_and_without_a_home_the_remedy_is_said() {
+    let elsewhere = Elsewhere::new();
+    let made = run(elsewhere.command().args(["map", "ring", "--circumference", "300"]));
+    assert!(made.status.success() && said(&made).contains("codrive --map ring-300"), "{}", said(&made));
+    assert!(elsewhere.at("home/.local/share/codrive/maps/ring-300/net.xml").is_file());
+    let listed = run(elsewhere.command().args(["map", "list"]));
+    assert_eq!(maps(&said(&listed)), ["practice", "ring-250", "ring-300", "ring-641"]);
+    let drove = run(elsewhere.command().args(DRIVE).args(["--map", "ring-300", "--policy", "pi"]));
+    assert!(drove.status.success() && said(&drove).contains("22 cars on ring-300"), "{}", said(&drove));
+    let refused = run(elsewhere.command().env_remove("HOME").args(["map", "ring", "--circumference", "300"]));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        said(&refused).contains("there is no home folder") && said(&refused).contains("--out DIR"),
+        "{}",
+        said(&refused)
+    );
+}
+
+#[test]
+fn another_user_without_a_home_drives_and_leaves_one_folder_among_the_temporary_files() {
+    let elsewhere = Elsewhere::new();
+    for name in ["", "bin", "tmp", "work"] {
+        fs::set_permissions(elsewhere.at(name), fs::Permissions::from_mode(0o777)).unwrap();
+    }
+    for _ in 0..2 {
+        let drove = run(elsewhere.stranger().env_remove("HOME").args(DRIVE));
+        assert!(drove.status.success(), "{}", said(&drove));
+    }
+    let left: Vec<PathBuf> = fs::read_dir(elsewhere.at("tmp")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let [own] = &left[..] else { panic!("{left:?}") };
+    assert!(own.file_name().unwrap().to_string_lossy().starts_with("codrive-"), "{own:?}");
+    assert_eq!(fs::metadata(own).unwrap().mode() & 0o077, 0, "others neither see nor change it");
+    // What others can write to is not believed.
+    fs::set_permissions(own, fs::Permissions::from_mode(0o777)).unwrap();
+    let refused = run(elsewhere.stranger().env_remove("HOME").args(DRIVE));
+    assert!(
+        refused.status.code() == Some(2) && said(&refused).contains("others can write to it"),
+        "{}",
+        said(&refused)
+    );
+}
+
+#[test]
+fn an_installed_program_reads_its_share_which_nobody_may_write_to() {
+    let elsewhere = Elsewhere::new();
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let share = elsewhere.at("share/codrive");
+    for name in ["maps/ring-250/net.xml", "maps/ring-250/map.toml", "assets/policies/ring-250-speed/policy.toml"] {
+        let file = share.join(name);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::copy(project.join(name), &file).unwrap();
+    }
+    let text = fs::read_to_string(share.join("maps/ring-250/map.toml")).unwrap();
+    fs::write(share.join("maps/ring-250/map.toml"), text.replacen("title = \"", "title = \"Installed: ", 1)).unwrap();
+    for name in ["share", "share/codrive", "share/codrive/maps", "share/codrive/maps/ring-250", "bin", ""] {
+        fs::set_permissions(elsewhere.at(name), fs::Permissions::from_mode(0o555)).unwrap();
+    }
+    for name in ["home", "tmp", "work"] {
+        fs::set_permissions(elsewhere.at(name), fs::Permissions::from_mode(0o777)).unwrap();
+    }
+    let listed = run(elsewhere.stranger().args(["map", "list"]));
+    assert!(said(&listed).contains("Installed: "), "{}", said(&listed));
+    let drove = run(elsewhere.stranger().args(DRIVE));
+    assert!(drove.status.success(), "{}", said(&drove));
+    assert!(!elsewhere.at("home/.cache").exists(), "nothing had to be unpacked");
+    fs::set_permissions(elsewhere.at(""), fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
+    let elsewhere = Elsewhere::new();
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let named = elsewhere.at("named");
+    fs::create_dir_all(named.join("maps/ring-250")).unwrap();
+    fs::copy(project.join("maps/ring-250/net.xml"), named.join("maps/ring-250/net.xml")).unwrap();
+    for how in [&["--data", "named"][..], &["map", "list", "--data", "named"]] {
+        let mut command = elsewhere.command();
+        command.current_dir(elsewhere.at("")).args(how);
+        let listed = run(if how.len() == 2 { command.args(["map", "list"]) } else { &mut command });
+        assert_eq!(maps(&said(&listed)), ["ring-250"], "{how:?}");
+    }
+    let by_environment = run(elsewhere.command().env("CODRIVE_DATA", &named).args(["map", "list"]));
+    assert_eq!(maps(&said(&by_environment)), ["ring-250"]);
+    let wrong = elsewhere.at("work");
+    let refused = run(elsewhere.command().arg("map").arg("list").arg("--data").arg(&wrong));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        said(&refused).contains("work, named by --data, does not hold maps/ring-250/net.xml"),
+        "{}",
+        said(&refused)
+    );
+    let refused = run(elsewhere.command().env("CODRIVE_DATA", &wrong).args(DRIVE));
+    assert!(refused.status.code() == Some(2) && said(&refused).contains("named by CODRIVE_DATA"), "{}", said(&refused));
+}
