@@ -137,7 +137,7 @@ fn doors() -> Skin {
             let x = REAR_M + (CABIN_FRONT_M + 0.28 - REAR_M) * i as f32 / PARTS as f32;
             let at = shape::at(lines, x);
             // Higher beside the wing's rear end, of which a driver would see a splinter.
-            let z = at.belt_z + 0.016 * shape::smooth((x - 0.80) / 0.15) * shape::smooth((1.38 - x) / 0.12);
+            let z = at.belt_z + 0.026 * shape::smooth((x - 0.78) / 0.15) * shape::smooth((1.38 - x) / 0.12);
             let (inwards, z) = [(0.010, z - 0.002), (0.060, z - 0.010), (0.110, 0.55)][row];
             Vec3::new(x, side * (at.belt_y - inwards), z)
         };
