@@ -5,7 +5,7 @@ use codrive::{
     render::{
         Gpu, OFFSCREEN,
         dial::{DialPass, DialPlace, layout},
-        ui_pass::{Overlay, UiPass},
+        post::ui_pass::{Overlay, UiPass},
     },
     units::SpeedUnit,
 };

@@ -6,8 +6,8 @@
 mod place;
 
 use codrive::{
-    render::{OFFSCREEN, Quality, Renderer, sky::Sky},
-    scene::{Camera, CarModel, Lens, Mesh, Stage, Vertex, View, ViewKind, ViewOptions},
+    render::{OFFSCREEN, Quality, Renderer, sky::atmosphere::Sky},
+    scene::{Camera, CarModel, Lens, Mesh, StaticScene, Vertex, View, ViewKind, ViewOptions},
 };
 use glam::{Quat, Vec3};
 use image::RgbaImage;
@@ -144,7 +144,7 @@ fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
         card(&mut cards, Vec3::Z * 1.2 + body_from_world * to_sun * (height / to_sun.z), 1.5, GREY);
         let levels = [cards.clone(), cards.clone(), cards.clone()];
         let model = CarModel { levels, glass: Default::default(), plan: cards.clone(), shade: cards };
-        let stage = Stage { cars: vec![model; stage(false).cars.len()], ..stage(false).clone() };
+        let stage = StaticScene { cars: vec![model; stage(false).cars.len()], ..stage(false).clone() };
         let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Birdseye, &options);
         let middle = pose.position.as_vec2().extend(1.2);
         from_above(&mut view, middle);

@@ -10,7 +10,7 @@
 //! * [`traces`]: what a figure of one drive can show.
 //! * [`glossary`]: what each column of the tables is, in words.
 //! * [`setup`], [`methods`]: what the drives have in common, and the paragraphs that say how they were made.
-//! * [`tables`], [`figures`], [`report`]: what is written; [`page`] counts figures and tables and has the page's style.
+//! * [`tables`], [`figures`], [`report`]: what is written; `page` counts figures and tables and has the page's style.
 
 pub mod collect;
 pub mod figures;

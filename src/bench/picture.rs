@@ -6,7 +6,7 @@ use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     hud::Speedometer,
     render::{Gpu, OFFSCREEN, Renderer, canvas, quality_for},
-    scene::{self, Stage, ViewKind, view_options},
+    scene::{self, StaticScene, ViewKind, view_options},
     sim::{QualityLevel, Scenario},
 };
 use serde::Serialize;
@@ -68,7 +68,7 @@ pub struct Drive {
 pub struct DrawnDrive {
     gpu: Gpu,
     run: OfflineDrive,
-    stage: Stage,
+    stage: StaticScene,
     renderer: Renderer,
     instruments: Speedometer,
     /// What is drawn onto, and its size.
@@ -134,7 +134,7 @@ pub fn startup(scenario: &Scenario) -> Result<(Startup, DrawnDrive), RunError> {
     laps.push(now());
     let gpu = Gpu::headless()?;
     laps.push(now());
-    let stage = Stage::with_trees(run.world().map(), scenario.seed, scenario.trees as usize);
+    let stage = StaticScene::with_trees(run.world().map(), scenario.seed, scenario.trees as usize);
     laps.push(now());
     let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.quality, &gpu));
     laps.push(now());

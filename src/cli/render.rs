@@ -6,7 +6,7 @@ use crate::{
     hud::Speedometer,
     private,
     render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
-    scene::{self, Stage, ViewKind, view_options},
+    scene::{self, StaticScene, ViewKind, view_options},
     sim::QualityLevel,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -98,7 +98,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
     run.until(at_s)?;
     let world = run.world();
-    let stage = Stage::with_trees(world.map(), scenario.seed, scenario.trees as usize);
+    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.trees as usize);
     let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.quality, &gpu));
     let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(&scenario), &stage);
     if kind.has_dial() {

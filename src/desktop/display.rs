@@ -13,7 +13,7 @@ use crate::{
     record::manifest::Screen,
     render::{
         Gpu,
-        ui_pass::{Overlay, UiPass},
+        post::ui_pass::{Overlay, UiPass},
     },
     sim::Scenario,
 };

@@ -1,4 +1,4 @@
-//! The driver's window. In: a [`Stage`] once, a [`View`] a frame, what egui draws over it. Out: frames on the screen, and
+//! The driver's window. In: a [`StaticScene`] once, a [`View`] a frame, what egui draws over it. Out: frames on the screen, and
 //! a small copy of them for the experimenter.
 //!
 //! The overlay is the window's own: its context stays the same when another stage goes to the GPU, and it can be drawn
@@ -16,11 +16,13 @@ use crate::{
     record::manifest::Screen,
     render::{
         Gpu, PassTimes, Renderer,
-        preview::PreviewPass,
+        post::{
+            preview::PreviewPass,
+            ui_pass::{Overlay, UiPass},
+        },
         renderer_that_keeps_up,
-        ui_pass::{Overlay, UiPass},
     },
-    scene::{Stage, View},
+    scene::{StaticScene, View},
     sim::QualityLevel,
 };
 use egui::{Context, FullOutput, Ui};
@@ -100,7 +102,7 @@ impl DriverWindow {
     ///
     /// # Errors
     /// The device is lost.
-    pub fn stage(&mut self, stage: &Stage, view: &View, level: QualityLevel) -> Result<(), RunError> {
+    pub fn stage(&mut self, stage: &StaticScene, view: &View, level: QualityLevel) -> Result<(), RunError> {
         let (format, size) = (self.surface.format(), self.surface.size());
         self.renderer = Some(renderer_that_keeps_up(&self.gpu, stage, format, level, view, size)?);
         Ok(())

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     drive_loop::RunError,
     panel::theme,
-    render::{Gpu, GpuError, ui_pass::UiPass},
+    render::{Gpu, GpuError, post::ui_pass::UiPass},
 };
 use egui::{Context, TextureId, Ui};
 use std::{

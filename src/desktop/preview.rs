@@ -2,7 +2,7 @@
 //! canvas instead of the screen, copied from there to the screen, and made small beside it. In: frames. Out: a texture.
 //! The copy stays on the device; the driver sees the same frame at the same time.
 
-use crate::render::{Gpu, preview::PreviewPass};
+use crate::render::{Gpu, post::preview::PreviewPass};
 use std::time::{Duration, Instant};
 
 /// Time between two previews, on a graphics card and where the processor draws.

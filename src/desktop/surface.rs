@@ -1,7 +1,7 @@
 //! A window's surface. In: its size. Out: a texture a frame to draw into. One frame of latency at most, no sRGB format
 //! (the tone map writes sRGB values itself).
 
-use crate::render::gpu::Gpu;
+use crate::render::device::gpu::Gpu;
 use wgpu::CurrentSurfaceTexture as Current;
 
 /// Pictures that may wait for the screen.

@@ -4,7 +4,7 @@ use super::{Grade, Line, Monitor, Options};
 use crate::{
     input::Stamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
-    scene::{self, Stage, ViewKind, ViewOptions},
+    scene::{self, StaticScene, ViewKind, ViewOptions},
     sim::{QualityLevel, Scenario, World},
 };
 
@@ -86,7 +86,7 @@ fn monitor(monitor: &Monitor) -> Line {
 /// Times of pictures of the driver's view, milliseconds, shortest first.
 fn frames(gpu: &Gpu, world: &World, options: &Options) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
-    let stage = Stage::with_trees(world.map(), scenario.seed, scenario.trees as usize);
+    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.trees as usize);
     let quality = match scenario.quality {
         QualityLevel::Auto | QualityLevel::Low if gpu.is_software() => Quality::LOW,
         QualityLevel::Low => Quality::LOW,

@@ -4,14 +4,14 @@ use super::flash_patch::FlashTrigger;
 use crate::{
     ego::Controls,
     hud::Speedometer,
-    scene::{self, Stage, View, ViewKind, ViewOptions, view_options},
+    scene::{self, StaticScene, View, ViewKind, ViewOptions, view_options},
     sim::{Snapshot, World},
 };
 
 /// What is to be seen of a drive, as data.
 pub struct DrivePicture {
     /// What stands still: road, land, trees, models.
-    pub stage: Stage,
+    pub stage: StaticScene,
     /// Which view is on the screen.
     pub kind: ViewKind,
     options: ViewOptions,
@@ -23,7 +23,7 @@ pub struct DrivePicture {
 
 impl DrivePicture {
     /// That of a drive, from the driver's seat.
-    pub(super) fn new(world: &World, stage: Stage) -> Self {
+    pub(super) fn new(world: &World, stage: StaticScene) -> Self {
         let scenario = world.scenario();
         Self {
             stage,
@@ -36,7 +36,7 @@ impl DrivePicture {
     }
 
     /// Another drive is seen from the same view; without a stage of its own, on the same one.
-    pub(super) fn restart(&mut self, world: &World, stage: Option<Stage>) {
+    pub(super) fn restart(&mut self, world: &World, stage: Option<StaticScene>) {
         let scenario = world.scenario();
         self.options = view_options(scenario);
         self.speedometer = Speedometer::new(world);

@@ -35,7 +35,7 @@ use crate::{
     input::{Action, Devices, Stamp},
     record::{WriterStatus, inputs, manifest::Screen, tables::FrameRow},
     render::Gpu,
-    scene::{Stage, View},
+    scene::{StaticScene, View},
     sim::{Scenario, Summary, SummaryAccumulator, World},
     study::Code,
     time::{Due, Pace},
@@ -87,7 +87,7 @@ impl LiveDrive {
         Ok(Self::with(drive, stage, devices))
     }
 
-    fn with(drive: Drive, stage: Stage, devices: Devices) -> Self {
+    fn with(drive: Drive, stage: StaticScene, devices: Devices) -> Self {
         let scenario = drive.world.scenario();
         let sound = Sound::new(scenario);
         Self {

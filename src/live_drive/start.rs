@@ -4,7 +4,7 @@
 
 use crate::{
     drive_loop::{Drive, RunError},
-    scene::Stage,
+    scene::StaticScene,
     sim::{Scenario, World},
     time::Pace,
     traffic::Interruption,
@@ -20,7 +20,7 @@ pub struct ReadyDrive {
     /// World and clock, which stands.
     pub drive: Drive,
     /// What stands still, unless the one before is kept.
-    pub stage: Option<Stage>,
+    pub stage: Option<StaticScene>,
 }
 
 /// A drive that is being begun on a thread of its own. Dropped before it is there, it ends within a tenth of a second where
@@ -85,7 +85,7 @@ fn start(scenario: &Scenario, with_stage: bool) -> Result<ReadyDrive, RunError> 
 }
 
 /// What stands still in a world.
-pub fn stage(world: &World) -> Stage {
+pub fn stage(world: &World) -> StaticScene {
     let scenario = world.scenario();
-    Stage::with_trees(world.map(), scenario.seed, scenario.trees as usize)
+    StaticScene::with_trees(world.map(), scenario.seed, scenario.trees as usize)
 }

@@ -4,7 +4,7 @@
 
 use super::{Gpu, GpuError, Quality, Renderer, canvas};
 use crate::{
-    scene::{Stage, View},
+    scene::{StaticScene, View},
     sim::QualityLevel,
 };
 use std::time::{Duration, Instant};
@@ -50,7 +50,7 @@ fn instead(level: QualityLevel, took: Duration) -> Option<QualityLevel> {
 /// The device is lost.
 pub fn renderer_that_keeps_up(
     gpu: &Gpu,
-    stage: &Stage,
+    stage: &StaticScene,
     format: wgpu::TextureFormat,
     asked: QualityLevel,
     view: &View,

@@ -1,61 +1,48 @@
-//! The picture on the GPU. In: a [`Stage`] once, a [`View`] each frame. Out: pixels in a window's surface or in a
+//! The picture on the GPU. In: a [`StaticScene`] once, a [`View`] each frame. Out: pixels in a window's surface or in a
 //! texture, by the same code.
 //!
-//! Five fixed passes, one file each: [`shadow`], [`picture`] (main camera, then mirrors), [`develop`] (with [`glow`]), the dial, and the
+//! Five fixed passes: [`shadow`], [`scene_pass`] (main camera, then mirrors), [`post::tonemap`] (with [`post::bloom`]), the
+//! [`dial`], and the
 //! experimenter's panel. [`Renderer::draw`] is the whole recipe. Nothing is made while driving: buffers grow only when
 //! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
 
-pub mod air;
 mod auto_quality;
-mod clouds;
-pub mod cost;
-pub mod crowd;
-pub mod detail;
-pub mod develop;
+pub mod device;
 pub mod dial;
-pub mod glow;
-pub mod gpu;
-pub mod grain;
-pub mod impostor;
-pub mod layout;
-pub mod leaves;
-pub mod lens;
+pub mod instances;
+pub mod level_of_detail;
 pub mod models;
 pub mod offscreen;
-mod painted;
-pub mod picture;
-pub mod pipeline;
-pub mod preview;
+pub mod post;
 pub mod quality;
-pub mod scenery;
-pub mod shader;
+pub mod scene_pass;
 pub mod shadow;
 pub mod sky;
-mod targets;
-pub mod timing;
-pub mod ui_pass;
+pub mod static_meshes;
+pub mod textures;
+pub mod view_projection;
 
 pub use auto_quality::{quality_for, renderer_that_keeps_up};
-pub use cost::FrameCost;
-pub use gpu::{Gpu, GpuError};
+pub use device::cost::FrameCost;
+pub use device::gpu::{Gpu, GpuError};
+pub use device::timing::PassTimes;
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
-pub use timing::PassTimes;
 
-use crate::scene::{Camera, Pane, Stage, View, ViewKind};
-use air::AirPass;
-use develop::{DevelopPass, DevelopPipeline, Framed, Glass, Lies, mirror_rect};
+use crate::scene::{Camera, Pane, StaticScene, View, ViewKind};
+use device::pipeline::PipelineBuilder;
+use device::shader::Sources;
+use device::timing::{self, Pass, Timing};
 use dial::DialPass;
-use glow::{GlowPass, GlowPipelines};
-use lens::Optics;
-use picture::{Bindings, Ego, Materials, PicturePass};
-use pipeline::Workshop;
-use scenery::Scenery;
-use shader::Sources;
+use post::bloom::{BloomPass, BloomPipelines};
+use post::tonemap::{self, Framed, Glass, Lies, ToneMapPass, ToneMapPipeline, mirror_rect};
+use post::ui_pass::{Overlay, UiPass};
+use scene_pass::{Bindings, Ego, Materials, ScenePass};
 use shadow::{ShadowPass, ShadowPipeline};
+use sky::sky_pass::SkyPass;
+use static_meshes::StaticMeshes;
 use std::path::Path;
-use timing::{Pass, Timing};
-use ui_pass::{Overlay, UiPass};
+use view_projection::ViewFrustum;
 
 /// Directory of the shaders, from where the program is started, for [`Renderer::reload_shaders`].
 const SHADERS: &str = "shaders";
@@ -63,18 +50,18 @@ const SHADERS: &str = "shaders";
 /// Draws views of one stage.
 #[derive(Debug)]
 pub struct Renderer {
-    scenery: Scenery,
+    meshes: StaticMeshes,
     quality: Quality,
     bindings: Bindings,
     pipelines: Pipelines,
-    air: AirPass,
+    air: SkyPass,
     shadow: ShadowPass,
-    main: PicturePass,
+    main: ScenePass,
     /// The rear-view mirror; the left and the right one as soon as a picture has them.
-    mirror: PicturePass,
-    sides: Option<[PicturePass; 2]>,
-    glow: GlowPass,
-    develop: DevelopPass,
+    mirror: ScenePass,
+    sides: Option<[ScenePass; 2]>,
+    glow: BloomPass,
+    develop: ToneMapPass,
     dial: DialPass,
     panel: UiPass,
     timing: Option<Timing>,
@@ -94,37 +81,37 @@ pub struct Panel<'a> {
 struct Pipelines {
     shadow: ShadowPipeline,
     materials: Materials,
-    glow: GlowPipelines,
-    develop: DevelopPipeline,
+    glow: BloomPipelines,
+    develop: ToneMapPipeline,
 }
 
 impl Renderer {
     /// A renderer of `stage` onto targets of `format`: a `Unorm` format that is not sRGB (`Bgra8Unorm` of a surface,
     /// [`OFFSCREEN`]), because the shader encodes.
-    pub fn new(gpu: &Gpu, stage: &Stage, format: wgpu::TextureFormat, quality: Quality) -> Self {
+    pub fn new(gpu: &Gpu, stage: &StaticScene, format: wgpu::TextureFormat, quality: Quality) -> Self {
         // Mesa's software sampler takes minutes for one anisotropic picture of a long road.
         let quality = if gpu.is_software() { Quality { anisotropy: 1, ..quality } } else { quality };
         let device = &gpu.device;
-        let scenery = Scenery::new(gpu, stage);
+        let meshes = StaticMeshes::new(gpu, stage);
         let bindings = Bindings::new(device, &quality);
-        let shadow = ShadowPass::new(device, &scenery, &quality);
+        let shadow = ShadowPass::new(device, &meshes, &quality);
         // A quarter as fine as the shadows: 256 to 768 texels, painted in a fraction of a second.
-        let air = AirPass::new(device, quality.shadow_size / 4);
-        let main = PicturePass::new("main", &scenery, &bindings, shadow.maps(), &air, &quality);
-        let mirror = PicturePass::new("mirror", &scenery, &bindings, shadow.maps(), &air, &quality);
-        let mut develop = DevelopPass::new(device, format);
-        let mut glow = GlowPass::new(device);
+        let air = SkyPass::new(device, quality.shadow_size / 4);
+        let main = ScenePass::new("main", &meshes, &bindings, shadow.maps(), &air, &quality);
+        let mirror = ScenePass::new("mirror", &meshes, &bindings, shadow.maps(), &air, &quality);
+        let mut develop = ToneMapPass::new(device, format);
+        let mut glow = BloomPass::new(device);
         glow.fit(device, main.light(), [1, 1]);
         develop.fit(device, main.light(), [mirror.light(); 3], glow.halo(), [1, 1], quality.msaa == 1);
-        let workshop = Workshop { device, sources: &Sources::built_in() };
-        let pipelines = Pipelines::new(&workshop, &bindings, &shadow, &glow, &develop, &quality)
+        let builder = PipelineBuilder { device, sources: &Sources::built_in() };
+        let pipelines = Pipelines::new(&builder, &bindings, &shadow, &glow, &develop, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
         let timing = Timing::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
         let cost = FrameCost::default();
         Self {
-            scenery,
+            meshes,
             quality,
             bindings,
             pipelines,
@@ -144,8 +131,8 @@ impl Renderer {
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { scenery, air, shadow, main, mirror, sides, glow, develop, dial, pipelines, timing, .. } = self;
-        let (device, queue) = (&scenery.device, &scenery.queue);
+        let Self { meshes, air, shadow, main, mirror, sides, glow, develop, dial, pipelines, timing, .. } = self;
+        let (device, queue) = (&meshes.device, &meshes.queue);
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let mut inset = [scale(mirror_size[2]), scale(mirror_size[3])];
@@ -160,7 +147,7 @@ impl Renderer {
             inset = pane_px(rear);
             sides.get_or_insert_with(|| {
                 ["left mirror", "right mirror"]
-                    .map(|label| PicturePass::new(label, scenery, &self.bindings, shadow.maps(), air, &self.quality))
+                    .map(|label| ScenePass::new(label, meshes, &self.bindings, shadow.maps(), air, &self.quality))
             });
         }
         let mut stale = main.fit(device, drawn) | mirror.fit(device, inset);
@@ -170,7 +157,7 @@ impl Renderer {
         if stale {
             glow.fit(device, main.light(), drawn);
             let [left, right] =
-                sides.as_ref().map_or([mirror.light(); 2], |sides| sides.each_ref().map(PicturePass::light));
+                sides.as_ref().map_or([mirror.light(); 2], |sides| sides.each_ref().map(ScenePass::light));
             let mirrors = [mirror.light(), left, right];
             develop.fit(device, main.light(), mirrors, glow.halo(), drawn, smooth && drawn == size);
         }
@@ -179,7 +166,7 @@ impl Renderer {
         let aspect = |[width, height]: [u32; 2]| width as f32 / height.max(1) as f32;
         let glass = |camera: &Camera, size| Glass::new(camera, view.mirror_bend, aspect(size));
         let whole = alone.then(|| glass(camera, size));
-        let optics = Optics::new(&whole.map_or(*camera, |whole| whole.behind(camera)), size);
+        let optics = ViewFrustum::new(&whole.map_or(*camera, |whole| whole.behind(camera)), size);
         let back = view.mirror.as_ref().filter(|_| !alone);
         let framed = back.map(|camera| glass(camera, inset));
         let from_outside = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
@@ -193,14 +180,14 @@ impl Renderer {
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let mut cost = FrameCost::default();
         let lights;
-        (lights, cost.shadow) = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, scenery, view, &optics);
-        let hidden = back.filter(|_| panes.is_none()).and_then(|_| develop::hidden_by_mirror(size, drawn));
-        cost.main = main.draw(e, stamps(Pass::Main), materials, scenery, view, &optics, &lights, ego, hidden);
+        (lights, cost.shadow) = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, meshes, view, &optics);
+        let hidden = back.filter(|_| panes.is_none()).and_then(|_| tonemap::hidden_by_mirror(size, drawn));
+        cost.main = main.draw(e, stamps(Pass::Main), materials, meshes, view, &optics, &lights, ego, hidden);
         if let (Some(camera), Some(glass)) = (back, framed) {
-            let optics = Optics::new(&glass.behind(camera), inset);
+            let optics = ViewFrustum::new(&glass.behind(camera), inset);
             let whole = stamps(Pass::Mirror);
             let stamps = if panes.is_some() { whole.as_ref().map(timing::begin_only) } else { whole };
-            cost.mirror = mirror.draw(e, stamps, materials, scenery, view, &optics, &lights, Ego::Nowhere, None);
+            cost.mirror = mirror.draw(e, stamps, materials, meshes, view, &optics, &lights, Ego::Nowhere, None);
         }
         let mut framed = [framed.map(|glass| Framed { glass, lies: Lies::Inset }), None, None];
         if let Some(panes) = &panes {
@@ -211,11 +198,11 @@ impl Renderer {
             });
             for ((side, pane), framed) in sides.iter_mut().flatten().zip(&panes[1..]).zip(framed[1..].iter().flatten())
             {
-                let optics = Optics::new(&framed.glass.behind(&pane.camera), pane_px(pane));
+                let optics = ViewFrustum::new(&framed.glass.behind(&pane.camera), pane_px(pane));
                 // The right one is the last of the mirrors; the own flank is at the edge of both.
                 let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(Pass::Mirror)).flatten();
                 let stamps = last.as_ref().map(timing::end_only);
-                cost.mirror += side.draw(e, stamps, materials, scenery, view, &optics, &lights, Ego::Outside, None);
+                cost.mirror += side.draw(e, stamps, materials, meshes, view, &optics, &lights, Ego::Outside, None);
             }
         }
         let stamp = stamps(Pass::Develop);
@@ -279,11 +266,11 @@ impl Renderer {
     /// As there.
     pub fn reload_shaders_from(&mut self, directory: &Path) -> Result<(), String> {
         let sources = Sources::from_directory(directory)?;
-        let device = &self.scenery.device;
+        let device = &self.meshes.device;
         // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let workshop = Workshop { device, sources: &sources };
-        let made = Pipelines::new(&workshop, &self.bindings, &self.shadow, &self.glow, &self.develop, &self.quality);
+        let builder = PipelineBuilder { device, sources: &sources };
+        let made = Pipelines::new(&builder, &self.bindings, &self.shadow, &self.glow, &self.develop, &self.quality);
         let refused = pollster::block_on(scope.pop());
         let pipelines = made?;
         if let Some(error) = refused {
@@ -297,18 +284,18 @@ impl Renderer {
 
 impl Pipelines {
     fn new(
-        workshop: &Workshop,
+        builder: &PipelineBuilder,
         bindings: &Bindings,
         shadow: &ShadowPass,
-        glow: &GlowPass,
-        develop: &DevelopPass,
+        glow: &BloomPass,
+        develop: &ToneMapPass,
         quality: &Quality,
     ) -> Result<Self, String> {
         Ok(Self {
-            shadow: shadow.pipeline(workshop)?,
-            materials: bindings.materials(workshop, quality)?,
-            glow: glow.pipelines(workshop)?,
-            develop: develop.pipeline(workshop)?,
+            shadow: shadow.pipeline(builder)?,
+            materials: bindings.materials(builder, quality)?,
+            glow: glow.pipelines(builder)?,
+            develop: develop.pipeline(builder)?,
         })
     }
 }

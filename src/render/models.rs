@@ -1,11 +1,13 @@
-//! The stage's meshes on the device: one vertex and one index buffer, filled once. In: a [`Stage`]. Out: [`Model`]s that
+//! The stage's meshes on the device: one vertex and one index buffer, filled once. In: a [`StaticScene`]. Out: [`Model`]s that
 //! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
-use super::cost::CountedPass;
-use super::detail::{Batches, CAR_LEVELS, Detail};
-use super::impostor::{self, Extent};
-use crate::scene::{Cockpit, Mesh, Stage, Vertex};
+use super::{
+    device::cost::CountedPass,
+    level_of_detail::{Batches, CAR_LEVELS, Detail},
+    textures::impostor::{self, Extent},
+};
+use crate::scene::{Cockpit, Mesh, StaticScene, Vertex};
 use glam::{Vec2, Vec3, vec2};
 use std::ops::Range;
 
@@ -44,7 +46,7 @@ pub struct Models {
     pub posts: Ground,
     /// A tuft of grass.
     pub tuft: Model,
-    /// Cars without wheels, by style and [`CarDetail`](super::detail::CarDetail).
+    /// Cars without wheels, by style and [`CarDetail`](super::level_of_detail::CarDetail).
     pub bodies: Vec<[Model; CAR_LEVELS]>,
     /// Windows of the near and mid ones.
     pub glass: Vec<[Model; 2]>,
@@ -62,7 +64,7 @@ pub struct Models {
 
 impl Models {
     /// Uploads the meshes of a stage.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, stage: &Stage) -> Self {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, stage: &StaticScene) -> Self {
         let mut vertices: Vec<Vertex> = Vec::new();
         let mut indices: Vec<u32> = Vec::new();
         let mut add = |mesh: &Mesh| {

@@ -3,7 +3,7 @@
 
 use super::{
     Panel, Renderer,
-    gpu::{Gpu, GpuError},
+    device::gpu::{Gpu, GpuError},
 };
 use crate::scene::View;
 

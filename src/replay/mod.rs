@@ -17,7 +17,7 @@ use crate::{
     hud::Speedometer,
     record::{self, Change, Comparison, Difference, Reader, Table, tables::PUT_BACK},
     render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
-    scene::{self, Stage, ViewKind, view_options},
+    scene::{self, StaticScene, ViewKind, view_options},
     sim::{QualityLevel, Scenario, World},
     time::{Pace, Tick},
     traffic::EngineChoice,
@@ -176,7 +176,7 @@ fn scenario_here(recording: &Path) -> Result<Scenario, RunError> {
 /// Draws a replay.
 pub struct ReplayRenderer {
     gpu: Gpu,
-    stage: Stage,
+    stage: StaticScene,
     renderer: Renderer,
     instruments: Speedometer,
     kind: ViewKind,
@@ -191,7 +191,7 @@ impl ReplayRenderer {
     pub fn new(replay: &Replay, kind: ViewKind, size: [u32; 2]) -> Result<Self, RunError> {
         let world = replay.world();
         let gpu = Gpu::headless()?;
-        let stage = Stage::build(world.map(), world.scenario().seed);
+        let stage = StaticScene::build(world.map(), world.scenario().seed);
         let level = match world.scenario().quality {
             QualityLevel::Auto => QualityLevel::Medium,
             level => level,

@@ -1,4 +1,4 @@
-//! Making meshes. In: loose triangles with a finish ([`Soup`]). Out: a [`Mesh`] with shared corners and smooth normals,
+//! Making meshes. In: loose triangles with a finish ([`TriangleSoup`]). Out: a [`Mesh`] with shared corners and smooth normals,
 //! sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
 
 use super::{Material, Mesh, Vertex};
@@ -28,7 +28,7 @@ impl Finish {
 
 /// Triangles that share nothing yet.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Soup {
+pub(super) struct TriangleSoup {
     triangles: Vec<([Vec3; 3], Finish)>,
 }
 
@@ -38,7 +38,7 @@ type Shared = ([i32; 3], [i32; 3], [u32; 4]);
 /// Corners closer than this are one corner, metres.
 const WELD_M: f32 = 1e-4;
 
-impl Soup {
+impl TriangleSoup {
     /// One triangle, counter-clockwise; slivers without area are left out.
     pub fn triangle(&mut self, corners: [Vec3; 3], finish: Finish) {
         let [a, b, c] = corners.map(key);
@@ -306,7 +306,7 @@ pub(super) mod tests {
     #[test]
     fn a_box_is_closed_and_sharp_and_a_ball_is_closed_and_smooth() {
         let finish = Finish::grey(Material::Matt, 0.5);
-        let mut soup = Soup::default();
+        let mut soup = TriangleSoup::default();
         soup.cuboid(Vec3::ONE, Vec3::new(1.0, 2.0, 3.0), finish);
         let cuboid = soup.into_mesh(0.7);
         check(&cuboid, "box");
@@ -314,7 +314,7 @@ pub(super) mod tests {
         assert!((volume_m3(&cuboid) - 48.0).abs() < 1e-3);
         assert!(worst_agreement(&cuboid) > 0.9999);
 
-        let mut soup = Soup::default();
+        let mut soup = TriangleSoup::default();
         soup.ellipsoid(Vec3::ZERO, Vec3::ONE, [16, 24], |_| finish);
         let ball = soup.into_mesh(0.7);
         check(&ball, "ball");

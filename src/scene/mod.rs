@@ -1,37 +1,21 @@
-//! What is to be seen, on the CPU. In: a map once ([`Stage`]), a [`Snapshot`](crate::sim::Snapshot) each frame
+//! What is to be seen, on the CPU. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each frame
 //! ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
 
-mod binnacle;
 pub mod camera;
 pub mod car;
-mod coarse;
 pub mod cockpit;
-mod conifer;
-mod finish;
-mod fittings;
-mod foliage;
-mod forest;
 mod land;
 mod mesh;
-mod mirrors;
-mod near;
-mod noise;
+mod mesh_simplification;
 mod options;
-mod panels;
-pub mod plate;
-mod road;
 mod scenario_options;
-mod shape;
-mod skin;
-mod stage;
-mod tree;
-mod verge;
+mod static_scene;
+mod trees;
 mod view;
-pub mod wheel;
 
-pub use binnacle::{CLUSTER_M, CLUSTER_RADIUS_M};
+pub use cockpit::instrument_cluster::{CLUSTER_M, CLUSTER_RADIUS_M};
+pub use cockpit::mirrors::Pane;
 pub use cockpit::{BONNET_EDGE, Cockpit};
-pub use mirrors::Pane;
 pub use options::{MirrorOptions, ViewOptions};
 pub use scenario_options::view_options;
 pub use view::view;
@@ -108,7 +92,7 @@ pub struct TreePlace {
     pub scale: f32,
     /// Tint, multiplied with the leaves' colour.
     pub tint: [f32; 3],
-    /// Index into [`Stage::trees`].
+    /// Index into [`StaticScene::trees`].
     pub kind: usize,
 }
 
@@ -129,7 +113,7 @@ pub struct CarModel {
 
 /// Everything that stands still during a drive.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stage {
+pub struct StaticScene {
     /// Road: asphalt, lines, shoulder; world axes.
     pub road: Mesh,
     /// Meadow and far ground; world axes.
@@ -187,9 +171,9 @@ pub struct CarInstance {
     pub steer_rad: f32,
     /// Rolled angle of the wheels, radians.
     pub spin_rad: f32,
-    /// Index into [`Stage::cars`].
+    /// Index into [`StaticScene::cars`].
     pub style: usize,
-    /// Number on its plates, see [`plate`].
+    /// Number on its plates, see [`car::number_plate`].
     pub plate: u16,
     /// True for the participant's own car: not drawn in the driver's view or the mirror, where the eye sits inside it.
     pub is_ego: bool,
@@ -279,7 +263,7 @@ pub struct View {
     pub mirror_bend: f32,
 }
 
-/// The own car as its driver sees it, drawn with [`Stage::cockpit`].
+/// The own car as its driver sees it, drawn with [`StaticScene::cockpit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seat {
     /// The body, steadied as the camera is.

@@ -1,8 +1,14 @@
 //! One picture from one snapshot: where every car stands between two ticks, where the camera is, what colours things
 //! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
-use super::finish::{WHEEL_RADIUS_M, WHEELBASE_M};
-use super::{Camera, CarInstance, Lens, Seat, Stage, View, ViewKind, ViewOptions, mirrors, plate};
+use super::{
+    Camera, CarInstance, Lens, Seat, StaticScene, View, ViewKind, ViewOptions,
+    car::{
+        materials::{WHEEL_RADIUS_M, WHEELBASE_M},
+        number_plate,
+    },
+    cockpit::mirrors,
+};
 use crate::ego::{EgoState, STEERING_RATIO};
 use crate::sim::{CockpitView, Snapshot, VehicleSnapshot};
 use crate::space::wrap_angle;
@@ -15,7 +21,7 @@ use std::f64::consts::TAU;
 const WIND_S: f64 = 36_000.0;
 
 /// The picture at `fraction` (0..1) of the way from the tick before the snapshot to the snapshot.
-pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOptions, stage: &Stage) -> View {
+pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOptions, stage: &StaticScene) -> View {
     let ego = EgoAt::new(snapshot, fraction);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
@@ -101,7 +107,7 @@ impl EgoAt {
             steer_rad: self.steer_rad,
             spin_rad: self.spin_rad,
             style: 0,
-            plate: plate::number(EGO.0),
+            plate: number_plate::number(EGO.0),
             is_ego: true,
         }
     }
@@ -113,7 +119,7 @@ impl EgoAt {
     }
 }
 
-fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &Stage) -> CarInstance {
+fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &StaticScene) -> CarInstance {
     let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
     let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
     let spin = ((car.odometer_m - rest_m) / f64::from(WHEEL_RADIUS_M)).rem_euclid(TAU);
@@ -130,13 +136,13 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
         steer_rad: (WHEELBASE_M * bend_per_m).atan(),
         spin_rad: spin as f32,
         style: style(car.id, stage),
-        plate: plate::number(car.id.0),
+        plate: number_plate::number(car.id.0),
         is_ego: false,
     }
 }
 
 /// The same car always has the same body: half of them are saloons.
-fn style(id: VehicleId, stage: &Stage) -> usize {
+fn style(id: VehicleId, stage: &StaticScene) -> usize {
     let style = [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7];
     style.min(stage.cars.len().saturating_sub(1))
 }
@@ -175,7 +181,7 @@ fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
 /// Height of the bird's-eye camera above the ground, metres: above every hill and tree.
 const BIRDSEYE_HEIGHT_M: f32 = 400.0;
 
-fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &Stage) -> Camera {
+fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &StaticScene) -> Camera {
     let (centre, half_extent_m) = match options.birdseye_follow_m {
         Some(half_extent_m) => (ego.position.truncate(), half_extent_m),
         None => (stage.centre, stage.radius_m * 1.06 + 4.0),
@@ -203,9 +209,9 @@ fn chase_camera(ego: &EgoAt, yaw_rate: f32) -> Camera {
 
 #[cfg(test)]
 mod tests {
-    use super::super::stage::tests::{circuit, ring};
     use super::*;
     use crate::map::RoadMap;
+    use crate::scene::static_scene::tests::{circuit, ring};
     use crate::space::CAR_LENGTH_M;
     use crate::time::Tick;
 
@@ -217,7 +223,7 @@ mod tests {
             let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
             let rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
             let mut ego = EgoState { position: pose.position.extend(0.0), rotation, ..EgoState::default() };
-            for (wheel, hub) in ego.wheels.iter_mut().zip(super::super::car::hubs()) {
+            for (wheel, hub) in ego.wheels.iter_mut().zip(crate::scene::car::hubs()) {
                 wheel.hub = hub;
                 wheel.spin_rad = (s_m / f64::from(WHEEL_RADIUS_M)) as f32;
             }
@@ -248,7 +254,7 @@ mod tests {
     }
 
     fn see(map: &RoadMap, snapshot: &Snapshot, fraction: f32, kind: ViewKind) -> View {
-        view(snapshot, fraction, kind, &ViewOptions::default(), &Stage::with_trees(map, 1, 0))
+        view(snapshot, fraction, kind, &ViewOptions::default(), &StaticScene::with_trees(map, 1, 0))
     }
 
     #[test]
@@ -351,7 +357,7 @@ mod tests {
     #[test]
     fn the_birds_eye_view_shows_the_whole_route_with_north_up() {
         for map in [ring(250.0), circuit()] {
-            let stage = Stage::with_trees(&map, 1, 0);
+            let stage = StaticScene::with_trees(&map, 1, 0);
             let snapshot = snapshot(&map, 50.0, &[20.0]);
             let camera = see(&map, &snapshot, 1.0, ViewKind::Birdseye).camera;
             for aspect in [0.6, 1.0, ASPECT] {

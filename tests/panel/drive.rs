@@ -358,13 +358,13 @@ fn picture_with(open: bool) -> image::RgbaImage {
     use codrive::{
         render::{Gpu, OFFSCREEN, Panel as Output, Quality, Renderer, render_with_panel},
         scene::view_options,
-        scene::{Stage, ViewKind, view},
+        scene::{StaticScene, ViewKind, view},
         sim::World,
     };
     const SIZE: [u32; 2] = [320, 180];
     let gpu = Gpu::shared().expect("a graphics adapter is needed");
     let world = World::new(&Scenario { traffic: "native".into(), ..Scenario::default() }).unwrap();
-    let stage = Stage::build(world.map(), 1);
+    let stage = StaticScene::build(world.map(), 1);
     let mut renderer = Renderer::new(gpu, &stage, OFFSCREEN, Quality::LOW);
     let view = view(world.snapshot(), 1.0, ViewKind::Driver, &view_options(world.scenario()), &stage);
     let mut bench = Bench::driving();

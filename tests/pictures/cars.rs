@@ -2,8 +2,8 @@
 
 use crate::{pixels::*, place::*};
 use codrive::{
-    render::{OFFSCREEN, Quality, Renderer, develop::mirror_rect, dial::DialPlace, lens::Optics},
-    scene::{self, BONNET_EDGE, Camera, Lens, Mesh, Stage, ViewKind, ViewOptions},
+    render::{OFFSCREEN, Quality, Renderer, dial::DialPlace, post::tonemap::mirror_rect, view_projection::ViewFrustum},
+    scene::{self, BONNET_EDGE, Camera, Lens, Mesh, StaticScene, ViewKind, ViewOptions},
     sim::CockpitView,
     space::Pose,
     traffic::EGO,
@@ -211,7 +211,7 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
     // a fiftieth of the scale where a car is large, a twentieth, as for trees, where it is 40 pixels high.
     const MOST: [f32; 2] = [0.02, 0.05];
     // Before meadow and road, which are seen through the windows.
-    let bare = Stage { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
+    let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
     let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, Quality { msaa: 4, fine: true, ..Quality::LOW });
     let pose = on_lane(40.0, 0.0);
     let mut worst = [0.0f32; 2];
@@ -232,7 +232,7 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
                     lens: Lens::Perspective { fov_x_rad: 0.8 },
                 };
                 // The length that stands for a car where its level is chosen.
-                let at_1_m = Optics::new(&camera(1.0), SIZE).pixels(at, 1.9);
+                let at_1_m = ViewFrustum::new(&camera(1.0), SIZE).pixels(at, 1.9);
                 view.camera = camera(at_1_m / radius_px);
                 (view.cars[0].style, view.cars[0].colour, view.cars[0].brake) = (style, paint, (k % 2) as f32);
                 let with = draw_with(&mut drawing, &view, SIZE);

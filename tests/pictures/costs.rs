@@ -8,7 +8,7 @@ use crate::place::*;
 use codrive::{
     hud::Dial,
     render::{FrameCost, OFFSCREEN, Quality, Renderer, canvas},
-    scene::{Mesh, Stage, Vertex, ViewKind, ViewOptions},
+    scene::{Mesh, StaticScene, Vertex, ViewKind, ViewOptions},
     sim::CockpitView,
     units::SpeedUnit,
 };
@@ -145,14 +145,14 @@ fn the_full_cockpit_keeps_its_budget() {
 
 #[test]
 fn what_is_drawn_is_counted_to_the_triangle_and_to_the_byte() {
-    let plain = Stage { posts: Mesh::default(), ..stage(false).clone() };
+    let plain = StaticScene { posts: Mesh::default(), ..stage(false).clone() };
     let snapshot = full_ring();
     let view = view(&snapshot, ViewKind::Chase, &ViewOptions::default());
     let ahead = view.camera.eye + view.camera.forward * 10.0;
     let vertex = |x: f32, y: f32| Vertex { position: [ahead.x + x, ahead.y + y, ahead.z], ..Default::default() };
     let corners = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(0.0, 1.0), vertex(1.0, 1.0)];
     let posts = Mesh { vertices: corners.to_vec(), indices: vec![0, 1, 2, 1, 3, 2] };
-    let cost = |stage: &Stage, cars: usize| {
+    let cost = |stage: &StaticScene, cars: usize| {
         let mut view = view.clone();
         view.cars.truncate(cars);
         let mut renderer = Renderer::new(gpu(), stage, OFFSCREEN, Quality::LOW);
@@ -164,8 +164,8 @@ fn what_is_drawn_is_counted_to_the_triangle_and_to_the_byte() {
         gpu().finish().unwrap_or_else(|e| panic!("{e}"));
         renderer.cost()
     };
-    let (without, with) = (cost(&plain, 0), cost(&Stage { posts, ..plain.clone() }, 0));
-    let more = codrive::render::cost::PassCost { draws: 1, instances: 1, triangles: 2 };
+    let (without, with) = (cost(&plain, 0), cost(&StaticScene { posts, ..plain.clone() }, 0));
+    let more = codrive::render::device::cost::PassCost { draws: 1, instances: 1, triangles: 2 };
     assert_eq!(with.main, without.main + more, "two triangles in the main picture");
     assert_eq!(FrameCost { main: without.main, ..with }, without, "and nowhere else");
     // Main picture and shadow map: a body, and four wheels unless it is seen in plan, of 64 bytes each.

@@ -5,7 +5,7 @@ use codrive::{
     ego::{EgoState, Wheel},
     map::RoadMap,
     render::{Gpu, OFFSCREEN, Quality, Renderer, render_to_image},
-    scene::{self, Stage, View, ViewKind, ViewOptions},
+    scene::{self, StaticScene, View, ViewKind, ViewOptions},
     sim::{Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::Tick,
@@ -30,9 +30,9 @@ pub fn map() -> &'static RoadMap {
 }
 
 /// With trees, or the bare land, where nothing hides a car.
-pub fn stage(trees: bool) -> &'static Stage {
-    static STAGES: OnceLock<[Stage; 2]> = OnceLock::new();
-    &STAGES.get_or_init(|| [Stage::with_trees(map(), 1, 0), Stage::build(map(), 1)])[usize::from(trees)]
+pub fn stage(trees: bool) -> &'static StaticScene {
+    static STAGES: OnceLock<[StaticScene; 2]> = OnceLock::new();
+    &STAGES.get_or_init(|| [StaticScene::with_trees(map(), 1, 0), StaticScene::build(map(), 1)])[usize::from(trees)]
 }
 
 /// Draws with a renderer that all tests share.

@@ -4,7 +4,7 @@ use crate::{pixels::*, place::*};
 use codrive::{
     hud::lettering,
     render::{OFFSCREEN, Quality, Renderer},
-    scene::{Camera, Lens, Mesh, Stage, ViewKind, plate},
+    scene::{Camera, Lens, Mesh, StaticScene, ViewKind, car::number_plate},
 };
 use glam::{Vec2, Vec3};
 
@@ -15,12 +15,13 @@ const DISTANCE_M: f32 = 4.0;
 
 /// Whether ink is to be where a reader sees it, metres right of and above the plate's middle.
 fn ink(number: u16, at: Vec2) -> bool {
-    plate::signs(number).iter().any(|&(across, sign)| {
+    number_plate::signs(number).iter().any(|&(across, sign)| {
         let strokes = lettering::set(&sign.to_string()).strokes;
         strokes.iter().flat_map(|stroke| stroke.windows(2)).any(|ends| {
-            let [a, b] = [ends[0], ends[1]].map(|[x, y]| Vec2::new(across, 0.0) + plate::SIGN_M * Vec2::new(x, -y));
+            let [a, b] =
+                [ends[0], ends[1]].map(|[x, y]| Vec2::new(across, 0.0) + number_plate::SIGN_M * Vec2::new(x, -y));
             let t = ((at - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            at.distance(a.lerp(b, t)) < 0.5 * plate::PEN * plate::SIGN_M
+            at.distance(a.lerp(b, t)) < 0.5 * number_plate::PEN * number_plate::SIGN_M
         })
     })
 }
@@ -51,7 +52,7 @@ fn a_plate_reads_the_cars_own_number_the_right_way_up_at_both_ends() {
     let mut drawing = renderer_of();
     for (k, end) in [(0, -1.0f32), (0, 1.0), (1, -1.0), (1, 1.0)] {
         let id = cars[k].id;
-        let number = plate::number(id.0);
+        let number = number_plate::number(id.0);
         let mut picture = |kind: ViewKind| {
             let mut view = view(&snapshot(vec![cars[k]]), kind, &Default::default());
             view.cars.retain(|car| !car.is_ego);
@@ -69,7 +70,7 @@ fn a_plate_reads_the_cars_own_number_the_right_way_up_at_both_ends() {
         let wrong = [
             agreement(&seen, number, |at| -at),
             agreement(&seen, number, |at| at * Vec2::new(1.0, -1.0)),
-            agreement(&seen, plate::number(id.0 + 1), |at| at),
+            agreement(&seen, number_plate::number(id.0 + 1), |at| at),
         ];
         assert!(wrong.iter().all(|wrong| *wrong < upright - 0.2), "car {id:?}, end {end}: {upright}, {wrong:?}");
         let mirrored = agreement(&picture(ViewKind::Mirror), number, |at| at * Vec2::new(-1.0, 1.0));
@@ -119,13 +120,13 @@ fn plate_beside(drawing: &mut Renderer, distance_m: f32, off_px: f32) -> (f32, f
     let signs = lights(-0.215);
     let mean = mean_of(&signs, &|v| v);
     let spread = mean_of(&signs, &|v| (v - mean) * (v - mean));
-    (mean, spread.sqrt() / mean, 0.67 * plate::SIGN_M / pixel_m)
+    (mean, spread.sqrt() / mean, 0.67 * number_plate::SIGN_M / pixel_m)
 }
 
 #[test]
 fn a_plate_blends_with_distance_and_does_not_switch_off() {
     // Nothing between car and eye: no posts, no grass.
-    let bare = Stage { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
+    let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
     for quality in [Quality::MEDIUM, Quality::LOW] {
         let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
         let mut before: Option<(f32, f32, f32, f32)> = None;

@@ -5,7 +5,7 @@ use codrive::{
     map::{self, RoadMap},
     render::{OFFSCREEN, Quality, Renderer, render_to_light},
     rng,
-    scene::{self, Camera, Lens, Stage, ViewKind, ViewOptions},
+    scene::{self, Camera, Lens, StaticScene, ViewKind, ViewOptions},
     sim::Snapshot,
 };
 use glam::{DVec2, Vec3};
@@ -42,7 +42,7 @@ fn no_pixel_is_nan_or_white_in_500_random_poses_on_every_map() {
 
 fn update_derived_state(name: &str) {
     let map = RoadMap::load(name).expect("a map that is shipped");
-    let stage = Stage::build(&map, 1);
+    let stage = StaticScene::build(&map, 1);
     let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality { shadow_size: 256, ..Quality::LOW });
     let snapshot = snapshot(&map);
     let mut random = rng::stream(1, "poses");

@@ -2,8 +2,8 @@
 
 use crate::{pixels::*, place::*};
 use codrive::{
-    render::{OFFSCREEN, Quality, Renderer, detail::Detail, lens::Optics},
-    scene::{Camera, Lens, Mesh, Stage, TreePlace, View, ViewKind, ViewOptions},
+    render::{OFFSCREEN, Quality, Renderer, level_of_detail::Detail, view_projection::ViewFrustum},
+    scene::{Camera, Lens, Mesh, StaticScene, TreePlace, View, ViewKind, ViewOptions},
 };
 use glam::Vec3;
 
@@ -33,9 +33,14 @@ fn shown(bare: &mut Renderer, tree: &mut Renderer, view: &View, size: [u32; 2], 
 
 #[test]
 fn a_tree_takes_as_much_light_on_both_sides_of_a_switch_of_detail() {
-    let bare = Stage { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
-    let bare =
-        Stage { road: Mesh::default(), land: Mesh::default(), tuft_places: Vec::new(), posts: Mesh::default(), ..bare };
+    let bare = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
+    let bare = StaticScene {
+        road: Mesh::default(),
+        land: Mesh::default(),
+        tuft_places: Vec::new(),
+        posts: Mesh::default(),
+        ..bare
+    };
     // Where the levels change at their own sizes, and where they do so latest; seen as one of a tree's pictures shows it, and
     // from half-way between two.
     for (detail, yaw_rad) in [(1.0, 0.0), (Quality::LOW.detail, 0.2)] {
@@ -44,13 +49,13 @@ fn a_tree_takes_as_much_light_on_both_sides_of_a_switch_of_detail() {
 }
 
 /// Draws each tree as large as where two levels meet, once just before that and once just after it.
-fn changes_without_a_jump(bare: &Stage, quality: Quality, yaw_rad: f32) {
+fn changes_without_a_jump(bare: &StaticScene, quality: Quality, yaw_rad: f32) {
     let size = [(300.0 / quality.detail.sqrt()) as u32; 2];
     let mut empty = Renderer::new(gpu(), bare, OFFSCREEN, quality);
     for kind in 0..bare.trees.len() {
         let (position, tint) = (Vec3::new(300.0, 0.0, 0.0), [1.0; 3]);
         let place = TreePlace { position, yaw_rad, scale: 1.0, tint, kind };
-        let one = Stage { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..bare.clone() };
+        let one = StaticScene { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..bare.clone() };
         let [mut before, mut after] = [1.12, 0.88].map(|factor| {
             Renderer::new(gpu(), &one, OFFSCREEN, Quality { detail: quality.detail * factor, ..quality })
         });
@@ -66,7 +71,7 @@ fn changes_without_a_jump(bare: &Stage, quality: Quality, yaw_rad: f32) {
                 up: Vec3::Z,
                 lens,
             };
-            let at_1 = Optics::new(&camera(1.0), size).pixels(position + centre, radius_m);
+            let at_1 = ViewFrustum::new(&camera(1.0), size).pixels(position + centre, radius_m);
             view.camera = camera(at_1 / radius_px);
             view
         };
@@ -103,9 +108,9 @@ fn changes_without_a_jump(bare: &Stage, quality: Quality, yaw_rad: f32) {
 fn from_above_at_noon_crowns_are_to_the_meadow_as_forests_are_and_their_shade_is_not_black() {
     let options = ViewOptions { wind_mps: 0.0, ..Default::default() }.at_hour(12.0);
     let quality = Quality { msaa: 4, fine: true, ..Quality::LOW };
-    let land = Stage { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
-    let land = Stage { tuft_places: Vec::new(), posts: Mesh::default(), ..land };
-    let bare = Stage { road: Mesh::default(), land: Mesh::default(), ..land.clone() };
+    let land = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
+    let land = StaticScene { tuft_places: Vec::new(), posts: Mesh::default(), ..land };
+    let bare = StaticScene { road: Mesh::default(), land: Mesh::default(), ..land.clone() };
     // In the ring's middle, 10 m apart; the shade falls northwards, as long as the tree is high.
     let centre = stage(true).centre;
     let mut empty = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
@@ -116,8 +121,8 @@ fn from_above_at_noon_crowns_are_to_the_meadow_as_forests_are_and_their_shade_is
     for (kind, forest) in [(0, 0.15 / 0.26..0.20 / 0.16), (3, 0.05 / 0.26..0.15 / 0.16)] {
         let (position, tint) = (centre.extend(0.0), [1.0; 3]);
         let place = TreePlace { position, yaw_rad: 0.0, scale: 1.0, tint, kind };
-        let with = |stage: &Stage| {
-            let one = Stage { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..stage.clone() };
+        let with = |stage: &StaticScene| {
+            let one = StaticScene { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..stage.clone() };
             Renderer::new(gpu(), &one, OFFSCREEN, quality)
         };
         let (mut alone, mut standing) = (with(&bare), with(&land));
@@ -199,14 +204,19 @@ fn leaves_at_low_have_no_stipple() {
 
 #[test]
 fn between_two_levels_a_tree_of_one_sample_a_pixel_has_no_stipple() {
-    let bare = Stage { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
-    let bare =
-        Stage { road: Mesh::default(), land: Mesh::default(), tuft_places: Vec::new(), posts: Mesh::default(), ..bare };
+    let bare = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
+    let bare = StaticScene {
+        road: Mesh::default(),
+        land: Mesh::default(),
+        tuft_places: Vec::new(),
+        posts: Mesh::default(),
+        ..bare
+    };
     let quality = Quality::LOW;
     for kind in [0, 3] {
         let position = Vec3::new(300.0, 0.0, 0.0);
         let place = TreePlace { position, yaw_rad: 0.2, scale: 1.0, tint: [1.0; 3], kind };
-        let one = Stage { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..bare.clone() };
+        let one = StaticScene { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..bare.clone() };
         let (centre, radius_m) = one.trees[kind].bounding_sphere();
         for switch_px in [85.0, 36.0] {
             let radius_px: f32 = switch_px / quality.detail;
@@ -221,7 +231,7 @@ fn between_two_levels_a_tree_of_one_sample_a_pixel_has_no_stipple() {
                 up: Vec3::Z,
                 lens: Lens::Perspective { fov_x_rad: 0.7 },
             };
-            let at_1 = Optics::new(&camera(1.0), size).pixels(position + centre, radius_m);
+            let at_1 = ViewFrustum::new(&camera(1.0), size).pixels(position + centre, radius_m);
             view.camera = camera(at_1 / radius_px);
             let [finer, between, also, coarser] = [1.12, 1.02, 0.98, 0.88].map(|factor| {
                 let levels = Detail::shares(switch_px * factor, quality.msaa);

@@ -4,7 +4,7 @@
 use egui::{Context, Pos2, RawInput, Rect, TextureId, vec2};
 
 use crate::hud::{Dial, Palette};
-use crate::render::ui_pass::{Overlay, UiPass};
+use crate::render::post::ui_pass::{Overlay, UiPass};
 use crate::units::SpeedUnit;
 
 /// The painted parts and where they belong.

@@ -1,6 +1,6 @@
 //! What the shadow maps cover. In: the sun's direction, a camera. Out: squares of ground and their projections.
 
-use crate::render::lens::Optics;
+use crate::render::view_projection::ViewFrustum;
 use glam::{Mat4, Vec3, camera::rh};
 
 /// Half the width of the map of moving things for a perspective picture, metres: 3.1 cm a texel at 2048.
@@ -22,7 +22,7 @@ pub(super) struct Cover {
 
 /// The ground that the maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a parallel
 /// picture.
-pub(super) fn covers(to_sun: Vec3, optics: &Optics) -> [Cover; 3] {
+pub(super) fn covers(to_sun: Vec3, optics: &ViewFrustum) -> [Cover; 3] {
     let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
     let ground = optics.camera.eye.with_z(0.0);
     match optics.parallel_m() {
@@ -86,9 +86,9 @@ mod tests {
 
     const TO_SUN: Vec3 = Vec3::new(0.48, 0.36, 0.8);
 
-    fn optics(eye: Vec3, forward: Vec3, lens: Lens) -> Optics {
+    fn optics(eye: Vec3, forward: Vec3, lens: Lens) -> ViewFrustum {
         let up = if forward.z.abs() > 0.5 { Vec3::Y } else { Vec3::Z };
-        Optics::new(&Camera { eye, forward, up, lens }, [640, 360])
+        ViewFrustum::new(&Camera { eye, forward, up, lens }, [640, 360])
     }
 
     #[test]

@@ -1,0 +1,130 @@
+//! Where pipelines are made: only when a renderer is made and when its shaders are reloaded, never while it draws. In: a
+//! [`PipelineDesc`]. Out: a pipeline.
+
+use super::shader::Sources;
+use rayon::prelude::*;
+
+/// Colour of the pictures before the tone curve.
+pub const HDR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Depth of pictures and shadow maps.
+pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Everything that a pass of ours varies in a pipeline.
+#[derive(Clone)]
+pub struct PipelineDesc<'a> {
+    /// A program in [`PROGRAMS`](super::shader::PROGRAMS); also the label.
+    pub program: &'static str,
+    /// Bindings.
+    pub layout: &'a wgpu::PipelineLayout,
+    /// Vertex and instance buffers.
+    pub buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    /// Colour format and blending; none for depth alone.
+    pub colour: Option<(wgpu::TextureFormat, Option<wgpu::BlendState>)>,
+    /// What of the colour is kept; nothing where a pass is there for the depth.
+    pub writes: wgpu::ColorWrites,
+    /// Depth test.
+    pub depth: Option<wgpu::DepthStencilState>,
+    /// Which faces are left out.
+    pub cull: Option<wgpu::Face>,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// True if the colour's alpha says how many of a pixel's samples are covered, or without a colour if the program leaves
+    /// out pixels.
+    pub cut_out: bool,
+    /// Values of the shader's `override` constants.
+    pub constants: &'a [(&'static str, f64)],
+}
+
+/// Makes pipelines from shaders.
+pub struct PipelineBuilder<'a> {
+    /// The device.
+    pub device: &'a wgpu::Device,
+    /// The shaders' text.
+    pub sources: &'a Sources,
+}
+
+impl PipelineBuilder<'_> {
+    /// A pipeline for each recipe, in their order: side by side where no shader can be wrong. The scope in which a device
+    /// reports what it refuses is that of one thread.
+    ///
+    /// # Errors
+    /// What is wrong with a shader, with file and line.
+    pub fn pipelines<const N: usize>(&self, recipes: [PipelineDesc; N]) -> Result<[wgpu::RenderPipeline; N], String> {
+        let made: Result<Vec<_>, _> = match self.sources.tested() {
+            true => recipes.par_iter().map(|desc| self.pipeline(desc)).collect(),
+            false => recipes.iter().map(|desc| self.pipeline(desc)).collect(),
+        };
+        made.map(|list| list.try_into().expect("one for each recipe"))
+    }
+
+    /// A pipeline; entry points are `vertex` and `fragment`.
+    ///
+    /// # Errors
+    /// What is wrong with the shader, with file and line.
+    pub fn pipeline(&self, desc: &PipelineDesc) -> Result<wgpu::RenderPipeline, String> {
+        let module = self.sources.module(self.device, desc.program)?;
+        let options =
+            wgpu::PipelineCompilationOptions { constants: desc.constants, zero_initialize_workgroup_memory: false };
+        let targets: Vec<_> = desc
+            .colour
+            .iter()
+            .map(|&(format, blend)| Some(wgpu::ColorTargetState { format, blend, write_mask: desc.writes }))
+            .collect();
+        Ok(self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(desc.program),
+            layout: Some(desc.layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("vertex"),
+                compilation_options: options.clone(),
+                buffers: desc.buffers,
+            },
+            primitive: wgpu::PrimitiveState { cull_mode: desc.cull, ..Default::default() },
+            depth_stencil: desc.depth.clone(),
+            multisample: wgpu::MultisampleState {
+                count: desc.samples,
+                alpha_to_coverage_enabled: desc.cut_out && desc.colour.is_some(),
+                ..Default::default()
+            },
+            fragment: (desc.colour.is_some() || desc.cut_out).then_some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("fragment"),
+                compilation_options: options,
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    #[test]
+    fn pipelines_are_made_here_and_asked_for_only_by_new_and_reload() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/render");
+        let files = |folder: &Path| {
+            let entries = std::fs::read_dir(folder).expect("a folder");
+            entries.map(|entry| entry.expect("a file").path()).collect::<Vec<_>>()
+        };
+        let mut all = files(&root);
+        all.extend(all.clone().iter().filter(|path| path.is_dir()).flat_map(|folder| files(folder)));
+        assert!(all.len() > 25, "{all:?}");
+        for file in all.iter().filter(|path| path.is_file()) {
+            let text = std::fs::read_to_string(file).expect("text");
+            let name = file.strip_prefix(&root).expect("below it").to_string_lossy().replace('\\', "/");
+            // Spelt in two parts, so that this test does not find itself.
+            let made = text.matches(concat!("create_render_", "pipeline")).count();
+            assert_eq!(made, usize::from(name == "device/pipeline.rs"), "{name}");
+            let builders = text.matches(concat!("PipelineBuilder ", "{ device")).count();
+            let allowed = match name.as_str() {
+                "mod.rs" => 2,
+                "post/preview.rs" => 1,
+                _ => 0,
+            };
+            assert_eq!(builders, allowed, "{name}: new, and in mod.rs reload_shaders_from");
+        }
+    }
+}

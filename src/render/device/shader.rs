@@ -1,0 +1,322 @@
+//! The shaders' loader: the one place where shared parts are put in front of a program. In: WGSL files, built in or from
+//! the directory `shaders` (for reload while the program runs). Out: checked shader modules; a mistake is reported with
+//! the file and line that a person edits, not those of the glued text.
+
+use std::path::Path;
+use wgpu::naga;
+
+/// A program: its name and the files it consists of, in order.
+type Program = (&'static str, &'static [&'static str]);
+
+/// Every program and its parts. A part is a file in `shaders/` without its ending.
+pub const PROGRAMS: [Program; 18] = [
+    ("shadow", &["shadow"]),
+    ("leaf_shadow", &["leaf_shadow"]),
+    ("root", &["common", "root"]),
+    ("sky", &["common", "light", "sky"]),
+    ("road", &["common", "light", "corner", "mesh", "ground", "road"]),
+    ("land", &["common", "light", "corner", "mesh", "ground", "land"]),
+    ("car", &["common", "light", "corner", "mesh", "car"]),
+    ("cover", &["common", "fade", "corner", "leaf", "cover"]),
+    ("tree", &["common", "light", "foliage", "corner", "leaf", "tree"]),
+    ("far_cover", &["common", "fade", "far", "far_cover"]),
+    ("impostor", &["common", "light", "foliage", "fade", "far", "impostor"]),
+    ("grass", &["common", "light", "corner", "grass"]),
+    ("contact", &["common", "contact"]),
+    ("hidden", &["hidden"]),
+    ("glow", &["glow"]),
+    ("develop", &["print", "edges", "develop"]),
+    ("soften", &["print", "edges", "soften"]),
+    ("preview", &["preview"]),
+];
+
+macro_rules! built_in {
+    ($($name:literal),+ $(,)?) => {
+        [$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),+]
+    };
+}
+
+const FILES: [(&str, &str); 29] = built_in![
+    "common",
+    "light",
+    "corner",
+    "mesh",
+    "shadow",
+    "leaf_shadow",
+    "root",
+    "sky",
+    "ground",
+    "road",
+    "land",
+    "car",
+    "foliage",
+    "fade",
+    "leaf",
+    "cover",
+    "tree",
+    "far",
+    "far_cover",
+    "impostor",
+    "grass",
+    "contact",
+    "hidden",
+    "glow",
+    "print",
+    "edges",
+    "develop",
+    "soften",
+    "preview",
+];
+
+/// The text of all shader files.
+#[derive(Clone, Debug)]
+pub struct Sources {
+    files: Vec<(&'static str, String)>,
+    /// Built in: the tests below have checked every program.
+    tested: bool,
+}
+
+impl Sources {
+    /// The files as they were when the program was built.
+    pub fn built_in() -> Self {
+        Self { files: FILES.iter().map(|(name, text)| (*name, (*text).to_owned())).collect(), tested: true }
+    }
+
+    /// The files in `directory` as they are now.
+    ///
+    /// # Errors
+    /// Names the file that cannot be read.
+    pub fn from_directory(directory: &Path) -> Result<Self, String> {
+        let read = |name: &'static str| {
+            let path = directory.join(format!("{name}.wgsl"));
+            match std::fs::read_to_string(&path) {
+                Ok(text) => Ok((name, text)),
+                Err(e) => Err(format!("{}: {e}; start the program where the directory `shaders` is", path.display())),
+            }
+        };
+        Ok(Self { files: FILES.iter().map(|(name, _)| read(name)).collect::<Result<_, _>>()?, tested: false })
+    }
+
+    /// The glued text of a program.
+    fn text(&self, program: &str) -> String {
+        self.parts(program).iter().map(|(_, text)| format!("{}\n", text.trim_end())).collect()
+    }
+
+    fn parts(&self, program: &str) -> Vec<&(&'static str, String)> {
+        let (_, parts) = PROGRAMS.iter().find(|(name, _)| *name == program).expect("a program in PROGRAMS");
+        let file = |part: &&str| self.files.iter().find(|(name, _)| name == part).expect("a file in FILES");
+        parts.iter().map(file).collect()
+    }
+
+    /// File and line of a line of the glued text.
+    fn origin(&self, program: &str, glued_line: usize) -> (&'static str, usize) {
+        let mut line = glued_line;
+        for (name, text) in self.parts(program) {
+            let lines = text.trim_end().lines().count();
+            if line <= lines {
+                return (name, line);
+            }
+            line -= lines;
+        }
+        ("end of", line)
+    }
+
+    /// Parses and validates a program.
+    ///
+    /// # Errors
+    /// `shaders/FILE.wgsl:LINE: what is wrong`.
+    pub fn parse(&self, program: &str) -> Result<naga::Module, String> {
+        let text = self.text(program);
+        let told = |line: Option<u32>, what: String| {
+            let (file, line) = self.origin(program, line.unwrap_or(1) as usize);
+            format!("shaders/{file}.wgsl:{line}: {what}")
+        };
+        let module = naga::front::wgsl::parse_str(&text)
+            .map_err(|e| told(e.location(&text).map(|l| l.line_number), e.to_string()))?;
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default())
+            .validate(&module)
+            .map_err(|e| {
+                let mut what = e.to_string();
+                let mut cause = std::error::Error::source(e.as_inner());
+                while let Some(deeper) = cause {
+                    what = format!("{what}: {deeper}");
+                    cause = deeper.source();
+                }
+                told(e.location(&text).map(|l| l.line_number), what)
+            })?;
+        Ok(module)
+    }
+
+    /// True if no program can be wrong.
+    pub fn tested(&self) -> bool {
+        self.tested
+    }
+
+    /// Checks a program that may be wrong and hands it to the device.
+    ///
+    /// # Errors
+    /// As [`Sources::parse`].
+    pub fn module(&self, device: &wgpu::Device, program: &'static str) -> Result<wgpu::ShaderModule, String> {
+        if !self.tested {
+            self.parse(program)?;
+        }
+        let source = wgpu::ShaderSource::Wgsl(self.text(program).into());
+        Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(program), source }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shader_is_valid() {
+        let sources = Sources::built_in();
+        for (program, _) in PROGRAMS {
+            if let Err(message) = sources.parse(program) {
+                panic!("{message}");
+            }
+        }
+    }
+
+    /// What a value is made of, as far as a driver sees it without running the program.
+    #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+    enum MadeOf {
+        Constants,
+        Uniforms,
+        More,
+    }
+
+    fn made_of(module: &naga::Module, function: &naga::Function, value: naga::Handle<naga::Expression>) -> MadeOf {
+        use naga::Expression as E;
+        let all = |parts: &[naga::Handle<E>]| {
+            parts.iter().map(|part| made_of(module, function, *part)).max().unwrap_or(MadeOf::Constants)
+        };
+        match &function.expressions[value] {
+            E::Literal(_) | E::Constant(_) | E::Override(_) | E::ZeroValue(_) => MadeOf::Constants,
+            E::GlobalVariable(place) => match module.global_variables[*place].space {
+                naga::AddressSpace::Uniform => MadeOf::Uniforms,
+                _ => MadeOf::More,
+            },
+            E::Access { base, index } => all(&[*base, *index]),
+            E::AccessIndex { base: part, .. }
+            | E::Load { pointer: part }
+            | E::Splat { value: part, .. }
+            | E::Swizzle { vector: part, .. }
+            | E::Unary { expr: part, .. }
+            | E::As { expr: part, .. }
+            | E::Relational { argument: part, .. } => all(&[*part]),
+            E::Binary { left, right, .. } => all(&[*left, *right]),
+            E::Select { condition, accept, reject } => all(&[*condition, *accept, *reject]),
+            E::Compose { components, .. } => all(components),
+            E::Math { arg, arg1, arg2, arg3, .. } => {
+                all(&[Some(*arg), *arg1, *arg2, *arg3].into_iter().flatten().collect::<Vec<_>>())
+            }
+            _ => MadeOf::More,
+        }
+    }
+
+    /// Calls `found` with the condition of every branch in `block`.
+    fn branches(block: &naga::Block, found: &mut impl FnMut(naga::Handle<naga::Expression>)) {
+        use naga::Statement as S;
+        for statement in block {
+            match statement {
+                S::Block(inner) => branches(inner, found),
+                S::If { condition, accept, reject } => {
+                    found(*condition);
+                    branches(accept, found);
+                    branches(reject, found);
+                }
+                S::Switch { selector, cases } => {
+                    found(*selector);
+                    cases.iter().for_each(|case| branches(&case.body, found));
+                }
+                S::Loop { body, continuing, break_if } => {
+                    break_if.iter().for_each(|condition| found(*condition));
+                    branches(body, found);
+                    branches(continuing, found);
+                }
+                _ => (),
+            }
+        }
+    }
+
+    /// Lines of a program's glued text where it branches on uniforms alone.
+    fn branches_on_uniforms(module: &naga::Module, text: &str) -> Vec<usize> {
+        let functions = module.functions.iter().map(|(_, function)| function);
+        let mut lines = Vec::new();
+        for function in functions.chain(module.entry_points.iter().map(|entry| &entry.function)) {
+            branches(&function.body, &mut |condition| {
+                if made_of(module, function, condition) == MadeOf::Uniforms {
+                    lines.push(function.expressions.get_span(condition).location(text).line_number as usize);
+                }
+            });
+        }
+        lines
+    }
+
+    #[test]
+    fn no_branch_hangs_on_uniforms_alone() {
+        // Mesa's software renderer compiles such a program again with every draw, the uniforms' values within it, and keeps
+        // all of them: 1.5 MB a picture, and a tenth of its time (`update_inline_shader_state`, lavapipe 22.3).
+        let sources = Sources::built_in();
+        let found: Vec<_> = PROGRAMS
+            .iter()
+            .flat_map(|(program, _)| {
+                let module = sources.parse(program).expect("tested above");
+                let lines = branches_on_uniforms(&module, &sources.text(program));
+                lines.into_iter().map(|line| sources.origin(program, line)).collect::<Vec<_>>()
+            })
+            .collect();
+        assert!(found.is_empty(), "a varying, `select` or an `override` serves: {found:?}");
+    }
+
+    #[test]
+    fn a_branch_on_uniforms_is_seen_through_sums_and_names() {
+        let lines = |condition: &str| {
+            let text = format!(
+                "override KIND: bool = true; struct Sheet {{ size: vec4f, border: f32 }}\n\
+                 @group(0) @binding(0) var<uniform> sheet: Sheet;\n\
+                 @fragment fn fragment(@location(0) at: vec2f) -> @location(0) vec4f {{\n\
+                 let wide = max(sheet.size.x, 2.0) - sheet.border;\n\
+                 for (var i = 0; i < 4; i++) {{\n\
+                 if {condition} {{ return vec4f(at, 1.0, 1.0); }}\n\
+                 }} return vec4f(0.0); }}"
+            );
+            branches_on_uniforms(&naga::front::wgsl::parse_str(&text).expect(condition), &text)
+        };
+        for hangs in
+            ["sheet.border > 0.0", "wide > 0.0", "-wide * 2.0 < sheet.size[1]", "any(sheet.size.xy > vec2f(1.0))"]
+        {
+            assert_eq!(lines(hangs), [6], "{hangs}");
+        }
+        for free in ["KIND", "at.x > sheet.border", "wide > at.y", "i > 2"] {
+            assert!(lines(free).is_empty(), "{free}");
+        }
+    }
+
+    #[test]
+    fn every_file_belongs_to_a_program() {
+        for (file, _) in FILES {
+            assert!(PROGRAMS.iter().any(|(_, parts)| parts.contains(&file)), "{file} is used by no program");
+        }
+    }
+
+    #[test]
+    fn a_mistake_is_reported_with_its_own_file_and_line() {
+        let mut sources = Sources::built_in();
+        let road = sources.files.iter_mut().find(|(name, _)| *name == "road").expect("road");
+        let line = road.1.lines().count() + 1;
+        road.1 = format!("{}\nfn broken() -> f32 {{ return nowhere; }}\n", road.1.trim_end());
+        let message = sources.parse("road").expect_err("the shader is broken");
+        assert!(message.starts_with(&format!("shaders/road.wgsl:{line}: ")), "{message}");
+        assert!(message.contains("nowhere"), "{message}");
+        assert!(sources.parse("sky").is_ok(), "the other programs stay whole");
+    }
+
+    #[test]
+    fn a_missing_directory_is_named() {
+        let message = Sources::from_directory(Path::new("no-such-place")).expect_err("there is none");
+        assert!(message.contains("no-such-place"), "{message}");
+    }
+}

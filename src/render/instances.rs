@@ -1,0 +1,324 @@
+//! Visible cars and trees: culled on the CPU, written into one instance buffer per pass. In: a view and a
+//! test of what can be seen. Out: [`Batches`], ranges of instances by mesh.
+
+use super::{
+    device::{
+        cost::{CountedPass, CountedQueue},
+        layout::Instance,
+    },
+    level_of_detail::{Batches, CarDetail, Detail, LEVELS, Levels},
+    models::{Model, Models},
+};
+use crate::scene::{CarInstance, Cockpit, Seat, StaticScene, TreePlace};
+use glam::{Affine3A, Quat, Vec3};
+use std::f32::consts::PI;
+use std::ops::Range;
+
+/// Radius of the shade at a tree's foot as a share of the tree's, and how far away it is drawn, metres.
+const ROOT: f32 = 0.62;
+const ROOTS_M: f32 = 90.0;
+/// Radius of a ball that holds a car with its wheels, metres.
+const REACH_M: f32 = 3.3;
+/// Radius that stands for a car where its detail is chosen, metres: near up to some 20 m in a picture of 1280 pixels.
+const DETAIL_M: f32 = 1.9;
+
+/// Whether and how a tree or tuft is seen: apart from what is drawn of it, because every picture asks it of all of them.
+#[derive(Clone, Copy, Debug)]
+struct Ball {
+    centre: Vec3,
+    radius_m: f32,
+    kind: u32,
+    /// Stands on the horizon, where it throws no shadow.
+    distant: bool,
+}
+
+/// What is drawn of it.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    instance: Instance,
+    /// The patch of shade at a tree's foot.
+    root: Option<Instance>,
+}
+
+/// A tree or tuft made ready once.
+#[derive(Clone, Copy, Debug)]
+struct Tree(Ball, Drawn);
+
+impl Tree {
+    fn new(place: &TreePlace, model: &Model, distant: bool) -> Self {
+        let turn = Quat::from_rotation_z(place.yaw_rad);
+        let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
+        let (centre, radius_m) = (world.transform_point3(model.centre), model.radius_m * place.scale);
+        let ball = Ball { centre, radius_m, kind: place.kind as u32, distant };
+        Self(ball, Drawn { instance: Instance::new(world, place.tint, 1.0), root: None })
+    }
+
+    /// With shade on the ground, whose normal this is.
+    fn rooted(self, ground: Vec3) -> Self {
+        let turn = Quat::from_rotation_arc(Vec3::Z, ground);
+        let Self(ball, drawn) = self;
+        let foot = drawn.instance.origin() + 0.08 * ground;
+        let reach = Vec3::splat(ROOT * ball.radius_m);
+        let world = Affine3A::from_scale_rotation_translation(reach, turn, foot);
+        Self(ball, Drawn { root: Some(Instance::new(world, [0.0; 3], 1.0)), ..drawn })
+    }
+}
+
+/// Trees and tufts of grass, placed once.
+#[derive(Clone, Debug)]
+pub struct Forest {
+    kinds: usize,
+    /// As many of the one as of the other, in the same order.
+    trees: (Vec<Ball>, Vec<Drawn>),
+    tufts: (Vec<Ball>, Vec<Drawn>),
+}
+
+impl Forest {
+    /// All trees of a stage.
+    pub fn new(stage: &StaticScene, models: &Models) -> Self {
+        let grown = |distant: bool| move |place: &TreePlace| Tree::new(place, &models.trees[place.kind][0], distant);
+        let near = stage.tree_places.iter().map(grown(false));
+        let near = near.zip(&stage.tree_grounds).map(|(tree, ground)| tree.rooted(*ground));
+        let parts = |Tree(ball, drawn)| (ball, drawn);
+        let trees = near.chain(stage.far_tree_places.iter().map(grown(true))).map(parts).unzip();
+        let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft, false)).map(parts).unzip();
+        Self { kinds: models.trees.len(), trees, tufts }
+    }
+
+    fn count(&self) -> usize {
+        self.trees.0.len() + self.tufts.0.len()
+    }
+}
+
+/// What a picture shows besides cars.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Around<'a> {
+    /// Trees and grass.
+    pub forest: Option<&'a Forest>,
+    /// The ego, seen from inside.
+    pub inside: Option<&'a Seat>,
+}
+
+/// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
+#[derive(Debug)]
+pub struct InstanceCollector {
+    buffer: wgpu::Buffer,
+    instances: Vec<Instance>,
+    /// Trees in the picture: kind and level, distance, number, share.
+    found: Vec<(usize, f32, u32, f32)>,
+}
+
+impl InstanceCollector {
+    /// Room for all trees and for `cars` cars.
+    pub fn new(device: &wgpu::Device, forest: &Forest, cars: usize) -> Self {
+        // A tree between two levels is drawn twice.
+        let capacity = 1 + 5 * cars + 3 * forest.count();
+        Self {
+            buffer: instance_buffer(device, capacity),
+            instances: Vec::with_capacity(capacity),
+            found: Vec::with_capacity(2 * forest.trees.0.len()),
+        }
+    }
+
+    /// Collects the cars for which `seen(centre, radius_m)` gives a detail, the trees for which `levels` does, the nearest
+    /// to `eye` first, and the tufts for which `grass` holds, and writes them to the device.
+    #[expect(clippy::too_many_arguments, reason = "what a pass sees of each kind of thing")]
+    pub fn gather<'a>(
+        &mut self,
+        (device, queue): (&wgpu::Device, &CountedQueue),
+        models: &Models,
+        cars: impl Iterator<Item = &'a CarInstance> + Clone,
+        around: Around,
+        seen: impl Fn(Vec3, f32) -> Option<CarDetail>,
+        levels: impl Fn(Vec3, f32) -> Levels,
+        eye: Vec3,
+        grass: impl Fn(Vec3, f32) -> bool,
+    ) -> Batches {
+        self.instances.clear();
+        self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
+        let level_of = |car: &CarInstance| {
+            seen(car.position, REACH_M)?;
+            Some(seen(car.position, DETAIL_M).unwrap_or(CarDetail::Far) as usize)
+        };
+        let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
+        let seat = around.inside;
+        let cabin = seat.filter(|seat| seat.steering_wheel_rad.is_some());
+        let inside = [
+            self.fill(|list| list.extend(seat.map(|seat| body(&seat.car)))),
+            self.fill(|list| list.extend(cabin.map(|seat| body(&seat.car)))),
+            self.fill(|list| list.extend(seat.and_then(steering_wheel))),
+        ];
+        let housings = std::array::from_fn(|which| self.fill(|list| list.extend(housings(seat, which))));
+        let first = self.instances.len() as u32;
+        let bodies: Vec<_> = (0..models.bodies.len())
+            .map(|style| {
+                let of = |car: &&CarInstance| car.style == style;
+                std::array::from_fn(|level| self.fill(|list| list.extend(at(level).filter(of).map(body))))
+            })
+            .collect();
+        let all = first..self.instances.len() as u32;
+        let [near, mid, far, shade] =
+            [CarDetail::Near, CarDetail::Mid, CarDetail::Far, CarDetail::Shade].map(|level| at(level as usize));
+        let wheels = [
+            self.fill(|list| list.extend(near.flat_map(wheels))),
+            self.fill(|list| list.extend(mid.flat_map(wheels))),
+            self.fill(|list| list.extend(far.chain(shade).flat_map(wheels))),
+        ];
+        let tufts = around.forest.iter().flat_map(|forest| forest.tufts.0.iter().zip(&forest.tufts.1));
+        let wanted = |(tuft, _): &(&Ball, &Drawn)| grass(tuft.centre, tuft.radius_m);
+        let tufts = self.fill(|list| list.extend(tufts.filter(wanted).map(|(_, drawn)| drawn.instance)));
+        let trees = around.forest.map_or(Vec::new(), |forest| self.trees(forest, levels, eye));
+        let roots = self.roots(around.forest, eye);
+        if (self.instances.len() * size_of::<Instance>()) as u64 > self.buffer.size() {
+            self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
+        }
+        queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
+        Batches { inside, housings, cars: all, bodies, wheels, tufts, roots, trees }
+    }
+
+    /// Makes the instances the source of the pass's draws, in `slot`.
+    pub fn bind(&self, pass: &mut CountedPass, slot: u32) {
+        pass.set_vertex_buffer(slot, self.buffer.slice(..));
+    }
+
+    /// Shade at the feet of the trees found, fainter with distance.
+    fn roots(&mut self, forest: Option<&Forest>, eye: Vec3) -> Range<u32> {
+        let start = self.instances.len() as u32;
+        for &(_, _, number, share) in forest.iter().flat_map(|_| &self.found) {
+            let Some((balls, drawn)) = forest.map(|forest| &forest.trees) else { break };
+            // Parallel pictures are taken from far above.
+            let distance = balls[number as usize].centre.truncate().distance(eye.truncate());
+            let strength = (2.0 - 2.0 * distance / ROOTS_M).clamp(0.0, 1.0);
+            // Of a tree between two levels only one has the shade.
+            if let Some(mut root) = drawn[number as usize].root.filter(|_| share > 0.0 && strength > 0.0) {
+                root.colour_brake[3] = strength;
+                self.instances.push(root);
+            }
+        }
+        start..self.instances.len() as u32
+    }
+
+    /// Instances of the trees by kind and level, the nearest first.
+    fn trees(&mut self, forest: &Forest, levels: impl Fn(Vec3, f32) -> Levels, eye: Vec3) -> Vec<[Range<u32>; LEVELS]> {
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        for (number, tree) in (0..).zip(&forest.trees.0) {
+            let of = if tree.distant {
+                distant(levels(tree.centre, tree.radius_m))
+            } else {
+                levels(tree.centre, tree.radius_m)
+            };
+            for (detail, share) in of.into_iter().flatten() {
+                let bin = tree.kind as usize * LEVELS + detail as usize;
+                found.push((bin, tree.centre.distance_squared(eye), number, share));
+            }
+        }
+        found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let first = self.instances.len();
+        self.instances.extend(found.iter().map(|&(_, _, number, share)| {
+            let mut instance = forest.trees.1[number as usize].instance;
+            instance.colour_brake[3] = share;
+            instance
+        }));
+        let end = |bin: usize| (first + found.partition_point(|tree| tree.0 < bin)) as u32;
+        let ranges =
+            (0..forest.kinds).map(|kind| [0, 1, 2, 3].map(|k| end(kind * LEVELS + k)..end(kind * LEVELS + k + 1)));
+        let ranges = ranges.collect();
+        self.found = found;
+        ranges
+    }
+
+    fn fill(&mut self, fill: impl FnOnce(&mut Vec<Instance>)) -> Range<u32> {
+        let start = self.instances.len() as u32;
+        fill(&mut self.instances);
+        start..self.instances.len() as u32
+    }
+}
+
+/// Of a tree on the horizon: its picture, or its boughs where the picture would be drawn larger than it was painted; and no
+/// shadow.
+fn distant(levels: Levels) -> Levels {
+    match levels[0] {
+        None | Some((Detail::Shade, _)) => [None; 2],
+        Some((Detail::Near, _)) => [Some((Detail::Mid, 1.0)), None],
+        Some(_) => levels,
+    }
+}
+
+fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("instances"),
+        size: (capacity * size_of::<Instance>()) as u64,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn body(car: &CarInstance) -> Instance {
+    // In front of the point the number on its plates, behind it half of the lamps' light (`mesh.wgsl`).
+    let plate_brake = f32::from(car.plate) + 0.5 * car.brake.clamp(0.0, 1.0);
+    Instance::new(Affine3A::from_rotation_translation(car.rotation, car.position), car.colour, plate_brake)
+}
+
+/// The steering wheel, if it is seen.
+fn steering_wheel(seat: &Seat) -> Option<Instance> {
+    let body = Affine3A::from_rotation_translation(seat.car.rotation, seat.car.position);
+    seat.steering_wheel_rad.map(|turn| Instance::new(body * Cockpit::body_from_wheel(turn), [1.0; 3], 0.0))
+}
+
+/// The mirrors' housings of one mesh, in the order of [`Cockpit::housings`]. A foot points inwards to the door; that of a
+/// mirror that is turned into the picture points to where the picture has a door: down at the left one, beyond the edge at the
+/// right one.
+fn housings(seat: Option<&Seat>, which: usize) -> impl Iterator<Item = Instance> {
+    let panes = seat.and_then(|seat| Some((seat.car, seat.mirrors?)));
+    panes.into_iter().flat_map(move |(car, panes)| {
+        let body = Affine3A::from_rotation_translation(car.rotation, car.position);
+        let of = [0, if panes[1].at_home { 1 } else { 3 }, if panes[2].at_home { 2 } else { 1 }];
+        (0..3)
+            .filter(move |&k| of[k] == which)
+            .map(move |k| Instance::new(body * panes[k].body_from_glass, car.colour, 0.0))
+    })
+}
+
+/// The four wheels: the front ones steered, the right ones turned about so that their outer side shows, all rolling
+/// forwards.
+fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
+    let world_from_body = Affine3A::from_rotation_translation(car.rotation, car.position);
+    car.hubs.iter().enumerate().map(move |(i, hub)| {
+        let steer = if i < 2 { car.steer_rad } else { 0.0 };
+        let (about, roll) = if i % 2 == 0 { (0.0, car.spin_rad) } else { (PI, -car.spin_rad) };
+        let turn = Quat::from_rotation_z(steer + about) * Quat::from_rotation_y(roll);
+        Instance::new(world_from_body * Affine3A::from_rotation_translation(turn, *hub), [1.0; 3], 0.0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wheels_roll_forwards_and_show_their_outer_side() {
+        let car = CarInstance {
+            position: Vec3::ZERO,
+            rotation: Quat::IDENTITY,
+            colour: [1.0; 3],
+            brake: 0.0,
+            hubs: [(1.4, 0.8), (1.4, -0.8), (-1.4, 0.8), (-1.4, -0.8)].map(|(x, y)| Vec3::new(x, y, 0.3)),
+            steer_rad: 0.0,
+            spin_rad: 0.3,
+            style: 0,
+            plate: 1234,
+            is_ego: false,
+        };
+        for (wheel, hub) in wheels(&car).zip(car.hubs) {
+            let column = |i: usize| Vec3::from(wheel.rows.map(|row| row[i]));
+            assert!((wheel.origin() - hub).length() < 1e-6);
+            assert!((column(1).y - hub.y.signum()).abs() < 1e-6, "the outer side is {}", column(1));
+            assert!(column(2).x > 0.2, "the top moves forwards: {}", column(2));
+        }
+        let steered: Vec<_> = wheels(&CarInstance { steer_rad: 0.4, spin_rad: 0.0, ..car }).collect();
+        let axle = Vec3::from(steered[0].rows.map(|row| row[1]));
+        assert!(axle.x < -0.3, "steering left turns the left wheel's outer side backwards: {axle}");
+        assert_eq!(steered[2].rows[0][1], 0.0, "the rear wheels stay");
+    }
+}

@@ -1,0 +1,162 @@
+//! How finely cars and trees are drawn, and where those of one picture are. In: how large one is in the picture. Out: its
+//! level of detail; [`Batches`], ranges of instances by mesh and level.
+
+use super::view_projection::ViewFrustum;
+use glam::Vec3;
+use std::ops::Range;
+
+/// Ranges in the instance buffer. The first instance is the world itself, for road and land.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Batches {
+    /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel.
+    pub inside: [Range<u32>; 3],
+    /// Its mirrors' housings by mesh.
+    pub housings: [Range<u32>; 4],
+    /// All car bodies: the patches of contact shade under them.
+    pub cars: Range<u32>,
+    /// Car bodies by style and [`CarDetail`].
+    pub bodies: Vec<[Range<u32>; CAR_LEVELS]>,
+    /// Wheels by level.
+    pub wheels: [Range<u32>; 3],
+    /// Tufts of grass.
+    pub tufts: Range<u32>,
+    /// Patches of shade at the feet of trees.
+    pub roots: Range<u32>,
+    /// Trees by kind and [`Detail`].
+    pub trees: Vec<[Range<u32>; LEVELS]>,
+}
+
+impl Batches {
+    /// The `k`th of `n` parts of the trees.
+    pub fn part_of_trees(&self, k: usize, n: usize) -> Vec<[Range<u32>; LEVELS]> {
+        let part = |range: Range<u32>| {
+            let at = |k: usize| range.start + (range.len() * k / n) as u32;
+            at(k)..at(k + 1)
+        };
+        self.trees.iter().map(|levels| levels.clone().map(part)).collect()
+    }
+}
+
+/// How finely a car is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CarDetail {
+    /// With all fittings.
+    Near,
+    /// With glass that is seen through.
+    Mid,
+    /// As a shape with lamps.
+    Far,
+    /// As a shape seen from above, without wheels.
+    Plan,
+    /// As what throws its shadow where that is coarse.
+    Shade,
+}
+
+/// Number of a car's details.
+pub(super) const CAR_LEVELS: usize = 5;
+
+/// How finely a tree is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// With every twig.
+    Near,
+    /// With a quarter of the triangles.
+    Mid,
+    /// As a picture on two triangles.
+    Far,
+    /// Solid: what throws its shadow.
+    Shade,
+}
+
+/// Number of a tree's details.
+pub(super) const LEVELS: usize = 4;
+/// Radius in the picture from which a tree is drawn with every twig, pixels.
+const NEAR_PX: f32 = 85.0;
+/// And a car with all fittings: from there on the outline without them is off by more than a pixel (`scene/car.rs`).
+const FITTED_PX: f32 = 100.0;
+/// Radius from which a tree is drawn with its boughs, and a car with glass that is seen through, pixels.
+const MID_PX: f32 = 36.0;
+/// Radius from which a car seen from above is more than its outline, pixels.
+const PLAN_PX: f32 = 7.5;
+/// Share of these radii over which one level of a tree gives way to the other.
+const BAND: f32 = 0.22;
+/// And where a pixel has one sample, and both levels are drawn one over the other: fewer trees shall be in it.
+const LAYERED_BAND: f32 = 0.1;
+
+/// Within this distance of a car's middle the eye is at its door, metres.
+const BESIDE_M: f32 = 1.9;
+
+impl CarDetail {
+    /// The detail for a car within a ball, if that is in the picture. The own one in a mirror on its door never has all
+    /// fittings: they would double the mirror's cost.
+    pub fn seen(optics: &ViewFrustum, centre: Vec3, radius_m: f32) -> Option<Self> {
+        let most = if optics.camera.eye.distance(centre) < BESIDE_M { FITTED_PX } else { f32::MAX };
+        let detail = || Self::of(optics.pixels(centre, radius_m).min(most), optics.from_above());
+        optics.sees(centre, radius_m).then(detail)
+    }
+
+    /// The detail for a car that is this large in the picture, which may be taken from above.
+    pub fn of(radius_px: f32, from_above: bool) -> Self {
+        match radius_px {
+            px if px > FITTED_PX => Self::Near,
+            px if px > MID_PX => Self::Mid,
+            px if px > PLAN_PX || !from_above => Self::Far,
+            _ => Self::Plan,
+        }
+    }
+}
+
+impl Detail {
+    /// One level, or around a switch both: the finer one with its share of the samples, of which a pixel has as many, the
+    /// coarser one with the negative of that (`kept` in `fade.wgsl`).
+    pub fn shares(radius_px: f32, samples: u32) -> Levels {
+        let band = if samples == 1 { LAYERED_BAND } else { BAND };
+        let share = |at: f32| ((radius_px / at - 1.0) / band + 0.5).clamp(0.0, 1.0);
+        for (at, finer, coarser) in [(NEAR_PX, Self::Near, Self::Mid), (MID_PX, Self::Mid, Self::Far)] {
+            match share(at) {
+                1.0 => return [Some((finer, 1.0)), None],
+                0.0 => {}
+                share => return [Some((finer, share)), Some((coarser, -share))],
+            }
+        }
+        [Some((Self::Far, 1.0)), None]
+    }
+}
+
+/// At which levels a tree is drawn, each with its share.
+pub type Levels = [Option<(Detail, f32)>; 2];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_of_the_trees_are_all_trees_once() {
+        let batches = Batches {
+            trees: vec![[3..3, 3..40, 40..45, 45..46], [46..46, 46..146, 146..146, 146..150]],
+            ..Default::default()
+        };
+        let parts: Vec<_> = (0..12).map(|k| batches.part_of_trees(k, 12)).collect();
+        for (kind, levels) in batches.trees.iter().enumerate() {
+            for (level, range) in levels.iter().enumerate() {
+                let together: Vec<u32> = parts.iter().flat_map(|part| part[kind][level].clone()).collect();
+                assert_eq!(together, range.clone().collect::<Vec<_>>());
+            }
+        }
+        assert!(parts.iter().all(|part| part[1][1].len() <= 9));
+    }
+
+    #[test]
+    fn a_car_is_a_plan_only_from_above_and_only_while_it_is_a_few_pixels() {
+        // 40 cars on ring-641 in a picture of 640x360, 22 on ring-250 there and at 1280x720.
+        for (radius_px, above) in [(3.0, CarDetail::Plan), (7.1, CarDetail::Plan), (14.3, CarDetail::Far)] {
+            assert_eq!(CarDetail::of(radius_px, true), above);
+            assert_eq!(CarDetail::of(radius_px, false), CarDetail::Far, "a car on the road has wheels");
+        }
+        for from_above in [true, false] {
+            assert_eq!(CarDetail::of(40.0, from_above), CarDetail::Mid);
+            assert_eq!(CarDetail::of(95.0, from_above), CarDetail::Mid);
+            assert_eq!(CarDetail::of(105.0, from_above), CarDetail::Near);
+        }
+    }
+}

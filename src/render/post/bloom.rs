@@ -1,0 +1,163 @@
+//! Bloom: the small halo around lamps and glints. In: the main picture's light. Out: a texture an eighth of
+//! its size, in two draws: what is brighter than paper in the sun, and that blurred. The latter holds the square root of the
+//! light's share of [`MOST`] in bytes, which software rendering filters in a third of the time that light takes.
+
+use crate::render::device::{
+    cost::{CountedPass, PassCost},
+    pipeline::{HDR, PipelineBuilder, PipelineDesc},
+    timing,
+};
+
+/// How much smaller the halo's texture is.
+const SMALLER: u32 = 8;
+/// The strongest light in a halo.
+pub const MOST: f32 = 12.0;
+/// Formats of the two textures.
+const FORMATS: [wgpu::TextureFormat; 2] = [HDR, wgpu::TextureFormat::Rgba8Unorm];
+
+/// The two pipelines; made anew when shaders are reloaded.
+#[derive(Debug)]
+pub struct BloomPipelines([wgpu::RenderPipeline; 2]);
+
+/// The two draws.
+#[derive(Debug)]
+pub struct BloomPass {
+    layout: wgpu::PipelineLayout,
+    group_layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
+    /// Bright parts, and the halo.
+    targets: [wgpu::TextureView; 2],
+    groups: Option<[wgpu::BindGroup; 2]>,
+}
+
+impl BloomPass {
+    /// A pass without a picture yet.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty,
+            count: None,
+        };
+        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("glow"),
+            entries: &[
+                entry(
+                    0,
+                    wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
+                    },
+                ),
+                entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            ],
+        });
+        Self {
+            layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("glow"),
+                bind_group_layouts: &[Some(&group_layout)],
+                immediate_size: 0,
+            }),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("glow"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+            group_layout,
+            targets: FORMATS.map(|format| target(device, format, [1, 1])),
+            groups: None,
+        }
+    }
+
+    /// The pass's pipelines.
+    ///
+    /// # Errors
+    /// What is wrong with the shader.
+    pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<BloomPipelines, String> {
+        let small = PipelineDesc {
+            program: "glow",
+            layout: &self.layout,
+            buffers: &[],
+            colour: Some((FORMATS[0], None)),
+            depth: None,
+            cull: None,
+            writes: wgpu::ColorWrites::ALL,
+            samples: 1,
+            cut_out: false,
+            constants: &[("MOST", MOST as f64)],
+        };
+        let blurred = PipelineDesc {
+            colour: Some((FORMATS[1], None)),
+            constants: &[("MOST", MOST as f64), ("BLUR", 1.0)],
+            ..small.clone()
+        };
+        builder.pipelines([small, blurred]).map(BloomPipelines)
+    }
+
+    /// Makes the textures fit a picture of `size` pixels.
+    pub fn fit(&mut self, device: &wgpu::Device, light: &wgpu::TextureView, size: [u32; 2]) {
+        self.targets = FORMATS.map(|format| target(device, format, size.map(|side| side.div_ceil(SMALLER))));
+        self.groups = Some([light, &self.targets[0]].map(|view| {
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("glow"),
+                layout: &self.group_layout,
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(view) },
+                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.sampler) },
+                ],
+            })
+        }));
+    }
+
+    /// The halo, for the developing pass.
+    pub fn halo(&self) -> &wgpu::TextureView {
+        &self.targets[1]
+    }
+
+    /// Draws the halo; the time of developing begins here.
+    pub fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<&wgpu::RenderPassTimestampWrites>,
+        pipelines: &BloomPipelines,
+    ) -> PassCost {
+        let mut cost = PassCost::default();
+        for (step, target) in self.targets.iter().enumerate() {
+            let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("glow"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: target,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })],
+                timestamp_writes: stamps.filter(|_| step == 0).map(timing::begin_only),
+                ..Default::default()
+            }));
+            pass.set_pipeline(&pipelines.0[step]);
+            pass.set_bind_group(0, self.groups.as_ref().map(|groups| &groups[step]), &[]);
+            pass.draw(0..3, 0..1);
+            cost += pass.cost();
+        }
+        cost
+    }
+}
+
+fn target(device: &wgpu::Device, format: wgpu::TextureFormat, [width, height]: [u32; 2]) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("glow"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

@@ -1,0 +1,7 @@
+//! From light to the screen: [`bloom`], [`tonemap`], what egui drew ([`ui_pass`]), the experimenter's [`preview`]. In: textures of
+//! light. Out: sRGB values.
+
+pub mod bloom;
+pub mod preview;
+pub mod tonemap;
+pub mod ui_pass;

@@ -1,0 +1,455 @@
+//! Tone mapping, from light to a picture: tone curve, sRGB encoding, and the mirror laid into the main picture. In: one or two
+//! textures of light. Out: the target, a plain `Unorm` texture that holds sRGB values, as egui wants it.
+
+use super::bloom;
+use crate::{
+    render::device::{
+        cost::{CountedPass, CountedQueue, PassCost},
+        layout::Print,
+        pipeline::{PipelineBuilder, PipelineDesc},
+    },
+    scene::{Camera, Lens},
+};
+use glam::Vec4;
+
+/// Width of the mirror inset as a share of the picture's width.
+pub const MIRROR_WIDTH: f32 = 0.30;
+/// Width of the mirror over its height.
+pub const MIRROR_ASPECT: f32 = 3.4;
+/// Share of a lamp's light that its halo adds.
+const GLOW: f32 = 0.30;
+/// Gap above the mirror as a share of the picture's height.
+const MIRROR_TOP: f32 = 0.02;
+
+/// The pipelines: for pictures and for mirrors, the same with smoothed edges, for the edges of a developed picture, and for
+/// a picture and a flat mirror before that; made anew when shaders are reloaded.
+#[derive(Debug)]
+pub struct ToneMapPipeline([wgpu::RenderPipeline; 7]);
+
+/// How far smoothing edges reaches (`edges.wgsl`), and a pixel more.
+const SMOOTHED_PX: f32 = 4.0;
+/// Number of the pipeline for the edges of a developed picture.
+const SOFTEN: usize = 4;
+/// And for a picture that is as large as its light, which may be that of a flat mirror.
+const EXACT: usize = 5;
+const EXACT_MIRROR: usize = 6;
+
+/// The glass of a mirror: what is drawn behind it, and how it shows that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    /// Tangents of half the angles that it shows if it is flat.
+    tangents: [f32; 2],
+    /// See [`MirrorOptions::bend`](crate::scene::MirrorOptions::bend).
+    bend: f32,
+    /// How much wider the drawn picture is.
+    widened: f32,
+}
+
+impl Glass {
+    /// The glass in front of `camera` in an inset of `aspect` (width / height).
+    pub fn new(camera: &Camera, bend: f32, aspect: f32) -> Self {
+        let Lens::Perspective { fov_x_rad } = camera.lens else {
+            return Self { tangents: [1.0; 2], bend: 0.0, widened: 1.0 };
+        };
+        let x = (fov_x_rad / 2.0).tan();
+        let tangents = [x, x / aspect];
+        let widened = spread(x.hypot(x / aspect), bend);
+        Self { tangents, bend, widened }
+    }
+
+    /// The camera whose picture holds all that the glass shows.
+    pub fn behind(&self, camera: &Camera) -> Camera {
+        match camera.lens {
+            Lens::Perspective { .. } if self.bend > 0.0 => {
+                let fov_x_rad = 2.0 * (self.tangents[0] * self.widened).atan();
+                Camera { lens: Lens::Perspective { fov_x_rad }, ..*camera }
+            }
+            _ => *camera,
+        }
+    }
+
+    fn print(&self) -> [f32; 4] {
+        [self.tangents[0], self.tangents[1], self.bend, 1.0 / self.widened]
+    }
+}
+
+/// How many times further from the middle of a curved glass a thing stands than it seems to, as tangents; `tangent` is
+/// where it seems to stand. The same is in `develop.wgsl`.
+fn spread(tangent: f32, bend: f32) -> f32 {
+    if bend <= 0.0 || tangent <= 0.0 {
+        return 1.0;
+    }
+    (tangent.atan() + 2.0 * (bend * tangent).min(1.0).asin()).min(1.5).tan() / tangent
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct ToneMapPass {
+    format: wgpu::TextureFormat,
+    layout: wgpu::PipelineLayout,
+    group_layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
+    main: Sheet,
+    /// The rear-view mirror, and those on the doors.
+    mirrors: [Sheet; 3],
+    /// Where edges are smoothed: the developed picture before that, as large as its light.
+    flat: Option<Flat>,
+}
+
+#[derive(Debug)]
+struct Flat {
+    view: wgpu::TextureView,
+    size: [u32; 2],
+    sheet: Sheet,
+}
+
+/// One picture on the target.
+#[derive(Debug)]
+struct Sheet {
+    uniform: wgpu::Buffer,
+    group: Option<wgpu::BindGroup>,
+}
+
+/// A mirror's picture in its frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Framed {
+    /// Its glass.
+    pub glass: Glass,
+    /// Where it lies.
+    pub lies: Lies,
+}
+
+/// Where a mirror's picture lies.
+#[derive(Clone, Copy, Debug)]
+pub enum Lies {
+    /// At the top in the middle.
+    Inset,
+    /// In the world: its upper left, upper right and lower left corner in clip space, its width and height in pixels.
+    InWorld([Vec4; 3], [f32; 2]),
+}
+
+/// A print flat on a target of `canvas` pixels, over left, top, width and height.
+fn laid([left, top, width, height]: [u32; 4], canvas: [u32; 2]) -> Print {
+    let [right, down] = [2.0 / canvas[0] as f32, -2.0 / canvas[1] as f32];
+    Print {
+        size: [width as f32, height as f32],
+        corner_clip: [left as f32 * right - 1.0, top as f32 * down + 1.0, 0.0, 1.0],
+        right_clip: [right, 0.0, 0.0, 0.0],
+        down_clip: [0.0, down, 0.0, 0.0],
+        ..Default::default()
+    }
+}
+
+/// A print on a glass in the world, its corners a quarter of its height round; nothing is before it, so that it needs no
+/// depth.
+fn in_world([corner, right, down]: [Vec4; 3], [width, height]: [f32; 2], border: f32) -> Print {
+    let flat = |v: Vec4| v.with_z(0.0).to_array();
+    Print {
+        size: [width, height],
+        border: 0.5 * border,
+        corner: 0.28 * height,
+        corner_clip: flat(corner),
+        right_clip: flat((right - corner) / width),
+        down_clip: flat((down - corner) / height),
+        ..Default::default()
+    }
+}
+
+/// Left, top, width and height of the mirror inset in a picture of `size`, in pixels.
+pub fn mirror_rect(size: [u32; 2]) -> [u32; 4] {
+    let width = (size[0] as f32 * MIRROR_WIDTH).round().max(2.0);
+    let height = (width / MIRROR_ASPECT).round().max(1.0);
+    // An even number of columns on both sides, so that the inset is in the middle to the pixel.
+    let width = width as u32 + (size[0] + width as u32) % 2;
+    [(size[0].saturating_sub(width)) / 2, (size[1] as f32 * MIRROR_TOP).round() as u32, width, height as u32]
+}
+
+/// Left, top, width and height of what the inset hides of a picture that is drawn `drawn` pixels large and shown in `size`:
+/// the inset without its round corners and without what smoothing edges or filtering up reads from beside it.
+pub fn hidden_by_mirror(size: [u32; 2], drawn: [u32; 2]) -> Option<[u32; 4]> {
+    let scale = [0, 1].map(|i| drawn[i] as f32 / size[i].max(1) as f32);
+    let [left, top, width, height] = mirror_rect(size).map(|v| v as f32);
+    // A square of side 1 lies in a round corner of radius 1 from 0.29 on.
+    let corner = 0.3 * corner_px(size);
+    let free = |low: f32, length: f32, scale: f32| {
+        let first = ((low + corner) * scale).ceil() + SMOOTHED_PX;
+        let end = ((low + length - corner) * scale).floor() - SMOOTHED_PX;
+        (end > first).then_some((first as u32, (end - first) as u32))
+    };
+    let ((left, width), (top, height)) = (free(left, width, scale[0])?, free(top, height, scale[1])?);
+    Some([left, top, width, height])
+}
+
+/// Radius of the inset's corners, pixels.
+fn corner_px(size: [u32; 2]) -> f32 {
+    size[1] as f32 / 38.0
+}
+
+fn sheet(device: &wgpu::Device) -> Sheet {
+    let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("print"),
+        size: size_of::<Print>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    Sheet { uniform, group: None }
+}
+
+impl ToneMapPass {
+    /// A pass onto targets of `format`.
+    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+        let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+        let picture = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("develop"),
+            entries: &[
+                entry(
+                    0,
+                    wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                ),
+                entry(1, picture),
+                entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+                entry(3, picture),
+            ],
+        });
+        Self {
+            format,
+            layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("develop"),
+                bind_group_layouts: &[Some(&group_layout)],
+                immediate_size: 0,
+            }),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("light"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+            group_layout,
+            main: sheet(device),
+            mirrors: [(); 3].map(|()| sheet(device)),
+            flat: None,
+        }
+    }
+
+    /// The pass's pipeline.
+    ///
+    /// # Errors
+    /// What is wrong with the shader.
+    pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ToneMapPipeline, String> {
+        let picture = PipelineDesc {
+            program: "develop",
+            layout: &self.layout,
+            buffers: &[],
+            colour: Some((self.format, None)),
+            depth: None,
+            cull: None,
+            writes: wgpu::ColorWrites::ALL,
+            samples: 1,
+            cut_out: false,
+            constants: &[],
+        };
+        let mirror = PipelineDesc {
+            constants: &[("MIRROR", 1.0)],
+            // Its corners are round.
+            colour: Some((self.format, Some(wgpu::BlendState::ALPHA_BLENDING))),
+            ..picture.clone()
+        };
+        let soften = PipelineDesc { program: "soften", ..picture.clone() };
+        let smooth = PipelineDesc { constants: &[("SMOOTH", 1.0)], ..picture.clone() };
+        let smooth_mirror = PipelineDesc { constants: &[("MIRROR", 1.0), ("SMOOTH", 1.0)], ..mirror.clone() };
+        let exact = PipelineDesc { constants: &[("EXACT", 1.0)], ..picture.clone() };
+        let exact_mirror = PipelineDesc { constants: &[("MIRROR", 1.0), ("EXACT", 1.0)], ..picture.clone() };
+        let made = builder.pipelines([picture, mirror, smooth, smooth_mirror, soften, exact, exact_mirror]);
+        made.map(ToneMapPipeline)
+    }
+
+    /// Tells the pass that the pictures' textures are new, the main one of `size` pixels; with `soften`, edges of the main
+    /// picture are smoothed after it is developed, which is for one that is not filtered up: where it is, mixing light keeps
+    /// things in their places, mixing what the screen shows does not.
+    pub fn fit(
+        &mut self,
+        device: &wgpu::Device,
+        main: &wgpu::TextureView,
+        mirrors: [&wgpu::TextureView; 3],
+        halo: &wgpu::TextureView,
+        size: [u32; 2],
+        soften: bool,
+    ) {
+        let group = |uniform: &wgpu::Buffer, light: &wgpu::TextureView| {
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("develop"),
+                layout: &self.group_layout,
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(light) },
+                    wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&self.sampler) },
+                    wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(halo) },
+                ],
+            })
+        };
+        self.main.group = Some(group(&self.main.uniform, main));
+        for (sheet, light) in self.mirrors.iter_mut().zip(mirrors) {
+            sheet.group = Some(group(&sheet.uniform, light));
+        }
+        self.flat = soften.then(|| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("developed"),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: self.format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+            let sheet = sheet(device);
+            let group = Some(group(&sheet.uniform, &view));
+            Flat { view, size, sheet: Sheet { group, ..sheet } }
+        });
+    }
+
+    /// Develops the main picture (as the mirror `alone`, if it is one) onto all of the target, and the mirrors' pictures
+    /// into their frames. With `smooth`, steps along edges are filtered.
+    #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
+    pub fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        pipeline: &ToneMapPipeline,
+        queue: &CountedQueue,
+        target: &wgpu::TextureView,
+        size: [u32; 2],
+        exposure: f32,
+        alone: Option<Glass>,
+        mirrors: [Option<Framed>; 3],
+        smooth: bool,
+    ) -> PassCost {
+        let sheet_of = |size: [u32; 2]| laid([0, 0, size[0], size[1]], size);
+        let first = self.flat.as_ref().map_or(size, |flat| flat.size);
+        let whole = Print {
+            lens: alone.map_or([0.0; 4], |glass| glass.print()),
+            flip: f32::from(u8::from(alone.is_some())),
+            exposure,
+            glow: GLOW * bloom::MOST * exposure,
+            soften: f32::from(u8::from(self.flat.is_some())),
+            ..sheet_of(first)
+        };
+        let border = (size[1] as f32 / 200.0).max(1.0);
+        queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
+        for (sheet, framed) in self.mirrors.iter().zip(mirrors) {
+            let Some(Framed { glass, lies }) = framed else { continue };
+            let lies = match lies {
+                Lies::Inset => Print { border, corner: corner_px(size), ..laid(mirror_rect(size), size) },
+                Lies::InWorld(corners, glass_px) => in_world(corners, glass_px, border),
+            };
+            let print = Print { flip: 1.0, exposure, lens: glass.print(), ..lies };
+            queue.write_buffer(&sheet.uniform, 0, bytemuck::bytes_of(&print));
+        }
+        let here = if smooth { 2 } else { 0 };
+        let main = match (alone, &self.flat) {
+            (None, Some(_)) => EXACT,
+            (Some(glass), Some(_)) if glass.bend <= 0.0 => EXACT_MIRROR,
+            (Some(_), Some(_)) => 1,
+            (alone, None) => usize::from(alone.is_some()) + here,
+        };
+        let main = (&self.main, main);
+        let mut cost = PassCost::default();
+        let onto_target = match &self.flat {
+            None => main,
+            Some(flat) => {
+                queue.write_buffer(&flat.sheet.uniform, 0, bytemuck::bytes_of(&sheet_of(size)));
+                cost += lay(encoder, None, pipeline, &flat.view, &[Some(main)]);
+                (&flat.sheet, SOFTEN)
+            }
+        };
+        let [rear, left, right] = std::array::from_fn(|k| mirrors[k].map(|_| (&self.mirrors[k], 1 + here)));
+        cost + lay(encoder, stamps, pipeline, target, &[Some(onto_target), rear, left, right])
+    }
+}
+
+/// One pass that lays sheets onto a target, each with the pipeline of its number.
+fn lay(
+    encoder: &mut wgpu::CommandEncoder,
+    stamps: Option<wgpu::RenderPassTimestampWrites>,
+    pipeline: &ToneMapPipeline,
+    target: &wgpu::TextureView,
+    sheets: &[Option<(&Sheet, usize)>],
+) -> PassCost {
+    let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("develop"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: target,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        })],
+        timestamp_writes: stamps,
+        ..Default::default()
+    }));
+    for (sheet, number) in sheets.iter().flatten() {
+        pass.set_pipeline(&pipeline.0[*number]);
+        pass.set_bind_group(0, sheet.group.as_ref(), &[]);
+        pass.draw(0..6, 0..1);
+    }
+    pass.cost()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn a_convex_mirror_shows_more_and_smaller_and_a_flat_one_changes_nothing() {
+        let camera = |degrees: f32| Camera {
+            eye: Vec3::ZERO,
+            forward: Vec3::X,
+            up: Vec3::Z,
+            lens: Lens::Perspective { fov_x_rad: degrees.to_radians() },
+        };
+        let flat = Glass::new(&camera(30.0), 0.0, 3.4);
+        assert_eq!((flat.widened, flat.behind(&camera(30.0))), (1.0, camera(30.0)));
+        let mut before = 1.0;
+        for bend in [0.02, 0.1, 0.25, 0.5] {
+            let glass = Glass::new(&camera(30.0), bend, 3.4);
+            assert!(glass.widened > before, "{bend}: {}", glass.widened);
+            before = glass.widened;
+            // Near the axis: 1 + 2 d / R, the magnification of a convex mirror for far things.
+            assert!((spread(1e-3, bend) - (1.0 + 2.0 * bend)).abs() < 1e-3);
+        }
+        // The widest glass that the settings allow still shows less than a half space.
+        for aspect in [1.0, 16.0 / 9.0, 3.4] {
+            let widest = Glass::new(&camera(60.0), 0.42 / 0.8, aspect);
+            let Lens::Perspective { fov_x_rad } = widest.behind(&camera(60.0)).lens else { panic!("a perspective") };
+            assert!(fov_x_rad.to_degrees() < 172.0, "{}", fov_x_rad.to_degrees());
+        }
+    }
+
+    #[test]
+    fn the_mirror_is_at_the_top_in_the_middle() {
+        for size in [[160, 90], [320, 180], [640, 360], [1280, 720], [1921, 1080]] {
+            let [left, top, width, height] = mirror_rect(size);
+            assert_eq!(2 * left + width, size[0], "{size:?}");
+            assert!(top + height < size[1] / 4, "{size:?}");
+            assert!((width as f32 / size[0] as f32 - MIRROR_WIDTH).abs() < 0.02, "{size:?}");
+            let hidden = hidden_by_mirror(size, size);
+            assert!(hidden.is_some() || size[1] < 180, "{size:?}");
+            let Some([x, y, wide, high]) = hidden else { continue };
+            assert!(x >= left + 4 && y >= top + 4, "{size:?}");
+            assert!(x + wide + 4 <= left + width && y + high + 4 <= top + height, "{size:?}");
+            assert!(2 * x + wide == size[0], "{size:?}: {x} {wide}");
+            assert!(3 * wide * high > 2 * width * height || size[1] < 720, "{size:?}: {wide} x {high}");
+        }
+    }
+}

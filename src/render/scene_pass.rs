@@ -1,0 +1,494 @@
+//! Second and third pass: the scene in high dynamic range, once for the main camera, once for the mirror. In: cars,
+//! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
+
+use super::{
+    device::{
+        cost::PassCost,
+        layout::{Frame, instance_buffer, mesh_buffers},
+        pipeline::{DEPTH, HDR, PipelineBuilder, PipelineDesc},
+        targets::Targets,
+    },
+    instances::{Around, InstanceCollector},
+    level_of_detail::{CarDetail, Detail},
+    quality::Quality,
+    shadow::Lights,
+    sky::sky_pass::{self, SkyPass},
+    static_meshes::StaticMeshes,
+    view_projection::ViewFrustum,
+};
+use crate::scene::View;
+use glam::Vec3;
+
+/// Width of a pixel from which no blade of grass is seen, metres.
+const AFAR_M: f32 = 0.075;
+
+/// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
+/// takes still costs its time.
+#[derive(Debug)]
+pub struct Materials {
+    hidden: wgpu::RenderPipeline,
+    car: wgpu::RenderPipeline,
+    uncoated: wgpu::RenderPipeline,
+    glass: wgpu::RenderPipeline,
+    /// What there is much of comes twice: for any lens, and for a parallel one from above.
+    road: [wgpu::RenderPipeline; 2],
+    /// Likewise, the second where a pixel is at least [`AFAR_M`] wide.
+    land: [wgpu::RenderPipeline; 2],
+    contact: wgpu::RenderPipeline,
+    root: wgpu::RenderPipeline,
+    cover: wgpu::RenderPipeline,
+    tree: wgpu::RenderPipeline,
+    far_cover: [wgpu::RenderPipeline; 2],
+    impostor: [wgpu::RenderPipeline; 2],
+    grass: wgpu::RenderPipeline,
+    sky: wgpu::RenderPipeline,
+}
+
+/// How the ego is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ego {
+    /// As any other car.
+    Outside,
+    /// By its driver.
+    Inside,
+    /// Not at all.
+    Nowhere,
+}
+
+/// What the scene's pipelines may read.
+#[derive(Debug)]
+pub struct Bindings {
+    group: wgpu::BindGroupLayout,
+    pipeline: wgpu::PipelineLayout,
+    sky_pipeline: wgpu::PipelineLayout,
+    shadow_sampler: wgpu::Sampler,
+    grain_sampler: wgpu::Sampler,
+    leaf_sampler: wgpu::Sampler,
+}
+
+/// One picture of the scene: camera, instances and targets of its own.
+#[derive(Debug)]
+pub struct ScenePass {
+    label: &'static str,
+    samples: u32,
+    grass_m: f32,
+    /// See [`Quality::detail`].
+    detail: f32,
+    frame: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    clouds: wgpu::BindGroup,
+    crowd: InstanceCollector,
+    targets: Targets,
+}
+
+impl Bindings {
+    /// The bindings of `common.wgsl`.
+    pub fn new(device: &wgpu::Device, quality: &Quality) -> Self {
+        use wgpu::{BindingType, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
+        let texture =
+            |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
+        let uniform = BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let entries = [
+            uniform,
+            texture(TextureSampleType::Depth, TextureViewDimension::D2Array),
+            BindingType::Sampler(SamplerBindingType::Comparison),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+            uniform,
+            uniform,
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
+            BindingType::Sampler(SamplerBindingType::Filtering),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
+        ];
+        let entries: Vec<_> = entries
+            .into_iter()
+            .enumerate()
+            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+                binding: binding as u32,
+                visibility: ShaderStages::VERTEX_FRAGMENT,
+                ty,
+                count: None,
+            })
+            .collect();
+        let group = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries });
+        let between = if quality.fine { wgpu::MipmapFilterMode::Linear } else { wgpu::MipmapFilterMode::Nearest };
+        Self {
+            pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("scene"),
+                bind_group_layouts: &[Some(&group)],
+                immediate_size: 0,
+            }),
+            sky_pipeline: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("sky"),
+                bind_group_layouts: &[Some(&group), Some(&sky_pass::clouds_layout(device))],
+                immediate_size: 0,
+            }),
+            group,
+            shadow_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("shadow"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                compare: Some(wgpu::CompareFunction::LessEqual),
+                ..Default::default()
+            }),
+            grain_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("grain"),
+                address_mode_u: wgpu::AddressMode::Repeat,
+                address_mode_v: wgpu::AddressMode::Repeat,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: between,
+                anisotropy_clamp: quality.anisotropy.max(1),
+                ..Default::default()
+            }),
+            leaf_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("leaves"),
+                address_mode_u: wgpu::AddressMode::Repeat,
+                address_mode_v: wgpu::AddressMode::Repeat,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: between,
+                ..Default::default()
+            }),
+        }
+    }
+
+    /// All pipelines of the scene.
+    ///
+    /// # Errors
+    /// What is wrong with a shader.
+    pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<Materials, String> {
+        let depth = |write, bias| wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(write),
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: Default::default(),
+            bias,
+        };
+        let mesh = mesh_buffers();
+        // Programs without sunshine leave the constant alone.
+        let soft = ("SOFT", f64::from(u8::from(quality.fine)));
+        let samples = ("SAMPLES", f64::from(quality.msaa));
+        let afar = ("AFAR_M", f64::from(AFAR_M));
+        let from_above = ("FROM_ABOVE", 1.0);
+        let solid = PipelineDesc {
+            program: "road",
+            layout: &self.pipeline,
+            buffers: &mesh,
+            colour: Some((HDR, None)),
+            depth: Some(depth(true, Default::default())),
+            cull: Some(wgpu::Face::Back),
+            writes: wgpu::ColorWrites::ALL,
+            samples: quality.msaa,
+            cut_out: false,
+            constants: &[soft],
+        };
+        // Depth first, then colour where the depth is the same.
+        let cover = PipelineDesc {
+            program: "cover",
+            writes: wgpu::ColorWrites::empty(),
+            cull: None,
+            constants: &[samples],
+            ..solid.clone()
+        };
+        let covered = PipelineDesc {
+            depth: Some(wgpu::DepthStencilState {
+                depth_compare: Some(wgpu::CompareFunction::Equal),
+                ..depth(false, Default::default())
+            }),
+            cull: None,
+            ..solid.clone()
+        };
+        let shade = wgpu::BlendState::ALPHA_BLENDING;
+        let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
+        let instances = [Some(instance_buffer())];
+        let made = builder.pipelines([
+            PipelineDesc {
+                program: "hidden",
+                buffers: &[],
+                depth: Some(wgpu::DepthStencilState {
+                    depth_compare: Some(wgpu::CompareFunction::Always),
+                    ..depth(true, Default::default())
+                }),
+                writes: wgpu::ColorWrites::empty(),
+                cull: None,
+                constants: &[],
+                ..solid.clone()
+            },
+            PipelineDesc { program: "car", ..solid.clone() },
+            PipelineDesc { program: "car", constants: &[soft, ("COATED", 0.0)], ..solid.clone() },
+            PipelineDesc {
+                program: "car",
+                colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
+                depth: Some(depth(false, Default::default())),
+                constants: &[soft, ("SEEN_THROUGH", 1.0)],
+                ..solid.clone()
+            },
+            PipelineDesc { program: "road", ..solid.clone() },
+            PipelineDesc { program: "road", constants: &[soft, from_above], ..solid.clone() },
+            PipelineDesc { program: "land", constants: &[soft, afar], ..solid.clone() },
+            PipelineDesc { program: "land", constants: &[soft, from_above, afar, ("AFAR", 1.0)], ..solid.clone() },
+            cover.clone(),
+            PipelineDesc { program: "tree", ..covered.clone() },
+            PipelineDesc { program: "far_cover", ..cover.clone() },
+            PipelineDesc { program: "far_cover", constants: &[samples, from_above], ..cover },
+            PipelineDesc { program: "impostor", constants: &[soft, samples], ..covered.clone() },
+            PipelineDesc { program: "impostor", constants: &[soft, samples, from_above], ..covered },
+            PipelineDesc {
+                program: "grass",
+                cull: None,
+                cut_out: quality.msaa > 1,
+                constants: &[
+                    soft,
+                    ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 }),
+                    ("REACH_M", f64::from(quality.grass_m)),
+                ],
+                ..solid.clone()
+            },
+            PipelineDesc {
+                program: "contact",
+                buffers: &instances,
+                colour: Some((HDR, Some(shade))),
+                depth: Some(depth(false, above)),
+                cull: None,
+                constants: &[],
+                ..solid.clone()
+            },
+            PipelineDesc {
+                program: "root",
+                buffers: &instances,
+                colour: Some((HDR, Some(shade))),
+                // Over ground that is not quite the plane under the tree: 1.8 % of the distance nearer.
+                depth: Some(depth(false, wgpu::DepthBiasState { constant: 150_000, ..above })),
+                cull: None,
+                constants: &[],
+                ..solid.clone()
+            },
+            PipelineDesc {
+                program: "sky",
+                layout: &self.sky_pipeline,
+                buffers: &[],
+                depth: Some(depth(false, Default::default())),
+                cull: None,
+                ..solid
+            },
+        ])?;
+        let [
+            hidden,
+            car,
+            uncoated,
+            glass,
+            road,
+            road_from_above,
+            land,
+            land_from_above,
+            cover,
+            tree,
+            far_cover,
+            far_cover_from_above,
+            impostor,
+            impostor_from_above,
+            grass,
+            contact,
+            root,
+            sky,
+        ] = made;
+        Ok(Materials {
+            hidden,
+            car,
+            uncoated,
+            glass,
+            road: [road, road_from_above],
+            land: [land, land_from_above],
+            contact,
+            root,
+            cover,
+            tree,
+            far_cover: [far_cover, far_cover_from_above],
+            impostor: [impostor, impostor_from_above],
+            grass,
+            sky,
+        })
+    }
+}
+
+impl ScenePass {
+    /// A picture that reads `shadows` and is lit by `air`.
+    pub fn new(
+        label: &'static str,
+        meshes: &StaticMeshes,
+        bindings: &Bindings,
+        shadows: &wgpu::TextureView,
+        air: &SkyPass,
+        quality: &Quality,
+    ) -> Self {
+        let device = &meshes.device;
+        let frame = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: size_of::<Frame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let resources = [
+            frame.as_entire_binding(),
+            wgpu::BindingResource::TextureView(shadows),
+            wgpu::BindingResource::Sampler(&bindings.shadow_sampler),
+            wgpu::BindingResource::TextureView(&meshes.grain),
+            wgpu::BindingResource::Sampler(&bindings.grain_sampler),
+        ];
+        let leaves = [
+            wgpu::BindingResource::TextureView(&meshes.leaves),
+            wgpu::BindingResource::Sampler(&bindings.leaf_sampler),
+            wgpu::BindingResource::TextureView(&meshes.far_trees),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(resources.into_iter().chain(air.resources()).chain(leaves))
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(label),
+            layout: &bindings.group,
+            entries: &entries,
+        });
+        Self {
+            label,
+            samples: quality.msaa,
+            grass_m: quality.grass_m,
+            detail: quality.detail,
+            group,
+            clouds: air.clouds().clone(),
+            frame,
+            crowd: InstanceCollector::new(device, &meshes.forest, 64),
+            targets: Targets::new(device, label, [1, 1], quality.msaa),
+        }
+    }
+
+    /// Makes the targets `size` pixels large. True if they are new.
+    pub fn fit(&mut self, device: &wgpu::Device, size: [u32; 2]) -> bool {
+        let stale = self.targets.size != size;
+        if stale {
+            self.targets = Targets::new(device, self.label, size, self.samples);
+        }
+        stale
+    }
+
+    /// The picture, for the developing pass.
+    pub fn light(&self) -> &wgpu::TextureView {
+        &self.targets.light
+    }
+
+    /// Draws the scene but for what is `hidden`: left, top, width and height in pixels.
+    #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        materials: &Materials,
+        meshes: &StaticMeshes,
+        view: &View,
+        optics: &ViewFrustum,
+        lights: &Lights,
+        ego: Ego,
+        hidden: Option<[u32; 4]>,
+    ) -> PassCost {
+        let frame = frame(view, optics, lights);
+        meshes.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        let cars = view.cars.iter().filter(|car| ego == Ego::Outside || !car.is_ego);
+        let inside = view.seat.as_ref().filter(|_| ego == Ego::Inside);
+        let around = Around { forest: Some(&meshes.forest), inside };
+        let gpu = (&meshes.device, &meshes.queue);
+        let models = &meshes.models;
+        let batches = self.crowd.gather(
+            gpu,
+            models,
+            cars,
+            around,
+            |centre, radius_m| CarDetail::seen(optics, centre, radius_m),
+            |centre, radius_m| match optics.sees(centre, radius_m) {
+                true => Detail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),
+                false => Default::default(),
+            },
+            optics.camera.eye,
+            |centre, radius_m| {
+                optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
+                    && optics.sees(centre, radius_m)
+            },
+        );
+        let seen = |centre: Vec3, radius_m: f32| optics.sees(centre, radius_m);
+        let crowd = &self.crowd;
+        let clouds = &self.clouds;
+        let mut pass = self.targets.begin(encoder, self.label, stamps);
+        let pass = &mut pass;
+        pass.set_bind_group(0, &self.group, &[]);
+        models.bind(pass);
+        crowd.bind(pass, 1);
+        if let Some([left, top, width, height]) = hidden {
+            pass.set_pipeline(&materials.hidden);
+            pass.set_scissor_rect(left, top, width, height);
+            pass.draw(0..3, 0..1);
+            let [width, height] = self.targets.size;
+            pass.set_scissor_rect(0, 0, width, height);
+        }
+        // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
+        pass.set_pipeline(&materials.uncoated);
+        models.draw_uncoated(pass, &batches);
+        pass.set_pipeline(&materials.car);
+        models.draw_cars(pass, &batches);
+        models.posts.draw(pass, seen);
+        pass.set_pipeline(&materials.cover);
+        models.draw_trees(pass, &batches.trees);
+        pass.set_pipeline(&materials.tree);
+        models.draw_trees(pass, &batches.trees);
+        let from_above = optics.from_above();
+        let which = usize::from(from_above);
+        for pipeline in [&materials.far_cover[which], &materials.impostor[which]] {
+            pass.set_pipeline(pipeline);
+            models.draw_far_trees(pass, &batches.trees, from_above);
+        }
+        pass.set_pipeline(&materials.grass);
+        models.tuft.draw(pass, batches.tufts.clone());
+        pass.set_pipeline(&materials.road[which]);
+        models.road.draw(pass, seen);
+        let afar = from_above && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
+        pass.set_pipeline(&materials.land[usize::from(afar)]);
+        models.land.draw(pass, seen);
+        pass.set_pipeline(&materials.contact);
+        crowd.bind(pass, 0);
+        pass.draw(0..6, batches.cars.clone());
+        pass.set_pipeline(&materials.root);
+        pass.draw(0..6, batches.roots.clone());
+        pass.set_pipeline(&materials.sky);
+        pass.set_bind_group(1, clouds, &[]);
+        pass.draw(0..3, 0..1);
+        // Windows over everything behind them.
+        pass.set_pipeline(&materials.glass);
+        models.bind(pass);
+        crowd.bind(pass, 1);
+        models.draw_glass(pass, &batches);
+        pass.cost()
+    }
+}
+
+fn frame(view: &View, optics: &ViewFrustum, lights: &Lights) -> Frame {
+    let perspective = if optics.parallel_m().is_some() { 0.0 } else { 1.0 };
+    let [right, up] = optics.spread();
+    Frame {
+        clip_from_world: optics.clip_from_world().to_cols_array_2d(),
+        light_from_world: lights.rows.map(|row| row.extend(0.0).to_array()),
+        light_scale: lights.scale.map(|scale| scale.extend(0.0).to_array()),
+        light_shift: std::array::from_fn(|i| lights.shift[i].extend(lights.layer[i] as f32).to_array()),
+        eye: optics.camera.eye.extend(perspective).to_array(),
+        forward: optics.camera.forward.extend(view.wind_mps).to_array(),
+        right: right.extend(0.0).to_array(),
+        up: up.extend(0.0).to_array(),
+        to_sun_time: view.to_sun.extend(view.time_s).to_array(),
+        shadow: Vec3::from(lights.texel_m).extend(lights.size as f32).to_array(),
+    }
+}

@@ -1,0 +1,405 @@
+//! First pass: what the sun does not reach. In: cars and trees. Out: depth maps seen from the sun.
+//!
+//! One map holds what moves (cars), drawn every frame around the camera. Two hold what stands (trees), near by and far off;
+//! they follow the camera in steps. The next one is drawn a part in each frame onto a spare layer, while the last one still
+//! serves: a forest has thousands of corners, and no frame shall wait for all of them. Where no map serves (at first, under
+//! another sun, after a leap of the camera) it is drawn whole at once. All maps move by whole texels, so that the edges of
+//! shadows stay on the ground while the camera drives, and each map has the same shadows where it lies over the one before
+//! it.
+
+mod cover;
+
+use super::{
+    device::{
+        cost::{CountedPass, PassCost},
+        layout::{Light, mesh_buffers},
+        pipeline::{DEPTH, PipelineBuilder, PipelineDesc},
+        timing,
+    },
+    instances::{Around, InstanceCollector},
+    level_of_detail::{Batches, CarDetail, Detail},
+    quality::Quality,
+    static_meshes::StaticMeshes,
+    view_projection::ViewFrustum,
+};
+use crate::scene::View;
+use cover::{Cover, STEP_M, covers};
+use glam::Vec3;
+
+/// What throws those shadows where leaves do.
+const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
+/// Width of a texel from which cars throw the shadow of their far body where shadows are not fine, metres.
+const FAR_M: f32 = 0.025;
+/// From which they throw that of a lump, wherever.
+const COARSE_M: f32 = 0.05;
+/// And from which that of their plan.
+const PLAN_M: f32 = 0.16;
+/// Frames over which a map of standing things is drawn.
+const PARTS: usize = 12;
+/// How far, in steps of its grid, such a map may lag: far enough for 250 km/h at 60 frames a second and for 60 at 15.
+const MOST_STEPS: f32 = 2.5;
+/// Layers: of moving things, of standing ones near by and far off, and the spare one.
+const LAYERS: u32 = 4;
+
+/// The pipeline; made anew when shaders are reloaded.
+#[derive(Debug)]
+pub struct ShadowPipeline {
+    solid: wgpu::RenderPipeline,
+    /// For leaf cards; none where trees throw the shadows of solid lumps.
+    leaves: Option<wgpu::RenderPipeline>,
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct ShadowPass {
+    layout: wgpu::PipelineLayout,
+    maps: wgpu::TextureView,
+    /// The first one holds what moves.
+    layers: [Layer; LAYERS as usize],
+    /// Near by and far off.
+    standing: [Standing; 2],
+    /// The layer that is in nobody's use.
+    spare: usize,
+    next: Option<Next>,
+    size: u32,
+    /// Leaf cards throw shadows with gaps; otherwise solid lumps do, at a tenth of the work.
+    fine: bool,
+}
+
+/// A map of standing things in use.
+#[derive(Clone, Copy, Debug)]
+struct Standing {
+    layer: usize,
+    /// What it covers, once it has been drawn.
+    cover: Option<Cover>,
+}
+
+/// The map that will take another one's place.
+#[derive(Debug)]
+struct Next {
+    /// Which of the standing ones'.
+    place: usize,
+    cover: Cover,
+    batches: Batches,
+    /// Parts that have been drawn.
+    done: usize,
+}
+
+/// A pass to be drawn in this frame.
+struct Work {
+    layer: usize,
+    batches: Batches,
+    /// Onto an empty map, or onto what is there.
+    clear: bool,
+}
+
+/// What the other passes need to look up shadows.
+#[derive(Clone, Copy, Debug)]
+pub struct Lights {
+    /// Rows of the rotation from the world into the sun's view.
+    pub rows: [Vec3; 3],
+    /// From the sun's view to the maps: factors. Moving, standing near by, standing far off.
+    pub scale: [Vec3; 3],
+    /// And what is added after them.
+    pub shift: [Vec3; 3],
+    /// Layers of the maps' texture, likewise.
+    pub layer: [usize; 3],
+    /// Width of a texel, metres, likewise.
+    pub texel_m: [f32; 3],
+    /// Texels on a side.
+    pub size: u32,
+}
+
+#[derive(Debug)]
+struct Layer {
+    view: wgpu::TextureView,
+    uniform: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    crowd: InstanceCollector,
+}
+
+impl ShadowPass {
+    /// Maps of the size and fineness that the quality asks for.
+    pub fn new(device: &wgpu::Device, meshes: &StaticMeshes, quality: &Quality) -> Self {
+        let size = quality.shadow_size;
+        let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("light"),
+            entries: &[
+                entry(
+                    0,
+                    wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                ),
+                entry(
+                    1,
+                    wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                        view_dimension: wgpu::TextureViewDimension::D2Array,
+                        multisampled: false,
+                    },
+                ),
+                entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            ],
+        });
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("leaves"),
+            address_mode_u: wgpu::AddressMode::Repeat,
+            address_mode_v: wgpu::AddressMode::Repeat,
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shadow maps"),
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: LAYERS },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let layer = |index| {
+            let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("light"),
+                size: size_of::<Light>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("light"),
+                layout: &group_layout,
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&meshes.leaves) },
+                    wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
+                ],
+            });
+            let view = texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: index,
+                array_layer_count: Some(1),
+                ..Default::default()
+            });
+            Layer { view, uniform, group, crowd: InstanceCollector::new(device, &meshes.forest, 64) }
+        };
+        Self {
+            layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("shadow"),
+                bind_group_layouts: &[Some(&group_layout)],
+                immediate_size: 0,
+            }),
+            maps: texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            }),
+            layers: [0, 1, 2, 3].map(layer),
+            standing: [1, 2].map(|layer| Standing { layer, cover: None }),
+            spare: 3,
+            next: None,
+            size,
+            fine: quality.fine,
+        }
+    }
+
+    /// The pass's pipeline.
+    ///
+    /// # Errors
+    /// What is wrong with the shader.
+    pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ShadowPipeline, String> {
+        let desc = PipelineDesc {
+            program: "shadow",
+            layout: &self.layout,
+            buffers: &mesh_buffers(),
+            colour: None,
+            depth: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::LessEqual),
+                stencil: Default::default(),
+                // Against acne; the rest is done by the receiver's offset along its normal (`light.wgsl`).
+                bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
+            }),
+            cull: None,
+            writes: wgpu::ColorWrites::ALL,
+            samples: 1,
+            cut_out: false,
+            constants: &[],
+        };
+        let leaves = PipelineDesc { program: "leaf_shadow", cut_out: true, ..desc.clone() };
+        let leaves = if self.fine { Some(builder.pipeline(&leaves)?) } else { None };
+        Ok(ShadowPipeline { solid: builder.pipeline(&desc)?, leaves })
+    }
+
+    /// All maps, for binding.
+    pub fn maps(&self) -> &wgpu::TextureView {
+        &self.maps
+    }
+
+    /// Forgets the standing maps, so that the next picture draws them anew.
+    pub fn forget(&mut self) {
+        self.next = None;
+        self.standing.iter_mut().for_each(|map| map.cover = None);
+    }
+
+    /// Draws what throws shadows into the picture of `optics`.
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        pipeline: &ShadowPipeline,
+        meshes: &StaticMeshes,
+        view: &View,
+        optics: &ViewFrustum,
+    ) -> (Lights, PassCost) {
+        let wanted = covers(view.to_sun, optics);
+        let batches = self.layers[0].gather(meshes, view, wanted[0], None, (self.size, self.fine));
+        let mut works = vec![Work { layer: 0, batches, clear: true }];
+        works.extend((0..2).filter_map(|place| self.at_once(meshes, view, wanted[place + 1], place)));
+        works.extend(self.part_of_next(meshes, view, [wanted[1], wanted[2]]));
+        // One time for all: from the first pass's begin to the last one's end.
+        let last = works.len() - 1;
+        let mut cost = PassCost::default();
+        for (number, work) in works.iter().enumerate() {
+            let stamps = stamps.as_ref().and_then(|stamps| match (number == 0, number == last) {
+                (true, true) => Some(stamps.clone()),
+                (true, false) => Some(timing::begin_only(stamps)),
+                (false, true) => Some(timing::end_only(stamps)),
+                (false, false) => None,
+            });
+            cost += self.layers[work.layer].draw(encoder, stamps, pipeline, meshes, &work.batches, work.clear);
+        }
+        let [near, far] = self.standing;
+        let used = [Some(wanted[0]), near.cover, far.cover].map(|cover| cover.expect("drawn above"));
+        let lens = used.map(|cover| cover.lens(self.size));
+        let rotation = used[0].view().transpose();
+        let lights = Lights {
+            rows: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.truncate()),
+            scale: lens.map(|lens| Vec3::new(lens.x_axis.x, lens.y_axis.y, lens.z_axis.z)),
+            shift: lens.map(|lens| lens.w_axis.truncate()),
+            layer: [0, near.layer, far.layer],
+            texel_m: used.map(|cover| cover.texel_m(self.size)),
+            size: self.size,
+        };
+        (lights, cost)
+    }
+
+    /// All of a standing map, if none that is there or under way serves any more.
+    fn at_once(&mut self, meshes: &StaticMeshes, view: &View, wanted: Cover, place: usize) -> Option<Work> {
+        let most_m = MOST_STEPS * STEP_M[place];
+        let map = &mut self.standing[place];
+        let serves = map.cover.is_some_and(|cover| cover.serves(&wanted, most_m));
+        // One that is under way from before must not take the place of a newer one.
+        self.next.take_if(|next| next.place == place && !(serves && next.cover.serves(&wanted, most_m)));
+        if serves {
+            return None;
+        }
+        map.cover = Some(wanted);
+        let layer = map.layer;
+        let batches = self.layers[layer].gather(meshes, view, wanted, Some(self.shade(place)), (self.size, self.fine));
+        Some(Work { layer, batches, clear: true })
+    }
+
+    /// A part of the map that will take the place of one that lags; with its last part it does.
+    fn part_of_next(&mut self, meshes: &StaticMeshes, view: &View, wanted: [Cover; 2]) -> Option<Work> {
+        let lags = |place: &usize| self.standing[*place].cover != Some(wanted[*place]);
+        if self.next.is_none()
+            && let Some(place) = (0..2).find(lags)
+        {
+            let (cover, shade) = (wanted[place], self.shade(place));
+            let batches = self.layers[self.spare].gather(meshes, view, cover, Some(shade), (self.size, self.fine));
+            self.next = Some(Next { place, cover, batches, done: 0 });
+        }
+        let next = self.next.as_mut()?;
+        let batches = Batches { trees: next.batches.part_of_trees(next.done, PARTS), ..Default::default() };
+        let work = Work { layer: self.spare, batches, clear: next.done == 0 };
+        next.done += 1;
+        if next.done == PARTS {
+            let map = &mut self.standing[next.place];
+            map.cover = Some(next.cover);
+            std::mem::swap(&mut map.layer, &mut self.spare);
+            self.next = None;
+        }
+        Some(work)
+    }
+
+    /// What throws the shadows of trees in a standing map.
+    fn shade(&self, place: usize) -> Detail {
+        if self.fine { SHADES[place] } else { Detail::Shade }
+    }
+}
+
+impl Layer {
+    fn gather(
+        &mut self,
+        meshes: &StaticMeshes,
+        view: &View,
+        cover: Cover,
+        trees: Option<Detail>,
+        (size, fine): (u32, bool),
+    ) -> Batches {
+        let (queue, light) = (&meshes.queue, cover.clip_from_world(size));
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
+        let around = Around { forest: trees.map(|_| &meshes.forest), inside: None };
+        let cars = if trees.is_some() { &[][..] } else { &view.cars };
+        let detail = trees.unwrap_or(Detail::Shade);
+        // Where a texel is as wide as a pillar, a lump has the same shadow.
+        let car = match cover.texel_m(size) {
+            texel_m if texel_m > PLAN_M => CarDetail::Plan,
+            texel_m if texel_m > COARSE_M => CarDetail::Shade,
+            texel_m if texel_m > FAR_M && !fine => CarDetail::Far,
+            _ => CarDetail::Mid,
+        };
+        self.crowd.gather(
+            (&meshes.device, queue),
+            &meshes.models,
+            cars.iter(),
+            around,
+            |centre, radius_m| cover.touches(centre, radius_m).then_some(car),
+            |centre, radius_m| [cover.touches(centre, radius_m).then_some((detail, 1.0)), None],
+            cover.centre,
+            |_, _| false,
+        )
+    }
+
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        pipeline: &ShadowPipeline,
+        meshes: &StaticMeshes,
+        batches: &Batches,
+        clear: bool,
+    ) -> PassCost {
+        let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow"),
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.view,
+                depth_ops: Some(wgpu::Operations {
+                    load: if clear { wgpu::LoadOp::Clear(1.0) } else { wgpu::LoadOp::Load },
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: stamps,
+            ..Default::default()
+        }));
+        pass.set_pipeline(&pipeline.solid);
+        pass.set_bind_group(0, &self.group, &[]);
+        meshes.models.bind(&mut pass);
+        self.crowd.bind(&mut pass, 1);
+        meshes.models.draw_uncoated(&mut pass, batches);
+        meshes.models.draw_cars(&mut pass, batches);
+        meshes.models.draw_tree_shades(&mut pass, &batches.trees);
+        if let Some(leaves) = &pipeline.leaves {
+            pass.set_pipeline(leaves);
+            meshes.models.draw_trees(&mut pass, &batches.trees);
+        }
+        pass.cost()
+    }
+}

@@ -1,0 +1,464 @@
+//! A sheet of metal that is cut: windows, lamps, wheel arches and door gaps are cells of space that part the triangles they
+//! pass through. In: quads with the place they have before bending. Out: loose triangles with smooth normals, or a closed
+//! [`Mesh`]. Metres in the body's frame.
+
+use crate::scene::{Mesh, Vertex, mesh::Finish};
+use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// A corner of a face.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::scene) struct Corner {
+    /// Where it was before the body was bent: cells are told in these coordinates.
+    pub flat: Vec3,
+    /// Where it is.
+    pub at: Vec3,
+    /// Unit normal.
+    pub normal: Vec3,
+}
+
+impl Corner {
+    fn mix(&self, other: &Self, t: f32) -> Self {
+        Self {
+            flat: self.flat.lerp(other.flat, t),
+            at: self.at.lerp(other.at, t),
+            normal: self.normal.lerp(other.normal, t).normalize_or(self.normal),
+        }
+    }
+}
+
+/// A triangle, counter-clockwise seen from outside.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::scene) struct Face {
+    /// Its corners.
+    pub corners: [Corner; 3],
+    /// What it is made of.
+    pub finish: Finish,
+}
+
+impl Face {
+    /// True if it is more than a line.
+    fn is_real(&self) -> bool {
+        let [a, b, c] = self.corners.map(|corner| corner.at);
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        self.cross().length() > 2e-4 * longest
+    }
+
+    fn cross(&self) -> Vec3 {
+        let [a, b, c] = self.corners.map(|corner| corner.at);
+        (b - a).cross(c - a)
+    }
+}
+
+/// Where all planes have a point on their inner side: `normal . flat <= reach`. A face belongs to it if it looks the
+/// asked way, too.
+#[derive(Clone, Debug)]
+pub(in crate::scene) struct Cell {
+    planes: Vec<(Vec3, f32)>,
+    facing: (Vec3, f32),
+}
+
+impl Cell {
+    /// A convex polygon (either sense) seen along an axis: 0 from the front or rear as (y, z), 1 from the side as (x, z), 2
+    /// from above as (x, y).
+    pub fn seen_along(axis: usize, polygon: &[Vec2]) -> Self {
+        let lift = |p: Vec2| match axis {
+            0 => Vec3::new(0.0, p.x, p.y),
+            1 => Vec3::new(p.x, 0.0, p.y),
+            _ => p.extend(0.0),
+        };
+        let middle = polygon.iter().sum::<Vec2>() / polygon.len() as f32;
+        let edge = |i: usize| {
+            let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+            let normal = (b - a).perp().normalize();
+            let normal = if normal.dot(middle - a) > 0.0 { -normal } else { normal };
+            (lift(normal), normal.dot(a))
+        };
+        Self { planes: (0..polygon.len()).map(edge).collect(), facing: (Vec3::ZERO, -1.0) }
+    }
+
+    /// The same with every plane moved outwards.
+    pub fn grown(mut self, by_m: f32) -> Self {
+        self.planes.iter_mut().for_each(|plane| plane.1 += by_m);
+        self
+    }
+
+    /// The same, only up to `reach` along `normal`.
+    pub fn within(mut self, normal: Vec3, reach: f32) -> Self {
+        let length = normal.length();
+        self.planes.push((normal / length, reach / length));
+        self
+    }
+
+    /// The same, only faces whose normal has at least this share along a direction.
+    pub fn facing(mut self, direction: Vec3, least: f32) -> Self {
+        self.facing = (direction, least);
+        self
+    }
+}
+
+/// Triangles that are cut.
+#[derive(Clone, Debug, Default)]
+pub(in crate::scene) struct Skin {
+    /// All of them.
+    pub faces: Vec<Face>,
+}
+
+impl Skin {
+    /// Four corners, counter-clockwise, with their places before and after bending.
+    pub fn quad(&mut self, flat: [Vec3; 4], bend: impl Fn(Vec3) -> Vec3, finish: Finish) {
+        let [a, b, c, d] = flat.map(|flat| Corner { flat, at: bend(flat), normal: Vec3::Z });
+        let halves = if a.at.distance_squared(c.at) <= b.at.distance_squared(d.at) {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[b, c, d], [b, d, a]]
+        };
+        for corners in halves {
+            let [p, q, r] = corners.map(|c| c.at);
+            if p.distance(q).min(q.distance(r)).min(r.distance(p)) > 1e-5 {
+                self.faces.push(Face { corners, finish });
+            }
+        }
+    }
+
+    /// Gives every corner the mean normal of the faces around it that bend by less than `crease_rad`.
+    pub fn smooth(&mut self, crease_rad: f32) {
+        let key = |p: Vec3| (p * 1e4).round().as_ivec3().to_array();
+        let normals: Vec<Vec3> = self.faces.iter().map(|face| face.cross().normalize_or_zero()).collect();
+        let mut around: BTreeMap<[i32; 3], Vec<(usize, f32)>> = BTreeMap::new();
+        for (i, face) in self.faces.iter().enumerate() {
+            for k in 0..3 {
+                let to = |j: usize| (face.corners[(k + j) % 3].at - face.corners[k].at).normalize_or_zero();
+                let angle = to(1).dot(to(2)).clamp(-1.0, 1.0).acos();
+                around.entry(key(face.corners[k].at)).or_default().push((i, angle * face.cross().length()));
+            }
+        }
+        let least = crease_rad.cos();
+        for (i, face) in self.faces.iter_mut().enumerate() {
+            for corner in &mut face.corners {
+                let beside = around[&key(corner.at)].iter().filter(|(j, _)| normals[i].dot(normals[*j]) >= least);
+                let mut normal = beside.map(|&(j, weight)| normals[j] * weight).sum::<Vec3>();
+                // The other half of the body goes on beyond the middle.
+                if corner.at.y.abs() < 1e-4 {
+                    normal.y = 0.0;
+                }
+                corner.normal = normal.try_normalize().unwrap_or(normals[i]);
+            }
+        }
+    }
+
+    /// Takes out what lies in a cell.
+    pub fn cut(&mut self, cell: &Cell) -> Vec<Face> {
+        let mut inside = Vec::new();
+        let mut rest = Vec::with_capacity(self.faces.len());
+        for face in std::mem::take(&mut self.faces) {
+            let looks = cell.facing.1 <= -1.0 || face.cross().normalize_or_zero().dot(cell.facing.0) >= cell.facing.1;
+            let apart = |&(normal, reach): &(Vec3, f32)| {
+                face.corners.iter().all(|corner| normal.dot(corner.flat) >= reach - 1e-6)
+            };
+            if !looks || cell.planes.iter().any(apart) {
+                rest.push(face);
+                continue;
+            }
+            let mut piece = face.corners.to_vec();
+            let mut cut_off = Vec::new();
+            for &(normal, reach) in &cell.planes {
+                let (within, beyond) = part(&piece, normal, reach);
+                fan(&beyond, face.finish, &mut cut_off);
+                piece = within;
+                if piece.is_empty() {
+                    break;
+                }
+            }
+            if piece.is_empty() {
+                // Beside a corner of the cell: stays whole.
+                rest.push(face);
+            } else {
+                rest.extend(cut_off);
+                fan(&piece, face.finish, &mut inside);
+            }
+        }
+        self.faces = rest;
+        inside
+    }
+
+    /// Gives what lies in a cell another finish.
+    pub fn paint(&mut self, cell: &Cell, finish: Finish) {
+        let inside = self.cut(cell);
+        self.faces.extend(inside.into_iter().map(|face| Face { finish, ..face }));
+    }
+
+    /// Moves what lies in a cell by `sink`, with walls around it, and gives it back as it was.
+    pub fn recess(&mut self, cell: &Cell, sink: impl Fn(Vec3) -> Vec3, floor: Finish, wall: Finish) -> Vec<Face> {
+        let inside = self.cut(cell);
+        let mut open: BTreeMap<[[i32; 3]; 2], (i32, [Corner; 2])> = BTreeMap::new();
+        let key = |p: Vec3| (p * 2e4).round().as_ivec3().to_array();
+        for face in &inside {
+            for k in 0..3 {
+                let (a, b) = (face.corners[k], face.corners[(k + 1) % 3]);
+                let (i, j) = (key(a.at), key(b.at));
+                open.entry([i.min(j), i.max(j)]).or_insert((0, [a, b])).0 += if i < j { 1 } else { -1 };
+            }
+        }
+        let mut walls = Self::default();
+        for (count, [a, b]) in open.into_values() {
+            let middle = a.at.y.abs() < 1e-4 && b.at.y.abs() < 1e-4;
+            let on = |&&(normal, reach): &&(Vec3, f32)| {
+                [a, b].iter().all(|corner| (normal.dot(corner.flat) - reach).abs() < 2e-5)
+            };
+            if count != 0 && !middle && cell.planes.iter().any(|plane| on(&plane)) {
+                walls.quad([a.at, b.at, sink(b.at), sink(a.at)], |p| p, wall);
+            }
+        }
+        let mut sunk = Self { faces: inside.clone() };
+        for face in &mut sunk.faces {
+            face.finish = floor;
+            face.corners = face.corners.map(|corner| Corner { at: sink(corner.at), ..corner });
+        }
+        // Faces along the way of sinking are lines now; their neighbours meet without them.
+        sunk.faces.retain(Face::is_real);
+        walls.faces.retain(Face::is_real);
+        sunk.smooth(0.7);
+        walls.smooth(0.7);
+        self.faces.extend(sunk.faces);
+        self.faces.extend(walls.faces);
+        inside
+    }
+
+    /// Everything and its image on the other side of the plane y = 0.
+    pub fn doubled(mut self) -> Self {
+        let flip = |p: Vec3| Vec3::new(p.x, -p.y, p.z);
+        let corner = |c: Corner| Corner { flat: flip(c.flat), at: flip(c.at), normal: flip(c.normal) };
+        let image = |face: &Face| {
+            let [a, b, c] = face.corners;
+            Face { corners: [a, c, b].map(corner), finish: face.finish }
+        };
+        let other: Vec<Face> = self.faces.iter().map(image).collect();
+        self.faces.extend(other);
+        self
+    }
+
+    /// The faces for which `wanted` holds, seen from inside.
+    pub fn lining(&self, finish: Finish, wanted: impl Fn(&Face) -> bool) -> Self {
+        let turned = |face: &Face| {
+            let [a, b, c] = face.corners.map(|corner| Corner { normal: -corner.normal, ..corner });
+            Face { corners: [a, c, b], finish }
+        };
+        Self { faces: self.faces.iter().filter(|face| wanted(face)).map(turned).collect() }
+    }
+
+    /// Takes the faces for which `wanted` holds.
+    pub fn take(&mut self, wanted: impl Fn(&Face) -> bool) -> Self {
+        let (taken, kept) = std::mem::take(&mut self.faces).into_iter().partition(|face| wanted(face));
+        self.faces = kept;
+        Self { faces: taken }
+    }
+
+    /// Closes the seams that cutting one of two neighbours leaves: a corner that lies on another face's edge becomes a
+    /// corner of that face.
+    pub fn heal(&mut self) {
+        self.weld();
+        let key = |p: Vec3| p.to_array().map(f32::to_bits);
+        let mut edges: BTreeMap<[[u32; 3]; 2], i32> = BTreeMap::new();
+        let ends = |face: &Face, k: usize| [face.corners[k].at, face.corners[(k + 1) % 3].at];
+        for face in &self.faces {
+            for k in 0..3 {
+                let [a, b] = ends(face, k).map(key);
+                *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+            }
+        }
+        let open = |face: &Face, k: usize| {
+            let [a, b] = ends(face, k).map(key);
+            edges.get(&[a.min(b), a.max(b)]).is_some_and(|count| *count != 0)
+        };
+        let mut loose: BTreeMap<[u32; 3], Vec3> = BTreeMap::new();
+        for face in &self.faces {
+            for k in (0..3).filter(|&k| open(face, k)) {
+                loose.extend(ends(face, k).map(|p| (key(p), p)));
+            }
+        }
+        // By x, so that an edge looks only at the corners beside it.
+        let mut loose: Vec<Vec3> = loose.into_values().collect();
+        loose.sort_by(|a, b| a.x.total_cmp(&b.x));
+        let mut whole = Vec::with_capacity(self.faces.len());
+        for face in &self.faces {
+            let mut outline = Vec::with_capacity(3);
+            for k in 0..3 {
+                let (from, to) = (face.corners[k], face.corners[(k + 1) % 3]);
+                outline.push(from);
+                if open(face, k) {
+                    let way = to.at - from.at;
+                    let (low, high) = (from.at.x.min(to.at.x) - SEAM_M, from.at.x.max(to.at.x) + SEAM_M);
+                    let start = loose.partition_point(|p| p.x < low);
+                    let mut on: Vec<(f32, Vec3)> = loose[start..]
+                        .iter()
+                        .take_while(|p| p.x <= high)
+                        .filter_map(|&p| {
+                            let t = (p - from.at).dot(way) / way.length_squared();
+                            let off = (from.at + way * t).distance(p);
+                            (off < SEAM_M && t > 0.0 && t < 1.0 && p != from.at && p != to.at).then_some((t, p))
+                        })
+                        .collect();
+                    on.sort_by(|a, b| a.0.total_cmp(&b.0));
+                    outline.extend(on.iter().map(|&(t, at)| Corner { at, ..from.mix(&to, t) }));
+                }
+            }
+            if outline.len() == 3 {
+                whole.push(*face);
+                continue;
+            }
+            let third = 1.0 / 3.0;
+            let [a, b, c] = face.corners;
+            let mut middle = a.mix(&b, 0.5).mix(&c, third);
+            middle.at = (a.at + b.at + c.at) * third;
+            for k in 0..outline.len() {
+                let corners = [outline[k], outline[(k + 1) % outline.len()], middle];
+                whole.push(Face { corners, finish: face.finish });
+            }
+        }
+        self.faces = whole;
+    }
+
+    /// Makes corners that are nearly one exactly one, and drops faces that have lost a side.
+    fn weld(&mut self) {
+        const CELL_M: f32 = 0.01;
+        let mut cells: BTreeMap<[i32; 3], Vec<Vec3>> = BTreeMap::new();
+        for face in &mut self.faces {
+            for corner in &mut face.corners {
+                let p = corner.at;
+                let place = |p: Vec3| (p / CELL_M).floor().as_ivec3().to_array();
+                let (low, high) = (place(p - WELD_M), place(p + WELD_M));
+                let mut found = None;
+                'search: for x in low[0]..=high[0] {
+                    for y in low[1]..=high[1] {
+                        for z in low[2]..=high[2] {
+                            let near = |q: &&Vec3| q.distance_squared(p) < WELD_M * WELD_M;
+                            found = cells.get(&[x, y, z]).and_then(|list| list.iter().find(near)).copied();
+                            if found.is_some() {
+                                break 'search;
+                            }
+                        }
+                    }
+                }
+                corner.at = found.unwrap_or_else(|| {
+                    cells.entry(place(p)).or_default().push(p);
+                    p
+                });
+            }
+        }
+        self.faces.retain(|face| {
+            let [a, b, c] = face.corners.map(|corner| corner.at);
+            a != b && b != c && c != a
+        });
+    }
+
+    /// A mesh with shared corners; call [`Skin::heal`] before.
+    pub fn mesh(&self) -> Mesh {
+        let mut mesh = Mesh::default();
+        let mut shared: BTreeMap<Shared, u32> = BTreeMap::new();
+        for face in &self.faces {
+            let [r, g, b] = face.finish.colour;
+            let look = [r.to_bits(), g.to_bits(), b.to_bits(), face.finish.material as u32];
+            for corner in &face.corners {
+                let normal = (corner.normal * 500.0).round().as_ivec3().to_array();
+                let key = (corner.at.to_array().map(f32::to_bits), normal, look);
+                let number = *shared.entry(key).or_insert_with(|| {
+                    let (finish, zero) = (face.finish, Vec2::ZERO);
+                    mesh.vertex(Vertex::new(corner.at, corner.normal, finish.colour, zero, finish.material))
+                });
+                mesh.indices.push(number);
+            }
+        }
+        mesh
+    }
+}
+
+/// What makes two corners of a mesh one: place, normal, colour and material.
+type Shared = ([u32; 3], [i32; 3], [u32; 4]);
+
+/// Corners closer than this are one, metres.
+const WELD_M: f32 = 6e-5;
+/// A corner closer to an edge than this lies on it, metres.
+const SEAM_M: f32 = 2.5e-4;
+
+/// The parts of a convex polygon on either side of a plane.
+fn part(polygon: &[Corner], normal: Vec3, reach: f32) -> (Vec<Corner>, Vec<Corner>) {
+    let side = |corner: &Corner| {
+        let off = normal.dot(corner.flat) - reach;
+        if off.abs() < 1e-6 { 0.0 } else { off }
+    };
+    let (mut within, mut beyond) = (Vec::new(), Vec::new());
+    for (i, a) in polygon.iter().enumerate() {
+        let b = &polygon[(i + 1) % polygon.len()];
+        let (s, t) = (side(a), side(b));
+        if s <= 0.0 {
+            within.push(*a);
+        }
+        if s >= 0.0 {
+            beyond.push(*a);
+        }
+        if s * t < 0.0 {
+            // The same bits from both faces of an edge.
+            let first = a.at.to_array() < b.at.to_array();
+            let cut = if first { a.mix(b, s / (s - t)) } else { b.mix(a, t / (t - s)) };
+            within.push(cut);
+            beyond.push(cut);
+        }
+    }
+    let real = |part: &Vec<Corner>| part.iter().any(|c| side(c) != 0.0);
+    (if real(&within) { within } else { Vec::new() }, if real(&beyond) { beyond } else { Vec::new() })
+}
+
+/// Triangles of a convex polygon.
+fn fan(polygon: &[Corner], finish: Finish, into: &mut Vec<Face>) {
+    for k in 1..polygon.len().saturating_sub(1) {
+        into.push(Face { corners: [polygon[0], polygon[k], polygon[k + 1]], finish });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+    use crate::scene::mesh::TriangleSoup;
+    use crate::scene::mesh::tests::{check, open_edges, volume_m3};
+
+    fn cube() -> Skin {
+        let mut soup = TriangleSoup::default();
+        soup.cuboid(Vec3::new(0.0, 2.0, 0.0), Vec3::ONE, Finish::grey(Material::Paint, 1.0));
+        let mut skin = Skin::default();
+        for corners in soup.corners() {
+            let [a, b, c] = corners;
+            skin.quad([a, b, c, c], |p| p, Finish::grey(Material::Paint, 1.0));
+        }
+        skin.smooth(0.7);
+        skin
+    }
+
+    #[test]
+    fn a_cut_body_stays_closed_and_keeps_its_volume() {
+        let hexagon: Vec<Vec2> = (0..6).map(|k| Vec2::from_angle(k as f32) * 0.6).collect();
+        let mut skin = cube();
+        skin.paint(&Cell::seen_along(1, &hexagon).facing(Vec3::Y, 0.5), Finish::grey(Material::Glass, 0.1));
+        skin.heal();
+        let mesh = skin.mesh();
+        check(&mesh, "cut");
+        assert_eq!(open_edges(&mesh), 0);
+        assert!((volume_m3(&mesh) - 8.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_recess_takes_its_depth_times_its_area_from_the_body() {
+        let square = [Vec2::new(-0.5, -0.5), Vec2::new(0.5, -0.5), Vec2::new(0.5, 0.5), Vec2::new(-0.5, 0.5)];
+        let dark = Finish::grey(Material::Matt, 0.1);
+        let mut skin = cube();
+        let cell = Cell::seen_along(1, &square).facing(Vec3::Y, 0.5);
+        let inside = skin.recess(&cell, |p| p - Vec3::Y * 0.2, dark, dark);
+        assert!(!inside.is_empty());
+        skin.heal();
+        let mesh = skin.mesh();
+        check(&mesh, "recess");
+        assert_eq!(open_edges(&mesh), 0);
+        assert!((volume_m3(&mesh) - 7.8).abs() < 1e-3, "{}", volume_m3(&mesh));
+    }
+}

@@ -1,0 +1,231 @@
+//! The land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's
+//! place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
+
+pub(super) mod noise;
+pub(super) mod road;
+pub(super) mod road_distance;
+pub(super) mod verge;
+
+use self::{
+    noise::{mix, shade, smoothstep},
+    road_distance::Near,
+};
+use super::{Material, Mesh, Vertex};
+use glam::{IVec2, Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// Meadow, linear albedo.
+pub(in crate::scene) const MEADOW: [f32; 3] = [0.098, 0.128, 0.044];
+/// Height of the meadow beside the road, metres: below the asphalt, above the foot of the verge.
+pub(in crate::scene) const BESIDE_ROAD_M: f32 = -0.045;
+/// Up to this distance from the centre line the land is flat, metres.
+pub(in crate::scene) const FLAT_M: f32 = 15.0;
+/// How far the land reaches beyond the road network, metres.
+const REACH_M: f32 = 1300.0;
+/// How far hills reach beyond the road network, metres.
+const RANGES_M: f32 = 9000.0;
+
+/// The shape of the ground.
+pub(in crate::scene) struct Relief<'a> {
+    near: &'a Near,
+    seed: u64,
+}
+
+impl<'a> Relief<'a> {
+    /// Ground around a road.
+    pub fn new(near: &'a Near, seed: u64) -> Self {
+        Self { near, seed }
+    }
+
+    /// Height, metres.
+    pub fn height_m(&self, point: Vec2) -> f32 {
+        let distance = self.near.distance_m(point);
+        let rolling = smoothstep(FLAT_M, 75.0, distance);
+        let waves = 0.9 * noise::value(self.seed ^ 1, point / 48.0) + 0.35 * noise::value(self.seed ^ 2, point / 19.0);
+        // Hills begin beyond the network itself, so that a large one has none in its middle.
+        let beyond = (point.distance(self.near.centre()) - self.near.radius_m()).min(distance);
+        let hills = smoothstep(110.0, 620.0, beyond);
+        let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
+        // Ranges on the horizon, some kilometres away, the further the higher.
+        let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
+        let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
+        BESIDE_ROAD_M + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
+    }
+
+    /// Unit normal, from the heights around.
+    fn normal(&self, point: Vec2, span_m: f32) -> Vec3 {
+        let rise = |d: Vec2| (self.height_m(point + d) - self.height_m(point - d)) / (2.0 * span_m);
+        Vec3::new(-rise(Vec2::X * span_m), -rise(Vec2::Y * span_m), 1.0).normalize()
+    }
+
+    /// Colour of the meadow: lush, dry and mown patches; hills are darker, with fields.
+    pub fn colour(&self, point: Vec2) -> [f32; 3] {
+        let broad = noise::fractal(self.seed ^ 4, point / 34.0);
+        let small = noise::fractal(self.seed ^ 5, point / 7.0);
+        let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
+        let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
+        let colour = mix(mix(MEADOW, [0.150, 0.142, 0.066], 0.55 * dry), [0.066, 0.104, 0.034], 0.55 * lush);
+        let far = smoothstep(150.0, 500.0, point.distance(self.near.centre()) - self.near.radius_m());
+        let field = noise::value(self.seed ^ 6, point / 120.0);
+        let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
+        // From afar woods lie over the hills, with fields between them.
+        let distant = smoothstep(700.0, 1600.0, point.distance(self.near.centre()) - self.near.radius_m());
+        let clearing = noise::fractal(self.seed ^ 8, point / 700.0);
+        let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.12, 0.26, clearing));
+        shade(mix(mix(colour, hill, far), wooded, distant), 1.0 + 0.10 * small)
+    }
+}
+
+/// The whole land.
+pub(in crate::scene) fn land(relief: &Relief) -> Mesh {
+    let mut mesh = ground(relief);
+    ranges(&mut mesh, relief);
+    mesh
+}
+
+/// Smallest cell, metres; cells are this times powers of two.
+const CELL_M: f32 = 4.0;
+
+/// A grid of squares, each split while it is large for its distance from the road; squares next to smaller ones take in the
+/// corners on their edges, so that there are no cracks.
+fn ground(relief: &Relief) -> Mesh {
+    let half = relief.near.radius_m() + REACH_M;
+    let levels = (2.0 * half / CELL_M).log2().ceil() as u32;
+    let size = 1i32 << levels;
+    let origin = relief.near.centre() - Vec2::splat(CELL_M * size as f32 / 2.0);
+    let place = |at: IVec2| origin + at.as_vec2() * CELL_M;
+    let mut squares = Vec::new();
+    let mut open = vec![(IVec2::ZERO, size)];
+    while let Some((low, side)) = open.pop() {
+        let side_m = side as f32 * CELL_M;
+        let distance = relief.near.distance_m(place(low) + Vec2::splat(side_m / 2.0)) - side_m * 0.7;
+        if side > 1 && side_m > (distance - 20.0).max(0.0) * 0.22 + CELL_M {
+            let h = side / 2;
+            open.extend([IVec2::ZERO, IVec2::X * h, IVec2::Y * h, IVec2::splat(h)].map(|d| (low + d, h)));
+        } else if place(low).distance(relief.near.centre()) < half * 1.1 {
+            squares.push((low, side));
+        }
+    }
+    let mut mesh = Mesh::default();
+    let mut numbers: BTreeMap<[i32; 2], u32> = BTreeMap::new();
+    let vertex = |mesh: &mut Mesh, point: Vec2, span_m: f32| {
+        let position = point.extend(relief.height_m(point));
+        mesh.vertex(Vertex::new(position, relief.normal(point, span_m), relief.colour(point), point, Material::Grass))
+    };
+    for &(low, side) in &squares {
+        for d in [IVec2::ZERO, IVec2::X, IVec2::ONE, IVec2::Y] {
+            let at = low + d * side;
+            numbers.entry(at.to_array()).or_insert_with(|| vertex(&mut mesh, place(at), side as f32 * CELL_M * 0.5));
+        }
+    }
+    for &(low, side) in &squares {
+        // Round the square, counter-clockwise, with every corner that lies on its edges.
+        let mut rim = Vec::new();
+        let turns = [(IVec2::ZERO, IVec2::X), (IVec2::X, IVec2::Y), (IVec2::ONE, -IVec2::X), (IVec2::Y, -IVec2::Y)];
+        for (corner, along) in turns {
+            let start = low + corner * side;
+            rim.extend((0..side).filter_map(|k| numbers.get(&(start + along * k).to_array())).copied());
+        }
+        if rim.len() == 4 {
+            mesh.indices.extend([rim[0], rim[1], rim[2], rim[0], rim[2], rim[3]]);
+            continue;
+        }
+        let side_m = side as f32 * CELL_M;
+        let middle = vertex(&mut mesh, place(low) + Vec2::splat(side_m / 2.0), side_m * 0.5);
+        for k in 0..rim.len() {
+            mesh.indices.extend([middle, rim[k], rim[(k + 1) % rim.len()]]);
+        }
+    }
+    mesh
+}
+
+/// Hills beyond the squares up to [`RANGES_M`]: rings of quads about the centre, as fine from there to the horizon as its
+/// outline needs. The first ring lies under the squares' rim.
+fn ranges(mesh: &mut Mesh, relief: &Relief) {
+    const RINGS: u32 = 13;
+    const SIDES: u32 = 216;
+    let first = mesh.vertices.len() as u32;
+    let start = relief.near.radius_m() + REACH_M * 0.92;
+    let stretch = ((relief.near.radius_m() + RANGES_M) / start).powf(1.0 / RINGS as f32);
+    for ring in 0..=RINGS {
+        let radius = start * stretch.powi(ring as i32);
+        for side in 0..SIDES {
+            let way = Vec2::from_angle(std::f32::consts::TAU * (side as f32 + 0.5 * (ring % 2) as f32) / SIDES as f32);
+            let point = relief.near.centre() + way * radius;
+            let sunk = if ring == 0 { 12.0 } else { 0.0 };
+            let position = point.extend(relief.height_m(point) - sunk);
+            let normal = relief.normal(point, 0.03 * radius);
+            mesh.vertex(Vertex::new(position, normal, relief.colour(point), point, Material::Grass));
+        }
+    }
+    for ring in 0..RINGS {
+        for side in 0..SIDES {
+            let [a, b] = [side, (side + 1) % SIDES].map(|side| first + ring * SIDES + side);
+            let [c, d] = [a + SIDES, b + SIDES];
+            // The outer ring is half a side further on where its number is odd.
+            if ring % 2 == 0 {
+                mesh.indices.extend([a, c, b, b, c, d]);
+            } else {
+                mesh.indices.extend([a, c, d, a, d, b]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::mesh::tests::{check, faces};
+    use crate::scene::static_scene::tests::{circuit, ring};
+
+    #[test]
+    fn the_land_never_covers_the_road() {
+        for map in [ring(250.0), ring(1500.0), circuit()] {
+            let near = Near::new(&map.route);
+            let mesh = ground(&Relief::new(&near, 5));
+            check(&mesh, "land");
+            for (corners, face) in faces(&mesh) {
+                assert!(face.z > 0.0, "faces up");
+                let [a, b, c] = corners.map(|v| Vec3::from(v.position));
+                for weights in [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.34, 0.33, 0.33]] {
+                    let p = a * weights[0] + b * weights[1] + c * weights[2];
+                    let beside = near.distance_m(p.truncate()) < near.half_lane_m() + 2.5;
+                    assert!(!beside || (p.z - BESIDE_ROAD_M).abs() < 1e-4, "{p}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_ground_has_no_cracks_and_reaches_the_horizon() {
+        let map = ring(250.0);
+        let near = Near::new(&map.route);
+        let mesh = ground(&Relief::new(&near, 5));
+        assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
+        // Inside, every edge belongs to two triangles: open edges lie on the rim only.
+        let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();
+        for t in mesh.indices.chunks(3) {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+            }
+        }
+        for (edge, _) in edges.iter().filter(|(_, count)| **count != 0) {
+            let p = Vec3::from(mesh.vertices[edge[0] as usize].position);
+            assert!(p.truncate().distance(near.centre()) > 900.0, "crack at {p}");
+        }
+    }
+
+    #[test]
+    fn hills_stand_above_the_eye_all_around() {
+        let map = ring(250.0);
+        let near = Near::new(&map.route);
+        let relief = Relief::new(&near, 5);
+        for degrees in 0..360 {
+            let direction = Vec2::from_angle((degrees as f32).to_radians());
+            let heights = (30..95).map(|k| relief.height_m(near.centre() + direction * (k as f32 * 10.0)));
+            let highest = heights.fold(0.0, f32::max);
+            assert!((8.0..50.0).contains(&highest), "{degrees}: {highest}");
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Where trees stand: in clumps with glades between, close to the road but never on or over it. In: the road, the models'
+//! crowns, a seed. Out: places. Distances in metres.
+
+use crate::{
+    rng::{self, Stream},
+    scene::{
+        Mesh, TreePlace,
+        land::{
+            Relief,
+            noise::{self, smoothstep},
+            road_distance::Near,
+        },
+        trees,
+    },
+};
+use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// Least distance of a trunk from the lane's edge, metres.
+pub const TRUNK_FREE_M: f32 = 4.0;
+/// Least distance of a crown from the lane's edge, metres: beyond shoulder and verge.
+pub const CROWN_FREE_M: f32 = 1.2;
+/// Trees stand up to this far from the centre line, metres.
+pub const FOREST_M: f32 = 120.0;
+/// The most trees of a stage.
+pub const MOST_TREES: usize = 5000;
+
+/// Trees on the horizon, at most.
+const MOST_DISTANT: usize = 3200;
+
+/// Side of the lattice on which seedlings fall, one to a square, metres.
+const SEEDLING_M: f32 = 4.2;
+
+struct Seedling {
+    place: TreePlace,
+    crown_m: f32,
+    /// Those with the lowest are kept.
+    rank: f32,
+}
+
+/// Plants at most `most` trees.
+pub(in crate::scene) fn plant(near: &Near, relief: &Relief, models: &[Mesh], seed: u64, most: usize) -> Vec<TreePlace> {
+    let crowns: Vec<f32> = models.iter().map(crown_radius_m).collect();
+    let mut random = rng::stream(seed, "trees");
+    let reach = ((near.radius_m() + FOREST_M) / SEEDLING_M).ceil() as i32;
+    let mut seedlings = Vec::new();
+    for row in -reach..=reach {
+        for column in -reach..=reach {
+            // The same numbers are drawn for every square, whatever becomes of it.
+            let draw: [f32; 6] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
+            let jitter = Vec2::new(column as f32 + draw[0], row as f32 + draw[1]) - Vec2::splat(0.5);
+            let point = near.centre() + jitter * SEEDLING_M;
+            seedlings.extend(seedling(near, relief, &crowns, seed, point, &draw));
+        }
+    }
+    seedlings.sort_by(|a, b| a.rank.total_cmp(&b.rank));
+    let mut grown = thin(seedlings, most);
+    tint(&mut grown, &mut random);
+    grown
+}
+
+/// The largest distance of a leaf from the trunk.
+pub(in crate::scene) fn crown_radius_m(model: &Mesh) -> f32 {
+    model.vertices.iter().map(|v| Vec3::from(v.position).truncate().length()).fold(0.0, f32::max)
+}
+
+fn seedling(near: &Near, relief: &Relief, crowns: &[f32], seed: u64, point: Vec2, draw: &[f32; 6]) -> Option<Seedling> {
+    let distance = near.distance_m(point);
+    if distance > FOREST_M || distance < near.half_lane_m() + TRUNK_FREE_M {
+        return None;
+    }
+    // Woods and glades some 40 m across; denser in a belt 10-40 m from the road, thin far out where few see it.
+    let wood = noise::fractal(seed ^ 0x7ee5, point / 42.0);
+    let density = smoothstep(-0.30, 0.45, wood) * (1.0 - 0.82 * smoothstep(35.0, FOREST_M, distance)) + 0.04;
+    // Spruces keep together; bushes fringe the woods and stand nearest the road.
+    let conifers = noise::value(seed ^ 0x5b0c, point / 60.0);
+    let kind = match draw[2] {
+        d if d < 0.16 + 0.25 * smoothstep(14.0, 6.0, distance) => trees::BUSH,
+        d if conifers > 0.15 && d < 0.85 => trees::SPRUCE,
+        d if d < 0.45 => 0,
+        d if d < 0.75 => 1,
+        d if d < 0.95 => 2,
+        _ => trees::SPRUCE,
+    };
+    let scale = 0.72 + 0.5 * draw[3];
+    let crown_m = crowns[kind] * scale;
+    if distance - crown_m < near.half_lane_m() + CROWN_FREE_M || draw[4] > density {
+        return None;
+    }
+    // A little into the ground, so that no foot hangs in the air on a slope.
+    let position = point.extend(relief.height_m(point) - 0.05);
+    let place = TreePlace { position, yaw_rad: draw[5] * std::f32::consts::TAU, scale, tint: [1.0; 3], kind };
+    Some(Seedling { place, crown_m, rank: draw[4] / density })
+}
+
+/// Keeps the strongest, none so close to a stronger one that their crowns are one.
+fn thin(seedlings: Vec<Seedling>, most: usize) -> Vec<TreePlace> {
+    const SQUARE_M: f32 = 12.0;
+    let square = |p: Vec3| (p.truncate() / SQUARE_M).floor().as_ivec2();
+    let mut standing: BTreeMap<[i32; 2], Vec<(Vec2, f32)>> = BTreeMap::new();
+    let mut places = Vec::new();
+    for Seedling { place, crown_m, .. } in seedlings {
+        if places.len() == most {
+            break;
+        }
+        let (here, at) = (square(place.position), place.position.truncate());
+        let mut around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [here.x + x, here.y + y]));
+        let crowded = around.any(|key| {
+            standing.get(&key).is_some_and(|all| all.iter().any(|(p, r)| p.distance(at) < 0.62 * (r + crown_m)))
+        });
+        if !crowded {
+            standing.entry(here.to_array()).or_default().push((at, crown_m));
+            places.push(place);
+        }
+    }
+    places
+}
+
+/// Unit normals of the ground around trees, over the width of a crown.
+pub(in crate::scene) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Vec3> {
+    const SPAN_M: f32 = 1.5;
+    let normal = |place: &TreePlace| {
+        let at = place.position.truncate();
+        let rise = |d: Vec2| (relief.height_m(at + d) - relief.height_m(at - d)) / (2.0 * SPAN_M);
+        Vec3::new(-rise(Vec2::X * SPAN_M), -rise(Vec2::Y * SPAN_M), 1.0).normalize()
+    };
+    places.iter().map(normal).collect()
+}
+
+/// Woods on the hills around, in drifts with open land between them; none where a stage has no trees at all.
+pub(in crate::scene) fn horizon(near: &Near, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
+    let mut random = rng::stream(seed, "horizon");
+    let mut places = Vec::new();
+    for _ in 0..MOST_DISTANT * 10 {
+        let [far, turn, luck, size, yaw, pick] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
+        let beyond = 118.0 + 720.0 * far.powf(1.15);
+        let point = near.centre() + Vec2::from_angle(turn * std::f32::consts::TAU) * (near.radius_m() + beyond);
+        let wood = noise::fractal(seed ^ 7, point / 130.0) + 0.25 * smoothstep(300.0, 600.0, beyond);
+        if luck > smoothstep(0.0, 0.22, wood) || places.len() == MOST_DISTANT.min(most) {
+            continue;
+        }
+        let conifers = noise::value(seed ^ 0x5b0c, point / 90.0);
+        let kind = match pick {
+            p if p < 0.30 + 0.6 * smoothstep(-0.1, 0.3, conifers) => trees::SPRUCE,
+            p if p < 0.72 => 0,
+            p if p < 0.92 => 1,
+            _ => 2,
+        };
+        // Further ones stand for more trees.
+        let scale = (0.85 + 0.5 * size) * (1.0 + beyond / 1300.0);
+        let position = point.extend(relief.height_m(point) - 0.4);
+        places.push(TreePlace { position, yaw_rad: yaw * std::f32::consts::TAU, scale, tint: [1.0; 3], kind });
+    }
+    tint(&mut places, &mut random);
+    places
+}
+
+/// No two trees have one green.
+fn tint(places: &mut [TreePlace], random: &mut Stream) {
+    for place in places {
+        let (bright, warm) = (random.uniform(0.78, 1.15) as f32, random.uniform(-0.12, 0.12) as f32);
+        place.tint = [bright * (1.0 + warm), bright, bright * (1.0 - 0.6 * warm)];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::RoadMap;
+    use crate::scene::static_scene::tests::{circuit, ring};
+    use crate::scene::{StaticScene, land::road};
+
+    fn stage(map: &RoadMap) -> (StaticScene, Near) {
+        (StaticScene::build(map, 1), Near::new(&map.route))
+    }
+
+    #[test]
+    fn no_tree_stands_on_or_over_the_road() {
+        let shipped = crate::map::list();
+        assert!(shipped.len() >= 3, "the maps of maps/");
+        let shipped = shipped.iter().map(|info| RoadMap::load(&info.name).expect("a shipped map loads"));
+        for map in shipped.chain([ring(250.0), circuit()]) {
+            for seed in [1, 2] {
+                let stage = StaticScene::build(&map, seed);
+                for tree in &stage.tree_places {
+                    let at = tree.position.truncate();
+                    let distance = map.route.project(at.as_dvec2(), None).offset_m.abs() as f32;
+                    let half = road::half_width_m(&map.route, 0.0);
+                    let crown = crown_radius_m(&stage.trees[tree.kind]) * tree.scale;
+                    assert!(distance >= half + TRUNK_FREE_M - 0.02, "trunk {distance} m from the centre line");
+                    assert!(distance - crown >= half + road::SHOULDER_M, "crown {} m from it", distance - crown);
+                    assert!(distance <= FOREST_M + 0.1);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ring_has_hundreds_of_trees_inside_and_outside_and_a_long_road_thousands_at_most() {
+        let (small, near) = stage(&ring(250.0));
+        assert!((600..=1000).contains(&small.tree_places.len()), "{}", small.tree_places.len());
+        let inside = small.tree_places.iter().filter(|t| t.position.truncate().length() < 39.0).count();
+        assert!((15..150).contains(&inside), "{inside} inside the ring");
+        assert!(small.tree_places.iter().any(|t| near.distance_m(t.position.truncate()) < 9.0), "some near the road");
+        for kind in 0..super::super::KINDS {
+            assert!(small.tree_places.iter().filter(|t| t.kind == kind).count() > 20, "kind {kind}");
+        }
+        let (long, _) = stage(&ring(5000.0));
+        assert!((2000..=MOST_TREES).contains(&long.tree_places.len()), "{}", long.tree_places.len());
+    }
+
+    #[test]
+    fn trees_stand_in_clumps_and_glades() {
+        // Counts in squares of 25 m vary more than those of even sowing (variance equal to the mean).
+        let (stage, _) = stage(&ring(641.0));
+        let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
+        for x in -8..8 {
+            for y in -8..8 {
+                counts.insert([x, y], 0);
+            }
+        }
+        for tree in &stage.tree_places {
+            if let Some(n) = counts.get_mut(&(tree.position.truncate() / 25.0).floor().as_ivec2().to_array()) {
+                *n += 1;
+            }
+        }
+        let mean = counts.values().sum::<usize>() as f32 / counts.len() as f32;
+        let variance = counts.values().map(|&n| (n as f32 - mean).powi(2)).sum::<f32>() / counts.len() as f32;
+        assert!(variance > 1.5 * mean, "{variance} {mean}");
+    }
+}
