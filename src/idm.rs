@@ -1,5 +1,5 @@
-//! The Intelligent Driver Model as plain arithmetic (FACTS 2; Treiber, Hennecke, Helbing 2000). In: own speed, leader's
-//! speed and gap. Out: acceleration. SI units throughout.
+//! The Intelligent Driver Model as plain arithmetic (docs/references.md: idm; Treiber, Hennecke, Helbing 2000). In: own
+//! speed, leader's speed and gap. Out: acceleration. SI units throughout.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +32,7 @@ pub struct IdmParams {
 }
 
 impl Default for IdmParams {
-    /// The ring study's (FACTS 2), with Flow's noise.
+    /// The ring study's (docs/references.md: idm), with Flow's noise.
     fn default() -> Self {
         Self { v0: 30.0, t: 1.0, a: 1.0, b: 1.5, delta: 4.0, s0: 2.0, noise: 0.2 }
     }
@@ -45,8 +45,8 @@ impl IdmParams {
         self.s0 + (speed_mps * self.t + approach).max(0.0)
     }
 
-    /// Acceleration, m/s2, at `gap_m` (bumper to bumper) behind a leader. Braking is never clipped (FACTS 2: clipping
-    /// at `b` crashes every run).
+    /// Acceleration, m/s2, at `gap_m` (bumper to bumper) behind a leader. Braking is never clipped (docs/references.md:
+    /// idm; clipping at `b` crashes every run).
     pub fn acceleration(&self, speed_mps: f64, leader_speed_mps: f64, gap_m: f64) -> f64 {
         let gap_m = gap_m.max(1e-3);
         let interaction = self.desired_gap_m(speed_mps, leader_speed_mps) / gap_m;
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn equilibrium_speeds_are_those_of_the_field() {
-        // FACTS 1: by length with 22 cars, and the successor's ring.
+        // docs/references.md: ring: by length with 22 cars, and the successor's ring.
         let idm = IdmParams::default();
         for (length_m, speed) in
             [(220.0, 3.000), (230.0, 3.454), (240.0, 3.908), (250.0, 4.362), (260.0, 4.816), (270.0, 5.269)]

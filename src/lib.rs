@@ -3,6 +3,10 @@
 //! wheel → ego physics ([`ego`], rapier) → traffic ([`traffic`], SUMO in process) → policy ([`policy`]) → advice on the
 //! speedometer ([`hud`]) → picture ([`render`], wgpu).
 //!
+//! It was built for the study of **HC22**: Hasan, Chakraborty, Wu, Driggs-Campbell, "Towards Co-operative Congestion
+//! Mitigation" (arXiv 2302.09140). Works and figures that comments cite are in `docs/references.md`, by author and year or by
+//! topic; reasons are in `docs/decisions.md`, by number.
+//!
 //! # Words
 //! * **tick**: 10 ms of simulation, the step of the ego's physics ([`time::Tick`]). **step**: 0.1 s (ten ticks; a
 //!   scenario may change it), the step of traffic and policy. **hold**: how long one advice stands, a whole number of

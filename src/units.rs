@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn the_fields_own_figures_convert() {
-        // FACTS 1: 4.362 m/s is 9.76 mph, 17.88 m/s is 40 mph.
+        // docs/references.md: ring: 4.362 m/s is 9.76 mph, 17.88 m/s is 40 mph.
         assert!((SpeedUnit::Mph.from_mps(4.362) - 9.76).abs() < 0.005);
         assert!((SpeedUnit::Mph.to_mps(40.0) - 17.8816).abs() < 1e-12);
         assert!((SpeedUnit::Kmh.from_mps(10.0) - 36.0).abs() < 1e-12);

@@ -1,5 +1,5 @@
-//! The structure holds: imports run downwards, files are small and say what they are for, and each outside library stays
-//! in its room.
+//! The structure holds: imports run downwards, files are small and say what they are for, each outside library stays
+//! in its room, and comments cite only what `docs/` has.
 
 use std::{
     fs,
@@ -190,4 +190,109 @@ fn nothing_is_switched_off() {
             }
         }
     }
+}
+
+/// Comments of a Rust file or a shader as one line, doc comments included.
+fn comments(text: &str) -> String {
+    let marked = text.lines().filter_map(|line| line.find("//").map(|at| &line[at..]));
+    marked.map(|line| line.trim_start_matches(['/', '!'])).collect::<String>()
+}
+
+/// Entries of the list of works, each on one line.
+fn works(references: &str) -> Vec<String> {
+    let list = references.split_once("\n## Works").expect("a part of works").1;
+    list.split("\n* ").map(|entry| entry.replace('\n', " ")).filter(|entry| entry.starts_with("**[")).collect()
+}
+
+/// Citations in `text` that the repository does not have.
+fn dead_citations(text: &str, references: &str, decisions: &str) -> Vec<String> {
+    let works = works(references);
+    let mut dead = Vec::new();
+    for gone in ["DESIGN", "FACTS"] {
+        for (at, _) in text.match_indices(gone) {
+            if text[at + gone.len()..].starts_with([' ', ':', ')', '.']) {
+                dead.push(gone.to_owned());
+            }
+        }
+    }
+    for (document, name) in [(references, "docs/references.md: "), (decisions, "docs/decisions.md: ")] {
+        for (at, _) in text.match_indices(name) {
+            let rest = &text[at + name.len()..];
+            let key: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '-').collect();
+            let (topic, number) = (format!("\n### `{key}`: "), format!("\n## {key}. "));
+            if !document.contains(&topic) && !document.contains(&number) {
+                dead.push(format!("{name}{key}"));
+            }
+        }
+    }
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let bare = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric()).to_owned();
+    for (i, word) in words.iter().enumerate() {
+        let this = bare(word);
+        // The study that a paper describes, under its own key: two capitals and a year.
+        let key = this.len() == 4 && this[..2].chars().all(|c| c.is_ascii_uppercase());
+        if key && this[2..].chars().all(|c| c.is_ascii_digit()) && !references.contains(&format!("**[{this}]**")) {
+            dead.push(this.clone());
+        }
+        let Some(before) = i.checked_sub(1).map(|at| words[at]) else { continue };
+        let standard = ["SAE", "ISO", "IEC", "ITU-R", "Regulation", "FMVSS"].contains(&bare(before).as_str());
+        if standard
+            && this.starts_with(|c: char| c.is_ascii_digit() || c.is_ascii_uppercase())
+            && !references.contains(&this)
+        {
+            dead.push(format!("{before} {this}"));
+        }
+        // A name and a year: "Stern et al. 2018", "Kingma and Ba (2015)".
+        let year = this.len() == 4 && this.parse::<u32>().is_ok_and(|year| (1800..2100).contains(&year));
+        let of = if before == "al." && i >= 3 { words[i - 3] } else { before };
+        let author = bare(of);
+        let named = of.starts_with(|c: char| c.is_uppercase()) && author.chars().skip(1).any(char::is_lowercase);
+        if year && named && !works.iter().any(|entry| entry.contains(&author) && entry.contains(&this)) {
+            dead.push(format!("{author} {this}"));
+        }
+    }
+    dead
+}
+
+#[test]
+fn comments_cite_only_what_the_repository_has() {
+    let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
+    let (references, decisions) = (read("docs/references.md"), read("docs/decisions.md"));
+    let mut files: Vec<PathBuf> = ["src", "tests"].iter().flat_map(|folder| sources(&root().join(folder))).collect();
+    files.extend(fs::read_dir(root().join("shaders")).unwrap().map(|entry| entry.unwrap().path()));
+    let mut texts: Vec<(PathBuf, String)> = Vec::new();
+    for file in files {
+        let text = comments(&fs::read_to_string(&file).unwrap());
+        texts.push((file, text));
+    }
+    for name in ["README.md", "assets/policies/README.md", "docs/decisions.md"] {
+        texts.push((name.into(), read(name)));
+    }
+    let dead: Vec<String> = texts
+        .iter()
+        .flat_map(|(file, text)| dead_citations(text, &references, &decisions).into_iter().map(move |key| (file, key)))
+        .map(|(file, key)| format!("{} cites {key}", file.display()))
+        .collect();
+    assert!(dead.is_empty(), "add these to docs/references.md or docs/decisions.md:\n{}", dead.join("\n"));
+}
+
+#[test]
+fn the_check_of_citations_sees_every_form() {
+    let (references, decisions) = (
+        "\n### `ring`: roads\n\n## Works\n\n* **[HC22]** X.\n* **[Stern 2018]** R. Stern,\n  D. Work. 2018.\n* **[J2944]** SAE J2944.",
+        "\n## 4. A\n",
+    );
+    let dead = |text: &str| dead_citations(text, references, decisions);
+    let alive = "HC22's ring (docs/references.md: ring; Stern et al. 2018, eq. 1), SAE J2944, docs/decisions.md: 4, Work (2018)";
+    assert_eq!(dead(alive), Vec::<String>::new());
+    // Spelt in two parts, so that this file is none of its own finds.
+    assert_eq!(dead(concat!("as FA", "CTS 3 has it (DE", "SIGN 4)")), ["DESIGN", "FACTS"]);
+    assert_eq!(
+        dead("docs/references.md: circle, docs/decisions.md: 5"),
+        [concat!("docs/", "references.md: circle"), concat!("docs/", "decisions.md: 5")]
+    );
+    assert_eq!(
+        dead("WX21, SAE J1; Stern et al. 2019; Borg and Quill (2018)"),
+        ["WX21", "SAE J1", "Stern 2019", "Quill 2018"]
+    );
 }

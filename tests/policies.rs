@@ -1,5 +1,5 @@
-//! What ships and what it is measured against: baselines as the field has them (FACTS 3), and the trained policies of
-//! `assets/policies`, on rings that neither has seen. 800 s after the warm-up, transients included.
+//! What ships and what it is measured against: baselines as the field has them (docs/references.md: advice), and the
+//! trained policies of `assets/policies`, on rings that neither has seen. 800 s after the warm-up, transients included.
 
 use codrive::{
     policy::{self, Network, Policy, PolicySettings, onnx},
@@ -43,7 +43,8 @@ fn calm(verdicts: &[EvaluationResult]) -> usize {
 
 #[test]
 fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
-    // FACTS 3: U is reached exactly; calm after 85, 97 and 125 s; without the slow phase 4.43 fails at 3.20 m/s.
+    // docs/references.md: advice: U is reached exactly; calm after 85, 97 and 125 s; without the slow phase 4.43 fails at
+    // 3.20 m/s.
     for (aim_mps, calm_s) in [(4.0, 85.0), (4.3, 97.0), (4.43, 125.0)] {
         let verdicts = baseline("two-phase", aim_mps, paper_ring(0.1));
         assert_eq!(calm(&verdicts), 20, "{aim_mps}");
@@ -57,8 +58,8 @@ fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
 
 #[test]
 fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
-    // FACTS 3: 4.0 calm in 116 s, 4.3 in 159 s. With a car that pulls away at 0.3 m/s2; at 1.5 m/s2 it chases the gaps that
-    // its own stops make and 4.3 fails.
+    // docs/references.md: follower-stopper: 4.0 calm in 116 s, 4.3 in 159 s. With a car that pulls away at 0.3 m/s2; at
+    // 1.5 m/s2 it chases the gaps that its own stops make and 4.3 fails.
     let gentle = TrainConfig { ego_accel_mps2: 0.3, brakes_for_leader: false, ..paper_ring(0.1) };
     for (aim_mps, latest_s) in [(4.0, 160.0), (4.3, 170.0)] {
         let verdicts = baseline("follower-stopper", aim_mps, gentle.clone());
@@ -73,8 +74,9 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
 
 #[test]
 fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
-    // FACTS 3: 4.34 m/s when engaged moving. An ego that keeps the model's own distance is there on every ring; one that
-    // follows to the letter with a vehicle's lag of 1 s settles at the same speed wherever its gap was below about 5.5 m.
+    // docs/references.md: pi: 4.34 m/s when engaged moving. An ego that keeps the model's own distance is there on every
+    // ring; one that follows to the letter with a vehicle's lag of 1 s settles at the same speed wherever its gap was
+    // below about 5.5 m.
     let settled = |verdicts: &[EvaluationResult]| {
         assert!(verdicts.iter().all(|v| !v.crashed));
         let calmed: Vec<EvaluationResult> = verdicts.iter().copied().filter(|v| v.calm_s.is_some()).collect();
@@ -85,7 +87,7 @@ fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
     assert_eq!(settled(&baseline("pi", 0.0, driven(0.1, 0.0, 0.0))), 20);
     let calmed = settled(&baseline("pi", 0.0, TrainConfig { ego_response_s: 1.0, ..paper_ring(0.1) }));
     assert!(calmed >= 18, "{calmed}");
-    // To the letter and at once it copies its leader for ever (FACTS 3: 3.13 in the jam).
+    // To the letter and at once it copies its leader for ever (docs/references.md: pi: 3.13 in the jam).
     assert_eq!(calm(&baseline("pi", 0.0, paper_ring(0.1))), 0);
 }
 
@@ -231,7 +233,7 @@ fn on_a_ring_too_dense_for_advice_all_is_as_without_it_to_the_bit() {
 
 #[test]
 fn on_the_long_ring_its_policies_win_back_more_than_half_of_what_the_wave_takes() {
-    // FACTS 1: 640.9 m, 40 cars, 17.88 m/s: 6.05 m/s in the wave, 8.956 m/s in an even flow.
+    // docs/references.md: ring: 640.9 m, 40 cars, 17.88 m/s: 6.05 m/s in the wave, 8.956 m/s in an even flow.
     let (wave_mps, even_mps) = (6.05, 8.956);
     for (hold_s, reaction_s, error_mps) in [(4.0, 1.0, 0.5), (10.0, 0.0, 0.0), (30.0, 1.0, 0.5)] {
         let base = TrainConfig { warm_up_s: 600.0, ..driven(hold_s, reaction_s, error_mps) };

@@ -159,7 +159,7 @@ fn an_evaluation_has_a_driver_who_brakes_a_row_without_advice_and_loud_crashes()
     let of = |i: usize| (rows[i]["policy"].as_str().unwrap(), rows[i]["mean_speed_mps"]["mean"].as_f64().unwrap());
     assert_eq!([of(0).0, of(1).0, of(2).0], ["ring-250-speed", "pi", "none"]);
     assert!(rows.iter().all(|row| row["driver"] == "follow" && row["crashes"] == 0), "{rows:?}");
-    // FACTS 1: the wave alone flows at 3.0 m/s.
+    // docs/references.md: ring: the wave alone flows at 3.0 m/s.
     assert!((2.8..3.2).contains(&of(2).1) && of(0).1 > of(2).1 + 0.5, "{:?} {:?}", of(0), of(2));
 
     let exact = ["evaluate", "--policy", "ring-250-speed", "--driver", "exact", "--over", "3", "--out", &out];

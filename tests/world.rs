@@ -260,7 +260,7 @@ fn a_warm_up_hands_a_moving_ego_over_in_the_middle_of_the_wave() {
     let speeds: Vec<f64> = snapshot.cars.iter().map(|car| car.speed_mps).collect();
     let slowest = speeds.iter().copied().fold(f64::INFINITY, f64::min);
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
-    // FACTS 1: the saturated wave ranges from 0 to 9.6 m/s.
+    // docs/references.md: ring: the saturated wave ranges from 0 to 9.6 m/s.
     assert!(slowest < 0.5 && fastest > 7.5, "{slowest} to {fastest} m/s");
     assert_eq!(snapshot.tick.0, 0);
     let gap_m = snapshot.leader.unwrap().gap_m;
@@ -275,7 +275,8 @@ fn the_saturated_wave_runs_on_with_the_ego_on_rapier_and_advice_calms_it() {
         let late = &drive(&wave, 300.0)[15_000..];
         late.iter().map(|snapshot| snapshot.mean_speed_mps).sum::<f64>() / late.len() as f64
     };
-    // FACTS 1: 3.00 m/s without advice; FACTS 3: two-phase reaches its aim, here 98.5 % of 4.362 m/s.
+    // docs/references.md: ring: 3.00 m/s without advice; docs/references.md: advice: two-phase reaches its aim, here 98.5
+    // % of 4.362 m/s.
     let without = mean("none", "idm");
     let with = mean("two-phase", "perfect");
     assert!((without - 3.0).abs() < 0.08, "{without}");
@@ -350,7 +351,7 @@ fn a_person_with_four_keys_and_slow_thumbs_holds_4_mps_in_the_lane() {
     }
     let (low, high) = speeds.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
     let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
-    // Half the width of the 250 m ring's useful band (+-1 mph, FACTS 3) on either side of his own mean.
+    // Half the width of the 250 m ring's useful band (+-1 mph, docs/references.md: band) on either side of his own mean.
     assert!(high - low < 0.9 && (mean - 4.0).abs() < 0.3, "{low} to {high} m/s, mean {mean}");
     let off_m = offsets.iter().copied().fold(0.0, f64::max);
     assert!(off_m < 0.5, "{off_m} m off the centre line");

@@ -10,7 +10,8 @@ use crate::{
 
 /// Pictures that are measured, after one that makes what is made at a first use.
 const PICTURES: usize = 30;
-/// A frame of a 60 Hz screen, and the longest that keeps the median latency below 50 ms (FACTS 8), milliseconds.
+/// A frame of a 60 Hz screen, and the longest that keeps the median latency below 50 ms (docs/references.md: latency),
+/// milliseconds.
 const FRAME_MS: f64 = 1000.0 / 60.0;
 const LONGEST_MS: f64 = 1000.0 / 30.0;
 

@@ -1,5 +1,6 @@
 //! The driver's window, and the experimenter's beside it. In: events of winit, Ctrl-C. Out: frames on the screen.
-//! `DriveWindows::draw` is one turn of the loop (DESIGN 3); everything that needs no window lives in [`LiveDrive`] and [`DriveOverlay`].
+//! `DriveWindows::draw` is one turn of the loop (docs/decisions.md: 1); everything that needs no window lives in
+//! [`LiveDrive`] and [`DriveOverlay`].
 
 mod end_card;
 pub mod overlay;

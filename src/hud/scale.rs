@@ -52,7 +52,8 @@ impl Scale {
 }
 
 /// The highest speed to be expected on a ring, m/s: 2.2 times the equilibrium speed, which is the top of a saturated
-/// wave (250 m ring: 9.6 against 4.362 m/s, FACTS 1), or the highest speed advised, neither beyond the speed limit.
+/// wave (250 m ring: 9.6 against 4.362 m/s, docs/references.md: ring), or the highest speed advised, neither beyond the
+/// speed limit.
 pub fn expected_top_mps(equilibrium_mps: f64, highest_advised_mps: f64, limit_mps: f64) -> f64 {
     (2.2 * equilibrium_mps).max(highest_advised_mps).min(limit_mps)
 }

@@ -1,5 +1,6 @@
-//! Steering wheels through gilrs, on systems without evdev (FACTS 7). In: raw axis codes and values of gilrs (-1..1). Out:
-//! wheel angle and pedals. Raw codes, because a wheel has no gamepad mapping and its names in gilrs are arbitrary.
+//! Steering wheels through gilrs, on systems without evdev (docs/references.md: g29). In: raw axis codes and values of
+//! gilrs (-1..1). Out: wheel angle and pedals. Raw codes, because a wheel has no gamepad mapping and its names in gilrs
+//! are arbitrary.
 
 use crate::ego::{Controls, STEERING_LOCK_RAD, Selector};
 
@@ -17,8 +18,8 @@ pub enum WheelAxis {
 }
 
 /// Axes of a wheel by evdev code (type 3 in the upper half, as gilrs writes it), if the device is known to be one.
-/// Logitech's native modes (FACTS 7): G27 c29b, G29 c24f, G923 c266; the G920 c262 and the Xbox G923 c26e order their pedals
-/// otherwise (kernel driver hid-logitech-hidpp).
+/// Logitech's native modes (docs/references.md: g29): G27 c29b, G29 c24f, G923 c266; the G920 c262 and the Xbox G923 c26e
+/// order their pedals otherwise (kernel driver hid-logitech-hidpp).
 pub fn known_wheel(vendor: Option<u16>, product: Option<u16>, name: &str) -> Option<&'static [(u32, WheelAxis)]> {
     const EV_ABS: u32 = 3 << 16;
     const G29: &[(u32, WheelAxis)] = &[

@@ -1,6 +1,6 @@
 //! Pads through gilrs, and wheels on systems without evdev; its filters are off: they round a wheel's steering to 4.5
-//! degrees and couple it with the clutch (FACTS 7). In: gilrs' events. Out: [`Controls`] of the device that was touched last; the force of
-//! a wheel, through SDL2.
+//! degrees and couple it with the clutch (docs/references.md: g29). In: gilrs' events. Out: [`Controls`] of the device
+//! that was touched last; the force of a wheel, through SDL2.
 
 use super::{
     force::ForceInput,
@@ -215,7 +215,7 @@ impl Moved {
     }
 }
 
-/// The G29's left paddle (FACTS 7): 293, type 1 in the upper half.
+/// The G29's left paddle (docs/references.md: g29): 293, type 1 in the upper half.
 const LEFT_PADDLE: u32 = (1 << 16) + 293;
 
 impl Device {
@@ -314,7 +314,7 @@ mod tests {
         }
         let asked = Controls { throttle: 1.0, steering_wheel_rad: STEERING_LOCK_RAD, ..Controls::default() };
         assert_eq!(pads.controls(), Some(asked), "full left and floored, the clutch is nothing");
-        // FACTS 7: 293 is the left paddle, 292 the right one.
+        // docs/references.md: g29: 293 is the left paddle, 292 the right one.
         pads.touch(7, Moved::Press(Button::West, KEY + 292));
         assert_eq!(pads.controls(), Some(asked));
         pads.touch(7, Moved::Press(Button::Unknown, KEY + 293));

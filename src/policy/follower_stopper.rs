@@ -1,5 +1,6 @@
-//! FollowerStopper (Stern et al. 2018, eqs. 1-2; FACTS 3): drive the aim where the gap is wide, follow the leader's speed
-//! where it is not, stop where it is closed. In: speed, leader's speed, gap. Out: a speed.
+//! FollowerStopper (Stern et al. 2018, eqs. 1-2; docs/references.md: follower-stopper): drive the aim where the gap is
+//! wide, follow the leader's speed where it is not, stop where it is closed. In: speed, leader's speed, gap. Out: a
+//! speed.
 
 use super::{Action, Observation, Policy};
 

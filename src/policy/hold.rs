@@ -7,10 +7,10 @@ use crate::time::Tick;
 /// The shown speed goes no further than this beyond what the driver has reached, m/s, before another hold adds to it.
 const LEAD_MPS: f64 = 1.0;
 
-/// The speed to show for an acceleration `a` held for `hold_s`, m/s: what it leads to (DESIGN 1), from the speed that is
-/// shown already, so that the target keeps moving before a driver has begun to follow it. Started from the driver's
-/// speed in each hold, an advice of 0.5 m/s2 held 0.1 s shows a standing driver 0.05 m/s for ever, and nobody pulls away
-/// for that.
+/// The speed to show for an acceleration `a` held for `hold_s`, m/s: what it leads to (docs/decisions.md: 2), from the
+/// speed that is shown already, so that the target keeps moving before a driver has begun to follow it. Started from the
+/// driver's speed in each hold, an advice of 0.5 m/s2 held 0.1 s shows a standing driver 0.05 m/s for ever, and nobody
+/// pulls away for that.
 pub fn shown_mps(shown_before_mps: Option<f64>, speed_mps: f64, a: f64, hold_s: f64) -> f64 {
     let from = shown_before_mps.map_or(speed_mps, |shown| shown.clamp(speed_mps - LEAD_MPS, speed_mps + LEAD_MPS));
     (from + a * hold_s).max(0.0)

@@ -123,7 +123,7 @@ impl PolicySettings {
 }
 
 /// The automatic aim as a share of the equilibrium speed. On the 250 m ring 4.30 of 4.362 m/s: from there on two-phase and
-/// FollowerStopper calm every seed, at 4.43 the latter only 11 of 20 (FACTS 3).
+/// FollowerStopper calm every seed, at 4.43 the latter only 11 of 20 (docs/references.md: advice).
 pub const AUTOMATIC_SHARE: f64 = 0.985;
 
 /// Names that [`build`] knows; the first advises nothing.

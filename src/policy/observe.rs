@@ -1,12 +1,13 @@
 //! The observation as a network sees it: one code for the drive, for training and for networks of others. In: an
 //! [`Observation`], SI. Out: one number for each [`Input`], usually of about -1 to 1. HC22's four are own speed,
-//! leader's speed, gap and circumference, scaled as FACTS 3 lists them.
+//! leader's speed, gap and circumference, scaled as docs/references.md: learning lists them.
 
 use super::Observation;
 use crate::space::CAR_LENGTH_M;
 use serde::{Deserialize, Serialize};
 
-/// Time constant of [`Feature::MeanSpeed`], seconds: about the wave's period on the paper's ring (33.5 s, FACTS 1).
+/// Time constant of [`Feature::MeanSpeed`], seconds: about the wave's period on the paper's ring (33.5 s,
+/// docs/references.md: ring).
 const MEMORY_S: f64 = 30.0;
 
 /// Something that a network may see.

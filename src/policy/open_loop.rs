@@ -15,8 +15,8 @@ impl Policy for Constant {
     }
 }
 
-/// The hand-designed advice of FACTS 3: slow for a minute, so that a hole opens and swallows the wave, then a speed just
-/// below equilibrium.
+/// The hand-designed advice (docs/references.md: advice): slow for a minute, so that a hole opens and swallows the wave,
+/// then a speed just below equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoPhase {
     /// Speed of the first phase, m/s.

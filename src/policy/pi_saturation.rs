@@ -1,5 +1,6 @@
-//! PI with saturation (Stern et al. 2018, eqs. 3-6; FACTS 3): estimate the flow's speed by one's own mean over 38 s, aim a
-//! little above it where the gap is wide, follow the leader where it is not. In: an observation a step. Out: a speed.
+//! PI with saturation (Stern et al. 2018, eqs. 3-6; docs/references.md: pi): estimate the flow's speed by one's own mean
+//! over 38 s, aim a little above it where the gap is wide, follow the leader where it is not. In: an observation a step.
+//! Out: a speed.
 
 use super::{Action, Observation, Policy};
 use std::collections::VecDeque;

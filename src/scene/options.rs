@@ -74,7 +74,7 @@ impl Default for ViewOptions {
     fn default() -> Self {
         Self {
             eye: Vec3::new(0.10, 0.36, 1.18),
-            // A 55-inch television, 16:9, at one metre: 63 degrees (FACTS 8).
+            // A 55-inch television, 16:9, at one metre: 63 degrees (docs/references.md: display).
             screen_width_m: 1.2176,
             eye_distance_m: 1.0,
             body_motion: 0.3,
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn the_angle_of_view_is_the_screens_at_the_eyes_distance() {
         let tv = ViewOptions::default();
-        // FACTS 8: 55 inches at 1.0 m is 63 degrees.
+        // docs/references.md: display: 55 inches at 1.0 m is 63 degrees.
         assert!((tv.fov_x_rad().to_degrees() - 63.0).abs() < 0.5, "{}", tv.fov_x_rad().to_degrees());
         let square = ViewOptions { screen_width_m: 2.0, eye_distance_m: 1.0, ..tv };
         assert!((square.fov_x_rad().to_degrees() - 90.0).abs() < 1e-4);

@@ -221,10 +221,10 @@ impl Default for Scenario {
             policy_speed_mps: 0.0,
             // HC22 holds for one step of 0.1 s; a person cannot follow ten new targets a second.
             hold_s: 1.0,
-            // FACTS 3: a useful band on the 250 m ring is about +-1 mph.
+            // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
             range_mph: 1.0,
             units: SpeedUnit::Mph,
-            // A 55-inch TV at 1.0 m: 63 degrees (FACTS 8).
+            // A 55-inch TV at 1.0 m: 63 degrees (docs/references.md: display).
             screen_width_m: 1.218,
             eye_distance_m: 1.0,
             ordinary_paints: true,

@@ -1,5 +1,5 @@
 //! One drive in numbers. In: the snapshot at each tick and the events. Out: a [`Summary`], HC22's measure first. The
-//! averaging window is always stated (FACTS 1).
+//! averaging window is always stated (docs/references.md: ring).
 
 use super::{Event, EventKind, Snapshot, event::EndReason};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! The world of one drive. In: [`Controls`] once a tick. Out: [`Event`]s and the [`Snapshot`] of that tick.
 //!
-//! Traffic runs one step ahead (DESIGN 4): at the first tick of step k the engine is asked for k+1, told where the ego
-//! is and where it will be; until then the other cars move evenly from where they were to where they will be. The ego
-//! is simulated tick by tick in between.
+//! Traffic runs one step ahead (docs/decisions.md: 3): at the first tick of step k the engine is asked for k+1, told
+//! where the ego is and where it will be; until then the other cars move evenly from where they were to where they will
+//! be. The ego is simulated tick by tick in between.
 
 mod put_back;
 

@@ -99,7 +99,7 @@ fn only_a_drive_that_has_an_end_can_be_made_longer() {
 #[test]
 fn a_policy_aims_at_the_speed_at_which_the_even_ring_flows() {
     let world = ring();
-    // FACTS 1: 22 cars on 250 m flow at 4.362 m/s.
+    // docs/references.md: ring: 22 cars on 250 m flow at 4.362 m/s.
     let settings = policy_settings(world.scenario(), &world.map.route);
     assert!((settings.equilibrium_mps - 4.362).abs() < 0.005, "{settings:?}");
     // The drivers' own wish ends where the road's limit is lower.

@@ -20,7 +20,7 @@ use crate::{idm::IdmParams, map::RoadMap, space::Pose};
 use std::{sync::Arc, time::Duration};
 
 /// The hardest that any car of the traffic brakes, m/s2 (SUMO's default for passenger cars). The model is never clipped at
-/// `b` (FACTS 2); it reaches this bound only behind an ego that cuts in or stops dead.
+/// `b` (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops dead.
 pub const EMERGENCY_BRAKING_MPS2: f64 = 9.0;
 
 /// Number of a car: the ego is 0, car 1 starts ahead of it (its leader), and so on in driving direction, so that the last is
@@ -83,7 +83,7 @@ pub struct ExternalVehicleState {
     pub pose: Pose,
     /// Present speed, m/s, not negative.
     pub speed_mps: f64,
-    /// Pose predicted for the end of the step with constant acceleration (DESIGN 4).
+    /// Pose predicted for the end of the step with constant acceleration (docs/decisions.md: 4).
     pub next_pose: Pose,
     /// Speed predicted for the end of the step, m/s.
     pub next_speed_mps: f64,

@@ -1,8 +1,8 @@
 //! The native engine: the IDM on a closed route of one lane, for training and for speed. In: a [`TrafficSetup`], then
 //! reports. Out: [`CarState`]s. Metres, m/s.
 //!
-//! All accelerations come from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (FACTS 2), which is also SUMO's
-//! update; then noise. A car wants the speed `min(v0, limit of its lane)`, as SUMO has it.
+//! All accelerations come from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (docs/references.md: idm),
+//! which is also SUMO's update; then noise. A car wants the speed `min(v0, limit of its lane)`, as SUMO has it.
 //!
 //! Measured against SUMO: the same to 1e-11 m over 600 s on both rings, noise included (`tests/traffic`). Two things differ
 //! elsewhere: SUMO brakes before a lane with a lower limit, and it sees a leader on the lane after the next only within

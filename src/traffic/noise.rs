@@ -1,4 +1,4 @@
-//! Noise on the acceleration, one definition and one order of draws for both engines (FACTS 2; notes on Flow). In: a setup.
+//! Noise on the acceleration, one definition and one order of draws for both engines (docs/references.md: idm). In: a setup.
 //! Out: each car's speed with its noise, m/s.
 //!
 //! Flow adds `sqrt(dt) N(0, noise)` to the acceleration of each step. Here the model's step comes first, then the noise

@@ -4,7 +4,7 @@
 use super::{InitialVehicle, TrafficError, TrafficSetup};
 use crate::space::CAR_LENGTH_M;
 
-/// The share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (FACTS 1).
+/// The share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (docs/references.md: ring).
 const HOLE_SHARE: f64 = 0.2;
 
 /// `n` cars evenly spaced over `length_m`, the ego at 0, all at `speed_mps`; `s0_m` is the model's gap at a standstill.
@@ -18,7 +18,7 @@ pub fn even(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<In
 }
 
 /// `n` cars close together and one hole of a fifth of the route, half-way round from the ego: a wave is there within 75 s
-/// (FACTS 1). Where cars are many the hole is smaller, so that none is closer than `s0_m`.
+/// (docs/references.md: ring). Where cars are many the hole is smaller, so that none is closer than `s0_m`.
 ///
 /// # Errors
 /// As [`even`].

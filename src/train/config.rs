@@ -1,5 +1,5 @@
 //! Everything that makes one training. This struct **is** the file, the flags and their help: doc comments are the
-//! help, the ranges the limits. Defaults are those of the field (FACTS 3) where the field agrees.
+//! help, the ranges the limits. Defaults are those of the field (docs/references.md: learning) where the field agrees.
 
 use crate::{
     idm::IdmParams,
@@ -199,8 +199,8 @@ pub struct Scaling {
 }
 
 impl Default for Scaling {
-    /// As FACTS 3 lists it, but for the gap: the field's 300 m leaves a gap of 6 m and one of 12 m 0.04 apart; with 30 m the
-    /// best of 150 updates was judged 4.59 against 4.46 m/s.
+    /// As docs/references.md: learning has it, but for the gap: the field's 300 m leaves a gap of 6 m and one of 12 m
+    /// 0.04 apart; with 30 m the best of 150 updates was judged 4.59 against 4.46 m/s.
     fn default() -> Self {
         Self {
             speed_to_mps: 10.0,
@@ -273,7 +273,7 @@ impl Default for TrainConfig {
             action_penalty: 0.0,
             headway_penalty: 0.0,
             range_penalty: 0.0,
-            // FACTS 3: a useful band on the 250 m ring is about +-1 mph.
+            // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
             range_mps: 0.447,
             collision_penalty: 100.0,
             follow: FollowKind::Exact,

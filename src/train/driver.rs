@@ -2,9 +2,10 @@
 //! once a step the rings. Out: the ego's speed at the end of the step, m/s.
 //!
 //! A simulated driver responds `reaction_s` late, tracks with an error that wanders (Ornstein and Uhlenbeck 1930) and has
-//! a habit of driving faster or slower; what it follows is the speed on the dial (DESIGN 1), also where the policy puts
-//! out an acceleration. It keeps the model's distance to its leader; an ego that follows to the letter brakes, if it is
-//! set so, where it must to avoid a collision. Who drives is said by the [`DriverParams`] of whole drives.
+//! a habit of driving faster or slower; what it follows is the speed on the dial (docs/decisions.md: 2), also where the
+//! policy puts out an acceleration. It keeps the model's distance to its leader; an ego that follows to the letter
+//! brakes, if it is set so, where it must to avoid a collision. Who drives is said by the [`DriverParams`] of whole
+//! drives.
 
 use super::{
     config::{FollowKind, TrainConfig},

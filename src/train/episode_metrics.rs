@@ -5,7 +5,7 @@ use super::fuel;
 use crate::policy::Advice;
 use serde::{Deserialize, Serialize};
 
-/// The wave is calm where the standard deviation of speed over the cars stays below this, m/s (FACTS 3).
+/// The wave is calm where the standard deviation of speed over the cars stays below this, m/s (docs/references.md: advice).
 const CALM_SD_MPS: f64 = 0.5;
 
 /// One ring, driven to the horizon.

@@ -1,10 +1,11 @@
 //! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
-//! those of FACTS 3.
+//! those of docs/references.md: holds.
 
 use super::{evaluation::Trace, stats::Estimate};
 use crate::chart::{Axis, COLOURS, Chart, ColourKey, Line, Mark, Picture, Shape, Style, Width, picture};
 
-/// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (FACTS 3): seconds, m/s.
+/// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (docs/references.md: holds): seconds,
+/// m/s.
 pub const PUBLISHED: [[f64; 2]; 19] = [
     [0.1, 4.249],
     [1.0, 4.331],

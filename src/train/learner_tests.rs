@@ -100,7 +100,7 @@ fn baseline(name: &str) -> (f64, bool) {
 
 #[test]
 fn baselines_are_judged_as_the_field_has_them() {
-    // FACTS 1 and 3: 3.00 without advice; two-phase to 4.0 calms every ring, after a slow minute.
+    // docs/references.md: ring and advice: 3.00 without advice; two-phase to 4.0 calms every ring, after a slow minute.
     let (none, calm) = baseline("none");
     assert!((none - 3.0).abs() < 0.05 && !calm, "{none}");
     let (two_phase, calm) = baseline("two-phase");

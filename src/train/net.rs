@@ -71,7 +71,7 @@ impl Shape {
     }
 
     /// Orthogonal weights, gain sqrt 2 in hidden layers and `last_gain` in the last, no biases (Saxe et al. 2014; the
-    /// habit of the field, FACTS 3).
+    /// habit of the field, docs/references.md: learning).
     pub fn orthogonal<T: Real>(&self, last_gain: f64, stream: &mut Stream) -> Vec<T> {
         let mut theta = vec![T::default(); self.parameters()];
         let layers = self.layers();

@@ -1,10 +1,10 @@
 //! The fast ring: [`LANES`] independent closed lanes of IDM cars side by side. In: a layout and a model for each ring,
 //! then once a step the speed that the ego shall have. Out: speeds, gaps, mean speed, crashes. Metres, m/s, m/s2.
 //!
-//! The update is that of `traffic::native` (FACTS 2): all accelerations from one state, `v' = max(v + a dt, 0)`,
-//! `x' = x + v' dt`, then noise. The state is the gap ahead of each car, not its place: nothing wraps, and `f32` keeps
-//! its digits. Slot 0 is the ego and slot `k` the `k`-th car **behind** it, so that rings of different numbers of cars
-//! share one loop: slots beyond a ring's last car hold ghosts that follow it and that nobody sees.
+//! The update is that of `traffic::native` (docs/references.md: idm): all accelerations from one state, `v' = max(v + a
+//! dt, 0)`, `x' = x + v' dt`, then noise. The state is the gap ahead of each car, not its place: nothing wraps, and `f32`
+//! keeps its digits. Slot 0 is the ego and slot `k` the `k`-th car **behind** it, so that rings of different numbers of
+//! cars share one loop: slots beyond a ring's last car hold ghosts that follow it and that nobody sees.
 
 use super::simd::{LANES, LaneRng, SimdLanes, lane, splat};
 use crate::{idm::IdmParams, space::CAR_LENGTH_M};
@@ -36,7 +36,7 @@ impl RingStart {
     }
 
     /// `cars` close together with one hole of a fifth of the road half-way round from the ego (smaller where cars are
-    /// many): the wave is there within 75 s on the paper's ring (FACTS 1).
+    /// many): the wave is there within 75 s on the paper's ring (docs/references.md: ring).
     pub fn bunched(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
         let spacing_m = (0.8 * length_m / cars as f64).max(CAR_LENGTH_M + idm.s0).min(length_m / cars as f64);
         let mut gaps_m = vec![(spacing_m - CAR_LENGTH_M) as f32; cars];

@@ -71,7 +71,7 @@ fn an_even_ring_without_noise_stays_at_its_equilibrium() {
 
 #[test]
 fn saturated_rings_flow_as_fast_as_the_field_has_it() {
-    // FACTS 1: by length with 22 cars, saturated, Euler, noise 0.2.
+    // docs/references.md: ring: by length with 22 cars, saturated, Euler, noise 0.2.
     for (length_m, expected) in
         [(220.0, 2.10), (230.0, 2.40), (240.0, 2.70), (250.0, 3.00), (260.0, 3.30), (270.0, 3.60)]
     {

@@ -27,7 +27,7 @@ use std::{
 
 /// Length of a step, seconds.
 const STEP_S: f64 = 0.1;
-/// Speed of the even ring of 22 cars on 250 m, m/s (FACTS 1).
+/// Speed of the even ring of 22 cars on 250 m, m/s (docs/references.md: ring).
 const EVEN_MPS: f64 = 4.362;
 /// Both engines.
 const ENGINES: [EngineChoice; 2] = [EngineChoice::Native, EngineChoice::Sumo];

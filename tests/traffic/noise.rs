@@ -1,5 +1,6 @@
-//! How strong the noise of each engine is, against its closed form (FACTS 2): a change of the acceleration by
-//! sqrt(dt) N(0, noise), hence of the speed by dt sqrt(dt) noise in the standard deviation: 0.00632 m/s a step at 0.2 and 0.1 s.
+//! How strong the noise of each engine is, against its closed form (docs/references.md: idm): a change of the
+//! acceleration by sqrt(dt) N(0, noise), hence of the speed by dt sqrt(dt) noise in the standard deviation: 0.00632 m/s a
+//! step at 0.2 and 0.1 s.
 
 use super::*;
 

@@ -110,7 +110,7 @@ fn a_recorded_drive_knows_the_screen_that_its_pictures_came_to_and_the_doctor_li
     assert!({ program }.wait().unwrap().success());
     let screen = codrive::record::Manifest::load(&out).unwrap().screen.unwrap();
     assert_eq!((screen.monitor.as_deref(), screen.present_mode.as_str()), (Some("screen"), "fifo"));
-    // A picture may wait for the screen, but none behind it (DESIGN: latency).
+    // A picture may wait for the screen, but none behind it (docs/references.md: latency).
     assert_eq!(screen.frames_ahead, 1);
     let said = text(&codrive(&server, &["doctor"]).output().unwrap());
     assert!(said.contains("1: screen, 800x600"), "{said}");

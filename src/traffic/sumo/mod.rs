@@ -3,7 +3,7 @@
 //!
 //! One call a step takes the commands, steps, and reads all cars. Before a step the ego is put where it is predicted to
 //! be at its end, with the speed that it has now: a follower then differs by at most 4.3 mm/s from one behind a car
-//! of SUMO's own (DESIGN 4). Noise is given as a change of the speed that the model starts from.
+//! of SUMO's own (docs/decisions.md: 4). Noise is given as a change of the speed that the model starts from.
 //!
 //! A remote SUMO is started by somebody else: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is
 //! compared with the map's lane by lane, and begins anew with our options. It ends when the drive ends. Its protocol is
