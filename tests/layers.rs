@@ -2,6 +2,7 @@
 //! in its room, and comments cite only what `docs/` has.
 
 use std::{
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -295,4 +296,51 @@ fn the_check_of_citations_sees_every_form() {
         dead("WX21, SAE J1; Stern et al. 2019; Borg and Quill (2018)"),
         ["WX21", "SAE J1", "Stern 2019", "Quill 2018"]
     );
+}
+
+/// Names and versions of packages, of a text where they follow `name` and `version` in the order of `Cargo.lock`.
+fn locked_packages(lock: &str) -> BTreeSet<(String, String)> {
+    let quoted = |line: &str, key: &str| Some(line.strip_prefix(key)?.trim_matches('"').to_owned());
+    let lines: Vec<&str> = lock.lines().collect();
+    let pairs = lines.windows(2);
+    pairs.filter_map(|two| Some((quoted(two[0], "name = ")?, quoted(two[1], "version = ")?))).collect()
+}
+
+#[test]
+fn third_party_notices_are_those_of_the_lock_file() {
+    let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
+    let mut locked = locked_packages(&read("Cargo.lock"));
+    assert!(locked.remove(&("codrive".into(), env!("CARGO_PKG_VERSION").into())));
+    let rows = read("THIRD-PARTY.md");
+    let cells = rows.lines().map(|row| row.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>());
+    let packages = cells.filter(|cells| cells.len() >= 5 && cells[1] != "library" && cells[1] != "---");
+    let listed: BTreeSet<(String, String)> = packages.map(|cells| (cells[1].clone(), cells[2].clone())).collect();
+    let differing: Vec<_> = locked.symmetric_difference(&listed).collect();
+    assert!(differing.is_empty(), "THIRD-PARTY.md is not Cargo.lock's: run scripts/third-party\n{differing:?}");
+    assert!(locked.len() > 100);
+}
+
+/// Files that `text` names as links of Markdown, without those on the net and places within a page.
+fn links(text: &str) -> Vec<&str> {
+    let targets = text.match_indices("](").filter_map(|(at, mark)| text[at + mark.len()..].split(')').next());
+    targets.filter(|target| !target.contains("://")).filter_map(|target| target.split('#').next()).collect()
+}
+
+#[test]
+fn papers_of_the_project_link_to_files_that_exist() {
+    let mut pages: Vec<PathBuf> =
+        fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    pages.extend(["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| root().join(name)));
+    for page in pages.iter().filter(|page| page.extension().is_some_and(|e| e == "md")) {
+        for target in links(&fs::read_to_string(page).unwrap()) {
+            let file = page.parent().unwrap().join(target);
+            assert!(target.is_empty() || file.exists(), "{} links to {target}, which is not there", page.display());
+        }
+    }
+}
+
+#[test]
+fn the_version_to_cite_is_that_of_the_program() {
+    let citation = fs::read_to_string(root().join("CITATION.cff")).unwrap();
+    assert!(citation.lines().any(|line| line == concat!("version: ", env!("CARGO_PKG_VERSION"))));
 }
