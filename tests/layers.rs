@@ -269,6 +269,11 @@ fn comments_cite_only_what_the_repository_has() {
     for name in ["README.md", "assets/policies/README.md", "docs/decisions.md"] {
         texts.push((name.into(), read(name)));
     }
+    for entry in fs::read_dir(root().join("assets/questionnaires")).unwrap() {
+        let file = entry.unwrap().path();
+        let text = fs::read_to_string(&file).unwrap();
+        texts.push((file, text));
+    }
     let dead: Vec<String> = texts
         .iter()
         .flat_map(|(file, text)| dead_citations(text, &references, &decisions).into_iter().map(move |key| (file, key)))
