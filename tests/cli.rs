@@ -253,7 +253,7 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
 
 #[test]
 fn help_names_unit_and_limits_of_every_setting() {
-    let output = codrive(&["run", "--help"]).output().unwrap();
+    let output = codrive(&["run", "--help-all"]).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0));
     for part in ["--hold <SECS>", "0.01 to 600 s", "--range <MPH>", "--idm <KEY=X,...>", "default ring-250"] {

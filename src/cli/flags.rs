@@ -9,16 +9,64 @@ use std::path::PathBuf;
 
 const HEADING: &str = "Scenario";
 
+/// The settings that people change from drive to drive, each with an example; `--help` lists these, `--help-all` all.
+const COMMON: [(&str, &str); 11] = [
+    ("map", "practice"),
+    ("vehicles", "18"),
+    ("traffic", "native"),
+    ("start", "bunched"),
+    ("warm_up_s", "120"),
+    ("duration_s", "600"),
+    ("seed", "7"),
+    ("policy", "follower-stopper"),
+    ("hold_s", "5"),
+    ("range_mph", "2"),
+    ("units", "kmh"),
+];
+
+/// How much `--help` lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Listing {
+    /// The settings that people change from drive to drive.
+    Common,
+    /// All.
+    All,
+}
+
 /// Adds `--scenario FILE` and a flag for each setting.
-pub fn add(command: Command) -> Command {
+pub fn add(command: Command, listing: Listing) -> Command {
     let file = Arg::new("scenario")
         .long("scenario")
         .value_name("FILE")
         .value_parser(value_parser!(PathBuf))
         .help("Scenario file (TOML, at most 1 MiB); flags beside it win over what it says")
         .help_heading(HEADING);
-    let limits = format!("Limits: {}; {}.", crate::map::limits::IN_WORDS, crate::policy::onnx::limits::IN_WORDS);
-    add_fields(command.arg(file), &settings(), HEADING).after_help(limits)
+    let name = command.get_name().to_owned();
+    let all = add_fields(command.arg(file), &settings(), HEADING);
+    if listing == Listing::All {
+        let limits = format!("Limits: {}; {}.", crate::map::limits::IN_WORDS, crate::policy::onnx::limits::IN_WORDS);
+        return all.after_help(limits);
+    }
+    let mut hidden = 0;
+    let short = all.mut_args(|arg| {
+        let id = arg.get_id().as_str().to_owned();
+        let example = COMMON.iter().find(|(path, _)| *path == id);
+        // Who drives is asked where nobody sits in the car.
+        let is_shown = example.is_some() || id == "scenario" || (id == "driver" && name != "drive");
+        if arg.get_help_heading() != Some(HEADING) || is_shown {
+            let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+            let flag = arg.get_long().unwrap_or_default().to_owned();
+            return match example {
+                Some((_, value)) => arg.help(format!("{help}; example: --{flag} {value}")),
+                None => arg,
+            };
+        }
+        hidden += 1;
+        arg.hide(true)
+    });
+    short.after_help(format!(
+        "codrive {name} --help-all lists {hidden} more settings of the scenario, and the limits of files."
+    ))
 }
 
 /// Adds a flag for each of these settings, and one for each table of them.

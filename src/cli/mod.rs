@@ -31,6 +31,7 @@ use crate::{
     traffic::{self, TrafficError},
 };
 use clap::{Arg, Command, value_parser};
+pub use flags::Listing;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{ffi::OsString, io::Write, path::PathBuf};
 
@@ -57,7 +58,8 @@ fn progress(length: u64, message: String) -> ProgressBar {
 
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let matches = match command().try_get_matches_from(with_default_command(arguments.into_iter().collect())) {
+    let (listing, arguments) = listing(arguments.into_iter().collect());
+    let matches = match command(listing).try_get_matches_from(with_default_command(arguments)) {
         Ok(matches) => matches,
         Err(error) => {
             // clap knows: help and version go to stdout and are no failure; all else is bad input.
@@ -115,9 +117,31 @@ fn tell(error: &CliError) -> u8 {
     code
 }
 
+/// `--help-all` is `--help` that leaves nothing out.
+fn listing(mut arguments: Vec<OsString>) -> (Listing, Vec<OsString>) {
+    let mut listing = Listing::Common;
+    for argument in &mut arguments {
+        if argument == "--help-all" {
+            *argument = "--help".into();
+            listing = Listing::All;
+        }
+    }
+    (listing, arguments)
+}
+
+/// The commands by what a person wants.
+const GROUPS: [(&str, &[&str]); 5] = [
+    ("Drive", &["drive", "run", "render", "replay"]),
+    ("Study", &["study", "calibrate", "doctor"]),
+    ("Analyse", &["analyse", "evaluate"]),
+    ("Train", &["train", "map"]),
+    ("Maintain", &["recover", "bench"]),
+];
+
 /// The whole command line, for `--help` and tests.
-pub fn command() -> Command {
-    Command::new("codrive")
+pub fn command(listing: Listing) -> Command {
+    let add = |command: Command| flags::add(command, listing);
+    let command = Command::new("codrive")
         .version(env!("CARGO_PKG_VERSION"))
         .about("A driving simulator for studies of people in traffic.\nWithout a command: codrive drive.")
         .subcommand_required(true)
@@ -127,9 +151,9 @@ pub fn command() -> Command {
                 "Folder with the program's maps and assets [default: found by itself; codrive doctor says where]",
             ),
         )
-        .subcommand(flags::add(drive::command()))
-        .subcommand(flags::add(run::command()))
-        .subcommand(flags::add(render::command()))
+        .subcommand(add(drive::command()))
+        .subcommand(add(run::command()))
+        .subcommand(add(render::command()))
         .subcommand(study::command())
         .subcommand(analyse::command())
         .subcommand(replay::command())
@@ -139,8 +163,25 @@ pub fn command() -> Command {
         .subcommand(map::command())
         .subcommand(calibrate::command())
         .subcommand(check_network::command())
-        .subcommand(flags::add(doctor::command()))
-        .subcommand(flags::add(bench::command()))
+        .subcommand(add(doctor::command()))
+        .subcommand(add(bench::command()));
+    let groups = groups(&command);
+    command.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{groups}\nOptions:\n{{options}}{{after-help}}"
+    ))
+}
+
+/// The list of commands under their headings.
+fn groups(command: &Command) -> String {
+    let line = |name: &str| {
+        let about = command.find_subcommand(name).and_then(Command::get_about).map(ToString::to_string);
+        format!("  {name:<10} {}\n", about.unwrap_or_default())
+    };
+    let group = |(title, names): &(&str, &[&str])| {
+        let lines: String = names.iter().map(|name| line(name)).collect();
+        format!("\n{title}:\n{lines}")
+    };
+    GROUPS.iter().map(group).collect()
 }
 
 /// `codrive` and `codrive --map x` mean `codrive drive`.
@@ -228,10 +269,39 @@ pub(crate) fn stop_on_ctrl_c() -> std::sync::Arc<std::sync::atomic::AtomicBool> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::settings;
 
     #[test]
     fn the_command_line_is_sound() {
-        command().debug_assert();
+        command(Listing::Common).debug_assert();
+        command(Listing::All).debug_assert();
+    }
+
+    #[test]
+    fn every_command_is_in_one_group_and_every_setting_in_the_whole_help() {
+        let line = command(Listing::Common);
+        let shown: Vec<&str> =
+            line.get_subcommands().filter(|command| !command.is_hide_set()).map(Command::get_name).collect();
+        let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| names.iter().copied()).collect();
+        assert!(shown.iter().all(|name| grouped.contains(name)), "{grouped:?}");
+        grouped.sort_unstable();
+        assert!(grouped.windows(2).all(|pair| pair[0] != pair[1]) && grouped.len() == shown.len());
+        let help = |listing| {
+            let mut line = command(listing);
+            line.find_subcommand_mut("drive").unwrap().render_help().to_string()
+        };
+        let (common, all) = (help(Listing::Common), help(Listing::All));
+        assert!(
+            common.contains("example: --hold 5") && !common.contains("--mirror-yaw") && !common.contains("--driver")
+        );
+        assert!(common.contains("codrive drive --help-all lists"), "{common}");
+        assert!(settings().iter().filter(|s| s.table().is_none()).all(|s| all.contains(&format!("--{}", s.flag()))));
+        assert!(all.contains("--idm") && all.contains("Limits: ") && all.lines().count() > 2 * common.lines().count());
+        // What is not listed is taken as before.
+        let words = ["codrive", "drive", "--mirror-yaw", "5"];
+        assert!(command(Listing::Common).try_get_matches_from(words).is_ok());
+        let (listing, arguments) = listing(["codrive", "drive", "--help-all"].map(Into::into).to_vec());
+        assert_eq!((listing, arguments[2].as_os_str()), (Listing::All, std::ffi::OsStr::new("--help")));
     }
 
     #[test]

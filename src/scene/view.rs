@@ -1,5 +1,5 @@
-//! One picture from one snapshot: where every car stands between two ticks, where the camera is, what colours things
-//! have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
+//! One picture from one snapshot: where every car stands between two ticks, where the driver's camera is and the rear-view
+//! mirror's, what colours things have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::{
     Camera, CarInstance, Lens, Seat, StaticScene, View, ViewKind, ViewOptions,

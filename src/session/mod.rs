@@ -1,4 +1,4 @@
-//! A participant's session: one person through the whole plan of a study. In: what the participant does ([`Input`]), what the
+//! A participant's session, live: its states (page, questions, countdown, drive, rest) and how one follows another. In: what the participant does ([`Input`]), what the
 //! experimenter decides ([`SessionCommand`](crate::panel::SessionCommand)), elapsed time. Out: screens, drives on a [`DriveBackend`], and every step on the disk
 //! (`study::Session`), so that a closed window, a crash or a power cut costs the item that was running and no more.
 //!

@@ -1,4 +1,5 @@
-//! The folder of a study. In: sessions and their recordings. Out: a data set as BIDS has it.
+//! The folder of a study. In: sessions and their recordings. Out: a data set as BIDS has it, with `participants.tsv` and every
+//! other table.
 //!
 //! ```text
 //! dataset_description.json  README.md  .bidsignore  study.toml (a copy of the study's file)
