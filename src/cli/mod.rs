@@ -134,8 +134,8 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Drive", &["drive", "run", "render", "replay"]),
     ("Study", &["study", "calibrate", "doctor"]),
     ("Analyse", &["analyse", "evaluate"]),
-    ("Train", &["train", "map"]),
-    ("Maintain", &["recover", "bench"]),
+    ("Train", &["train"]),
+    ("Maintain", &["map", "recover", "bench"]),
 ];
 
 /// The whole command line, for `--help` and tests.
