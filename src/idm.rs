@@ -26,7 +26,7 @@ pub struct IdmParams {
     /// Gap at a standstill
     #[schemars(range(min = 0.1, max = 20.0), extend("unit" = "m"))]
     pub s0: f64,
-    /// Noise of the acceleration, as Flow has it: sqrt(step) N(0, noise) in m/s2
+    /// Acceleration noise: Flow's convention, sqrt(step) N(0, noise) in m/s2
     #[schemars(range(min = 0.0, max = 2.0), extend("unit" = "m/s2"))]
     pub noise: f64,
 }

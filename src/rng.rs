@@ -7,9 +7,17 @@ use rand_pcg::Pcg64Mcg;
 
 /// A random stream of its own for `name`: same seed and name, same numbers, on every machine.
 pub fn stream(seed: u64, name: &str) -> Stream {
-    // FNV-1a over the name, so that streams of equal seed are unrelated.
-    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    // A hash of the name, so that streams of equal seed are unrelated.
+    let hash = fnv_1a(FNV_START, name.as_bytes());
     Stream(Pcg64Mcg::seed_from_u64(seed.rotate_left(32) ^ hash))
+}
+
+/// Where a chain of [`fnv_1a`] begins (the authors' offset for 64 bits).
+pub const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+
+/// FNV-1a over these bytes, chained to the hash of those before.
+pub fn fnv_1a(before: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(before, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// One named random stream.

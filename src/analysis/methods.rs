@@ -84,7 +84,7 @@ fn took_part(drives: &[&Analysed], people: &People) -> String {
         })
         .collect();
     if !states.is_empty() {
-        text += &format!(" Visits by state: {}.", listed(&states));
+        text += &format!(" Sessions by state: {}.", listed(&states));
     }
     let excluded: Vec<String> =
         people.all.iter().filter(|person| person.is_excluded()).map(|person| person.id.clone()).collect();

@@ -28,7 +28,7 @@ pub(super) fn command() -> Command {
             Arg::new("check")
                 .long("check")
                 .action(ArgAction::SetTrue)
-                .help("Check every scenario and questionnaire in it and print who meets which condition when"),
+                .help("Check every scenario and questionnaire in it and print each participant's order of conditions"),
         )
         .arg(
             Arg::new("participant")

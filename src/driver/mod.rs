@@ -157,7 +157,7 @@ impl SimulatedDriver {
         };
         let bend = reach(now.lane.bend_speed_mps);
         let advised = target_mps.map_or(f64::INFINITY, |target_mps| {
-            // Nobody wanders about a standstill: below 1 m/s trait and error fade.
+            // Bias and error fade below 1 m/s: nobody errs about a standstill.
             let own = (p.trait_mps + wander_mps) * target_mps.clamp(0.0, 1.0);
             let wanted_mps = (target_mps + own).min(now.speed_limit_mps).max(0.0);
             let off_mps = wanted_mps - now.speed_mps;

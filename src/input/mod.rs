@@ -97,7 +97,7 @@ impl Devices {
         }
     }
 
-    /// What the hands are to feel from now on; at least ten times a second, or the force goes.
+    /// Inputs of the force feedback from now on; at least ten times a second, or the force goes.
     pub fn feel(&self, feel: ForceInput) {
         self.rig.feel(feel);
         self.pads.feel(feel);

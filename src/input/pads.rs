@@ -115,7 +115,7 @@ impl Pads {
         self.force.take_if(|force| force.key == key);
     }
 
-    /// What the hands are to feel.
+    /// Inputs of the force feedback.
     pub fn feel(&self, feel: ForceInput) {
         if let Some(force) = &self.force {
             force.thread.tell(feel);

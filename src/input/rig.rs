@@ -148,7 +148,7 @@ impl Rig {
         self.wheel.as_ref().map_or(self.left, |wheel| wheel.state.controls())
     }
 
-    /// What the hands are to feel.
+    /// Inputs of the force feedback.
     pub fn feel(&self, feel: ForceInput) {
         if let Some(force) = self.wheel.as_ref().and_then(|wheel| wheel.force.as_ref()) {
             force.tell(feel);

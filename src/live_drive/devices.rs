@@ -43,7 +43,7 @@ impl LiveDrive {
         }
     }
 
-    /// What the hands are to feel of the present moment.
+    /// Inputs of the force feedback at this tick.
     pub(super) fn force_input(&self) -> ForceInput {
         let world = &self.drive.world;
         let ego = &world.snapshot().ego;

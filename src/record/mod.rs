@@ -61,9 +61,7 @@ pub enum RecordError {
         why: std::io::Error,
     },
     /// The writer could not keep up with the drive.
-    #[error(
-        "the recording came to an end: the disk takes nothing any more ({0} s of rows wait); everything before is kept"
-    )]
+    #[error("recording stopped: the disk writer stalled ({0} s of rows wait); everything before is kept")]
     Full(u64),
     /// The writing thread stopped.
     #[error("the recording came to an end: {0}; everything before is kept")]

@@ -3,6 +3,7 @@
 use crate::{
     ego::EgoState,
     policy::Advice,
+    rng,
     space::{CAR_WIDTH_M, Pose},
     time::Tick,
     traffic::VehicleId,
@@ -98,7 +99,7 @@ pub fn is_in_lane(lane_offset_m: f64) -> bool {
 }
 
 /// Where a chain of [`Snapshot::hash`] begins (FNV-1a's offset).
-pub const HASH_START: u64 = 0xcbf2_9ce4_8422_2325;
+pub const HASH_START: u64 = rng::FNV_START;
 
 impl Snapshot {
     /// The car ahead, if the ego could run into it: less than a car's width beside the lane's middle, where the others drive.
@@ -111,7 +112,7 @@ impl Snapshot {
     /// bit of every number that matters to a drive is equal.
     pub fn hash(&self, before: u64) -> u64 {
         let mut hash = before;
-        self.visit(&mut |_, _, value| hash = mix(hash, value.to_bits()));
+        self.visit(&mut |_, _, value| hash = rng::fnv_1a(hash, &value.to_bits().to_le_bytes()));
         hash
     }
 
@@ -156,11 +157,6 @@ impl Snapshot {
             put("issue time", 0, advice.issued.seconds());
         }
     }
-}
-
-/// One round of FNV-1a over eight bytes.
-fn mix(hash: u64, bits: u64) -> u64 {
-    bits.to_le_bytes().iter().fold(hash, |h, byte| (h ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 impl VehicleSnapshot {

@@ -226,7 +226,7 @@ impl AdviceFollower {
             if seen < 0.0 {
                 return self.accel_mps2;
             }
-            // Nobody wanders about a standstill: below 1 m/s habit and error fade.
+            // Bias and error fade below 1 m/s: nobody errs about a standstill.
             let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
             let off = target.max(0.0) - speed[l];
             let felt = off - off.max(-self.slack_mps).min(self.slack_mps);

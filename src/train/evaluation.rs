@@ -1,6 +1,6 @@
-//! How good a policy is. In: a configuration's rings and a policy for each. Out: a [`EvaluationResult`] on each: the whole
-//! horizon, transients included; or a [`Trace`] of one. The policy acts through the drive's own [`Advisor`], so that hold
-//! and observation are those of a drive.
+//! Evaluates a policy over whole episodes on the fast ring. In: a configuration's rings and a policy for each. Out: an
+//! [`EvaluationResult`] on each: the whole horizon, transients included; or a [`Trace`] of one. The policy acts through the drive's
+//! own [`Advisor`], so that hold and observation are those of a drive.
 
 use super::{
     config::TrainConfig,

@@ -433,7 +433,7 @@ fn a_drive_that_cannot_start_or_go_on_is_said_and_comes_again() {
     let Rig { live_session, road, .. } = &mut rig;
     live_session.as_mut().unwrap().fail(&RecordError::Full(8).into(), road);
     let last = rig.log().passages.pop().unwrap();
-    assert!(last.outcome == Outcome::Aborted && last.reason.contains("the disk takes nothing any more"), "{last:?}");
+    assert!(last.outcome == Outcome::Aborted && last.reason.contains("the disk writer stalled"), "{last:?}");
     assert_eq!(rig.sees(), "please wait");
 }
 

@@ -29,7 +29,7 @@ pub(super) fn command() -> Command {
             option(
                 "policy",
                 "NAME|FILE",
-                "Policy to drive, auto for the one shipped for --map; may be given several times [default: all known by name]",
+                "Policy to drive, auto for the one shipped for --map; may be given several times [default: all built-in ones]",
             )
             .action(ArgAction::Append),
         )
@@ -63,12 +63,12 @@ pub(super) fn command() -> Command {
                 .default_value(Scenario::default().map),
         )
         .arg(
-            option("aim", "MPS", "Speed that policies known by name aim for; 0 takes 98.5 % of the equilibrium speed")
+            option("aim", "MPS", "Speed that the built-in policies aim for; 0 takes 98.5 % of the equilibrium speed")
                 .value_parser(value_parser!(f64))
                 .default_value("0"),
         )
         .arg(
-            option("over", "N", "Rings to drive on, each with a seed of its own")
+            option("over", "N", "Number of rings, each with a seed of its own")
                 .value_parser(value_parser!(u32).range(2..=100_000))
                 .default_value("20"),
         )
@@ -129,7 +129,7 @@ fn paper_ring() -> TrainConfig {
     TrainConfig { circumference_min_m: 250.0, circumference_max_m: 250.0, bunched_share: 1.0, ..TrainConfig::default() }
 }
 
-/// What the policies known by name are built from: the middle of the configuration's rings.
+/// What the built-in policies are built from: the middle of the configuration's rings.
 fn settings(config: &TrainConfig, aim_mps: f64) -> PolicySettings {
     let length_m = (config.circumference_min_m + config.circumference_max_m) / 2.0;
     let cars = f64::from(config.vehicles_min + config.vehicles_max) / 2.0;

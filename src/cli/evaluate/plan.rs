@@ -104,7 +104,7 @@ pub struct Plan {
     pub map: String,
     /// How many rings for each case.
     pub rings: usize,
-    /// What policies known by name are built from.
+    /// What the built-in policies are built from.
     pub settings: PolicySettings,
     /// Where to write.
     pub out: Option<PathBuf>,
