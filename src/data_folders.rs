@@ -18,6 +18,11 @@ const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded.
 /// A folder with this file holds the program's data.
 const SIGN: &str = "maps/ring-250/net.xml";
 
+/// True if a road network that comes with the program has these bytes.
+pub fn is_shipped_network(bytes: &[u8]) -> bool {
+    EMBEDDED.iter().any(|(name, shipped)| name.ends_with("net.xml") && *shipped == bytes)
+}
+
 static GIVEN: OnceLock<PathBuf> = OnceLock::new();
 static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
 
@@ -144,14 +149,20 @@ fn unpacked(variable: Variable<'_>) -> Result<PathBuf, String> {
 
 /// A folder of this user among the temporary files.
 fn temporary() -> PathBuf {
+    let folder = env::temp_dir();
+    let user = own_number(&folder).unwrap_or(0);
+    folder.join(format!("codrive-{user}"))
+}
+
+/// The number of this user, as a file has it that is made in `folder`; 0 where systems have none.
+fn own_number(folder: &Path) -> io::Result<u32> {
+    let probe = folder.join(format!(".codrive-{}", std::process::id()));
+    let made = private::file(&probe)?.metadata();
+    fs::remove_file(&probe)?;
     #[cfg(unix)]
-    let user = {
-        use std::os::unix::fs::MetadataExt;
-        fs::metadata("/proc/self").map_or(0, |own| own.uid())
-    };
+    return made.map(|made| std::os::unix::fs::MetadataExt::uid(&made));
     #[cfg(not(unix))]
-    let user = 0;
-    env::temp_dir().join(format!("codrive-{user}"))
+    made.map(|_| 0)
 }
 
 /// Makes the folder for the user alone. One that others could have made, or can write to, is not trusted.
@@ -161,8 +172,7 @@ fn private_folder(folder: &Path) -> io::Result<()> {
     {
         use std::os::unix::fs::MetadataExt;
         let there = fs::symlink_metadata(folder)?;
-        let is_own = fs::metadata("/proc/self").is_ok_and(|own| own.uid() == there.uid());
-        if !there.is_dir() || !is_own || there.mode() & 0o022 != 0 {
+        if !there.is_dir() || there.mode() & 0o022 != 0 || own_number(folder)? != there.uid() {
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, "others can write to it"));
         }
     }

@@ -5,7 +5,7 @@
 
 use super::SumoTraffic;
 use crate::{
-    file,
+    data_folders, file,
     map::{RoadMap, limits::MOST_BYTES},
     space::CAR_LENGTH_M,
     traffic::{ExternalVehicleState, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
@@ -22,12 +22,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// The networks that this program brings along. A mark in a file would not do: a damaged copy keeps it.
-const SHIPPED: [&[u8]; 3] = [
-    include_bytes!("../../../maps/practice/net.xml"),
-    include_bytes!("../../../maps/ring-250/net.xml"),
-    include_bytes!("../../../maps/ring-641/net.xml"),
-];
 /// Name of the hidden command of the program that the child runs.
 pub const COMMAND: &str = "check-network";
 /// How long the child may take: the largest network that our reader takes (a town) takes SUMO some seconds.
@@ -52,7 +46,8 @@ pub(super) fn check(home: &Path, net_file: &Path) -> Result<(), TrafficError> {
     static KNOWN: Mutex<Known> = Mutex::new(Known::new());
     let about = |text: String| TrafficError::Setup(format!("{}: {text}", net_file.display()));
     let bytes = file::read_bounded(net_file, MOST_BYTES).map_err(|error| about(error.to_string()))?;
-    if SHIPPED.contains(&bytes.as_slice()) {
+    // By their bytes: a mark in a file would not do, for a damaged copy keeps it.
+    if data_folders::is_shipped_network(&bytes) {
         return Ok(());
     }
     let hash: [u8; 32] = Sha256::digest(&bytes).into();
@@ -208,7 +203,7 @@ mod tests {
         let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps");
         for name in ["practice", "ring-250", "ring-641"] {
             let bytes = std::fs::read(maps.join(name).join("net.xml")).unwrap();
-            assert!(SHIPPED.contains(&bytes.as_slice()), "{name}");
+            assert!(data_folders::is_shipped_network(&bytes), "{name}");
         }
     }
 }
