@@ -38,7 +38,7 @@ fn baseline(name: &str, aim_mps: f64, change: TrainConfig) -> Vec<EvaluationResu
 }
 
 fn calm(verdicts: &[EvaluationResult]) -> usize {
-    verdicts.iter().filter(|v| v.calm_s.is_some()).count()
+    verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count()
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
     for (aim_mps, calm_s) in [(4.0, 85.0), (4.3, 97.0), (4.43, 125.0)] {
         let verdicts = baseline("two-phase", aim_mps, paper_ring(0.1));
         assert_eq!(calm(&verdicts), 20, "{aim_mps}");
-        let (settled, after) = (mean(&verdicts, |v| v.settled_mps), mean(&verdicts, |v| v.calm_s.unwrap()));
+        let (settled, after) = (mean(&verdicts, |v| v.settled_mps), mean(&verdicts, |v| v.last_disturbance_s.unwrap()));
         assert!((settled - aim_mps).abs() < 0.005, "{aim_mps}: {settled}");
         assert!((after - calm_s).abs() < 20.0, "{aim_mps}: {after} s");
     }
@@ -64,7 +64,7 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
     for (aim_mps, latest_s) in [(4.0, 160.0), (4.3, 170.0)] {
         let verdicts = baseline("follower-stopper", aim_mps, gentle.clone());
         assert_eq!(calm(&verdicts), 20, "{aim_mps}");
-        let (settled, after) = (mean(&verdicts, |v| v.settled_mps), mean(&verdicts, |v| v.calm_s.unwrap()));
+        let (settled, after) = (mean(&verdicts, |v| v.settled_mps), mean(&verdicts, |v| v.last_disturbance_s.unwrap()));
         assert!((settled - aim_mps).abs() < 0.02, "{aim_mps}: {settled}");
         assert!(after < latest_s, "{aim_mps}: {after} s");
     }
@@ -79,7 +79,8 @@ fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
     // below about 5.5 m.
     let settled = |verdicts: &[EvaluationResult]| {
         assert!(verdicts.iter().all(|v| !v.crashed));
-        let calmed: Vec<EvaluationResult> = verdicts.iter().copied().filter(|v| v.calm_s.is_some()).collect();
+        let calmed: Vec<EvaluationResult> =
+            verdicts.iter().copied().filter(|v| v.last_disturbance_s.is_some()).collect();
         let settled_mps = mean(&calmed, |v| v.settled_mps);
         assert!((settled_mps - 4.34).abs() < 0.01, "{settled_mps}");
         calmed.len()

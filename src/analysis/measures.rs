@@ -91,11 +91,11 @@ pub const MEASURES: &[Measure] = &[
         |s| Some(all_cars(s.totals)?.sd_over_cars_mps()),
     ),
     measure(
-        "calm_after_s",
-        "Time until the wave is calm",
+        "last_disturbance_s",
+        "Time of the last disturbance",
         "s",
         "from the first step until the standard deviation of speed over vehicles stays below 0.5 m/s; empty if it never does",
-        |s| all_cars(s.totals)?.calm_s(),
+        |s| all_cars(s.totals)?.last_disturbance_s(),
     ),
     measure(
         "ego_speed_mps",

@@ -67,7 +67,10 @@ mod tests {
         let verdict = evaluate(&scenario).unwrap();
         // The leader begins at a standstill 20 m ahead and reaches 15 m/s at the model's 1 m/s2, the ego at 1.5 m/s2.
         let crash_s = verdict.crash_s.unwrap();
-        assert!(verdict.crashed && verdict.calm_s.is_none() && (5.0..20.0).contains(&crash_s), "{verdict:?}");
+        assert!(
+            verdict.crashed && verdict.last_disturbance_s.is_none() && (5.0..20.0).contains(&crash_s),
+            "{verdict:?}"
+        );
         assert_eq!(verdict.settled_mps, 0.0);
     }
 }

@@ -141,7 +141,8 @@ impl SimulatedDriver {
         let (target_mps, leader) = self.senses.see(now);
         let wander_mps = self.speed_wander.next();
         let p = &self.params;
-        let reach = |speed_mps: f64| ((speed_mps - now.speed_mps) / p.eagerness_s).clamp(-p.decel_mps2, p.accel_mps2);
+        let reach =
+            |speed_mps: f64| ((speed_mps - now.speed_mps) / p.speed_relaxation_s).clamp(-p.decel_mps2, p.accel_mps2);
         let v0 = p.idm.v0.min(now.speed_limit_mps.max(1.0));
         let follow = |gap_m: f64, speed_mps: f64| {
             let idm = crate::idm::IdmParams { v0, ..p.idm };
@@ -158,10 +159,10 @@ impl SimulatedDriver {
         let bend = reach(now.lane.bend_speed_mps);
         let advised = target_mps.map_or(f64::INFINITY, |target_mps| {
             // Bias and error fade below 1 m/s: nobody errs about a standstill.
-            let own = (p.trait_mps + wander_mps) * target_mps.clamp(0.0, 1.0);
+            let own = (p.speed_bias_mps + wander_mps) * target_mps.clamp(0.0, 1.0);
             let wanted_mps = (target_mps + own).min(now.speed_limit_mps).max(0.0);
             let off_mps = wanted_mps - now.speed_mps;
-            reach(wanted_mps - off_mps.clamp(-p.slack_mps, p.slack_mps))
+            reach(wanted_mps - off_mps.clamp(-p.deadband_mps, p.deadband_mps))
         });
         behind.min(advised).min(bend)
     }
@@ -176,7 +177,7 @@ impl SimulatedDriver {
             .map(|i| {
                 let ahead_m = i as f64 * LOOK_EVERY_M;
                 let bend = route.curvature_at(s_m + ahead_m, 2.0 * LOOK_EVERY_M).abs().max(1e-6);
-                (self.params.bend_mps2 / bend + 2.0 * decel * ahead_m).sqrt()
+                (self.params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt()
             })
             .fold(f64::INFINITY, f64::min)
     }

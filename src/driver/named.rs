@@ -14,10 +14,10 @@ pub struct NamedDriver {
 }
 
 /// Numbers that the text may give, as `key=value`; what is not given is 0.
-const NUMBERS: [&str; 4] = ["reaction", "error", "trait", "slack"];
+const NUMBERS: [&str; 4] = ["reaction", "error", "speed_bias", "deadband"];
 
 /// The driver that a text names: a preset ([`preset`]), or one in numbers such as `reaction=1,error=0.5`: reaction time to
-/// advice (s; to the leader 0.7 of it, as in the presets), tracking error, constant deviation and slack (m/s).
+/// advice (s; to the leader 0.7 of it, as in the presets), tracking error, constant deviation and deadband (m/s).
 ///
 /// # Errors
 /// The text is no preset and no numbers, or a number is not allowed.
@@ -36,8 +36,9 @@ pub fn named(text: &str) -> Result<NamedDriver, DriverError> {
         match key {
             "reaction" => (params.reaction_s, params.leader_reaction_s) = (number, 0.7 * number),
             "error" => params.error_mps = number,
-            "trait" => params.trait_mps = number,
-            "slack" => params.slack_mps = number,
+            // The second words are those of recordings and scripts up to 2026.
+            "speed_bias" | "trait" => params.speed_bias_mps = number,
+            "deadband" | "slack" => params.deadband_mps = number,
             _ => return Err(unknown()),
         }
     }
@@ -46,7 +47,7 @@ pub fn named(text: &str) -> Result<NamedDriver, DriverError> {
 }
 
 impl NamedDriver {
-    /// A driver in numbers, as [`named`] reads them: reaction (s), error, constant deviation and slack (m/s).
+    /// A driver in numbers, as [`named`] reads them: reaction (s), error, constant deviation and deadband (m/s).
     ///
     /// # Errors
     /// A number is not allowed.
@@ -62,7 +63,7 @@ impl NamedDriver {
         }
         let p = &self.params;
         let mut label = format!("reaction {} s, error {} m/s", p.reaction_s, p.error_mps);
-        for (what, value) in [("trait", p.trait_mps), ("slack", p.slack_mps)] {
+        for (what, value) in [("speed bias", p.speed_bias_mps), ("deadband", p.deadband_mps)] {
             if value != 0.0 {
                 let _ = write!(label, ", {what} {value} m/s");
             }
@@ -86,13 +87,14 @@ mod tests {
         );
         let p = &late.params;
         assert_eq!(
-            (p.reaction_s, p.leader_reaction_s, p.error_mps, p.trait_mps, p.slack_mps),
+            (p.reaction_s, p.leader_reaction_s, p.error_mps, p.speed_bias_mps, p.deadband_mps),
             (1.0, 0.7, 0.5, 0.0, 0.0)
         );
         assert!(p.follows_advice && p.leader_rule == LeaderRule::Model);
         assert_eq!(named(&late.text).unwrap(), late);
         let slow = NamedDriver::of_numbers([0.0, 0.0, -0.5, 0.2]).unwrap();
-        assert_eq!(slow.label(), "reaction 0 s, error 0 m/s, trait -0.5 m/s, slack 0.2 m/s");
+        assert_eq!(named("trait=-0.5,slack=0.2").unwrap().params, slow.params, "as recordings of 2026 have it");
+        assert_eq!(slow.label(), "reaction 0 s, error 0 m/s, speed bias -0.5 m/s, deadband 0.2 m/s");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub enum DriverError {
     /// No preset has this name.
     #[error(
-        "no driver is called {name:?}{}\n  remedy: use one of {}, or numbers: reaction=1,error=0.5,trait=0,slack=0",
+        "no driver is called {name:?}{}\n  remedy: use one of {}, or numbers: reaction=1,error=0.5,speed_bias=0,deadband=0",
         nearest(name, &all_presets()).map_or(String::new(), |near| format!("; did you mean {near}?")),
         all_presets().join(", ")
     )]
@@ -71,22 +71,26 @@ pub struct DriverParams {
     /// Time from a change of the leader's speed to the foot's first movement, s; shorter than the other, because he is
     /// what a driver looks at (Green 2000, "How long does it take to stop?": 0.7 to 0.75 s for an expected brake)
     pub leader_reaction_s: f64,
-    /// Standard deviation of the speed around the advised one, m/s: a slow wander (Ornstein-Uhlenbeck)
+    /// Standard deviation of the speed around the advised one, m/s (an Ornstein-Uhlenbeck process)
     pub error_mps: f64,
-    /// Time constant of this wander, s
+    /// Time constant of this error, s
     pub error_time_s: f64,
     /// Always this much faster (positive) or slower (negative) than advised, m/s
-    pub trait_mps: f64,
+    #[serde(alias = "trait_mps")]
+    pub speed_bias_mps: f64,
     /// Time in which a difference of speed is to be closed, s
-    pub eagerness_s: f64,
+    #[serde(alias = "eagerness_s")]
+    pub speed_relaxation_s: f64,
     /// Largest acceleration to reach an advised speed, m/s2
     pub accel_mps2: f64,
     /// Largest deceleration to reach an advised speed, m/s2; a leader may demand more
     pub decel_mps2: f64,
     /// Largest lateral acceleration in a bend, m/s2
-    pub bend_mps2: f64,
+    #[serde(alias = "bend_mps2")]
+    pub lateral_accel_mps2: f64,
     /// Content with any speed this close to the target, m/s
-    pub slack_mps: f64,
+    #[serde(alias = "slack_mps")]
+    pub deadband_mps: f64,
     /// What he does about the leader while there is advice
     pub leader_rule: LeaderRule,
     /// Behaviour towards the leader
@@ -116,12 +120,12 @@ impl Default for DriverParams {
             leader_reaction_s: 0.7,
             error_mps: 0.3,
             error_time_s: 5.0,
-            trait_mps: 0.0,
-            eagerness_s: 1.5,
+            speed_bias_mps: 0.0,
+            speed_relaxation_s: 1.5,
             accel_mps2: 1.5,
             decel_mps2: 2.0,
-            bend_mps2: 3.0,
-            slack_mps: 0.0,
+            lateral_accel_mps2: 3.0,
+            deadband_mps: 0.0,
             leader_rule: LeaderRule::Model,
             idm: IdmParams::default(),
             foot_s: 0.25,
@@ -164,13 +168,13 @@ pub fn preset(name: &str) -> Result<DriverParams, DriverError> {
             reaction_s: 1.5,
             leader_reaction_s: 1.0,
             error_mps: 0.8,
-            trait_mps: 0.3,
+            speed_bias_mps: 0.3,
             lane_error_m: 0.08,
             ..follow
         }),
         "exact" | "guarded" => Ok(DriverParams {
             leader_rule: if name == "exact" { LeaderRule::Ignore } else { LeaderRule::Guard },
-            eagerness_s: 0.5,
+            speed_relaxation_s: 0.5,
             decel_mps2: 4.5,
             ..exact
         }),
@@ -189,12 +193,12 @@ impl DriverParams {
             ("leader_reaction_s", self.leader_reaction_s, 0.0, 5.0),
             ("error_mps", self.error_mps, 0.0, 5.0),
             ("error_time_s", self.error_time_s, 0.1, 100.0),
-            ("trait_mps", self.trait_mps, -10.0, 10.0),
-            ("eagerness_s", self.eagerness_s, 0.5, 10.0),
+            ("speed_bias_mps", self.speed_bias_mps, -10.0, 10.0),
+            ("speed_relaxation_s", self.speed_relaxation_s, 0.5, 10.0),
             ("accel_mps2", self.accel_mps2, 0.1, 5.0),
             ("decel_mps2", self.decel_mps2, 0.1, 9.0),
-            ("bend_mps2", self.bend_mps2, 0.5, 8.0),
-            ("slack_mps", self.slack_mps, 0.0, 5.0),
+            ("lateral_accel_mps2", self.lateral_accel_mps2, 0.5, 8.0),
+            ("deadband_mps", self.deadband_mps, 0.0, 5.0),
             ("idm.v0", self.idm.v0, 1.0, 60.0),
             ("idm.T", self.idm.t, 0.1, 5.0),
             ("idm.a", self.idm.a, 0.1, 5.0),
@@ -229,6 +233,15 @@ mod tests {
         }
         let message = preset("folow").unwrap_err().to_string();
         assert!(message.contains("\"folow\"") && message.contains("follow, perfect, idm, sloppy"), "{message}");
+    }
+
+    #[test]
+    fn a_driver_in_the_words_of_2026_is_read() {
+        let text = "trait_mps = 0.3\neagerness_s = 0.5\nbend_mps2 = 2.0\nslack_mps = 0.1\n";
+        let driver: DriverParams = toml::from_str(text).unwrap();
+        let numbers =
+            [driver.speed_bias_mps, driver.speed_relaxation_s, driver.lateral_accel_mps2, driver.deadband_mps];
+        assert_eq!(numbers, [0.3, 0.5, 2.0, 0.1]);
     }
 
     #[test]

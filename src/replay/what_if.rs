@@ -43,7 +43,7 @@ pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, String> {
             let example = "for example policy=none, driver=perfect, hold_s=5, or none for the baseline without advice";
             let (key, value) =
                 pair.split_once('=').ok_or(format!("--what-if {pair}: allowed is SETTING=VALUE, {example}"))?;
-            let field = known.iter().find(|field| field.path == key || field.flag() == key);
+            let field = known.iter().find(|field| field.is_called(key) || field.flag() == key);
             let field = field.ok_or_else(|| format!("--what-if {pair}: there is no setting {key}; {example}"))?;
             let value = match &field.default {
                 Value::String(_) => Value::from(value),

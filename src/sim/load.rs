@@ -42,7 +42,8 @@ pub fn settings_from_toml<T: Settings>(text: &str, name: &str) -> Result<T, Scen
     let wrong = |key: &str, fault: String| ScenarioError(toml_text::at(text, name, key, Part::Value, &fault));
     for field in fields_of::<T>() {
         if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
-            return Err(wrong(&field.path, fault));
+            let former = field.formerly.as_deref().filter(|key| toml_text::has(text, key));
+            return Err(wrong(former.unwrap_or(&field.path), fault));
         }
     }
     settings.check().map_err(|(key, fault)| wrong(key, fault))?;
@@ -203,6 +204,11 @@ mod tests {
         assert!(fault("step_s = 0.025").contains("step_s is 0.025; allowed: a multiple of 0.01 s"));
         assert!(fault("duration_s = 604801").contains("allowed: a number from 0 to 604800 s"));
         assert!(Scenario::from_toml("duration_s = 604800", "x").is_ok(), "seven days");
+        // Under its former name it is marked where it stands.
+        assert!(
+            fault("seed = 2\nbend_mps2 = -1")
+                .starts_with("trial.toml:2:13: lateral_accel_mps2 is -1.0; allowed: a number")
+        );
         assert!(fault("cockpit = \"none\"").contains("`off`, `bonnet`, `full`"));
         assert!(
             fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000")

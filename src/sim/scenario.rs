@@ -26,6 +26,7 @@ pub struct Scenario {
     /// Largest lateral acceleration of the other cars in bends; 0 is automatic: 3, and no bound on a ring, whose models know
     /// none; 100 sets no bound anywhere
     #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2"))]
+    #[schemars(extend("formerly" = "bend_mps2"))]
     #[serde(alias = "bend_mps2")]
     pub lateral_accel_mps2: f64,
     /// How the cars stand at the start
@@ -124,7 +125,7 @@ pub struct Scenario {
     /// What a contact with another car does
     pub contact: OnContact,
     /// Simulated driver of `codrive run`: follow, perfect, sloppy, idm (ignores advice), exact, guarded, or numbers such as
-    /// reaction=1,error=0.5,trait=0,slack=0 (s, m/s)
+    /// reaction=1,error=0.5,speed_bias=0,deadband=0 (s, m/s)
     pub driver: String,
 }
 

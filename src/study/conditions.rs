@@ -157,7 +157,7 @@ pub(super) fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Resu
         };
         for (path, value) in inner {
             let wrong = |part, message| WrongSetting { key: format!("{key}.{path}"), part, message };
-            let Some(field) = known.iter().find(|field| field.path == path) else {
+            let Some(field) = known.iter().find(|field| field.is_called(&path)) else {
                 let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
                 return Err(wrong(Part::Key, toml_text::unknown_key(&path, &names)));
             };

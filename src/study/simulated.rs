@@ -40,7 +40,7 @@ impl Participant {
             reaction_s,
             leader_reaction_s: 0.7 * reaction_s,
             error_mps: stream.uniform(0.1, 0.6),
-            trait_mps: (0.25 * stream.normal()).clamp(-0.6, 0.6),
+            speed_bias_mps: (0.25 * stream.normal()).clamp(-0.6, 0.6),
             lane_error_m: stream.uniform(0.03, 0.10),
             ..DriverParams::default()
         };
@@ -53,7 +53,7 @@ impl Participant {
         let list = [
             ("reaction_s", d.reaction_s),
             ("error_mps", d.error_mps),
-            ("overspeed_mps", d.trait_mps),
+            ("overspeed_mps", d.speed_bias_mps),
             ("lane_error_m", d.lane_error_m),
             ("level", self.level),
         ];

@@ -107,11 +107,13 @@ pub struct TrainConfig {
     #[schemars(range(min = 0.1, max = 100.0), extend("unit" = "s"))]
     pub error_time_s: f64,
     /// Simulated driver: constant deviation from the target
-    #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s"))]
-    pub trait_mps: f64,
+    #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s", "formerly" = "trait_mps"))]
+    #[serde(alias = "trait_mps")]
+    pub speed_bias_mps: f64,
     /// Simulated driver: content with any speed this close to the target
-    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s"))]
-    pub slack_mps: f64,
+    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s", "formerly" = "slack_mps"))]
+    #[serde(alias = "slack_mps")]
+    pub deadband_mps: f64,
     /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
     pub random_driver: bool,
 
@@ -284,8 +286,8 @@ impl Default for TrainConfig {
             reaction_s: 1.0,
             error_mps: 0.5,
             error_time_s: 5.0,
-            trait_mps: 0.0,
-            slack_mps: 0.0,
+            speed_bias_mps: 0.0,
+            deadband_mps: 0.0,
             random_driver: true,
             sees: "speed,leader_speed,gap,circumference".into(),
             scaling: Scaling::default(),

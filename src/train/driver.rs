@@ -20,7 +20,7 @@ use crate::{
 use serde::{Deserialize, Serialize};
 
 /// Time in which a driver closes the difference to the target, seconds (`driver`'s presets).
-const EAGERNESS_S: f32 = 1.5;
+const SPEED_RELAXATION_S: f32 = 1.5;
 
 /// Gap that an ego guarded against collisions keeps when it stops, metres.
 const SAFE_GAP_M: f32 = 1.0;
@@ -46,7 +46,7 @@ pub struct AdviceFollower {
     brakes: bool,
     accel_mps2: f32,
     decel_mps2: f32,
-    slack_mps: f32,
+    deadband_mps: f32,
     response_s: f32,
     mode: [Mode; LANES],
     /// What is advised, m/s2 or m/s.
@@ -79,8 +79,8 @@ impl TrainConfig {
             reaction_s: driver.reaction_s,
             error_mps: driver.error_mps,
             error_time_s: driver.error_time_s,
-            trait_mps: driver.trait_mps,
-            slack_mps: driver.slack_mps,
+            speed_bias_mps: driver.speed_bias_mps,
+            deadband_mps: driver.deadband_mps,
             ..self.clone()
         }
     }
@@ -93,7 +93,7 @@ impl TrainConfig {
             FollowKind::Exact => named("exact").ok(),
             FollowKind::Driver if self.random_driver => None,
             FollowKind::Driver => {
-                NamedDriver::of_numbers([self.reaction_s, self.error_mps, self.trait_mps, self.slack_mps]).ok()
+                NamedDriver::of_numbers([self.reaction_s, self.error_mps, self.speed_bias_mps, self.deadband_mps]).ok()
             }
         }
     }
@@ -110,7 +110,7 @@ impl AdviceFollower {
             brakes: config.brakes_for_leader,
             accel_mps2: config.ego_accel_mps2 as f32,
             decel_mps2: config.ego_decel_mps2 as f32,
-            slack_mps: config.slack_mps as f32,
+            deadband_mps: config.deadband_mps as f32,
             response_s: config.ego_response_s.max(config.step_s) as f32,
             mode: [Mode::Model; LANES],
             advised: splat(0.0),
@@ -129,7 +129,7 @@ impl AdviceFollower {
     pub fn draw(&mut self, l: usize, config: &TrainConfig, stream: &mut Stream) {
         let mut share = |low: f64| if config.random_driver { stream.uniform(low, 1.0) } else { 1.0 };
         let (reaction_s, error_mps, habit_mps) =
-            (config.reaction_s * share(0.0), config.error_mps * share(0.0), config.trait_mps * share(-1.0));
+            (config.reaction_s * share(0.0), config.error_mps * share(0.0), config.speed_bias_mps * share(-1.0));
         self.mode[l] = Mode::Model;
         self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
         self.delay[l] = (reaction_s / config.step_s).round() as u32;
@@ -229,8 +229,8 @@ impl AdviceFollower {
             // Bias and error fade below 1 m/s: nobody errs about a standstill.
             let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
             let off = target.max(0.0) - speed[l];
-            let felt = off - off.max(-self.slack_mps).min(self.slack_mps);
-            (felt / EAGERNESS_S).max(-self.decel_mps2).min(self.accel_mps2)
+            let felt = off - off.max(-self.deadband_mps).min(self.deadband_mps);
+            (felt / SPEED_RELAXATION_S).max(-self.decel_mps2).min(self.accel_mps2)
         })
     }
 }

@@ -129,7 +129,7 @@ fn a_simulated_driver_responds_after_the_reaction_time() {
 
 #[test]
 fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
-    let change = TrainConfig { error_mps: 0.4, trait_mps: 0.5, error_time_s: 5.0, reaction_s: 0.0, ..config() };
+    let change = TrainConfig { error_mps: 0.4, speed_bias_mps: 0.5, error_time_s: 5.0, reaction_s: 0.0, ..config() };
     let speeds = driven(change, 5.0, 20_000);
     let settled = &speeds[500..];
     let mean = settled.iter().sum::<f64>() / settled.len() as f64;
@@ -141,7 +141,7 @@ fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
 
 #[test]
 fn drivers_differ_from_ring_to_ring_where_they_are_drawn() {
-    let config = TrainConfig { follow: FollowKind::Driver, action: ActionKind::Speed, trait_mps: 1.0, ..config() };
+    let config = TrainConfig { follow: FollowKind::Driver, action: ActionKind::Speed, speed_bias_mps: 1.0, ..config() };
     let mut block = block(&config);
     let mut outcomes = block.hold(&all(Action::Speed(2.0)));
     (0..20).for_each(|_| outcomes = block.hold(&all(Action::Speed(2.0))));

@@ -19,8 +19,10 @@ pub struct EvaluationResult {
     pub sd_over_cars_mps: f64,
     /// Standard deviation of a car's speed in time, mean over cars, m/s.
     pub sd_in_time_mps: f64,
-    /// Seconds from the first advice until the wave is calm for good; `None` if it never is.
-    pub calm_s: Option<f64>,
+    /// When the speeds of the cars last differed by as much as in a wave, seconds from the first advice: from then on their
+    /// standard deviation stays below 0.5 m/s. `None` if it never does.
+    #[serde(alias = "calm_s")]
+    pub last_disturbance_s: Option<f64>,
     /// Smallest gap of the ego to its leader or its follower to it, metres.
     pub least_gap_m: f64,
     /// Cars collided.
@@ -46,8 +48,8 @@ pub struct FlowTotals {
     sum_means_mps: f64,
     sum_sd_mps: f64,
     fuel_ml: f64,
-    /// The first step after which the wave has been calm.
-    uncalm: u64,
+    /// Steps up to the last with a wave.
+    last_disturbance: u64,
 }
 
 /// What [`FlowTotals::add`] has seen.
@@ -70,7 +72,7 @@ impl FlowTotals {
             sum_means_mps: 0.0,
             sum_sd_mps: 0.0,
             fuel_ml: 0.0,
-            uncalm: 0,
+            last_disturbance: 0,
         }
     }
 
@@ -101,7 +103,7 @@ impl FlowTotals {
         self.sum_sd_mps += sd;
         self.fuel_ml += fuel_ml_s * self.step_s;
         if sd >= CALM_SD_MPS {
-            self.uncalm = self.steps;
+            self.last_disturbance = self.steps;
         }
         FlowStep { mean_mps, ego_mps }
     }
@@ -126,9 +128,9 @@ impl FlowTotals {
         self.sum_sd_mps / self.some_steps()
     }
 
-    /// Seconds from the first step until the wave is calm for good; `None` if it never is.
-    pub fn calm_s(&self) -> Option<f64> {
-        (self.uncalm < self.steps).then_some(self.uncalm as f64 * self.step_s)
+    /// Seconds from the first step to the last with a wave; `None` if the drive ends in one.
+    pub fn last_disturbance_s(&self) -> Option<f64> {
+        (self.last_disturbance < self.steps).then_some(self.last_disturbance as f64 * self.step_s)
     }
 
     /// Fuel of all cars for 100 km each ([`fuel`]), litres; `None` if nobody moved.
@@ -216,7 +218,7 @@ impl EpisodeMetrics {
             settled_mps: settled.iter().copied().map(f64::from).sum::<f64>() / settled.len().max(1) as f64,
             sd_over_cars_mps: flow.sd_over_cars_mps(),
             sd_in_time_mps: flow.sd_in_time_mps(),
-            calm_s: flow.calm_s().filter(|_| !crashed),
+            last_disturbance_s: flow.last_disturbance_s().filter(|_| !crashed),
             least_gap_m: self.least_gap_m,
             crashed,
             crash_s: self.crashed_at.map(|step| step as f64 * flow.step_s),
@@ -237,7 +239,7 @@ mod tests {
         (0..50).for_each(|_| tally.add([2.0, 4.0].into_iter(), 7.0, None));
         let v = tally.verdict();
         assert!((v.mean_mps - 3.0).abs() < 1e-9 && (v.sd_over_cars_mps - 1.0).abs() < 1e-9);
-        assert!(v.sd_in_time_mps < 1e-6 && v.calm_s.is_none() && v.in_range.is_none());
+        assert!(v.sd_in_time_mps < 1e-6 && v.last_disturbance_s.is_none() && v.in_range.is_none());
         assert!((v.throughput_per_h - 2.0 / 100.0 * 3.0 * 3600.0).abs() < 1e-9);
         assert_eq!(v.least_gap_m, 7.0);
     }
@@ -259,7 +261,7 @@ mod tests {
         let mut tally = EpisodeMetrics::new(0.1, 100.0);
         (0..50).for_each(|i| tally.add([4.0, 4.0].into_iter(), if i < 25 { 5.0 } else { -0.1 }, None));
         let v = tally.verdict();
-        assert!(v.crashed && v.calm_s.is_none());
+        assert!(v.crashed && v.last_disturbance_s.is_none());
         assert!((v.mean_mps - 2.0).abs() < 1e-9);
         assert!((v.crash_s.unwrap() - 2.6).abs() < 1e-9, "{v:?}");
     }

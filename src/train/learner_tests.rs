@@ -95,7 +95,7 @@ fn baseline(name: &str) -> (f64, bool) {
     };
     let settings = PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.362, step_s: 0.1 };
     let verdicts = evaluate(&config, "baseline", 16, || policy::build(name, &settings).unwrap());
-    (mean_and_interval(&verdicts).0, verdicts.iter().all(|v| v.calm_s.is_some() && !v.crashed))
+    (mean_and_interval(&verdicts).0, verdicts.iter().all(|v| v.last_disturbance_s.is_some() && !v.crashed))
 }
 
 #[test]

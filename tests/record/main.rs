@@ -2,6 +2,7 @@
 //! same bits.
 
 mod disk;
+mod former_names;
 mod kills;
 mod tampering;
 

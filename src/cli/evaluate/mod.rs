@@ -44,7 +44,7 @@ pub(super) fn command() -> Command {
                 "NAME|reaction=S,error=MPS,...",
                 "Who follows the advice, on every engine; may be given several times: follow, perfect, sloppy, idm (ignores \
                  advice), guarded (to the letter, but brakes where it must), exact (to the letter, whatever is ahead), or \
-                 numbers of reaction, error, trait, slack [default: as --config says, else follow]",
+                 numbers of reaction, error, speed_bias, deadband [default: as --config says, else follow]",
             )
             .action(ArgAction::Append)
             .value_parser(plan::driver),
@@ -81,7 +81,7 @@ pub(super) fn command() -> Command {
                 .long("adherence")
                 .action(ArgAction::SetTrue)
                 .requires("out")
-                .help("Also figures of mean speed against the driver's reaction, error and slack"),
+                .help("Also figures of mean speed against the driver's reaction, error and deadband"),
         )
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print as JSON, ring by ring"))
         .arg(Arg::new("worker").long("worker").action(ArgAction::SetTrue).hide(true))

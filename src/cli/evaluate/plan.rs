@@ -31,8 +31,8 @@ const WHO: [&str; 8] = [
     "reaction_s",
     "error_mps",
     "error_time_s",
-    "trait_mps",
-    "slack_mps",
+    "speed_bias_mps",
+    "deadband_mps",
     "random_driver",
 ];
 

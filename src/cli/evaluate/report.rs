@@ -31,7 +31,7 @@ const MEASURES: [(&str, Measure); 11] = [
     ("settled_speed_mps", |v| Some(v.settled_mps)),
     ("sd_over_cars_mps", |v| Some(v.sd_over_cars_mps)),
     ("sd_in_time_mps", |v| Some(v.sd_in_time_mps)),
-    ("calm_after_s", |v| v.calm_s),
+    ("last_disturbance_s", |v| v.last_disturbance_s),
     ("least_gap_m", |v| Some(v.least_gap_m)),
     ("crashed", |v| Some(f64::from(u8::from(v.crashed)))),
     ("fuel_l_100km", |v| v.fuel_l_100km),
@@ -101,8 +101,8 @@ fn words(row: &Row) -> String {
     let n = row.verdicts.len();
     let value = |of: Measure| estimate(row, of).map(|e| e.mean);
     let speed = estimate(row, MEASURES[0].1).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 });
-    let calm = row.verdicts.iter().filter(|v| v.calm_s.is_some()).count();
-    let after = value(|v| v.calm_s).map_or(String::new(), |s| format!(" {s:.0} s"));
+    let calm = row.verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count();
+    let after = value(|v| v.last_disturbance_s).map_or(String::new(), |s| format!(" {s:.0} s"));
     let least = row.verdicts.iter().map(|v| v.least_gap_m).fold(f64::INFINITY, f64::min);
     let crashes = row.crashes();
     format!(
@@ -203,7 +203,7 @@ fn summary_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
             .iter()
             .map(|(_, of)| estimate(row, *of).map_or(",,".into(), |e| format!("{},{},{}", e.mean, e.low, e.high)))
             .collect();
-        let calm = row.verdicts.iter().filter(|v| v.calm_s.is_some()).count();
+        let calm = row.verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count();
         let _ = writeln!(
             text,
             "{},{},{},{calm},0,{},{}",
@@ -307,7 +307,7 @@ fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
 
 /// Mean speed of each policy at each hold against what the driver is like.
 fn adherence(plan: &Plan, config: &TrainConfig) -> String {
-    /// What an attentive participant is taken to be like (`driver`'s preset `follow`): reaction, error, trait, slack.
+    /// What an attentive participant is taken to be like (`driver`'s preset `follow`): reaction, error, speed_bias, deadband.
     const BASE: [f64; 4] = [1.0, 0.3, 0.0, 0.0];
     let who = |numbers| Who::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within what a driver may be")));
     // Three holds tell the story of ten.
@@ -337,11 +337,11 @@ fn adherence(plan: &Plan, config: &TrainConfig) -> String {
     };
     let reaction = sweep(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0], |x| [x, BASE[1], 0.0, 0.0]);
     let error = sweep(&[0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0], |x| [BASE[0], x, 0.0, 0.0]);
-    let slack = sweep(&[0.0, 0.2, 0.447, 0.7, 1.0, 1.5, 2.24], |x| [BASE[0], BASE[1], 0.0, x]);
+    let deadband = sweep(&[0.0, 0.2, 0.447, 0.7, 1.0, 1.5, 2.24], |x| [BASE[0], BASE[1], 0.0, x]);
     let charts = [
         ("reaction time, s (tracking error 0.3 m/s)", reaction),
         ("tracking error, m/s (reaction 1 s)", error),
-        ("half width of a range in which the driver is content, m/s (reaction 1 s, error 0.3 m/s)", slack),
+        ("half width of a range in which the driver is content, m/s (reaction 1 s, error 0.3 m/s)", deadband),
     ];
     figures::adherence(&charts, &note(plan, config))
 }
