@@ -22,8 +22,9 @@
 //! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
 //! ```text
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
-//! chart  file  foreign         / the car-following model / figures as SVG and PNG / files read within limits / panics of
-//! private  toml_text           libraries that read them as errors / files written for the user alone / mistakes in TOML
+//! controls  chart  file        / the car-following model / pedals, wheel, selector / figures as SVG and PNG / files read
+//! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
+//!                              alone / mistakes in TOML
 //! data_folders                 where maps, policies, questionnaires lie on this machine
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
@@ -60,6 +61,7 @@ pub mod audio;
 pub mod bench;
 pub mod chart;
 pub mod cli;
+pub mod controls;
 pub mod data_folders;
 pub mod desktop;
 pub mod doctor;

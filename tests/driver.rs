@@ -2,8 +2,9 @@
 //! person would and not before, and keep behind their leader with calm feet. Figures in the comments are measured.
 
 use codrive::{
+    controls::Controls,
     driver::{DriverParams, PRESETS, Perception, SeenLeader, SimulatedDriver, preset},
-    ego::{CarParams, Controls, Ego, EgoState, Everywhere, Obstacle, Surface},
+    ego::{CarParams, Ego, EgoState, Everywhere, Obstacle, Surface},
     map::{Lane, Route},
     policy::{Action, Advice},
     space::{CAR_LENGTH_M, Pose},

@@ -2,7 +2,8 @@
 //! of other cars, and does the same twice. Figures in the comments are measured.
 
 use codrive::{
-    ego::{CarParams, Contact, Controls, Ego, EgoState, Everywhere, Obstacle, STEERING_RATIO, Selector, Surface},
+    controls::{Controls, STEERING_RATIO, Selector},
+    ego::{CarParams, Contact, Ego, EgoState, Everywhere, Obstacle, Surface},
     rng,
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,

@@ -9,7 +9,7 @@ use std::{
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 14] = [
-    &["space", "time", "units", "rng", "idm", "chart", "file", "foreign", "private", "toml_text"],
+    &["space", "time", "units", "rng", "idm", "controls", "chart", "file", "foreign", "private", "toml_text"],
     &["data_folders"],
     &["map"],
     &["ego", "policy"],

@@ -1,8 +1,8 @@
 //! The whole world without a window: determinism, events, the ego among cars that SUMO moves.
 
 use codrive::{
+    controls::Controls,
     driver::{SimulatedDriver, preset},
-    ego::Controls,
     sim::{EndReason, EventKind, NotPutBack, OnContact, Scenario, Snapshot, World},
     space::CAR_LENGTH_M,
 };
@@ -20,7 +20,7 @@ fn scenario(traffic: &str) -> Scenario {
 }
 
 const STANDING: Controls =
-    Controls { throttle: 0.0, brake: 1.0, steering_wheel_rad: 0.0, selector: codrive::ego::Selector::Drive };
+    Controls { throttle: 0.0, brake: 1.0, steering_wheel_rad: 0.0, selector: codrive::controls::Selector::Drive };
 
 /// Every snapshot of `seconds` of a drive by the simulated driver.
 fn drive(scenario: &Scenario, seconds: f64) -> Vec<Snapshot> {

@@ -1,7 +1,8 @@
 //! What there is to be heard at a tick, as plain numbers. In: the world after a tick. Out: a [`SoundScene`].
 
 use crate::{
-    ego::{Controls, Surface},
+    controls::Controls,
+    ego::Surface,
     sim::{Event, EventKind, Snapshot},
     traffic::VehicleId,
 };

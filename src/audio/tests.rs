@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::{
-    ego::{CarParams, Controls, Surface},
+    controls::Controls,
+    ego::{CarParams, Surface},
     sim::{Scenario, SoundLevels, World, sound::SILENT_DB},
 };
 use std::f64::consts::{PI, TAU};

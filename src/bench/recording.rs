@@ -3,8 +3,8 @@
 
 use super::{Times, now};
 use crate::{
+    controls::Controls,
     drive_loop::{RunError, recording_manifest},
-    ego::Controls,
     record::{Recorder, tables::FrameRow},
     sim::{Scenario, SummaryAccumulator, World},
 };

@@ -3,8 +3,9 @@
 
 use super::{Times, now};
 use crate::{
+    controls::Controls,
     drive_loop::{RunError, offline::OfflineDrive},
-    ego::{CarParams, Controls, Ego, Everywhere, Obstacle, Surface},
+    ego::{CarParams, Ego, Everywhere, Obstacle, Surface},
     map::RoadMap,
     sim::{Scenario, WorldError},
     traffic::{NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},

@@ -1,7 +1,7 @@
 //! The body of the loop (docs/decisions.md: 1). In: elapsed time, and who drives. Out: a world that many ticks later.
 
 use crate::{
-    ego::Controls,
+    controls::Controls,
     sim::{Scenario, SummaryAccumulator, World, WorldError},
     time::{Clock, Due, Pace},
     traffic::TrafficError,

@@ -15,7 +15,8 @@ pub use named::{NamedDriver, named};
 pub use params::{DriverError, DriverParams, LeaderRule, MACHINES, PRESETS, preset};
 
 use crate::{
-    ego::{CarParams, Controls, EgoState, Selector},
+    controls::{Controls, Selector},
+    ego::{CarParams, EgoState},
     map::Route,
     policy::Advice,
     rng,

@@ -3,7 +3,8 @@
 
 use super::{DriverParams, LaneView};
 use crate::{
-    ego::{CarParams, STEERING_LOCK_RAD, STEERING_RATIO},
+    controls::{STEERING_LOCK_RAD, STEERING_RATIO},
+    ego::CarParams,
     time::TICK_S,
 };
 

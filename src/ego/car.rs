@@ -1,13 +1,14 @@
 //! The order of one tick. In: controls, ground, obstacles. Out: [`EgoState`], contacts, and a prediction for the traffic.
 
 use super::{
-    Contact, Controls, EgoError, EgoState, Ground, Obstacle, STEERING_RATIO, Surface, Wheel,
+    Contact, EgoError, EgoState, Ground, Obstacle, Surface, Wheel,
     body::{Body, GRAVITY, Ray},
     params::CarParams,
     powertrain::Powertrain,
     tyre::{Grip, Patch, Tread, Tyre},
 };
 use crate::{
+    controls::{Controls, STEERING_RATIO},
     space::{Pose, wrap_angle},
     time::TICK_S,
 };

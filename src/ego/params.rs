@@ -202,7 +202,7 @@ impl Default for BrakeParams {
     }
 }
 
-/// Steering feel. Ratio and lock are [`super::STEERING_RATIO`] and [`super::STEERING_LOCK_RAD`].
+/// Steering feel. Ratio and lock are [`STEERING_RATIO`](crate::controls::STEERING_RATIO) and [`STEERING_LOCK_RAD`](crate::controls::STEERING_LOCK_RAD).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SteeringParams {

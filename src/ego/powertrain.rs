@@ -8,10 +8,8 @@
 //! * **Gears**: two lines of engine speed over the pedal, up and down, so far apart that a change is never taken back; a
 //!   change blends the ratios. First gear has a freewheel: no engine braking at walking pace, hence no jerk there.
 
-use super::{
-    Controls, Selector,
-    params::{CarParams, EngineParams, GearboxParams},
-};
+use super::params::{CarParams, EngineParams, GearboxParams};
+use crate::controls::{Controls, Selector};
 use std::f64::consts::PI;
 
 const RAD_S_PER_RPM: f64 = PI / 30.0;

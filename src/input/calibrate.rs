@@ -292,7 +292,7 @@ impl Calibration {
                 centre: self.centre,
                 right: self.ends[1],
                 range_deg: like.as_ref().map_or(900.0, |p| p.steering.range_deg),
-                ratio: f64::from(crate::ego::STEERING_RATIO),
+                ratio: f64::from(crate::controls::STEERING_RATIO),
                 dead: round((f64::from(noise[1] - noise[0]) / half).min(0.05)),
             },
             accelerator,

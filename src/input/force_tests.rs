@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::{
-    ego::{CarParams, Controls, Ego, Everywhere, STEERING_LOCK_RAD},
+    controls::{Controls, STEERING_LOCK_RAD},
+    ego::{CarParams, Ego, Everywhere},
     rng,
     space::Pose,
 };

@@ -8,7 +8,7 @@ use super::{
     force::{ForceInput, ForceModel},
     profile::Profile,
 };
-use crate::ego::{STEERING_LOCK_RAD, STEERING_RATIO};
+use crate::controls::{STEERING_LOCK_RAD, STEERING_RATIO};
 use std::{
     io,
     sync::{

@@ -3,7 +3,7 @@
 //! car goes.
 
 use crate::{
-    ego::{Controls, STEERING_LOCK_RAD, STEERING_RATIO, Selector},
+    controls::{Controls, LaneHint, STEERING_LOCK_RAD, STEERING_RATIO, Selector},
     time::TICK_S,
 };
 
@@ -20,17 +20,6 @@ pub enum DriveKey {
     Right,
     /// Sound the horn.
     Horn,
-}
-
-/// The lane as lane help sees it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LaneHint {
-    /// Curvature of the lane a little ahead, 1/m, positive to the left.
-    pub curvature: f64,
-    /// Car's offset from the centre line, metres, positive to the left.
-    pub offset_m: f64,
-    /// Car's heading against the lane's, radians, positive to the left.
-    pub heading_error_rad: f64,
 }
 
 /// A pedal under a key: soon where it is of use, then further the longer the key is held, and up at once.

@@ -21,14 +21,14 @@ pub mod wheel;
 
 pub use clock::Stamp;
 pub use force::ForceInput;
-pub use keyboard::{DriveKey, Keyboard, LaneHint};
+pub use keyboard::{DriveKey, Keyboard};
 pub use lamps::AdviceState;
 pub use other::{WheelAxis, known_wheel};
 pub use pads::Pads;
 pub use profile::{Action, Profile};
 pub use rig::{Rig, RigEvent};
 
-use crate::ego::Controls;
+use crate::controls::{Controls, LaneHint};
 
 /// All devices of the participant.
 pub struct Devices {

@@ -2,7 +2,7 @@
 //! gilrs (-1..1). Out: wheel angle and pedals. Raw codes, because a wheel has no gamepad mapping and its names in gilrs
 //! are arbitrary.
 
-use crate::ego::{Controls, STEERING_LOCK_RAD, Selector};
+use crate::controls::{Controls, STEERING_LOCK_RAD, Selector};
 
 /// What an axis of a wheel is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use super::{
     profiles::{self, Kind},
     sdl_force::SdlForce,
 };
-use crate::ego::{Controls, STEERING_LOCK_RAD, Selector};
+use crate::controls::{Controls, STEERING_LOCK_RAD, Selector};
 use gilrs::{Axis, Button, EventType, GamepadId, Gilrs, GilrsBuilder};
 use std::{collections::BTreeMap, sync::Arc};
 

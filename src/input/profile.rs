@@ -2,7 +2,7 @@
 //! the wheel's turn, buttons, strength of the force. Axis and button numbers are evdev's; raw values are the device's own.
 
 use crate::{
-    ego::{STEERING_LOCK_RAD, STEERING_RATIO},
+    controls::{STEERING_LOCK_RAD, STEERING_RATIO},
     toml_text::{self, Part},
 };
 use serde::{Deserialize, Serialize};

@@ -12,7 +12,7 @@ use super::{
     reader::ReadingThread,
     wheel::{FoundWheel, WheelMessage, WheelState},
 };
-use crate::ego::{Controls, Selector};
+use crate::controls::{Controls, Selector};
 use std::sync::mpsc::Receiver;
 
 /// What happened to the wheel that someone has to know.

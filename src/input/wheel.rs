@@ -9,7 +9,7 @@ use super::{
     profile::{Action, Profile},
     profiles::Device,
 };
-use crate::ego::{Controls, Selector};
+use crate::controls::{Controls, Selector};
 use std::{collections::BTreeMap, sync::Arc};
 
 /// Way of a pedal below which it counts as seen at rest.
@@ -167,7 +167,7 @@ impl WheelState {
 #[cfg(test)]
 mod tests {
     use super::{super::profiles, *};
-    use crate::ego::STEERING_LOCK_RAD;
+    use crate::controls::STEERING_LOCK_RAD;
 
     fn g29(values: &[(u16, i32)]) -> WheelState {
         WheelState::new(profiles::named("g29").unwrap(), values.iter().copied().collect())

@@ -2,7 +2,7 @@
 
 use super::flash_patch::FlashTrigger;
 use crate::{
-    ego::Controls,
+    controls::Controls,
     hud::Speedometer,
     scene::{self, StaticScene, View, ViewKind, ViewOptions, view_options},
     sim::{Snapshot, World},

@@ -2,7 +2,7 @@
 //! Out: whether the next frame's square is white. One frame, so that a photodiode sees an edge for each event.
 
 use crate::{
-    ego::Controls,
+    controls::Controls,
     sim::{EventKind, FlashPatch, World},
 };
 

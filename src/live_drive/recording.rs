@@ -1,8 +1,8 @@
 //! The recording of a live drive. In: ticks, frames, notes. Out: files, while there is a recorder; nothing otherwise.
 
 use crate::{
+    controls::Controls,
     drive_loop::{RunError, recording_manifest},
-    ego::Controls,
     record::{Manifest, RecordError, Recorder, WriterStatus, manifest::Screen, tables::FrameRow},
     render::Gpu,
     sim::{Scenario, Summary, World},

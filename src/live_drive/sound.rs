@@ -2,7 +2,7 @@
 
 use crate::{
     audio::{Listener, SoundScene, Speaker},
-    ego::Controls,
+    controls::Controls,
     sim::{Scenario, World},
 };
 

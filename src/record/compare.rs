@@ -11,7 +11,7 @@ use super::{
     tables::{self, ADVICE, AdviceRow, CARS, CarRow, EGO, EVENTS, EgoRow, EventRow},
 };
 use crate::{
-    ego::{Controls, Selector},
+    controls::{Controls, Selector},
     sim::{EventKind, HASH_START, World},
     time::Tick,
 };

@@ -10,7 +10,7 @@ use super::{
     tables::{AdviceRow, Batch, CarRow, EgoRow, EventRow, FrameRow, Table},
 };
 use crate::{
-    ego::Controls,
+    controls::Controls,
     sim::{EventKind, HASH_START, Scenario, Snapshot, Summary, World},
     time::Tick,
 };

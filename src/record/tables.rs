@@ -3,7 +3,8 @@
 
 use super::table::{Column, Get};
 use crate::{
-    ego::{Controls, EgoState, Selector},
+    controls::{Controls, Selector},
+    ego::EgoState,
     policy::{Action, Advice},
     sim::{Event, EventKind, Snapshot, VehicleSnapshot},
     space::CAR_LENGTH_M,

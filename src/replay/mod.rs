@@ -12,8 +12,8 @@ pub use verifier::{ReplayHeader, VerificationProgress, Verifier};
 pub use what_if::{WhatIfComparison, changes, what_if, words};
 
 use crate::{
+    controls::Controls,
     drive_loop::{Drive, RunError},
-    ego::Controls,
     hud::Speedometer,
     record::{self, Change, Comparison, Difference, Reader, Table, tables::PUT_BACK},
     render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},

@@ -9,10 +9,10 @@ use super::{
     },
     cockpit::mirrors,
 };
-use crate::ego::{EgoState, STEERING_RATIO};
 use crate::sim::{CockpitView, Snapshot, VehicleSnapshot};
 use crate::space::wrap_angle;
 use crate::traffic::{EGO, VehicleId};
+use crate::{controls::STEERING_RATIO, ego::EgoState};
 use glam::{Affine3A, EulerRot, Quat, Vec2, Vec3};
 use std::f64::consts::TAU;
 

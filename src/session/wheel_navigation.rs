@@ -2,7 +2,7 @@
 //! radians, positive to the left, as the wheel has them.
 
 use crate::{
-    ego::Controls,
+    controls::Controls,
     input::{Action, Source},
     study::Input,
 };

@@ -1,4 +1,4 @@
-//! The simulation. In: a [`Scenario`] and [`Controls`](crate::ego::Controls) once a tick. Out: events, and a
+//! The simulation. In: a [`Scenario`] and [`Controls`](crate::controls::Controls) once a tick. Out: events, and a
 //! [`Snapshot`] of all there is to see, record or hash.
 
 pub mod colour;

@@ -1,6 +1,10 @@
 //! What a world tells of itself to policies and to lane help, and what is left of one whose engine was let go.
 
-use super::*;
+use super::{
+    advice::{limited_idm, policy_settings},
+    perception::LANE_HINT_SPAN_M,
+    *,
+};
 use std::f64::consts::{PI, TAU};
 
 fn ring() -> World {
@@ -120,7 +124,7 @@ fn cars_move_evenly_within_a_step_and_their_wheels_turn_by_the_way() {
     let step = world.scenario().step_ticks();
     let fraction = f64::from((world.snapshot().tick.0 % step) as u32) / step as f64;
     for ((car, from), (begin, end)) in
-        world.snapshot().cars.iter().zip(&start).zip(world.from[1..].iter().zip(&world.to[1..]))
+        world.snapshot().cars.iter().zip(&start).zip(world.traffic.from[1..].iter().zip(&world.traffic.to[1..]))
     {
         let way_m = (car.s_m - from).rem_euclid(length_m);
         assert!((car.odometer_m - way_m).abs() < 1e-6, "{} and {way_m}", car.odometer_m);

@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn advice_and_events_of_a_recording_are_rows_in_the_order_of_time() {
         use crate::{
-            ego::Controls,
+            controls::Controls,
             record::{Manifest, Recorder},
             sim::{Scenario, SummaryAccumulator, World},
             time::Tick,

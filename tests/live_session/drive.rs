@@ -59,11 +59,11 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
     // Reverse was pressed while questions were answered.
     to.send(WheelMessage::Button { code: 293, down: true, at: None }).unwrap();
     wheel.poll();
-    assert_eq!(wheel.controls(0.0, None).selector, codrive::ego::Selector::Reverse);
+    assert_eq!(wheel.controls(0.0, None).selector, codrive::controls::Selector::Reverse);
     let mut devices = Some(wheel);
     let scenario = Scenario { traffic: "native".into(), duration_s: 5.0, trees: 0, ..Scenario::default() };
     let mut live = LiveDrive::led(&scenario, &mut devices).unwrap();
-    assert_eq!(live.devices.controls(0.0, None).selector, codrive::ego::Selector::Drive);
+    assert_eq!(live.devices.controls(0.0, None).selector, codrive::controls::Selector::Drive);
     for code in [297, 292, 296] {
         to.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
     }

@@ -3,7 +3,7 @@
 //! run (see [`alone`]); `scripts/wheel-vm` runs them in a virtual machine that has both.
 
 use codrive::{
-    ego::Controls,
+    controls::Controls,
     input::{ForceInput, Profile, Rig, RigEvent, Stamp, profiles},
 };
 use std::{

@@ -9,7 +9,7 @@ mod uinput;
 mod usb;
 
 use codrive::{
-    ego::Controls,
+    controls::Controls,
     input::{Action, Devices, Profile, RigEvent, profiles},
 };
 use std::{

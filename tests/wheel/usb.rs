@@ -200,7 +200,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     let mut driver = Driver::new();
     driver.find();
     // The driver has read nothing yet and says 0 of all axes: full left, both pedals floored.
-    assert_eq!(driver.rig.controls(), codrive::ego::Controls::default(), "nothing acts before it is known");
+    assert_eq!(driver.rig.controls(), codrive::controls::Controls::default(), "nothing acts before it is known");
     wheel.report(0, 32_767, [255, 255]);
     driver.feel(ForceInput::default(), Duration::from_millis(100));
     figure("lg4ff as force begins", hex(&wheel.sent()));

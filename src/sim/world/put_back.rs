@@ -32,7 +32,7 @@ pub enum NotPutBack {
 impl World {
     /// True if the ego is off its lane, or heads away from it.
     pub fn is_astray(&self) -> bool {
-        !self.on_road || self.lane_hint().heading_error_rad.abs() > ASTRAY_RAD
+        !self.lane.is_in_lane() || self.lane_hint().heading_error_rad.abs() > ASTRAY_RAD
     }
 
     /// With the next tick the ego stands on its lane again.

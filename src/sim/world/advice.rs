@@ -1,0 +1,75 @@
+//! The policy of a drive and when its advice appears. In: what it observes, when the traffic is asked for a step. Out: the
+//! advice, when that step begins; and the speeds that the drive is about. m/s.
+
+use super::WorldError;
+use crate::{
+    idm::IdmParams,
+    map::{RoadMap, Route},
+    policy::{self, Advice, Advisor, Observation, PolicySettings},
+    sim::Scenario,
+    space::CAR_LENGTH_M,
+    time::Tick,
+};
+
+/// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedSpeeds {
+    /// Speed at which an even ring of these cars flows.
+    pub equilibrium_mps: f64,
+    /// Upper edge of the range around the policy's aim.
+    pub advised_mps: f64,
+    /// Highest speed limit of the route.
+    pub limit_mps: f64,
+}
+
+/// The policy that advises, and its next advice.
+pub(super) struct AdviceSource {
+    /// The policy's name, and how it came to that one.
+    pub policy: policy::Resolved,
+    pub expected: ExpectedSpeeds,
+    advisor: Advisor,
+    /// Shown when the step begins that it was asked for.
+    next: Option<Advice>,
+}
+
+impl AdviceSource {
+    /// Builds the scenario's policy for this road.
+    pub fn new(scenario: &Scenario, map: &RoadMap) -> Result<Self, WorldError> {
+        let settings = policy_settings(scenario, &map.route);
+        let resolved = policy::resolve(&scenario.policy, map);
+        let policy = policy::build(&resolved.name, &settings)?;
+        let expected = ExpectedSpeeds {
+            equilibrium_mps: settings.equilibrium_mps,
+            advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
+            limit_mps: map.route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
+        };
+        let advisor = Advisor::new(policy, scenario.step_s, scenario.hold_steps(), scenario.range_mps());
+        Ok(Self { policy: resolved, expected, advisor, next: None })
+    }
+
+    /// Asks the policy for the step that begins at `now`.
+    pub fn ask(&mut self, now: Tick, observation: &Observation, limit_mps: f64) {
+        self.next = self.advisor.step(now, observation, limit_mps);
+    }
+
+    /// The advice that is new in the step that begins, once.
+    pub fn issue(&mut self) -> Option<Advice> {
+        self.next.take()
+    }
+}
+
+/// The speed at which an even ring of this scenario's cars flows, m/s, and what else a policy is built from.
+pub(super) fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
+    let gap_m = route.length_m() / f64::from(scenario.vehicles) - CAR_LENGTH_M;
+    PolicySettings {
+        aim_mps: scenario.policy_speed_mps,
+        equilibrium_mps: limited_idm(scenario, route).equilibrium_speed_mps(gap_m),
+        step_s: scenario.step_s,
+    }
+}
+
+/// The scenario's IDM with the desired speed capped by the road's lowest speed limit, as the engines cap it lane by lane.
+pub(super) fn limited_idm(scenario: &Scenario, route: &Route) -> IdmParams {
+    let limit_mps = route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(f64::INFINITY, f64::min);
+    IdmParams { v0: scenario.idm.v0.min(limit_mps), ..scenario.idm }
+}

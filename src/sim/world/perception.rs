@@ -1,0 +1,54 @@
+//! What those who act in a drive know of it. In: the world at a tick. Out: the policy's [`Observation`], a simulated driver's
+//! [`Perception`], the lane as lane help sees it. Metres, m/s, radians.
+
+use super::World;
+use crate::{
+    controls::LaneHint,
+    driver::{Perception, SeenLeader, SimulatedDriver},
+    policy::Observation,
+    space::{CAR_LENGTH_M, wrap_angle},
+};
+
+/// How far ahead lane help reads the bend, seconds: about what steering takes to act; and over which length, metres.
+const LANE_HINT_AHEAD_S: f64 = 0.2;
+pub(super) const LANE_HINT_SPAN_M: f64 = 4.0;
+
+impl World {
+    /// What the policy observes now.
+    pub(super) fn observe(&self) -> Observation {
+        let (gap_m, leader_speed_mps) =
+            self.snapshot.leader.map_or((self.map.route.length_m(), 0.0), |l| (l.gap_m, l.speed_mps));
+        Observation {
+            speed_mps: self.snapshot.ego.speed_mps,
+            leader_speed_mps,
+            gap_m,
+            circumference_m: self.map.route.length_m(),
+            vehicles: self.scenario.vehicles,
+            ..Observation::default()
+        }
+    }
+
+    /// What a simulated driver in the ego perceives now.
+    pub fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
+        let snapshot = &self.snapshot;
+        Perception {
+            speed_mps: snapshot.ego.speed_mps,
+            lane: driver.look(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m)),
+            leader: snapshot.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps }),
+            advice: snapshot.advice,
+            speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
+        }
+    }
+
+    /// The lane as lane help needs it: at the ego's middle, its curvature `LANE_HINT_AHEAD_S` ahead.
+    pub fn lane_hint(&self) -> LaneHint {
+        let (route, snapshot) = (&self.map.route, &self.snapshot);
+        let middle_s_m = snapshot.ego_s_m - CAR_LENGTH_M / 2.0;
+        let ahead_m = snapshot.ego.speed_mps.max(0.0) * LANE_HINT_AHEAD_S;
+        LaneHint {
+            curvature: route.curvature_at(middle_s_m + ahead_m, LANE_HINT_SPAN_M),
+            offset_m: snapshot.lane_offset_m,
+            heading_error_rad: wrap_angle(snapshot.ego.pose().yaw_rad - route.yaw_at(middle_s_m)),
+        }
+    }
+}
