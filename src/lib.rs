@@ -16,7 +16,7 @@
 //! * **action**: what a policy puts out, an acceleration or a speed. **advice**: the target shown to the driver with
 //!   its acceptable **range**, its issue time and its hold ([`policy::Advice`]).
 //! * **scenario**: everything that makes one drive: map, traffic, policy, driver, display, seed, duration
-//!   ([`sim::Scenario`]).
+//!   ([`scenario::Scenario`]).
 //!
 //! # Layers, bottom first
 //! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
@@ -25,11 +25,12 @@
 //! controls  chart  file        / the car-following model / pedals, wheel, selector / figures as SVG and PNG / files read
 //! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
 //!                              alone / mistakes in TOML
-//! data_folders                 where maps, policies, questionnaires lie on this machine
+//! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
-//! sim  train                   World::tick(&Controls) -> Events, Snapshot, Scenario / TRPO on the fast ring
+//! scenario                     everything that makes one drive, as a file, flags and widgets
+//! sim  train                   World::tick(&Controls) -> Events, Snapshot / TRPO on the fast ring
 //! hud                          the dial as data
 //! scene  record  audio         what is to be seen, on the CPU / every tick on disk: journal, tables, manifest / sound
 //! render  study  analysis      wgpu passes / study files, orders, sessions, questionnaires, data set / measures,
@@ -83,8 +84,10 @@ pub mod record;
 pub mod render;
 pub mod replay;
 pub mod rng;
+pub mod scenario;
 pub mod scene;
 pub mod session;
+pub mod settings;
 pub mod sim;
 pub mod space;
 pub mod study;

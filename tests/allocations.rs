@@ -6,7 +6,8 @@ use codrive::{
     driver::{SimulatedDriver, preset},
     idm::IdmParams,
     map::RoadMap,
-    sim::{Scenario, World},
+    scenario::Scenario,
+    sim::World,
     space::CAR_LENGTH_M,
     traffic::{self, EngineChoice, ExternalVehicleState, TrafficSetup},
 };

@@ -8,12 +8,13 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 14] = [
+const ROWS: [&[&str]; 15] = [
     &["space", "time", "units", "rng", "idm", "controls", "chart", "file", "foreign", "private", "toml_text"],
-    &["data_folders"],
+    &["data_folders", "settings"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver"],
+    &["scenario"],
     &["sim", "train"],
     &["hud"],
     &["scene", "record", "audio"],

@@ -3,6 +3,7 @@
 
 use codrive::{
     policy::{self, Network, Policy, PolicySettings, onnx},
+    settings::Settings,
     train::{EvaluationResult, FollowKind, TrainConfig, evaluate},
 };
 use std::{

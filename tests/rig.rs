@@ -12,7 +12,7 @@ use codrive::{
         wheel::{FoundWheel, WheelMessage},
     },
     live_drive::LiveDrive,
-    sim::Scenario,
+    scenario::Scenario,
     time::Pace,
 };
 use std::{

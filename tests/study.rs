@@ -1,7 +1,7 @@
 //! A study file is checked whole before anything starts, and its plan is balanced.
 
 use codrive::{
-    sim::Scenario,
+    scenario::Scenario,
     study::{Item, Questionnaire, Study, questions::Answers},
 };
 use serde_json::{Value, json};

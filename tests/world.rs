@@ -3,7 +3,8 @@
 use codrive::{
     controls::Controls,
     driver::{SimulatedDriver, preset},
-    sim::{EndReason, EventKind, NotPutBack, OnContact, Scenario, Snapshot, World},
+    scenario::{OnContact, Scenario},
+    sim::{EndReason, EventKind, NotPutBack, Snapshot, World},
     space::CAR_LENGTH_M,
 };
 use std::sync::{Mutex, MutexGuard};

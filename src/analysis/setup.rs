@@ -4,7 +4,7 @@ use super::{Analysed, glossary::printed, tables::conditions};
 use crate::{
     chart::minus,
     record::Manifest,
-    sim::{Scenario, StartLayout},
+    scenario::{Scenario, StartLayout},
 };
 
 /// How a drive was made.

@@ -123,7 +123,7 @@ impl Trial {
     /// [`MOST_CHANGES`](super::response::MOST_CHANGES).
     pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
-        let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.0))?;
+        let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
         let mut trial = Self {
             recording: recording.into(),
             ended: manifest.ended.clone().unwrap_or_default(),

@@ -2,7 +2,7 @@
 //! sample; the same drive gives the same bytes.
 
 use super::{Mixer, SoundScene};
-use crate::{sim::SoundLevels, time::TICKS_PER_S};
+use crate::{scenario::SoundLevels, time::TICKS_PER_S};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use std::{
     fs::{File, OpenOptions},

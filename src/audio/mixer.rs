@@ -9,7 +9,7 @@ use super::{
     smoothing::SmoothedValue,
     traffic::OtherVoice,
 };
-use crate::sim::{SoundLevels, sound::gain};
+use crate::scenario::{SoundLevels, sound::gain};
 
 /// Amplitude up to which nothing is changed; above it the limiter bends towards full scale.
 const KNEE: f32 = 0.6;

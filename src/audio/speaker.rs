@@ -3,7 +3,7 @@
 //! Without a device there is silence, which is said once.
 
 use super::{Mixer, SoundScene, sound_scene::WORDS};
-use crate::sim::SoundLevels;
+use crate::scenario::SoundLevels;
 use cpal::{
     FromSample, SampleFormat, SizedSample, StreamConfig, SupportedBufferSize,
     traits::{DeviceTrait, HostTrait, StreamTrait},

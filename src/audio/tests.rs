@@ -4,7 +4,8 @@ use super::*;
 use crate::{
     controls::Controls,
     ego::{CarParams, Surface},
-    sim::{Scenario, SoundLevels, World, sound::SILENT_DB},
+    scenario::{Scenario, SoundLevels, sound::SILENT_DB},
+    sim::World,
 };
 use std::f64::consts::{PI, TAU};
 

@@ -6,8 +6,8 @@ use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     hud::Speedometer,
     render::{Gpu, OFFSCREEN, Renderer, canvas, quality_for},
+    scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, view_options},
-    sim::{QualityLevel, Scenario},
 };
 use serde::Serialize;
 use std::time::Duration;

@@ -6,7 +6,8 @@ use crate::{
     controls::Controls,
     drive_loop::{RunError, recording_manifest},
     record::{Recorder, tables::FrameRow},
-    sim::{Scenario, SummaryAccumulator, World},
+    scenario::Scenario,
+    sim::{SummaryAccumulator, World},
 };
 use std::time::Duration;
 

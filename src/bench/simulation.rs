@@ -7,7 +7,8 @@ use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     ego::{CarParams, Ego, Everywhere, Obstacle, Surface},
     map::RoadMap,
-    sim::{Scenario, WorldError},
+    scenario::Scenario,
+    sim::WorldError,
     traffic::{NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},
 };
 use serde::Serialize;

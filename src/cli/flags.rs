@@ -2,7 +2,10 @@
 //! line. Out: a checked [`Scenario`], or the changes to another struct of settings.
 
 use super::CliError;
-use crate::sim::{Field, Kind, Scenario, settings};
+use crate::{
+    scenario::Scenario,
+    settings::{Field, Kind},
+};
 use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use serde_json::Value;
 use std::path::PathBuf;
@@ -42,7 +45,7 @@ pub fn add(command: Command, listing: Listing) -> Command {
         .help("Scenario file (TOML, at most 1 MiB); flags beside it win over what it says")
         .help_heading(HEADING);
     let name = command.get_name().to_owned();
-    let all = add_fields(command.arg(file), &settings(), HEADING);
+    let all = add_fields(command.arg(file), &Scenario::fields(), HEADING);
     if listing == Listing::All {
         let limits = format!("Limits: {}; {}.", crate::map::limits::IN_WORDS, crate::policy::onnx::limits::IN_WORDS);
         return all.after_help(limits);
@@ -176,7 +179,7 @@ pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
         Some(path) => Scenario::from_file(path)?,
         None => Scenario::default(),
     };
-    Ok(base.with(&changes(matches, &settings()))?)
+    Ok(base.with(&changes(matches, &Scenario::fields()))?)
 }
 
 /// The settings that the command line names, of those that [`add_fields`] made flags for.

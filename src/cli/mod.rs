@@ -26,7 +26,8 @@ use crate::{
     drive_loop::RunError,
     map::MapError,
     record::RecordError,
-    sim::{ScenarioError, WorldError},
+    settings::SettingsError,
+    sim::WorldError,
     study::SessionError,
     traffic::{self, TrafficError},
 };
@@ -201,9 +202,9 @@ fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
-impl From<ScenarioError> for CliError {
-    fn from(error: ScenarioError) -> Self {
-        Self::Input(error.0)
+impl From<SettingsError> for CliError {
+    fn from(error: SettingsError) -> Self {
+        Self::Input(error.message)
     }
 }
 
@@ -269,7 +270,7 @@ pub(crate) fn stop_on_ctrl_c() -> std::sync::Arc<std::sync::atomic::AtomicBool> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::settings;
+    use crate::scenario::Scenario;
 
     #[test]
     fn the_command_line_is_sound() {
@@ -295,7 +296,9 @@ mod tests {
             common.contains("example: --hold 5") && !common.contains("--mirror-yaw") && !common.contains("--driver")
         );
         assert!(common.contains("codrive drive --help-all lists"), "{common}");
-        assert!(settings().iter().filter(|s| s.table().is_none()).all(|s| all.contains(&format!("--{}", s.flag()))));
+        assert!(
+            Scenario::fields().iter().filter(|s| s.table().is_none()).all(|s| all.contains(&format!("--{}", s.flag())))
+        );
         assert!(all.contains("--idm") && all.contains("Limits: ") && all.lines().count() > 2 * common.lines().count());
         // What is not listed is taken as before.
         let words = ["codrive", "drive", "--mirror-yaw", "5"];

@@ -6,8 +6,8 @@ use crate::{
     hud::Speedometer,
     private,
     render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
+    scenario::QualityLevel,
     scene::{self, StaticScene, ViewKind, view_options},
-    sim::QualityLevel,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
 use image::{ImageFormat, RgbaImage};

@@ -5,7 +5,7 @@ use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     file::read_text,
     policy, private,
-    sim::{Settings, fields_of, settings_from_file, settings_with},
+    settings::{self, fields_of},
     train::{Learner, Row, TrainConfig, learning_curve},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -27,12 +27,6 @@ const CONFIG: &str = "train.toml";
 const CHECKPOINT: &str = "checkpoint.json";
 const CURVE_CSV: &str = "curve.csv";
 const CURVE_SVG: &str = "curve.svg";
-
-impl Settings for TrainConfig {
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        TrainConfig::check(self)
-    }
-}
 
 pub(super) fn command() -> Command {
     let file = |id: &'static str, name: &'static str, help: &'static str| {
@@ -77,10 +71,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 /// The configuration that the command line asks for.
 fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliError> {
     let base = match matches.get_one::<PathBuf>("config") {
-        Some(path) => settings_from_file(path)?,
+        Some(path) => settings::from_file(path)?,
         None => base,
     };
-    Ok(settings_with(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?)
+    Ok(settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?)
 }
 
 /// A new training in a folder that holds none.

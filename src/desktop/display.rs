@@ -15,7 +15,7 @@ use crate::{
         Gpu,
         post::ui_pass::{Overlay, UiPass},
     },
-    sim::Scenario,
+    scenario::Scenario,
 };
 use std::{
     sync::{Arc, atomic::AtomicBool},

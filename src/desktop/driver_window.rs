@@ -22,8 +22,8 @@ use crate::{
         },
         renderer_that_keeps_up,
     },
+    scenario::QualityLevel,
     scene::{StaticScene, View},
-    sim::QualityLevel,
 };
 use egui::{Context, FullOutput, Ui};
 use std::sync::Arc;

@@ -5,7 +5,7 @@ mod machine;
 mod picture;
 mod wheel;
 
-use crate::sim::Scenario;
+use crate::scenario::Scenario;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::PathBuf;

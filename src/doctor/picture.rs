@@ -4,8 +4,9 @@ use super::{Grade, Line, Monitor, Options};
 use crate::{
     input::Stamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
+    scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, ViewOptions},
-    sim::{QualityLevel, Scenario, World},
+    sim::World,
 };
 
 /// Pictures that are measured, after one that makes what is made at a first use.

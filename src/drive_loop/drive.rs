@@ -2,7 +2,8 @@
 
 use crate::{
     controls::Controls,
-    sim::{Scenario, SummaryAccumulator, World, WorldError},
+    scenario::Scenario,
+    sim::{SummaryAccumulator, World, WorldError},
     time::{Clock, Due, Pace},
     traffic::TrafficError,
 };

@@ -3,7 +3,7 @@
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{
-    sim::Scenario,
+    scenario::Scenario,
     train::{EpisodeMetrics, EvaluationResult},
 };
 

@@ -33,7 +33,7 @@ pub enum RunError {
     World(#[from] crate::sim::WorldError),
     /// A recorded scenario cannot be read.
     #[error(transparent)]
-    Scenario(#[from] crate::sim::ScenarioError),
+    Scenario(#[from] crate::settings::SettingsError),
     /// The recording cannot be written or read.
     #[error(transparent)]
     Record(#[from] crate::record::RecordError),

@@ -5,7 +5,8 @@ use super::{Drive, RunError, drive::note_failure, recording_manifest, summary_te
 use crate::{
     driver::{self, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
-    sim::{Scenario, Summary, SummaryAccumulator, World},
+    scenario::Scenario,
+    sim::{Summary, SummaryAccumulator, World},
     study::Code,
     time::{Pace, Tick},
 };

@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_manifest_tells_what_was_driven_by_whom_and_on_what() {
-        let scenario = crate::sim::Scenario {
+        let scenario = crate::scenario::Scenario {
             traffic: "native".into(),
             policy: "constant".into(),
             seed: 42,

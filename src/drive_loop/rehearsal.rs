@@ -6,7 +6,7 @@ use super::{RunError, offline::OfflineDrive, recording_manifest};
 use crate::{
     driver,
     record::{self, RecordError},
-    sim::Scenario,
+    scenario::Scenario,
     study::{
         Code, DataSet, Item, Outcome, Planned, SessionError, Study,
         dataset::BASELINE,

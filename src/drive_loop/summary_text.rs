@@ -1,9 +1,6 @@
 //! A drive in words, for a terminal. In: a [`Summary`]. Out: lines.
 
-use crate::{
-    sim::{Scenario, Summary},
-    units::SpeedUnit,
-};
+use crate::{scenario::Scenario, sim::Summary, units::SpeedUnit};
 
 /// The summary of a drive, a line a figure; `who` drove, advised by `policy`.
 pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summary: &Summary) -> String {

@@ -1,10 +1,7 @@
 //! What a driver reads after a free drive. In: a drive that is over. Out: lines: time in range, mean speed of all, and the same
 //! traffic without advice, which is driven beside the window meanwhile.
 
-use crate::{
-    drive_loop::offline::OfflineDrive,
-    sim::{Scenario, Summary},
-};
+use crate::{drive_loop::offline::OfflineDrive, scenario::Scenario, sim::Summary};
 use std::thread::JoinHandle;
 
 /// A shorter drive says nothing about traffic, seconds.

@@ -19,7 +19,7 @@ use crate::{
     live_drive::LiveDrive,
     panel::{experimenter::ExperimenterCommand, theme},
     record::{self, RecordError},
-    sim::Scenario,
+    scenario::Scenario,
     time::Pace,
 };
 use std::{

@@ -17,7 +17,8 @@ use crate::{
     },
     policy,
     render::PassTimes,
-    sim::{Scenario, World},
+    scenario::Scenario,
+    sim::World,
     time::{Due, Pace},
 };
 use egui::{Align2, Color32, FontId, TextureId, Ui};

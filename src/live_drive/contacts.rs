@@ -68,7 +68,7 @@ impl Contacts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{controls::Controls, sim::Scenario};
+    use crate::{controls::Controls, scenario::Scenario};
 
     /// A world whose driver has just run into the car ahead, and what was seen of it at every tick.
     fn crashed() -> (World, Contacts) {

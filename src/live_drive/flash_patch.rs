@@ -3,7 +3,8 @@
 
 use crate::{
     controls::Controls,
-    sim::{EventKind, FlashPatch, World},
+    scenario::FlashPatch,
+    sim::{EventKind, World},
 };
 
 /// A pedal with more effect than this has left its rest (which is exactly 0), and one with less than half of it is back: no
@@ -59,7 +60,7 @@ impl FlashTrigger {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::Scenario;
+    use crate::scenario::Scenario;
 
     /// Frames of three ticks with these pedals: which are white.
     fn frames(on: FlashPatch, policy: &str, pedals: &[[f32; 2]]) -> Vec<Option<bool>> {

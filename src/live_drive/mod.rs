@@ -35,8 +35,9 @@ use crate::{
     input::{Action, Devices, Stamp},
     record::{WriterStatus, inputs, manifest::Screen, tables::FrameRow},
     render::Gpu,
+    scenario::Scenario,
     scene::{StaticScene, View},
-    sim::{Scenario, Summary, SummaryAccumulator, World},
+    sim::{Summary, SummaryAccumulator, World},
     study::Code,
     time::{Due, Pace},
 };

@@ -5,7 +5,8 @@ use crate::{
     drive_loop::{RunError, recording_manifest},
     record::{Manifest, RecordError, Recorder, WriterStatus, manifest::Screen, tables::FrameRow},
     render::Gpu,
-    sim::{Scenario, Summary, World},
+    scenario::Scenario,
+    sim::{Summary, World},
     study::Code,
     time::Tick,
 };

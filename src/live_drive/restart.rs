@@ -6,12 +6,7 @@ use super::{
     contacts::Contacts,
     start::{PendingDrive, ReadyDrive},
 };
-use crate::{
-    drive_loop::RunError,
-    input::AdviceState,
-    sim::{Scenario, SummaryAccumulator},
-    time::Pace,
-};
+use crate::{drive_loop::RunError, input::AdviceState, scenario::Scenario, sim::SummaryAccumulator, time::Pace};
 use std::time::Duration;
 
 /// The end of a restart.

@@ -3,7 +3,8 @@
 use crate::{
     audio::{Listener, SoundScene, Speaker},
     controls::Controls,
-    sim::{Scenario, World},
+    scenario::Scenario,
+    sim::World,
 };
 
 /// Name of the event that a recording has where a hand came to the horn or went, with "on" or "off".

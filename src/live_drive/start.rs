@@ -4,8 +4,9 @@
 
 use crate::{
     drive_loop::{Drive, RunError},
+    scenario::Scenario,
     scene::StaticScene,
-    sim::{Scenario, World},
+    sim::World,
     time::Pace,
     traffic::Interruption,
 };

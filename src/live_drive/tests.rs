@@ -12,8 +12,8 @@ use crate::{
     },
     panel::{calibration::CalibrationCommand, experimenter::WheelHealth},
     record::{Manifest, Reader, Recorder, Table},
+    scenario::FlashPatch,
     scene::ViewKind,
-    sim::FlashPatch,
 };
 use std::{fs, io, sync::Arc, sync::mpsc::Sender};
 

@@ -1,4 +1,4 @@
-//! The scenario's settings as widgets. In: the list of settings ([`sim::settings`](crate::sim::settings)), whose docs are the
+//! The scenario's settings as widgets. In: the list of settings ([`Scenario::fields`]), whose docs are the
 //! tooltips and whose limits are those of the widgets, and the words to choose from. Out: an edited [`Scenario`].
 //! Nothing here knows any one setting but for the section it stands in.
 
@@ -8,7 +8,10 @@ use egui::{ComboBox, DragValue, Response, RichText, TextEdit, Ui};
 use serde_json::Value;
 
 use super::theme;
-use crate::sim::{Field, Kind, Scenario, ScenarioError, settings};
+use crate::{
+    scenario::Scenario,
+    settings::{Field, Kind, SettingsError},
+};
 
 /// Sections and the settings in them, in order; a path that ends in a dot is a whole table. What is in none comes last.
 const SECTIONS: [(&str, &[&str]); 8] = [
@@ -72,7 +75,7 @@ impl Editor {
     /// An editor that starts from `scenario`.
     pub fn new(scenario: &Scenario, choices: Choices) -> Self {
         let driving = json(scenario);
-        Self { fields: settings(), choices, edited: driving.clone(), driving, policy: String::new() }
+        Self { fields: Scenario::fields(), choices, edited: driving.clone(), driving, policy: String::new() }
     }
 
     /// Tells which scenario drives now. A new one replaces all edits.
@@ -117,7 +120,7 @@ impl Editor {
     ///
     /// # Errors
     /// The settings do not go together; the message names setting, value and what is allowed.
-    pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
+    pub fn scenario(&self) -> Result<Scenario, SettingsError> {
         let all: Vec<(Field, Value)> = self
             .fields
             .iter()
@@ -310,7 +313,7 @@ mod tests {
 
     #[test]
     fn sections_name_only_settings_that_exist() {
-        let all = settings();
+        let all = Scenario::fields();
         for (title, paths) in SECTIONS {
             for path in paths {
                 assert!(all.iter().any(|field| field.path.starts_with(path)), "{title}: {path}");
@@ -339,7 +342,7 @@ mod tests {
     #[test]
     fn a_policy_that_was_left_open_is_shown_with_its_own_name_while_it_is_the_one_that_drives() {
         let mut editor = Editor::new(&Scenario::default(), Choices::default());
-        let field = |path: &str| settings().into_iter().find(|field| field.path == path).unwrap();
+        let field = |path: &str| Scenario::fields().into_iter().find(|field| field.path == path).unwrap();
         let (policy, map) = (field("policy"), field("map"));
         assert_eq!(editor.shown(&policy, "auto"), "auto", "before there is a world");
         editor.follow_policy("ring-250-speed");
@@ -363,7 +366,7 @@ mod tests {
 
     #[test]
     fn names_are_words_without_units() {
-        let names: Vec<String> = settings().iter().map(name_of).collect();
+        let names: Vec<String> = Scenario::fields().iter().map(name_of).collect();
         for name in [
             "Vehicles",
             "Policy speed",

@@ -30,7 +30,7 @@ use std::{path::Path, time::Duration};
 
 use egui::{Button, Color32, RichText, Ui};
 
-use crate::sim::Scenario;
+use crate::scenario::Scenario;
 use editor::Editor;
 
 /// What the panel shows in one frame.

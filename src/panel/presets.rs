@@ -4,7 +4,7 @@
 use super::{editor::Editor, theme};
 use crate::{
     record::{new_private_dir, replace, write_new},
-    sim::Scenario,
+    scenario::Scenario,
 };
 use egui::{ComboBox, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};

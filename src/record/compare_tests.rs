@@ -3,7 +3,8 @@
 use super::*;
 use crate::{
     record::{Change, Manifest, Reader, Recorder, changes},
-    sim::{Scenario, SummaryAccumulator},
+    scenario::Scenario,
+    sim::SummaryAccumulator,
 };
 
 const TICKS: u64 = 120;

@@ -7,7 +7,9 @@ use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     map::{self, limits::MOST_BYTES},
     policy,
-    sim::{Scenario, ScenarioError, World},
+    scenario::Scenario,
+    settings::SettingsError,
+    sim::World,
     toml_text,
 };
 use std::{
@@ -86,7 +88,7 @@ pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
 ///
 /// # Errors
 /// It cannot be read, or is not as this program writes it.
-pub fn scenario(recording: &Path) -> Result<Scenario, ScenarioError> {
+pub fn scenario(recording: &Path) -> Result<Scenario, SettingsError> {
     let file = recording.join(SCENARIO);
     let mut scenario = Scenario::from_file(&file)?;
     // Before it was a setting, the other cars knew of no bends.

@@ -11,7 +11,8 @@ use super::{
 };
 use crate::{
     controls::Controls,
-    sim::{EventKind, HASH_START, Scenario, Snapshot, Summary, World},
+    scenario::Scenario,
+    sim::{EventKind, HASH_START, Snapshot, Summary, World},
     time::Tick,
 };
 use fail::fail_point;

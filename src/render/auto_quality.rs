@@ -4,8 +4,8 @@
 
 use super::{Gpu, GpuError, Quality, Renderer, canvas};
 use crate::{
+    scenario::QualityLevel,
     scene::{StaticScene, View},
-    sim::QualityLevel,
 };
 use std::time::{Duration, Instant};
 

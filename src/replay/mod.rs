@@ -17,8 +17,9 @@ use crate::{
     hud::Speedometer,
     record::{self, Change, Comparison, Difference, Reader, Table, tables::PUT_BACK},
     render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
+    scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, view_options},
-    sim::{QualityLevel, Scenario, World},
+    sim::World,
     time::{Pace, Tick},
     traffic::EngineChoice,
 };

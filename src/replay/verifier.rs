@@ -3,7 +3,7 @@
 //! as while a window is hidden, the proof goes on, and the film takes no more memory than it may.
 
 use super::{Replay, ReplayReport, snapshot_timeline::SnapshotTimeline};
-use crate::{drive_loop::RunError, hud::Speedometer, map::RoadMap, sim::Scenario, time::Tick};
+use crate::{drive_loop::RunError, hud::Speedometer, map::RoadMap, scenario::Scenario, time::Tick};
 use std::{
     path::{Path, PathBuf},
     sync::{

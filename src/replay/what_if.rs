@@ -5,7 +5,9 @@ use super::{Replay, scenario_here};
 use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     record::{self, Manifest, Table, inputs},
-    sim::{Field, Scenario, Summary, SummaryAccumulator, settings},
+    scenario::Scenario,
+    settings::Field,
+    sim::{Summary, SummaryAccumulator},
     time::Tick,
 };
 use serde_json::Value;
@@ -35,7 +37,7 @@ pub struct WhatIfComparison {
 /// # Errors
 /// A word that names no setting, or a value that it does not allow; the message says what is.
 pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, String> {
-    let known = settings();
+    let known = Scenario::fields();
     let mut changes = Vec::new();
     for text in asked {
         let pairs = if text == "none" { vec!["policy=none", "driver=idm"] } else { vec![text.as_str()] };

@@ -20,8 +20,8 @@ use crate::{
         theme,
     },
     record::{self, Reader, Table},
+    scenario::Scenario,
     scene::{self, StaticScene, View, ViewKind, ViewOptions, view_options},
-    sim::Scenario,
     time::{TICK_S, Tick},
 };
 use std::{

@@ -3,7 +3,7 @@
 
 use super::ViewKind;
 use crate::hud::Palette;
-use crate::sim::CockpitView;
+use crate::scenario::CockpitView;
 use crate::traffic::{EGO, VehicleId};
 use glam::Vec3;
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 use super::{MirrorOptions, ViewOptions};
 use crate::{
     hud::Palette,
-    sim::{DialPalette, Scenario, colour},
+    scenario::{DialPalette, Scenario, colour},
 };
 
 /// What the scenario says of the picture.
@@ -37,7 +37,7 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::CockpitView;
+    use crate::scenario::CockpitView;
 
     #[test]
     fn every_setting_of_the_picture_reaches_it() {

@@ -9,10 +9,13 @@ use super::{
     },
     cockpit::mirrors,
 };
-use crate::sim::{CockpitView, Snapshot, VehicleSnapshot};
 use crate::space::wrap_angle;
 use crate::traffic::{EGO, VehicleId};
 use crate::{controls::STEERING_RATIO, ego::EgoState};
+use crate::{
+    scenario::CockpitView,
+    sim::{Snapshot, VehicleSnapshot},
+};
 use glam::{Affine3A, EulerRot, Quat, Vec2, Vec3};
 use std::f64::consts::TAU;
 

@@ -7,7 +7,8 @@ use crate::{
     drive_loop::{RunError, drive::PATIENCE},
     input::{Devices, RigEvent, Source},
     live_drive::{LiveDrive, contacts, start::PendingDrive},
-    sim::{Scenario, World},
+    scenario::Scenario,
+    sim::World,
     study::{Code, Input},
     time::{Due, Pace},
 };

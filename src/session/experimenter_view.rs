@@ -8,7 +8,8 @@ use crate::{
         Choices, History, Panel, PanelState, Phase, Readings, SessionCommand, SessionPanel, SessionPanelState,
         experimenter::{Experimenter, ExperimenterState, Health, Log, WheelHealth},
     },
-    sim::{Scenario, World},
+    scenario::Scenario,
+    sim::World,
     study::Study,
     time::Due,
 };

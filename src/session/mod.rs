@@ -18,7 +18,7 @@ pub mod window;
 
 use crate::{
     drive_loop::RunError,
-    sim::Scenario,
+    scenario::Scenario,
     study::{Form, Input, Item, Outcome, Planned, Session, SessionError, Study},
     units::SpeedUnit,
 };

@@ -15,12 +15,13 @@ mod traffic_coupling;
 pub use advice::ExpectedSpeeds;
 pub use put_back::NotPutBack;
 
-use super::{Event, EventKind, OnContact, Scenario, Snapshot, WorldError, event::EndReason, ground::RoadGround};
+use super::{Event, EventKind, Snapshot, WorldError, event::EndReason, ground::RoadGround};
 use crate::{
     controls::Controls,
     ego::{CarParams, Ego},
     map::RoadMap,
     policy,
+    scenario::{OnContact, Scenario},
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
     traffic::EngineChoice,

@@ -240,7 +240,8 @@ mod tests {
         use crate::{
             controls::Controls,
             record::{Manifest, Recorder},
-            sim::{Scenario, SummaryAccumulator, World},
+            scenario::Scenario,
+            sim::{SummaryAccumulator, World},
             time::Tick,
         };
         let folder = tempfile::tempdir().unwrap();

@@ -8,7 +8,9 @@ use super::{
 use crate::{
     driver,
     policy::Resolved,
-    sim::{Field, Scenario, World, settings, settings_changed},
+    scenario::Scenario,
+    settings::{self, Field},
+    sim::World,
     toml_text::{self, Part},
     traffic::EngineChoice,
 };
@@ -148,7 +150,7 @@ pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
 
 /// `scenario` with settings changed; `key` is where they stand.
 pub(super) fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Result<Scenario, WrongSetting> {
-    let known = settings();
+    let known = Scenario::fields();
     let mut list: Vec<(Field, Value)> = Vec::new();
     for (name, value) in changes {
         let inner: Vec<(String, &Value)> = match value {
@@ -167,9 +169,9 @@ pub(super) fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Resu
             list.push((field.clone(), value.clone()));
         }
     }
-    settings_changed(scenario, &list).map_err(|(path, message)| WrongSetting {
-        key: format!("{key}.{path}"),
+    settings::changed(scenario, &list).map_err(|fault| WrongSetting {
+        key: format!("{key}.{}", fault.key),
         part: Part::Value,
-        message,
+        message: fault.message,
     })
 }

@@ -4,7 +4,8 @@
 use super::Study;
 use crate::{
     hud::{self, Dial},
-    sim::{ExpectedSpeeds, Scenario},
+    scenario::Scenario,
+    sim::ExpectedSpeeds,
 };
 
 /// The highest speed that a driver is to expect, m/s.

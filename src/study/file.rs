@@ -9,7 +9,7 @@ use super::{
 use crate::{
     chart,
     file::{SETTINGS_BYTES, read_bounded, read_text},
-    sim::Scenario,
+    scenario::Scenario,
     toml_text::{self, Part},
 };
 use schemars::JsonSchema;

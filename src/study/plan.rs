@@ -2,7 +2,7 @@
 //! a complete scenario with a seed of its own.
 
 use super::{Study, conditions::Condition, file::Kind};
-use crate::{policy::Resolved, sim::Scenario};
+use crate::{policy::Resolved, scenario::Scenario};
 use std::{collections::BTreeMap, fmt::Write};
 
 /// What comes at one point of a session.

@@ -4,6 +4,7 @@
 use crate::{
     idm::IdmParams,
     policy::{Feature, Input},
+    settings::Settings,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -376,12 +377,10 @@ impl TrainConfig {
         let hidden = vec![self.hidden_width as usize; self.hidden_layers as usize];
         [vec![self.inputs().len()], hidden, vec![outputs]].concat()
     }
+}
 
-    /// What must hold between settings; each alone is within its limits already.
-    ///
-    /// # Errors
-    /// The key at fault, and what is allowed.
-    pub fn check(&self) -> Result<(), (&'static str, String)> {
+impl Settings for TrainConfig {
+    fn check(&self) -> Result<(), (&'static str, String)> {
         let multiple = |value: f64, of: f64| ((value / of).round() * of - value).abs() < 1e-9 && value > of / 2.0;
         if !multiple(self.hold_s, self.step_s) {
             let text = format!("hold_s is {}; allowed: a whole number of steps of {} s", self.hold_s, self.step_s);

@@ -9,7 +9,7 @@ use codrive::{
     policy::{Network, Observation, OnnxPolicy, Policy},
     record::{self, Manifest, Table},
     rng::Stream,
-    sim::Scenario,
+    scenario::Scenario,
     study::{
         Code, DataSet, Outcome, Questionnaire, Session, Study,
         session::{Log, TimedAnswer, Who},

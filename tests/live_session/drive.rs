@@ -11,8 +11,8 @@ use codrive::{
     record::{Reader, Table},
     render::Gpu,
     replay::Replay,
+    scenario::Scenario,
     session::drives::SessionResources,
-    sim::Scenario,
     study::Code,
     time::Pace,
 };

@@ -4,8 +4,8 @@ use codrive::{
     drive_loop::RunError,
     panel::SessionCommand,
     record::RecordError,
+    scenario::Scenario,
     session::{BackendStatus, DriveBackend, LiveSession},
-    sim::Scenario,
     study::{
         Code, DataSet, Input, Outcome, Session, Study,
         session::{FILE, Log, Who},

@@ -3,7 +3,7 @@
 use codrive::{
     panel::{Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, theme},
     policy::{Action, Advice},
-    sim::{Scenario, settings},
+    scenario::Scenario,
     time::Tick,
     units::SpeedUnit,
 };
@@ -226,7 +226,7 @@ fn every_setting_is_there_with_its_tooltip() {
         open(&mut harness, section);
     }
     for (name, path) in [("Range", "range_mph"), ("Screen width", "screen_width_m"), ("Creep", "creep")] {
-        let field = settings().into_iter().find(|field| field.path == path).expect("a setting");
+        let field = Scenario::fields().into_iter().find(|field| field.path == path).expect("a setting");
         assert!(harness.query_by_label_contains(&field.doc).is_none());
         let input = if path == "creep" { Role::CheckBox } else { Role::SpinButton };
         harness.get_by_role_and_label(input, name).hover();
@@ -235,7 +235,7 @@ fn every_setting_is_there_with_its_tooltip() {
         harness.remove_cursor();
         harness.run_steps(60);
     }
-    for field in settings() {
+    for field in Scenario::fields() {
         let flag = field.flag().replace('-', " ");
         let found = match field.table() {
             Some(_) => {

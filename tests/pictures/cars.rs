@@ -3,8 +3,8 @@
 use crate::{pixels::*, place::*};
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, dial::DialPlace, post::tonemap::mirror_rect, view_projection::ViewFrustum},
+    scenario::CockpitView,
     scene::{self, BONNET_EDGE, Camera, Lens, Mesh, StaticScene, ViewKind, ViewOptions},
-    sim::CockpitView,
     space::Pose,
     traffic::EGO,
 };

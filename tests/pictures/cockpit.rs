@@ -3,8 +3,8 @@
 use crate::{pixels::*, place::*};
 use codrive::{
     render::dial::{DialPlace, layout},
+    scenario::CockpitView,
     scene::{Pane, View, ViewKind, ViewOptions},
-    sim::CockpitView,
     space::Pose,
     traffic::EGO,
 };

@@ -8,8 +8,8 @@ use crate::place::*;
 use codrive::{
     hud::Dial,
     render::{FrameCost, OFFSCREEN, Quality, Renderer, canvas},
+    scenario::CockpitView,
     scene::{Mesh, StaticScene, Vertex, ViewKind, ViewOptions},
-    sim::CockpitView,
     units::SpeedUnit,
 };
 use glam::Quat;

@@ -9,7 +9,7 @@ mod tampering;
 use assert_cmd::Command;
 use codrive::{
     record::{Manifest, Reader, Table},
-    sim::Scenario,
+    scenario::Scenario,
 };
 use std::{fs, os::unix::fs::PermissionsExt, path::Path};
 

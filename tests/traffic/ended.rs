@@ -178,12 +178,12 @@ fn a_trial_on_a_remote_sumo_that_is_gone_has_its_baseline_in_process() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let trial = folder.path().join("trial");
-    let scenario = codrive::sim::Scenario {
+    let scenario = codrive::scenario::Scenario {
         // A port at which nobody listens.
         traffic: format!("127.0.0.1:{}", TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()),
         duration_s: 2.0,
         warm_up_s: 0.0,
-        ..codrive::sim::Scenario::default()
+        ..codrive::scenario::Scenario::default()
     };
     let code = codrive::study::Code::new("P01").unwrap();
     let stop = std::sync::atomic::AtomicBool::new(false);

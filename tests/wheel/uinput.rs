@@ -4,7 +4,7 @@ use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, sprea
 use codrive::{
     input::{Action, Devices, ForceInput, RigEvent, Stamp, linux},
     live_drive::LiveDrive,
-    sim::Scenario,
+    scenario::Scenario,
     time::Pace,
 };
 use evdev::{

@@ -7,7 +7,7 @@ use crate::{
 };
 use codrive::{
     record::{Manifest, Reader, Table},
-    sim::Scenario,
+    scenario::Scenario,
     study::{
         Outcome,
         session::{FILE, Log, Note},

@@ -9,7 +9,8 @@ use crate::{
     drive_loop::evaluation_drive,
     file,
     policy::{self, Policy, PolicySettings},
-    sim::{Scenario, StartLayout, fields_of, settings_from_file, settings_with},
+    scenario::{Scenario, StartLayout},
+    settings::{self, fields_of},
     space::CAR_LENGTH_M,
     train::{EvaluationResult, TrainConfig, evaluate},
 };
@@ -97,10 +98,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return worker();
     }
     let base = match matches.get_one::<PathBuf>("config") {
-        Some(path) => TrainConfig { hold_max_s: 0.0, ..settings_from_file(path)? },
+        Some(path) => TrainConfig { hold_max_s: 0.0, ..settings::from_file(path)? },
         None => paper_ring(),
     };
-    let config: TrainConfig = settings_with(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
+    let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
     let plan = plan::Plan::new(matches, &config)?;
     for name in &plan.policies {
         policy::build(name, &plan.settings).map_err(|e| CliError::Input(e.to_string()))?;

@@ -6,7 +6,7 @@ use crate::{
     driver::{self, DriverError, NamedDriver},
     map::RoadMap,
     policy::{self, PolicySettings, Resolved},
-    sim::fields_of,
+    settings::{Settings, fields_of},
     train::TrainConfig,
 };
 use clap::ArgMatches;

@@ -6,7 +6,7 @@ use crate::{
     idm::IdmParams,
     map::{RoadMap, Route},
     policy::{self, Advice, Advisor, Observation, PolicySettings},
-    sim::Scenario,
+    scenario::Scenario,
     space::CAR_LENGTH_M,
     time::Tick,
 };

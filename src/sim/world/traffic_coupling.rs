@@ -5,7 +5,8 @@
 use crate::{
     ego::{Ego, Obstacle},
     map::{RoadMap, Route},
-    sim::{Scenario, StartLayout, snapshot::VehicleSnapshot},
+    scenario::{Scenario, StartLayout},
+    sim::snapshot::VehicleSnapshot,
     space::CAR_LENGTH_M,
     time::TICK_S,
     traffic::{

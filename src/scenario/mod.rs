@@ -1,8 +1,13 @@
 //! Everything that makes one drive. This struct **is** the command line, the scenario file and the panel: the doc
-//! comments below are the help and the tooltips, the ranges are the limits, written once ([`super::settings`] reads them).
+//! comments below are the help and the tooltips, the ranges are the limits, written once ([`crate::settings`] reads them).
 //! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
 
-use super::SoundLevels;
+pub mod colour;
+mod load;
+pub mod sound;
+
+pub use sound::SoundLevels;
+
 use crate::{idm::IdmParams, map::Route, units::SpeedUnit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -298,5 +303,50 @@ impl std::fmt::Display for QualityLevel {
             Self::Medium => "medium",
             Self::High => "high",
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::{Field, Kind};
+    use serde_json::Value;
+
+    #[test]
+    fn every_setting_has_a_doc_a_valid_default_and_limits() {
+        for field in Scenario::fields() {
+            assert!(!field.doc.is_empty(), "{} has no doc comment", field.path);
+            assert_eq!(field.fault(&field.default), None);
+            if let Kind::Number { min, max } = field.kind {
+                assert!(min > f64::MIN && max < f64::MAX, "{} has no limits", field.path);
+            }
+            if let Kind::Choice(words) = &field.kind {
+                assert!(words.len() >= 2, "{}: {words:?}", field.path);
+            }
+        }
+    }
+
+    #[test]
+    fn flags_of_the_contract_exist() {
+        let flags: Vec<String> = Scenario::fields().iter().map(Field::flag).collect();
+        for flag in ["map", "vehicles", "policy", "hold", "range", "units", "traffic", "seed", "duration", "idm.T"] {
+            assert!(flags.iter().any(|f| f == flag), "no --{flag} among {flags:?}");
+        }
+    }
+
+    #[test]
+    fn the_order_is_that_of_the_struct() {
+        let paths: Vec<String> = Scenario::fields().into_iter().map(|f| f.path).collect();
+        assert_eq!(paths[..3], ["map", "vehicles", "traffic"]);
+    }
+
+    #[test]
+    fn nan_and_out_of_range_are_faults() {
+        let list = Scenario::fields();
+        let hold = list.iter().find(|f| f.path == "hold_s").unwrap();
+        for bad in [Value::from(0.0), Value::from(-1.0), Value::from(f64::NAN), Value::from("1"), Value::Null] {
+            assert!(hold.fault(&bad).is_some(), "{bad}");
+        }
+        assert_eq!(hold.fault(&Value::from(2)), None, "a whole number is a number");
     }
 }

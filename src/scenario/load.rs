@@ -1,100 +1,36 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
-use super::{Field, Scenario, colour, settings::fields_of};
-use crate::{
-    file::{SETTINGS_BYTES, read_text},
-    toml_text::{self, Part},
-};
-use schemars::JsonSchema;
-use serde::{Serialize, de::DeserializeOwned};
+use super::{Scenario, colour};
+use crate::settings::{self, Field, Settings, SettingsError};
 use serde_json::Value;
 use std::path::Path;
 
-/// A mistake in what a person wrote; the message is complete.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct ScenarioError(pub String);
-
-/// A struct of settings that is read from a file and changed by flags.
-pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
-    /// What must hold between settings; each alone is within its limits already. The key at fault and what is allowed.
-    ///
-    /// # Errors
-    /// The settings do not go together.
-    fn check(&self) -> Result<(), (&'static str, String)>;
-}
-
-/// Reads settings from a file; those that it does not name keep their default.
-///
-/// # Errors
-/// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
-pub fn settings_from_file<T: Settings>(path: &Path) -> Result<T, ScenarioError> {
-    let text = read_text(path, SETTINGS_BYTES)
-        .map_err(|e| ScenarioError(format!("{}: cannot be read: {e}", path.display())))?;
-    settings_from_toml(&text, &path.display().to_string())
-}
-
-/// The same for text; `name` is what messages call it.
-pub fn settings_from_toml<T: Settings>(text: &str, name: &str) -> Result<T, ScenarioError> {
-    let settings: T = toml_text::parse(text, name).map_err(ScenarioError)?;
-    let json = serde_json::to_value(&settings).unwrap_or_default();
-    let wrong = |key: &str, fault: String| ScenarioError(toml_text::at(text, name, key, Part::Value, &fault));
-    for field in fields_of::<T>() {
-        if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
-            let former = field.formerly.as_deref().filter(|key| toml_text::has(text, key));
-            return Err(wrong(former.unwrap_or(&field.path), fault));
-        }
-    }
-    settings.check().map_err(|(key, fault)| wrong(key, fault))?;
-    Ok(settings)
-}
-
-/// These settings with some replaced, checked as a whole.
-///
-/// # Errors
-/// A value has the wrong type or is out of range, or the settings do not go together.
-pub fn settings_with<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, ScenarioError> {
-    settings_changed(base, changes).map_err(|(_, fault)| ScenarioError(fault))
-}
-
-/// The same, with the key at fault beside the message.
-///
-/// # Errors
-/// As [`settings_with`].
-pub fn settings_changed<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, (String, String)> {
-    let mut json = serde_json::to_value(base).unwrap_or_default();
-    for (field, value) in changes {
-        if let Some(fault) = field.fault(value) {
-            return Err((field.path.clone(), fault));
-        }
-        field.set(&mut json, value.clone());
-    }
-    let settings: T = serde_json::from_value(json).map_err(|e| (String::new(), e.to_string()))?;
-    settings.check().map_err(|(key, fault)| (key.to_owned(), fault))?;
-    Ok(settings)
-}
-
 impl Scenario {
+    /// All its settings, in the order of the struct.
+    pub fn fields() -> Vec<Field> {
+        settings::fields_of::<Self>()
+    }
+
     /// Reads a scenario file; settings that it does not name keep their default.
     ///
     /// # Errors
-    /// As [`settings_from_file`].
-    pub fn from_file(path: &Path) -> Result<Self, ScenarioError> {
-        settings_from_file(path)
+    /// As [`settings::from_file`].
+    pub fn from_file(path: &Path) -> Result<Self, SettingsError> {
+        settings::from_file(path)
     }
 
     /// The same for text; `name` is what messages call it.
-    pub fn from_toml(text: &str, name: &str) -> Result<Self, ScenarioError> {
-        settings_from_toml(text, name)
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, SettingsError> {
+        settings::from_toml(text, name)
     }
 
     /// This scenario with some settings replaced, checked as a whole.
     ///
     /// # Errors
-    /// As [`settings_with`].
-    pub fn with(&self, changes: &[(Field, Value)]) -> Result<Self, ScenarioError> {
-        settings_with(self, changes)
+    /// As [`settings::changed`].
+    pub fn with(&self, changes: &[(Field, Value)]) -> Result<Self, SettingsError> {
+        settings::changed(self, changes)
     }
 
     /// This scenario as a file that [`Scenario::from_file`] reads back.
@@ -135,10 +71,10 @@ impl Settings for Scenario {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::settings, *};
+    use super::*;
 
     fn fault(text: &str) -> String {
-        Scenario::from_toml(text, "trial.toml").unwrap_err().0
+        Scenario::from_toml(text, "trial.toml").unwrap_err().message
     }
 
     #[test]
@@ -234,12 +170,12 @@ mod tests {
 
     #[test]
     fn flags_replace_what_the_file_says() {
-        let list = settings();
+        let list = Scenario::fields();
         let field = |path: &str| list.iter().find(|f| f.path == path).unwrap().clone();
         let changed =
             Scenario::default().with(&[(field("idm.T"), 1.5.into()), (field("vehicles"), 20.into())]).unwrap();
         assert_eq!((changed.idm.t, changed.vehicles), (1.5, 20));
         let error = Scenario::default().with(&[(field("vehicles"), 5000.into())]).unwrap_err();
-        assert_eq!(error.0, "vehicles is 5000; allowed: a whole number from 2 to 1000");
+        assert_eq!(error.message, "vehicles is 5000; allowed: a whole number from 2 to 1000");
     }
 }

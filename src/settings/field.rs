@@ -1,7 +1,6 @@
-//! Settings as a list, read from the JSON Schema of [`Scenario`] (or of another such struct): doc, unit, limits, kind and
-//! default of each. The command line, the checks of files and the panel are all made from this list.
+//! Settings as a list, read from the JSON Schema of their struct: doc, unit, limits, kind and default of each. The command
+//! line, the checks of files and the panel are all made from this list.
 
-use super::Scenario;
 use serde_json::Value;
 
 /// One setting.
@@ -17,7 +16,7 @@ pub struct Field {
     pub unit: String,
     /// What it can hold.
     pub kind: Kind,
-    /// Value of [`Scenario::default`].
+    /// Value in the struct's own default.
     pub default: Value,
 }
 
@@ -81,13 +80,13 @@ impl Field {
     }
 
     /// The setting's value in a struct written as JSON.
-    pub fn get<'a>(&self, scenario: &'a Value) -> Option<&'a Value> {
-        self.path.split('.').try_fold(scenario, |value, key| value.get(key))
+    pub fn get<'a>(&self, settings: &'a Value) -> Option<&'a Value> {
+        self.path.split('.').try_fold(settings, |value, key| value.get(key))
     }
 
     /// Puts a value into a struct written as JSON; tables that are missing are made.
-    pub fn set(&self, scenario: &mut Value, value: Value) {
-        let mut place = scenario;
+    pub fn set(&self, settings: &mut Value, value: Value) {
+        let mut place = settings;
         for key in self.path.split('.') {
             place = &mut place[key];
         }
@@ -113,11 +112,6 @@ fn flag_of(path: &str) -> String {
     let bare =
         ["_mph", "_mps", "_mps2", "_s", "_m", "_h", "_km", "_deg"].iter().find_map(|unit| path.strip_suffix(unit));
     bare.unwrap_or(path).replace('_', "-")
-}
-
-/// All settings of a scenario, in the order of the struct.
-pub fn settings() -> Vec<Field> {
-    fields_of::<Scenario>()
 }
 
 /// All settings of such a struct, in its order.
@@ -170,48 +164,5 @@ fn kind(property: &Value) -> Kind {
         _ if property["oneOf"].is_array() => Kind::Choice(words(&property["oneOf"], Some("const"))),
         _ if property["enum"].is_array() => Kind::Choice(words(&property["enum"], None)),
         _ => Kind::Text,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_setting_has_a_doc_a_valid_default_and_limits() {
-        for field in settings() {
-            assert!(!field.doc.is_empty(), "{} has no doc comment", field.path);
-            assert_eq!(field.fault(&field.default), None);
-            if let Kind::Number { min, max } = field.kind {
-                assert!(min > f64::MIN && max < f64::MAX, "{} has no limits", field.path);
-            }
-            if let Kind::Choice(words) = &field.kind {
-                assert!(words.len() >= 2, "{}: {words:?}", field.path);
-            }
-        }
-    }
-
-    #[test]
-    fn flags_of_the_contract_exist() {
-        let flags: Vec<String> = settings().iter().map(Field::flag).collect();
-        for flag in ["map", "vehicles", "policy", "hold", "range", "units", "traffic", "seed", "duration", "idm.T"] {
-            assert!(flags.iter().any(|f| f == flag), "no --{flag} among {flags:?}");
-        }
-    }
-
-    #[test]
-    fn the_order_is_that_of_the_struct() {
-        let paths: Vec<String> = settings().into_iter().map(|f| f.path).collect();
-        assert_eq!(paths[..3], ["map", "vehicles", "traffic"]);
-    }
-
-    #[test]
-    fn nan_and_out_of_range_are_faults() {
-        let list = settings();
-        let hold = list.iter().find(|f| f.path == "hold_s").unwrap();
-        for bad in [Value::from(0.0), Value::from(-1.0), Value::from(f64::NAN), Value::from("1"), Value::Null] {
-            assert!(hold.fault(&bad).is_some(), "{bad}");
-        }
-        assert_eq!(hold.fault(&Value::from(2)), None, "a whole number is a number");
     }
 }

@@ -1,0 +1,86 @@
+//! Structs of settings that are a file, flags and widgets at once. In: such a struct with its doc comments and limits, TOML text,
+//! and `(field, value)` pairs of flags or widgets. Out: the list of its [`Field`]s; the struct, checked, or a message that names
+//! file, line, column, value and what is allowed.
+
+mod field;
+
+pub use field::{Field, Kind, fields_of};
+
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    toml_text::{self, Part},
+};
+use schemars::JsonSchema;
+use serde::{Serialize, de::DeserializeOwned};
+use serde_json::Value;
+use std::path::Path;
+
+/// A mistake in what a person wrote; the message is complete.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{message}")]
+pub struct SettingsError {
+    /// The setting at fault; empty where it is the text as a whole.
+    pub key: String,
+    /// File, line and column where there is a file; the value; what is allowed.
+    pub message: String,
+}
+
+/// A struct of settings that is read from a file and changed by flags.
+pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
+    /// What must hold between settings; each alone is within its limits already. The key at fault and what is allowed.
+    ///
+    /// # Errors
+    /// The settings do not go together.
+    fn check(&self) -> Result<(), (&'static str, String)>;
+}
+
+/// Reads settings from a file; those that it does not name keep their default.
+///
+/// # Errors
+/// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
+pub fn from_file<T: Settings>(path: &Path) -> Result<T, SettingsError> {
+    let text = read_text(path, SETTINGS_BYTES).map_err(|e| SettingsError {
+        key: String::new(),
+        message: format!("{}: cannot be read: {e}", path.display()),
+    })?;
+    from_toml(&text, &path.display().to_string())
+}
+
+/// The same for text; `name` is what messages call it.
+///
+/// # Errors
+/// As [`from_file`].
+pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError> {
+    let settings: T = toml_text::parse(text, name).map_err(|message| SettingsError { key: String::new(), message })?;
+    let json = serde_json::to_value(&settings).unwrap_or_default();
+    let wrong = |key: &str, fault: String| SettingsError {
+        key: key.to_owned(),
+        message: toml_text::at(text, name, key, Part::Value, &fault),
+    };
+    for field in fields_of::<T>() {
+        if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
+            let former = field.formerly.as_deref().filter(|key| toml_text::has(text, key));
+            return Err(wrong(former.unwrap_or(&field.path), fault));
+        }
+    }
+    settings.check().map_err(|(key, fault)| wrong(key, fault))?;
+    Ok(settings)
+}
+
+/// These settings with some replaced, checked as a whole.
+///
+/// # Errors
+/// A value has the wrong type or is out of range, or the settings do not go together.
+pub fn changed<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, SettingsError> {
+    let mut json = serde_json::to_value(base).unwrap_or_default();
+    for (field, value) in changes {
+        if let Some(message) = field.fault(value) {
+            return Err(SettingsError { key: field.path.clone(), message });
+        }
+        field.set(&mut json, value.clone());
+    }
+    let settings: T = serde_json::from_value(json)
+        .map_err(|error| SettingsError { key: String::new(), message: error.to_string() })?;
+    settings.check().map_err(|(key, message)| SettingsError { key: key.to_owned(), message })?;
+    Ok(settings)
+}
