@@ -6,8 +6,7 @@ use super::{codrive, said};
 use codrive::{
     driver::named,
     record::{Manifest, inputs},
-    replay,
-    sim::settings_from_file,
+    replay, settings,
     study::Study,
     train::{EvaluationResult, TrainConfig},
 };
@@ -69,7 +68,7 @@ fn walk(folder: &Path) -> Vec<String> {
 
 #[test]
 fn a_training_of_2026_has_the_driver_that_it_names_and_its_flags_are_taken() {
-    let config: TrainConfig = settings_from_file(&earlier("train.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let config: TrainConfig = settings::from_file(&earlier("train.toml")).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((config.speed_bias_mps, config.deadband_mps), (0.3, 0.1));
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("judged");
