@@ -1,4 +1,4 @@
-// A picture on a target: where it goes, what is read. Shared by `develop.wgsl` and `soften.wgsl`.
+// A picture on a target: where it goes, what is read. Shared by `tonemap.wgsl` and `soften.wgsl`.
 
 struct Print {
     // width, height in pixels
@@ -8,7 +8,7 @@ struct Print {
     corner: f32,
     exposure: f32,
     soften: f32,
-    glow: f32,
+    bloom: f32,
     // A mirror: tangents of half its angles, the eye's distance over the glass's radius, share of the picture that a flat
     // glass would show.
     lens: vec4f,

@@ -77,7 +77,7 @@ pub fn require() -> Result<(), String> {
 }
 
 fn find() -> Result<PathBuf, String> {
-    let here = Here { program: env::current_exe().ok(), folder: env::current_dir().ok() };
+    let here = ProgramPlace { program: env::current_exe().ok(), folder: env::current_dir().ok() };
     let variable = |name: &str| env::var_os(name);
     candidates(&variable, &here).into_iter().find(|folder| holds_data(folder)).map_or_else(|| unpacked(&variable), Ok)
 }
@@ -87,24 +87,24 @@ fn holds_data(folder: &Path) -> bool {
 }
 
 /// Where the program is, and from where it was called.
-struct Here {
+struct ProgramPlace {
     program: Option<PathBuf>,
     folder: Option<PathBuf>,
 }
 
-type Variable<'a> = &'a dyn Fn(&str) -> Option<OsString>;
+type EnvironmentLookup<'a> = &'a dyn Fn(&str) -> Option<OsString>;
 
-fn set(variable: Variable<'_>, name: &str) -> Option<PathBuf> {
+fn set(variable: EnvironmentLookup<'_>, name: &str) -> Option<PathBuf> {
     variable(name).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
 /// `CODRIVE_DATA`, or what it was called before.
-fn named(variable: Variable<'_>) -> Option<(&'static str, PathBuf)> {
+fn named(variable: EnvironmentLookup<'_>) -> Option<(&'static str, PathBuf)> {
     ["CODRIVE_DATA", "CODRIVE_ROOT"].into_iter().find_map(|name| Some((name, set(variable, name)?)))
 }
 
 /// All places in their order, those that are not there too.
-fn candidates(variable: Variable<'_>, here: &Here) -> Vec<PathBuf> {
+fn candidates(variable: EnvironmentLookup<'_>, here: &ProgramPlace) -> Vec<PathBuf> {
     let mut list: Vec<PathBuf> = named(variable).into_iter().map(|(_, folder)| folder).collect();
     let beside = here.program.as_deref().and_then(Path::parent);
     list.extend(beside.map(Path::to_path_buf));
@@ -123,13 +123,13 @@ pub fn user() -> Option<PathBuf> {
     user_by(&|name| env::var_os(name))
 }
 
-fn user_by(variable: Variable<'_>) -> Option<PathBuf> {
+fn user_by(variable: EnvironmentLookup<'_>) -> Option<PathBuf> {
     let data = set(variable, "XDG_DATA_HOME").or_else(|| set(variable, "APPDATA"));
     Some(data.or_else(|| Some(set(variable, "HOME")?.join(".local/share")))?.join("codrive"))
 }
 
 /// The embedded files in the user's cache, else in the folder for temporary files; written once a version.
-fn unpacked(variable: Variable<'_>) -> Result<PathBuf, String> {
+fn unpacked(variable: EnvironmentLookup<'_>) -> Result<PathBuf, String> {
     let name = format!("data-{}", hash());
     let cache = set(variable, "XDG_CACHE_HOME").or_else(|| Some(set(variable, "HOME")?.join(".cache")));
     let places: Vec<PathBuf> = cache.into_iter().map(|cache| cache.join("codrive")).chain([temporary()]).collect();
@@ -219,7 +219,7 @@ mod tests {
 
     fn places(set: &[(&str, &str)], program: &str, folder: &str) -> Vec<String> {
         let variable = |name: &str| set.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value));
-        let here = Here { program: Some(program.into()), folder: Some(folder.into()) };
+        let here = ProgramPlace { program: Some(program.into()), folder: Some(folder.into()) };
         candidates(&variable, &here).into_iter().map(|place| place.to_string_lossy().into_owned()).collect()
     }
 

@@ -22,7 +22,7 @@
 //! A module names only modules of lower rows (`tests/layers.rs` walks `src/` and fails otherwise):
 //! ```text
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
-//! controls  chart  file        / the car-following model / pedals, wheel, selector / figures as SVG and PNG / files read
+//! controls  plot  file         / the car-following model / pedals, wheel, selector / figures as SVG and PNG / files read
 //! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
 //!                              alone / mistakes in TOML
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets
@@ -46,7 +46,7 @@
 //! ```
 //! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs and evdev; nothing but
 //! `traffic::sumo` knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
-//! Arrow and Parquet; nothing but `chart` knows resvg and skrifa (and of egui the fonts); nothing but `audio` knows
+//! Arrow and Parquet; nothing but `plot` knows resvg and skrifa (and of egui the fonts); nothing but `audio` knows
 //! cpal, fundsp and hound.
 //!
 //! # Conventions
@@ -60,7 +60,6 @@
 pub mod analysis;
 pub mod audio;
 pub mod bench;
-pub mod chart;
 pub mod cli;
 pub mod controls;
 pub mod data_folders;
@@ -78,6 +77,7 @@ pub mod input;
 pub mod live_drive;
 pub mod map;
 pub mod panel;
+pub mod plot;
 pub mod policy;
 pub mod private;
 pub mod record;

@@ -46,7 +46,7 @@ pub enum Pace {
 
 /// What one frame has to simulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Due {
+pub struct DueTicks {
     /// Whole ticks to run now.
     pub ticks: u64,
     /// Time that was given up because the frame came too late; zero in a drive without stalls.
@@ -88,8 +88,8 @@ impl Clock {
     }
 
     /// One frame has passed, `elapsed` after the last. Only [`Pace::RealTime`] looks at `elapsed`.
-    pub fn advance(&mut self, elapsed: Duration) -> Due {
-        let mut due = Due { ticks: std::mem::take(&mut self.extra_ticks), dropped: Duration::ZERO };
+    pub fn advance(&mut self, elapsed: Duration) -> DueTicks {
+        let mut due = DueTicks { ticks: std::mem::take(&mut self.extra_ticks), dropped: Duration::ZERO };
         match self.pace {
             Pace::Paused => {}
             Pace::FullSpeed => due.ticks += MAX_TICKS_PER_FRAME,
@@ -182,7 +182,7 @@ mod tests {
         assert_eq!(clock.advance(Duration::from_secs(5)).ticks, 0);
         clock.single_step(1);
         assert_eq!(clock.advance(Duration::from_secs(5)).ticks, 1);
-        assert_eq!(clock.advance(Duration::from_secs(5)), Due::default());
+        assert_eq!(clock.advance(Duration::from_secs(5)), DueTicks::default());
         assert_eq!(clock.dropped(), Duration::ZERO);
     }
 

@@ -10,7 +10,7 @@ const LISTED_KEYS: usize = 12;
 
 /// What of a key a mistake is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum KeyPart {
     /// Its name.
     Key,
     /// What it is set to.
@@ -27,13 +27,13 @@ pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, String> {
 
 /// `message` with file, line and column of a key or of its value and a mark under it. Keys in tables are joined by dots,
 /// entries of a list are numbers from 0; what is not in the file is marked at what holds it.
-pub fn at(text: &str, name: &str, key: &str, part: Part, message: &str) -> String {
+pub fn at(text: &str, name: &str, key: &str, part: KeyPart, message: &str) -> String {
     located(text, name, span_of(text, key, part).0, message)
 }
 
 /// True if a key stands in the text; its path as in [`at`].
 pub fn has(text: &str, key: &str) -> bool {
-    span_of(text, key, Part::Key).1
+    span_of(text, key, KeyPart::Key).1
 }
 
 /// What is said of a key that does not exist: the nearest that does, and which there are.
@@ -88,7 +88,7 @@ pub fn in_words(message: &str) -> String {
 }
 
 /// Where a key or its value stands in the text, and that it does; else where what holds it stands.
-fn span_of(text: &str, path: &str, part: Part) -> (Range<usize>, bool) {
+fn span_of(text: &str, path: &str, part: KeyPart) -> (Range<usize>, bool) {
     let Ok(document) = DeTable::parse(text) else { return (0..0, false) };
     let mut span = 0..0;
     let mut table = Some(document.get_ref());
@@ -97,7 +97,7 @@ fn span_of(text: &str, path: &str, part: Part) -> (Range<usize>, bool) {
         let entry = table.and_then(|table| table.get_key_value(name)).map(|(key, value)| (key.span(), value));
         let item = |list: &'_ toml::de::DeArray<'_>| name.parse::<usize>().ok().filter(|i| *i < list.len());
         let found = match (entry, list) {
-            (Some((key, value)), _) => Some((if part == Part::Key { key } else { value.span() }, value)),
+            (Some((key, value)), _) => Some((if part == KeyPart::Key { key } else { value.span() }, value)),
             (None, Some(list)) => item(list).map(|i| (list[i].span(), &list[i])),
             (None, None) => None,
         };
@@ -138,20 +138,20 @@ mod tests {
     #[test]
     fn a_mark_stands_under_the_key_or_under_the_value() {
         let place = |key, part| at(TEXT, "a.toml", key, part, "wrong");
-        assert_eq!(place("idm.T", Part::Value), "a.toml:3:7: wrong\n  3 |   T = 1.5\n    |       ^^^");
-        assert_eq!(place("idm.T", Part::Key), "a.toml:3:3: wrong\n  3 |   T = 1.5\n    |   ^");
+        assert_eq!(place("idm.T", KeyPart::Value), "a.toml:3:7: wrong\n  3 |   T = 1.5\n    |       ^^^");
+        assert_eq!(place("idm.T", KeyPart::Key), "a.toml:3:3: wrong\n  3 |   T = 1.5\n    |   ^");
         let set = "  7 |  set = { hold_sec = 2, policy = \"x\" }\n    |          ";
-        assert_eq!(place("segment.1.set.hold_sec", Part::Key), format!("a.toml:7:10: wrong\n{set}^^^^^^^^"));
-        let policy = place("segment.1.set.policy", Part::Value);
+        assert_eq!(place("segment.1.set.hold_sec", KeyPart::Key), format!("a.toml:7:10: wrong\n{set}^^^^^^^^"));
+        let policy = place("segment.1.set.policy", KeyPart::Value);
         assert!(policy.starts_with("a.toml:7:33: wrong") && policy.ends_with(" ^^^"), "{policy}");
     }
 
     #[test]
     fn what_is_not_in_the_text_is_marked_at_what_holds_it() {
-        assert!(at(TEXT, "a", "segment.1.name", Part::Value, "m").starts_with("a:6:1: m"));
-        assert!(at(TEXT, "a", "segment.7.name", Part::Value, "m").starts_with("a:4:1: m"));
-        assert!(at(TEXT, "a", "nothing", Part::Key, "m").starts_with("a:1:1: m"));
-        assert!(at("no = = toml", "a", "no", Part::Key, "m").starts_with("a:1:1: m"));
+        assert!(at(TEXT, "a", "segment.1.name", KeyPart::Value, "m").starts_with("a:6:1: m"));
+        assert!(at(TEXT, "a", "segment.7.name", KeyPart::Value, "m").starts_with("a:4:1: m"));
+        assert!(at(TEXT, "a", "nothing", KeyPart::Key, "m").starts_with("a:1:1: m"));
+        assert!(at("no = = toml", "a", "no", KeyPart::Key, "m").starts_with("a:1:1: m"));
         assert!(has(TEXT, "idm.T") && has(TEXT, "title") && has(TEXT, "idm"));
         assert!(!has(TEXT, "idm.a") && !has(TEXT, "title.x") && !has("= =", "title"));
     }

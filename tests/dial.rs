@@ -1,11 +1,11 @@
 //! The speedometer by its pixels: what a participant reads is what the simulation says.
 
 use codrive::{
-    hud::{Dial, Palette, Rgb},
+    hud::{DialView, Palette, Rgb},
     render::{
         Gpu, OFFSCREEN,
         dial::{DialPass, DialPlace, layout},
-        post::ui_pass::{Overlay, UiPass},
+        post::ui_pass::{OverlayTarget, UiPass},
     },
     units::SpeedUnit,
 };
@@ -24,12 +24,12 @@ struct Picture {
 
 const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
-fn draw(dial: &Dial, palette: Palette, side: u32) -> Picture {
+fn draw(dial: &DialView, palette: Palette, side: u32) -> Picture {
     draw_all(Some(dial), None, palette, side)
 }
 
 /// The dial, or none, and the square for a photodiode, or none.
-fn draw_all(dial: Option<&Dial>, patch: Option<bool>, palette: Palette, side: u32) -> Picture {
+fn draw_all(dial: Option<&DialView>, patch: Option<bool>, palette: Palette, side: u32) -> Picture {
     let Gpu { device, queue, .. } = headless();
     let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -56,7 +56,7 @@ fn draw_all(dial: Option<&Dial>, patch: Option<bool>, palette: Palette, side: u3
     let mut pass = DialPass::new(device, FORMAT);
     pass.place = DialPlace { across: 0.5, diameter_share: 1.0, margin_share: 0.0 };
     pass.palette = palette;
-    pass.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size: [side, side] }, dial, patch);
+    pass.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [side, side] }, dial, patch);
 
     let bytes_per_row = (side * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -165,11 +165,11 @@ const NEEDLE_RING: (f32, f32) = (0.70, layout::NEEDLE.1 + 0.015);
 const LINE_RING: (f32, f32) = (layout::TARGET.0 - 0.005, layout::BAND.0 + 0.01);
 
 /// A dial for the 250 m ring, as its scenarios show it.
-fn ring_dial(speed_mps: f64, advice: Option<(f64, f64, f64)>) -> Dial {
-    Dial::new(speed_mps, advice, SpeedUnit::Mph, Dial::scale_for(9.6, SpeedUnit::Mph), false)
+fn ring_dial(speed_mps: f64, advice: Option<(f64, f64, f64)>) -> DialView {
+    DialView::new(speed_mps, advice, SpeedUnit::Mph, DialView::scale_for(9.6, SpeedUnit::Mph), false)
 }
 
-fn hc22(dial: &Dial) -> Picture {
+fn hc22(dial: &DialView) -> Picture {
     draw(dial, Palette::HC22, SIDE)
 }
 
@@ -285,8 +285,8 @@ fn without_advice_there_is_no_red_and_no_green() {
 #[test]
 fn one_speed_stands_at_its_own_number_in_mph_and_in_kmh() {
     for unit in [SpeedUnit::Mph, SpeedUnit::Kmh] {
-        let scale = Dial::scale_for(17.88, unit);
-        let dial = Dial::new(10.0, Some((12.0, 11.0, 13.0)), unit, scale, false);
+        let scale = DialView::scale_for(17.88, unit);
+        let dial = DialView::new(10.0, Some((12.0, 11.0, 13.0)), unit, scale, false);
         assert_eq!(dial.number, if unit == SpeedUnit::Mph { 22 } else { 36 });
         let picture = hc22(&dial);
         let degrees = |speed_mps: f64| -135.0 + 270.0 * unit.from_mps(speed_mps) / scale.full;
@@ -301,8 +301,9 @@ fn one_speed_stands_at_its_own_number_in_mph_and_in_kmh() {
 
 #[test]
 fn reverse_shows_an_r() {
-    let scale = Dial::scale_for(9.6, SpeedUnit::Mph);
-    let [forwards, reverse] = [false, true].map(|reverse| hc22(&Dial::new(-1.0, None, SpeedUnit::Mph, scale, reverse)));
+    let scale = DialView::scale_for(9.6, SpeedUnit::Mph);
+    let [forwards, reverse] =
+        [false, true].map(|reverse| hc22(&DialView::new(-1.0, None, SpeedUnit::Mph, scale, reverse)));
     assert_eq!(forwards.count(Palette::HC22.reverse), 0);
     assert!(reverse.count(Palette::HC22.reverse) > 30);
 }
@@ -353,7 +354,7 @@ fn a_texture_that_egui_drops_lives_until_its_last_frame_is_submitted() {
             }
         });
         let mut encoder = device.create_command_encoder(&Default::default());
-        pass.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size: [64, 64] }, &ctx, output);
+        pass.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [64, 64] }, &ctx, output);
         queue.submit([encoder.finish()]);
     }
 }
@@ -361,19 +362,19 @@ fn a_texture_that_egui_drops_lives_until_its_last_frame_is_submitted() {
 #[test]
 fn a_gallery_for_the_eye() {
     let mph = |speed: f64| SpeedUnit::Mph.to_mps(speed);
-    let successor = Dial::scale_for(17.88, SpeedUnit::Mph);
-    let metric = Dial::scale_for(17.88, SpeedUnit::Kmh);
-    let road = Dial::scale_for(45.0, SpeedUnit::Mph);
+    let successor = DialView::scale_for(17.88, SpeedUnit::Mph);
+    let metric = DialView::scale_for(17.88, SpeedUnit::Kmh);
+    let road = DialView::scale_for(45.0, SpeedUnit::Mph);
     let dials = [
         ("ring", ring_dial(4.5, Some((4.362, 3.9, 4.85))), Palette::HC22),
         (
             "hc22",
-            Dial::new(2.0, Some((mph(17.0), mph(12.0), mph(22.0))), SpeedUnit::Mph, successor, false),
+            DialView::new(2.0, Some((mph(17.0), mph(12.0), mph(22.0))), SpeedUnit::Mph, successor, false),
             Palette::HC22,
         ),
-        ("kmh", Dial::new(8.9, Some((8.7, 7.9, 9.5)), SpeedUnit::Kmh, metric, false), Palette::COLOUR_BLIND_SAFE),
-        ("reverse", Dial::new(-1.2, None, SpeedUnit::Kmh, metric, true), Palette::HC22),
-        ("road", Dial::new(55.0, None, SpeedUnit::Mph, road, false), Palette::HC22),
+        ("kmh", DialView::new(8.9, Some((8.7, 7.9, 9.5)), SpeedUnit::Kmh, metric, false), Palette::COLOUR_BLIND_SAFE),
+        ("reverse", DialView::new(-1.2, None, SpeedUnit::Kmh, metric, true), Palette::HC22),
+        ("road", DialView::new(55.0, None, SpeedUnit::Mph, road, false), Palette::HC22),
     ];
     for (name, dial, palette) in dials {
         for side in [SIDE, 720] {

@@ -4,8 +4,8 @@
 use codrive::{
     controls::Controls,
     driver::{DriverParams, PRESETS, Perception, SeenLeader, SimulatedDriver, preset},
-    ego::{CarParams, Ego, EgoState, Everywhere, Obstacle, Surface},
-    map::{Lane, Route},
+    ego::{CarParams, EgoCar, EgoState, GroundSurface, Obstacle, UniformGround},
+    map::{Route, RouteLane},
     policy::{Action, Advice},
     space::{CAR_LENGTH_M, Pose},
     time::{TICK_S, Tick},
@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 fn closed(shape: Vec<DVec2>) -> Route {
     let length_m = shape.windows(2).map(|p| p[0].distance(p[1])).sum();
     let (id, edge) = ("e0_0".to_owned(), "e0".to_owned());
-    Route::new(vec![Lane { id, edge, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
+    Route::new(vec![RouteLane { id, edge, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
 }
 
 /// A ring of radius `r`, a point every 2.5 m as SUMO's nets have them.
@@ -67,7 +67,7 @@ impl OfflineDrive<'_> {
         let start_s = 10.0;
         let start = self.route.pose_of_front(start_s, CAR_LENGTH_M);
         let cars = usize::from(self.leader.is_some());
-        let mut ego = Ego::new(&car, start, self.start_speed_mps, cars).unwrap();
+        let mut ego = EgoCar::new(&car, start, self.start_speed_mps, cars).unwrap();
         let mut driver = SimulatedDriver::new(&self.params, &car, self.seed).unwrap();
         let mut s_m = start_s;
         let leader_at = |t: f64| self.leader.map(|leader| leader(t));
@@ -97,7 +97,7 @@ impl OfflineDrive<'_> {
                     .map(|(s, speed_mps)| Obstacle { pose: self.route.pose_of_front(s, CAR_LENGTH_M), speed_mps })
                     .into_iter()
                     .collect();
-                let contact = !ego.tick(&controls, &Everywhere(Surface::Asphalt), &obstacles).is_empty();
+                let contact = !ego.tick(&controls, &UniformGround(GroundSurface::Asphalt), &obstacles).is_empty();
                 let state = *ego.state();
                 let offset_m = self.route.project(state.position.truncate(), Some(s_m)).offset_m;
                 Seen { controls, state, offset_m, gap_m: leader.map_or(f64::INFINITY, gap_m), contact }
@@ -273,7 +273,7 @@ fn without_advice_the_model_drives_and_slows_for_bends() {
 fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
     let mut car = CarParams::default();
     car.gearbox.creep = false;
-    let mut ego = Ego::new(&car, Pose::default(), 0.0, 0).unwrap();
+    let mut ego = EgoCar::new(&car, Pose::default(), 0.0, 0).unwrap();
     let mut driver = SimulatedDriver::new(&preset("perfect").unwrap(), &car, 1).unwrap();
     let advice = |target_mps| Advice {
         issued: Tick(0),
@@ -288,7 +288,7 @@ fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
             let speed_mps = ego.state().speed_mps;
             let now =
                 Perception { speed_mps, advice: Some(advice(target)), speed_limit_mps: 30.0, ..Perception::default() };
-            ego.tick(&driver.controls(&now), &Everywhere(Surface::Asphalt), &[]);
+            ego.tick(&driver.controls(&now), &UniformGround(GroundSurface::Asphalt), &[]);
         }
         assert!((ego.state().speed_mps - target).abs() < 0.1, "{} instead of {target}", ego.state().speed_mps);
     }

@@ -3,18 +3,18 @@
 
 use codrive::{
     controls::{Controls, STEERING_RATIO, Selector},
-    ego::{CarParams, Contact, Ego, EgoState, Everywhere, Obstacle, Surface},
+    ego::{CarParams, Contact, EgoCar, EgoState, GroundSurface, Obstacle, UniformGround},
     rng,
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
 };
 use glam::{DVec2, EulerRot, dvec2};
 
-const ROAD: Everywhere = Everywhere(Surface::Asphalt);
-const MEADOW: Everywhere = Everywhere(Surface::Grass);
+const ROAD: UniformGround = UniformGround(GroundSurface::Asphalt);
+const MEADOW: UniformGround = UniformGround(GroundSurface::Grass);
 
-fn car(speed_mps: f64) -> Ego {
-    Ego::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap()
+fn car(speed_mps: f64) -> EgoCar {
+    EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap()
 }
 
 fn throttle(throttle: f32) -> Controls {
@@ -30,11 +30,11 @@ fn gear(selector: Selector) -> Controls {
 }
 
 /// Runs `seconds` on asphalt and returns every state.
-fn drive(ego: &mut Ego, controls: Controls, seconds: f64) -> Vec<EgoState> {
+fn drive(ego: &mut EgoCar, controls: Controls, seconds: f64) -> Vec<EgoState> {
     drive_on(ego, controls, seconds, &ROAD)
 }
 
-fn drive_on(ego: &mut Ego, controls: Controls, seconds: f64, ground: &Everywhere) -> Vec<EgoState> {
+fn drive_on(ego: &mut EgoCar, controls: Controls, seconds: f64, ground: &UniformGround) -> Vec<EgoState> {
     let ticks = (seconds / TICK_S).round() as usize;
     let tick = |_| {
         ego.tick(&controls, ground, &[]);
@@ -212,7 +212,7 @@ fn without_a_pedal_it_creeps_at_walking_pace_unless_told_not_to() {
     assert!(states.windows(2).all(|w| w[1].speed_mps > w[0].speed_mps - 0.002), "creeping is smooth");
     let mut params = CarParams::default();
     params.gearbox.creep = false;
-    let mut ego = Ego::new(&params, Pose::default(), 0.0, 0).unwrap();
+    let mut ego = EgoCar::new(&params, Pose::default(), 0.0, 0).unwrap();
     let moved = drive(&mut ego, throttle(0.0), 20.0).last().unwrap().position.length();
     assert!(moved < 0.001, "{moved}");
     // And it still drives.
@@ -284,7 +284,7 @@ fn grass_is_slow_and_slippery() {
     assert!(way_m > 15.0, "{way_m}");
     let coast = drive_on(&mut car(20.0), throttle(0.0), 2.0, &MEADOW).last().unwrap().speed_mps;
     assert!(coast < 17.0, "{coast}");
-    assert!(states.iter().all(|s| s.wheels.iter().all(|w| w.surface == Surface::Grass)));
+    assert!(states.iter().all(|s| s.wheels.iter().all(|w| w.surface == GroundSurface::Grass)));
 }
 
 #[test]
@@ -347,8 +347,8 @@ fn the_prediction_meets_the_future() {
 }
 
 /// A car standing across the way at 30 m, its side or tail turned by `yaw_rad`.
-fn run_into(speed_mps: f64, yaw_rad: f64) -> (Ego, Vec<(usize, Contact)>) {
-    let mut ego = Ego::new(&CarParams::default(), Pose::default(), speed_mps, 1).unwrap();
+fn run_into(speed_mps: f64, yaw_rad: f64) -> (EgoCar, Vec<(usize, Contact)>) {
+    let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 1).unwrap();
     let obstacle = [Obstacle { pose: Pose::new(dvec2(30.0, 0.2), yaw_rad), speed_mps: 0.0 }];
     let mut contacts = Vec::new();
     for i in 0..800 {
@@ -381,7 +381,7 @@ fn it_cannot_pass_through_a_standing_car() {
 #[test]
 fn a_car_that_drives_into_it_pushes_it() {
     for speed in [2.0, 15.0, 30.0] {
-        let mut ego = Ego::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
+        let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
         let mut first = None;
         let mut fastest = 0.0f32;
         for i in 0..2500 {
@@ -400,7 +400,7 @@ fn a_car_that_drives_into_it_pushes_it() {
 
 #[test]
 fn a_car_that_appears_on_top_of_it_does_no_harm() {
-    let mut ego = Ego::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
+    let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
     for i in 0..500 {
         let x = if i < 50 { 400.0 } else { 3.0 };
         let jumper = [Obstacle { pose: Pose::new(dvec2(x, 0.0), 0.0), speed_mps: 0.0 }];
@@ -417,7 +417,7 @@ fn a_car_that_appears_on_top_of_it_does_no_harm() {
 #[test]
 fn a_car_that_turns_past_west_pushes_no_harder() {
     for heading in [0.0, std::f64::consts::PI] {
-        let mut ego = Ego::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
+        let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
         for i in 0..200 {
             let pose = Pose::new(dvec2(5.1, 0.0), heading - 0.2 + 0.002 * f64::from(i));
             ego.tick(&brake(0.5), &ROAD, &[Obstacle { pose, speed_mps: 0.0 }]);
@@ -430,7 +430,7 @@ fn a_car_that_turns_past_west_pushes_no_harder() {
 fn random_drive(seed: u64, ticks: usize, start: DVec2) -> Vec<EgoState> {
     let mut draw = rng::stream(seed, "fuzz");
     let speed = draw.uniform(0.0, 40.0);
-    let mut ego = Ego::new(&CarParams::default(), Pose::new(start, 0.3), speed, 1).unwrap();
+    let mut ego = EgoCar::new(&CarParams::default(), Pose::new(start, 0.3), speed, 1).unwrap();
     let mut controls = Controls::default();
     let mut states = Vec::with_capacity(ticks);
     for i in 0..ticks {

@@ -1,7 +1,7 @@
 //! What `codrive replay` draws of a recording: one picture, all of them, a video, a video with sound. In ffmpeg's place stands
 //! a script that keeps what it is given: its arguments, and how many bytes of pictures.
 
-use codrive::record::{Reader, Table};
+use codrive::record::{Table, TableReader};
 use std::{
     fs,
     os::unix::fs::PermissionsExt,
@@ -155,7 +155,7 @@ fn the_least_gap_of_the_summary_is_that_of_the_table() {
     let place = Place::recorded();
     let summary = fs::read_to_string(place.path("drive/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let gaps = Reader::parquet(&Table::Ego.parquet(Path::new(&place.path("drive")))).unwrap().numbers("gap_m");
+    let gaps = TableReader::parquet(&Table::Ego.parquet(Path::new(&place.path("drive")))).unwrap().numbers("gap_m");
     let least = gaps.into_iter().flatten().fold(f64::INFINITY, f64::min);
     assert!(least.is_finite());
     assert_eq!(summary["min_gap_m"].as_f64(), Some(least));

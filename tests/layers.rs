@@ -9,7 +9,7 @@ use std::{
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 15] = [
-    &["space", "time", "units", "rng", "idm", "controls", "chart", "file", "foreign", "private", "toml_text"],
+    &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text"],
     &["data_folders", "settings"],
     &["map"],
     &["ego", "policy"],
@@ -30,9 +30,9 @@ const ROWS: [&[&str]; 15] = [
 const ROOMS: [(&str, &[&str]); 15] = [
     ("wgpu", &["render", "desktop", "replay", "bench", "cli"]),
     ("winit", &["desktop", "drive_window", "session", "replay"]),
-    ("egui", &["render", "panel", "desktop", "drive_window", "session", "replay", "chart"]),
-    ("resvg", &["chart"]),
-    ("skrifa", &["chart"]),
+    ("egui", &["render", "panel", "desktop", "drive_window", "session", "replay", "plot"]),
+    ("resvg", &["plot"]),
+    ("skrifa", &["plot"]),
     ("gilrs", &["input"]),
     ("evdev", &["input"]),
     ("libloading", &["traffic", "input"]),

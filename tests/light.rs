@@ -13,7 +13,7 @@ use glam::{Quat, Vec3};
 use image::RgbaImage;
 use place::*;
 
-/// Light before the tone curve and after exposure, from a pixel: `develop.wgsl` backwards.
+/// Light before the tone curve and after exposure, from a pixel: `tonemap.wgsl` backwards.
 fn light_of(pixel: [f32; 3]) -> Vec3 {
     let (spill, taken_back, steep, middle) = (0.020, 0.016, 1.08, 0.26);
     let seen = Vec3::from(pixel);
@@ -284,8 +284,8 @@ fn driving_makes_no_more_pipelines_buffers_or_textures() {
             snapshot.ego_before = snapshot.ego;
             let mut view = view(&snapshot, ViewKind::Driver, &ViewOptions::default());
             let unit = codrive::units::SpeedUnit::Mph;
-            let (scale, speed) = (codrive::hud::Dial::scale_for(8.0, unit), 4.0 + 0.01 * f64::from(frame));
-            view.dial = Some(codrive::hud::Dial::new(speed, Some((4.4, 3.9, 4.8)), unit, scale, false));
+            let (scale, speed) = (codrive::hud::DialView::scale_for(8.0, unit), 4.0 + 0.01 * f64::from(frame));
+            view.dial = Some(codrive::hud::DialView::new(speed, Some((4.4, 3.9, 4.8)), unit, scale, false));
             renderer.draw(&view, None, &target, size);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device");
         }

@@ -3,7 +3,10 @@
 
 use assert_cmd::Command;
 use codrive::{
-    policy::{Action, Advisor, FIELD_INPUTS, FORMAT, Layer, Network, Observation, OnnxPolicy, Output, Policy, onnx},
+    policy::{
+        Action, Advisor, FIELD_INPUTS, FORMAT, Network, NetworkLayer, NetworkOutput, Observation, OnnxPolicy, Policy,
+        onnx,
+    },
     rng,
     time::Tick,
 };
@@ -19,13 +22,13 @@ use tract_onnx::pb::{
 /// A network of the usual size with random weights.
 fn network(levels: u32) -> Network {
     let mut stream = rng::stream(7, "onnx");
-    let mut layer = |n: usize, m: usize| Layer {
+    let mut layer = |n: usize, m: usize| NetworkLayer {
         bias: (0..m).map(|_| 0.1 * stream.normal() as f32).collect(),
         weights: (0..n).map(|_| (0..m).map(|_| (stream.normal() / (n as f64).sqrt()) as f32).collect()).collect(),
     };
     Network {
         format: FORMAT.into(),
-        action: Output::Acceleration,
+        action: NetworkOutput::Acceleration,
         limits: [-0.5, 0.5],
         speed_change_mps: 0.0,
         least_spacing_m: 8.6,

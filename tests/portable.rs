@@ -1,7 +1,7 @@
 //! What lies on the disk is the user's alone, tells nothing of where it was made, and can be driven again elsewhere.
 
 use assert_cmd::Command;
-use codrive::record::{Reader, tables};
+use codrive::record::{TableReader, tables};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -27,7 +27,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 fn said(path: &Path) -> String {
     let mut said = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
     if path.extension().is_some_and(|kind| kind == "parquet") {
-        let table = Reader::parquet(path).unwrap();
+        let table = TableReader::parquet(path).unwrap();
         let names = tables::EVENTS.iter().map(|column| column.name);
         let names = names.chain(tables::EGO.iter().map(|column| column.name));
         names.for_each(|name| said += &table.words(name).join("\n"));

@@ -4,11 +4,11 @@
 
 use codrive::{
     input::{
-        Devices, Profile, Rig,
-        force_thread::{Angle, ForceDevice},
+        Devices, Rig, WheelProfile,
+        force_thread::{ForceDevice, SharedAngle},
         lamps::Lamps,
-        profiles::{self, Device},
-        reader::{Port, ReadingThread},
+        profiles::{self, UnprofiledDevice},
+        reader::{ReadingThread, WheelPort},
         wheel::{FoundWheel, WheelMessage},
     },
     live_drive::LiveDrive,
@@ -60,26 +60,27 @@ struct Desk {
     plugged: Arc<AtomicBool>,
     events: Receiver<(u16, i32)>,
     motor: Motor,
-    profile: Profile,
+    profile: WheelProfile,
 }
 
-impl Port for Desk {
-    type Wheel = Arc<Angle>;
+impl WheelPort for Desk {
+    type Wheel = Arc<SharedAngle>;
 
     fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)> {
         if !self.plugged.load(Ordering::Relaxed) {
             return None;
         }
-        let angle = Arc::new(Angle::default());
+        let angle = Arc::new(SharedAngle::default());
         let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
         let values = [(STEERING, STRAIGHT), (1, 255), (ACCELERATOR, 255), (5, 255)];
-        let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
+        let device =
+            UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
         let force: Option<Box<dyn ForceDevice>> = Some(Box::new(self.motor.clone()));
         let (profile, lamps) = (self.profile.clone(), Lamps::default());
         Some((FoundWheel { device, profile, lamps, force, angle: Arc::clone(&angle) }, angle))
     }
 
-    fn prefer(&mut self, _profile: Profile) {}
+    fn prefer(&mut self, _profile: WheelProfile) {}
 
     fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
         if !self.plugged.load(Ordering::Relaxed) {

@@ -4,10 +4,10 @@
 mod common;
 
 use codrive::{
-    record::{Reader, Table},
+    record::{Table, TableReader},
     study::{
-        Code, DataSet, Outcome, Session, SessionError, Study,
-        session::{Log, Who},
+        DataSet, ItemOutcome, ParticipantCode, Session, SessionError, Study,
+        session::{ParticipantKind, SessionLog},
     },
 };
 use common::table;
@@ -118,7 +118,7 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
         assert_eq!((scans.len(), driven.join(",")), (4, row["order"].clone()));
         for scan in &scans {
             let events = table(&out.join(subject).join(&scan["filename"]));
-            let advice = Reader::parquet(&Table::Advice.parquet(&out.join(&scan["recording"]))).unwrap();
+            let advice = TableReader::parquet(&Table::Advice.parquet(&out.join(&scan["recording"]))).unwrap();
             assert_eq!(events.iter().filter(|event| event["trial_type"] == "advice").count(), advice.rows());
         }
         // The practice ends by its criterion, sooner than its 30 s.
@@ -262,24 +262,24 @@ fn the_same_seed_gives_the_same_files_also_after_a_cut() {
     let second = out.with_file_name("second");
     assert_eq!((rehearse(&file, &out, "2").0, rehearse(&file, &second, "1").0), (0, 0));
     // The second participant is cut within the first trial: its journal is left, its session says running.
-    let (study, code) = (study(), Code::new("R02").unwrap());
+    let (study, code) = (study(), ParticipantCode::new("R02").unwrap());
     let data = DataSet::open(&second, &study).unwrap();
-    let mut session = Session::open(&data, &study, &code, Who::Simulated, 1, "then").unwrap();
+    let mut session = Session::open(&data, &study, &code, ParticipantKind::Simulated, 1, "then").unwrap();
     let names: Vec<String> = session.plan().items.iter().map(|planned| planned.name.clone()).collect();
     assert_eq!(names[..4], ["welcome", "ssq-before", "practice", "trial-1-middle"]);
     for _ in 0..1 {
         session.begin("then").unwrap();
-        session.end(Outcome::Done, "", "then").unwrap();
+        session.end(ItemOutcome::Done, "", "then").unwrap();
     }
     session.begin("then").unwrap();
     drop(session);
     let (code, text) = rehearse(&file, &second, "2");
     assert!(code == 0 && text.contains("2 of 2"), "{text}");
-    let log = Log::load(&second.join("sourcedata/sub-R02/session.json")).unwrap();
-    let passages: Vec<(&str, Outcome)> = log.passages.iter().map(|p| (p.item.as_str(), p.outcome)).collect();
+    let log = SessionLog::load(&second.join("sourcedata/sub-R02/session.json")).unwrap();
+    let passages: Vec<(&str, ItemOutcome)> = log.passages.iter().map(|p| (p.item.as_str(), p.outcome)).collect();
     assert_eq!(
         passages[..3],
-        [("welcome", Outcome::Done), ("ssq-before", Outcome::Cut), ("ssq-before", Outcome::Done)]
+        [("welcome", ItemOutcome::Done), ("ssq-before", ItemOutcome::Cut), ("ssq-before", ItemOutcome::Done)]
     );
     let (a, b) = (contents(&out), contents(&second));
     assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
@@ -313,16 +313,21 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
     until(&mut child, &source.join("trial-1-narrow/journal/rows.blocks"));
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success() && child.wait().unwrap().code() == Some(1));
-    let log = Log::load(&source.join("session.json")).unwrap();
+    let log = SessionLog::load(&source.join("session.json")).unwrap();
     let last = log.passages.last().unwrap();
-    assert_eq!((last.item.as_str(), last.outcome, log.running.is_none()), ("trial-1-narrow", Outcome::Aborted, true));
-    let rows = Reader::parquet(&Table::Ego.parquet(&source.join("trial-1-narrow"))).unwrap().rows();
+    assert_eq!(
+        (last.item.as_str(), last.outcome, log.running.is_none()),
+        ("trial-1-narrow", ItemOutcome::Aborted, true)
+    );
+    let rows = TableReader::parquet(&Table::Ego.parquet(&source.join("trial-1-narrow"))).unwrap().rows();
     assert!(rows < 60_000 && !source.join("trial-1-narrow/journal").exists());
     // The next attempt takes a folder of its own.
     let long = fs::read_to_string(&file).unwrap();
     let study = Study::parse(long, &file).unwrap();
     let data = DataSet::open(&out, &study).unwrap();
-    let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
+    let mut session =
+        Session::open(&data, &study, &ParticipantCode::new("R01").unwrap(), ParticipantKind::Simulated, 0, "now")
+            .unwrap();
     let again = source.join("trial-1-narrow-again-1");
     assert_eq!(session.begin("now").unwrap(), again);
     drop(session);
@@ -332,10 +337,12 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
     until(&mut child, &again.join("journal/rows.blocks"));
     child.kill().unwrap();
     child.wait().unwrap();
-    let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
+    let mut session =
+        Session::open(&data, &study, &ParticipantCode::new("R01").unwrap(), ParticipantKind::Simulated, 0, "now")
+            .unwrap();
     let cut = session.log().passages.last().unwrap();
-    assert_eq!((cut.outcome, cut.recording.as_deref()), (Outcome::Cut, Some("trial-1-narrow-again-1")));
-    Reader::parquet(&Table::Ego.parquet(&again)).unwrap();
+    assert_eq!((cut.outcome, cut.recording.as_deref()), (ItemOutcome::Cut, Some("trial-1-narrow-again-1")));
+    TableReader::parquet(&Table::Ego.parquet(&again)).unwrap();
     assert_eq!(session.begin("later").unwrap(), source.join("trial-1-narrow-again-2"));
 }
 
@@ -344,39 +351,40 @@ fn a_session_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
     let (_folder, _, out) = place();
     let study = study();
     let data = DataSet::open(&out, &study).unwrap();
-    let code = Code::new("P03").unwrap();
-    let open = |who, code: &Code| Session::open(&data, &study, code, who, data.next_index().unwrap_or(0), "t0");
+    let code = ParticipantCode::new("P03").unwrap();
+    let open =
+        |who, code: &ParticipantCode| Session::open(&data, &study, code, who, data.next_index().unwrap_or(0), "t0");
     let refused = |found: Result<Session, SessionError>, has: &str| {
         let text = found.expect_err(has).to_string();
         assert!(text.contains(has), "{text}");
     };
-    let mut session = open(Who::Person, &code).unwrap();
-    refused(open(Who::Person, &code), "is being run by another program");
-    refused(open(Who::Person, &Code::new("p03").unwrap()), "only by capital letters");
+    let mut session = open(ParticipantKind::Person, &code).unwrap();
+    refused(open(ParticipantKind::Person, &code), "is being run by another program");
+    refused(open(ParticipantKind::Person, &ParticipantCode::new("p03").unwrap()), "only by capital letters");
     assert!(session.repeat("welcome", "", "t1").unwrap_err().to_string().contains("nothing yet"));
     session.begin("t1").unwrap();
     session.note("mark", "coughs", "t2").unwrap();
-    session.end(Outcome::Done, "", "t3").unwrap();
+    session.end(ItemOutcome::Done, "", "t3").unwrap();
     session.skip("no time", "t4").unwrap();
     assert_eq!(session.next().unwrap().1.name, "practice");
     session.repeat("welcome", "did not read it", "t5").unwrap();
     assert_eq!(session.next().unwrap().1.name, "welcome");
     session.begin("t6").unwrap();
-    session.end(Outcome::Aborted, "phone", "t7").unwrap();
+    session.end(ItemOutcome::Aborted, "phone", "t7").unwrap();
     assert_eq!(session.next().unwrap().1.name, "welcome", "what was broken off comes again");
     assert!(session.finish("t8").unwrap_err().to_string().contains("\"welcome\" is left to do"));
     drop(session);
 
-    let mut session = open(Who::Person, &code).unwrap();
+    let mut session = open(ParticipantKind::Person, &code).unwrap();
     assert_eq!((session.log().index, session.log().notes[0].item.as_deref()), (0, Some("welcome")));
     session.stop("sick", "t9").unwrap();
     drop(session);
-    refused(open(Who::Person, &code), "stopped for good (sick, t9)");
+    refused(open(ParticipantKind::Person, &code), "stopped for good (sick, t9)");
     data.publish(&study, &code).unwrap();
     assert_eq!(table(&out.join("participants.tsv"))[0]["state"], "withdrawn");
 
-    let other = Code::new("P04").unwrap();
-    let mut session = open(Who::Person, &other).unwrap();
+    let other = ParticipantCode::new("P04").unwrap();
+    let mut session = open(ParticipantKind::Person, &other).unwrap();
     assert_eq!(session.log().index, 1, "the next order");
     while session.next().is_some() {
         session.skip("", "t").unwrap();
@@ -384,15 +392,15 @@ fn a_session_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
     assert!(session.skip("", "t").unwrap_err().to_string().contains("nothing is left to do"));
     session.finish("t").unwrap();
     drop(session);
-    refused(open(Who::Person, &other), "nobody takes part twice");
-    refused(open(Who::Simulated, &other), "is a person");
+    refused(open(ParticipantKind::Person, &other), "nobody takes part twice");
+    refused(open(ParticipantKind::Simulated, &other), "is a person");
 
     let file = out.join("sourcedata/sub-P04/session.json");
     fs::write(&file, "{").unwrap();
-    refused(open(Who::Person, &other), "is no session of this program");
+    refused(open(ParticipantKind::Person, &other), "is no session of this program");
     fs::remove_file(&file).unwrap();
     fs::write(out.join("sourcedata/sub-P04/trial"), "").unwrap();
-    refused(open(Who::Person, &other), "but no session.json");
+    refused(open(ParticipantKind::Person, &other), "but no session.json");
 }
 
 #[test]
@@ -400,16 +408,16 @@ fn a_clock_that_is_set_back_changes_no_order_and_stays_in_the_stamps() {
     let (_folder, _, out) = place();
     let study = study();
     let data = DataSet::open(&out, &study).unwrap();
-    let code = Code::new("P03").unwrap();
-    let mut session = Session::open(&data, &study, &code, Who::Person, 0, "2026-03-29T10:00:00Z").unwrap();
+    let code = ParticipantCode::new("P03").unwrap();
+    let mut session = Session::open(&data, &study, &code, ParticipantKind::Person, 0, "2026-03-29T10:00:00Z").unwrap();
     session.begin("2026-03-29T10:00:01Z").unwrap();
-    session.end(Outcome::Done, "", "2026-03-29T09:00:30Z").unwrap();
+    session.end(ItemOutcome::Done, "", "2026-03-29T09:00:30Z").unwrap();
     session.begin("2026-03-29T09:00:31Z").unwrap();
     drop(session);
     // Cut, and opened at a time before all of it.
-    let mut session = Session::open(&data, &study, &code, Who::Person, 0, "2025-01-01T00:00:00Z").unwrap();
+    let mut session = Session::open(&data, &study, &code, ParticipantKind::Person, 0, "2025-01-01T00:00:00Z").unwrap();
     let passages = &session.log().passages;
-    assert_eq!(passages.iter().map(|p| p.outcome).collect::<Vec<_>>(), [Outcome::Done, Outcome::Cut]);
+    assert_eq!(passages.iter().map(|p| p.outcome).collect::<Vec<_>>(), [ItemOutcome::Done, ItemOutcome::Cut]);
     assert!(passages[0].began > passages[0].ended && passages[1].ended.starts_with("2025"));
     let cut = passages[1].item.clone();
     assert_eq!(session.next().unwrap().1.name, cut, "what was done is not done again, what was cut is");
@@ -427,7 +435,9 @@ fn folders_that_are_something_else_are_refused_and_left_alone() {
     assert_eq!(files(folder.path()), std::slice::from_ref(&file));
 
     let data = DataSet::open(&out, &study()).unwrap();
-    drop(Session::open(&data, &study(), &Code::new("P01").unwrap(), Who::Person, 0, "t").unwrap());
+    drop(
+        Session::open(&data, &study(), &ParticipantCode::new("P01").unwrap(), ParticipantKind::Person, 0, "t").unwrap(),
+    );
     let (code, text) = rehearse(&file, &out, "1");
     assert!(code == 2 && text.contains("holds data of a person (P01)"), "{text}");
     fs::write(&file, short().replace("seed = 7", "seed = 8")).unwrap();

@@ -2,7 +2,7 @@
 
 use codrive::{
     scenario::Scenario,
-    study::{Item, Questionnaire, Study, questions::Answers},
+    study::{PlanItem, Questionnaire, Study, questions::Answers},
 };
 use serde_json::{Value, json};
 use std::{collections::BTreeMap, path::Path};
@@ -54,7 +54,7 @@ fn the_shipped_study_is_that_of_the_paper() {
         .items
         .iter()
         .filter_map(|planned| match &planned.item {
-            Item::Drive { scenario, .. } => Some((planned.name.as_str(), &**scenario)),
+            PlanItem::Drive { scenario, .. } => Some((planned.name.as_str(), &**scenario)),
             _ => None,
         })
         .collect();
@@ -78,7 +78,7 @@ fn every_condition_comes_as_often_at_every_place_and_every_drive_has_its_own_see
             *places.entry((place, name.clone())).or_default() += 1;
         }
         seeds.extend(plan.items.iter().filter_map(|p| match &p.item {
-            Item::Drive { scenario, .. } => Some(scenario.seed),
+            PlanItem::Drive { scenario, .. } => Some(scenario.seed),
             _ => None,
         }));
         assert_eq!(plan, study.plan(index), "the same number, the same plan");
@@ -102,7 +102,8 @@ fn all_trials_have_one_full_scale_of_the_speedometer() {
         Study::parse(text, Path::new("dial.toml")).unwrap_or_else(|e| panic!("{e}"))
     };
     let scales = |more: &str| -> Vec<f64> {
-        let full = |item: Item| if let Item::Drive { scenario, .. } = item { Some(scenario.dial_full) } else { None };
+        let full =
+            |item: PlanItem| if let PlanItem::Drive { scenario, .. } = item { Some(scenario.dial_full) } else { None };
         study(more).plan(0).items.into_iter().filter_map(|planned| full(planned.item)).collect()
     };
     // The practice keeps what suits it; 15 % more than 2.2 times the even flow of five cars, at most the road's limit.
@@ -132,9 +133,9 @@ rest_s = 30
     let names: Vec<&str> = study.conditions.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["dense+narrow", "dense+wide", "loose+narrow", "loose+wide"]);
     let plan = study.plan(0);
-    assert_eq!(plan.items.iter().filter(|p| matches!(p.item, Item::Break(s) if s == 30.0)).count(), 3);
+    assert_eq!(plan.items.iter().filter(|p| matches!(p.item, PlanItem::Break(s) if s == 30.0)).count(), 3);
     for planned in &plan.items {
-        let Item::Drive { scenario, levels, .. } = &planned.item else { continue };
+        let PlanItem::Drive { scenario, levels, .. } = &planned.item else { continue };
         assert_eq!(scenario.vehicles, if levels["density"] == "loose" { 18 } else { 22 });
         assert_eq!(scenario.range_mph, if levels["range"] == "wide" { 2.0 } else { 0.5 });
     }
@@ -367,7 +368,7 @@ fn no_two_drives_of_any_participant_share_a_seed_and_every_reader_keeps_it() {
         let study = with_seed(seed);
         for participant in [0, 1, 2, 99, 100, 9_999] {
             for planned in study.plan(participant).items {
-                let Item::Drive { scenario, .. } = planned.item else { continue };
+                let PlanItem::Drive { scenario, .. } = planned.item else { continue };
                 // A double keeps whole numbers up to 2^53.
                 assert!(scenario.seed < 1 << 53, "{}", scenario.seed);
                 seen.insert((seed % 1_000_000, participant, scenario.seed));

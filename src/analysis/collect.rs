@@ -1,7 +1,10 @@
 //! Which recordings a folder holds. In: a recording, a participant's folder or a whole data set. Out: what to analyse, with
 //! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
-use super::{AnalysisError, Measures, People, Setup, Trial, response::Response, totals::DriveTotals};
+use super::{
+    AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants, response::AdviceResponse,
+    totals::DriveTotals,
+};
 use crate::file::{SETTINGS_BYTES, read_text};
 use rayon::prelude::*;
 use std::{
@@ -11,7 +14,7 @@ use std::{
 
 /// A recording to analyse.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Found {
+pub struct FoundRecording {
     /// `sub-P03`; empty outside of a study.
     pub participant: String,
     /// Segment of the study.
@@ -30,7 +33,7 @@ pub struct Found {
     pub baseline: Option<PathBuf>,
 }
 
-impl Found {
+impl FoundRecording {
     /// In words.
     pub fn title(&self) -> String {
         if self.participant.is_empty() {
@@ -43,9 +46,9 @@ impl Found {
 
 /// What a folder holds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Holdings {
+pub struct FolderContents {
     /// Recordings, in the order of participants and places.
-    pub found: Vec<Found>,
+    pub found: Vec<FoundRecording>,
     /// Folder of the data set; `None` for a recording alone.
     pub root: Option<PathBuf>,
     /// Where tables and report go.
@@ -53,7 +56,7 @@ pub struct Holdings {
     /// Name of the whole.
     pub title: String,
     /// Who took part, those whose drives are left out too.
-    pub people: People,
+    pub people: StudyParticipants,
     /// A whole data set, not one participant or one recording.
     pub is_whole: bool,
 }
@@ -62,7 +65,7 @@ pub struct Holdings {
 ///
 /// # Errors
 /// Nothing that can be analysed.
-pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
+pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
     if folder.join("manifest.json").exists() {
         let name = folder.file_name().unwrap_or_default().to_owned();
         let beside = |ending: &str| {
@@ -71,14 +74,14 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
             folder.with_file_name(name)
         };
         let baseline = Some(beside("-baseline")).filter(|path| path.exists());
-        let found = Found { recording: folder.into(), baseline, ..Found::default() };
+        let found = FoundRecording { recording: folder.into(), baseline, ..FoundRecording::default() };
         let title = found.title();
-        return Ok(Holdings {
+        return Ok(FolderContents {
             found: vec![found],
             root: None,
             out: folder.join("analysis"),
             title,
-            people: People::default(),
+            people: StudyParticipants::default(),
             is_whole: false,
         });
     }
@@ -99,7 +102,7 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
         }
         (root, vec![name.clone()])
     };
-    let people = People::of(root, &subjects)?;
+    let people = StudyParticipants::of(root, &subjects)?;
     let mut found = Vec::new();
     for subject in subjects.iter().filter(|subject| !people.is_excluded(subject)) {
         found.extend(scans(root, subject)?);
@@ -114,7 +117,7 @@ pub fn find(folder: &Path) -> Result<Holdings, AnalysisError> {
     let out = root.join("derivatives").join("codrive");
     let title = if whole { study_title(root) } else { name.clone() };
     let out = if whole { out } else { out.join(name) };
-    Ok(Holdings { found, root: Some(root.into()), out, title, people, is_whole: whole })
+    Ok(FolderContents { found, root: Some(root.into()), out, title, people, is_whole: whole })
 }
 
 fn subjects(root: &Path) -> Vec<String> {
@@ -132,7 +135,7 @@ fn study_title(root: &Path) -> String {
 }
 
 /// The drives of one participant.
-fn scans(root: &Path, subject: &str) -> Result<Vec<Found>, AnalysisError> {
+fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisError> {
     let path = root.join(subject).join(format!("{subject}_scans.tsv"));
     let Ok(text) = read_text(&path, SETTINGS_BYTES) else { return Ok(Vec::new()) };
     let mut lines = text.lines().map(|line| line.split('\t').collect::<Vec<_>>());
@@ -155,7 +158,7 @@ fn scans(root: &Path, subject: &str) -> Result<Vec<Found>, AnalysisError> {
             }
             let cell = |at: usize| if cells[at] == "n/a" { String::new() } else { cells[at].to_owned() };
             let [segment, place, condition_cell, recording, baseline] = known.map(cell);
-            Ok(Found {
+            Ok(FoundRecording {
                 rank: order.iter().position(|name| **name == condition_cell).unwrap_or(order.len()),
                 participant: subject.into(),
                 segment,
@@ -171,11 +174,11 @@ fn scans(root: &Path, subject: &str) -> Result<Vec<Found>, AnalysisError> {
 
 /// A recording that was analysed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Analysed {
+pub struct AnalysedRecording {
     /// Which.
-    pub found: Found,
+    pub found: FoundRecording,
     /// In numbers.
-    pub measures: Measures,
+    pub measures: DriveMeasures,
     /// Mean speed of all vehicles, second by second, m/s; and without advice.
     pub per_second_mps: Vec<f64>,
     /// The same without advice; empty if there is no such drive.
@@ -185,12 +188,12 @@ pub struct Analysed {
     /// How it ended.
     pub ended: String,
     /// How it was made.
-    pub setup: Setup,
+    pub setup: DriveSetup,
 }
 
-impl Analysed {
+impl AnalysedRecording {
     /// Changes of the advice and their answers.
-    pub fn responses(&self) -> &[Response] {
+    pub fn responses(&self) -> &[AdviceResponse] {
         &self.measures.responses
     }
 }
@@ -199,14 +202,14 @@ impl Analysed {
 ///
 /// # Errors
 /// One of them cannot be read.
-pub fn analyse(found: &[Found], done: &(impl Fn() + Sync)) -> Result<Vec<Analysed>, AnalysisError> {
-    let one = |found: &Found| {
-        let trial = Trial::open(&found.recording)?;
+pub fn analyse(found: &[FoundRecording], done: &(impl Fn() + Sync)) -> Result<Vec<AnalysedRecording>, AnalysisError> {
+    let one = |found: &FoundRecording| {
+        let trial = RecordedTrial::open(&found.recording)?;
         let (totals, responses) = DriveTotals::of(&trial)?;
-        let of_baseline = |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&Trial::open(folder)?)?.0);
+        let of_baseline = |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?)?.0);
         let baseline = found.baseline.as_deref().map(of_baseline).transpose()?;
-        let analysed = Analysed {
-            measures: Measures::of(&trial, &totals, responses, baseline.as_ref()),
+        let analysed = AnalysedRecording {
+            measures: DriveMeasures::of(&trial, &totals, responses, baseline.as_ref()),
             per_second_mps: totals.per_second_mps,
             baseline_per_second_mps: baseline.map(|b| b.per_second_mps).unwrap_or_default(),
             duration_s: totals.duration_s,

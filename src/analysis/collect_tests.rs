@@ -52,14 +52,14 @@ fn drives_come_by_participant_and_place_with_condition_levels_and_baseline() {
     let [practice, first, second] = &held.found[..] else { panic!("{:?}", held.found) };
     assert_eq!(
         *practice,
-        Found {
+        FoundRecording {
             participant: "sub-P01".into(),
             segment: "practice".into(),
             // After all conditions of the study.
             rank: 2,
             levels: vec![("density".into(), String::new())],
             recording: place.root().join("sourcedata/sub-P01/practice"),
-            ..Found::default()
+            ..FoundRecording::default()
         }
     );
     assert_eq!(practice.title(), "sub-P01 practice");
@@ -86,7 +86,7 @@ fn a_recording_is_found_with_the_baseline_beside_it() {
     fs::write(drive.join("manifest.json"), "{}").unwrap();
     let held = find(&drive).unwrap();
     assert_eq!((held.title.as_str(), held.out), ("p1", drive.join("analysis")));
-    assert_eq!(held.found, [Found { recording: drive.clone(), ..Found::default() }]);
+    assert_eq!(held.found, [FoundRecording { recording: drive.clone(), ..FoundRecording::default() }]);
     fs::create_dir(&baseline).unwrap();
     assert_eq!(find(&drive).unwrap().found[0].baseline, Some(baseline));
 }

@@ -2,12 +2,12 @@
 //! or scripts of their own. They take no more room for a drive of days than for one of hours.
 
 use super::{
-    Analysed, MEASURES, Trial,
+    AnalysedRecording, MEASURES, RecordedTrial,
     tables::{conditions, per_participant},
     traces::DriveTraces,
 };
 use crate::{
-    chart::{Axis, COLOURS, Chart, Line, Picture, Shape, Style, Width, lines_needed, picture},
+    plot::{Axis, COLOURS, Chart, ChartSheet, LineStyle, PlotLine, PlotShape, PrintWidth, lines_needed, picture},
     train::{Estimate, figures},
 };
 
@@ -37,9 +37,9 @@ pub fn space_time(title: &str, drive: &DriveTraces, baseline: Option<&DriveTrace
 }
 
 /// Speed of the ego, advice with its range, and the spread of all cars over time; contacts and marks where they were.
-pub fn speeds(title: &str, drive: &DriveTraces, trial: &Trial) -> String {
-    let upright = |name: &str, style: Style, times_s: Vec<f64>| {
-        let line = move |(i, at_s): (usize, f64)| Line {
+pub fn speeds(title: &str, drive: &DriveTraces, trial: &RecordedTrial) -> String {
+    let upright = |name: &str, style: LineStyle, times_s: Vec<f64>| {
+        let line = move |(i, at_s): (usize, f64)| PlotLine {
             // The legend names them once.
             name: if i == 0 { name.into() } else { String::new() },
             style,
@@ -49,24 +49,24 @@ pub fn speeds(title: &str, drive: &DriveTraces, trial: &Trial) -> String {
         times_s.into_iter().enumerate().map(line).collect::<Vec<_>>()
     };
     let contacts = trial.contacts_at.iter().map(|contact| contact[0]).collect();
-    let mut more = upright("contact", Style { width: 1.6, ..Style::solid("#cc0000") }, contacts);
-    let marks = Style { width: 1.0, dash: "4 3", ..Style::solid("#555555") };
+    let mut more = upright("contact", LineStyle { width: 1.6, ..LineStyle::solid("#cc0000") }, contacts);
+    let marks = LineStyle { width: 1.0, dash: "4 3", ..LineStyle::solid("#555555") };
     more.extend(upright("mark", marks, trial.marks_at.clone()));
     figures::speeds(title, &drive.speeds, drive.range_mps, TIME, "", more)
 }
 
 /// Mean speed of all cars over time, with advice and without.
-pub fn gain(title: &str, drive: &Analysed) -> String {
+pub fn gain(title: &str, drive: &AnalysedRecording) -> String {
     let smooth_s = smooth_s([drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
-    let line = |name: &str, style: Style, values: &[f64]| Line {
+    let line = |name: &str, style: LineStyle, values: &[f64]| PlotLine {
         name: name.into(),
         style,
         points: smooth(values, smooth_s),
         band: Vec::new(),
     };
-    let mut lines = vec![line("with advice", Style::solid(COLOURS[0]), &drive.per_second_mps)];
+    let mut lines = vec![line("with advice", LineStyle::solid(COLOURS[0]), &drive.per_second_mps)];
     if !drive.baseline_per_second_mps.is_empty() {
-        let style = Style { dash: "5 3", ..Style::solid("#777777") };
+        let style = LineStyle { dash: "5 3", ..LineStyle::solid("#777777") };
         lines.push(line("without advice", style, &drive.baseline_per_second_mps));
     }
     let seconds = drive.per_second_mps.len().max(drive.baseline_per_second_mps.len());
@@ -92,7 +92,7 @@ fn time_axis(seconds: usize) -> Axis {
     Axis::even(TIME, [0.0, seconds.max(1) as f64])
 }
 
-fn speed_axis(lines: &[Line]) -> Axis {
+fn speed_axis(lines: &[PlotLine]) -> Axis {
     let points = lines.iter().flat_map(|l| l.points.iter().map(|p| p[1]).chain(l.band.iter().flatten().copied()));
     let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
     let room = 0.06 * (high - low).max(0.1);
@@ -100,9 +100,9 @@ fn speed_axis(lines: &[Line]) -> Axis {
 }
 
 /// Mean speed of all cars over time by condition: mean over participants and its 95 % interval; without advice dashed.
-pub fn over_time(drives: &[Analysed]) -> Option<String> {
+pub fn over_time(drives: &[AnalysedRecording]) -> Option<String> {
     let conditions = conditions(drives);
-    let line = |name: String, style: Style, of: &[Vec<[f64; 2]>]| {
+    let line = |name: String, style: LineStyle, of: &[Vec<[f64; 2]>]| {
         let n = of.iter().map(Vec::len).min().unwrap_or(0);
         let estimates: Vec<([f64; 2], Estimate)> = (0..n)
             .filter_map(|i| {
@@ -111,7 +111,7 @@ pub fn over_time(drives: &[Analysed]) -> Option<String> {
                 Some(([of[0][i][0], estimate.mean], estimate))
             })
             .collect();
-        Line {
+        PlotLine {
             name,
             style,
             points: estimates.iter().map(|e| e.0).collect(),
@@ -128,14 +128,17 @@ pub fn over_time(drives: &[Analysed]) -> Option<String> {
         .collect();
     let mut lines = Vec::new();
     if !without.is_empty() {
-        let style = Style { dash: "5 3", ..Style::solid("#777777") };
+        let style = LineStyle { dash: "5 3", ..LineStyle::solid("#777777") };
         lines.push(line("without advice".into(), style, &without));
     }
     for (i, (name, of)) in conditions.iter().enumerate() {
         let of: Vec<Vec<[f64; 2]>> = of.iter().map(|drive| smooth(&drive.per_second_mps, smooth_s)).collect();
         lines.push(line(
             name.clone(),
-            Style { dash: DASHES[i / COLOURS.len() % DASHES.len()], ..Style::solid(COLOURS[i % COLOURS.len()]) },
+            LineStyle {
+                dash: DASHES[i / COLOURS.len() % DASHES.len()],
+                ..LineStyle::solid(COLOURS[i % COLOURS.len()])
+            },
             &of,
         ));
     }
@@ -148,7 +151,7 @@ pub fn over_time(drives: &[Analysed]) -> Option<String> {
 
 /// A measure by condition: each participant a dot, joined by a line; beside them mean and 95 % interval. As wide as a column of
 /// a journal where there are few conditions; lying on its side where their names are too long to stand below.
-pub fn distribution(drives: &[Analysed], measure: usize) -> Option<String> {
+pub fn distribution(drives: &[AnalysedRecording], measure: usize) -> Option<String> {
     let conditions = conditions(drives);
     let groups: Vec<(&str, Vec<(&str, f64)>)> =
         conditions.iter().map(|(name, of)| (name.as_str(), per_participant(of, measure))).collect();
@@ -162,18 +165,19 @@ pub fn distribution(drives: &[Analysed], measure: usize) -> Option<String> {
     let x = Axis::names(groups.iter().map(|(name, _)| (*name).to_owned()).collect());
     let chart = Chart { shapes: dots(&groups), ..Chart::new("", x, y, 190.0) };
     // A field is narrower than its picture by the ticks and the label at its left.
-    let slot = |width: Width| (width.units() - 90.0) / groups.len() as f64 - 6.0;
-    let stands =
-        |width: &Width| groups.iter().all(|(name, _)| lines_needed(name, slot(*width)).is_some_and(|lines| lines <= 3));
-    let (chart, width) = match [Width::Column, Width::Page].into_iter().find(stands) {
-        Some(width) => (chart, width),
-        None => (chart.transposed(), Width::Page),
+    let slot = |width: PrintWidth| (width.units() - 90.0) / groups.len() as f64 - 6.0;
+    let stands = |width: &PrintWidth| {
+        groups.iter().all(|(name, _)| lines_needed(name, slot(*width)).is_some_and(|lines| lines <= 3))
     };
-    Some(Picture { charts: &[chart], width, key: None, note: "" }.svg())
+    let (chart, width) = match [PrintWidth::Column, PrintWidth::Page].into_iter().find(stands) {
+        Some(width) => (chart, width),
+        None => (chart.transposed(), PrintWidth::Page),
+    };
+    Some(ChartSheet { charts: &[chart], width, key: None, note: "" }.svg())
 }
 
 /// Lines that join a participant's dots, the dots, and means with their intervals.
-fn dots(groups: &[(&str, Vec<(&str, f64)>)]) -> Vec<Shape> {
+fn dots(groups: &[(&str, Vec<(&str, f64)>)]) -> Vec<PlotShape> {
     // Dots a little to the left of the middle, mean and interval to the right.
     let (own, mean) = (|i: usize| i as f64 + 0.9, |i: usize| i as f64 + 1.14);
     let value =
@@ -186,15 +190,15 @@ fn dots(groups: &[(&str, Vec<(&str, f64)>)]) -> Vec<Shape> {
         points.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
     };
     let pieces = people.iter().flat_map(way).collect();
-    let mut shapes = vec![Shape::Pieces { pieces, colour: "#c4c4c4".into(), width: 0.8 }];
+    let mut shapes = vec![PlotShape::Pieces { pieces, colour: "#c4c4c4".into(), width: 0.8 }];
     for (i, (_, values)) in groups.iter().enumerate() {
         let colour = COLOURS[i % COLOURS.len()].to_owned();
-        let dot = |at, radius, has_edge| Shape::Dot { at, radius, colour: colour.clone(), has_edge };
+        let dot = |at, radius, has_edge| PlotShape::Dot { at, radius, colour: colour.clone(), has_edge };
         shapes.extend(values.iter().map(|(_, value)| dot([own(i), *value], 3.0, false)));
         let numbers: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
         if let Some(e) = Estimate::of(&numbers) {
             let pieces = vec![[[mean(i), e.low], [mean(i), e.high]]];
-            shapes.push(Shape::Pieces { pieces, colour: "#222".into(), width: 2.0 });
+            shapes.push(PlotShape::Pieces { pieces, colour: "#222".into(), width: 2.0 });
             shapes.push(dot([mean(i), e.mean], 4.2, true));
         }
     }

@@ -2,12 +2,12 @@
 //! unit and its definition. Heads of tables, labels, the page, the methods paragraph and the data dictionary all take theirs from
 //! here, or from [`MEASURES`], which names the measures.
 
-use super::{Analysed, MEASURES, tables::factors};
+use super::{AnalysedRecording, MEASURES, tables::factors};
 use serde_json::{Map, Value, json};
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct ColumnDefinition {
     /// Its name in the table.
     pub name: String,
     /// The quantity in words.
@@ -26,23 +26,23 @@ pub struct TableColumns {
     /// What a row is.
     pub row: &'static str,
     /// Its columns.
-    pub columns: Vec<Column>,
+    pub columns: Vec<ColumnDefinition>,
 }
 
 /// Name, quantity, unit, definition.
-type Words = (&'static str, &'static str, &'static str, &'static str);
+type ColumnTexts = (&'static str, &'static str, &'static str, &'static str);
 
-const KEY: [Words; 4] = [
+const KEY: [ColumnTexts; 4] = [
     ("participant", "Participant", "", "code of the participant; empty outside of a study"),
     ("segment", "Segment", "", "segment of the study; empty outside of a study"),
     ("place", "Place", "", "place among the trials of the segment, from 1"),
     ("condition", "Condition", "", "condition of the trial; empty for a drive that is the same for everyone"),
 ];
-const DRIVE: [Words; 2] = [
+const DRIVE: [ColumnTexts; 2] = [
     ("duration_s", "Duration", "s", "length of the drive"),
     ("ended", "End", "", "how the drive ended: duration (its time was over), contact, or who or what stopped it"),
 ];
-const ADVICE: [Words; 7] = [
+const ADVICE: [ColumnTexts; 7] = [
     (
         "onset_s",
         "Onset",
@@ -66,7 +66,7 @@ const ADVICE: [Words; 7] = [
     ),
     ("enter_range_steps", "Steps to enter the range", "steps", "the time to enter the range in steps of the traffic"),
 ];
-const SPEED: [Words; 3] = [
+const SPEED: [ColumnTexts; 3] = [
     ("second", "Second", "s", "second of the drive; speeds are means over it"),
     (
         "mean_speed_mps",
@@ -81,7 +81,7 @@ const SPEED: [Words; 3] = [
         "the same in the drive from the same seed without advice; empty if there is none",
     ),
 ];
-const CONDITIONS: [Words; 9] = [
+const CONDITIONS: [ColumnTexts; 9] = [
     ("condition", "Condition", "", "condition of the trials"),
     ("measure", "Measure", "", "name of the measure, as the column of the table of trials"),
     ("unit", "Unit", "", "unit of the measure"),
@@ -103,8 +103,8 @@ const CONDITIONS: [Words; 9] = [
     ("high", "Interval, upper end", "", "upper end of the same interval"),
 ];
 
-fn columns(words: &[Words]) -> Vec<Column> {
-    let column = |(name, title, unit, about): &Words| Column {
+fn columns(words: &[ColumnTexts]) -> Vec<ColumnDefinition> {
+    let column = |(name, title, unit, about): &ColumnTexts| ColumnDefinition {
         name: (*name).into(),
         title: (*title).into(),
         unit,
@@ -114,8 +114,8 @@ fn columns(words: &[Words]) -> Vec<Column> {
 }
 
 /// Columns that say which drive a row is of.
-fn key(drives: &[Analysed]) -> Vec<Column> {
-    let factor = |name: String| Column {
+fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
+    let factor = |name: String| ColumnDefinition {
         title: format!("Factor {name}"),
         about: format!("level of the factor {name} in the study's plan"),
         name,
@@ -127,8 +127,8 @@ fn key(drives: &[Analysed]) -> Vec<Column> {
 }
 
 /// All tables with their columns, as these drives have them.
-pub fn tables(drives: &[Analysed]) -> [TableColumns; 4] {
-    let measures = MEASURES.iter().map(|measure| Column {
+pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 4] {
+    let measures = MEASURES.iter().map(|measure| ColumnDefinition {
         name: measure.name.into(),
         title: measure.title.into(),
         unit: measure.unit,
@@ -149,14 +149,14 @@ pub fn tables(drives: &[Analysed]) -> [TableColumns; 4] {
 }
 
 /// Names of the columns of a table.
-pub fn names(drives: &[Analysed], file: &str) -> Vec<String> {
+pub fn names(drives: &[AnalysedRecording], file: &str) -> Vec<String> {
     let found = tables(drives).into_iter().find(|table| table.file == file).expect("a table of the list");
     found.columns.into_iter().map(|column| column.name).collect()
 }
 
 /// The data dictionary as JSON: for each table its columns in the words of BIDS.
-pub fn dictionary(drives: &[Analysed]) -> String {
-    let entry = |column: Column| {
+pub fn dictionary(drives: &[AnalysedRecording]) -> String {
+    let entry = |column: ColumnDefinition| {
         let mut about = Map::new();
         about.insert("LongName".into(), column.title.into());
         about.insert("Description".into(), column.about.into());
@@ -174,7 +174,7 @@ pub fn dictionary(drives: &[Analysed]) -> String {
 }
 
 /// A unit as it is printed: `m/s3` is m/s³.
-pub fn printed(unit: &str) -> String {
+pub fn unit_text(unit: &str) -> String {
     unit.replace("s2", "s²").replace("s3", "s³").replace('*', "·")
 }
 

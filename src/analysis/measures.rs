@@ -1,20 +1,20 @@
-//! One drive in numbers. In: its totals, and those of the same drive without advice where there is one. Out: [`Measures`]. Each
+//! One drive in numbers. In: its totals, and those of the same drive without advice where there is one. Out: [`DriveMeasures`]. Each
 //! is over the whole trial unless its row in [`MEASURES`] says otherwise; that list is the only place that names them.
 
-use super::{Trial, glossary::printed, response::Response, totals::DriveTotals};
+use super::{RecordedTrial, glossary::unit_text, response::AdviceResponse, totals::DriveTotals};
 use crate::train::FlowTotals;
 
 /// A drive in numbers; `None` where there is nothing to measure.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Measures {
+pub struct DriveMeasures {
     /// Values in the order of [`MEASURES`].
     pub values: Vec<Option<f64>>,
     /// What became of every change of the advice.
-    pub responses: Vec<Response>,
+    pub responses: Vec<AdviceResponse>,
 }
 
 /// A measure.
-pub struct Measure {
+pub struct MeasureDefinition {
     /// Its name in tables, with the unit.
     pub name: &'static str,
     /// In words, for figures.
@@ -23,28 +23,28 @@ pub struct Measure {
     pub unit: &'static str,
     /// Definition with its options.
     pub about: &'static str,
-    of: fn(&Sight) -> Option<f64>,
+    of: fn(&MeasureInputs) -> Option<f64>,
 }
 
 /// What measures are taken of.
-struct Sight<'a> {
-    trial: &'a Trial,
+struct MeasureInputs<'a> {
+    trial: &'a RecordedTrial,
     totals: &'a DriveTotals,
     baseline: Option<&'a DriveTotals>,
-    responses: &'a [Response],
+    responses: &'a [AdviceResponse],
 }
 
-impl Sight<'_> {
+impl MeasureInputs<'_> {
     /// Middle value over the responses that have one.
-    fn median(&self, of: fn(&Response) -> Option<f64>) -> Option<f64> {
+    fn median(&self, of: fn(&AdviceResponse) -> Option<f64>) -> Option<f64> {
         median(self.responses.iter().filter_map(of).collect())
     }
 }
 
-impl Measure {
+impl MeasureDefinition {
     /// Quantity and unit, as an axis or a table's head says it.
     pub fn label(&self) -> String {
-        if self.unit.is_empty() { self.title.into() } else { format!("{}, {}", self.title, printed(self.unit)) }
+        if self.unit.is_empty() { self.title.into() } else { format!("{}, {}", self.title, unit_text(self.unit)) }
     }
 }
 
@@ -53,13 +53,13 @@ const fn measure(
     title: &'static str,
     unit: &'static str,
     about: &'static str,
-    of: fn(&Sight) -> Option<f64>,
-) -> Measure {
-    Measure { name, title, unit, about, of }
+    of: fn(&MeasureInputs) -> Option<f64>,
+) -> MeasureDefinition {
+    MeasureDefinition { name, title, unit, about, of }
 }
 
 /// All of them.
-pub const MEASURES: &[Measure] = &[
+pub const MEASURES: &[MeasureDefinition] = &[
     measure(
         "mean_speed_mps",
         "Mean speed of all vehicles",
@@ -267,10 +267,15 @@ pub const MEASURES: &[Measure] = &[
     ),
 ];
 
-impl Measures {
+impl DriveMeasures {
     /// Of a drive with its totals and responses, and of the totals of the same without advice.
-    pub fn of(trial: &Trial, totals: &DriveTotals, responses: Vec<Response>, baseline: Option<&DriveTotals>) -> Self {
-        let sight = Sight { trial, totals, baseline, responses: &responses };
+    pub fn of(
+        trial: &RecordedTrial,
+        totals: &DriveTotals,
+        responses: Vec<AdviceResponse>,
+        baseline: Option<&DriveTotals>,
+    ) -> Self {
+        let sight = MeasureInputs { trial, totals, baseline, responses: &responses };
         Self { values: MEASURES.iter().map(|measure| (measure.of)(&sight)).collect(), responses }
     }
 

@@ -4,8 +4,8 @@ use super::*;
 use crate::{
     analysis::{
         response::ChangeFinder,
-        totals::Reversals,
-        trial::{EgoSample, Issued, Step},
+        totals::SteeringReversals,
+        trial::{EgoSample, IssuedAdvice, TrafficStep},
     },
     time::Tick,
 };
@@ -13,8 +13,8 @@ use crate::{
 /// A drive's rows, as they are read from a recording.
 struct Drive {
     ego: Vec<EgoSample>,
-    steps: Vec<Step>,
-    advice: Vec<Issued>,
+    steps: Vec<TrafficStep>,
+    advice: Vec<IssuedAdvice>,
 }
 
 impl Drive {
@@ -27,7 +27,7 @@ impl Drive {
         };
         let step = |tick: u64| {
             let at_s = Tick(tick).seconds();
-            Step { tick, s_m: vec![10.0, 20.0], speed_mps: vec![speed(at_s), other(at_s)] }
+            TrafficStep { tick, s_m: vec![10.0, 20.0], speed_mps: vec![speed(at_s), other(at_s)] }
         };
         Self {
             ego: (1..=n).map(sample).collect(),
@@ -36,7 +36,7 @@ impl Drive {
         }
     }
 
-    fn totals(&self) -> (DriveTotals, Vec<Response>) {
+    fn totals(&self) -> (DriveTotals, Vec<AdviceResponse>) {
         let mut finder = ChangeFinder::default();
         self.advice.iter().for_each(|advice| finder.add(advice).unwrap());
         let mut totals = DriveTotals::new(0.1, finder.changes);
@@ -46,22 +46,22 @@ impl Drive {
         totals.finish()
     }
 
-    fn measures(&self) -> Measures {
+    fn measures(&self) -> DriveMeasures {
         self.measures_beside(None)
     }
 
-    fn measures_beside(&self, baseline: Option<&Self>) -> Measures {
+    fn measures_beside(&self, baseline: Option<&Self>) -> DriveMeasures {
         let (totals, responses) = self.totals();
         let baseline = baseline.map(|baseline| baseline.totals().0);
-        Measures::of(&Trial::default(), &totals, responses, baseline.as_ref())
+        DriveMeasures::of(&RecordedTrial::default(), &totals, responses, baseline.as_ref())
     }
 }
 
-fn get(measures: &Measures, name: &str) -> f64 {
+fn get(measures: &DriveMeasures, name: &str) -> f64 {
     measures.get(name).unwrap_or_else(|| panic!("{name}"))
 }
 
-fn near(measures: &Measures, name: &str, wanted: f64) {
+fn near(measures: &DriveMeasures, name: &str, wanted: f64) {
     let found = get(measures, name);
     assert!((found - wanted).abs() < 1e-9 * wanted.abs().max(1.0), "{name}: {found}, by hand {wanted}");
 }
@@ -150,7 +150,7 @@ fn sdlp_is_that_of_a_sample() {
 #[test]
 fn reversals_below_the_gap_size_do_not_count() {
     let count = |angles: &[f64]| {
-        let mut reversals = Reversals::new(3.0);
+        let mut reversals = SteeringReversals::new(3.0);
         angles.iter().for_each(|angle| reversals.add(*angle));
         reversals.count
     };
@@ -181,11 +181,11 @@ fn jerk_is_between_means_of_steps() {
 #[test]
 fn medians_of_responses_are_in_the_measures() {
     let mut drive = Drive::new(3000, |_| 4.0, |_| 4.0);
-    drive.advice.push(Issued { seen_tick: 1, target_mps: 4.0, range_mps: [3.8, 4.2] });
+    drive.advice.push(IssuedAdvice { seen_tick: 1, target_mps: 4.0, range_mps: [3.8, 4.2] });
     for (k, (tick, reaction)) in [(500u64, 70usize), (1000, 90), (1500, 110)].into_iter().enumerate() {
         let target_mps = 5.0 + k as f64;
         let range_mps = [target_mps - 0.2, target_mps + 0.2];
-        drive.advice.push(Issued { seen_tick: tick, target_mps, range_mps });
+        drive.advice.push(IssuedAdvice { seen_tick: tick, target_mps, range_mps });
         for row in &mut drive.ego[tick as usize - 1 + reaction..] {
             row.throttle += 0.1;
         }
@@ -221,8 +221,8 @@ fn every_measure_has_a_name_with_its_unit_and_a_definition() {
 #[test]
 fn latency_is_median_and_nearest_rank_of_the_frames_that_have_one() {
     let of = |latencies_s: Vec<f64>| {
-        let trial = Trial { latencies_s, ..Trial::default() };
-        Measures::of(&trial, &DriveTotals::new(0.1, Vec::new()), Vec::new(), None)
+        let trial = RecordedTrial { latencies_s, ..RecordedTrial::default() };
+        DriveMeasures::of(&trial, &DriveTotals::new(0.1, Vec::new()), Vec::new(), None)
     };
     let measured = of((1..=200).map(|ms| f64::from(ms) / 1e3).collect());
     assert!((measured.get("latency_median_s").unwrap() - 0.1005).abs() < 1e-12);

@@ -2,11 +2,11 @@
 //! the past tense. Nothing is said that the manifests and tables do not hold; where drives differ, it is said how.
 
 use super::{
-    Analysed, MEASURES, People,
-    glossary::printed,
+    AnalysedRecording, MEASURES, StudyParticipants,
+    glossary::unit_text,
     people::STATES,
     report::{self, count},
-    setup::{Value, apart, fact, listed, plain, said},
+    setup::{SetupValue, condition_differences, fact, joined_values, joined_words, number_text},
     tables::conditions,
 };
 use crate::{time::TICK_S, train::Estimate, units::MPS_PER_MPH};
@@ -26,12 +26,12 @@ fn thousands(n: usize) -> String {
 }
 
 /// The paragraphs.
-pub fn paragraphs(drives: &[Analysed], people: &People) -> Vec<String> {
-    let trials: Vec<&Analysed> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
-    let all: Vec<&Analysed> = drives.iter().collect();
+pub fn paragraphs(drives: &[AnalysedRecording], people: &StudyParticipants) -> Vec<String> {
+    let trials: Vec<&AnalysedRecording> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
+    let all: Vec<&AnalysedRecording> = drives.iter().collect();
     // What is the same for everyone, such as practice, is told apart from the trials.
     let main = if trials.is_empty() { &all } else { &trials };
-    let others: Vec<&Analysed> =
+    let others: Vec<&AnalysedRecording> =
         all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
     let mut text = vec![took_part(&all, people), apparatus(&all), traffic(main), advice(main)];
     text.push(design(drives, main, &others));
@@ -41,8 +41,8 @@ pub fn paragraphs(drives: &[Analysed], people: &People) -> Vec<String> {
     text
 }
 
-fn words(drives: &[&Analysed], of: impl Fn(&Analysed) -> String) -> String {
-    said(drives.iter().map(|drive| Value::Word(of(drive))))
+fn words(drives: &[&AnalysedRecording], of: impl Fn(&AnalysedRecording) -> String) -> String {
+    joined_values(drives.iter().map(|drive| SetupValue::Word(of(drive))))
 }
 
 /// `1 drive was`, `3 drives were`.
@@ -50,7 +50,7 @@ fn were(n: usize) -> &'static str {
     if n == 1 { "was" } else { "were" }
 }
 
-fn took_part(drives: &[&Analysed], people: &People) -> String {
+fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> String {
     let codes: BTreeSet<&str> =
         drives.iter().map(|drive| drive.found.participant.as_str()).filter(|code| !code.is_empty()).collect();
     let is_simulated = drives.iter().all(|drive| drive.setup.is_simulated());
@@ -84,7 +84,7 @@ fn took_part(drives: &[&Analysed], people: &People) -> String {
         })
         .collect();
     if !states.is_empty() {
-        text += &format!(" Sessions by state: {}.", listed(&states));
+        text += &format!(" Sessions by state: {}.", joined_words(&states));
     }
     let excluded: Vec<String> =
         people.all.iter().filter(|person| person.is_excluded()).map(|person| person.id.clone()).collect();
@@ -93,7 +93,7 @@ fn took_part(drives: &[&Analysed], people: &People) -> String {
         text += &format!(
             " Drives and answers of {} participant{s} ({}) were excluded from the analysis.",
             excluded.len(),
-            listed(&excluded)
+            joined_words(&excluded)
         );
     } else if !people.all.is_empty() {
         text += " No participant was excluded.";
@@ -106,27 +106,27 @@ fn capital(text: &str) -> String {
     signs.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + signs.as_str())
 }
 
-fn apparatus(drives: &[&Analysed]) -> String {
+fn apparatus(drives: &[&AnalysedRecording]) -> String {
     let mut text = format!(
         "The drive{} made with {} and analysed with codrive {}.",
         if drives.len() == 1 { " was" } else { "s were" },
         words(drives, |drive| drive.setup.manifest.program.clone()),
         env!("CARGO_PKG_VERSION")
     );
-    let screens: Vec<&Analysed> =
+    let screens: Vec<&AnalysedRecording> =
         drives.iter().filter(|drive| drive.setup.manifest.screen.is_some()).copied().collect();
     if screens.is_empty() {
         text += " No picture was shown.";
     } else {
-        let screen = |drive: &Analysed| {
+        let screen = |drive: &AnalysedRecording| {
             let screen = drive.setup.manifest.screen.clone().unwrap_or_default();
-            let rate = screen.refresh_hz.map_or(String::new(), |hz| format!(" at {} Hz", plain(hz)));
+            let rate = screen.refresh_hz.map_or(String::new(), |hz| format!(" at {} Hz", number_text(hz)));
             let name = screen.monitor.unwrap_or_else(|| "a monitor".into());
             format!("{name}, {} × {} pixels{rate}", screen.size[0], screen.size[1])
         };
-        let view = |drive: &Analysed| {
+        let view = |drive: &AnalysedRecording| {
             let [wide_m, away_m] = drive.setup.manifest.display_m;
-            format!("{} m wide at {} m from the eyes", plain(wide_m), plain(away_m))
+            format!("{} m wide at {} m from the eyes", number_text(wide_m), number_text(away_m))
         };
         text += &format!(
             " The road was shown on {}; the visible picture was {}.",
@@ -134,16 +134,17 @@ fn apparatus(drives: &[&Analysed]) -> String {
             words(&screens, view)
         );
     }
-    let steps = said(drives.iter().map(|drive| Value::Number(1.0 / drive.setup.scenario.step_s, "Hz")));
+    let steps = joined_values(drives.iter().map(|drive| SetupValue::Number(1.0 / drive.setup.scenario.step_s, "Hz")));
     text + &format!(
         " The ego vehicle and its controls were simulated and recorded at {} Hz, all vehicles at {steps}.",
-        plain(1.0 / TICK_S)
+        number_text(1.0 / TICK_S)
     )
 }
 
-fn traffic(drives: &[&Analysed]) -> String {
-    let lengths =
-        said(drives.iter().map(|d| d.setup.route_m).filter(|m| *m > 0.0).map(|m| Value::Number(m.round(), "m")));
+fn traffic(drives: &[&AnalysedRecording]) -> String {
+    let lengths = joined_values(
+        drives.iter().map(|d| d.setup.route_m).filter(|m| *m > 0.0).map(|m| SetupValue::Number(m.round(), "m")),
+    );
     let length = if lengths.is_empty() { String::new() } else { format!(", a closed route of {lengths}") };
     let noise = fact(drives, "acceleration noise");
     let engine = words(drives, |drive| match drive.setup.manifest.traffic.as_str() {
@@ -162,9 +163,11 @@ fn traffic(drives: &[&Analysed]) -> String {
         fact(drives, "comfortable deceleration b"),
         fact(drives, "acceleration exponent δ"),
         fact(drives, "minimum gap s0"),
-        said(drives.iter().map(|drive| Value::Number(drive.setup.scenario.step_s, "s"))),
+        joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.step_s, "s"))),
     );
-    let bends = said(drives.iter().filter_map(|d| Some(Value::Number(d.setup.manifest.lateral_accel_mps2?, "m/s2"))));
+    let bends = joined_values(
+        drives.iter().filter_map(|d| Some(SetupValue::Number(d.setup.manifest.lateral_accel_mps2?, "m/s2"))),
+    );
     if !bends.is_empty() {
         text += &format!(" In bends their speed was bounded by a lateral acceleration of {bends}.");
     }
@@ -179,8 +182,9 @@ fn traffic(drives: &[&Analysed]) -> String {
     text + &format!(" At the start the vehicles stood {}{warm_up}.", fact(drives, "start of the vehicles"))
 }
 
-fn advice(drives: &[&Analysed]) -> String {
-    let advised: Vec<&Analysed> = drives.iter().filter(|d| d.setup.manifest.policy.name != "none").copied().collect();
+fn advice(drives: &[&AnalysedRecording]) -> String {
+    let advised: Vec<&AnalysedRecording> =
+        drives.iter().filter(|d| d.setup.manifest.policy.name != "none").copied().collect();
     if advised.is_empty() {
         return "No speed was advised.".into();
     }
@@ -192,9 +196,12 @@ fn advice(drives: &[&Analysed]) -> String {
     };
     let asked = words(&advised, |drive| drive.setup.manifest.policy_asked.clone().unwrap_or_default());
     let asked = if asked.is_empty() { asked } else { format!(", which was the choice of {asked}") };
-    let mps = said(advised.iter().map(|d| Value::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
+    let mps =
+        joined_values(advised.iter().map(|d| SetupValue::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
     let dial = words(&advised, |drive| match &drive.setup.manifest.dial {
-        Some(dial) => format!("{} (full scale {} {})", drive.setup.scenario.units.label(), plain(dial.full), dial.unit),
+        Some(dial) => {
+            format!("{} (full scale {} {})", drive.setup.scenario.units.label(), number_text(dial.full), dial.unit)
+        }
         None => drive.setup.scenario.units.label().into(),
     });
     let mut text = format!(
@@ -210,19 +217,21 @@ fn advice(drives: &[&Analysed]) -> String {
     text
 }
 
-fn design(drives: &[Analysed], main: &[&Analysed], others: &[&Analysed]) -> String {
+fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&AnalysedRecording]) -> String {
     let kind = if others.is_empty() && conditions(drives).is_empty() { "drive" } else { "trial" };
-    let lasted = said(main.iter().map(|drive| Value::Number((10.0 * drive.duration_s).round() / 10.0, "s")));
+    let lasted =
+        joined_values(main.iter().map(|drive| SetupValue::Number((10.0 * drive.duration_s).round() / 10.0, "s")));
     let mut text = match main.len() {
         1 => format!("The {kind} lasted {lasted}."),
         _ => format!("The {kind}s lasted {lasted}."),
     };
     let conditions = conditions(drives);
     if conditions.len() > 1 {
-        let each = apart(drives);
+        let each = condition_differences(drives);
         let names: Vec<String> = conditions.iter().map(|(name, _)| name.clone()).collect();
         text += &format!(" There were {} conditions", names.len());
-        text += &if each.is_empty() { format!(": {}.", listed(&names)) } else { format!(" ({}).", each.join("; ")) };
+        text +=
+            &if each.is_empty() { format!(": {}.", joined_words(&names)) } else { format!(" ({}).", each.join("; ")) };
         let orders: BTreeSet<Vec<(&str, &str)>> = by_place(drives).into_values().collect();
         text += &match orders.len() {
             1 => " They came in the same order for everyone.".into(),
@@ -259,11 +268,12 @@ fn design(drives: &[Analysed], main: &[&Analysed], others: &[&Analysed]) -> Stri
         segments.dedup();
         let segments: BTreeSet<&str> = segments.into_iter().collect();
         for segment in segments {
-            let of: Vec<&Analysed> = others.iter().filter(|drive| drive.found.segment == segment).copied().collect();
+            let of: Vec<&AnalysedRecording> =
+                others.iter().filter(|drive| drive.found.segment == segment).copied().collect();
             text += &format!(
                 " The segment {segment} ({}) was the same for everyone: {} on {} with {} vehicles and the policy {}.",
                 count(of.len()),
-                said(of.iter().map(|drive| Value::Number(drive.duration_s.round(), "s"))),
+                joined_values(of.iter().map(|drive| SetupValue::Number(drive.duration_s.round(), "s"))),
                 fact(&of, "road"),
                 fact(&of, "number of vehicles"),
                 fact(&of, "policy"),
@@ -281,8 +291,8 @@ fn design(drives: &[Analysed], main: &[&Analysed], others: &[&Analysed]) -> Stri
 }
 
 /// The trials of each participant by their place: segment and condition.
-fn by_place(drives: &[Analysed]) -> BTreeMap<&str, Vec<(&str, &str)>> {
-    let mut trials: Vec<&Analysed> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
+fn by_place(drives: &[AnalysedRecording]) -> BTreeMap<&str, Vec<(&str, &str)>> {
+    let mut trials: Vec<&AnalysedRecording> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
     trials.sort_by_key(|drive| (&drive.found.segment, drive.found.place.parse::<usize>().unwrap_or(0)));
     let mut orders: BTreeMap<&str, Vec<(&str, &str)>> = BTreeMap::new();
     for drive in trials {
@@ -292,10 +302,10 @@ fn by_place(drives: &[Analysed]) -> BTreeMap<&str, Vec<(&str, &str)>> {
     orders
 }
 
-fn measures(drives: &[&Analysed]) -> String {
+fn measures(drives: &[&AnalysedRecording]) -> String {
     let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
-    let each = |(k, measure): (usize, &super::measures::Measure)| {
-        let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", printed(measure.unit)) };
+    let each = |(k, measure): (usize, &super::measures::MeasureDefinition)| {
+        let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", unit_text(measure.unit)) };
         has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.about))
     };
     let defined: Vec<String> = MEASURES.iter().enumerate().filter_map(each).collect();
@@ -305,7 +315,7 @@ fn measures(drives: &[&Analysed]) -> String {
     format!("The measures of a drive were defined as follows. {}", defined.join(" "))
 }
 
-fn statistics(drives: &[Analysed], people: &People) -> String {
+fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> String {
     let mut text = String::new();
     let conditions = conditions(drives);
     if report::is_of_several_people(drives) && !conditions.is_empty() {
@@ -323,7 +333,7 @@ fn statistics(drives: &[Analysed], people: &People) -> String {
     let mut asked: Vec<String> = people.scores.iter().map(|score| score.questionnaire.replace('_', " ")).collect();
     asked.dedup();
     if !asked.is_empty() {
-        text += &format!(" Questionnaires were scored by their own rules: {}.", listed(&asked));
+        text += &format!(" Questionnaires were scored by their own rules: {}.", joined_words(&asked));
     }
     text.trim_start().to_owned()
 }
@@ -331,10 +341,10 @@ fn statistics(drives: &[Analysed], people: &People) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{page_tests, people::Person};
+    use crate::analysis::{page_tests, people::StudyParticipant};
 
     /// Four simulated trials of two people in two conditions, which differ in their range.
-    fn made() -> Vec<Analysed> {
+    fn made() -> Vec<AnalysedRecording> {
         let mut drives = page_tests::drives();
         for (i, drive) in drives.iter_mut().enumerate() {
             drive.setup.manifest.program = "codrive 0.1.0".into();
@@ -351,9 +361,10 @@ mod tests {
 
     #[test]
     fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
-        let person = |id: &str, state: &str| Person { id: id.into(), is_simulated: true, state: state.into() };
+        let person =
+            |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
         let all = vec![person("sub-P01", "complete"), person("sub-P02", "partial"), person("sub-P03", "excluded")];
-        let text = paragraphs(&made(), &People { all, scores: Vec::new() }).join("\n");
+        let text = paragraphs(&made(), &StudyParticipants { all, scores: Vec::new() }).join("\n");
         for part in [
             "4 drives of 2 simulated participants were analysed.",
             "no person took part",
@@ -379,7 +390,7 @@ mod tests {
         for (drive, place) in drives.iter_mut().zip(["1", "2", "2", "1"]) {
             drive.found.place = place.into();
         }
-        let text = paragraphs(&drives, &People::default()).join("\n");
+        let text = paragraphs(&drives, &StudyParticipants::default()).join("\n");
         assert!(text.contains("They came in 2 different orders."), "{text}");
     }
 
@@ -387,9 +398,9 @@ mod tests {
     fn the_methods_of_a_single_drive_tell_of_no_statistics_and_of_no_one_who_was_not_there() {
         let mut drives = made();
         drives.truncate(1);
-        drives[0].found = crate::analysis::Found::default();
+        drives[0].found = crate::analysis::FoundRecording::default();
         drives[0].setup.manifest.driver = "simulated: follow".into();
-        let text = paragraphs(&drives, &People::default()).join("\n");
+        let text = paragraphs(&drives, &StudyParticipants::default()).join("\n");
         assert!(
             text.starts_with("1 drive was driven by a simulated driver (model follow); no person took part."),
             "{text}"
@@ -400,7 +411,7 @@ mod tests {
         );
         drives[0].setup.manifest.driver = "keyboard".into();
         drives[0].setup.manifest.policy.name = "none".into();
-        let text = paragraphs(&drives, &People::default()).join("\n");
+        let text = paragraphs(&drives, &StudyParticipants::default()).join("\n");
         assert!(
             text.contains("the driver's controls were: keyboard.") && text.contains("No speed was advised."),
             "{text}"

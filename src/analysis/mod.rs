@@ -27,11 +27,11 @@ pub mod totals;
 pub mod traces;
 pub mod trial;
 
-pub use collect::{Analysed, Found, find};
-pub use measures::{MEASURES, Measures};
-pub use people::People;
-pub use setup::Setup;
-pub use trial::Trial;
+pub use collect::{AnalysedRecording, FoundRecording, find};
+pub use measures::{DriveMeasures, MEASURES};
+pub use people::StudyParticipants;
+pub use setup::DriveSetup;
+pub use trial::RecordedTrial;
 
 #[cfg(test)]
 mod page_tests;

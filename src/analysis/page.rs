@@ -1,7 +1,7 @@
 //! A page that is read on a screen and printed. In: headings, paragraphs, figures and tables. Out: HTML in which figures and tables
 //! are numbered in order and have captions, and whose style keeps them whole on paper.
 
-use crate::chart::escaped;
+use crate::plot::escaped;
 use std::fmt::Write;
 
 /// The style. A sheet of A4 leaves 183 mm between its margins: a figure as wide as a journal's page, or two as wide as a column.
@@ -40,14 +40,14 @@ const WHOLE: usize = 24;
 
 /// A page in the making, and the figures in it by their file names.
 #[derive(Default)]
-pub(super) struct Page {
+pub(super) struct ReportPage {
     pub html: String,
     pub figures: Vec<(String, String)>,
     tables: usize,
 }
 
 /// A figure and what is said of it.
-pub(super) struct Figure {
+pub(super) struct ReportFigure {
     /// Name of its file without ending.
     pub name: String,
     pub svg: String,
@@ -56,9 +56,9 @@ pub(super) struct Figure {
 }
 
 /// A head or a row: texts that are numbers stand at the right, but for the first.
-pub(super) type Cells = Vec<String>;
+pub(super) type TableCells = Vec<String>;
 
-impl Page {
+impl ReportPage {
     /// Markup as it is.
     pub fn put(&mut self, text: &str) {
         self.html.push_str(text);
@@ -70,7 +70,7 @@ impl Page {
         self.put(&format!("<p class=\"{class}\">{html}</p>"));
     }
 
-    /// Links to `count` figures, the first of which is `ahead` figures after the next one: `Figure 3`, `Figures 3 and 4`,
+    /// Links to `count` figures, the first of which is `ahead` figures after the next one: `ReportFigure 3`, `Figures 3 and 4`,
     /// `Figures 3 to 9`.
     pub fn figure_links(&self, ahead: usize, count: usize) -> String {
         links("figure", "Figure", self.figures.len() + 1 + ahead, count)
@@ -82,8 +82,8 @@ impl Page {
     }
 
     /// A figure with the next number.
-    pub fn figure(&mut self, figure: Figure) {
-        let Figure { name, svg, caption } = figure;
+    pub fn figure(&mut self, figure: ReportFigure) {
+        let ReportFigure { name, svg, caption } = figure;
         // Names within a picture are names of the whole page here.
         let n = self.figures.len();
         let inline = svg.replace("id=\"f", &format!("id=\"p{n}f")).replace("url(#f", &format!("url(#p{n}f"));
@@ -98,7 +98,7 @@ impl Page {
     }
 
     /// A table with the next number; its columns but for `texts` are numbers. Cells are texts without markup.
-    pub fn table(&mut self, caption: &str, head: &Cells, rows: &[Cells], texts: &[usize]) {
+    pub fn table(&mut self, caption: &str, head: &TableCells, rows: &[TableCells], texts: &[usize]) {
         let plain = |cell: &String| escaped(cell);
         self.marked_table(
             caption,
@@ -109,10 +109,10 @@ impl Page {
     }
 
     /// The same, of cells with markup.
-    pub fn marked_table(&mut self, caption: &str, head: &Cells, rows: &[Cells], texts: &[usize]) {
+    pub fn marked_table(&mut self, caption: &str, head: &TableCells, rows: &[TableCells], texts: &[usize]) {
         self.tables += 1;
         let class = if rows.len() <= WHOLE { " class=\"whole\"" } else { "" };
-        let row = |cells: &Cells, tag: &str| {
+        let row = |cells: &TableCells, tag: &str| {
             let cell = |(i, cell): (usize, &String)| {
                 let class = if texts.contains(&i) { " class=\"t\"" } else { "" };
                 format!("<{tag}{class}>{cell}</{tag}>")

@@ -1,37 +1,38 @@
 //! The page and its figures, of drives made up by hand.
 
 use super::{
-    Analysed, Found, MEASURES, Measures, People, Setup, Trial, figures, glossary,
-    page::{Figure, Page, STYLE},
+    AnalysedRecording, DriveMeasures, DriveSetup, FoundRecording, MEASURES, RecordedTrial, StudyParticipants, figures,
+    glossary,
+    page::{ReportFigure, ReportPage, STYLE},
     report::{self, contacts, dictionary, every, index, report, scores, short, study, took_part},
     traces::DriveTraces,
 };
 
 /// A trial of a participant whose every measure is `value`, or is not there.
-fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) -> Analysed {
-    let found = Found {
+fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) -> AnalysedRecording {
+    let found = FoundRecording {
         participant: participant.into(),
         segment: "trial".into(),
         condition: condition.into(),
         rank,
-        ..Found::default()
+        ..FoundRecording::default()
     };
-    let measures = Measures { values: vec![value; MEASURES.len()], responses: Vec::new() };
+    let measures = DriveMeasures { values: vec![value; MEASURES.len()], responses: Vec::new() };
     let per_second_mps = value.map_or(Vec::new(), |v| vec![v; 12]);
     let (baseline_per_second_mps, ended) = (Vec::new(), "duration".to_owned());
-    Analysed {
+    AnalysedRecording {
         found,
         measures,
         per_second_mps,
         baseline_per_second_mps,
         duration_s: 12.0,
         ended,
-        setup: Setup::default(),
+        setup: DriveSetup::default(),
     }
 }
 
 /// Two participants in two conditions; one number is missing.
-pub(super) fn drives() -> Vec<Analysed> {
+pub(super) fn drives() -> Vec<AnalysedRecording> {
     vec![
         drive("sub-P01", "few & <fast>", 0, Some(2.0)),
         drive("sub-P01", "many", 1, Some(4.0)),
@@ -87,7 +88,7 @@ fn speed_over_time_has_a_line_a_condition_at_the_means_of_five_seconds() {
 
 #[test]
 fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
-    let mut page = Page::default();
+    let mut page = ReportPage::default();
     study(&mut page, &drives());
     let row = page.html.lines().find(|line| line.starts_with("<tr><td>Mean speed of all vehicles, m/s</td>")).unwrap();
     // 2 and 3 have the mean 2.5; of two participants one has no number, and of one number there is no interval.
@@ -97,18 +98,18 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     assert!(page.figures.iter().any(|(name, _)| name == "by-condition-mean-speed-mps.svg"));
 
     // A few drives stand beside each other, more one below the other in two tables.
-    let mut page = Page::default();
+    let mut page = ReportPage::default();
     every(&mut page, &drives());
     let row = page.html.lines().find(|line| line.contains("<td>Minimum gap, m</td>")).unwrap();
     assert!(row.ends_with("<td>2.00</td><td>4.00</td><td>3.00</td><td>–</td></tr>"), "{row}");
     assert_eq!(page.html.matches("<tr><td>").count(), MEASURES.len());
-    let mut page = Page::default();
+    let mut page = ReportPage::default();
     every(&mut page, &[drives(), drives()].concat());
     let rows: Vec<&str> = page.html.lines().filter(|line| line.contains("<tr><td>sub-P0")).collect();
     assert_eq!(rows.len(), 16, "eight drives in two tables");
     assert!(rows[3].contains("<td>12.0</td>") && rows[3].matches("<td>–</td>").count() == 6, "{}", rows[3]);
     assert!(!rows[0].contains('–'));
-    let mut page = Page::default();
+    let mut page = ReportPage::default();
     dictionary(&mut page, &drives());
     for column in glossary::tables(&drives()).iter().flat_map(|table| &table.columns) {
         assert!(page.html.contains(&format!("<code>{}</code>", column.name)), "{}", column.name);
@@ -132,8 +133,8 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
     drives.iter_mut().for_each(|drive| drive.measures.values[index("speed_gain_mps")] = Some(-0.25));
     drives[0].measures.values[index("speed_bias_mps")] = Some(-1.5);
     let score =
-        super::people::Score { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![-1.0, 3.0] };
-    let made = report("A study", &drives, &People { all: Vec::new(), scores: vec![score] }, &[]).unwrap();
+        super::people::ScoreColumn { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![-1.0, 3.0] };
+    let made = report("A study", &drives, &StudyParticipants { all: Vec::new(), scores: vec![score] }, &[]).unwrap();
     (made.html, made.figures, made.methods)
 }
 
@@ -243,7 +244,7 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
     let mut trials = drives();
     let k = index("contacts");
     trials.iter_mut().for_each(|drive| drive.measures.values[k] = Some(0.0));
-    let mut page = Page::default();
+    let mut page = ReportPage::default();
     contacts(&mut page, &trials);
     assert_eq!(page.html, "");
     trials[1].measures.values[k] = Some(3.0);
@@ -265,23 +266,23 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
     };
     let traces =
         DriveTraces { ways: ring.clone(), ways_end_s: None, speeds: ring, median_speed_mps: Some(4.0), range_mps: 0.0 };
-    let svg = |trial: &Trial| figures::speeds("one", &traces, trial);
-    let quiet = svg(&Trial::default());
+    let svg = |trial: &RecordedTrial| figures::speeds("one", &traces, trial);
+    let quiet = svg(&RecordedTrial::default());
     assert!(!quiet.contains("contact") && !quiet.contains("mark</text>"));
     let contacts_at = vec![[12.0, 3.5], [30.0, 1.0]];
-    let hit = svg(&Trial { contacts: 2, contacts_at, marks_at: vec![20.0], ..Trial::default() });
+    let hit = svg(&RecordedTrial { contacts: 2, contacts_at, marks_at: vec![20.0], ..RecordedTrial::default() });
     let red = all(&hit, "polyline", "stroke").iter().filter(|colour| *colour == "#cc0000").count();
     assert_eq!((red, hit.matches(">contact<").count(), hit.matches(">mark<").count()), (2, 1, 1), "{hit}");
 }
 
 #[test]
 fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
-    use crate::analysis::people::{Person, Score};
-    let person = |id: &str, state: &str| Person { id: id.into(), is_simulated: true, state: state.into() };
+    use crate::analysis::people::{ScoreColumn, StudyParticipant};
+    let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
     let all = vec![person("sub-R01", "complete"), person("sub-R02", "excluded")];
-    let score = Score { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![10.0, 30.0] };
-    let mut page = Page::default();
-    let people = People { all, scores: vec![score] };
+    let score = ScoreColumn { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![10.0, 30.0] };
+    let mut page = ReportPage::default();
+    let people = StudyParticipants { all, scores: vec![score] };
     took_part(&mut page, &people);
     scores(&mut page, &people);
     for part in [
@@ -291,9 +292,9 @@ fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
     ] {
         assert!(page.html.contains(part), "{part}\n{}", page.html);
     }
-    let mut page = Page::default();
-    took_part(&mut page, &People::default());
-    scores(&mut page, &People::default());
+    let mut page = ReportPage::default();
+    took_part(&mut page, &StudyParticipants::default());
+    scores(&mut page, &StudyParticipants::default());
     assert_eq!(page.html, "", "a drive outside of a study has no participants");
 }
 
@@ -311,16 +312,16 @@ fn numbers_have_three_digits_that_count() {
     ] {
         assert_eq!(short(value), text, "{value}");
     }
-    assert_eq!(crate::chart::escaped(r#"a<b> & "c""#), "a&lt;b&gt; &amp; &quot;c&quot;");
+    assert_eq!(crate::plot::escaped(r#"a<b> & "c""#), "a&lt;b&gt; &amp; &quot;c&quot;");
     assert_eq!(report::estimate(&[]), None);
 }
 
 #[test]
 fn names_within_a_figure_are_its_own_on_the_page() {
-    let mut page = Page::default();
+    let mut page = ReportPage::default();
     let svg = r##"<svg><clipPath id="f0"/><g clip-path="url(#f0)"/></svg>"##;
     for name in ["one", "two"] {
-        page.figure(Figure { name: name.into(), svg: svg.into(), caption: String::new() });
+        page.figure(ReportFigure { name: name.into(), svg: svg.into(), caption: String::new() });
     }
     assert_eq!(page.figures.iter().map(|f| f.0.as_str()).collect::<Vec<_>>(), ["one.svg", "two.svg"]);
     for own in ["id=\"p0f0\"", "url(#p0f0)", "id=\"p1f0\"", "url(#p1f0)"] {

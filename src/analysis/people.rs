@@ -15,7 +15,7 @@ const EXCLUDED: &str = "excluded";
 
 /// A participant.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Person {
+pub struct StudyParticipant {
     /// `sub-P03`.
     pub id: String,
     /// Nobody drove: one of a rehearsal.
@@ -24,7 +24,7 @@ pub struct Person {
     pub state: String,
 }
 
-impl Person {
+impl StudyParticipant {
     /// True if the drives are not to be analysed.
     pub fn is_excluded(&self) -> bool {
         self.state == EXCLUDED
@@ -33,7 +33,7 @@ impl Person {
 
 /// A score of a questionnaire.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Score {
+pub struct ScoreColumn {
     /// Questionnaire of the plan, as its file is called.
     pub questionnaire: String,
     /// The score's name.
@@ -44,24 +44,24 @@ pub struct Score {
 
 /// Participants of a study and their scores; empty outside of one.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct People {
+pub struct StudyParticipants {
     /// In the table's order.
-    pub all: Vec<Person>,
+    pub all: Vec<StudyParticipant>,
     /// In the order of files and columns.
-    pub scores: Vec<Score>,
+    pub scores: Vec<ScoreColumn>,
 }
 
-impl People {
+impl StudyParticipants {
     /// Those of a data set among `subjects`.
     ///
     /// # Errors
     /// A table is not as this program writes it.
     pub fn of(root: &Path, subjects: &[String]) -> Result<Self, AnalysisError> {
         let mut all = Vec::new();
-        if let Some(table) = Tsv::read(&root.join("participants.tsv"))? {
+        if let Some(table) = TsvFile::read(&root.join("participants.tsv"))? {
             let [id, kind, state] = [table.column("participant_id")?, table.column("kind")?, table.column("state")?];
             let rows = table.rows.iter().filter(|row| subjects.contains(&row[id]));
-            all.extend(rows.map(|row| Person {
+            all.extend(rows.map(|row| StudyParticipant {
                 id: row[id].clone(),
                 is_simulated: row[kind] == "simulated",
                 state: row[state].clone(),
@@ -73,13 +73,13 @@ impl People {
         files.retain(|path| path.extension().is_some_and(|ending| ending == "tsv"));
         files.sort();
         for path in files {
-            let Some(table) = Tsv::read(&path)? else { continue };
+            let Some(table) = TsvFile::read(&path)? else { continue };
             let id = table.column("participant_id")?;
             let rows: Vec<&Vec<String>> =
                 table.rows.iter().filter(|row| subjects.contains(&row[id]) && !people.is_excluded(&row[id])).collect();
             for (at, name) in table.names.iter().enumerate() {
                 let Some(name) = name.strip_prefix("score_") else { continue };
-                people.scores.push(Score {
+                people.scores.push(ScoreColumn {
                     questionnaire: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
                     name: name.into(),
                     values: rows.iter().filter_map(|row| row[at].parse().ok()).collect(),
@@ -112,13 +112,13 @@ impl People {
 }
 
 /// A table as BIDS has it.
-struct Tsv {
+struct TsvFile {
     path: PathBuf,
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Tsv {
+impl TsvFile {
     /// `None` where there is no such file.
     fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
         if !path.exists() {

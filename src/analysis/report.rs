@@ -2,15 +2,15 @@
 //! plain text. Quantities are called by their words; names of columns stand in the data dictionary alone.
 
 use super::{
-    Analysed, AnalysisError, MEASURES, People, Trial, figures, glossary,
+    AnalysedRecording, AnalysisError, MEASURES, RecordedTrial, StudyParticipants, figures, glossary,
     methods::{self, interval},
-    page::{Cells, Figure, Page, STYLE},
-    setup::listed,
+    page::{ReportFigure, ReportPage, STYLE, TableCells},
+    setup::joined_words,
     tables::{conditions, participants, per_participant, power, values},
     traces::DriveTraces,
 };
 use crate::{
-    chart::{escaped, minus},
+    plot::{escaped, minus},
     train::Estimate,
 };
 use std::path::PathBuf;
@@ -36,11 +36,10 @@ const LISTED: [&[&str]; 2] = [
 ];
 /// Conditions beside each other in a table, at most: more are wider than a sheet.
 const BESIDE: usize = 4;
-/// In place of a number that is not there.
-const NONE: &str = "–";
+const NONE: &str = "–"; // In place of a number that is not there.
 
 /// A page and the figures in it, by their file names.
-pub struct Report {
+pub struct StudyReport {
     /// The page.
     pub html: String,
     /// The methods as plain text.
@@ -53,14 +52,19 @@ pub struct Report {
 ///
 /// # Errors
 /// A recording whose ways are drawn cannot be read.
-pub fn report(title: &str, drives: &[Analysed], who: &People, changed: &[String]) -> Result<Report, AnalysisError> {
-    let mut page = Page::default();
+pub fn report(
+    title: &str,
+    drives: &[AnalysedRecording],
+    who: &StudyParticipants,
+    changed: &[String],
+) -> Result<StudyReport, AnalysisError> {
+    let mut page = ReportPage::default();
     page.put(&format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\
          <body>\n<h1>{0}</h1>",
         escaped(title)
     ));
-    let all: Vec<&Analysed> = drives.iter().collect();
+    let all: Vec<&AnalysedRecording> = drives.iter().collect();
     let is_study = is_of_several_people(drives);
     let of = if is_study { format!(" of {} participants", participants(&all)) } else { String::new() };
     page.paragraph(
@@ -93,11 +97,11 @@ pub fn report(title: &str, drives: &[Analysed], who: &People, changed: &[String]
     page.put("</section>");
     dictionary(&mut page, drives);
     page.put("</body></html>");
-    Ok(Report { html: page.html, methods: methods.join("\n\n") + "\n", figures: page.figures })
+    Ok(StudyReport { html: page.html, methods: methods.join("\n\n") + "\n", figures: page.figures })
 }
 
 /// True if more than one person drove.
-pub(super) fn is_of_several_people(drives: &[Analysed]) -> bool {
+pub(super) fn is_of_several_people(drives: &[AnalysedRecording]) -> bool {
     participants(&drives.iter().collect::<Vec<_>>()) > 1
 }
 
@@ -112,7 +116,7 @@ fn people(n: usize) -> String {
 }
 
 /// Whose drives these are, and whose are not among them.
-pub(super) fn took_part(page: &mut Page, people: &People) {
+pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
     if people.is_rehearsal() {
         page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated, nobody drove.</b></p>");
     }
@@ -124,10 +128,10 @@ pub(super) fn took_part(page: &mut Page, people: &People) {
 }
 
 /// Which drives had contacts with other vehicles.
-pub(super) fn contacts(page: &mut Page, drives: &[Analysed]) {
+pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     const MOST: usize = 20;
     let k = index("contacts");
-    let of = |drive: &Analysed| drive.measures.values[k].filter(|count| *count > 0.0);
+    let of = |drive: &AnalysedRecording| drive.measures.values[k].filter(|count| *count > 0.0);
     let hit: Vec<String> = drives
         .iter()
         .filter_map(|drive| Some(format!("{} ({:.0})", escaped(&drive.found.title()), of(drive)?)))
@@ -148,14 +152,14 @@ pub(super) fn contacts(page: &mut Page, drives: &[Analysed]) {
 }
 
 /// Scores of the questionnaires, over all participants who answered.
-pub(super) fn scores(page: &mut Page, people: &People) {
-    let row = |score: &super::people::Score| {
+pub(super) fn scores(page: &mut ReportPage, people: &StudyParticipants) {
+    let row = |score: &super::people::ScoreColumn| {
         let [low, high] = [f64::min, f64::max].map(|f| score.values.iter().copied().reduce(f).unwrap_or_default());
         let name = score.questionnaire.replace('_', " ");
         let n = score.values.len();
         Some(vec![name, score.name.clone(), n.to_string(), estimate(&score.values)?, short(low), short(high)])
     };
-    let rows: Vec<Cells> = people.scores.iter().filter_map(row).collect();
+    let rows: Vec<TableCells> = people.scores.iter().filter_map(row).collect();
     if rows.is_empty() {
         return;
     }
@@ -173,13 +177,13 @@ pub(super) fn scores(page: &mut Page, people: &People) {
 }
 
 /// The same over conditions: means, figures, power.
-pub(super) fn study(page: &mut Page, drives: &[Analysed]) {
+pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     let conditions = conditions(drives);
     let trials: usize = conditions.iter().map(|(_, of)| of.len()).sum();
     page.put("<h2>By condition</h2>");
     let over_time = figures::over_time(drives);
-    let drawn: Vec<Figure> = DRAWN.into_iter().filter_map(|name| distribution(drives, name)).collect();
-    let powered: Vec<Cells> = POWERED.into_iter().flat_map(|name| powers(drives, index(name))).collect();
+    let drawn: Vec<ReportFigure> = DRAWN.into_iter().filter_map(|name| distribution(drives, name)).collect();
+    let powered: Vec<TableCells> = POWERED.into_iter().flat_map(|name| powers(drives, index(name))).collect();
     let parts = conditions.chunks(BESIDE).count();
     let (lines, dots) = (usize::from(over_time.is_some()), drawn.len());
     let mut text = format!("{} the measures of each condition.", verb(&page.table_links(parts), parts, "give"));
@@ -194,7 +198,7 @@ pub(super) fn study(page: &mut Page, drives: &[Analysed]) {
     page.paragraph("lead", &text);
     means(page, &conditions);
     if let Some(svg) = over_time {
-        page.figure(Figure {
+        page.figure(ReportFigure {
             name: "speed-over-time".into(),
             svg,
             caption: format!(
@@ -217,7 +221,7 @@ pub(super) fn study(page: &mut Page, drives: &[Analysed]) {
         &format!("{} gives the differences that a study like this one would detect.", page.table_links(1)),
     );
     let head = ["Measure", "Conditions", "N", "Difference", "SD", "with this N", "with 10", "with 25", "with 50"];
-    let head: Cells = head.into_iter().map(str::to_owned).chain(["N for this difference".into()]).collect();
+    let head: TableCells = head.into_iter().map(str::to_owned).chain(["N for this difference".into()]).collect();
     page.table(
         "Differences within participants (second condition less first): mean, standard deviation (N−1), the smallest difference that \
          is detected with a power of 80 % at a two-sided level of 5 % with so many participants (2.80 standard errors of the \
@@ -235,7 +239,7 @@ fn verb(links: &str, n: usize, verb: &str) -> String {
 }
 
 /// Means of all measures, so many conditions beside each other as a sheet is wide.
-fn means(page: &mut Page, conditions: &[(String, Vec<&Analysed>)]) {
+fn means(page: &mut ReportPage, conditions: &[(String, Vec<&AnalysedRecording>)]) {
     let has_value = |k: &usize| conditions.iter().any(|(_, of)| !values(of, *k).is_empty());
     let measured: Vec<usize> = (0..MEASURES.len()).filter(has_value).collect();
     let without: Vec<String> =
@@ -245,7 +249,7 @@ fn means(page: &mut Page, conditions: &[(String, Vec<&Analysed>)]) {
         let head = ["Measure".to_owned()].into_iter();
         let head = head.chain(part.iter().map(|(name, of)| format!("{name} (N = {})", participants(of)))).collect();
         let row = |k: &usize| {
-            let cell = |(_, of): &(String, Vec<&Analysed>)| {
+            let cell = |(_, of): &(String, Vec<&AnalysedRecording>)| {
                 let found = values(of, *k);
                 // Where some participants have no such number, how many have.
                 let n = if found.len() < participants(of) { format!(" (N = {})", found.len()) } else { String::new() };
@@ -257,7 +261,7 @@ fn means(page: &mut Page, conditions: &[(String, Vec<&Analysed>)]) {
         let missing = if i > 0 || without.is_empty() {
             String::new()
         } else {
-            format!(" Without any value: {}.", listed(&without))
+            format!(" Without any value: {}.", joined_words(&without))
         };
         page.table(
             &format!(
@@ -272,23 +276,23 @@ fn means(page: &mut Page, conditions: &[(String, Vec<&Analysed>)]) {
 }
 
 /// How many there are in each condition: once where they are equal.
-fn numbers(conditions: &[(String, Vec<&Analysed>)], of: impl Fn(&[&Analysed]) -> usize) -> String {
+fn numbers(conditions: &[(String, Vec<&AnalysedRecording>)], of: impl Fn(&[&AnalysedRecording]) -> usize) -> String {
     let each: Vec<usize> = conditions.iter().map(|(_, drives)| of(drives)).collect();
     let (least, most) = (each.iter().min().copied().unwrap_or(0), each.iter().max().copied().unwrap_or(0));
     if least == most {
         format!("N = {} in each condition", people(least))
     } else if each.len() <= 6 {
         let said: Vec<String> = conditions.iter().zip(&each).map(|((name, _), n)| format!("{n} ({name})")).collect();
-        format!("N = {} participants", listed(&said))
+        format!("N = {} participants", joined_words(&said))
     } else {
         format!("N = {least} to {most} participants in a condition")
     }
 }
 
-fn distribution(drives: &[Analysed], name: &str) -> Option<Figure> {
+fn distribution(drives: &[AnalysedRecording], name: &str) -> Option<ReportFigure> {
     let k = index(name);
     let n = numbers(&conditions(drives), |of| per_participant(of, k).len());
-    Some(Figure {
+    Some(ReportFigure {
         name: format!("by-condition-{}", name.replace('_', "-")),
         svg: figures::distribution(drives, k)?,
         caption: format!(
@@ -303,8 +307,8 @@ pub(super) fn index(name: &str) -> usize {
     MEASURES.iter().position(|measure| measure.name == name).expect("a measure of the list")
 }
 
-fn powers(drives: &[Analysed], measure: usize) -> Vec<Cells> {
-    let row = |p: super::tables::Power| {
+fn powers(drives: &[AnalysedRecording], measure: usize) -> Vec<TableCells> {
+    let row = |p: super::tables::StatisticalPower| {
         let needed = p.needed().filter(|n| *n < 10_000.0).map_or(NONE.into(), |n| n.to_string());
         let words = [MEASURES[p.measure].label(), format!("{} → {}", p.pair[0], p.pair[1]), p.n.to_string()];
         let numbers = [p.mean, p.sd, p.detectable(p.n), p.detectable(10), p.detectable(25), p.detectable(50)];
@@ -314,9 +318,9 @@ fn powers(drives: &[Analysed], measure: usize) -> Vec<Cells> {
 }
 
 /// Drives one by one: all of them, or of a study the trials of one participant.
-fn one_by_one(page: &mut Page, drives: &[Analysed], is_compared: bool) -> Result<(), AnalysisError> {
+fn one_by_one(page: &mut ReportPage, drives: &[AnalysedRecording], is_compared: bool) -> Result<(), AnalysisError> {
     let first = &drives[0].found.participant;
-    let shown: Vec<&Analysed> = drives
+    let shown: Vec<&AnalysedRecording> = drives
         .iter()
         .filter(|drive| drive.found.participant == *first && (!is_compared || drive.found.baseline.is_some()))
         .collect();
@@ -343,10 +347,10 @@ fn one_by_one(page: &mut Page, drives: &[Analysed], is_compared: bool) -> Result
 }
 
 /// Figures of a drive: speeds, ways, mean speed with and without advice; and what is to be said of contacts.
-fn one(drive: &Analysed, title: &str, number: usize) -> Result<(Vec<Figure>, String), AnalysisError> {
-    let trial = Trial::open(&drive.found.recording)?;
+fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<ReportFigure>, String), AnalysisError> {
+    let trial = RecordedTrial::open(&drive.found.recording)?;
     let traces = DriveTraces::of(&trial)?;
-    let of_baseline = |folder: &PathBuf| DriveTraces::of(&Trial::open(folder)?);
+    let of_baseline = |folder: &PathBuf| DriveTraces::of(&RecordedTrial::open(folder)?);
     let baseline = drive.found.baseline.as_ref().map(of_baseline).transpose()?.flatten();
     let more = if trial.contacts > trial.contacts_at.len() { ", ..." } else { "" };
     let each = trial.contacts_at.iter().map(|[at_s, mps]| format!("at {at_s:.1} s with {mps:.1} m/s"));
@@ -362,7 +366,7 @@ fn one(drive: &Analysed, title: &str, number: usize) -> Result<(Vec<Figure>, Str
             (true, false) => " Dashed: moments that the experimenter marked.",
             (false, false) => " Red: contacts with other vehicles; dashed: moments that the experimenter marked.",
         };
-        figures.push(Figure {
+        figures.push(ReportFigure {
             name: format!("speeds-{number}"),
             svg: figures::speeds("", &traces, &trial),
             caption: format!(
@@ -376,7 +380,7 @@ fn one(drive: &Analysed, title: &str, number: usize) -> Result<(Vec<Figure>, Str
             ""
         };
         let title = if baseline.is_some() { "With advice" } else { "" };
-        figures.push(Figure {
+        figures.push(ReportFigure {
             name: format!("space-time-{number}"),
             svg: figures::space_time(title, &traces, baseline.as_ref()),
             caption: format!(
@@ -386,7 +390,7 @@ fn one(drive: &Analysed, title: &str, number: usize) -> Result<(Vec<Figure>, Str
         });
     }
     let without = if drive.baseline_per_second_mps.is_empty() { "" } else { " with advice and without" };
-    figures.push(Figure {
+    figures.push(ReportFigure {
         name: format!("mean-speed-{number}"),
         svg: figures::gain("", drive),
         caption: format!(
@@ -397,7 +401,7 @@ fn one(drive: &Analysed, title: &str, number: usize) -> Result<(Vec<Figure>, Str
 }
 
 /// Every drive in numbers: a few beside each other with all that was measured, many one below the other with a part of it.
-pub(super) fn every(page: &mut Page, drives: &[Analysed]) {
+pub(super) fn every(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put(if drives.len() == 1 { "<h2>The drive in numbers</h2>" } else { "<h2>All drives</h2>" });
     let tables = if drives.len() <= BESIDE { 1 } else { LISTED.len() };
     let links = verb(&page.table_links(tables), tables, "give");
@@ -421,7 +425,7 @@ pub(super) fn every(page: &mut Page, drives: &[Analysed]) {
     for (names, what) in LISTED.into_iter().zip(["speed and advice", "following, steering and fuel"]) {
         let columns: Vec<usize> = names.iter().map(|name| index(name)).collect();
         let head = ["Drive".to_owned(), "Duration, s".to_owned()].into_iter();
-        let row = |drive: &Analysed| {
+        let row = |drive: &AnalysedRecording| {
             let values = columns.iter().map(|k| drive.measures.values[*k].map_or(NONE.into(), short));
             [drive.found.title(), short(drive.duration_s)].into_iter().chain(values).collect()
         };
@@ -434,14 +438,14 @@ pub(super) fn every(page: &mut Page, drives: &[Analysed]) {
     }
 }
 
-fn count_of(drives: &[Analysed]) -> String {
-    let all: Vec<&Analysed> = drives.iter().collect();
+fn count_of(drives: &[AnalysedRecording]) -> String {
+    let all: Vec<&AnalysedRecording> = drives.iter().collect();
     let of = if is_of_several_people(drives) { format!(" of {}", people(participants(&all))) } else { String::new() };
     format!("N = {}{of}", count(drives.len()))
 }
 
 /// What each column of the tables beside the page is.
-pub(super) fn dictionary(page: &mut Page, drives: &[Analysed]) {
+pub(super) fn dictionary(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put("<section id=\"data-dictionary\">\n<h2>Data dictionary</h2>");
     let tables = glossary::tables(drives);
     page.paragraph(
@@ -452,11 +456,11 @@ pub(super) fn dictionary(page: &mut Page, drives: &[Analysed]) {
         ),
     );
     for table in tables {
-        let row = |column: &glossary::Column| {
+        let row = |column: &glossary::ColumnDefinition| {
             vec![
                 escaped(&column.title),
                 format!("<code>{}</code>", escaped(&column.name)),
-                glossary::printed(column.unit),
+                glossary::unit_text(column.unit),
                 escaped(&column.about),
             ]
         };
@@ -470,7 +474,7 @@ pub(super) fn dictionary(page: &mut Page, drives: &[Analysed]) {
     page.put("</section>");
 }
 
-fn cells<const N: usize>(words: [&str; N]) -> Cells {
+fn cells<const N: usize>(words: [&str; N]) -> TableCells {
     words.map(str::to_owned).to_vec()
 }
 

@@ -1,4 +1,4 @@
-//! What a driver does about each change of the advice. In: advices, then the ego's rows, in order. Out: a [`Response`] a change,
+//! What a driver does about each change of the advice. In: advices, then the ego's rows, in order. Out: a [`AdviceResponse`] a change,
 //! times in seconds and steps.
 //!
 //! SAE J2944 (10.1): reaction time runs from the onset of the event to the first observable response of hand or foot. Here:
@@ -16,7 +16,7 @@
 //! median (the time that a foot takes for 5 % of a pedal), 80 % lie between +0.02 and +0.07 s; four of 75 are much
 //! too early, where a pedal was under way. With 2 % of travel it were 14.
 
-use super::trial::{EgoSample, Issued};
+use super::trial::{EgoSample, IssuedAdvice};
 use crate::time::{TICK_S, Tick};
 
 /// Smallest change of the target that counts, m/s (0.2 mph: a needle's width on the dial).
@@ -33,7 +33,7 @@ pub const MOST_CHANGES: usize = 500_000;
 
 /// A change of the advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Change {
+pub struct AdviceChange {
     /// When it was seen.
     pub seen_tick: u64,
     /// The target before, m/s.
@@ -48,7 +48,7 @@ pub struct Change {
 #[derive(Clone, Debug, Default)]
 pub struct ChangeFinder {
     /// The changes so far.
-    pub changes: Vec<Change>,
+    pub changes: Vec<AdviceChange>,
     /// Many small steps add up to a change: what stands is what was last counted.
     standing_mps: Option<f64>,
 }
@@ -58,7 +58,7 @@ impl ChangeFinder {
     ///
     /// # Errors
     /// More than [`MOST_CHANGES`]; the message says what is allowed.
-    pub fn add(&mut self, advice: &Issued) -> Result<(), String> {
+    pub fn add(&mut self, advice: &IssuedAdvice) -> Result<(), String> {
         let from_mps = *self.standing_mps.get_or_insert(advice.target_mps);
         if (advice.target_mps - from_mps).abs() >= CHANGE_MPS {
             if self.changes.len() == MOST_CHANGES {
@@ -68,7 +68,7 @@ impl ChangeFinder {
                 ));
             }
             let (to_mps, range_mps) = (advice.target_mps, advice.range_mps);
-            self.changes.push(Change { seen_tick: advice.seen_tick, from_mps, to_mps, range_mps });
+            self.changes.push(AdviceChange { seen_tick: advice.seen_tick, from_mps, to_mps, range_mps });
             self.standing_mps = Some(to_mps);
         }
         Ok(())
@@ -77,7 +77,7 @@ impl ChangeFinder {
 
 /// One change of the advice and what came of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Response {
+pub struct AdviceResponse {
     /// When the change was seen, seconds.
     pub onset_s: f64,
     /// The target before, m/s.
@@ -96,18 +96,18 @@ pub struct Response {
 
 /// Watches the ego for responses.
 #[derive(Clone, Debug)]
-pub struct Responses {
+pub struct ResponseDetector {
     step_s: f64,
     /// Changes that are to come.
-    ahead: std::vec::IntoIter<Change>,
-    watched: Option<Watched>,
-    found: Vec<Response>,
+    ahead: std::vec::IntoIter<AdviceChange>,
+    watched: Option<PendingResponse>,
+    found: Vec<AdviceResponse>,
 }
 
 /// A change, and what the driver has done about it so far.
 #[derive(Clone, Debug)]
-struct Watched {
-    change: Change,
+struct PendingResponse {
+    change: AdviceChange,
     has_rows: bool,
     /// Where the pedals were furthest the other way.
     furthest: f64,
@@ -116,9 +116,9 @@ struct Watched {
     was_in_range: bool,
 }
 
-impl Responses {
+impl ResponseDetector {
     /// To these changes, in order, where a step takes `step_s`.
-    pub fn new(step_s: f64, changes: Vec<Change>) -> Self {
+    pub fn new(step_s: f64, changes: Vec<AdviceChange>) -> Self {
         Self { step_s, ahead: changes.into_iter(), watched: None, found: Vec::new() }
     }
 
@@ -134,13 +134,13 @@ impl Responses {
 
     /// The next change replaces the one that is watched.
     fn next(&mut self) {
-        let watched = self.ahead.next().map(Watched::new);
+        let watched = self.ahead.next().map(PendingResponse::new);
         let over = std::mem::replace(&mut self.watched, watched);
         self.found.extend(over.map(|watched| watched.response(self.step_s)));
     }
 
     /// The responses of the drive, in order.
-    pub fn finish(mut self) -> Vec<Response> {
+    pub fn finish(mut self) -> Vec<AdviceResponse> {
         while self.watched.is_some() || !self.ahead.as_slice().is_empty() {
             self.next();
         }
@@ -148,8 +148,8 @@ impl Responses {
     }
 }
 
-impl Watched {
-    fn new(change: Change) -> Self {
+impl PendingResponse {
+    fn new(change: AdviceChange) -> Self {
         let (moved_s, entered_s) = (None, None);
         Self { change, has_rows: false, furthest: f64::INFINITY, moved_s, entered_s, was_in_range: false }
     }
@@ -170,10 +170,10 @@ impl Watched {
         self.has_rows = true;
     }
 
-    fn response(&self, step_s: f64) -> Response {
-        let Change { seen_tick, from_mps, to_mps, .. } = self.change;
+    fn response(&self, step_s: f64) -> AdviceResponse {
+        let AdviceChange { seen_tick, from_mps, to_mps, .. } = self.change;
         let enter_s = self.entered_s.filter(|_| !self.was_in_range);
-        Response {
+        AdviceResponse {
             onset_s: Tick(seen_tick).seconds(),
             from_mps,
             to_mps,
@@ -194,13 +194,13 @@ mod tests {
         pedals: impl Fn(f64) -> (f64, f64),
         speed: impl Fn(f64) -> f64,
         advice: &[(u64, f64)],
-    ) -> Vec<Response> {
+    ) -> Vec<AdviceResponse> {
         let mut finder = ChangeFinder::default();
         for &(tick, target_mps) in advice {
             let range_mps = [target_mps - 0.5, target_mps + 0.5];
-            finder.add(&Issued { seen_tick: tick + 2, target_mps, range_mps }).unwrap();
+            finder.add(&IssuedAdvice { seen_tick: tick + 2, target_mps, range_mps }).unwrap();
         }
-        let mut responses = Responses::new(0.1, finder.changes);
+        let mut responses = ResponseDetector::new(0.1, finder.changes);
         for tick in 1..=1000 {
             let at_s = Tick(tick).seconds();
             let (throttle, brake) = pedals(at_s);
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn more_changes_than_are_analysed_are_refused() {
         let mut finder = ChangeFinder::default();
-        let advice = |k: usize| Issued { target_mps: (k % 2) as f64, ..Issued::default() };
+        let advice = |k: usize| IssuedAdvice { target_mps: (k % 2) as f64, ..IssuedAdvice::default() };
         (0..=MOST_CHANGES).for_each(|k| finder.add(&advice(k)).unwrap());
         assert_eq!(finder.changes.len(), MOST_CHANGES);
         let why = finder.add(&advice(MOST_CHANGES + 1)).unwrap_err();

@@ -1,15 +1,15 @@
 //! How drives were made. In: manifest and scenario of each. Out: facts in words, and what is the same in all of them or differs.
 
-use super::{Analysed, glossary::printed, tables::conditions};
+use super::{AnalysedRecording, glossary::unit_text, tables::conditions};
 use crate::{
-    chart::minus,
+    plot::minus,
     record::Manifest,
     scenario::{Scenario, StartLayout},
 };
 
 /// How a drive was made.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Setup {
+pub struct DriveSetup {
     /// By which program, with what.
     pub manifest: Manifest,
     /// What was driven.
@@ -20,7 +20,7 @@ pub struct Setup {
 
 /// Something that may differ between drives.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum SetupValue {
     /// A number and its unit.
     Number(f64, &'static str),
     /// A word.
@@ -28,30 +28,30 @@ pub enum Value {
 }
 
 /// A fact of a drive, and what it is called.
-type Fact = (&'static str, fn(&Setup) -> Value);
+type SetupFact = (&'static str, fn(&DriveSetup) -> SetupValue);
 
 /// What distinguishes drives, in the order in which it is told.
-const FACTS: [Fact; 17] = [
-    ("road", |s| Value::Word(s.road())),
-    ("number of vehicles", |s| Value::Number(f64::from(s.scenario.vehicles), "")),
-    ("desired speed v0", |s| Value::Number(s.scenario.idm.v0, "m/s")),
-    ("desired time gap T", |s| Value::Number(s.scenario.idm.t, "s")),
-    ("maximum acceleration a", |s| Value::Number(s.scenario.idm.a, "m/s2")),
-    ("comfortable deceleration b", |s| Value::Number(s.scenario.idm.b, "m/s2")),
-    ("acceleration exponent δ", |s| Value::Number(s.scenario.idm.delta, "")),
-    ("minimum gap s0", |s| Value::Number(s.scenario.idm.s0, "m")),
-    ("acceleration noise", |s| Value::Number(s.scenario.idm.noise, "m/s2")),
-    ("policy", |s| Value::Word(s.manifest.policy.name.clone())),
-    ("hold", |s| Value::Number(s.scenario.hold_s, "s")),
-    ("half width of the advised range", |s| Value::Number(s.scenario.range_mph, "mph")),
-    ("start of the vehicles", |s| Value::Word(s.start().into())),
-    ("warm-up", |s| Value::Number(s.scenario.warm_up_s, "s")),
-    ("planned duration", |s| Value::Number(s.scenario.duration_s, "s")),
-    ("delay of the controls", |s| Value::Number(s.scenario.extra_delay_s, "s")),
-    ("unit of the speedometer", |s| Value::Word(s.scenario.units.label().into())),
+const FACTS: [SetupFact; 17] = [
+    ("road", |s| SetupValue::Word(s.road())),
+    ("number of vehicles", |s| SetupValue::Number(f64::from(s.scenario.vehicles), "")),
+    ("desired speed v0", |s| SetupValue::Number(s.scenario.idm.v0, "m/s")),
+    ("desired time gap T", |s| SetupValue::Number(s.scenario.idm.t, "s")),
+    ("maximum acceleration a", |s| SetupValue::Number(s.scenario.idm.a, "m/s2")),
+    ("comfortable deceleration b", |s| SetupValue::Number(s.scenario.idm.b, "m/s2")),
+    ("acceleration exponent δ", |s| SetupValue::Number(s.scenario.idm.delta, "")),
+    ("minimum gap s0", |s| SetupValue::Number(s.scenario.idm.s0, "m")),
+    ("acceleration noise", |s| SetupValue::Number(s.scenario.idm.noise, "m/s2")),
+    ("policy", |s| SetupValue::Word(s.manifest.policy.name.clone())),
+    ("hold", |s| SetupValue::Number(s.scenario.hold_s, "s")),
+    ("half width of the advised range", |s| SetupValue::Number(s.scenario.range_mph, "mph")),
+    ("start of the vehicles", |s| SetupValue::Word(s.start().into())),
+    ("warm-up", |s| SetupValue::Number(s.scenario.warm_up_s, "s")),
+    ("planned duration", |s| SetupValue::Number(s.scenario.duration_s, "s")),
+    ("delay of the controls", |s| SetupValue::Number(s.scenario.extra_delay_s, "s")),
+    ("unit of the speedometer", |s| SetupValue::Word(s.scenario.units.label().into())),
 ];
 
-impl Setup {
+impl DriveSetup {
     /// Name of the road, without the folder in which a recording carries it.
     pub fn road(&self) -> String {
         let name = &self.manifest.map.name;
@@ -72,14 +72,14 @@ impl Setup {
 }
 
 /// A number without digits that say nothing, with a true minus sign.
-pub fn plain(number: f64) -> String {
+pub fn number_text(number: f64) -> String {
     let text = format!("{number:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     minus(if text == "-0" { "0" } else { text })
 }
 
 /// `a`, `a and b`, `a, b and c`.
-pub fn listed(words: &[String]) -> String {
+pub fn joined_words(words: &[String]) -> String {
     match words {
         [] => String::new(),
         [one] => one.clone(),
@@ -88,48 +88,48 @@ pub fn listed(words: &[String]) -> String {
 }
 
 /// Values of some drives without repetition: `0.5, 1 and 2 mph`; of many numbers the smallest and the largest.
-pub fn said(values: impl IntoIterator<Item = Value>) -> String {
+pub fn joined_values(values: impl IntoIterator<Item = SetupValue>) -> String {
     const MOST: usize = 6;
     let mut numbers: Vec<(f64, &'static str)> = Vec::new();
     let mut words: Vec<String> = Vec::new();
     for value in values {
         match value {
-            Value::Number(x, unit) if !numbers.contains(&(x, unit)) => numbers.push((x, unit)),
-            Value::Word(word) if !words.contains(&word) => words.push(word),
+            SetupValue::Number(x, unit) if !numbers.contains(&(x, unit)) => numbers.push((x, unit)),
+            SetupValue::Word(word) if !words.contains(&word) => words.push(word),
             _ => {}
         }
     }
     numbers.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let unit = numbers.first().map_or(String::new(), |(_, unit)| printed(unit));
+    let unit = numbers.first().map_or(String::new(), |(_, unit)| unit_text(unit));
     let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
     match &numbers[..] {
-        [] => listed(&words),
+        [] => joined_words(&words),
         [first, .., last] if numbers.len() > MOST => {
-            format!("{} to {}{unit} ({} values)", plain(first.0), plain(last.0), numbers.len())
+            format!("{} to {}{unit} ({} values)", number_text(first.0), number_text(last.0), numbers.len())
         }
-        all => listed(&all.iter().map(|(x, _)| plain(*x)).collect::<Vec<_>>()) + &unit,
+        all => joined_words(&all.iter().map(|(x, _)| number_text(*x)).collect::<Vec<_>>()) + &unit,
     }
 }
 
 /// What a fact of this name is in these drives.
-pub fn fact(drives: &[&Analysed], name: &str) -> String {
+pub fn fact(drives: &[&AnalysedRecording], name: &str) -> String {
     let (_, of) = FACTS.iter().find(|fact| fact.0 == name).expect("a fact of the list");
-    said(drives.iter().map(|drive| of(&drive.setup)))
+    joined_values(drives.iter().map(|drive| of(&drive.setup)))
 }
 
 /// For each condition what sets it apart from others: `narrow: half width of the advised range 0.5 mph`.
-pub fn apart(drives: &[Analysed]) -> Vec<String> {
+pub fn condition_differences(drives: &[AnalysedRecording]) -> Vec<String> {
     let conditions = conditions(drives);
-    let differs = |fact: &&Fact| {
-        let mut each = conditions.iter().map(|(_, of)| said(of.iter().map(|drive| fact.1(&drive.setup))));
+    let differs = |fact: &&SetupFact| {
+        let mut each = conditions.iter().map(|(_, of)| joined_values(of.iter().map(|drive| fact.1(&drive.setup))));
         let first = each.next();
         each.any(|other| Some(other) != first)
     };
-    let facts: Vec<&Fact> = FACTS.iter().filter(differs).collect();
-    let words = |of: &[&Analysed]| {
+    let facts: Vec<&SetupFact> = FACTS.iter().filter(differs).collect();
+    let words = |of: &[&AnalysedRecording]| {
         let each: Vec<String> = facts
             .iter()
-            .map(|(name, value)| format!("{name} {}", said(of.iter().map(|drive| value(&drive.setup)))))
+            .map(|(name, value)| format!("{name} {}", joined_values(of.iter().map(|drive| value(&drive.setup)))))
             .collect();
         each.join(", ")
     };
@@ -142,12 +142,15 @@ mod tests {
 
     #[test]
     fn values_are_said_once_in_order_with_their_unit_and_many_by_their_ends() {
-        let mph = |x| Value::Number(x, "mph");
-        assert_eq!(said([mph(2.0), mph(0.5), mph(1.0), mph(0.5)]), "0.5, 1 and 2 mph");
-        assert_eq!(said([Value::Number(-1.5, "m/s2")]), "−1.5 m/s²");
-        assert_eq!(said((0..30).map(|i| Value::Number(f64::from(i), ""))), "0 to 29 (30 values)");
-        assert_eq!(said(["b", "a", "b"].map(|word| Value::Word(word.into()))), "b and a");
-        assert_eq!(said([]), "");
-        assert_eq!((plain(0.1 + 0.2), plain(-0.000_01), plain(300.0)), ("0.3".into(), "0".into(), "300".into()));
+        let mph = |x| SetupValue::Number(x, "mph");
+        assert_eq!(joined_values([mph(2.0), mph(0.5), mph(1.0), mph(0.5)]), "0.5, 1 and 2 mph");
+        assert_eq!(joined_values([SetupValue::Number(-1.5, "m/s2")]), "−1.5 m/s²");
+        assert_eq!(joined_values((0..30).map(|i| SetupValue::Number(f64::from(i), ""))), "0 to 29 (30 values)");
+        assert_eq!(joined_values(["b", "a", "b"].map(|word| SetupValue::Word(word.into()))), "b and a");
+        assert_eq!(joined_values([]), "");
+        assert_eq!(
+            (number_text(0.1 + 0.2), number_text(-0.000_01), number_text(300.0)),
+            ("0.3".into(), "0".into(), "300".into())
+        );
     }
 }

@@ -3,7 +3,7 @@
 //! column is stands in [`glossary`](super::glossary).
 
 use super::{
-    Analysed, MEASURES,
+    AnalysedRecording, MEASURES,
     glossary::names,
     measures::{deviation, median},
 };
@@ -23,11 +23,11 @@ fn line(cells: impl IntoIterator<Item = String>) -> String {
 }
 
 /// Names of the factors, as the first drive has them.
-pub(super) fn factors(drives: &[Analysed]) -> Vec<String> {
+pub(super) fn factors(drives: &[AnalysedRecording]) -> Vec<String> {
     drives.first().map(|d| d.found.levels.iter().map(|level| level.0.clone()).collect()).unwrap_or_default()
 }
 
-fn key(drive: &Analysed) -> Vec<String> {
+fn key(drive: &AnalysedRecording) -> Vec<String> {
     let found = &drive.found;
     let mut cells =
         vec![found.participant.clone(), found.segment.clone(), found.place.clone(), found.condition.clone()];
@@ -36,8 +36,8 @@ fn key(drive: &Analysed) -> Vec<String> {
 }
 
 /// A row a drive.
-pub fn trials(drives: &[Analysed]) -> String {
-    let row = |drive: &Analysed| {
+pub fn trials(drives: &[AnalysedRecording]) -> String {
+    let row = |drive: &AnalysedRecording| {
         let facts = [cell(Some(drive.duration_s)), drive.ended.clone()];
         line(key(drive).into_iter().chain(facts).chain(drive.measures.values.iter().map(|v| cell(*v))))
     };
@@ -45,7 +45,7 @@ pub fn trials(drives: &[Analysed]) -> String {
 }
 
 /// A row a change of the advice.
-pub fn advice(drives: &[Analysed]) -> String {
+pub fn advice(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, "advice.csv"));
     for drive in drives {
         for r in drive.responses() {
@@ -65,7 +65,7 @@ pub fn advice(drives: &[Analysed]) -> String {
 }
 
 /// A row a second of every drive.
-pub fn speed(drives: &[Analysed]) -> String {
+pub fn speed(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, "speed.csv"));
     for drive in drives {
         for (second, speed) in drive.per_second_mps.iter().enumerate() {
@@ -77,8 +77,8 @@ pub fn speed(drives: &[Analysed]) -> String {
 }
 
 /// Conditions in the study's order; drives without one are left out.
-pub fn conditions(drives: &[Analysed]) -> Vec<(String, Vec<&Analysed>)> {
-    let mut list: Vec<(String, Vec<&Analysed>)> = Vec::new();
+pub fn conditions(drives: &[AnalysedRecording]) -> Vec<(String, Vec<&AnalysedRecording>)> {
+    let mut list: Vec<(String, Vec<&AnalysedRecording>)> = Vec::new();
     for drive in drives.iter().filter(|d| !d.found.condition.is_empty()) {
         match list.iter_mut().find(|(name, _)| *name == drive.found.condition) {
             Some((_, of)) => of.push(drive),
@@ -90,7 +90,7 @@ pub fn conditions(drives: &[Analysed]) -> Vec<(String, Vec<&Analysed>)> {
 }
 
 /// A measure of each participant who has it: the mean over his or her drives among these, so that everybody counts once.
-pub fn per_participant<'a>(of: &[&'a Analysed], measure: usize) -> Vec<(&'a str, f64)> {
+pub fn per_participant<'a>(of: &[&'a AnalysedRecording], measure: usize) -> Vec<(&'a str, f64)> {
     let mut sums: Vec<(&str, f64, usize)> = Vec::new();
     for drive in of {
         let Some(value) = drive.measures.values[measure] else { continue };
@@ -104,17 +104,17 @@ pub fn per_participant<'a>(of: &[&'a Analysed], measure: usize) -> Vec<(&'a str,
 }
 
 /// The same numbers alone.
-pub fn values(of: &[&Analysed], measure: usize) -> Vec<f64> {
+pub fn values(of: &[&AnalysedRecording], measure: usize) -> Vec<f64> {
     per_participant(of, measure).into_iter().map(|(_, value)| value).collect()
 }
 
 /// How many people drove these.
-pub fn participants(of: &[&Analysed]) -> usize {
+pub fn participants(of: &[&AnalysedRecording]) -> usize {
     of.iter().map(|drive| drive.found.participant.as_str()).collect::<BTreeSet<_>>().len()
 }
 
 /// A row a condition and measure.
-pub fn by_condition(drives: &[Analysed]) -> String {
+pub fn by_condition(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, "conditions.csv"));
     for (condition, of) in conditions(drives) {
         for (k, measure) in MEASURES.iter().enumerate() {
@@ -138,7 +138,7 @@ pub fn by_condition(drives: &[Analysed]) -> String {
 
 /// How large a difference between two conditions would be seen, from the paired differences within participants.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Power {
+pub struct StatisticalPower {
     /// Index of the measure.
     pub measure: usize,
     /// Two conditions.
@@ -151,7 +151,7 @@ pub struct Power {
     pub sd: f64,
 }
 
-impl Power {
+impl StatisticalPower {
     /// The difference that `n` participants show with a power of 80 % at 5 % on two sides: 2.80 standard errors.
     pub fn detectable(&self, n: usize) -> f64 {
         2.80 * self.sd / (n as f64).sqrt()
@@ -164,7 +164,7 @@ impl Power {
 }
 
 /// Paired differences of a measure between all pairs of conditions.
-pub fn power(drives: &[Analysed], measure: usize) -> Vec<Power> {
+pub fn power(drives: &[AnalysedRecording], measure: usize) -> Vec<StatisticalPower> {
     let conditions = conditions(drives);
     let mut list = Vec::new();
     for (i, (first, a)) in conditions.iter().enumerate() {
@@ -177,7 +177,7 @@ pub fn power(drives: &[Analysed], measure: usize) -> Vec<Power> {
             if let Some(sd) = deviation(&differences) {
                 let n = differences.len();
                 let mean = differences.iter().sum::<f64>() / n as f64;
-                list.push(Power { measure, pair: [first.clone(), second.clone()], n, mean, sd });
+                list.push(StatisticalPower { measure, pair: [first.clone(), second.clone()], n, mean, sd });
             }
         }
     }
@@ -187,27 +187,27 @@ pub fn power(drives: &[Analysed], measure: usize) -> Vec<Power> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{Found, Measures, Setup};
+    use crate::analysis::{DriveMeasures, DriveSetup, FoundRecording};
 
     /// A trial with a mean speed, which is the first measure.
-    fn drive(participant: &str, condition: &str, rank: usize, mean_speed_mps: f64) -> Analysed {
+    fn drive(participant: &str, condition: &str, rank: usize, mean_speed_mps: f64) -> AnalysedRecording {
         let mut values = vec![None; MEASURES.len()];
         values[0] = Some(mean_speed_mps);
-        Analysed {
-            found: Found {
+        AnalysedRecording {
+            found: FoundRecording {
                 participant: participant.into(),
                 segment: "trial".into(),
                 condition: condition.into(),
                 rank,
                 levels: vec![("range".into(), format!("a \"{condition}\", so"))],
-                ..Found::default()
+                ..FoundRecording::default()
             },
-            measures: Measures { values, responses: Vec::new() },
+            measures: DriveMeasures { values, responses: Vec::new() },
             per_second_mps: vec![mean_speed_mps],
             baseline_per_second_mps: Vec::new(),
             duration_s: 1.0,
             ended: "duration".into(),
-            setup: Setup::default(),
+            setup: DriveSetup::default(),
         }
     }
 
@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn who_drives_a_condition_twice_counts_once_with_the_mean_of_both() {
         let drives = [drive("sub-1", "wide", 0, 2.0), drive("sub-2", "wide", 0, 6.0), drive("sub-1", "wide", 0, 4.0)];
-        let of: Vec<&Analysed> = drives.iter().collect();
+        let of: Vec<&AnalysedRecording> = drives.iter().collect();
         assert_eq!(per_participant(&of, 0), [("sub-1", 3.0), ("sub-2", 6.0)]);
         assert_eq!((values(&of, 0), participants(&of)), (vec![3.0, 6.0], 2));
         assert!(by_condition(&drives).contains("wide,mean_speed_mps,m/s,2,4.5,"));

@@ -1,13 +1,13 @@
-//! One drive in sums that do not grow with it. In: a [`Trial`], or its rows and steps in order. Out: [`DriveTotals`], of which
+//! One drive in sums that do not grow with it. In: a [`RecordedTrial`], or its rows and steps in order. Out: [`DriveTotals`], of which
 //! the measures are taken. SI units.
 //!
 //! What grows is one number a second of the drive and one response a change of the advice: 5 MB for the seven days that a drive
 //! may last, and at most 40 MB.
 
 use super::{
-    AnalysisError, Trial,
-    response::{Change, Response, Responses},
-    trial::{EgoSample, Step},
+    AnalysisError, RecordedTrial,
+    response::{AdviceChange, AdviceResponse, ResponseDetector},
+    trial::{EgoSample, TrafficStep},
 };
 use crate::{
     sim::is_in_lane,
@@ -23,19 +23,19 @@ pub const MOVING_MPS: f64 = 1.0;
 
 /// Sum and count.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mean {
+pub struct RunningMean {
     sum: f64,
     n: u64,
 }
 
-impl Default for Mean {
+impl Default for RunningMean {
     fn default() -> Self {
         // What the sum of nothing is: to 0 a sum of negative zeros would lose its sign.
         Self { sum: -0.0, n: 0 }
     }
 }
 
-impl Mean {
+impl RunningMean {
     fn add(&mut self, value: f64) {
         self.sum += value;
         self.n += 1;
@@ -49,9 +49,9 @@ impl Mean {
 
 /// The smallest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Least(pub Option<f64>);
+pub struct RunningMinimum(pub Option<f64>);
 
-impl Least {
+impl RunningMinimum {
     fn add(&mut self, value: Option<f64>) {
         self.0 = match (self.0, value) {
             (Some(least), Some(value)) => Some(least.min(value)),
@@ -64,29 +64,29 @@ impl Least {
 #[derive(Clone, Debug)]
 pub struct DriveTotals {
     /// Mean speed of all vehicles, m/s.
-    pub mean_speed_mps: Mean,
+    pub mean_speed_mps: RunningMean,
     /// Speed of the ego, m/s.
-    pub ego_speed_mps: Mean,
+    pub ego_speed_mps: RunningMean,
     /// 1 for a tick in the range, 0 for one out of it.
-    pub in_range: Mean,
+    pub in_range: RunningMean,
     /// Speed less target, m/s.
-    pub error_mps: Mean,
+    pub error_mps: RunningMean,
     /// The same without its sign.
-    pub absolute_error_mps: Mean,
+    pub absolute_error_mps: RunningMean,
     /// Gap to the leader, metres.
-    pub gap_m: Least,
+    pub gap_m: RunningMinimum,
     /// Headway to the leader, metres.
-    pub headway_m: Least,
+    pub headway_m: RunningMinimum,
     /// Time to collision, seconds.
-    pub ttc_s: Least,
+    pub ttc_s: RunningMinimum,
     /// Headway over speed, seconds, while the ego moves at [`MOVING_MPS`] or more.
-    pub time_headway_s: Mean,
+    pub time_headway_s: RunningMean,
     /// The smallest.
-    pub min_time_headway_s: Least,
+    pub min_time_headway_s: RunningMinimum,
     /// Reversals of the steering wheel.
-    pub reversals: Reversals,
+    pub reversals: SteeringReversals,
     /// Square of the jerk between steps, (m/s3)^2.
-    pub square_jerk: Mean,
+    pub square_jerk: RunningMean,
     /// Speeds of all cars.
     pub all_cars: FlowTotals,
     /// Speeds of the ego at the same steps.
@@ -96,42 +96,42 @@ pub struct DriveTotals {
     /// Length of the drive, seconds.
     pub duration_s: f64,
     step_s: f64,
-    lane_offset_m: Mean,
+    lane_offset_m: RunningMean,
     /// Squares of the offsets about their mean, m2.
     lane_squares_m2: f64,
-    second: Mean,
-    step_accel_mps2: Mean,
+    second: RunningMean,
+    step_accel_mps2: RunningMean,
     accel_before_mps2: Option<f64>,
-    responses: Responses,
+    responses: ResponseDetector,
 }
 
 impl DriveTotals {
     /// Nothing yet of a drive with steps of `step_s` and these changes of the advice.
-    pub fn new(step_s: f64, changes: Vec<Change>) -> Self {
+    pub fn new(step_s: f64, changes: Vec<AdviceChange>) -> Self {
         Self {
-            mean_speed_mps: Mean::default(),
-            ego_speed_mps: Mean::default(),
-            in_range: Mean::default(),
-            error_mps: Mean::default(),
-            absolute_error_mps: Mean::default(),
-            gap_m: Least::default(),
-            headway_m: Least::default(),
-            ttc_s: Least::default(),
-            time_headway_s: Mean::default(),
-            min_time_headway_s: Least::default(),
-            reversals: Reversals::new(REVERSAL_DEG),
-            square_jerk: Mean::default(),
+            mean_speed_mps: RunningMean::default(),
+            ego_speed_mps: RunningMean::default(),
+            in_range: RunningMean::default(),
+            error_mps: RunningMean::default(),
+            absolute_error_mps: RunningMean::default(),
+            gap_m: RunningMinimum::default(),
+            headway_m: RunningMinimum::default(),
+            ttc_s: RunningMinimum::default(),
+            time_headway_s: RunningMean::default(),
+            min_time_headway_s: RunningMinimum::default(),
+            reversals: SteeringReversals::new(REVERSAL_DEG),
+            square_jerk: RunningMean::default(),
             all_cars: FlowTotals::new(step_s),
             ego_alone: FlowTotals::new(step_s),
             per_second_mps: Vec::new(),
             duration_s: 0.0,
             step_s,
-            lane_offset_m: Mean::default(),
+            lane_offset_m: RunningMean::default(),
             lane_squares_m2: 0.0,
-            second: Mean::default(),
-            step_accel_mps2: Mean::default(),
+            second: RunningMean::default(),
+            step_accel_mps2: RunningMean::default(),
             accel_before_mps2: None,
-            responses: Responses::new(step_s, changes),
+            responses: ResponseDetector::new(step_s, changes),
         }
     }
 
@@ -139,7 +139,7 @@ impl DriveTotals {
     ///
     /// # Errors
     /// A table cannot be read, or is not as this program writes it.
-    pub fn of(trial: &Trial) -> Result<(Self, Vec<Response>), AnalysisError> {
+    pub fn of(trial: &RecordedTrial) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let mut totals = Self::new(trial.setup.scenario.step_s, trial.changes.clone());
         for ego in trial.ego()? {
             totals.add(&ego?);
@@ -203,7 +203,7 @@ impl DriveTotals {
     }
 
     /// All cars at the end of the next step.
-    pub fn add_step(&mut self, step: &Step) {
+    pub fn add_step(&mut self, step: &TrafficStep) {
         let speeds = || step.speed_mps.iter().map(|v| v.max(0.0) as f32);
         self.all_cars.add(speeds());
         self.ego_alone.add(speeds().take(1));
@@ -216,8 +216,8 @@ impl DriveTotals {
     }
 
     /// Everything was added.
-    pub fn finish(mut self) -> (Self, Vec<Response>) {
-        let responses = std::mem::replace(&mut self.responses, Responses::new(self.step_s, Vec::new()));
+    pub fn finish(mut self) -> (Self, Vec<AdviceResponse>) {
+        let responses = std::mem::replace(&mut self.responses, ResponseDetector::new(self.step_s, Vec::new()));
         (self, responses.finish())
     }
 
@@ -230,7 +230,7 @@ impl DriveTotals {
 
 /// Counts how often an angle turns back by at least a gap from where it was furthest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reversals {
+pub struct SteeringReversals {
     gap: f64,
     /// How many.
     pub count: usize,
@@ -240,7 +240,7 @@ pub struct Reversals {
     way: i8,
 }
 
-impl Reversals {
+impl SteeringReversals {
     /// None yet.
     pub fn new(gap: f64) -> Self {
         Self { gap, count: 0, low: f64::INFINITY, high: f64::NEG_INFINITY, way: 0 }

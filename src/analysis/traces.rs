@@ -1,4 +1,4 @@
-//! What a figure of one drive can show. In: a [`Trial`]. Out: [`DriveTraces`], which take no more memory for a drive of days
+//! What a figure of one drive can show. In: a [`RecordedTrial`]. Out: [`DriveTraces`], which take no more memory for a drive of days
 //! than for one of hours. Seconds since the start of the drive, metres, m/s.
 //!
 //! A picture is some hundred units wide. Speeds over time are those of evenly spaced steps, where there are more than
@@ -6,9 +6,9 @@
 //! of the first hour.
 
 use super::{
-    AnalysisError, Trial,
+    AnalysisError, RecordedTrial,
     measures::median,
-    trial::{EgoSample, Step, Thinned},
+    trial::{EgoSample, ThinnedValues, TrafficStep},
 };
 use crate::{time::Tick, train::Trace};
 
@@ -35,7 +35,7 @@ pub struct DriveTraces {
 }
 
 /// A step among the speeds that are kept.
-struct Moment {
+struct TraceStep {
     time_s: f64,
     speed_mps: Vec<f32>,
     shown_mps: Option<f64>,
@@ -46,11 +46,11 @@ impl DriveTraces {
     ///
     /// # Errors
     /// A table cannot be read, or is not as this program writes it.
-    pub fn of(trial: &Trial) -> Result<Option<Self>, AnalysisError> {
+    pub fn of(trial: &RecordedTrial) -> Result<Option<Self>, AnalysisError> {
         if trial.setup.route_m <= 0.0 {
             return Ok(None);
         }
-        let mut collector = Collector::new(trial.setup.route_m);
+        let mut collector = TraceCollector::new(trial.setup.route_m);
         let (mut ego, mut last) = (trial.ego()?, None::<EgoSample>);
         for step in trial.steps()? {
             let step = step?;
@@ -67,38 +67,38 @@ impl DriveTraces {
 }
 
 /// Takes in the steps of a drive.
-struct Collector {
+struct TraceCollector {
     seen: usize,
     ways: Trace,
     ways_end_s: Option<f64>,
     /// Where each car is, metres from the start of the route in its first round; and the step before.
     way_m: Vec<f64>,
-    before: Step,
+    before: TrafficStep,
     /// What that step showed.
     before_shown_mps: Option<f64>,
     tenths_mps: Vec<f64>,
-    speeds: Thinned<Moment>,
+    speeds: ThinnedValues<TraceStep>,
 }
 
-impl Collector {
+impl TraceCollector {
     fn new(route_m: f64) -> Self {
         Self {
             seen: 0,
             ways: Trace { circumference_m: route_m, ..Trace::default() },
             ways_end_s: None,
             way_m: Vec::new(),
-            before: Step::default(),
+            before: TrafficStep::default(),
             before_shown_mps: None,
             tenths_mps: Vec::new(),
-            speeds: Thinned::new(1),
+            speeds: ThinnedValues::new(1),
         }
     }
 
-    fn add(&mut self, step: Step, shown_mps: Option<f64>) {
+    fn add(&mut self, step: TrafficStep, shown_mps: Option<f64>) {
         if self.seen == 0 {
             self.way_m = step.s_m.clone();
             self.before = step.clone();
-            self.speeds = Thinned::new(MOST_VALUES / step.s_m.len().max(1));
+            self.speeds = ThinnedValues::new(MOST_VALUES / step.s_m.len().max(1));
         }
         let time_s = Tick(step.tick).seconds();
         let has_room = self.ways.time_s.len() < MOST_VALUES / self.way_m.len().max(1);
@@ -127,7 +127,7 @@ impl Collector {
             self.ways.shown_mps.push(shown_mps);
         }
         let speed_mps = if self.speeds.takes_next() { single(&step.speed_mps) } else { Vec::new() };
-        self.speeds.push(Moment { time_s, speed_mps, shown_mps });
+        self.speeds.push(TraceStep { time_s, speed_mps, shown_mps });
         self.before = step;
         self.before_shown_mps = shown_mps;
     }
@@ -140,7 +140,7 @@ impl Collector {
         let (end_s, kept) = (Tick(self.before.tick).seconds(), &mut self.speeds.values);
         if kept.last().is_some_and(|moment| moment.time_s < end_s) {
             let speed_mps = self.before.speed_mps.iter().map(|speed| *speed as f32).collect();
-            kept.push(Moment { time_s: end_s, speed_mps, shown_mps: self.before_shown_mps });
+            kept.push(TraceStep { time_s: end_s, speed_mps, shown_mps: self.before_shown_mps });
         }
         let mut speeds = Trace { circumference_m: self.ways.circumference_m, ..Trace::default() };
         for moment in self.speeds.values {
@@ -158,13 +158,13 @@ mod tests {
     use super::*;
 
     /// So many steps of 0.1 s of cars that drive 3 m/s, 4 m/s, ... on a ring of 100 m.
-    fn collected(steps: u64, cars: u32) -> Collector {
-        let mut collector = Collector::new(100.0);
+    fn collected(steps: u64, cars: u32) -> TraceCollector {
+        let mut collector = TraceCollector::new(100.0);
         for k in 1..=steps {
             let speed_mps: Vec<f64> = (0..cars).map(|car| f64::from(3 + car)).collect();
             let at_s = k as f64 * 0.1;
             let s_m = speed_mps.iter().map(|speed| (speed * at_s).rem_euclid(100.0)).collect();
-            collector.add(Step { tick: 10 * k, s_m, speed_mps }, Some(at_s));
+            collector.add(TrafficStep { tick: 10 * k, s_m, speed_mps }, Some(at_s));
         }
         collector
     }

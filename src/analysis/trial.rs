@@ -1,13 +1,13 @@
-//! One recorded drive, read from front to back. In: a recording's folder. Out: a [`Trial`], and its rows one after the other:
+//! One recorded drive, read from front to back. In: a recording's folder. Out: a [`RecordedTrial`], and its rows one after the other:
 //! a drive of days takes no more memory than one of minutes. SI units; seconds since the start of the drive.
 
 use super::{
-    AnalysisError, Setup,
-    response::{Change, ChangeFinder},
+    AnalysisError, DriveSetup,
+    response::{AdviceChange, ChangeFinder},
 };
 use crate::{
     map::RoadMap,
-    record::{self, Parts, Reader, RecordError, Table},
+    record::{self, RecordError, Table, TableParts, TableReader},
     time::Tick,
 };
 use std::{
@@ -39,15 +39,15 @@ const LANE_OFFSET: &str = "lane_offset_m";
 
 /// A drive: what is short of it, and where its rows are.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Trial {
+pub struct RecordedTrial {
     /// Its folder.
     pub recording: PathBuf,
     /// How it was made.
-    pub setup: Setup,
+    pub setup: DriveSetup,
     /// The first advice.
-    pub first_advice: Option<Issued>,
+    pub first_advice: Option<IssuedAdvice>,
     /// Changes of the advice.
-    pub changes: Vec<Change>,
+    pub changes: Vec<AdviceChange>,
     /// Contacts with other cars.
     pub contacts: usize,
     /// When, seconds, and at which closing speed, m/s, for the first of them.
@@ -95,7 +95,7 @@ pub struct EgoSample {
 
 /// All cars at the end of a step, the ego first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Step {
+pub struct TrafficStep {
     /// When.
     pub tick: u64,
     /// Front bumpers along the route, metres.
@@ -106,7 +106,7 @@ pub struct Step {
 
 /// An advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Issued {
+pub struct IssuedAdvice {
     /// When it could be seen: the tick of the first frame that showed it, or that of its issue where there was no screen.
     pub seen_tick: u64,
     /// Advised speed, m/s.
@@ -115,7 +115,7 @@ pub struct Issued {
     pub range_mps: [f64; 2],
 }
 
-impl Trial {
+impl RecordedTrial {
     /// Opens a recording.
     ///
     /// # Errors
@@ -127,7 +127,7 @@ impl Trial {
         let mut trial = Self {
             recording: recording.into(),
             ended: manifest.ended.clone().unwrap_or_default(),
-            setup: Setup {
+            setup: DriveSetup {
                 route_m: RoadMap::load(&scenario.map).map_or(0.0, |map| map.route.length_m()),
                 manifest,
                 scenario,
@@ -165,13 +165,13 @@ impl Trial {
         Ok(trial)
     }
 
-    fn parts(&self, table: Table, columns: &[&str]) -> Result<Parts, RecordError> {
-        Reader::parts(&table.parquet(&self.recording), columns)
+    fn parts(&self, table: Table, columns: &[&str]) -> Result<TableParts, RecordError> {
+        TableReader::parts(&table.parquet(&self.recording), columns)
     }
 
     /// From the smallest to the largest.
     fn latencies(&self) -> Result<Vec<f64>, RecordError> {
-        let mut kept = Thinned::new(MOST_LATENCIES);
+        let mut kept = ThinnedValues::new(MOST_LATENCIES);
         for part in self.parts(Table::Frames, &["latency_s"])? {
             part?.numbers("latency_s").into_iter().flatten().for_each(|latency_s| kept.push(latency_s));
         }
@@ -185,15 +185,15 @@ impl Trial {
     /// The table cannot be read, or is not as this program writes it; so in its turn for each row.
     pub fn ego(&self) -> Result<EgoSamples, RecordError> {
         let path = Table::Ego.parquet(&self.recording);
-        Ok(EgoSamples { parts: Reader::parts(&path, &EGO)?, path, samples: Vec::new().into_iter() })
+        Ok(EgoSamples { parts: TableReader::parts(&path, &EGO)?, path, samples: Vec::new().into_iter() })
     }
 
     /// The offset from the lane's middle at every tick, metres.
     ///
     /// # Errors
-    /// As [`Trial::ego`].
+    /// As [`RecordedTrial::ego`].
     pub fn lane_offsets_m(&self) -> Result<impl Iterator<Item = Result<f64, RecordError>>, RecordError> {
-        let values = |part: Result<Reader, RecordError>| {
+        let values = |part: Result<TableReader, RecordError>| {
             let (values, error) =
                 part.map_or_else(|error| (Vec::new(), Some(Err(error))), |part| (part.numbers(LANE_OFFSET), None));
             values.into_iter().flatten().map(Ok).chain(error)
@@ -205,15 +205,15 @@ impl Trial {
     ///
     /// # Errors
     /// The table cannot be read; so in its turn for each step.
-    pub fn steps(&self) -> Result<Steps, RecordError> {
+    pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
         let parts = self.parts(Table::Cars, &["tick", "s_m", "speed_mps"])?;
-        Ok(Steps { parts, rows: Vec::new().into_iter(), begun: None })
+        Ok(TrafficSteps { parts, rows: Vec::new().into_iter(), begun: None })
     }
 }
 
 /// Evenly spaced values out of many: half of them are let go whenever there are too many.
 #[derive(Debug)]
-pub(super) struct Thinned<T> {
+pub(super) struct ThinnedValues<T> {
     /// What is kept, in order: the first, and every so many after it.
     pub values: Vec<T>,
     most: usize,
@@ -222,7 +222,7 @@ pub(super) struct Thinned<T> {
     stride: usize,
 }
 
-impl<T> Thinned<T> {
+impl<T> ThinnedValues<T> {
     /// Keeps `most` at the most.
     pub fn new(most: usize) -> Self {
         Self { values: Vec::new(), most: most.max(1), seen: 0, stride: 1 }
@@ -249,7 +249,7 @@ impl<T> Thinned<T> {
 
 /// Reads the frames along with the advices that they showed first; both are in the order of time.
 struct ShownFrames {
-    parts: Parts,
+    parts: TableParts,
     frames: IntoIter<(u64, u64)>,
     /// The frame that was read last: its number and its tick.
     last: Option<(u64, u64)>,
@@ -257,7 +257,7 @@ struct ShownFrames {
 }
 
 impl ShownFrames {
-    fn open(trial: &Trial) -> Result<Self, RecordError> {
+    fn open(trial: &RecordedTrial) -> Result<Self, RecordError> {
         let parts = trial.parts(Table::Frames, &["frame", "tick"])?;
         Ok(Self { parts, frames: Vec::new().into_iter(), last: None, seen_tick: 0 })
     }
@@ -276,7 +276,7 @@ impl ShownFrames {
     }
 
     /// The advices of a part of their table.
-    fn advice(&mut self, part: &Reader) -> Result<Vec<Issued>, RecordError> {
+    fn advice(&mut self, part: &TableReader) -> Result<Vec<IssuedAdvice>, RecordError> {
         let (ticks, shown) = (part.wholes("tick"), part.ids("shown_frame"));
         let [targets, lows, highs] = ["target_mps", "range_low_mps", "range_high_mps"].map(|name| part.numbers(name));
         let mut advice = Vec::with_capacity(ticks.len());
@@ -288,7 +288,7 @@ impl ShownFrames {
             // A later advice is never seen before an earlier one.
             self.seen_tick = self.seen_tick.max(frame_tick.unwrap_or(tick));
             if let (Some(target_mps), Some(low), Some(high)) = (targets[i], lows[i], highs[i]) {
-                advice.push(Issued { seen_tick: self.seen_tick, target_mps, range_mps: [low, high] });
+                advice.push(IssuedAdvice { seen_tick: self.seen_tick, target_mps, range_mps: [low, high] });
             }
         }
         Ok(advice)
@@ -298,7 +298,7 @@ impl ShownFrames {
 /// The ego, tick by tick.
 pub struct EgoSamples {
     path: PathBuf,
-    parts: Parts,
+    parts: TableParts,
     samples: IntoIter<EgoSample>,
 }
 
@@ -326,7 +326,7 @@ impl Iterator for EgoSamples {
 }
 
 /// The rows of a part of the ego's table, or the name of a column that is missing or has holes.
-fn samples(part: &Reader) -> Result<Vec<EgoSample>, &'static str> {
+fn samples(part: &TableReader) -> Result<Vec<EgoSample>, &'static str> {
     let whole = |name: &'static str| part.numbers(name).into_iter().collect::<Option<Vec<f64>>>().ok_or(name);
     let (tick, in_range) = (part.wholes("tick"), part.flags("in_range"));
     if tick.len() != part.rows() {
@@ -359,14 +359,14 @@ fn samples(part: &Reader) -> Result<Vec<EgoSample>, &'static str> {
 }
 
 /// All cars, step by step: rows of one tick stand one after the other in the table.
-pub struct Steps {
-    parts: Parts,
+pub struct TrafficSteps {
+    parts: TableParts,
     rows: IntoIter<(u64, Option<f64>, Option<f64>)>,
-    begun: Option<Step>,
+    begun: Option<TrafficStep>,
 }
 
-impl Iterator for Steps {
-    type Item = Result<Step, RecordError>;
+impl Iterator for TrafficSteps {
+    type Item = Result<TrafficStep, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
@@ -383,7 +383,7 @@ impl Iterator for Steps {
                 continue;
             };
             let over = self.begun.take_if(|step| step.tick != tick);
-            let step = self.begun.get_or_insert_with(|| Step { tick, ..Step::default() });
+            let step = self.begun.get_or_insert_with(|| TrafficStep { tick, ..TrafficStep::default() });
             if let (Some(s_m), Some(speed_mps)) = (s_m, speed_mps) {
                 step.s_m.push(s_m);
                 step.speed_mps.push(speed_mps);
@@ -401,7 +401,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_of_many_is_even_and_never_more_than_there_is_room_for() {
-        let mut kept = Thinned::new(100);
+        let mut kept = ThinnedValues::new(100);
         for value in 0..100 {
             kept.push(value);
         }

@@ -24,7 +24,7 @@ const BRISK_MPS: f32 = 14.0;
 
 /// Everything that sounds.
 pub struct Mixer {
-    levels: Levels,
+    levels: LevelFactors,
     engine: EngineVoice,
     /// Left and right.
     rumble: [FilteredNoise; 2],
@@ -43,7 +43,7 @@ pub struct Mixer {
 
 /// Factors of the settings.
 #[derive(Clone, Copy, Debug)]
-struct Levels {
+struct LevelFactors {
     master: f32,
     engine: f32,
     road: f32,
@@ -58,7 +58,7 @@ impl Mixer {
     pub fn new(levels: &SoundLevels, rate_hz: f32) -> Self {
         let pair = |make: fn(u64, f32) -> FilteredNoise, seed| [make(seed, rate_hz), make(seed + 1, rate_hz)];
         Self {
-            levels: Levels {
+            levels: LevelFactors {
                 master: gain(levels.master_db),
                 engine: gain(levels.engine_db),
                 road: gain(levels.road_db),

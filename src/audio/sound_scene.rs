@@ -2,7 +2,7 @@
 
 use crate::{
     controls::Controls,
-    ego::Surface,
+    ego::GroundSurface,
     sim::{Event, EventKind, Snapshot},
     traffic::VehicleId,
 };
@@ -123,7 +123,7 @@ impl Listener {
     /// After a tick that was driven with these controls.
     pub fn tick(&mut self, snapshot: &Snapshot, events: &[Event], controls: &Controls) {
         let ego = &snapshot.ego;
-        let on_grass = ego.wheels.iter().filter(|wheel| wheel.surface == Surface::Grass).count();
+        let on_grass = ego.wheels.iter().filter(|wheel| wheel.surface == GroundSurface::Grass).count();
         self.hear.speed_mps = ego.speed_mps as f32;
         self.hear.engine_rpm = ego.engine_rpm;
         self.hear.throttle = controls.sane().throttle;
@@ -189,7 +189,7 @@ impl Listener {
     }
 
     /// What is to be heard now; `running` while time goes on, `horn` while a hand is on it.
-    pub fn hear(&self, running: bool, horn: bool) -> SoundScene {
+    pub fn scene(&self, running: bool, horn: bool) -> SoundScene {
         SoundScene { running, horn, ..self.hear }
     }
 }

@@ -74,7 +74,7 @@ impl Speaker {
     }
 
     /// From now on, this is heard.
-    pub fn hear(&self, hear: &SoundScene) {
+    pub fn play(&self, hear: &SoundScene) {
         self.board.put(hear);
     }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::{
     controls::Controls,
-    ego::{CarParams, Surface},
+    ego::{CarParams, GroundSurface},
     scenario::{Scenario, SoundLevels, sound::SILENT_DB},
     sim::World,
 };
@@ -273,7 +273,7 @@ fn listened(scenario: &Scenario, ticks: usize) -> Vec<SoundScene> {
             let controls = Controls { throttle, steering_wheel_rad: 0.9, ..Controls::default() };
             world.tick(&controls).unwrap();
             listener.tick(world.snapshot(), world.events(), &controls);
-            listener.hear(true, false)
+            listener.scene(true, false)
         })
         .collect()
 }
@@ -312,11 +312,11 @@ fn wheels_on_grass_are_heard_by_their_share() {
     let scenario = Scenario { traffic: "native".into(), ..Scenario::default() };
     let world = World::new(&scenario).unwrap();
     let mut snapshot = world.snapshot().clone();
-    snapshot.ego.wheels[1].surface = Surface::Grass;
+    snapshot.ego.wheels[1].surface = GroundSurface::Grass;
     let mut listener = Listener::new(false);
     listener.tick(&snapshot, &[], &Controls::default());
-    assert_eq!(listener.hear(true, true).grass, 0.25);
-    assert!(listener.hear(true, true).horn && !listener.hear(false, false).running);
+    assert_eq!(listener.scene(true, true).grass, 0.25);
+    assert!(listener.scene(true, true).horn && !listener.scene(false, false).running);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! Pace of the force thread while pictures are drawn as fast as they can be. In: a drive that is ready to be drawn. Out: how
 //! far the times from turn to turn are from their period.
 
-use super::{DrawnDrive, Times, now};
+use super::{DrawnDrive, TimeStatistics, now};
 use crate::{
     drive_loop::RunError,
     input::{
         ForceInput,
-        force_thread::{Angle, ForceDevice, ForceLoop, ForceThread, PERIOD},
+        force_thread::{ForceDevice, ForceLoop, ForceThread, PERIOD, SharedAngle},
         profiles,
     },
 };
@@ -26,7 +26,7 @@ pub struct ForceTimes {
     /// Its period, milliseconds.
     pub period_ms: f64,
     /// How far the time from turn to turn was from the period.
-    pub jitter: Times,
+    pub jitter: TimeStatistics,
     /// Median of the pictures that were drawn meanwhile, milliseconds.
     pub frame_ms: f64,
 }
@@ -55,12 +55,12 @@ pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<O
     let Ok(profile) = profiles::named("g29") else { return Ok(None) };
     let watch = TurnTimes::default();
     let force = ForceLoop::new(Box::new(watch.clone()), &profile);
-    let Ok(thread) = ForceThread::start(force, Arc::new(Angle::default())) else { return Ok(None) };
+    let Ok(thread) = ForceThread::start(force, Arc::new(SharedAngle::default())) else { return Ok(None) };
     let over = AtomicBool::new(false);
     let drive = std::thread::scope(|scope| {
         scope.spawn(|| {
             while !over.load(Ordering::Relaxed) {
-                thread.tell(ForceInput { aligning_nm: 0.0, speed_mps: 20.0, grass: 1.0, running: true });
+                thread.set_input(ForceInput { aligning_nm: 0.0, speed_mps: 20.0, grass: 1.0, running: true });
                 std::thread::sleep(Duration::from_millis(10));
             }
         });
@@ -73,7 +73,7 @@ pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<O
     let jitter: Vec<Duration> = times.windows(2).map(|w| (w[1] - w[0]).abs_diff(PERIOD)).collect();
     Ok((!jitter.is_empty()).then(|| ForceTimes {
         period_ms: PERIOD.as_secs_f64() * 1e3,
-        jitter: Times::of(jitter),
+        jitter: TimeStatistics::of(jitter),
         frame_ms: drive.times.median_us / 1e3,
     }))
 }

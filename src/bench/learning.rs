@@ -1,7 +1,7 @@
 //! Measurements of training on this machine. In: nothing. Out: [`LearningTimes`]: the fast ring on one core, and an update
 //! of TRPO and an iteration of training at the sizes that peers are measured with (`benches/peers`).
 
-use super::{Times, now};
+use super::{TimeStatistics, now};
 use crate::{
     idm::IdmParams,
     rng,
@@ -25,11 +25,11 @@ pub struct LearningTimes {
     /// The same times 22.
     pub vehicle_updates_per_s: f64,
     /// An update at batch 16,000, nets 64-64, policy and value, on one core.
-    pub update_one_core: Times,
+    pub update_one_core: TimeStatistics,
     /// The same on all cores.
-    pub update: Times,
+    pub update: TimeStatistics,
     /// An iteration at batch 16,000 and hold 1 s with its 16,000 seconds of driving, on all cores.
-    pub iteration: Times,
+    pub iteration: TimeStatistics,
     /// Number of cores.
     pub cores: usize,
 }
@@ -73,11 +73,11 @@ fn rings() -> f64 {
         blocks.iter_mut().for_each(|ring| ring.run(STEPS));
         times.push(begin.elapsed());
     }
-    (BLOCKS * LANES * STEPS) as f64 / (Times::of(times).median_us * 1e-6)
+    (BLOCKS * LANES * STEPS) as f64 / (TimeStatistics::of(times).median_us * 1e-6)
 }
 
 /// Policy and value, five passes over the batch as training makes them.
-fn update(n: usize) -> Times {
+fn update(n: usize) -> TimeStatistics {
     let config = TrainConfig::default();
     let shape = PolicyShape { net: Shape::new(&[4, 64, 64, 1]), family: Family::Normal };
     let value_shape = Shape::new(&[4, 64, 64, 1]);
@@ -106,11 +106,11 @@ fn update(n: usize) -> Times {
         value.fit(&value_shape, &batch.inputs, &returns, &how, &mut stream);
         times.push(begin.elapsed());
     }
-    Times::of(times)
+    TimeStatistics::of(times)
 }
 
 /// Iterations of a training, without the judging.
-fn iteration(n: usize) -> Times {
+fn iteration(n: usize) -> TimeStatistics {
     let config = TrainConfig { judge_every: 1_000_000, ..TrainConfig::default() };
     let mut learner = Learner::new(&config);
     let mut times = Vec::new();
@@ -119,5 +119,5 @@ fn iteration(n: usize) -> Times {
         learner.iterate();
         times.push(begin.elapsed());
     }
-    Times::of(times)
+    TimeStatistics::of(times)
 }

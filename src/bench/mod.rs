@@ -9,16 +9,16 @@ mod simulation;
 
 pub use force::{ForceTimes, force};
 pub use learning::{LearningTimes, learning};
-pub use picture::{DrawnDrive, Drive, FrameTimes, Growth, SIZES, Startup, growth, startup};
+pub use picture::{CostGrowth, DrawnDrive, DriveTimes, FrameTimes, SIZES, StartupTimes, growth, startup};
 pub use recording::{RECORDER_LIMIT_US, recording};
-pub use simulation::{Report, SumoTimes, simulation};
+pub use simulation::{SimulationReport, SumoTimes, simulation};
 
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
 /// Times of one thing, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Times {
+pub struct TimeStatistics {
     /// Smallest.
     pub min_us: f64,
     /// Median.
@@ -31,7 +31,7 @@ pub struct Times {
     pub samples: usize,
 }
 
-impl Times {
+impl TimeStatistics {
     /// Of a non-empty list of durations.
     pub fn of(mut samples: Vec<Duration>) -> Self {
         samples.sort();

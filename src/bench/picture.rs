@@ -1,7 +1,7 @@
 //! Pictures: from the start to the first one, every view at every size, and a drive of minutes with its hitches. In: a
 //! scenario. Out: times, and what the device's memory holds.
 
-use super::{Times, now, present_memory_mb};
+use super::{TimeStatistics, now, present_memory_mb};
 use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     hud::Speedometer,
@@ -17,7 +17,7 @@ pub const SIZES: [[u32; 2]; 4] = [[640, 360], [1280, 720], [1920, 1080], [3840, 
 
 /// From nothing to the first picture, milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Startup {
+pub struct StartupTimes {
     /// Map, traffic, ego.
     pub world_ms: f64,
     /// Graphics device.
@@ -42,7 +42,7 @@ pub struct FrameTimes {
     /// Level of quality.
     pub quality: QualityLevel,
     /// Draw and wait until the device is done.
-    pub times: Times,
+    pub times: TimeStatistics,
     /// Last frame's shadow, main, mirror and develop pass on the device, milliseconds, where it has timestamps.
     pub passes: Option<[f32; 4]>,
     /// What textures and buffers take on the device, megabytes, where the driver tells.
@@ -51,13 +51,13 @@ pub struct FrameTimes {
 
 /// A drive of minutes in real time, or faster where a picture takes less than a sixtieth of a second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Drive {
+pub struct DriveTimes {
     /// Width and height, pixels.
     pub size: [u32; 2],
     /// Seconds of simulation.
     pub seconds: f64,
     /// Simulation and picture of each frame, until the device is done.
-    pub times: Times,
+    pub times: TimeStatistics,
     /// Frames that took more than twice the median.
     pub hitches: usize,
     /// Memory that the process took between the first picture and the last one, megabytes, where the system tells.
@@ -77,7 +77,7 @@ pub struct DrawnDrive {
 
 /// How cost grows with what exists: 40 cars and 5,000 trees on ring-641 over 22 cars and 1,000 trees on ring-250.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Growth {
+pub struct CostGrowth {
     /// Name of the view.
     pub view: &'static str,
     /// Width and height, pixels.
@@ -94,7 +94,7 @@ pub struct Growth {
 ///
 /// # Errors
 /// As [`startup`] and [`DrawnDrive::frames`].
-pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<Growth>, RunError> {
+pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<CostGrowth>, RunError> {
     let place = |map: &str, vehicles, trees| {
         let (map, traffic) = (map.into(), "native".into());
         startup(&Scenario { map, vehicles, trees, traffic, ..scenario.clone() }).map(|(_, picture)| picture)
@@ -118,7 +118,7 @@ pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<Growth>
         };
         let [small, large] = times;
         let ratio = median(small.iter().zip(&large).map(|(small, large)| large / small).collect());
-        rows.push(Growth { view, size, small_ms: median(small), large_ms: median(large), ratio });
+        rows.push(CostGrowth { view, size, small_ms: median(small), large_ms: median(large), ratio });
     }
     Ok(rows)
 }
@@ -127,7 +127,7 @@ pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<Growth>
 ///
 /// # Errors
 /// The world cannot start or there is no graphics adapter.
-pub fn startup(scenario: &Scenario) -> Result<(Startup, DrawnDrive), RunError> {
+pub fn startup(scenario: &Scenario) -> Result<(StartupTimes, DrawnDrive), RunError> {
     let scenario = &Scenario { duration_s: 0.0, ..scenario.clone() };
     let mut laps = vec![now()];
     let run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
@@ -143,7 +143,7 @@ pub fn startup(scenario: &Scenario) -> Result<(Startup, DrawnDrive), RunError> {
     picture.draw(ViewKind::Driver, [1280, 720])?;
     laps.push(now());
     let ms = |from: usize, to: usize| (laps[to] - laps[from]).as_secs_f64() * 1e3;
-    let startup = Startup {
+    let startup = StartupTimes {
         world_ms: ms(0, 1),
         device_ms: ms(1, 2),
         stage_ms: ms(2, 3),
@@ -175,10 +175,10 @@ impl DrawnDrive {
                     self.run.step()?;
                     times.push(self.draw(kind, size)?);
                 }
-                let passes = self.renderer.pass_times().map(|p| [p.shadow_ms, p.main_ms, p.mirror_ms, p.develop_ms]);
+                let passes = self.renderer.pass_times().map(|p| [p.shadow_ms, p.main_ms, p.mirror_ms, p.tonemap_ms]);
                 let quality = self.run.world().scenario().quality;
                 let device_mb = self.gpu.memory_mb();
-                rows.push(FrameTimes { view, size, quality, times: Times::of(times), passes, device_mb });
+                rows.push(FrameTimes { view, size, quality, times: TimeStatistics::of(times), passes, device_mb });
             }
         }
         Ok(rows)
@@ -190,7 +190,12 @@ impl DrawnDrive {
     ///
     /// # Errors
     /// As [`DrawnDrive::frames`].
-    pub fn drive(&mut self, seconds: f64, size: [u32; 2], mut progress: impl FnMut(f64)) -> Result<Drive, RunError> {
+    pub fn drive(
+        &mut self,
+        seconds: f64,
+        size: [u32; 2],
+        mut progress: impl FnMut(f64),
+    ) -> Result<DriveTimes, RunError> {
         const FRAME_S: f64 = 1.0 / 60.0;
         self.draw(ViewKind::Driver, size)?;
         let start_s = self.run.world().snapshot().tick.seconds();
@@ -205,10 +210,10 @@ impl DrawnDrive {
             driven_s += took.as_secs_f64().max(FRAME_S);
             progress(driven_s / seconds);
         }
-        let all = Times::of(times.clone());
+        let all = TimeStatistics::of(times.clone());
         let hitches = times.iter().filter(|t| t.as_secs_f64() * 1e6 > 2.0 * all.median_us).count();
         let grown_mb = present_memory_mb().zip(before_mb).map(|(after, before)| after - before);
-        Ok(Drive { size, seconds: driven_s, times: all, hitches, grown_mb })
+        Ok(DriveTimes { size, seconds: driven_s, times: all, hitches, grown_mb })
     }
 
     /// The adapter, in words.

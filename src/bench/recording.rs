@@ -1,7 +1,7 @@
 //! What recording costs the loop. In: a scenario. Out: time of the recorder's side of a tick: its rows, its frame's row, and
 //! twice or so a second the batch that is handed to the writing thread. The disk is that thread's affair.
 
-use super::{Times, now};
+use super::{TimeStatistics, now};
 use crate::{
     controls::Controls,
     drive_loop::{RunError, recording_manifest},
@@ -22,7 +22,7 @@ const BATCH: u64 = 40;
 ///
 /// # Errors
 /// The scenario cannot be simulated, or the folder for temporary files refuses.
-pub fn recording(scenario: &Scenario) -> Result<Times, RunError> {
+pub fn recording(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
     let native = Scenario { traffic: "native".into(), ..scenario.clone() };
     let mut world = World::new(&native)?;
     let folder = std::env::temp_dir().join(format!("codrive-bench-{}", std::process::id()));
@@ -31,7 +31,7 @@ pub fn recording(scenario: &Scenario) -> Result<Times, RunError> {
     times
 }
 
-fn record(world: &mut World, folder: &std::path::Path) -> Result<Times, RunError> {
+fn record(world: &mut World, folder: &std::path::Path) -> Result<TimeStatistics, RunError> {
     let mut recorder =
         Recorder::begin(folder, world.scenario(), recording_manifest::manifest(world, "bench".into(), None))?;
     let controls = Controls { throttle: 0.1, ..Controls::default() };
@@ -53,5 +53,5 @@ fn record(world: &mut World, folder: &std::path::Path) -> Result<Times, RunError
         }
     }
     recorder.finish(&tally.summary())?;
-    Ok(Times::of(times))
+    Ok(TimeStatistics::of(times))
 }

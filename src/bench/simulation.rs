@@ -1,11 +1,11 @@
 //! What needs no graphics: steps of the traffic engines, ticks of the ego and of the whole world. In: a scenario. Out: a
-//! [`Report`].
+//! [`SimulationReport`].
 
-use super::{Times, now};
+use super::{TimeStatistics, now};
 use crate::{
     controls::Controls,
     drive_loop::{RunError, offline::OfflineDrive},
-    ego::{CarParams, Ego, Everywhere, Obstacle, Surface},
+    ego::{CarParams, EgoCar, GroundSurface, Obstacle, UniformGround},
     map::RoadMap,
     scenario::Scenario,
     sim::WorldError,
@@ -20,24 +20,24 @@ pub struct SumoTimes {
     /// The engine.
     pub engine: String,
     /// `simulationStep` alone.
-    pub bare: Times,
+    pub bare: TimeStatistics,
     /// The step as a drive makes it: pose and speed of the ego in, states of all cars out.
-    pub full: Times,
+    pub full: TimeStatistics,
     /// Median of full over bare, of blocks taken in turn.
     pub ratio: f64,
 }
 
 /// What was measured without graphics.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct SimulationReport {
     /// SUMO; `None` where it is not here.
     pub sumo_step: Option<SumoTimes>,
     /// A step of the native engine.
-    pub native_step: Times,
+    pub native_step: TimeStatistics,
     /// A tick of the ego's physics among all cars.
-    pub ego_tick: Times,
+    pub ego_tick: TimeStatistics,
     /// A tick of the whole world, traffic, policy and simulated driver included.
-    pub world_tick: Times,
+    pub world_tick: TimeStatistics,
     /// Seconds of simulation in a second of wall time, at full speed.
     pub times_real_time: f64,
 }
@@ -46,7 +46,7 @@ pub struct Report {
 ///
 /// # Errors
 /// The scenario cannot be simulated.
-pub fn simulation(scenario: &Scenario) -> Result<Report, RunError> {
+pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
     let native = Scenario { traffic: "native".into(), ..scenario.clone() };
     let sumo_step = match sumo(scenario) {
         Ok(times) => Some(times),
@@ -57,7 +57,13 @@ pub fn simulation(scenario: &Scenario) -> Result<Report, RunError> {
         Err(error) => return Err(error.into()),
     };
     let (world_tick, times_real_time) = world(&native)?;
-    Ok(Report { sumo_step, native_step: native_steps(&native)?, ego_tick: ego(&native)?, world_tick, times_real_time })
+    Ok(SimulationReport {
+        sumo_step,
+        native_step: native_steps(&native)?,
+        ego_tick: ego(&native)?,
+        world_tick,
+        times_real_time,
+    })
 }
 
 fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
@@ -92,16 +98,16 @@ fn sumo(scenario: &Scenario) -> Result<SumoTimes, WorldError> {
     let mut ratios: Vec<f64> = bare.iter().zip(&full).map(|(b, f)| f.as_secs_f64() / b.as_secs_f64()).collect();
     ratios.sort_by(f64::total_cmp);
     let ratio = ratios[BLOCKS / 2];
-    Ok(SumoTimes { engine: traffic.describe(), bare: Times::of(bare), full: Times::of(full), ratio })
+    Ok(SumoTimes { engine: traffic.describe(), bare: TimeStatistics::of(bare), full: TimeStatistics::of(full), ratio })
 }
 
-fn native_steps(scenario: &Scenario) -> Result<Times, WorldError> {
+fn native_steps(scenario: &Scenario) -> Result<TimeStatistics, WorldError> {
     let mut traffic = NativeTraffic::start(setup(scenario)?)?;
     let mut blocks = Vec::new();
     for _ in 0..50 {
         blocks.push(timed(200, || traffic.step(None))?);
     }
-    Ok(Times::of(blocks))
+    Ok(TimeStatistics::of(blocks))
 }
 
 /// Mean time of one call in a block of `n`.
@@ -113,7 +119,7 @@ fn timed<E>(n: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<Duration,
     Ok(start.elapsed() / n)
 }
 
-fn ego(scenario: &Scenario) -> Result<Times, RunError> {
+fn ego(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
     let setup = setup(scenario)?;
     let route = &setup.map.route;
     let length_m = crate::space::CAR_LENGTH_M;
@@ -122,18 +128,18 @@ fn ego(scenario: &Scenario) -> Result<Times, RunError> {
         .map(|car| Obstacle { pose: route.pose_of_front(car.s_m, length_m), speed_mps: 0.0 })
         .collect();
     let start = route.pose_of_front(setup.cars[0].s_m, length_m);
-    let mut ego = Ego::new(&CarParams::default(), start, 0.0, obstacles.len()).map_err(WorldError::from)?;
+    let mut ego = EgoCar::new(&CarParams::default(), start, 0.0, obstacles.len()).map_err(WorldError::from)?;
     let controls = Controls { throttle: 0.05, steering_wheel_rad: 1.0, ..Controls::default() };
     let mut times = Vec::new();
     for _ in 0..3000 {
         let begin = now();
-        ego.tick(&controls, &Everywhere(Surface::Asphalt), &obstacles);
+        ego.tick(&controls, &UniformGround(GroundSurface::Asphalt), &obstacles);
         times.push(begin.elapsed());
     }
-    Ok(Times::of(times))
+    Ok(TimeStatistics::of(times))
 }
 
-fn world(scenario: &Scenario) -> Result<(Times, f64), RunError> {
+fn world(scenario: &Scenario) -> Result<(TimeStatistics, f64), RunError> {
     let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
     let mut times = Vec::new();
     let begin = now();
@@ -144,5 +150,5 @@ fn world(scenario: &Scenario) -> Result<(Times, f64), RunError> {
         times.push(step.elapsed() / ticks_per_step);
     }
     let simulated_s = 600.0 * scenario.step_s;
-    Ok((Times::of(times), simulated_s / begin.elapsed().as_secs_f64()))
+    Ok((TimeStatistics::of(times), simulated_s / begin.elapsed().as_secs_f64()))
 }

@@ -4,12 +4,11 @@ use super::{CliError, out};
 use crate::{
     analysis::{
         AnalysisError,
-        collect::{self, Holdings},
+        collect::{self, FolderContents},
         find, glossary, report, tables,
     },
-    chart,
     drive_loop::RunError,
-    record,
+    plot, record,
     study::{bids, checksums},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -69,7 +68,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     made.figures.par_iter().try_for_each(|(name, svg)| {
         put(&format!("figures/{name}"), svg)?;
         let path = out.join("figures").join(name).with_extension("png");
-        let png = chart::png(svg).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
+        let png = plot::png(svg).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
         Ok::<(), CliError>(record::replace(&path, &png)?)
     })?;
     put("methods.txt", &made.methods)?;
@@ -83,7 +82,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 }
 
 /// Files that are not as they were written: of the data set, or of the recordings one by one where there is none.
-fn changes(holdings: &Holdings) -> Result<Vec<String>, CliError> {
+fn changes(holdings: &FolderContents) -> Result<Vec<String>, CliError> {
     if let Some(root) = &holdings.root
         && let Some(changes) = checksums::changes(root).map_err(RunError::from)?
     {

@@ -1,7 +1,9 @@
 //! `codrive bench`: measurements of this program on this machine.
 
 use super::{CliError, flags, out};
-use crate::bench::{self, Drive, ForceTimes, FrameTimes, Growth, LearningTimes, Report, Startup, Times};
+use crate::bench::{
+    self, CostGrowth, DriveTimes, ForceTimes, FrameTimes, LearningTimes, SimulationReport, StartupTimes, TimeStatistics,
+};
 use crate::scene::ViewKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
@@ -88,7 +90,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 }
 
 /// Drives on, with a bar where someone watches.
-fn drive(picture: &mut bench::DrawnDrive, minutes: u32, size: [u32; 2]) -> Result<Drive, CliError> {
+fn drive(picture: &mut bench::DrawnDrive, minutes: u32, size: [u32; 2]) -> Result<DriveTimes, CliError> {
     let bar = super::progress(1000, format!("{minutes} min of driving"));
     let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
     bar.finish_and_clear();
@@ -108,7 +110,7 @@ fn force_words(force: Option<&ForceTimes>) -> String {
     })
 }
 
-fn recorder_words(times: &Times) -> String {
+fn recorder_words(times: &TimeStatistics) -> String {
     let verdict = if times.p99_us <= bench::RECORDER_LIMIT_US { "kept" } else { "NOT kept" };
     format!(
         "recorder, of a tick      {:.1} us, 99 % below {:.1}, longest {:.0}; limit {} for 99 %: {verdict}\n",
@@ -120,7 +122,7 @@ fn recorder_words(times: &Times) -> String {
 }
 
 fn learning_words(times: &LearningTimes) -> String {
-    let ms = |times: &Times| times.median_us / 1e3;
+    let ms = |times: &TimeStatistics| times.median_us / 1e3;
     format!(
         "fast ring, one core      {:.1} million ring steps/s, {:.0} million vehicle updates/s\n\
          TRPO update, batch 16000 {:.0} ms on one core, {:.0} ms on {cores}\n\
@@ -137,11 +139,11 @@ fn learning_words(times: &LearningTimes) -> String {
 
 fn words(
     adapter: &str,
-    startup: &Startup,
+    startup: &StartupTimes,
     frames: &[FrameTimes],
-    drive: Option<&Drive>,
-    growth: &[Growth],
-    simulation: &Report,
+    drive: Option<&DriveTimes>,
+    growth: &[CostGrowth],
+    simulation: &SimulationReport,
     memory_mb: Option<f64>,
 ) -> String {
     let build = if cfg!(debug_assertions) { " (a dev build: use --release for figures)" } else { "" };
@@ -186,7 +188,8 @@ fn words(
             sumo.engine, sumo.full.median_us, sumo.bare.median_us, sumo.ratio
         ));
     }
-    let row = |name: &str, times: &Times| format!("{name}{:.1} us, 99 % below {:.1}", times.median_us, times.p99_us);
+    let row =
+        |name: &str, times: &TimeStatistics| format!("{name}{:.1} us, 99 % below {:.1}", times.median_us, times.p99_us);
     lines.push(row("step of native traffic   ", &simulation.native_step));
     lines.push(row("tick of the ego          ", &simulation.ego_tick));
     lines.push(row("tick of the whole world  ", &simulation.world_tick));

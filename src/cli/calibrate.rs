@@ -35,27 +35,28 @@ pub(super) fn main(_matches: &ArgMatches) -> Result<(), CliError> {
 #[cfg(target_os = "linux")]
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     use crate::input::{
-        Stamp,
-        calibrate::{Calibration, Step},
+        TimeStamp,
+        calibrate::{Calibration, CalibrationStep},
         linux::{self, OpenWheel},
-        profiles::{self, Kind},
+        profiles::{self, DeviceKind},
         wheel::WheelMessage,
     };
     use std::time::Duration;
 
     let nodes = linux::wheels();
-    if let Some(text) = nodes.iter().find_map(|node| if let Kind::Unfit(text) = node.kind { Some(text) } else { None })
+    if let Some(text) =
+        nodes.iter().find_map(|node| if let DeviceKind::Unfit(text) = node.kind { Some(text) } else { None })
     {
-        out::aside(format_args!("{text}"));
+        out::status_line(format_args!("{text}"));
     }
-    let node = nodes.iter().find(|node| node.kind == Kind::Wheel).ok_or_else(|| {
+    let node = nodes.iter().find(|node| node.kind == DeviceKind::Wheel).ok_or_else(|| {
         CliError::Failed(
             "no steering wheel is plugged in\n  remedy: plug it in, wait for its turn, and begin again".into(),
         )
     })?;
-    let others = nodes.iter().filter(|other| other.kind == Kind::Wheel && other.path != node.path);
+    let others = nodes.iter().filter(|other| other.kind == DeviceKind::Wheel && other.path != node.path);
     for other in others {
-        out::aside(format_args!(
+        out::status_line(format_args!(
             "{} is plugged in, too; {} is asked\n  remedy: unplug the one that is not meant",
             other.name, node.name
         ));
@@ -63,10 +64,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let failed = |error: &std::io::Error| CliError::Failed(linux::trouble(node, error));
     let (mut wheel, device) = OpenWheel::open(node).map_err(|e| failed(&e))?;
     let name = matches.get_one::<String>("name").cloned().unwrap_or_else(|| device.name.clone());
-    let begin = Stamp::now();
-    let seconds = || begin.until(Stamp::now()).as_secs_f64();
+    let begin = TimeStamp::now();
+    let seconds = || begin.until(TimeStamp::now()).as_secs_f64();
     let mut calibration = Calibration::new(device, 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
-    let mut screen = Screen::new();
+    let mut screen = CalibrationScreen::new();
     out::line(format_args!("{}", node.name))?;
     if let Some(path) = matches.get_one::<PathBuf>("replay") {
         for (at_s, code, raw) in events(path)? {
@@ -74,7 +75,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             calibration.moved(code, raw, at_s);
         }
     }
-    while calibration.step() != Step::Done && !matches.contains_id("replay") {
+    while calibration.step() != CalibrationStep::Done && !matches.contains_id("replay") {
         screen.show(calibration.step().question(), &calibration.bars())?;
         let mut told = Vec::new();
         wheel.read(Duration::from_millis(40), &mut told).map_err(|e| failed(&e))?;
@@ -85,7 +86,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         }
         calibration.time(seconds());
     }
-    screen.show(Step::Done.question(), &calibration.bars())?;
+    screen.show(CalibrationStep::Done.question(), &calibration.bars())?;
     let profile = calibration.profile(&name).map_err(|e| CliError::Failed(e.to_string()))?;
     let path = matches.get_one::<PathBuf>("out").map(PathBuf::as_path);
     let path = profiles::save(&profile, path).map_err(|e| CliError::Failed(e.to_string()))?;
@@ -124,13 +125,13 @@ fn events(path: &std::path::Path) -> Result<Vec<(f64, u16, i32)>, CliError> {
 
 /// The questions, and bars that live where someone watches.
 #[cfg(target_os = "linux")]
-struct Screen {
+struct CalibrationScreen {
     question: &'static str,
     live: bool,
 }
 
 #[cfg(target_os = "linux")]
-impl Screen {
+impl CalibrationScreen {
     fn new() -> Self {
         use std::io::IsTerminal;
         Self { question: "", live: std::io::stdout().is_terminal() }
@@ -158,7 +159,7 @@ fn bar(share: f64) -> String {
 
 /// What was learnt, with the curve of each pedal at quarters of its way.
 #[cfg(target_os = "linux")]
-fn summary(profile: &crate::input::Profile) -> String {
+fn summary(profile: &crate::input::WheelProfile) -> String {
     let s = &profile.steering;
     let mut lines = vec![format!(
         "{}: steering axis {}, {} left, {} straight, {} right, {} deg",

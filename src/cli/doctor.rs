@@ -3,7 +3,7 @@
 use super::{CliError, drive, flags, out};
 use crate::{
     desktop::display,
-    doctor::{self, Grade, Options},
+    doctor::{self, DoctorOptions, FindingGrade},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
@@ -49,7 +49,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if matches.get_flag("display") {
         return Ok(display::check(&scenario, drive::place(matches, true)?)?);
     }
-    let options = Options {
+    let options = DoctorOptions {
         monitors: display::monitors().map_err(|error| error.to_string()),
         scenario,
         size: matches.get_one("size").copied().unwrap_or([1920, 1080]),
@@ -61,7 +61,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     } else {
         out::text(doctor::words(&lines))?;
     }
-    match lines.iter().filter(|line| line.grade == Grade::Fault).count() {
+    match lines.iter().filter(|line| line.grade == FindingGrade::Fault).count() {
         0 => Ok(()),
         1 => Err(CliError::Failed("this rig has a fault; its line says the remedy".into())),
         n => Err(CliError::Failed(format!("this rig has {n} faults; their lines say the remedies"))),

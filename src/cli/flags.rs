@@ -29,7 +29,7 @@ const COMMON: [(&str, &str); 11] = [
 
 /// How much `--help` lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Listing {
+pub enum HelpListing {
     /// The settings that people change from drive to drive.
     Common,
     /// All.
@@ -37,7 +37,7 @@ pub enum Listing {
 }
 
 /// Adds `--scenario FILE` and a flag for each setting.
-pub fn add(command: Command, listing: Listing) -> Command {
+pub fn add(command: Command, listing: HelpListing) -> Command {
     let file = Arg::new("scenario")
         .long("scenario")
         .value_name("FILE")
@@ -46,7 +46,7 @@ pub fn add(command: Command, listing: Listing) -> Command {
         .help_heading(HEADING);
     let name = command.get_name().to_owned();
     let all = add_fields(command.arg(file), &Scenario::fields(), HEADING);
-    if listing == Listing::All {
+    if listing == HelpListing::All {
         let limits = format!("Limits: {}; {}.", crate::map::limits::IN_WORDS, crate::policy::onnx::limits::IN_WORDS);
         return all.after_help(limits);
     }

@@ -72,7 +72,7 @@ fn folder(matches: &ArgMatches, name: &str) -> Result<PathBuf, CliError> {
 
 fn ring(matches: &ArgMatches) -> Result<(), CliError> {
     let number = |id: &str| matches.get_one::<f64>(id).copied().unwrap_or_default();
-    let ring = map::ring::Ring {
+    let ring = map::ring::RingShape {
         circumference_m: number("circumference"),
         speed_limit_mps: number("speed-limit"),
         width_m: number("width"),
@@ -107,7 +107,8 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     let name = matches.get_one::<String>("name").unwrap_or(&stem);
     let number = |id: &str| matches.get_one::<u64>(id).copied().unwrap_or_default();
     let stop = super::stop_on_ctrl_c();
-    let bounds = map::import::Bounds { seconds: number("time-limit"), memory_mib: number("memory-limit"), stop: &stop };
+    let bounds =
+        map::import::ImportBounds { seconds: number("time-limit"), memory_mib: number("memory-limit"), stop: &stop };
     tell(&map::import(file, name, &bounds)?, name)
 }
 

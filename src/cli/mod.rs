@@ -32,7 +32,7 @@ use crate::{
     traffic::{self, TrafficError},
 };
 use clap::{Arg, Command, value_parser};
-pub use flags::Listing;
+pub use flags::HelpListing;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{ffi::OsString, io::Write, path::PathBuf};
 
@@ -114,17 +114,17 @@ fn tell(error: &CliError) -> u8 {
         // and the display are at other ends of pipes, and a drive must outlive them.
         CliError::Unread => return 141,
     };
-    out::aside(format_args!("codrive: {error}"));
+    out::status_line(format_args!("codrive: {error}"));
     code
 }
 
 /// `--help-all` is `--help` that leaves nothing out.
-fn listing(mut arguments: Vec<OsString>) -> (Listing, Vec<OsString>) {
-    let mut listing = Listing::Common;
+fn listing(mut arguments: Vec<OsString>) -> (HelpListing, Vec<OsString>) {
+    let mut listing = HelpListing::Common;
     for argument in &mut arguments {
         if argument == "--help-all" {
             *argument = "--help".into();
-            listing = Listing::All;
+            listing = HelpListing::All;
         }
     }
     (listing, arguments)
@@ -140,7 +140,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// The whole command line, for `--help` and tests.
-pub fn command(listing: Listing) -> Command {
+pub fn command(listing: HelpListing) -> Command {
     let add = |command: Command| flags::add(command, listing);
     let command = Command::new("codrive")
         .version(env!("CARGO_PKG_VERSION"))
@@ -274,13 +274,13 @@ mod tests {
 
     #[test]
     fn the_command_line_is_sound() {
-        command(Listing::Common).debug_assert();
-        command(Listing::All).debug_assert();
+        command(HelpListing::Common).debug_assert();
+        command(HelpListing::All).debug_assert();
     }
 
     #[test]
     fn every_command_is_in_one_group_and_every_setting_in_the_whole_help() {
-        let line = command(Listing::Common);
+        let line = command(HelpListing::Common);
         let shown: Vec<&str> =
             line.get_subcommands().filter(|command| !command.is_hide_set()).map(Command::get_name).collect();
         let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| names.iter().copied()).collect();
@@ -291,7 +291,7 @@ mod tests {
             let mut line = command(listing);
             line.find_subcommand_mut("drive").unwrap().render_help().to_string()
         };
-        let (common, all) = (help(Listing::Common), help(Listing::All));
+        let (common, all) = (help(HelpListing::Common), help(HelpListing::All));
         assert!(
             common.contains("example: --hold 5") && !common.contains("--mirror-yaw") && !common.contains("--driver")
         );
@@ -302,9 +302,9 @@ mod tests {
         assert!(all.contains("--idm") && all.contains("Limits: ") && all.lines().count() > 2 * common.lines().count());
         // What is not listed is taken as before.
         let words = ["codrive", "drive", "--mirror-yaw", "5"];
-        assert!(command(Listing::Common).try_get_matches_from(words).is_ok());
+        assert!(command(HelpListing::Common).try_get_matches_from(words).is_ok());
         let (listing, arguments) = listing(["codrive", "drive", "--help-all"].map(Into::into).to_vec());
-        assert_eq!((listing, arguments[2].as_os_str()), (Listing::All, std::ffi::OsStr::new("--help")));
+        assert_eq!((listing, arguments[2].as_os_str()), (HelpListing::All, std::ffi::OsStr::new("--help")));
     }
 
     #[test]

@@ -34,6 +34,6 @@ pub(super) fn fault(error: &io::Error) -> CliError {
 }
 
 /// Says a line on the standard error: a word beside the work, which goes on if nobody can read it.
-pub(super) fn aside(text: impl Display) {
+pub(super) fn status_line(text: impl Display) {
     let _ = writeln!(io::stderr(), "{text}");
 }

@@ -2,7 +2,7 @@
 
 use super::{CliError, out};
 use crate::{
-    record::{self, Recovered},
+    record::{self, RecoveryReport},
     time::Tick,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -27,7 +27,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 }
 
 /// What was found, in words: which rows, from when to when, and what is missing.
-fn words(name: &str, found: &Recovered) -> String {
+fn words(name: &str, found: &RecoveryReport) -> String {
     let state = if found.was_whole { "is whole" } else { "recovered" };
     let rows = found.rows.iter().map(|(table, rows)| {
         let span = found.ticks.iter().find(|(of, _)| of == table).map(|(_, ticks)| ticks.map(Tick::seconds));

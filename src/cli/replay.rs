@@ -90,7 +90,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let drawn = [path("png"), path("frames"), path("video")].iter().any(Option::is_some);
     let mut easel = drawn.then(|| ReplayRenderer::new(&replay, kind, size)).transpose()?;
     let mut track = path("sound").map(|file| SoundTrack::begin(file, &replay, recording)).transpose()?;
-    let mut film = path("video").map(|file| SnapshotTimeline::begin(file, size, rate)).transpose()?;
+    let mut film = path("video").map(|file| VideoEncoder::begin(file, size, rate)).transpose()?;
     let frames = path("frames").map(|folder| new_folder(folder)).transpose()?;
 
     let stop = stop_on_ctrl_c();
@@ -256,11 +256,11 @@ fn join(film: &Path, sound: &Path) -> Result<(), CliError> {
 }
 
 /// ffmpeg, fed with raw pictures.
-struct SnapshotTimeline {
+struct VideoEncoder {
     ffmpeg: process::Child,
 }
 
-impl SnapshotTimeline {
+impl VideoEncoder {
     fn begin(file: &Path, [width, height]: [u32; 2], rate: u32) -> Result<Self, CliError> {
         reserve(file)?;
         let (size, rate) = (format!("{width}x{height}"), rate.to_string());

@@ -9,7 +9,7 @@ use crate::{
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
     input::profiles,
     session::window::{self, SessionOptions, SessionOutcome},
-    study::{Code, Completion, DataSet, Study, StudyError},
+    study::{Completion, DataSet, ParticipantCode, Study, StudyError},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
 use std::path::{Path, PathBuf};
@@ -129,7 +129,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 }
 
 fn lead_session(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<(), CliError> {
-    let code = Code::new(code).map_err(|error| CliError::Input(error.to_string()))?;
+    let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
     let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name)).transpose();
     let left = window::run(SessionOptions {
         study,
@@ -149,7 +149,7 @@ fn lead_session(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> 
 }
 
 fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
-    let code = Code::new(code).map_err(|error| CliError::Input(error.to_string()))?;
+    let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
     if !root.exists() {
         return Err(CliError::Input(format!("{}: there is no such data set", root.display())));
     }

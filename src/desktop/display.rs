@@ -3,17 +3,17 @@
 
 use super::{
     event_loop::{self, LoopControl, Windows, no_display, now},
-    surface::{FRAMES_AHEAD, Surface},
+    surface::{FRAMES_AHEAD, WindowSurface},
 };
 use crate::{
-    doctor::Monitor,
+    doctor::MonitorInfo,
     drive_loop::RunError,
     live_drive::latency::Latency,
     panel::{self, DisplayTruth, theme},
-    record::manifest::Screen,
+    record::manifest::ScreenInfo,
     render::{
         Gpu,
-        post::ui_pass::{Overlay, UiPass},
+        post::ui_pass::{OverlayTarget, UiPass},
     },
     scenario::Scenario,
 };
@@ -44,14 +44,14 @@ pub struct WindowPlacement {
     pub refresh_hz: Option<f64>,
 }
 
-fn monitor(number: usize, handle: &MonitorHandle, primary: Option<&MonitorHandle>) -> Monitor {
+fn monitor(number: usize, handle: &MonitorHandle, primary: Option<&MonitorHandle>) -> MonitorInfo {
     let (size, mut rates): (_, Vec<f64>) = (
         handle.size(),
         handle.video_modes().filter(|mode| mode.size() == handle.size()).map(|mode| hertz(&mode)).collect(),
     );
     rates.sort_by(f64::total_cmp);
     rates.dedup_by(|a, b| (*a - *b).abs() < 0.01);
-    Monitor {
+    MonitorInfo {
         number,
         name: handle.name().unwrap_or_else(|| "without a name".into()),
         size: [size.width, size.height],
@@ -88,7 +88,7 @@ fn rate(handle: &MonitorHandle) -> Option<f64> {
 }
 
 /// All monitors, by their numbers.
-fn listed(event_loop: &ActiveEventLoop) -> Vec<(Monitor, MonitorHandle)> {
+fn listed(event_loop: &ActiveEventLoop) -> Vec<(MonitorInfo, MonitorHandle)> {
     let primary = event_loop.primary_monitor();
     let handles = event_loop.available_monitors();
     handles.enumerate().map(|(i, handle)| (monitor(i + 1, &handle, primary.as_ref()), handle)).collect()
@@ -135,9 +135,9 @@ pub fn placed(
 }
 
 /// The screen that a window's pictures come to.
-pub fn screen(window: &Window, surface: &Surface) -> Screen {
+pub fn screen(window: &Window, surface: &WindowSurface) -> ScreenInfo {
     let monitor = window.current_monitor();
-    Screen {
+    ScreenInfo {
         monitor: monitor.as_ref().and_then(MonitorHandle::name),
         refresh_hz: monitor.as_ref().and_then(rate),
         size: surface.size(),
@@ -150,9 +150,9 @@ pub fn screen(window: &Window, surface: &Surface) -> Screen {
 ///
 /// # Errors
 /// There is no display.
-pub fn monitors() -> Result<Vec<Monitor>, RunError> {
+pub fn monitors() -> Result<Vec<MonitorInfo>, RunError> {
     #[derive(Default)]
-    struct MonitorQuery(Vec<Monitor>);
+    struct MonitorQuery(Vec<MonitorInfo>);
 
     impl ApplicationHandler for MonitorQuery {
         fn resumed(&mut self, event_loop: &ActiveEventLoop) {
@@ -187,7 +187,7 @@ struct CheckWindow {
     truth: DisplayTruth,
     window: Arc<Window>,
     gpu: Gpu,
-    surface: Surface,
+    surface: WindowSurface,
     ctx: egui::Context,
     pass: UiPass,
     latency: Latency,
@@ -203,7 +203,7 @@ impl Windows for CheckWindow {
         let window = Arc::new(window);
         let (gpu, surface) = Gpu::for_window(Box::new(event_loop.owned_display_handle()), Arc::clone(&window))?;
         let size = window.inner_size();
-        let surface = Surface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::Fifo)
+        let surface = WindowSurface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::Fifo)
             .ok_or_else(|| RunError::NoSurface(gpu.description()))?;
         let ctx = egui::Context::default();
         theme::apply(&ctx);
@@ -254,8 +254,13 @@ impl CheckWindow {
         let input = egui::RawInput { screen_rect: Some(points), ..Default::default() };
         let output = self.ctx.run_ui(input, |ui| panel::check(ui, truth));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let overlay =
-            Overlay { device: &self.gpu.device, queue: &self.gpu.queue, encoder: &mut encoder, view: &target, size };
+        let overlay = OverlayTarget {
+            device: &self.gpu.device,
+            queue: &self.gpu.queue,
+            encoder: &mut encoder,
+            view: &target,
+            size,
+        };
         self.pass.draw(overlay, &self.ctx, output);
         self.gpu.queue.submit([encoder.finish()]);
         self.window.pre_present_notify();

@@ -9,16 +9,16 @@ use super::{
     display::{self, WindowPlacement},
     event_loop::{no_display, now},
     preview::Preview,
-    surface::Surface,
+    surface::WindowSurface,
 };
 use crate::{
     drive_loop::RunError,
-    record::manifest::Screen,
+    record::manifest::ScreenInfo,
     render::{
         Gpu, PassTimes, Renderer,
         post::{
             preview::PreviewPass,
-            ui_pass::{Overlay, UiPass},
+            ui_pass::{OverlayTarget, UiPass},
         },
         renderer_that_keeps_up,
     },
@@ -58,7 +58,7 @@ struct FooterArea {
 pub struct DriverWindow {
     window: Arc<Window>,
     gpu: Gpu,
-    surface: Surface,
+    surface: WindowSurface,
     renderer: Option<Renderer>,
     egui: EguiWindow,
     overlay: UiPass,
@@ -89,7 +89,7 @@ impl DriverWindow {
         }
         let size = window.inner_size();
         // A frame waits for the screen, without tearing where it is late; every adapter has this mode.
-        let surface = Surface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::Fifo)
+        let surface = WindowSurface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::Fifo)
             .ok_or_else(|| RunError::NoSurface(gpu.description()))?;
         let egui = EguiWindow::new(&gpu, &window);
         let overlay = UiPass::new(&gpu.device, surface.format());
@@ -124,7 +124,7 @@ impl DriverWindow {
     }
 
     /// The screen that the pictures come to.
-    pub fn screen(&self) -> Screen {
+    pub fn screen(&self) -> ScreenInfo {
         display::screen(&self.window, &self.surface)
     }
 
@@ -287,7 +287,7 @@ pub fn put_on(
             ..Default::default()
         });
     }
-    pass.draw(Overlay { device, queue, encoder: &mut encoder, view, size }, ctx, output);
+    pass.draw(OverlayTarget { device, queue, encoder: &mut encoder, view, size }, ctx, output);
     queue.submit([encoder.finish()]);
 }
 

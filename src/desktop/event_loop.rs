@@ -59,9 +59,9 @@ pub fn run<W: Windows>(
     parts: W::Parts,
     stop: &AtomicBool,
 ) -> (Option<W>, Result<(), RunError>) {
-    let mut shell = WindowedLoop::<W> { stop, parts: Some(parts), windows: None, failure: None };
-    let ran = event_loop.run_app(&mut shell).map_err(|error| no_display(&error));
-    (shell.windows, shell.failure.map_or(ran, Err))
+    let mut windowed = WindowedLoop::<W> { stop, parts: Some(parts), windows: None, failure: None };
+    let ran = event_loop.run_app(&mut windowed).map_err(|error| no_display(&error));
+    (windowed.windows, windowed.failure.map_or(ran, Err))
 }
 
 struct WindowedLoop<'a, W: Windows> {

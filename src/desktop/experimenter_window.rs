@@ -7,7 +7,7 @@ use super::{
     EguiWindow, display,
     driver_window::put_on,
     event_loop::{no_display, now},
-    surface::Surface,
+    surface::WindowSurface,
     toggle_fullscreen,
 };
 use crate::{
@@ -44,7 +44,7 @@ const ZOOM: [f32; 2] = [1.0, 2.0];
 /// A window for whoever runs the experiment.
 pub struct ExperimenterWindow {
     window: Arc<Window>,
-    surface: Surface,
+    surface: WindowSurface,
     egui: EguiWindow,
     pass: UiPass,
     last: Option<Instant>,
@@ -74,7 +74,7 @@ impl ExperimenterWindow {
         let surface =
             gpu.instance.create_surface(Arc::clone(&window)).map_err(|error| GpuError::NoSurface(error.to_string()))?;
         let size = window.inner_size();
-        let surface = Surface::new(gpu, surface, [size.width, size.height], wgpu::PresentMode::AutoNoVsync)
+        let surface = WindowSurface::new(gpu, surface, [size.width, size.height], wgpu::PresentMode::AutoNoVsync)
             .ok_or_else(|| RunError::NoSurface(gpu.description()))?;
         let egui = EguiWindow::new(gpu, &window);
         theme::apply(&egui.ctx);

@@ -1,12 +1,12 @@
 //! Keys of the window, once: what they do and how F1 lists them. In: winit's physical keys, so that the layout of the
-//! keyboard does not matter. Out: a [`Command`] or a driving key.
+//! keyboard does not matter. Out: a [`KeyCommand`] or a driving key.
 
 use crate::{input::DriveKey, panel::SCREEN_KEYS};
 use winit::keyboard::KeyCode;
 
 /// What a key asks of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum KeyCommand {
     /// List the keys.
     Help,
     /// Show or hide the experimenter's panel.
@@ -39,7 +39,7 @@ pub enum Command {
     Quit,
 }
 
-impl Command {
+impl KeyCommand {
     /// True if it is the driver's own affair: all that the driver's window obeys while the experimenter has one.
     pub fn is_drivers(self) -> bool {
         matches!(self, Self::Help | Self::Reverse | Self::PutBack | Self::FullScreen)
@@ -47,27 +47,27 @@ impl Command {
 }
 
 /// All keys: the keys, their name, what they do.
-const COMMANDS: [(&[KeyCode], Command, &str, &str); 15] = [
-    (&[KeyCode::F1], Command::Help, "F1", "this list"),
-    (&[KeyCode::F2, KeyCode::Tab], Command::Panel, "F2, Tab", "experimenter's panel"),
-    (&[KeyCode::F3], Command::FrameTimes, "F3", "frame times"),
-    (&[KeyCode::Space], Command::Pause, "Space, Ctrl+P", "pause, continue"),
-    (&[KeyCode::KeyN], Command::Tick, "N", "one tick (10 ms) while paused"),
-    (&[KeyCode::KeyM], Command::Step, "M", "one step while paused"),
-    (&[KeyCode::Backspace], Command::Restart, "Backspace", "begin again"),
-    (&[KeyCode::KeyV], Command::NextView, "V", "next view: driver, chase, bird's-eye, mirror"),
-    (&[KeyCode::KeyR], Command::Reverse, "R", "drive, reverse (standing)"),
-    (&[KeyCode::KeyB], Command::PutBack, "B", "back onto the lane, from beside it"),
-    (&[KeyCode::KeyL], Command::LaneHelp, "L", "lane help on, off"),
-    (&[KeyCode::F11], Command::FullScreen, "F11", "full screen"),
-    (&[KeyCode::F5], Command::ReloadShaders, "F5", "read the shaders again"),
-    (&[], Command::Mark, "Ctrl+M", "mark this moment"),
-    (&[KeyCode::Escape], Command::Quit, "Esc, Ctrl+Q", "end"),
+const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 15] = [
+    (&[KeyCode::F1], KeyCommand::Help, "F1", "this list"),
+    (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
+    (&[KeyCode::F3], KeyCommand::FrameTimes, "F3", "frame times"),
+    (&[KeyCode::Space], KeyCommand::Pause, "Space, Ctrl+P", "pause, continue"),
+    (&[KeyCode::KeyN], KeyCommand::Tick, "N", "one tick (10 ms) while paused"),
+    (&[KeyCode::KeyM], KeyCommand::Step, "M", "one step while paused"),
+    (&[KeyCode::Backspace], KeyCommand::Restart, "Backspace", "begin again"),
+    (&[KeyCode::KeyV], KeyCommand::NextView, "V", "next view: driver, chase, bird's-eye, mirror"),
+    (&[KeyCode::KeyR], KeyCommand::Reverse, "R", "drive, reverse (standing)"),
+    (&[KeyCode::KeyB], KeyCommand::PutBack, "B", "back onto the lane, from beside it"),
+    (&[KeyCode::KeyL], KeyCommand::LaneHelp, "L", "lane help on, off"),
+    (&[KeyCode::F11], KeyCommand::FullScreen, "F11", "full screen"),
+    (&[KeyCode::F5], KeyCommand::ReloadShaders, "F5", "read the shaders again"),
+    (&[], KeyCommand::Mark, "Ctrl+M", "mark this moment"),
+    (&[KeyCode::Escape], KeyCommand::Quit, "Esc, Ctrl+Q", "end"),
 ];
 
 /// What a key asks for together with Ctrl: the same in every window of the program.
-const WITH_CONTROL: [(KeyCode, Command); 3] =
-    [(KeyCode::KeyP, Command::Pause), (KeyCode::KeyM, Command::Mark), (KeyCode::KeyQ, Command::Quit)];
+const WITH_CONTROL: [(KeyCode, KeyCommand); 3] =
+    [(KeyCode::KeyP, KeyCommand::Pause), (KeyCode::KeyM, KeyCommand::Mark), (KeyCode::KeyQ, KeyCommand::Quit)];
 
 const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 5] = [
     (&[KeyCode::ArrowUp, KeyCode::KeyW], DriveKey::Throttle, "Up, W", "accelerate"),
@@ -78,12 +78,12 @@ const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 5] = [
 ];
 
 /// What a key asks of the window, if anything.
-pub fn command(key: KeyCode) -> Option<Command> {
+pub fn command(key: KeyCode) -> Option<KeyCommand> {
     COMMANDS.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
 }
 
 /// What a key asks of any window together with Ctrl, if anything.
-pub fn with_control(key: KeyCode) -> Option<Command> {
+pub fn with_control(key: KeyCode) -> Option<KeyCommand> {
     WITH_CONTROL.iter().find(|row| row.0 == key).map(|row| row.1)
 }
 
@@ -99,7 +99,7 @@ pub fn list() -> Vec<(&'static str, &'static str)> {
 
 /// The list for F1 in a driver's window beside an experimenter's.
 pub fn list_of_driver() -> Vec<(&'static str, &'static str)> {
-    list_of(Command::is_drivers)
+    list_of(KeyCommand::is_drivers)
 }
 
 /// The list for F1 in a participant's window: screens and drive.
@@ -107,7 +107,7 @@ pub fn list_of_participant() -> Vec<(&'static str, &'static str)> {
     SCREEN_KEYS.into_iter().chain(list_of_driver()).collect()
 }
 
-fn list_of(is_listed: fn(Command) -> bool) -> Vec<(&'static str, &'static str)> {
+fn list_of(is_listed: fn(KeyCommand) -> bool) -> Vec<(&'static str, &'static str)> {
     let commands = COMMANDS.iter().filter(|row| is_listed(row.1)).map(|row| (row.2, row.3));
     DRIVING.iter().map(|row| (row.2, row.3)).chain(commands).collect()
 }
@@ -128,13 +128,13 @@ mod tests {
     fn keys_do_what_the_list_says() {
         use KeyCode as K;
         let commands = [K::Tab, K::F2, K::Escape, K::Space].map(command);
-        assert_eq!(commands, [Command::Panel, Command::Panel, Command::Quit, Command::Pause].map(Some));
+        assert_eq!(commands, [KeyCommand::Panel, KeyCommand::Panel, KeyCommand::Quit, KeyCommand::Pause].map(Some));
         let driving = [K::ArrowUp, K::KeyS, K::KeyA, K::ArrowRight, K::KeyH].map(driving);
         use DriveKey as D;
         assert_eq!(driving, [D::Throttle, D::Brake, D::Left, D::Right, D::Horn].map(Some));
         assert_eq!((command(K::ArrowUp), super::driving(K::Escape), command(K::KeyQ)), (None, None, None));
         let control = [K::KeyQ, K::KeyP, K::KeyM, K::KeyR, K::Escape].map(with_control);
-        assert_eq!(control, [Some(Command::Quit), Some(Command::Pause), Some(Command::Mark), None, None]);
+        assert_eq!(control, [Some(KeyCommand::Quit), Some(KeyCommand::Pause), Some(KeyCommand::Mark), None, None]);
         let list = list();
         assert_eq!(list.len(), 20);
         assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc, Ctrl+Q", "end")));

@@ -8,12 +8,12 @@ use wgpu::CurrentSurfaceTexture as Current;
 pub const FRAMES_AHEAD: u32 = 1;
 
 /// A surface and its configuration.
-pub struct Surface {
+pub struct WindowSurface {
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
 }
 
-impl Surface {
+impl WindowSurface {
     /// Configures `surface` for a window of `size` pixels; `None` if the adapter cannot show pictures in it. `present` says
     /// whether a picture waits for the screen.
     pub fn new(gpu: &Gpu, surface: wgpu::Surface<'static>, size: [u32; 2], present: wgpu::PresentMode) -> Option<Self> {

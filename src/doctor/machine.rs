@@ -1,7 +1,7 @@
-//! Data, sound, disk, clock, power. In: files of the system. Out: [`Line`]s. What another system keeps elsewhere is unknown.
+//! Data, sound, disk, clock, power. In: files of the system. Out: [`Finding`]s. What another system keeps elsewhere is unknown.
 
-use super::Line;
-use crate::{audio, data_folders, input::Stamp, record};
+use super::Finding;
+use crate::{audio, data_folders, input::TimeStamp, record};
 use std::{
     fs::{self, File},
     io::Write,
@@ -13,50 +13,54 @@ const TRIAL_BYTES: usize = 16 << 20;
 /// A recording takes less than 0.2 MB/s; a disk below this many MB/s has other troubles.
 const SLOW_MBPS: f64 = 10.0;
 
-pub(super) fn examine(recordings: &Path) -> Vec<Line> {
+pub(super) fn examine(recordings: &Path) -> Vec<Finding> {
     vec![data(), sound(), disk_speed(recordings), disk_space(free_gb(recordings)), clock(), power()]
 }
 
 /// Where maps and assets are read from.
-fn data() -> Line {
+fn data() -> Finding {
     let root = data_folders::root();
     if root.join("maps").is_dir() {
-        return Line::ok("data", root.display().to_string());
+        return Finding::ok("data", root.display().to_string());
     }
-    Line::fault("data", format!("nothing at {}", root.display()), "name the folder with maps and assets: --data DIR")
+    Finding::fault("data", format!("nothing at {}", root.display()), "name the folder with maps and assets: --data DIR")
 }
 
 /// The output is opened, as a drive would.
-fn sound() -> Line {
+fn sound() -> Finding {
     match audio::output() {
-        Ok(output) => Line::ok("sound", output),
-        Err(why) => {
-            Line::warning("sound", format!("none: {why}"), "connect a card or start its server, or drive without sound")
-        }
+        Ok(output) => Finding::ok("sound", output),
+        Err(why) => Finding::warning(
+            "sound",
+            format!("none: {why}"),
+            "connect a card or start its server, or drive without sound",
+        ),
     }
 }
 
-fn disk_speed(folder: &Path) -> Line {
+fn disk_speed(folder: &Path) -> Finding {
     let path = folder.join(".codrive-doctor");
     let trial = || -> std::io::Result<f64> {
         let bytes: Vec<u8> =
             (0..TRIAL_BYTES).map(|i| (i as u32).wrapping_mul(2_654_435_761).to_le_bytes()[3]).collect();
         let mut file = File::create(&path)?;
-        let begin = Stamp::now();
+        let begin = TimeStamp::now();
         file.write_all(&bytes)?;
         file.sync_data()?;
-        Ok(TRIAL_BYTES as f64 / 1e6 / begin.until(Stamp::now()).as_secs_f64().max(1e-6))
+        Ok(TRIAL_BYTES as f64 / 1e6 / begin.until(TimeStamp::now()).as_secs_f64().max(1e-6))
     };
     let speed = trial();
     let _ = fs::remove_file(&path);
     match speed {
-        Ok(mbps) if mbps >= SLOW_MBPS => Line::ok("disk speed", format!("{mbps:.0} MB/s, written through")),
-        Ok(mbps) => {
-            Line::warning("disk speed", format!("{mbps:.1} MB/s, written through"), "record on another disk: --out DIR")
-        }
+        Ok(mbps) if mbps >= SLOW_MBPS => Finding::ok("disk speed", format!("{mbps:.0} MB/s, written through")),
+        Ok(mbps) => Finding::warning(
+            "disk speed",
+            format!("{mbps:.1} MB/s, written through"),
+            "record on another disk: --out DIR",
+        ),
         Err(error) => {
             let found = format!("{} cannot be written to: {error}", folder.display());
-            Line::fault("disk speed", found, "name a folder that can: --out DIR")
+            Finding::fault("disk speed", found, "name a folder that can: --out DIR")
         }
     }
 }
@@ -65,23 +69,23 @@ fn free_gb(folder: &Path) -> Option<f64> {
     record::free_bytes(folder).map(|bytes| bytes as f64 / 1e9)
 }
 
-fn disk_space(free_gb: Option<f64>) -> Line {
+fn disk_space(free_gb: Option<f64>) -> Finding {
     let remedy = "make room, or record on another disk: --out DIR";
     match free_gb {
-        None => Line::warning("disk space", "unknown", "see that 5 GB are free"),
-        Some(gb) if gb < record::TOO_LITTLE_GB => Line::fault("disk space", format!("{gb:.1} GB free"), remedy),
-        Some(gb) if gb < record::LITTLE_GB => Line::warning("disk space", format!("{gb:.1} GB free"), remedy),
-        Some(gb) => Line::ok("disk space", format!("{gb:.0} GB free")),
+        None => Finding::warning("disk space", "unknown", "see that 5 GB are free"),
+        Some(gb) if gb < record::TOO_LITTLE_GB => Finding::fault("disk space", format!("{gb:.1} GB free"), remedy),
+        Some(gb) if gb < record::LITTLE_GB => Finding::warning("disk space", format!("{gb:.1} GB free"), remedy),
+        Some(gb) => Finding::ok("disk space", format!("{gb:.0} GB free")),
     }
 }
 
-fn clock() -> Line {
+fn clock() -> Finding {
     let source = fs::read_to_string("/sys/devices/system/clocksource/clocksource0/current_clocksource").ok();
     // The smallest step of the clock that stamps inputs and frames.
     let step = (0..1000)
         .filter_map(|_| {
-            let begin = Stamp::now();
-            let step = begin.until(Stamp::now());
+            let begin = TimeStamp::now();
+            let step = begin.until(TimeStamp::now());
             (!step.is_zero()).then_some(step)
         })
         .min();
@@ -89,24 +93,24 @@ fn clock() -> Line {
 }
 
 /// By the kernel's source and the smallest step seen, seconds.
-fn judge_clock(source: Option<&str>, step_s: Option<f64>) -> Line {
+fn judge_clock(source: Option<&str>, step_s: Option<f64>) -> Finding {
     let name = source.unwrap_or("unknown source");
     let Some(step_s) = step_s else {
-        return Line::fault("clock", format!("{name}: it does not move"), "start the computer again");
+        return Finding::fault("clock", format!("{name}: it does not move"), "start the computer again");
     };
     let found = format!("{name}, steps of {:.0} ns", step_s * 1e9);
     match name {
-        _ if step_s > 1e-3 => Line::fault("clock", found, "steps above 1 ms hide latencies: use another computer"),
+        _ if step_s > 1e-3 => Finding::fault("clock", found, "steps above 1 ms hide latencies: use another computer"),
         "hpet" | "acpi_pm" | "jiffies" => {
             let remedy =
                 "slow to read: the kernel distrusts the processor's own clock (tsc); see dmesg, update the BIOS";
-            Line::warning("clock", found, remedy)
+            Finding::warning("clock", found, remedy)
         }
-        _ => Line::ok("clock", found),
+        _ => Finding::ok("clock", found),
     }
 }
 
-fn power() -> Line {
+fn power() -> Finding {
     let entries = fs::read_dir("/sys/devices/system/cpu").into_iter().flatten().flatten();
     let mut governors: Vec<String> = entries
         .filter_map(|entry| fs::read_to_string(entry.path().join("cpufreq/scaling_governor")).ok())
@@ -121,49 +125,49 @@ fn power() -> Line {
     judge_power(&governors, discharging)
 }
 
-fn judge_power(governors: &[String], discharging: bool) -> Line {
+fn judge_power(governors: &[String], discharging: bool) -> Finding {
     if discharging {
-        return Line::warning("power", "on battery, which slows processor and graphics", "plug in the mains");
+        return Finding::warning("power", "on battery, which slows processor and graphics", "plug in the mains");
     }
     match governors {
-        [] => Line::ok("power", "the system does not govern the processor's speed here"),
-        [one] if one == "performance" => Line::ok("power", "governor performance"),
+        [] => Finding::ok("power", "the system does not govern the processor's speed here"),
+        [one] if one == "performance" => Finding::ok("power", "governor performance"),
         all => {
             let remedy =
                 "for a study: sudo cpupower frequency-set -g performance (or powerprofilesctl set performance)";
-            Line::warning("power", format!("governor {}: frames may come late", all.join(", ")), remedy)
+            Finding::warning("power", format!("governor {}: frames may come late", all.join(", ")), remedy)
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{super::Grade, *};
+    use super::{super::FindingGrade, *};
 
     #[test]
     fn a_saving_governor_or_a_battery_is_a_warning_with_its_remedy() {
         let of = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
-        assert_eq!(judge_power(&of(&["performance"]), false).grade, Grade::Ok);
+        assert_eq!(judge_power(&of(&["performance"]), false).grade, FindingGrade::Ok);
         let saving = judge_power(&of(&["performance", "powersave"]), false);
-        assert!(saving.grade == Grade::Warning && saving.remedy.unwrap().contains("cpupower"));
-        assert_eq!(judge_power(&of(&["performance"]), true).grade, Grade::Warning);
+        assert!(saving.grade == FindingGrade::Warning && saving.remedy.unwrap().contains("cpupower"));
+        assert_eq!(judge_power(&of(&["performance"]), true).grade, FindingGrade::Warning);
     }
 
     #[test]
     fn a_coarse_clock_is_a_fault_and_a_full_disk_too() {
-        assert_eq!(judge_clock(Some("tsc"), Some(4e-8)).grade, Grade::Ok);
-        assert_eq!(judge_clock(Some("hpet"), Some(1e-6)).grade, Grade::Warning);
-        assert_eq!(judge_clock(Some("tsc"), Some(4e-3)).grade, Grade::Fault);
-        assert_eq!(judge_clock(None, None).grade, Grade::Fault);
+        assert_eq!(judge_clock(Some("tsc"), Some(4e-8)).grade, FindingGrade::Ok);
+        assert_eq!(judge_clock(Some("hpet"), Some(1e-6)).grade, FindingGrade::Warning);
+        assert_eq!(judge_clock(Some("tsc"), Some(4e-3)).grade, FindingGrade::Fault);
+        assert_eq!(judge_clock(None, None).grade, FindingGrade::Fault);
         let grades = [Some(100.0), Some(3.0), Some(0.5), None].map(|gb| disk_space(gb).grade);
-        assert_eq!(grades, [Grade::Ok, Grade::Warning, Grade::Fault, Grade::Warning]);
+        assert_eq!(grades, [FindingGrade::Ok, FindingGrade::Warning, FindingGrade::Fault, FindingGrade::Warning]);
     }
 
     #[test]
     fn a_folder_that_cannot_be_written_is_a_fault_and_nothing_is_left_behind() {
         let folder = tempfile::tempdir().unwrap();
-        assert_ne!(disk_speed(folder.path()).grade, Grade::Fault);
+        assert_ne!(disk_speed(folder.path()).grade, FindingGrade::Fault);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-        assert_eq!(disk_speed(&folder.path().join("absent")).grade, Grade::Fault);
+        assert_eq!(disk_speed(&folder.path().join("absent")).grade, FindingGrade::Fault);
     }
 }

@@ -1,4 +1,4 @@
-//! Is this rig fit for a study? In: the machine. Out: [`Line`]s, each ok, a warning or a fault with its remedy. What
+//! Is this rig fit for a study? In: the machine. Out: [`Finding`]s, each ok, a warning or a fault with its remedy. What
 //! cannot be found out is said, never assumed.
 
 mod machine;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// What is checked.
-pub struct Options {
+pub struct DoctorOptions {
     /// The drive that is to be driven.
     pub scenario: Scenario,
     /// Size of its picture, pixels.
@@ -19,12 +19,12 @@ pub struct Options {
     /// Folder of the recordings.
     pub recordings: PathBuf,
     /// The monitors, or why there are none: only a program with a window can ask.
-    pub monitors: Result<Vec<Monitor>, String>,
+    pub monitors: Result<Vec<MonitorInfo>, String>,
 }
 
 /// A monitor as the system tells of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Monitor {
+pub struct MonitorInfo {
     /// Its number for `--monitor`, from 1.
     pub number: usize,
     /// Its name.
@@ -39,7 +39,7 @@ pub struct Monitor {
     pub primary: bool,
 }
 
-impl Monitor {
+impl MonitorInfo {
     /// In words.
     pub fn words(&self) -> String {
         let rate = self.refresh_hz.map_or("rate unknown".into(), |hz| format!("{hz:.2} Hz"));
@@ -53,7 +53,7 @@ impl Monitor {
 /// How good something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Grade {
+pub enum FindingGrade {
     /// Fit.
     Ok,
     /// A study can be driven, with care.
@@ -64,11 +64,11 @@ pub enum Grade {
 
 /// One finding.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Line {
+pub struct Finding {
     /// What was looked at.
     pub what: &'static str,
     /// How good it is.
-    pub grade: Grade,
+    pub grade: FindingGrade,
     /// What was found.
     pub found: String,
     /// What to do about it; nothing where all is well.
@@ -76,21 +76,21 @@ pub struct Line {
     pub remedy: Option<String>,
 }
 
-impl Line {
+impl Finding {
     fn ok(what: &'static str, found: impl Into<String>) -> Self {
-        Self { what, grade: Grade::Ok, found: found.into(), remedy: None }
+        Self { what, grade: FindingGrade::Ok, found: found.into(), remedy: None }
     }
 
     fn warning(what: &'static str, found: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { what, grade: Grade::Warning, found: found.into(), remedy: Some(remedy.into()) }
+        Self { what, grade: FindingGrade::Warning, found: found.into(), remedy: Some(remedy.into()) }
     }
 
     fn fault(what: &'static str, found: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { what, grade: Grade::Fault, found: found.into(), remedy: Some(remedy.into()) }
+        Self { what, grade: FindingGrade::Fault, found: found.into(), remedy: Some(remedy.into()) }
     }
 
     /// A message of the form `found\n  remedy: ...` as a line.
-    fn told(what: &'static str, grade: Grade, message: &str) -> Self {
+    fn told(what: &'static str, grade: FindingGrade, message: &str) -> Self {
         let (found, remedy) = message.split_once("\n  remedy: ").unwrap_or((message, ""));
         let remedy = (!remedy.is_empty()).then(|| remedy.to_owned());
         Self { what, grade, found: found.to_owned(), remedy }
@@ -98,7 +98,7 @@ impl Line {
 }
 
 /// Looks at everything; some seconds.
-pub fn examine(options: &Options) -> Vec<Line> {
+pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
     let mut lines = picture::examine(options);
     lines.extend(wheel::examine());
     lines.push(picture::display(&options.scenario));
@@ -108,13 +108,13 @@ pub fn examine(options: &Options) -> Vec<Line> {
 }
 
 /// The page.
-pub fn words(lines: &[Line]) -> String {
+pub fn words(lines: &[Finding]) -> String {
     let mut page = String::new();
     for line in lines {
         let grade = match line.grade {
-            Grade::Ok => "ok     ",
-            Grade::Warning => "WARNING",
-            Grade::Fault => "FAULT  ",
+            FindingGrade::Ok => "ok     ",
+            FindingGrade::Warning => "WARNING",
+            FindingGrade::Fault => "FAULT  ",
         };
         page += &format!("{grade}  {:<12} {}\n", line.what, line.found.replace('\n', "\n                      "));
         if let Some(remedy) = &line.remedy {
@@ -125,8 +125,8 @@ pub fn words(lines: &[Line]) -> String {
 }
 
 /// The same for a manifest.
-pub fn json(lines: &[Line]) -> Value {
-    let worst = lines.iter().map(|line| line.grade).max().unwrap_or(Grade::Ok);
+pub fn json(lines: &[Finding]) -> Value {
+    let worst = lines.iter().map(|line| line.grade).max().unwrap_or(FindingGrade::Ok);
     json!({ "program": concat!("codrive ", env!("CARGO_PKG_VERSION")), "grade": worst, "checks": lines })
 }
 
@@ -136,8 +136,10 @@ mod tests {
 
     #[test]
     fn a_page_has_a_line_and_a_remedy_for_each_finding_and_json_says_the_worst() {
-        let lines =
-            [Line::ok("disk", "fast"), Line::told("wheel", Grade::Fault, "at PS4\n  remedy: move it\n    to PS3")];
+        let lines = [
+            Finding::ok("disk", "fast"),
+            Finding::told("wheel", FindingGrade::Fault, "at PS4\n  remedy: move it\n    to PS3"),
+        ];
         let page = words(&lines);
         assert!(page.starts_with("ok       disk         fast\nFAULT    wheel        at PS4\n"), "{page}");
         assert!(page.contains("remedy: move it\n"), "{page}");

@@ -1,8 +1,8 @@
-//! Graphics, time of a frame, SUMO. In: the scenario to be driven and the size of its picture. Out: [`Line`]s.
+//! Graphics, time of a frame, SUMO. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
 
-use super::{Grade, Line, Monitor, Options};
+use super::{DoctorOptions, Finding, FindingGrade, MonitorInfo};
 use crate::{
-    input::Stamp,
+    input::TimeStamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
     scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, ViewOptions},
@@ -16,29 +16,29 @@ const PICTURES: usize = 30;
 const FRAME_MS: f64 = 1000.0 / 60.0;
 const LONGEST_MS: f64 = 1000.0 / 30.0;
 
-pub(super) fn examine(options: &Options) -> Vec<Line> {
+pub(super) fn examine(options: &DoctorOptions) -> Vec<Finding> {
     let mut lines = Vec::new();
     let sumo = World::new(&Scenario { traffic: "sumo".into(), ..options.scenario.clone() });
     let (sumo, world) = match sumo {
-        Ok(world) => (Line::ok("SUMO", world.traffic_engine()), Ok(world)),
+        Ok(world) => (Finding::ok("SUMO", world.traffic_engine()), Ok(world)),
         Err(error) => {
             let native = Scenario { traffic: "native".into(), ..options.scenario.clone() };
-            (Line::told("SUMO", Grade::Fault, &error.to_string()), World::new(&native))
+            (Finding::told("SUMO", FindingGrade::Fault, &error.to_string()), World::new(&native))
         }
     };
     match (Gpu::headless(), world) {
-        (Err(error), _) => lines.push(Line::fault("graphics", error.to_string(), "install the card's driver")),
+        (Err(error), _) => lines.push(Finding::fault("graphics", error.to_string(), "install the card's driver")),
         (Ok(gpu), world) => {
             lines.push(if gpu.is_software() {
                 let remedy = "a graphics card and its driver; for Vulkan on Debian: apt install mesa-vulkan-drivers";
-                Line::warning("graphics", format!("{}: the processor draws", gpu.description()), remedy)
+                Finding::warning("graphics", format!("{}: the processor draws", gpu.description()), remedy)
             } else {
-                Line::ok("graphics", gpu.description())
+                Finding::ok("graphics", gpu.description())
             });
             lines.push(match world.map(|world| frames(&gpu, &world, options)) {
                 Ok(Ok(times_ms)) => judge(options.size, &times_ms),
-                Ok(Err(error)) => Line::fault("frame time", error.to_string(), "update the card's driver"),
-                Err(error) => Line::told("frame time", Grade::Fault, &format!("not measured: {error}")),
+                Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
+                Err(error) => Finding::told("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
             });
         }
     }
@@ -47,10 +47,10 @@ pub(super) fn examine(options: &Options) -> Vec<Line> {
 }
 
 /// What is set of the picture's size, which only a tape can judge.
-pub(super) fn display(scenario: &Scenario) -> Line {
+pub(super) fn display(scenario: &Scenario) -> Finding {
     let (width_m, eye_m) = (scenario.screen_width_m, scenario.eye_distance_m);
     let angle_deg = 2.0 * (width_m / 2.0 / eye_m).atan().to_degrees();
-    Line::ok(
+    Finding::ok(
         "display",
         format!(
             "set: {width_m:.3} m wide, eyes {eye_m:.2} m away, {angle_deg:.1} degrees; codrive doctor --display shows if it is true"
@@ -59,11 +59,11 @@ pub(super) fn display(scenario: &Scenario) -> Line {
 }
 
 /// The monitors, each with a line.
-pub(super) fn monitors(found: &Result<Vec<Monitor>, String>) -> Vec<Line> {
+pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, String>) -> Vec<Finding> {
     match found {
-        Err(error) => vec![Line::told("monitor", Grade::Warning, error)],
+        Err(error) => vec![Finding::told("monitor", FindingGrade::Warning, error)],
         Ok(all) if all.is_empty() => {
-            vec![Line::warning(
+            vec![Finding::warning(
                 "monitor",
                 "the system lists none",
                 "connect one; xrandr or the desk's settings list them",
@@ -73,20 +73,20 @@ pub(super) fn monitors(found: &Result<Vec<Monitor>, String>) -> Vec<Line> {
     }
 }
 
-fn monitor(monitor: &Monitor) -> Line {
+fn monitor(monitor: &MonitorInfo) -> Finding {
     match monitor.refresh_hz {
         // Tolerance for 59.94.
         Some(hz) if hz < 59.0 => {
             let remedy = "a mode of 60 Hz or more: each frame stands longer, and latency with it (--refresh HZ)";
-            Line::warning("monitor", monitor.words(), remedy)
+            Finding::warning("monitor", monitor.words(), remedy)
         }
-        Some(_) => Line::ok("monitor", monitor.words()),
-        None => Line::warning("monitor", monitor.words(), "see the rate in the system's settings: 60 Hz or more"),
+        Some(_) => Finding::ok("monitor", monitor.words()),
+        None => Finding::warning("monitor", monitor.words(), "see the rate in the system's settings: 60 Hz or more"),
     }
 }
 
 /// Times of pictures of the driver's view, milliseconds, shortest first.
-fn frames(gpu: &Gpu, world: &World, options: &Options) -> Result<Vec<f64>, GpuError> {
+fn frames(gpu: &Gpu, world: &World, options: &DoctorOptions) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
     let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.trees as usize);
     let quality = match scenario.quality {
@@ -107,10 +107,10 @@ fn frames(gpu: &Gpu, world: &World, options: &Options) -> Result<Vec<f64>, GpuEr
     let target = canvas(gpu, OFFSCREEN, options.size);
     let mut times_ms = Vec::new();
     for _ in 0..=PICTURES {
-        let begin = Stamp::now();
+        let begin = TimeStamp::now();
         renderer.draw(&view, None, &target, options.size);
         gpu.finish()?;
-        times_ms.push(begin.until(Stamp::now()).as_secs_f64() * 1e3);
+        times_ms.push(begin.until(TimeStamp::now()).as_secs_f64() * 1e3);
     }
     times_ms.remove(0);
     times_ms.sort_by(f64::total_cmp);
@@ -118,17 +118,17 @@ fn frames(gpu: &Gpu, world: &World, options: &Options) -> Result<Vec<f64>, GpuEr
 }
 
 /// `times_ms` are sorted.
-fn judge(size: [u32; 2], times_ms: &[f64]) -> Line {
+fn judge(size: [u32; 2], times_ms: &[f64]) -> Finding {
     let at = |share: f64| times_ms[((times_ms.len() - 1) as f64 * share).round() as usize];
     let (median, late) = (at(0.5), at(0.99));
     let found = format!("{}x{}: median {median:.1} ms, 99 % below {late:.1} ms", size[0], size[1]);
     let remedy = "--quality low, a smaller --size and screen, or a faster graphics card";
     if median > LONGEST_MS {
-        Line::fault("frame time", format!("{found}: latency cannot stay below 50 ms"), remedy)
+        Finding::fault("frame time", format!("{found}: latency cannot stay below 50 ms"), remedy)
     } else if late > FRAME_MS {
-        Line::warning("frame time", format!("{found}: a 60 Hz screen will miss frames"), remedy)
+        Finding::warning("frame time", format!("{found}: a 60 Hz screen will miss frames"), remedy)
     } else {
-        Line::ok("frame time", found)
+        Finding::ok("frame time", found)
     }
 }
 
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_slow_monitor_is_a_warning_and_each_has_its_number() {
-        let of = |number, refresh_hz| Monitor {
+        let of = |number, refresh_hz| MonitorInfo {
             number,
             name: "TV".into(),
             size: [3840, 2160],
@@ -147,10 +147,13 @@ mod tests {
             primary: number == 1,
         };
         let lines = monitors(&Ok(vec![of(1, Some(59.94)), of(2, Some(30.0)), of(3, None)]));
-        assert_eq!(lines.iter().map(|l| l.grade).collect::<Vec<_>>(), [Grade::Ok, Grade::Warning, Grade::Warning]);
+        assert_eq!(
+            lines.iter().map(|l| l.grade).collect::<Vec<_>>(),
+            [FindingGrade::Ok, FindingGrade::Warning, FindingGrade::Warning]
+        );
         assert_eq!(lines[0].found, "1: TV, 3840x2160, 59.94 Hz (can do 30.00, 59.94 Hz), primary");
         let none = monitors(&Err("no window can be opened\n  remedy: a display".into()));
-        assert_eq!((none[0].grade, none[0].remedy.as_deref()), (Grade::Warning, Some("a display")));
+        assert_eq!((none[0].grade, none[0].remedy.as_deref()), (FindingGrade::Warning, Some("a display")));
     }
 
     #[test]
@@ -160,8 +163,8 @@ mod tests {
             times.push(last);
             judge([1920, 1080], &times).grade
         };
-        assert_eq!(of(4.0, 9.0), Grade::Ok);
-        assert_eq!(of(4.0, 25.0), Grade::Warning);
-        assert_eq!(of(40.0, 41.0), Grade::Fault);
+        assert_eq!(of(4.0, 9.0), FindingGrade::Ok);
+        assert_eq!(of(4.0, 25.0), FindingGrade::Warning);
+        assert_eq!(of(40.0, 41.0), FindingGrade::Fault);
     }
 }

@@ -6,9 +6,9 @@ use super::{RunError, rehearsal};
 use crate::{
     record::inputs,
     study::{
-        Code, DataSet, Plan,
+        DataSet, ParticipantCode, SessionPlan,
         dataset::BASELINE,
-        session::{self, Log},
+        session::{self, SessionLog},
     },
 };
 use std::{
@@ -21,7 +21,7 @@ use std::{
 };
 
 /// Recordings of trials that want a baseline.
-pub fn missing(folder: &Path, plan: &Plan, log: &Log) -> Vec<PathBuf> {
+pub fn missing(folder: &Path, plan: &SessionPlan, log: &SessionLog) -> Vec<PathBuf> {
     let trials = plan.items.iter().filter(|planned| planned.run.is_some());
     let recordings = trials.filter_map(|planned| log.done(&planned.name)?.recording.clone());
     let without = recordings.filter(|name| !folder.join(format!("{name}{BASELINE}")).exists());
@@ -33,7 +33,12 @@ pub fn missing(folder: &Path, plan: &Plan, log: &Log) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// A drive cannot start or go on, or the disk refuses.
-pub fn make(code: &Code, trials: &[PathBuf], stop: &AtomicBool, driven: &impl Fn(u64)) -> Result<bool, RunError> {
+pub fn make(
+    code: &ParticipantCode,
+    trials: &[PathBuf],
+    stop: &AtomicBool,
+    driven: &impl Fn(u64),
+) -> Result<bool, RunError> {
     for trial in trials {
         let scenario = inputs::scenario(trial)?;
         if !rehearsal::baseline(code, trial, &scenario, stop, driven)? {
@@ -59,12 +64,12 @@ pub fn ticks(trials: &[PathBuf]) -> Result<u64, RunError> {
 pub fn make_up(
     data: &DataSet,
     study: &crate::study::Study,
-    code: &Code,
+    code: &ParticipantCode,
     stop: &AtomicBool,
     driven: &impl Fn(u64),
 ) -> Result<usize, RunError> {
     let folder = data.source(code);
-    let log = Log::load(&folder.join(session::FILE))?;
+    let log = SessionLog::load(&folder.join(session::FILE))?;
     let trials = missing(&folder, &study.plan(log.index), &log);
     if !trials.is_empty() {
         for name in trials.iter().filter_map(|trial| trial.file_name()?.to_str()) {
@@ -90,7 +95,7 @@ impl BaselineJob {
     ///
     /// # Errors
     /// A scenario cannot be read, or the system gives no thread.
-    pub fn begin(code: &Code, trials: Vec<PathBuf>) -> Result<Self, RunError> {
+    pub fn begin(code: &ParticipantCode, trials: Vec<PathBuf>) -> Result<Self, RunError> {
         let (stop, driven) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
         let (ticks, count) = (ticks(&trials)?, trials.len());
         let (code, told, count_ticks) = (code.clone(), Arc::clone(&stop), Arc::clone(&driven));

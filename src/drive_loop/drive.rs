@@ -4,7 +4,7 @@ use crate::{
     controls::Controls,
     scenario::Scenario,
     sim::{SummaryAccumulator, World, WorldError},
-    time::{Clock, Due, Pace},
+    time::{Clock, DueTicks, Pace},
     traffic::TrafficError,
 };
 use std::time::Duration;
@@ -50,7 +50,7 @@ impl Drive {
         elapsed: Duration,
         mut steer: impl FnMut(&World) -> Controls,
         mut watch: impl FnMut(&World, &Controls),
-    ) -> Result<Due, WorldError> {
+    ) -> Result<DueTicks, WorldError> {
         let mut due = self.clock.advance(elapsed);
         for done in 0..due.ticks {
             if self.world.ended().is_some() {
@@ -75,12 +75,12 @@ mod tests {
     use crate::traffic::{CarState, ExternalVehicleState, Traffic};
 
     /// Cars that stand, of an engine that does not answer in time for so many questions.
-    struct Late {
+    struct UnresponsiveTraffic {
         cars: Vec<CarState>,
         questions: u32,
     }
 
-    impl Traffic for Late {
+    impl Traffic for UnresponsiveTraffic {
         fn step(&mut self, _ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
             Ok(())
         }
@@ -107,7 +107,7 @@ mod tests {
         let other = drive.world.snapshot().cars[0];
         let stands = CarState { id: other.id, s_m: other.s_m, pose: other.pose, ..CarState::default() };
         let cars = vec![CarState::default(), stands];
-        drive.world.set_traffic(Box::new(Late { cars, questions }));
+        drive.world.set_traffic(Box::new(UnresponsiveTraffic { cars, questions }));
         drive.patience = PATIENCE;
         drive
     }
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(frame(&mut drive, 50), (5, 5, 0));
         assert_eq!(drive.world.snapshot().tick.0, 5);
         // Within a step nobody waits; at the next one the engine is asked again.
-        drive.world.set_traffic(Box::new(Late { cars: Vec::new(), questions: 2 }));
+        drive.world.set_traffic(Box::new(UnresponsiveTraffic { cars: Vec::new(), questions: 2 }));
         assert_eq!(frame(&mut drive, 80), (5, 5, 30), "of eight ticks five are of the step that is known");
         assert_eq!(drive.world.snapshot().tick.0, 10);
     }

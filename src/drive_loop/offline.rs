@@ -7,7 +7,7 @@ use crate::{
     record::{FLUSH_EVERY, Manifest, Recorder},
     scenario::Scenario,
     sim::{Summary, SummaryAccumulator, World},
-    study::Code,
+    study::ParticipantCode,
     time::{Pace, Tick},
 };
 use std::{
@@ -63,7 +63,12 @@ impl OfflineDrive {
     ///
     /// # Errors
     /// The folder holds a recording, or the system refuses.
-    pub fn record_of(&mut self, folder: &Path, driver: String, participant: Option<&Code>) -> Result<(), RunError> {
+    pub fn record_of(
+        &mut self,
+        folder: &Path,
+        driver: String,
+        participant: Option<&ParticipantCode>,
+    ) -> Result<(), RunError> {
         let participant = participant.map(|code| code.as_str().to_owned());
         let manifest = Manifest { participant, ..recording_manifest::manifest(&self.drive.world, driver, None) };
         self.recorder = Some(recording_manifest::begin(folder, &self.drive.world, manifest)?);

@@ -5,7 +5,7 @@ use crate::{
     policy,
     record::{
         Manifest, RecordError, Recorder, inputs,
-        manifest::{DialScale, Hashed},
+        manifest::{DialScale, HashedFile},
     },
     sim::World,
 };
@@ -20,8 +20,8 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
         traffic: world.traffic_engine(),
         seed: scenario.seed,
-        map: Hashed::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
-        policy: Hashed::of(inputs::last(policy), policy::file_of(policy).as_deref()),
+        map: HashedFile::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
+        policy: HashedFile::of(inputs::last(policy), policy::file_of(policy).as_deref()),
         policy_asked: world.policy().why.clone(),
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
         driver,

@@ -8,10 +8,10 @@ use crate::{
     record::{self, RecordError},
     scenario::Scenario,
     study::{
-        Code, DataSet, Item, Outcome, Planned, SessionError, Study,
+        DataSet, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, Study,
         dataset::BASELINE,
-        session::{Log, Session, Who},
-        simulated::Participant,
+        session::{ParticipantKind, Session, SessionLog},
+        simulated::SimulatedParticipant,
     },
     time::Tick,
     traffic::EngineChoice,
@@ -35,7 +35,7 @@ pub struct Rehearsal<'a> {
 
 /// How far it came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
+pub struct RehearsalProgress {
     /// Participants that are through, those of earlier calls included.
     pub complete: usize,
     /// All of them.
@@ -49,7 +49,7 @@ impl<'a> Rehearsal<'a> {
     /// The folder holds something else, or sessions of people.
     pub fn open(study: &'a Study, root: &Path, participants: usize) -> Result<Self, RunError> {
         let data = DataSet::open(root, study)?;
-        if let Some(log) = data.logs()?.iter().find(|log| log.who == Who::Person) {
+        if let Some(log) = data.logs()?.iter().find(|log| log.who == ParticipantKind::Person) {
             return Err(SessionError::Refused(format!(
                 "{} holds data of a person ({}); rehearse in a folder of its own",
                 root.display(),
@@ -61,8 +61,8 @@ impl<'a> Rehearsal<'a> {
     }
 
     /// The code of participant number `index`.
-    pub fn code(index: usize) -> Code {
-        Code::new(&format!("R{:02}", index + 1)).expect("letters and digits")
+    pub fn code(index: usize) -> ParticipantCode {
+        ParticipantCode::new(&format!("R{:02}", index + 1)).expect("letters and digits")
     }
 
     /// How many ticks all participants drive, baselines included: the length of a progress bar.
@@ -76,10 +76,10 @@ impl<'a> Rehearsal<'a> {
     ///
     /// # Errors
     /// A drive cannot start or go on, or the disk refuses. What was done is kept.
-    pub fn run(&self, stop: &AtomicBool, driven: &(impl Fn(u64) + Sync)) -> Result<Progress, RunError> {
+    pub fn run(&self, stop: &AtomicBool, driven: &(impl Fn(u64) + Sync)) -> Result<RehearsalProgress, RunError> {
         let one = |index: usize| self.participant(index, stop, driven);
         let native = self.study.plan(0).items.iter().all(|planned| match &planned.item {
-            Item::Drive { scenario, .. } => scenario.traffic == "native",
+            PlanItem::Drive { scenario, .. } => scenario.traffic == "native",
             _ => true,
         });
         let complete: Vec<bool> = if native {
@@ -88,7 +88,7 @@ impl<'a> Rehearsal<'a> {
             (0..self.participants).map(one).collect::<Result<_, _>>()?
         };
         let complete = complete.into_iter().filter(|is| *is).count();
-        Ok(Progress { complete, participants: self.participants })
+        Ok(RehearsalProgress { complete, participants: self.participants })
     }
 
     /// One participant to the end of the plan. False if stopped before.
@@ -98,30 +98,38 @@ impl<'a> Rehearsal<'a> {
         }
         let code = Self::code(index);
         let plan = self.study.plan(index);
-        let over = |log: &Log| log.participant == code && log.end.is_some();
+        let over = |log: &SessionLog| log.participant == code && log.end.is_some();
         if self.data.logs()?.iter().any(over) {
             plan.items.iter().for_each(|planned| driven(planned_ticks(planned)));
             // A cut between the last item and its tables leaves them to be made here.
             self.data.publish(self.study, &code)?;
             return Ok(true);
         }
-        let participant = Participant::draw(self.study.file.seed, index);
-        let mut session =
-            Session::open(&self.data, self.study, &code, Who::Simulated, index, &recording_manifest::now())?;
-        session.set_traits(participant.traits())?;
-        let done = plan.items.iter().filter(|planned| session.log().settled(&planned.name));
+        let participant = SimulatedParticipant::draw(self.study.file.seed, index);
+        let mut session = Session::open(
+            &self.data,
+            self.study,
+            &code,
+            ParticipantKind::Simulated,
+            index,
+            &recording_manifest::now(),
+        )?;
+        session.set_parameters(participant.parameters())?;
+        let done = plan.items.iter().filter(|planned| session.log().is_settled(&planned.name));
         done.for_each(|planned| driven(planned_ticks(planned)));
         let mut complete = true;
         while let Some((_, planned)) = session.next() {
             let planned = planned.clone();
             let folder = session.begin(&recording_manifest::now())?;
             match &planned.item {
-                Item::Text(_) | Item::Break(_) => session.end(Outcome::Done, "", &recording_manifest::now())?,
-                Item::Questions(word) => {
+                PlanItem::Text(_) | PlanItem::Break(_) => {
+                    session.end(ItemOutcome::Done, "", &recording_manifest::now())?
+                }
+                PlanItem::Questions(word) => {
                     let answers = participant.answer(&self.study.questionnaires[word], &planned.name);
                     session.end_answered(answers, &recording_manifest::now())?;
                 }
-                Item::Drive { scenario, until_in_range_s, .. } => {
+                PlanItem::Drive { scenario, until_in_range_s, .. } => {
                     let mut run = OfflineDrive::by(&participant.driver, scenario, [0.0, f64::INFINITY])?;
                     run.record_of(&folder, "simulated participant".into(), Some(&code))?;
                     let mut whole = drive(&mut run, *until_in_range_s, stop, driven)?;
@@ -130,7 +138,8 @@ impl<'a> Rehearsal<'a> {
                     if whole && planned.run.is_some() {
                         whole = baseline(&code, &folder, scenario, stop, driven)?;
                     }
-                    let (outcome, reason) = if whole { (Outcome::Done, "") } else { (Outcome::Aborted, STOPPED) };
+                    let (outcome, reason) =
+                        if whole { (ItemOutcome::Done, "") } else { (ItemOutcome::Aborted, STOPPED) };
                     session.end(outcome, reason, &recording_manifest::now())?;
                 }
             }
@@ -154,9 +163,9 @@ pub fn ticks(scenario: &Scenario) -> u64 {
 }
 
 /// Ticks of an item, those of a trial's baseline included.
-fn planned_ticks(planned: &Planned) -> u64 {
+fn planned_ticks(planned: &PlannedItem) -> u64 {
     match &planned.item {
-        Item::Drive { scenario, .. } => ticks(scenario) * if planned.run.is_some() { 2 } else { 1 },
+        PlanItem::Drive { scenario, .. } => ticks(scenario) * if planned.run.is_some() { 2 } else { 1 },
         _ => 0,
     }
 }
@@ -167,7 +176,7 @@ fn planned_ticks(planned: &Planned) -> u64 {
 /// # Errors
 /// The drive cannot start or go on, or the disk refuses.
 pub fn baseline(
-    code: &Code,
+    code: &ParticipantCode,
     trial: &Path,
     scenario: &Scenario,
     stop: &AtomicBool,

@@ -6,16 +6,16 @@ mod end_card;
 pub mod overlay;
 mod recordings;
 
-use self::{overlay::DriveOverlay, recordings::Recordings};
+use self::{overlay::DriveOverlay, recordings::RecordingFolders};
 use crate::{
     desktop::{
         DriverWindow, ExperimenterWindow, WindowSetup,
         display::{self, WindowPlacement},
         event_loop::{self, LoopControl, Windows, now},
-        keys::{self, Command},
+        keys::{self, KeyCommand},
     },
     drive_loop::{RunError, drive::PATIENCE},
-    input::{Devices, DriveKey, Profile},
+    input::{Devices, DriveKey, WheelProfile},
     live_drive::LiveDrive,
     panel::{experimenter::ExperimenterCommand, theme},
     record::{self, RecordError},
@@ -49,7 +49,7 @@ pub struct WindowOptions {
     /// Record the drive there.
     pub out: Option<PathBuf>,
     /// Profile of the wheel; `None` takes the one for the wheel that is found.
-    pub wheel: Option<Profile>,
+    pub wheel: Option<WheelProfile>,
     /// Becomes true when the program is to end (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
@@ -95,7 +95,7 @@ struct DriveWindows {
     first: Instant,
     flushed: Instant,
     /// Where drives are recorded.
-    recordings: Recordings,
+    recordings: RecordingFolders,
     /// True if the recording came to its end before the drive.
     is_cut: bool,
     /// Why the first one did that.
@@ -120,7 +120,7 @@ impl Windows for DriveWindows {
         picture.stage(&live.picture.stage, &view, options.scenario.quality)?;
         live.open_sound();
         live.set_screen(picture.screen());
-        let mut recordings = Recordings::new(options.out);
+        let mut recordings = RecordingFolders::new(options.out);
         if let Some(folder) = recordings.next() {
             live.record(&folder, picture.gpu())?;
         }
@@ -162,7 +162,7 @@ impl Windows for DriveWindows {
             // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !(heard && self.picture.is_typing()) => {
                 let asked = self.key(&event);
-                return Ok(if asked == Some(Command::Quit) { LoopControl::End } else { LoopControl::GoOn });
+                return Ok(if asked == Some(KeyCommand::Quit) { LoopControl::End } else { LoopControl::GoOn });
             }
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::RedrawRequested => {
@@ -227,7 +227,7 @@ impl DriveWindows {
         asked.extend(self.draw_experimenter());
         for command in asked {
             self.is_over |= command == ExperimenterCommand::End;
-            self.overlay.heed(command, &mut self.live);
+            self.overlay.handle_experimenter_command(command, &mut self.live);
         }
         // Most drives are there within a frame.
         if let Some(new_stage) = self.overlay.restarted(PATIENCE, &mut self.live) {
@@ -299,7 +299,7 @@ impl DriveWindows {
     }
 
     /// A key went down or up. Returns the command that it stands for.
-    fn key(&mut self, event: &KeyEvent) -> Option<Command> {
+    fn key(&mut self, event: &KeyEvent) -> Option<KeyCommand> {
         let PhysicalKey::Code(code) = event.physical_key else { return None };
         let down = event.state == ElementState::Pressed;
         let control = self.modifiers.control_key() || self.modifiers.super_key();
@@ -315,12 +315,12 @@ impl DriveWindows {
             return None;
         }
         match command {
-            Command::FullScreen => self.picture.toggle_fullscreen(),
-            Command::ReloadShaders => match self.picture.reload_shaders() {
+            KeyCommand::FullScreen => self.picture.toggle_fullscreen(),
+            KeyCommand::ReloadShaders => match self.picture.reload_shaders() {
                 Ok(()) => self.overlay.say("shaders read again".into(), &self.live),
                 Err(error) => self.overlay.say(error, &self.live),
             },
-            Command::Restart => {
+            KeyCommand::Restart => {
                 let scenario = self.live.drive.world.scenario().clone();
                 self.overlay.restart(&scenario, &mut self.live);
             }

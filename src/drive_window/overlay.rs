@@ -3,23 +3,23 @@
 
 use super::end_card::EndCard;
 use crate::{
-    desktop::keys::{self, Command},
+    desktop::keys::{self, KeyCommand},
     driver,
     input::profiles,
     live_drive::{LiveDrive, LoopHealth, RestartOutcome, phase, wheel_calibration},
     map,
     panel::{
-        Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
+        DrivePhase, PanelCommand, PanelState, PresetList, Readings, SettingChoices, SettingsPanel, SingleStep,
         calibration::CalibrationPage,
         contact_flash, dropped_time,
-        experimenter::{Experimenter, ExperimenterCommand, ExperimenterState, Log},
+        experimenter::{DriveLog, ExperimenterCommand, ExperimenterPanel, ExperimenterState},
         recording,
     },
     policy,
     render::PassTimes,
     scenario::Scenario,
     sim::World,
-    time::{Due, Pace},
+    time::{DueTicks, Pace},
 };
 use egui::{Align2, Color32, FontId, TextureId, Ui};
 use std::time::Duration;
@@ -29,12 +29,12 @@ const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists
 
 /// Panel and overlays of a drive.
 pub struct DriveOverlay {
-    panel: Panel,
-    experimenter: Experimenter,
+    panel: SettingsPanel,
+    experimenter: ExperimenterPanel,
     /// True if the experimenter has a window: the driver's then says nothing of keys.
     attended: bool,
-    log: Log,
-    pulse: LoopHealth,
+    log: DriveLog,
+    loop_health: LoopHealth,
     engine: String,
     show_times: bool,
     message: Option<String>,
@@ -52,18 +52,18 @@ impl DriveOverlay {
     /// A desk for this drive, its panel on the picture open or not; `attended` if the experimenter has a window.
     pub fn new(live: &LiveDrive, open: bool, attended: bool) -> Self {
         let world = &live.drive.world;
-        let mut panel = Panel::new(world.scenario(), choices());
+        let mut panel = SettingsPanel::new(world.scenario(), choices());
         panel.open = open;
         // Beside the person's profiles of wheels.
         if let Some(own) = profiles::own_folder() {
-            panel.keep_presets(Presets::in_folder(own.with_file_name("scenarios")));
+            panel.keep_presets(PresetList::in_folder(own.with_file_name("scenarios")));
         }
         Self {
             panel,
-            experimenter: Experimenter::default(),
+            experimenter: ExperimenterPanel::default(),
             attended,
-            log: Log::new(world),
-            pulse: LoopHealth::default(),
+            log: DriveLog::new(world),
+            loop_health: LoopHealth::default(),
             engine: world.traffic_engine(),
             show_times: false,
             message: None,
@@ -81,22 +81,22 @@ impl DriveOverlay {
     }
 
     /// A frame was shown, `elapsed` after the one before.
-    pub fn frame(&mut self, elapsed: Duration, due: &Due) {
-        self.pulse.frame(elapsed, due.dropped);
+    pub fn frame(&mut self, elapsed: Duration, due: &DueTicks) {
+        self.loop_health.frame(elapsed, due.dropped);
     }
 
     /// What is over the picture now; what the panel asks for. `times` are those of the GPU's passes.
     pub fn show(&mut self, ui: &mut Ui, live: &LiveDrive, times: Option<PassTimes>) -> Vec<PanelCommand> {
         let mut notes = self.notes(live, times);
-        if phase(live) == Phase::Ended && !live.is_stopped() && !self.attended {
+        if phase(live) == DrivePhase::Ended && !live.is_stopped() && !self.attended {
             let world = &live.drive.world;
             let card = self.card.get_or_insert_with(|| EndCard::begin(world.scenario(), &live.summary()));
             notes.card = card.words();
         } else {
             self.card = None;
         }
-        let Self { panel, log, pulse, engine, error, .. } = self;
-        let state = state(live, log, pulse, engine, error.as_deref());
+        let Self { panel, log, loop_health, engine, error, .. } = self;
+        let state = state(live, log, loop_health, engine, error.as_deref());
         let keys = if self.attended { keys::list_of_driver() } else { keys::list() };
         let mut asked = panel.show(ui, &state, &keys);
         if !self.attended {
@@ -115,9 +115,9 @@ impl DriveOverlay {
         live: &LiveDrive,
         picture: Option<(TextureId, [u32; 2])>,
     ) -> Vec<ExperimenterCommand> {
-        let Self { panel, experimenter, log, pulse, engine, error, .. } = self;
-        let health = pulse.health(live, engine, error.as_deref());
-        let drive = state(live, log, pulse, engine, error.as_deref());
+        let Self { panel, experimenter, log, loop_health, engine, error, .. } = self;
+        let health = loop_health.health(live, engine, error.as_deref());
+        let drive = state(live, log, loop_health, engine, error.as_deref());
         let state = ExperimenterState { drive, snapshot: Some(live.drive.world.snapshot()), health: &health, picture };
         let mut asked = experimenter.show(ui, &state, Some(log), panel, None);
         asked.extend(self.wheel_page(ui, live).into_iter().map(ExperimenterCommand::Drive));
@@ -132,22 +132,24 @@ impl DriveOverlay {
     }
 
     /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
-    fn notes(&self, live: &LiveDrive, times: Option<PassTimes>) -> Notes {
+    fn notes(&self, live: &LiveDrive, times: Option<PassTimes>) -> OverlayNotes {
         let middle = match phase(live) {
-            Phase::Starting if !self.attended => "The drive is being started. Esc ends.",
-            Phase::Ended if live.is_stopped() && !self.attended => "The drive could not start. Backspace tries again.",
-            Phase::Starting => "Please wait.",
-            Phase::Paused if self.is_cut && !self.attended => "The recording has ended. Esc leaves.",
-            Phase::Paused if self.attended && live.waits_for_wheel() => "The wheel was unplugged.",
-            Phase::Paused | Phase::Ready if self.attended => "Please wait.",
-            Phase::Ended if self.attended => "The drive is over.",
-            Phase::Paused if live.waits_for_wheel() => {
+            DrivePhase::Starting if !self.attended => "The drive is being started. Esc ends.",
+            DrivePhase::Ended if live.is_stopped() && !self.attended => {
+                "The drive could not start. Backspace tries again."
+            }
+            DrivePhase::Starting => "Please wait.",
+            DrivePhase::Paused if self.is_cut && !self.attended => "The recording has ended. Esc leaves.",
+            DrivePhase::Paused if self.attended && live.waits_for_wheel() => "The wheel was unplugged.",
+            DrivePhase::Paused | DrivePhase::Ready if self.attended => "Please wait.",
+            DrivePhase::Ended if self.attended => "The drive is over.",
+            DrivePhase::Paused if live.waits_for_wheel() => {
                 "The wheel was unplugged. The drive continues when it is back; Space continues without it."
             }
-            Phase::Ready => START,
-            Phase::Paused => "Paused. Space continues.",
-            Phase::Ended => "The drive is over. Backspace starts again.",
-            Phase::Running => "",
+            DrivePhase::Ready => START,
+            DrivePhase::Paused => "Paused. Space continues.",
+            DrivePhase::Ended => "The drive is over. Backspace starts again.",
+            DrivePhase::Running => "",
         };
         let mut corner = Vec::new();
         corner.extend(self.message.clone());
@@ -155,9 +157,9 @@ impl DriveOverlay {
         if self.show_times {
             corner.extend(live.latency().words());
             corner.extend(times.map(|t| {
-                let parts = (t.shadow_ms, t.main_ms, t.mirror_ms, t.develop_ms);
+                let parts = (t.shadow_ms, t.main_ms, t.mirror_ms, t.tonemap_ms);
                 format!(
-                    "GPU: shadow {:.2}, main {:.2}, mirror {:.2}, develop {:.2} ms",
+                    "GPU: shadow {:.2}, main {:.2}, mirror {:.2}, tone map {:.2} ms",
                     parts.0, parts.1, parts.2, parts.3
                 )
             }));
@@ -166,7 +168,7 @@ impl DriveOverlay {
             let help = if live.lane_help() { ", lane help" } else { "" };
             corner.push(format!("{}{help}", live.devices.describe()));
         }
-        Notes { middle, corner, card: String::new() }
+        OverlayNotes { middle, corner, card: String::new() }
     }
 
     /// Closes the list of keys, if it is open; true if it was.
@@ -175,37 +177,37 @@ impl DriveOverlay {
     }
 
     /// A command from a key.
-    pub fn key(&mut self, command: Command, live: &mut LiveDrive) {
+    pub fn key(&mut self, command: KeyCommand, live: &mut LiveDrive) {
         self.message = None;
         match command {
-            Command::Help => self.panel.help_open = !self.panel.help_open,
-            Command::Panel => self.panel.open = !self.panel.open,
-            Command::FrameTimes => self.show_times = !self.show_times,
-            Command::Pause => live.toggle_pause(),
-            Command::Tick => single_step(live, 1),
-            Command::Step => single_step(live, live.drive.world.scenario().step_ticks()),
-            Command::NextView => live.picture.next_view(),
-            Command::Reverse => live.devices.keyboard.toggle_reverse(),
-            Command::PutBack => live.put_back(),
-            Command::LaneHelp => {
+            KeyCommand::Help => self.panel.help_open = !self.panel.help_open,
+            KeyCommand::Panel => self.panel.open = !self.panel.open,
+            KeyCommand::FrameTimes => self.show_times = !self.show_times,
+            KeyCommand::Pause => live.toggle_pause(),
+            KeyCommand::Tick => single_step(live, 1),
+            KeyCommand::Step => single_step(live, live.drive.world.scenario().step_ticks()),
+            KeyCommand::NextView => live.picture.next_view(),
+            KeyCommand::Reverse => live.devices.keyboard.toggle_reverse(),
+            KeyCommand::PutBack => live.put_back(),
+            KeyCommand::LaneHelp => {
                 live.toggle_lane_help();
                 self.say(format!("lane help is {}", if live.lane_help() { "on" } else { "off" }), live);
             }
-            Command::Mark => {
+            KeyCommand::Mark => {
                 live.note("mark", "by the experimenter");
                 self.say("marked".into(), live);
             }
-            Command::Restart | Command::FullScreen | Command::ReloadShaders | Command::Quit => {}
+            KeyCommand::Restart | KeyCommand::FullScreen | KeyCommand::ReloadShaders | KeyCommand::Quit => {}
         }
     }
 
     /// A command from the panel.
-    pub fn obey(&mut self, command: PanelCommand, live: &mut LiveDrive) {
+    pub fn handle_panel_command(&mut self, command: PanelCommand, live: &mut LiveDrive) {
         match command {
             PanelCommand::Start => live.drive.clock.set_pace(Pace::RealTime),
             PanelCommand::Pause => live.drive.clock.set_pace(Pace::Paused),
-            PanelCommand::SingleStep(Advance::Tick) => single_step(live, 1),
-            PanelCommand::SingleStep(Advance::Step) => single_step(live, live.drive.world.scenario().step_ticks()),
+            PanelCommand::SingleStep(SingleStep::Tick) => single_step(live, 1),
+            PanelCommand::SingleStep(SingleStep::Step) => single_step(live, live.drive.world.scenario().step_ticks()),
             PanelCommand::Restart(scenario) => self.restart(&scenario, live),
             PanelCommand::Wheel => self.wheel.open = !self.wheel.open,
             PanelCommand::Calibration(command) => self.wheel_said = live.calibrate(command),
@@ -227,16 +229,16 @@ impl DriveOverlay {
     pub fn restarted(&mut self, patience: Duration, live: &mut LiveDrive) -> Option<bool> {
         let RestartOutcome { new_stage, refused } = live.restarted(patience)?;
         let world = &live.drive.world;
-        self.log = Log::new(world);
+        self.log = DriveLog::new(world);
         self.engine = world.traffic_engine();
         self.error = refused.map(|error| error.to_string());
         Some(new_stage)
     }
 
     /// What the experimenter asked for.
-    pub fn heed(&mut self, command: ExperimenterCommand, live: &mut LiveDrive) {
+    pub fn handle_experimenter_command(&mut self, command: ExperimenterCommand, live: &mut LiveDrive) {
         match command {
-            ExperimenterCommand::Drive(command) => self.obey(command, live),
+            ExperimenterCommand::Drive(command) => self.handle_panel_command(command, live),
             ExperimenterCommand::Mark(number) => live.note("mark", &format!("by the experimenter, {number}")),
             ExperimenterCommand::Note(text) => live.note("note", &text),
             // The window's to do.
@@ -261,14 +263,14 @@ impl DriveOverlay {
 }
 
 /// Words on the picture.
-struct Notes {
+struct OverlayNotes {
     middle: &'static str,
     corner: Vec<String>,
     /// Below the middle.
     card: String,
 }
 
-fn write_notes(ui: &Ui, notes: &Notes) {
+fn write_notes(ui: &Ui, notes: &OverlayNotes) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let screen = ui.ctx().content_rect();
     let boxed = |align: Align2, at: egui::Pos2, text: String, size: f32| {
@@ -309,8 +311,8 @@ fn write_recording(ui: &Ui, live: &LiveDrive) {
 /// What the panel shows of a drive.
 fn state<'a>(
     live: &'a LiveDrive,
-    log: &'a Log,
-    pulse: &LoopHealth,
+    log: &'a DriveLog,
+    loop_health: &LoopHealth,
     engine: &'a str,
     error: Option<&'a str>,
 ) -> PanelState<'a> {
@@ -325,7 +327,7 @@ fn state<'a>(
         policy: &world.policy().name,
         dropped: clock.dropped(),
         stalls: clock.stalls(),
-        frame_ms: pulse.frame_ms(),
+        frame_ms: loop_health.frame_ms(),
         error,
         recorded_in: live.recorded_in(),
     }
@@ -344,9 +346,9 @@ fn policies() -> Vec<String> {
 }
 
 /// Words for the settings that are texts.
-fn choices() -> Choices {
+fn choices() -> SettingChoices {
     let maps: Vec<String> = map::list().into_iter().map(|info| info.name).collect();
-    Choices::default()
+    SettingChoices::default()
         .with("map", maps, None)
         .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
         .with("policy", policies(), None)

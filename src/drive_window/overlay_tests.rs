@@ -3,7 +3,7 @@
 use super::*;
 use crate::{
     input::{Devices, Rig},
-    record::{Reader, Table},
+    record::{Table, TableReader},
     render::Gpu,
 };
 
@@ -59,29 +59,29 @@ fn words_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -
 fn keys_pause_go_on_by_a_tick_or_a_step_and_change_the_view() {
     let (mut live, mut overlay) = sit(false);
     assert_eq!(frame(&mut live, &mut overlay), 0);
-    overlay.key(Command::Tick, &mut live);
+    overlay.key(KeyCommand::Tick, &mut live);
     assert_eq!(frame(&mut live, &mut overlay), 1);
-    overlay.key(Command::Step, &mut live);
+    overlay.key(KeyCommand::Step, &mut live);
     assert_eq!(frame(&mut live, &mut overlay), 10);
-    overlay.key(Command::Pause, &mut live);
+    overlay.key(KeyCommand::Pause, &mut live);
     // While time runs a single step changes nothing.
-    overlay.key(Command::Step, &mut live);
+    overlay.key(KeyCommand::Step, &mut live);
     assert_eq!((frame(&mut live, &mut overlay), live.drive.clock.pace()), (3, Pace::RealTime));
-    overlay.key(Command::Pause, &mut live);
+    overlay.key(KeyCommand::Pause, &mut live);
     assert_eq!(frame(&mut live, &mut overlay), 0);
 
     use crate::scene::ViewKind::{Birdseye, Chase, Driver, Mirror};
     for view in [Chase, Birdseye, Mirror, Driver] {
-        overlay.key(Command::NextView, &mut live);
+        overlay.key(KeyCommand::NextView, &mut live);
         assert_eq!(live.picture.kind, view);
     }
     let was = live.lane_help();
-    overlay.key(Command::LaneHelp, &mut live);
+    overlay.key(KeyCommand::LaneHelp, &mut live);
     let said = format!("lane help is {}", if was { "off" } else { "on" });
     assert_eq!((live.lane_help(), overlay.message.clone()), (!was, Some(said)));
-    overlay.key(Command::Help, &mut live);
+    overlay.key(KeyCommand::Help, &mut live);
     assert_eq!((overlay.message.clone(), overlay.panel.help_open), (None, true), "the next key takes the message away");
-    overlay.key(Command::Panel, &mut live);
+    overlay.key(KeyCommand::Panel, &mut live);
     assert!(overlay.panel.open);
 }
 
@@ -95,20 +95,20 @@ fn words_on_the_picture_say_what_the_drive_is_at_and_to_whom() {
         } else {
             [START, "Paused. Space continues.", "The drive is over. Backspace starts again."]
         };
-        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Ready, starts));
+        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Ready, starts));
         assert!(words(|ui| drop(overlay.show(ui, &live, None))).contains(starts), "and it is drawn");
-        overlay.obey(PanelCommand::Start, &mut live);
+        overlay.handle_panel_command(PanelCommand::Start, &mut live);
         frame(&mut live, &mut overlay);
-        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Running, ""));
-        overlay.obey(PanelCommand::Pause, &mut live);
-        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Paused, waits));
-        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Running, ""));
+        overlay.handle_panel_command(PanelCommand::Pause, &mut live);
+        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Paused, waits));
+        overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         assert_eq!(frame(&mut live, &mut overlay), 10);
         live.drive.clock.set_pace(Pace::FullSpeed);
         while live.drive.world.ended().is_none() {
             frame(&mut live, &mut overlay);
         }
-        assert_eq!((phase(&live), says(&overlay, &live)), (Phase::Ended, over));
+        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Ended, over));
         let summary = words(|ui| drop(overlay.show(ui, &live, None)));
         assert_eq!(summary.contains("Mean speed of all cars: "), !attended, "{summary}");
     }
@@ -119,10 +119,10 @@ fn a_message_is_the_drivers_only_where_nobody_attends_and_times_are_shown_on_dem
     let (mut live, mut overlay) = sit(false);
     overlay.say("the wheel is back".into(), &live);
     assert_eq!(overlay.notes(&live, None).corner, ["the wheel is back"]);
-    overlay.key(Command::FrameTimes, &mut live);
-    let times = PassTimes { shadow_ms: 1.0, main_ms: 2.5, mirror_ms: 0.25, develop_ms: 0.125 };
+    overlay.key(KeyCommand::FrameTimes, &mut live);
+    let times = PassTimes { shadow_ms: 1.0, main_ms: 2.5, mirror_ms: 0.25, tonemap_ms: 0.125 };
     let corner = overlay.notes(&live, Some(times)).corner.join("\n");
-    for part in ["shadow 1.00, main 2.50, mirror 0.25, develop 0.12 ms", "dropped 0.00 s in 0 stalls", "keyboard"] {
+    for part in ["shadow 1.00, main 2.50, mirror 0.25, tone map 0.12 ms", "dropped 0.00 s in 0 stalls", "keyboard"] {
         assert!(corner.contains(part), "{corner}");
     }
     // A second that came late: 0.25 s of it are driven at most, the rest is said.
@@ -158,27 +158,27 @@ fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
     let (_listener, waits) = silent();
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
-        overlay.obey(PanelCommand::Start, &mut live);
+        overlay.handle_panel_command(PanelCommand::Start, &mut live);
         assert!(frame(&mut live, &mut overlay) > 0);
         let tick = live.drive.world.snapshot().tick;
-        overlay.obey(PanelCommand::Restart(Box::new(waits.clone())), &mut live);
+        overlay.handle_panel_command(PanelCommand::Restart(Box::new(waits.clone())), &mut live);
         assert_eq!(live.starting(), Some(&waits));
         assert!(overlay.restarted(Duration::from_millis(10), &mut live).is_none());
-        assert_eq!(phase(&live), Phase::Starting);
+        assert_eq!(phase(&live), DrivePhase::Starting);
         let says = overlay.notes(&live, None).middle;
         assert_eq!(says, if attended { "Please wait." } else { "The drive is being started. Esc ends." });
         // Nothing that is pressed meanwhile moves the drive that is over.
-        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         for _ in 0..2 {
-            overlay.key(Command::Pause, &mut live);
-            overlay.key(Command::Tick, &mut live);
+            overlay.key(KeyCommand::Pause, &mut live);
+            overlay.key(KeyCommand::Tick, &mut live);
             assert_eq!(frame(&mut live, &mut overlay), 0);
         }
         assert_eq!(live.drive.world.snapshot().tick, tick);
         // Another wish takes the place of the first, which lets go at once; the pace is that of before.
-        overlay.obey(PanelCommand::Restart(Box::new(scenario())), &mut live);
+        overlay.handle_panel_command(PanelCommand::Restart(Box::new(scenario())), &mut live);
         assert!(!begun(&mut live, &mut overlay));
-        assert_eq!((phase(&live), live.drive.world.scenario().traffic.as_str()), (Phase::Running, "native"));
+        assert_eq!((phase(&live), live.drive.world.scenario().traffic.as_str()), (DrivePhase::Running, "native"));
         assert!(frame(&mut live, &mut overlay) > 0);
     }
 }
@@ -196,40 +196,40 @@ fn a_drive_that_cannot_even_begin_again_stands_and_another_try_helps() {
     let (mut live, mut overlay) = sit(false);
     overlay.restart(&own, &mut live);
     assert!(begun(&mut live, &mut overlay), "another map is another stage");
-    overlay.obey(PanelCommand::Start, &mut live);
+    overlay.handle_panel_command(PanelCommand::Start, &mut live);
     assert!(frame(&mut live, &mut overlay) > 0);
     std::fs::rename(&there, &away).unwrap();
     overlay.restart(&own, &mut live);
     assert!(!begun(&mut live, &mut overlay));
-    assert_eq!((phase(&live), frame(&mut live, &mut overlay)), (Phase::Ended, 0));
+    assert_eq!((phase(&live), frame(&mut live, &mut overlay)), (DrivePhase::Ended, 0));
     let notes = overlay.notes(&live, None);
     assert_eq!(notes.middle, "The drive could not start. Backspace tries again.");
     assert!(notes.corner.join("\n").contains(there.to_str().unwrap()), "{:?}", notes.corner);
     std::fs::rename(&away, &there).unwrap();
     overlay.restart(&own, &mut live);
     begun(&mut live, &mut overlay);
-    assert_eq!((phase(&live), overlay.notes(&live, None).corner.len()), (Phase::Running, 0));
+    assert_eq!((phase(&live), overlay.notes(&live, None).corner.len()), (DrivePhase::Running, 0));
     assert!(frame(&mut live, &mut overlay) > 0);
 }
 
 #[test]
 fn a_drive_that_cannot_start_leaves_the_one_before_and_says_why() {
     let (mut live, mut overlay) = sit(false);
-    overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+    overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
     frame(&mut live, &mut overlay);
     let full = Scenario { vehicles: 400, ..scenario() };
-    overlay.obey(PanelCommand::Restart(Box::new(full)), &mut live);
+    overlay.handle_panel_command(PanelCommand::Restart(Box::new(full)), &mut live);
     assert!(!begun(&mut live, &mut overlay));
     let world = &live.drive.world;
-    assert_eq!((world.snapshot().tick.0, world.scenario().vehicles, phase(&live)), (0, 6, Phase::Ready));
+    assert_eq!((world.snapshot().tick.0, world.scenario().vehicles, phase(&live)), (0, 6, DrivePhase::Ready));
     let corner = overlay.notes(&live, None).corner.join("\n");
     assert!(corner.contains("400") && corner.contains("do not fit"), "{corner}");
     // A good one takes the message away. Another seed is another stage, as many cars more are not.
     let more = Scenario { vehicles: 8, ..scenario() };
-    overlay.obey(PanelCommand::Restart(Box::new(more.clone())), &mut live);
+    overlay.handle_panel_command(PanelCommand::Restart(Box::new(more.clone())), &mut live);
     assert!(!begun(&mut live, &mut overlay));
     assert!(overlay.notes(&live, None).corner.is_empty() && live.drive.world.scenario().vehicles == 8);
-    overlay.obey(PanelCommand::Restart(Box::new(Scenario { seed: 9, ..more })), &mut live);
+    overlay.handle_panel_command(PanelCommand::Restart(Box::new(Scenario { seed: 9, ..more })), &mut live);
     assert!(begun(&mut live, &mut overlay));
 }
 
@@ -250,12 +250,12 @@ fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
     {
         live.drive.clock.single_step(ticks);
         frame(&mut live, &mut overlay);
-        overlay.heed(command, &mut live);
+        overlay.handle_experimenter_command(command, &mut live);
     }
-    overlay.heed(ExperimenterCommand::Drive(PanelCommand::Start), &mut live);
+    overlay.handle_experimenter_command(ExperimenterCommand::Drive(PanelCommand::Start), &mut live);
     assert_eq!(live.drive.clock.pace(), Pace::RealTime);
     live.finish_recording().unwrap();
-    let events = Reader::parquet(&Table::Events.parquet(&recording)).unwrap();
+    let events = TableReader::parquet(&Table::Events.parquet(&recording)).unwrap();
     let rows: Vec<(u64, String, String)> = events
         .wholes("tick")
         .into_iter()
@@ -277,7 +277,7 @@ fn at_the_panel() -> egui_kittest::Harness<'static, (LiveDrive, DriveOverlay)> {
         .build_ui_state(
             |ui, (live, overlay)| {
                 for command in overlay.show(ui, live, None) {
-                    overlay.obey(command, live);
+                    overlay.handle_panel_command(command, live);
                     if live.starting().is_some() {
                         begun(live, overlay);
                     }
@@ -299,11 +299,11 @@ fn the_panels_buttons_let_time_run_hold_it_and_take_the_drive_back_to_its_start(
         (ticks, live.drive.clock.pace(), phase(live))
     };
     // A frame of 30 ms is three ticks.
-    assert_eq!(click("Start"), (3, Pace::RealTime, Phase::Running));
-    assert_eq!(click("Pause"), (0, Pace::Paused, Phase::Paused));
-    assert_eq!(click("+1 tick"), (1, Pace::Paused, Phase::Paused));
-    assert_eq!(click("+1 step"), (10, Pace::Paused, Phase::Paused));
-    assert_eq!(click("Restart"), (0, Pace::Paused, Phase::Ready));
+    assert_eq!(click("Start"), (3, Pace::RealTime, DrivePhase::Running));
+    assert_eq!(click("Pause"), (0, Pace::Paused, DrivePhase::Paused));
+    assert_eq!(click("+1 tick"), (1, Pace::Paused, DrivePhase::Paused));
+    assert_eq!(click("+1 step"), (10, Pace::Paused, DrivePhase::Paused));
+    assert_eq!(click("Restart"), (0, Pace::Paused, DrivePhase::Ready));
     assert_eq!(harness.state().0.drive.world.snapshot().tick.0, 0);
 }
 
@@ -313,7 +313,7 @@ fn the_page_of_the_wheel_is_shown_where_it_is_asked_for_and_never_on_the_picture
         let (mut live, mut overlay) = sit(attended);
         let none = "No steering wheel is plugged in";
         assert!(!words(|ui| drop(overlay.show(ui, &live, None))).contains(none), "it is closed");
-        overlay.obey(PanelCommand::Wheel, &mut live);
+        overlay.handle_panel_command(PanelCommand::Wheel, &mut live);
         // A window of egui's is laid out in its first pass and drawn in the second.
         let ctx = egui::Context::default();
         assert_eq!(words_of(&ctx, 2, |ui| drop(overlay.show(ui, &live, None))).contains(none), !attended);
@@ -326,7 +326,7 @@ fn the_page_of_the_wheel_is_shown_where_it_is_asked_for_and_never_on_the_picture
 fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_begins() {
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
-        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         frame(&mut live, &mut overlay);
         overlay.recording_ended("the disk is full: make room".into());
         let says = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
@@ -344,9 +344,9 @@ fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_
         assert!(!begun(&mut live, &mut overlay));
         assert!(overlay.notes(&live, None).corner.is_empty());
         // Held in the middle of it, as the one before.
-        overlay.obey(PanelCommand::SingleStep(Advance::Step), &mut live);
+        overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         frame(&mut live, &mut overlay);
-        assert_eq!(phase(&live), Phase::Paused);
+        assert_eq!(phase(&live), DrivePhase::Paused);
         assert_eq!(says(&overlay, &live), if attended { "Please wait." } else { "Paused. Space continues." });
     }
 }
@@ -375,7 +375,8 @@ fn words_on_the_picture_stand_in_the_upper_middle_and_the_lower_left_and_lose_no
     let long = "a message that is much longer than a window of 320 points is wide, so that it has to break into lines";
     for size in [egui::vec2(320.0, 180.0), egui::vec2(1280.0, 720.0)] {
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
-        let notes = Notes { middle: "Paused. Space continues.", corner: vec![long.to_owned()], card: String::new() };
+        let notes =
+            OverlayNotes { middle: "Paused. Space continues.", corner: vec![long.to_owned()], card: String::new() };
         let ctx = egui::Context::default();
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
         let mut output = ctx.run_ui(input, |ui| write_notes(ui, &notes));

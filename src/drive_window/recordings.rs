@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 
 /// Folders of the drives of one window: `d1`, and beside it `d1-2`, `d1-3` for those that began later.
-pub struct Recordings {
+pub struct RecordingFolders {
     out: Option<PathBuf>,
     folders: Vec<PathBuf>,
 }
 
-impl Recordings {
+impl RecordingFolders {
     pub fn new(out: Option<PathBuf>) -> Self {
         Self { out, folders: Vec::new() }
     }
@@ -54,7 +54,7 @@ mod tests {
     fn drives_of_one_window_lie_side_by_side_and_none_takes_anothers_place() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let mut recordings = Recordings::new(Some(at("p 1.a")));
+        let mut recordings = RecordingFolders::new(Some(at("p 1.a")));
         assert_eq!(recordings.next(), Some(at("p 1.a")));
         assert_eq!(recordings.words(), format!("recorded in              {}\n", at("p 1.a").display()));
         // One of yesterday is in the way.
@@ -68,7 +68,7 @@ mod tests {
             .map(|(head, name)| format!("{head}{}", at(name).display()))
             .collect();
         assert_eq!(lines, names);
-        let mut none = Recordings::new(None);
+        let mut none = RecordingFolders::new(None);
         assert_eq!((none.next(), none.last(), none.words()), (None, None, String::new()));
     }
 }

@@ -20,7 +20,7 @@ const LEASH_MPS: f64 = 0.5;
 
 /// Where the foot is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Foot {
+enum FootPlace {
     Throttle,
     Brake,
     /// On its way, with the time left in seconds.
@@ -30,7 +30,7 @@ enum Foot {
 
 #[derive(Clone, Debug)]
 pub(super) struct PedalModel {
-    foot: Foot,
+    foot: FootPlace,
     throttle: f64,
     brake: f64,
     holding: bool,
@@ -51,7 +51,7 @@ impl PedalModel {
         let torque_nm = car.engine.torque_curve.iter().map(|point| point.1).fold(0.0, f64::max);
         let first = car.gearbox.ratios[0] * car.gearbox.final_drive;
         Self {
-            foot: Foot::Throttle,
+            foot: FootPlace::Throttle,
             throttle: 0.0,
             brake: 0.0,
             holding: false,
@@ -79,17 +79,17 @@ impl PedalModel {
         let mut throttle = 0.0;
         let mut brake = 0.0;
         match self.foot {
-            Foot::Throttle => throttle = self.throttle_for(command, speed_mps),
-            Foot::Brake if self.holding => brake = HOLD_PEDAL,
-            Foot::Brake => brake = (-command.min(0.0) / self.brake_mps2).powf(1.0 / self.brake_exponent).min(1.0),
-            Foot::ToThrottle(_) | Foot::ToBrake(_) => {}
+            FootPlace::Throttle => throttle = self.throttle_for(command, speed_mps),
+            FootPlace::Brake if self.holding => brake = HOLD_PEDAL,
+            FootPlace::Brake => brake = (-command.min(0.0) / self.brake_mps2).powf(1.0 / self.brake_exponent).min(1.0),
+            FootPlace::ToThrottle(_) | FootPlace::ToBrake(_) => {}
         }
         let step = |from: f64, to: f64, per_s: f64| from + (to - from).clamp(-per_s * TICK_S, per_s * TICK_S);
         // A foot that leaves a pedal lets it go at once, a spring of 0.1 s.
         let off = |on: bool, per_s: f64| if on { per_s } else { 10.0 };
-        self.throttle = step(self.throttle, throttle, off(self.foot == Foot::Throttle, params.throttle_per_s));
-        self.brake = step(self.brake, brake, off(self.foot == Foot::Brake, params.brake_per_s));
-        if self.foot == Foot::Brake || matches!(self.foot, Foot::ToBrake(_)) {
+        self.throttle = step(self.throttle, throttle, off(self.foot == FootPlace::Throttle, params.throttle_per_s));
+        self.brake = step(self.brake, brake, off(self.foot == FootPlace::Brake, params.brake_per_s));
+        if self.foot == FootPlace::Brake || matches!(self.foot, FootPlace::ToBrake(_)) {
             (if self.brake > 0.0 { 0.0 } else { self.throttle as f32 }, self.brake as f32)
         } else {
             (self.throttle as f32 * if self.brake > 0.0 { 0.0 } else { 1.0 }, self.brake as f32)
@@ -135,12 +135,12 @@ impl PedalModel {
 
     fn move_foot(&mut self, params: &DriverParams, command: f64) {
         self.foot = match self.foot {
-            Foot::Throttle if command < -CHANGE_MPS2 => Foot::ToBrake(params.foot_s),
-            Foot::Brake if command > CHANGE_MPS2 => Foot::ToThrottle(params.foot_s),
-            Foot::ToBrake(left_s) if left_s <= TICK_S => Foot::Brake,
-            Foot::ToThrottle(left_s) if left_s <= TICK_S => Foot::Throttle,
-            Foot::ToBrake(left_s) => Foot::ToBrake(left_s - TICK_S),
-            Foot::ToThrottle(left_s) => Foot::ToThrottle(left_s - TICK_S),
+            FootPlace::Throttle if command < -CHANGE_MPS2 => FootPlace::ToBrake(params.foot_s),
+            FootPlace::Brake if command > CHANGE_MPS2 => FootPlace::ToThrottle(params.foot_s),
+            FootPlace::ToBrake(left_s) if left_s <= TICK_S => FootPlace::Brake,
+            FootPlace::ToThrottle(left_s) if left_s <= TICK_S => FootPlace::Throttle,
+            FootPlace::ToBrake(left_s) => FootPlace::ToBrake(left_s - TICK_S),
+            FootPlace::ToThrottle(left_s) => FootPlace::ToThrottle(left_s - TICK_S),
             resting => resting,
         };
     }

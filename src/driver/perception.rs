@@ -15,13 +15,13 @@ const JUDGE_TICKS: usize = 20;
 /// A memory as long as the reaction time: what is taken out was put in so many ticks ago. At the start of a drive the
 /// first moment counts as known.
 #[derive(Clone, Debug)]
-struct Delay<T> {
+struct DelayLine<T> {
     ticks: usize,
     /// Oldest first; some more than needed, to judge changes by.
     moments: VecDeque<T>,
 }
 
-impl<T: Copy> Delay<T> {
+impl<T: Copy> DelayLine<T> {
     fn new(delay_s: f64) -> Self {
         let ticks = (delay_s * f64::from(TICKS_PER_S)).round() as usize;
         Self { ticks, moments: VecDeque::with_capacity(ticks + JUDGE_TICKS + 2) }
@@ -40,15 +40,15 @@ impl<T: Copy> Delay<T> {
 /// What the eyes deliver, late.
 #[derive(Clone, Debug)]
 pub(super) struct DelayedPerception {
-    advice: Delay<Option<f64>>,
+    advice: DelayLine<Option<f64>>,
     /// The leader, and the own way driven until then in metres.
-    leader: Delay<(Option<SeenLeader>, f64)>,
+    leader: DelayLine<(Option<SeenLeader>, f64)>,
     way_m: f64,
 }
 
 impl DelayedPerception {
     pub fn new(advice_s: f64, leader_s: f64) -> Self {
-        Self { advice: Delay::new(advice_s), leader: Delay::new(leader_s), way_m: 0.0 }
+        Self { advice: DelayLine::new(advice_s), leader: DelayLine::new(leader_s), way_m: 0.0 }
     }
 
     /// Takes in this tick. Returns the advised speed and the leader that the driver acts upon.

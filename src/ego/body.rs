@@ -31,7 +31,7 @@ const REBASE_M: f64 = 32.0;
 
 /// What holds of one wheel in this sub-step, world axes relative to the frame's origin.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Ray {
+pub(super) struct WheelContact {
     /// Where it stands, metres.
     pub point: Vec3,
     /// Load, N, at least 0.
@@ -40,12 +40,12 @@ pub(super) struct Ray {
     pub length_m: f32,
 }
 
-pub(super) struct Body {
+pub(super) struct CarBody {
     world: PhysicsWorld,
     vehicle: DynamicRayCastVehicleController,
     chassis: RigidBodyHandle,
     shell: ColliderHandle,
-    cars: Vec<Car>,
+    cars: Vec<ObstacleBody>,
     /// World position of the frame's origin.
     origin: DVec2,
     mass_kg: f32,
@@ -54,7 +54,7 @@ pub(super) struct Body {
 }
 
 /// Another car.
-struct Car {
+struct ObstacleBody {
     body: RigidBodyHandle,
     /// Where it was at the end of the last tick; `None` before the first.
     pose: Option<Pose>,
@@ -62,7 +62,7 @@ struct Car {
     touched: Option<f64>,
 }
 
-impl Body {
+impl CarBody {
     pub fn new(p: &CarParams, start: Pose, start_speed_mps: f64, cars: usize, dt: f32) -> Self {
         let mut world = PhysicsWorld::new();
         world.integration_parameters.dt = dt;
@@ -94,7 +94,7 @@ impl Body {
             .map(|i| {
                 let body = RigidBodyBuilder::kinematic_position_based().enabled(false).can_sleep(false);
                 let (body, _) = world.insert(body, shell(WALL_M).user_data(i as u128 + 1));
-                Car { body, pose: None, speed_mps: 0.0, touched: None }
+                ObstacleBody { body, pose: None, speed_mps: 0.0, touched: None }
             })
             .collect();
         let anti_roll_npm = p.suspension.anti_roll_npm.map(|k| k as f32);
@@ -152,7 +152,7 @@ impl Body {
     }
 
     /// Weight and springs of one sub-step. Returns what each wheel stands on.
-    pub fn springs(&mut self) -> [Ray; 4] {
+    pub fn springs(&mut self) -> [WheelContact; 4] {
         let world = &mut self.world;
         let queries = world.broad_phase.as_query_pipeline_mut(
             world.narrow_phase.query_dispatcher(),
@@ -165,10 +165,10 @@ impl Body {
         let weight = vec3(0.0, 0.0, -GRAVITY * self.mass_kg * self.dt);
         self.world.bodies[self.chassis].apply_impulse(weight, true);
         let wheels = self.vehicle.wheels();
-        let mut rays: [Ray; 4] = std::array::from_fn(|i| {
+        let mut rays: [WheelContact; 4] = std::array::from_fn(|i| {
             let (ray, load_n) = (wheels[i].raycast_info(), wheels[i].wheel_suspension_force);
             let load_n = load_n.min(wheels[i].max_suspension_force);
-            Ray { point: ray.contact_point_ws, load_n, length_m: ray.suspension_length }
+            WheelContact { point: ray.contact_point_ws, load_n, length_m: ray.suspension_length }
         });
         let body = &mut self.world.bodies[self.chassis];
         for axle in 0..2 {

@@ -1,11 +1,11 @@
 //! The order of one tick. In: controls, ground, obstacles. Out: [`EgoState`], contacts, and a prediction for the traffic.
 
 use super::{
-    Contact, EgoError, EgoState, Ground, Obstacle, Surface, Wheel,
-    body::{Body, GRAVITY, Ray},
+    Contact, EgoError, EgoState, GroundModel, GroundSurface, Obstacle, WheelPose,
+    body::{CarBody, GRAVITY, WheelContact},
     params::CarParams,
     powertrain::Powertrain,
-    tyre::{Grip, Patch, Tread, Tyre},
+    tyre::{BristleState, ContactPatch, TreadParams, TyreForce},
 };
 use crate::{
     controls::{Controls, STEERING_RATIO},
@@ -21,13 +21,13 @@ const SUBSTEP_S: f32 = (TICK_S / SUBSTEPS as f64) as f32;
 const ALIGN_MPS: f32 = 1.0;
 
 /// The participant's car.
-pub struct Ego {
+pub struct EgoCar {
     params: CarParams,
-    body: Body,
+    body: CarBody,
     powertrain: Powertrain,
-    tread: Tread,
-    tyres: [Tyre; 4],
-    wheels: [Wheel; 4],
+    tread: TreadParams,
+    tyres: [BristleState; 4],
+    wheels: [WheelPose; 4],
     /// Brake force after the hydraulics' lag, share of a floored pedal.
     brake: f32,
     steering_torque_nm: f32,
@@ -36,12 +36,12 @@ pub struct Ego {
 }
 
 /// Directions of the body on the ground.
-struct Axes {
+struct BodyAxes {
     forward: Vec3,
     left: Vec3,
 }
 
-impl Ego {
+impl EgoCar {
     /// A car at rest on its springs at `start`, or moving there with `start_speed_mps` forwards; `obstacles` is the
     /// number of other cars, the same in every tick.
     ///
@@ -50,19 +50,19 @@ impl Ego {
     pub fn new(params: &CarParams, start: Pose, start_speed_mps: f64, obstacles: usize) -> Result<Self, EgoError> {
         params.check()?;
         let t = &params.tyres;
-        let tread = Tread {
+        let tread = TreadParams {
             relaxation_m: t.relaxation_m as f32,
             per_m: t.tread_per_m as f32,
             damping: t.tread_damping as f32,
             slip_control: t.slip_control as f32,
         };
         let mut ego = Self {
-            body: Body::new(params, start, start_speed_mps, obstacles, SUBSTEP_S),
+            body: CarBody::new(params, start, start_speed_mps, obstacles, SUBSTEP_S),
             powertrain: Powertrain::new(params, start_speed_mps),
             params: params.clone(),
             tread,
-            tyres: [Tyre::default(); 4],
-            wheels: [Wheel::default(); 4],
+            tyres: [BristleState::default(); 4],
+            wheels: [WheelPose::default(); 4],
             brake: 0.0,
             steering_torque_nm: 0.0,
             state: EgoState::default(),
@@ -71,7 +71,7 @@ impl Ego {
         let hubs = ego.hubs([params.suspension.travel_m as f32; 4]);
         let compressions_m = ego.rest_compressions_m();
         for (i, wheel) in ego.wheels.iter_mut().enumerate() {
-            *wheel = Wheel { hub: hubs[i], compression_m: compressions_m[i / 2], ..Wheel::default() };
+            *wheel = WheelPose { hub: hubs[i], compression_m: compressions_m[i / 2], ..WheelPose::default() };
         }
         ego.state = ego.observe();
         Ok(ego)
@@ -90,8 +90,8 @@ impl Ego {
     /// Advances by one tick. `obstacles` are the other cars at the end of it. Returns the cars touched, each once.
     ///
     /// # Panics
-    /// If the number of obstacles is not that of [`Ego::new`].
-    pub fn tick(&mut self, controls: &Controls, ground: &dyn Ground, obstacles: &[Obstacle]) -> &[Contact] {
+    /// If the number of obstacles is not that of [`EgoCar::new`].
+    pub fn tick(&mut self, controls: &Controls, ground: &dyn GroundModel, obstacles: &[Obstacle]) -> &[Contact] {
         let controls = controls.sane();
         let before = self.state;
         self.body.begin_tick(obstacles);
@@ -161,7 +161,7 @@ impl Ego {
         let drive_n = self.powertrain.step(p, controls, f64::from(ground_speed), f64::from(SUBSTEP_S)) as f32;
         // All tyres see the same moment: a push of one would pass for a slip of the next, and the standing car would walk.
         let patches: [_; 4] = std::array::from_fn(|i| self.patch(i, &rays[i], &axes, drive_n));
-        let mut grips = [Grip::default(); 4];
+        let mut grips = [TyreForce::default(); 4];
         self.body.push(air, centre);
         for (i, (patch, forward, left)) in patches.iter().enumerate() {
             grips[i] = self.tyres[i].step(&self.tread, patch, SUBSTEP_S);
@@ -180,7 +180,7 @@ impl Ego {
     }
 
     /// What acts on wheel `i`, and its directions.
-    fn patch(&self, i: usize, ray: &Ray, axes: &Axes, drive_n: f32) -> (Patch, Vec3, Vec3) {
+    fn patch(&self, i: usize, ray: &WheelContact, axes: &BodyAxes, drive_n: f32) -> (ContactPatch, Vec3, Vec3) {
         let p = &self.params;
         let front = i < 2;
         let (sin, cos) = self.wheels[i].steer_rad.sin_cos();
@@ -191,13 +191,13 @@ impl Ego {
         let pick = |at_front: f64, at_rear: f64| (if front { at_front } else { at_rear }) as f32;
         let weight_n = p.body.mass_kg as f32 * GRAVITY;
         let (friction, rolling) = match self.wheels[i].surface {
-            Surface::Asphalt => (p.tyres.asphalt_friction, p.tyres.asphalt_rolling),
-            Surface::Grass => {
+            GroundSurface::Asphalt => (p.tyres.asphalt_friction, p.tyres.asphalt_rolling),
+            GroundSurface::Grass => {
                 let growing = p.tyres.grass_rolling + p.tyres.grass_rolling_per_mps * f64::from(vx_mps.abs());
                 (p.tyres.grass_friction, growing.min(p.tyres.grass_rolling_max))
             }
         };
-        let patch = Patch {
+        let patch = ContactPatch {
             load_n: ray.load_n,
             rest_load_n: weight_n * pick(p.body.front_share, 1.0 - p.body.front_share) / 2.0,
             vx_mps,
@@ -216,7 +216,7 @@ impl Ego {
     }
 
     /// Side force of the front tyres times its trail, through the steering gear to the wheel.
-    fn aligning_torque_nm(&self, grips: &[Grip; 4], speed_mps: f32) -> f32 {
+    fn aligning_torque_nm(&self, grips: &[TyreForce; 4], speed_mps: f32) -> f32 {
         let s = &self.params.steering;
         let rolling = (speed_mps / ALIGN_MPS).clamp(-1.0, 1.0);
         let torque_nm: f32 = grips[..2]
@@ -230,10 +230,10 @@ impl Ego {
         torque_nm / STEERING_RATIO * s.feel_share as f32
     }
 
-    fn axes(&self) -> Axes {
+    fn axes(&self) -> BodyAxes {
         let ahead = *self.body.chassis().rotation() * Vec3::X;
         let forward = vec3(ahead.x, ahead.y, 0.0).normalize_or(Vec3::X);
-        Axes { forward, left: vec3(-forward.y, forward.x, 0.0) }
+        BodyAxes { forward, left: vec3(-forward.y, forward.x, 0.0) }
     }
 
     fn rest_compressions_m(&self) -> [f32; 2] {

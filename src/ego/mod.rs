@@ -1,7 +1,7 @@
 //! The participant's car. In: [`Controls`](crate::controls::Controls) once a tick, the ground under the wheels, the other cars as kinematic
 //! bodies. Out: [`EgoState`] and [`Contact`]s. Only this room knows rapier.
 //!
-//! One [`Ego::tick`] is four sub-steps of 2.5 ms: springs (rapier's ray-cast vehicle), engine and gearbox
+//! One [`EgoCar::tick`] is four sub-steps of 2.5 ms: springs (rapier's ray-cast vehicle), engine and gearbox
 //! (`powertrain`), brakes and tyres (`tyre`), then rapier moves and collides the body (`body`).
 
 mod body;
@@ -10,7 +10,7 @@ mod params;
 mod powertrain;
 mod tyre;
 
-pub use car::Ego;
+pub use car::EgoCar;
 pub use params::{
     BodyParams, BrakeParams, CarParams, EgoError, EngineParams, GearboxParams, SteeringParams, SuspensionParams,
     TyreParams,
@@ -21,7 +21,7 @@ use glam::{DVec2, DVec3, EulerRot, Quat, Vec3};
 
 /// What lies under a wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum Surface {
+pub enum GroundSurface {
     /// Dry asphalt.
     #[default]
     Asphalt,
@@ -31,7 +31,7 @@ pub enum Surface {
 
 /// One wheel, in the order front left, front right, rear left, rear right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wheel {
+pub struct WheelPose {
     /// Hub in the body's frame (x forward, y left, z up from the body's origin), metres, suspension included.
     pub hub: Vec3,
     /// Road wheel angle, radians, positive to the left.
@@ -41,7 +41,7 @@ pub struct Wheel {
     /// Suspension compression from its rest length, metres.
     pub compression_m: f32,
     /// Ground under it.
-    pub surface: Surface,
+    pub surface: GroundSurface,
 }
 
 /// The ego after a tick.
@@ -70,7 +70,7 @@ pub struct EgoState {
     /// True while the brake lamps are lit.
     pub braking: bool,
     /// Front left, front right, rear left, rear right.
-    pub wheels: [Wheel; 4],
+    pub wheels: [WheelPose; 4],
 }
 
 impl EgoState {
@@ -104,17 +104,17 @@ pub struct Contact {
 }
 
 /// The ground as the tyres feel it. The world is flat; only its surface differs.
-pub trait Ground {
+pub trait GroundModel {
     /// Surface at a point of the world plane.
-    fn surface(&self, point: DVec2) -> Surface;
+    fn surface(&self, point: DVec2) -> GroundSurface;
 }
 
 /// The same surface everywhere: test tracks, and maps that have no meadow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Everywhere(pub Surface);
+pub struct UniformGround(pub GroundSurface);
 
-impl Ground for Everywhere {
-    fn surface(&self, _point: DVec2) -> Surface {
+impl GroundModel for UniformGround {
+    fn surface(&self, _point: DVec2) -> GroundSurface {
         self.0
     }
 }

@@ -9,7 +9,7 @@
 
 /// What acts on a tyre in one sub-step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Patch {
+pub(super) struct ContactPatch {
     /// Load, N.
     pub load_n: f32,
     /// Load at rest, N: sets the stiffness of the standing tyre.
@@ -32,7 +32,7 @@ pub(super) struct Patch {
 
 /// Parameters of a tyre that do not depend on wheel or ground; meanings as in [`super::TyreParams`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tread {
+pub(super) struct TreadParams {
     pub relaxation_m: f32,
     pub per_m: f32,
     pub damping: f32,
@@ -41,7 +41,7 @@ pub(super) struct Tread {
 
 /// The force of the road on a tyre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Grip {
+pub(super) struct TyreForce {
     /// Along the wheel, N.
     pub x_n: f32,
     /// To its left, N.
@@ -52,7 +52,7 @@ pub(super) struct Grip {
 
 /// The deflected bristle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tyre {
+pub(super) struct BristleState {
     ux_m: f32,
     uy_m: f32,
 }
@@ -61,13 +61,13 @@ pub(super) struct Tyre {
 const LOW_SPEED_MPS: f32 = 2.5;
 const GRAVITY: f32 = 9.81;
 
-impl Tyre {
+impl BristleState {
     /// Advances the bristle by `dt` and returns the force.
-    pub fn step(&mut self, tread: &Tread, patch: &Patch, dt: f32) -> Grip {
+    pub fn step(&mut self, tread: &TreadParams, patch: &ContactPatch, dt: f32) -> TyreForce {
         let limit_n = patch.friction * patch.load_n;
         if limit_n <= 0.0 {
             *self = Self::default();
-            return Grip::default();
+            return TyreForce::default();
         }
         // A wheel carries rest_load / g; the damping ratio is that of this mass on the bristle.
         let mass_kg = patch.rest_load_n / GRAVITY;
@@ -95,7 +95,7 @@ impl Tyre {
 
         // Friction circle; rolling resistance is the ground's own deformation and takes nothing of the grip.
         let scale = (limit_n / x_n.abs().min(held_n).hypot(y_n).max(1.0)).min(1.0);
-        Grip { x_n: x_n * scale, y_n: y_n * scale, saturation: s }
+        TyreForce { x_n: x_n * scale, y_n: y_n * scale, saturation: s }
     }
 }
 
@@ -103,21 +103,21 @@ impl Tyre {
 mod tests {
     use super::*;
 
-    const TREAD: Tread = Tread { relaxation_m: 0.45, per_m: 50.0, damping: 0.9, slip_control: 0.95 };
+    const TREAD: TreadParams = TreadParams { relaxation_m: 0.45, per_m: 50.0, damping: 0.9, slip_control: 0.95 };
 
-    fn patch() -> Patch {
-        Patch { load_n: 4000.0, rest_load_n: 4000.0, friction: 1.0, cornering: 15.0, ..Patch::default() }
+    fn patch() -> ContactPatch {
+        ContactPatch { load_n: 4000.0, rest_load_n: 4000.0, friction: 1.0, cornering: 15.0, ..ContactPatch::default() }
     }
 
-    fn settled(patch: &Patch) -> Grip {
-        let mut tyre = Tyre::default();
+    fn settled(patch: &ContactPatch) -> TyreForce {
+        let mut tyre = BristleState::default();
         (0..4000).map(|_| tyre.step(&TREAD, patch, 0.0025)).last().unwrap()
     }
 
     #[test]
     fn small_slip_angles_give_cornering_stiffness_times_angle() {
         for angle in [-0.01f32, 0.002, 0.01] {
-            let grip = settled(&Patch { vx_mps: 10.0, vy_mps: -10.0 * angle, ..patch() });
+            let grip = settled(&ContactPatch { vx_mps: 10.0, vy_mps: -10.0 * angle, ..patch() });
             let linear = 60_000.0 * angle;
             assert!((grip.y_n / linear - 1.0).abs() < 0.06, "{angle} {grip:?}");
         }
@@ -127,7 +127,7 @@ mod tests {
     fn no_force_leaves_the_friction_circle() {
         for i in 0..200 {
             let f = i as f32;
-            let patch = Patch {
+            let patch = ContactPatch {
                 vx_mps: (f * 0.7).sin() * 20.0,
                 vy_mps: (f * 1.3).sin() * 10.0,
                 drive_n: (f * 0.31).sin() * 9000.0,
@@ -141,13 +141,13 @@ mod tests {
 
     #[test]
     fn a_braked_wheel_holds_as_much_as_it_must_and_slides_beyond() {
-        let mut tyre = Tyre::default();
-        let hold = Patch { brake_n: 1000.0, ..patch() };
+        let mut tyre = BristleState::default();
+        let hold = ContactPatch { brake_n: 1000.0, ..patch() };
         // Pulled back by 1 mm: the spring answers with 200 N.
-        let grip = tyre.step(&TREAD, &Patch { vx_mps: -0.001 / 0.0025, ..hold }, 0.0025);
+        let grip = tyre.step(&TREAD, &ContactPatch { vx_mps: -0.001 / 0.0025, ..hold }, 0.0025);
         assert!(grip.x_n > 200.0);
         assert!((tyre.step(&TREAD, &hold, 0.0025).x_n - 200.0).abs() < 1.0);
-        let grip = settled(&Patch { vx_mps: 10.0, ..hold });
+        let grip = settled(&ContactPatch { vx_mps: 10.0, ..hold });
         assert!((grip.x_n + 1000.0).abs() < 1.0, "{grip:?}");
     }
 }

@@ -12,7 +12,7 @@ const ARC_STEP_DEG: f32 = 9.0;
 /// A line of text, `1.0` high from the baseline to the top of a digit: x to the right from the middle of the line, y
 /// down from half the height. The pen's half width lies outside.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Line {
+pub struct LetteredLine {
     /// Strokes, each at least two points.
     pub strokes: Vec<Vec<[f32; 2]>>,
     /// Distance from the middle of the first pen stroke to the middle of the last.
@@ -20,8 +20,8 @@ pub struct Line {
 }
 
 /// Sets `text`; signs that the instrument does not need are left out.
-pub fn set(text: &str) -> Line {
-    let mut line = Line::default();
+pub fn set(text: &str) -> LetteredLine {
+    let mut line = LetteredLine::default();
     let mut x = 0.0;
     for sign in text.chars() {
         let Some((width, parts)) = sign_strokes(sign) else { continue };

@@ -1,4 +1,4 @@
-//! The speedometer as data. In: speed, advice, unit, scenario. Out: a [`Dial`]: angles, ticks, colours; no GPU, no egui.
+//! The speedometer as data. In: speed, advice, unit, scenario. Out: a [`DialView`]: angles, ticks, colours; no GPU, no egui.
 //! HC22: round gauge with ticks and needle, the number in the centre, the target a red line, the acceptable range a
 //! green band, the number green inside the range and white outside.
 
@@ -10,14 +10,14 @@ mod speedometer;
 
 pub use number::NumberFilter;
 pub use palette::{Palette, Rgb};
-pub use scale::{Scale, expected_top_mps};
+pub use scale::{DialScale, expected_top_mps};
 pub use speedometer::Speedometer;
 
 use crate::units::SpeedUnit;
 
 /// Everything on the speedometer in one frame. Speeds in the dial's own unit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Dial {
+pub struct DialView {
     /// Unit of all numbers.
     pub unit: SpeedUnit,
     /// Full scale, a multiple of `major_step`.
@@ -28,7 +28,7 @@ pub struct Dial {
     pub minor_per_major: u32,
     /// Present speed, not negative.
     pub speed: f64,
-    /// The number in the centre. [`Dial::new`] rounds; a [`NumberFilter`] keeps it from flickering.
+    /// The number in the centre. [`DialView::new`] rounds; a [`NumberFilter`] keeps it from flickering.
     pub number: u32,
     /// Advice: target, lower and upper edge of the range.
     pub advice: Option<DialAdvice>,
@@ -51,10 +51,10 @@ pub struct DialAdvice {
 
 /// A tick on the scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mark {
+pub struct ScaleMark {
     /// Speed, in the dial's unit.
     pub value: f64,
-    /// Where, see [`Dial::angle_rad`].
+    /// Where, see [`DialView::angle_rad`].
     pub angle_rad: f32,
     /// True for the long ticks that carry their value.
     pub numbered: bool,
@@ -62,7 +62,7 @@ pub struct Mark {
     pub half: bool,
 }
 
-impl Dial {
+impl DialView {
     /// Angle of zero, degrees clockwise from 12 o'clock: lower left.
     pub const START_DEG: f64 = -135.0;
     /// Angle from zero to full scale, degrees, clockwise.
@@ -71,7 +71,13 @@ impl Dial {
     /// The dial for a car that moves at `speed_mps` (negative when it rolls backwards) under the advice (target, lowest
     /// and highest acceptable speed), all in m/s. Whether the speed is acceptable is decided here, in m/s and before any
     /// rounding, by the rule of [`Advice::accepts`](crate::policy::Advice::accepts).
-    pub fn new(speed_mps: f64, advice: Option<(f64, f64, f64)>, unit: SpeedUnit, scale: Scale, reverse: bool) -> Self {
+    pub fn new(
+        speed_mps: f64,
+        advice: Option<(f64, f64, f64)>,
+        unit: SpeedUnit,
+        scale: DialScale,
+        reverse: bool,
+    ) -> Self {
         let speed = unit.from_mps(speed_mps.abs());
         Self {
             unit,
@@ -117,9 +123,9 @@ impl Dial {
     }
 
     /// The scale for a scenario in which speeds up to `max_expected_mps` are to be expected, chosen once for all of it
-    /// (see [`Scale::fitting`], [`expected_top_mps`]).
-    pub fn scale_for(max_expected_mps: f64, unit: SpeedUnit) -> Scale {
-        Scale::fitting(max_expected_mps, unit)
+    /// (see [`DialScale::fitting`], [`expected_top_mps`]).
+    pub fn scale_for(max_expected_mps: f64, unit: SpeedUnit) -> DialScale {
+        DialScale::fitting(max_expected_mps, unit)
     }
 
     /// Where a speed stands on the dial: radians clockwise from 12 o'clock, linear in speed, held at both ends of the
@@ -145,13 +151,13 @@ impl Dial {
     }
 
     /// All ticks, from zero to full scale.
-    pub fn marks(&self) -> impl Iterator<Item = Mark> + '_ {
+    pub fn marks(&self) -> impl Iterator<Item = ScaleMark> + '_ {
         let majors = (self.full_scale / self.major_step).round() as u32;
         let parts = self.minor_per_major;
         (0..=majors * parts).map(move |i| {
             let value = self.major_step * f64::from(i) / f64::from(parts);
             let numbered = i.is_multiple_of(parts);
-            Mark { value, angle_rad: self.angle_rad(value), numbered, half: 2 * (i % parts) == parts }
+            ScaleMark { value, angle_rad: self.angle_rad(value), numbered, half: 2 * (i % parts) == parts }
         })
     }
 }
@@ -164,8 +170,8 @@ mod tests {
         time::Tick,
     };
 
-    fn dial(speed_mps: f64, advice: Option<(f64, f64, f64)>) -> Dial {
-        Dial::new(speed_mps, advice, SpeedUnit::Mph, Dial::scale_for(9.6, SpeedUnit::Mph), false)
+    fn dial(speed_mps: f64, advice: Option<(f64, f64, f64)>) -> DialView {
+        DialView::new(speed_mps, advice, SpeedUnit::Mph, DialView::scale_for(9.6, SpeedUnit::Mph), false)
     }
 
     #[test]
@@ -182,7 +188,7 @@ mod tests {
     #[test]
     fn every_fifth_tick_of_the_ring_dial_is_numbered() {
         let dial = dial(0.0, None);
-        let marks: Vec<Mark> = dial.marks().collect();
+        let marks: Vec<ScaleMark> = dial.marks().collect();
         assert_eq!(marks.len(), 26);
         let numbered: Vec<f64> = marks.iter().filter(|mark| mark.numbered).map(|mark| mark.value).collect();
         assert_eq!(numbered, [0.0, 5.0, 10.0, 15.0, 20.0, 25.0]);

@@ -1,7 +1,7 @@
 //! From the world to the speedometer: the scale of the scenario, the steadied number. In: a snapshot a frame. Out: a
-//! [`Dial`].
+//! [`DialView`].
 
-use super::{Dial, NumberFilter, Scale};
+use super::{DialScale, DialView, NumberFilter};
 use crate::{
     hud,
     sim::{Snapshot, World},
@@ -12,7 +12,7 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct Speedometer {
     unit: SpeedUnit,
-    scale: Scale,
+    scale: DialScale,
     filter: NumberFilter,
 }
 
@@ -23,22 +23,22 @@ impl Speedometer {
     }
 
     /// The scale that the scenario names, or one that suits the drive.
-    pub fn scale(world: &World) -> Scale {
+    pub fn scale(world: &World) -> DialScale {
         let (scenario, expected) = (world.scenario(), world.expected_speeds());
         if scenario.dial_full > 0.0 {
-            return Scale::up_to(scenario.dial_full);
+            return DialScale::up_to(scenario.dial_full);
         }
         let top_mps = hud::expected_top_mps(expected.equilibrium_mps, expected.advised_mps, expected.limit_mps);
-        Dial::scale_for(top_mps, scenario.units)
+        DialView::scale_for(top_mps, scenario.units)
     }
 
     /// The dial at this frame.
-    pub fn read(&mut self, snapshot: &Snapshot) -> Dial {
+    pub fn read(&mut self, snapshot: &Snapshot) -> DialView {
         let advice = snapshot.advice.map(|advice| {
             let (low, high) = advice.band_mps();
             (advice.target_mps, low, high)
         });
         let reverse = snapshot.ego.gear < 0;
-        Dial::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse).steadied(&mut self.filter)
+        DialView::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse).steadied(&mut self.filter)
     }
 }

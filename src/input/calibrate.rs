@@ -1,9 +1,9 @@
 //! Learning a wheel by asking. In: raw values of its axes with their times, seconds. Out: what to ask next, bars of all
-//! axes, and in the end a [`Profile`]. Every answer is given with wheel and pedals alone: turn or press, hold for a moment.
+//! axes, and in the end a [`WheelProfile`]. Every answer is given with wheel and pedals alone: turn or press, hold for a moment.
 
 use super::{
-    profile::{Pedal, Profile, ProfileError, Steering},
-    profiles::{self, Device},
+    profile::{Pedal, ProfileError, Steering, WheelProfile},
+    profiles::{self, UnprofiledDevice},
 };
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ const FIRST_HAT: u16 = 16;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum CalibrationStep {
     /// Something moves: its driver has not read the wheel yet.
     Wake,
     /// Nobody touches anything.
@@ -47,7 +47,7 @@ pub enum Step {
     Done,
 }
 
-impl Step {
+impl CalibrationStep {
     /// The question, as a sentence.
     pub fn question(self) -> &'static str {
         match self {
@@ -67,7 +67,7 @@ impl Step {
 
 /// One axis under observation.
 #[derive(Clone, Copy, Debug)]
-struct Axis {
+struct ObservedAxis {
     range: [i32; 2],
     raw: i32,
     rest: i32,
@@ -78,7 +78,7 @@ struct Axis {
     since_s: f64,
 }
 
-impl Axis {
+impl ObservedAxis {
     fn span(&self) -> f64 {
         (f64::from(self.range[1]) - f64::from(self.range[0])).max(1.0)
     }
@@ -96,9 +96,9 @@ impl Axis {
 /// The questions and what was learnt.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    device: Device,
-    axes: BTreeMap<u16, Axis>,
-    step: Step,
+    device: UnprofiledDevice,
+    axes: BTreeMap<u16, ObservedAxis>,
+    step: CalibrationStep,
     began_s: f64,
     now_s: f64,
     steering: Option<u16>,
@@ -112,14 +112,14 @@ impl Calibration {
     ///
     /// # Errors
     /// It has less than two axes.
-    pub fn new(device: Device, now_s: f64) -> Result<Self, ProfileError> {
-        let axes: BTreeMap<u16, Axis> = device
+    pub fn new(device: UnprofiledDevice, now_s: f64) -> Result<Self, ProfileError> {
+        let axes: BTreeMap<u16, ObservedAxis> = device
             .axes
             .iter()
             .filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1])
             .map(|(code, range)| {
                 let raw = device.values.get(code).copied().unwrap_or(range[0]);
-                (*code, Axis { range: *range, raw, rest: raw, noise: [raw; 2], anchor: raw, since_s: now_s })
+                (*code, ObservedAxis { range: *range, raw, rest: raw, noise: [raw; 2], anchor: raw, since_s: now_s })
             })
             .collect();
         if axes.len() < 2 {
@@ -129,13 +129,13 @@ impl Calibration {
         // A USB wheel is read when it reports, which it does when something moves. Until then its driver says 0 of every axis,
         // and pedals that rest at 255 would seem to be pressed by the first turn of the wheel.
         let unread = device.values.values().all(|raw| *raw == 0);
-        let step = if unread { Step::Wake } else { Step::Rest };
+        let step = if unread { CalibrationStep::Wake } else { CalibrationStep::Rest };
         let (steering, ends, centre, pedals) = (None, [0; 2], 0, Vec::new());
         Ok(Self { device, axes, step, began_s: now_s, now_s, steering, ends, centre, pedals })
     }
 
     /// What is asked now.
-    pub fn step(&self) -> Step {
+    pub fn step(&self) -> CalibrationStep {
         self.step
     }
 
@@ -147,10 +147,10 @@ impl Calibration {
         if (f64::from(raw) - f64::from(axis.anchor)).abs() > STILL * axis.span() {
             (axis.anchor, axis.since_s) = (raw, at_s);
         }
-        if self.step == Step::Wake {
-            (self.step, self.began_s) = (Step::Rest, self.now_s);
+        if self.step == CalibrationStep::Wake {
+            (self.step, self.began_s) = (CalibrationStep::Rest, self.now_s);
         }
-        if self.step == Step::Rest {
+        if self.step == CalibrationStep::Rest {
             axis.noise = [axis.noise[0].min(raw), axis.noise[1].max(raw)];
         }
         self.answer();
@@ -164,30 +164,34 @@ impl Calibration {
 
     fn answer(&mut self) {
         let next = match self.step {
-            Step::Wake => None,
-            Step::Rest => self.rested().then_some(Step::Left),
-            Step::Left => self.turned().map(|(code, raw)| {
+            CalibrationStep::Wake => None,
+            CalibrationStep::Rest => self.rested().then_some(CalibrationStep::Left),
+            CalibrationStep::Left => self.turned().map(|(code, raw)| {
                 (self.steering, self.ends[0]) = (Some(code), raw);
-                Step::Right
+                CalibrationStep::Right
             }),
-            Step::Right => self.turned_back().map(|raw| {
+            CalibrationStep::Right => self.turned_back().map(|raw| {
                 self.ends[1] = raw;
-                Step::Straight
+                CalibrationStep::Straight
             }),
-            Step::Straight => self.straight().map(|raw| {
+            CalibrationStep::Straight => self.straight().map(|raw| {
                 self.centre = raw;
-                Step::Accelerator
+                CalibrationStep::Accelerator
             }),
-            Step::Accelerator | Step::Brake => self.pressed().map(|pedal| {
+            CalibrationStep::Accelerator | CalibrationStep::Brake => self.pressed().map(|pedal| {
                 self.pedals.push(pedal);
-                if self.step == Step::Brake { Step::BrakeUp } else { Step::AcceleratorUp }
+                if self.step == CalibrationStep::Brake {
+                    CalibrationStep::BrakeUp
+                } else {
+                    CalibrationStep::AcceleratorUp
+                }
             }),
-            Step::AcceleratorUp => {
+            CalibrationStep::AcceleratorUp => {
                 let pedals_left = self.axes.len() != 2;
-                self.released().then_some(if pedals_left { Step::Brake } else { Step::Done })
+                self.released().then_some(if pedals_left { CalibrationStep::Brake } else { CalibrationStep::Done })
             }
-            Step::BrakeUp => self.released().then_some(Step::Done),
-            Step::Done => None,
+            CalibrationStep::BrakeUp => self.released().then_some(CalibrationStep::Done),
+            CalibrationStep::Done => None,
         };
         if let Some(next) = next {
             self.step = next;
@@ -251,7 +255,7 @@ impl Calibration {
             Some(_) => "brake".into(),
             None => format!("axis {code}"),
         };
-        let share = |code: u16, axis: &Axis| {
+        let share = |code: u16, axis: &ObservedAxis| {
             let from_low = (f64::from(axis.raw) - f64::from(axis.range[0])) / axis.span();
             if self.steering == Some(code) { from_low } else { axis.way().abs() }
         };
@@ -262,13 +266,14 @@ impl Calibration {
     ///
     /// # Errors
     /// Not everything was answered.
-    pub fn profile(&self, name: &str) -> Result<Profile, ProfileError> {
-        let steering = self.steering.filter(|_| self.step == Step::Done).ok_or_else(|| {
+    pub fn profile(&self, name: &str) -> Result<WheelProfile, ProfileError> {
+        let steering = self.steering.filter(|_| self.step == CalibrationStep::Done).ok_or_else(|| {
             ProfileError(format!("not everything was answered: {}\n  remedy: begin again", self.step.question()))
         })?;
         let (vendor, product) = self.device.id;
         let like = profiles::shipped().find(|profile| profile.is_for(vendor, product));
-        let curve = |of: fn(&Profile) -> Option<f64>, otherwise: f64| like.as_ref().and_then(of).unwrap_or(otherwise);
+        let curve =
+            |of: fn(&WheelProfile) -> Option<f64>, otherwise: f64| like.as_ref().and_then(of).unwrap_or(otherwise);
         let curves = [curve(|p| Some(p.accelerator.curve), 1.0), curve(|p| Some(p.brake.as_ref()?.curve), 1.6)];
         let mut pedals = self.pedals.iter().zip(curves).map(|((code, pressed), curve)| {
             let axis = &self.axes[code];
@@ -283,7 +288,7 @@ impl Calibration {
         drop(pedals);
         let noise = self.axes[&steering].noise;
         let half = (f64::from(self.ends[1]) - f64::from(self.ends[0])).abs() / 2.0;
-        let profile = Profile {
+        let profile = WheelProfile {
             name: name.into(),
             products: vec![format!("{vendor:04x}:{product:04x}")],
             steering: Steering {
@@ -301,7 +306,7 @@ impl Calibration {
             force: like.map(|p| p.force).unwrap_or_default(),
         };
         // The way through its own file: what is saved can be read.
-        Profile::from_toml(&profile.to_toml(), name)
+        WheelProfile::from_toml(&profile.to_toml(), name)
     }
 }
 

@@ -2,10 +2,10 @@
 
 use super::*;
 
-fn g29() -> Device {
+fn g29() -> UnprofiledDevice {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1])];
     let values = [(0, 32_900), (1, 255), (2, 255), (5, 255), (16, 0)];
-    Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
+    UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
 }
 
 /// Moves an axis there within half a second and holds it for a second.
@@ -27,17 +27,17 @@ fn a_g29_is_learnt_by_turning_and_pressing_alone() {
     calibration.moved(5, 254, 0.5);
     calibration.moved(5, 255, 0.6);
     calibration.time(1.9);
-    assert_eq!(calibration.step(), Step::Rest);
+    assert_eq!(calibration.step(), CalibrationStep::Rest);
     now_s += 2.1;
     calibration.time(now_s);
     let moves = [
-        (0, 32_900, 120, Step::Left, Step::Right),
-        (0, 120, 65_400, Step::Right, Step::Straight),
-        (0, 65_400, 32_700, Step::Straight, Step::Accelerator),
-        (2, 255, 3, Step::Accelerator, Step::AcceleratorUp),
-        (2, 3, 255, Step::AcceleratorUp, Step::Brake),
-        (5, 255, 90, Step::Brake, Step::BrakeUp),
-        (5, 90, 254, Step::BrakeUp, Step::Done),
+        (0, 32_900, 120, CalibrationStep::Left, CalibrationStep::Right),
+        (0, 120, 65_400, CalibrationStep::Right, CalibrationStep::Straight),
+        (0, 65_400, 32_700, CalibrationStep::Straight, CalibrationStep::Accelerator),
+        (2, 255, 3, CalibrationStep::Accelerator, CalibrationStep::AcceleratorUp),
+        (2, 3, 255, CalibrationStep::AcceleratorUp, CalibrationStep::Brake),
+        (5, 255, 90, CalibrationStep::Brake, CalibrationStep::BrakeUp),
+        (5, 90, 254, CalibrationStep::BrakeUp, CalibrationStep::Done),
     ];
     for (code, from, to, during, after) in moves {
         assert_eq!(calibration.step(), during);
@@ -59,7 +59,7 @@ fn a_g29_is_learnt_by_turning_and_pressing_alone() {
 
 #[test]
 fn a_wheel_whose_axes_run_the_other_way_and_whose_pedals_rest_low_is_learnt_too() {
-    let device = Device {
+    let device = UnprofiledDevice {
         name: "Other".into(),
         id: (1, 2),
         axes: [(3, [-512, 511]), (6, [0, 1023]), (7, [0, 1023])].into(),
@@ -82,16 +82,16 @@ fn a_wheel_whose_axes_run_the_other_way_and_whose_pedals_rest_low_is_learnt_too(
 #[test]
 fn a_wheel_that_has_not_been_read_is_woken_before_its_rest_is_learnt() {
     // The fault: the first report brings all axes from 0 to where they are, and the pedals seemed to be the wheel.
-    let device = Device { values: [(0, 0), (1, 0), (2, 0), (5, 0), (16, 0)].into(), ..g29() };
+    let device = UnprofiledDevice { values: [(0, 0), (1, 0), (2, 0), (5, 0), (16, 0)].into(), ..g29() };
     let mut calibration = Calibration::new(device, 0.0).unwrap();
     calibration.time(10.0);
-    assert_eq!(calibration.step(), Step::Wake, "nobody knows where it rests");
+    assert_eq!(calibration.step(), CalibrationStep::Wake, "nobody knows where it rests");
     for (code, raw) in [(0, 32_800), (1, 255), (2, 255), (5, 255)] {
         calibration.moved(code, raw, 11.0);
     }
-    assert_eq!(calibration.step(), Step::Rest);
+    assert_eq!(calibration.step(), CalibrationStep::Rest);
     calibration.time(13.1);
-    assert_eq!(calibration.step(), Step::Left);
+    assert_eq!(calibration.step(), CalibrationStep::Left);
     let mut now_s = 13.1;
     for (code, from, to) in
         [(0, 32_800, 0), (0, 0, 65_535), (0, 65_535, 32_700), (2, 255, 0), (2, 0, 255), (5, 255, 60), (5, 60, 255)]
@@ -109,17 +109,17 @@ fn a_foot_that_moves_at_rest_begins_the_rest_again_and_nothing_half_done_is_save
     calibration.moved(2, 100, 1.5);
     calibration.moved(2, 255, 1.6);
     calibration.time(2.5);
-    assert_eq!(calibration.step(), Step::Rest);
+    assert_eq!(calibration.step(), CalibrationStep::Rest);
     calibration.time(3.7);
-    assert_eq!(calibration.step(), Step::Left);
+    assert_eq!(calibration.step(), CalibrationStep::Left);
     assert!(calibration.profile("x").unwrap_err().0.contains("not everything was answered"));
-    let pad = Device { axes: [(0, [0, 255])].into(), ..g29() };
+    let pad = UnprofiledDevice { axes: [(0, [0, 255])].into(), ..g29() };
     assert!(Calibration::new(pad, 0.0).unwrap_err().0.contains("less than two axes"));
 }
 
 /// A wheel of few counts: steering to 100, two pedals that rest at 0.
-fn coarse() -> Device {
-    Device {
+fn coarse() -> UnprofiledDevice {
+    UnprofiledDevice {
         name: "Coarse".into(),
         id: (1, 2),
         axes: [(0, [0, 100]), (1, [0, 100]), (2, [0, 100])].into(),
@@ -131,21 +131,21 @@ fn coarse() -> Device {
 fn an_axis_that_flickers_by_a_hundredth_stands_still_and_one_that_goes_on_does_not() {
     let mut calibration = Calibration::new(coarse(), 0.0).unwrap();
     calibration.time(REST_S);
-    assert_eq!(calibration.step(), Step::Left);
+    assert_eq!(calibration.step(), CalibrationStep::Left);
     calibration.moved(0, 10, 3.0);
     // A hundredth of the range to either side of where it came to rest.
     for (raw, at_s) in [(11, 3.2), (10, 3.4), (9, 3.6), (10, 3.79)] {
         calibration.moved(0, raw, at_s);
-        assert_eq!(calibration.step(), Step::Left, "not held yet");
+        assert_eq!(calibration.step(), CalibrationStep::Left, "not held yet");
     }
     calibration.time(3.001 + HOLD_S);
-    assert_eq!(calibration.step(), Step::Right);
+    assert_eq!(calibration.step(), CalibrationStep::Right);
     calibration.moved(0, 90, 4.0);
     calibration.moved(0, 92, 4.7);
     calibration.time(4.9);
-    assert_eq!(calibration.step(), Step::Right, "still turning at 4.7");
+    assert_eq!(calibration.step(), CalibrationStep::Right, "still turning at 4.7");
     calibration.time(4.701 + HOLD_S);
-    assert_eq!(calibration.step(), Step::Straight);
+    assert_eq!(calibration.step(), CalibrationStep::Straight);
 }
 
 /// Coarse, asked for the accelerator.
@@ -155,7 +155,7 @@ fn turned() -> (Calibration, f64) {
     for (from, to) in [(50, 0), (0, 100), (100, 50)] {
         hold(&mut calibration, &mut now_s, 0, from, to);
     }
-    assert_eq!(calibration.step(), Step::Accelerator);
+    assert_eq!(calibration.step(), CalibrationStep::Accelerator);
     (calibration, now_s)
 }
 
@@ -163,23 +163,23 @@ fn turned() -> (Calibration, f64) {
 fn neither_the_wheel_is_a_pedal_nor_a_pedal_two() {
     let (mut calibration, mut now_s) = turned();
     hold(&mut calibration, &mut now_s, 0, 50, 95);
-    assert_eq!(calibration.step(), Step::Accelerator, "the wheel has its task");
+    assert_eq!(calibration.step(), CalibrationStep::Accelerator, "the wheel has its task");
     hold(&mut calibration, &mut now_s, 0, 95, 50);
     hold(&mut calibration, &mut now_s, 1, 0, 80);
-    assert_eq!(calibration.step(), Step::AcceleratorUp);
+    assert_eq!(calibration.step(), CalibrationStep::AcceleratorUp);
     // Up is below 0.15 of the way to the floor.
     hold(&mut calibration, &mut now_s, 1, 80, 12);
-    assert_eq!(calibration.step(), Step::AcceleratorUp);
+    assert_eq!(calibration.step(), CalibrationStep::AcceleratorUp);
     hold(&mut calibration, &mut now_s, 1, 12, 11);
-    assert_eq!(calibration.step(), Step::Brake);
+    assert_eq!(calibration.step(), CalibrationStep::Brake);
     hold(&mut calibration, &mut now_s, 1, 11, 80);
     hold(&mut calibration, &mut now_s, 0, 50, 5);
-    assert_eq!(calibration.step(), Step::Brake, "the accelerator again is no brake");
+    assert_eq!(calibration.step(), CalibrationStep::Brake, "the accelerator again is no brake");
 }
 
 #[test]
 fn a_pedal_that_rests_high_and_was_pressed_a_little_is_up_near_its_rest() {
-    let device = Device { values: [(0, 50), (1, 100), (2, 100)].into(), ..coarse() };
+    let device = UnprofiledDevice { values: [(0, 50), (1, 100), (2, 100)].into(), ..coarse() };
     let (mut calibration, mut now_s) = (Calibration::new(device, 0.0).unwrap(), REST_S);
     calibration.time(now_s);
     for (code, from, to) in [(0, 50, 0), (0, 0, 100), (0, 100, 50), (1, 100, 60)] {
@@ -187,18 +187,18 @@ fn a_pedal_that_rests_high_and_was_pressed_a_little_is_up_near_its_rest() {
     }
     // 0.15 of the 40 counts that it was pressed by are 6.
     hold(&mut calibration, &mut now_s, 1, 60, 93);
-    assert_eq!(calibration.step(), Step::AcceleratorUp);
+    assert_eq!(calibration.step(), CalibrationStep::AcceleratorUp);
     hold(&mut calibration, &mut now_s, 1, 93, 95);
-    assert_eq!(calibration.step(), Step::Brake);
+    assert_eq!(calibration.step(), CalibrationStep::Brake);
 }
 
 #[test]
 fn a_quarter_of_the_range_is_an_answer_and_less_is_none() {
     let (mut calibration, mut now_s) = turned();
     hold(&mut calibration, &mut now_s, 1, 0, 24);
-    assert_eq!(calibration.step(), Step::Accelerator);
+    assert_eq!(calibration.step(), CalibrationStep::Accelerator);
     hold(&mut calibration, &mut now_s, 1, 24, 25);
-    assert_eq!(calibration.step(), Step::AcceleratorUp);
+    assert_eq!(calibration.step(), CalibrationStep::AcceleratorUp);
 }
 
 #[test]
@@ -208,13 +208,13 @@ fn the_right_is_on_the_other_side_of_the_left_and_straight_near_their_middle() {
         let (mut calibration, mut now_s) = (Calibration::new(coarse(), 0.0).unwrap(), REST_S);
         calibration.time(now_s);
         let steps = [
-            (50, 90, Step::Right),
-            (90, 100, Step::Right),
-            (100, 26, Step::Right),
+            (50, 90, CalibrationStep::Right),
+            (90, 100, CalibrationStep::Right),
+            (100, 26, CalibrationStep::Right),
             // It stood at 26, and a count is no move: taken at 25, the first that is far enough.
-            (26, 20, Step::Straight),
-            (20, outside, Step::Straight),
-            (outside, inside, Step::Accelerator),
+            (26, 20, CalibrationStep::Straight),
+            (20, outside, CalibrationStep::Straight),
+            (outside, inside, CalibrationStep::Accelerator),
         ];
         for (from, to, after) in steps {
             hold(&mut calibration, &mut now_s, 0, from, to);
@@ -257,7 +257,7 @@ fn bars_show_the_way_from_rest_and_of_the_wheel_the_way_from_its_lower_end() {
 
 #[test]
 fn noise_at_rest_is_the_dead_zone_of_wheel_and_pedals() {
-    let device = Device {
+    let device = UnprofiledDevice {
         axes: [(0, [0, 10_000]), (1, [0, 1000]), (2, [0, 1000])].into(),
         values: [(0, 5000), (1, 1000), (2, 0)].into(),
         ..coarse()
@@ -268,7 +268,7 @@ fn noise_at_rest_is_the_dead_zone_of_wheel_and_pedals() {
     }
     let mut now_s = 3.5;
     calibration.time(now_s);
-    assert_eq!(calibration.step(), Step::Left);
+    assert_eq!(calibration.step(), CalibrationStep::Left);
     for (code, from, to) in
         [(0, 5000, 0), (0, 0, 10_000), (0, 10_000, 5000), (1, 1000, 200), (1, 200, 1000), (2, 0, 1000), (2, 1000, 0)]
     {

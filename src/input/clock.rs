@@ -5,13 +5,13 @@ use std::time::Duration;
 
 /// A moment on the system's monotonic clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Stamp(pub Duration);
+pub struct TimeStamp(pub Duration);
 
 /// An input older than this was not meant for this moment: it is no latency, but a device that replays or a broken
 /// clock.
 const PLAUSIBLE: Duration = Duration::from_secs(1);
 
-impl Stamp {
+impl TimeStamp {
     /// Now.
     pub fn now() -> Self {
         Self(monotonic())
@@ -50,21 +50,24 @@ mod tests {
 
     #[test]
     fn time_goes_on_and_never_back() {
-        let before = Stamp::now();
+        let before = TimeStamp::now();
         std::thread::sleep(Duration::from_millis(20));
-        let after = Stamp::now();
+        let after = TimeStamp::now();
         assert!(before.until(after) >= Duration::from_millis(20) && before.0 > Duration::ZERO);
         assert_eq!(after.until(before), Duration::ZERO);
     }
 
     #[test]
     fn only_an_event_of_the_last_second_has_an_age() {
-        let now = Stamp(Duration::from_secs(100));
-        assert_eq!(Stamp::plausible(Duration::from_millis(99_990), now).unwrap().until(now), Duration::from_millis(10));
-        assert_eq!(Stamp::plausible(Duration::from_millis(100), now), None, "a replayed event from 1970");
-        assert_eq!(Stamp::plausible(Duration::from_secs(101), now), None, "an event from the future");
+        let now = TimeStamp(Duration::from_secs(100));
+        assert_eq!(
+            TimeStamp::plausible(Duration::from_millis(99_990), now).unwrap().until(now),
+            Duration::from_millis(10)
+        );
+        assert_eq!(TimeStamp::plausible(Duration::from_millis(100), now), None, "a replayed event from 1970");
+        assert_eq!(TimeStamp::plausible(Duration::from_secs(101), now), None, "an event from the future");
         let second = Duration::from_secs(99);
-        assert_eq!(Stamp::plausible(second, now), Some(Stamp(second)), "a second ago at the most");
-        assert_eq!(Stamp::plausible(second - Duration::from_nanos(1), now), None);
+        assert_eq!(TimeStamp::plausible(second, now), Some(TimeStamp(second)), "a second ago at the most");
+        assert_eq!(TimeStamp::plausible(second - Duration::from_nanos(1), now), None);
     }
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::{
     controls::{Controls, STEERING_LOCK_RAD},
-    ego::{CarParams, Ego, Everywhere},
+    ego::{CarParams, EgoCar, UniformGround},
     rng,
     space::Pose,
 };
@@ -269,7 +269,7 @@ const COUNTS_PER_RAD: f64 = 65_536.0 / (5.0 * std::f64::consts::PI);
 /// A wheel of iron let go at `from_rad`, in a car at `speed_mps`: its angle every millisecond. The loop speaks 60 times a
 /// second, the force comes 6 ms late, the sensor has counts.
 fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
-    let mut car = Ego::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap();
+    let mut car = EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap();
     let mut model = model();
     let (mut angle, mut rate) = (from_rad, 0.0_f64);
     let (mut feel, mut torque_nm, mut next_nm) = (ForceInput::default(), 0.0, 0.0);
@@ -283,7 +283,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
             let brake = if speed_mps == 0.0 { 1.0 } else { 0.0 };
             let throttle = if speed_mps == 0.0 { 0.0 } else { throttle };
             let controls = Controls { steering_wheel_rad: angle as f32, throttle, brake, ..Controls::default() };
-            car.tick(&controls, &Everywhere::default(), &[]);
+            car.tick(&controls, &UniformGround::default(), &[]);
         }
         if ms % 17 == 0 {
             let state = car.state();

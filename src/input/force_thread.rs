@@ -4,9 +4,9 @@
 //! (tested in a real kernel by `scripts/wheel-vm`).
 
 use super::{
-    clock::Stamp,
+    clock::TimeStamp,
     force::{ForceInput, ForceModel},
-    profile::Profile,
+    profile::WheelProfile,
 };
 use crate::controls::{STEERING_LOCK_RAD, STEERING_RATIO};
 use std::{
@@ -39,9 +39,9 @@ pub trait ForceDevice: Send {
 
 /// An angle that one thread writes and another reads.
 #[derive(Debug, Default)]
-pub struct Angle(AtomicU64);
+pub struct SharedAngle(AtomicU64);
 
-impl Angle {
+impl SharedAngle {
     /// Radians, positive to the left.
     pub fn set(&self, rad: f64) {
         self.0.store(rad.to_bits(), Ordering::Relaxed);
@@ -55,15 +55,15 @@ impl Angle {
 
 /// What the loop last said, and when.
 #[derive(Debug, Default)]
-struct Said {
-    feel: Mutex<(ForceInput, Stamp)>,
-    torque: Angle,
+struct LoggedMessage {
+    feel: Mutex<(ForceInput, TimeStamp)>,
+    torque: SharedAngle,
     stop: AtomicBool,
 }
 
 /// The running thread; it ends with this.
 pub struct ForceThread {
-    said: Arc<Said>,
+    said: Arc<LoggedMessage>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -73,12 +73,12 @@ pub struct ForceLoop {
     model: ForceModel,
     left_is_low: bool,
     sent: Option<i16>,
-    last: Option<Stamp>,
+    last: Option<TimeStamp>,
 }
 
 impl ForceLoop {
     /// For this wheel; nothing is sent yet.
-    pub fn new(device: Box<dyn ForceDevice>, profile: &Profile) -> Self {
+    pub fn new(device: Box<dyn ForceDevice>, profile: &WheelProfile) -> Self {
         let lock_rad = f64::from(STEERING_LOCK_RAD) * profile.steering.ratio / f64::from(STEERING_RATIO);
         let end_rad = (profile.steering.range_deg / 2.0).to_radians().min(lock_rad);
         let model = ForceModel::new(&profile.force, end_rad);
@@ -90,7 +90,7 @@ impl ForceLoop {
     ///
     /// # Errors
     /// The device is gone or refuses.
-    pub fn turn(&mut self, now: Stamp, wheel_rad: f64, feel: &ForceInput, said: Stamp) -> io::Result<f64> {
+    pub fn turn(&mut self, now: TimeStamp, wheel_rad: f64, feel: &ForceInput, said: TimeStamp) -> io::Result<f64> {
         self.device.turned();
         let dt_s = self.last.map_or(PERIOD, |last| last.until(now)).as_secs_f64().clamp(1e-4, 0.05);
         self.last = Some(now);
@@ -115,15 +115,15 @@ impl ForceThread {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(mut force: ForceLoop, angle: Arc<Angle>) -> io::Result<Self> {
-        let said = Arc::new(Said::default());
+    pub fn start(mut force: ForceLoop, angle: Arc<SharedAngle>) -> io::Result<Self> {
+        let said = Arc::new(LoggedMessage::default());
         let shared = Arc::clone(&said);
         let thread = std::thread::Builder::new().name("force".into()).spawn(move || {
             hurry();
-            let mut next = Stamp::now();
+            let mut next = TimeStamp::now();
             while !shared.stop.load(Ordering::Relaxed) {
                 let (feel, at) = *shared.feel.lock().unwrap_or_else(PoisonError::into_inner);
-                match force.turn(Stamp::now(), angle.get(), &feel, at) {
+                match force.turn(TimeStamp::now(), angle.get(), &feel, at) {
                     Ok(torque_nm) => shared.torque.set(torque_nm),
                     Err(error) => {
                         // ENODEV is the unplugged wheel, which the reading thread tells.
@@ -131,7 +131,7 @@ impl ForceThread {
                         break;
                     }
                 }
-                let now = Stamp::now();
+                let now = TimeStamp::now();
                 next = turn_after(next, now);
                 std::thread::sleep(now.until(next));
             }
@@ -141,8 +141,8 @@ impl ForceThread {
     }
 
     /// What the car feels now.
-    pub fn tell(&self, feel: ForceInput) {
-        *self.said.feel.lock().unwrap_or_else(PoisonError::into_inner) = (feel, Stamp::now());
+    pub fn set_input(&self, feel: ForceInput) {
+        *self.said.feel.lock().unwrap_or_else(PoisonError::into_inner) = (feel, TimeStamp::now());
     }
 
     /// The torque that was last sent, N m, positive to the left.
@@ -153,7 +153,7 @@ impl ForceThread {
 
 /// The first moment after `now` of those that lie whole periods after `planned`: a turn that came too late is not made up for
 /// by one right after it.
-fn turn_after(planned: Stamp, now: Stamp) -> Stamp {
+fn turn_after(planned: TimeStamp, now: TimeStamp) -> TimeStamp {
     let mut next = planned;
     while next <= now {
         next.0 += PERIOD;
@@ -215,7 +215,8 @@ mod tests {
             (6_000, 7_500, 12_000),
             (6_000, 50_000, 54_000),
         ] {
-            let [planned, now, expected] = [planned_us, now_us, expected_us].map(|us| Stamp(Duration::from_micros(us)));
+            let [planned, now, expected] =
+                [planned_us, now_us, expected_us].map(|us| TimeStamp(Duration::from_micros(us)));
             assert_eq!(turn_after(planned, now), expected, "planned for {planned_us} us, asked at {now_us} us");
         }
     }

@@ -1,14 +1,14 @@
-//! Wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: the reader's [`Port`], and a
+//! Wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: the reader's [`WheelPort`], and a
 //! [`ForceDevice`]. Devices are recognised by sysfs, so that keyboards and mice are never opened; events carry the
 //! kernel's monotonic time.
 
 use super::{
-    clock::Stamp,
-    force_thread::{Angle, ForceDevice},
+    clock::TimeStamp,
+    force_thread::{ForceDevice, SharedAngle},
     lamps::Lamps,
-    profile::{ForceBackend, Profile},
-    profiles::{self, Device, Kind},
-    reader::Port,
+    profile::{ForceBackend, WheelProfile},
+    profiles::{self, DeviceKind, UnprofiledDevice},
+    reader::WheelPort,
     sdl_force::SdlForce,
     wheel::{FoundWheel, WheelMessage},
 };
@@ -41,7 +41,7 @@ const TO_GREATER: u16 = 0xC000;
 
 /// An input device as sysfs tells it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Node {
+pub struct DeviceNode {
     /// Its file.
     pub path: PathBuf,
     /// Its name.
@@ -49,18 +49,18 @@ pub struct Node {
     /// Vendor and product.
     pub id: (u16, u16),
     /// Whether it is a wheel.
-    pub kind: Kind,
+    pub kind: DeviceKind,
 }
 
 /// All event devices that are wheels, usable or not, in the order of their numbers.
-pub fn wheels() -> Vec<Node> {
+pub fn wheels() -> Vec<DeviceNode> {
     wheels_in(Path::new("/sys"))
 }
 
-fn wheels_in(sys: &Path) -> Vec<Node> {
+fn wheels_in(sys: &Path) -> Vec<DeviceNode> {
     let Ok(entries) = fs::read_dir(sys.join("class/input")) else { return Vec::new() };
     let number = |name: &str| name.strip_prefix("event")?.parse::<u32>().ok();
-    let mut found: Vec<(u32, Node)> = entries
+    let mut found: Vec<(u32, DeviceNode)> = entries
         .flatten()
         .filter_map(|entry| {
             let file = entry.file_name().into_string().ok()?;
@@ -71,7 +71,8 @@ fn wheels_in(sys: &Path) -> Vec<Node> {
             let hex = |what: &str| u16::from_str_radix(&text(what)?, 16).ok();
             let id = (hex("id/vendor").unwrap_or(0), hex("id/product").unwrap_or(0));
             let kind = profiles::kind(id.0, id.1, &name);
-            (kind != Kind::Other).then(|| (number, Node { path: Path::new("/dev/input").join(&file), name, id, kind }))
+            (kind != DeviceKind::Other)
+                .then(|| (number, DeviceNode { path: Path::new("/dev/input").join(&file), name, id, kind }))
         })
         .collect();
     found.sort_by_key(|(number, _)| *number);
@@ -83,19 +84,19 @@ pub struct OpenWheel {
     device: RawDevice,
     /// Whether the kernel stamps events with the monotonic clock.
     monotonic: bool,
-    heard: Heard,
+    heard: WheelEvents,
 }
 
 /// What a wheel's events come to, whatever file they are read from.
 #[derive(Default)]
-struct Heard {
+struct WheelEvents {
     /// Buttons that are down, as far as was told.
     down: BTreeSet<u16>,
     /// True from an overflow of the kernel's queue to the end of its packet.
     dropped: bool,
     /// Axis, and from raw to angle.
-    profile: Option<Profile>,
-    angle: Arc<Angle>,
+    profile: Option<WheelProfile>,
+    angle: Arc<SharedAngle>,
 }
 
 impl OpenWheel {
@@ -103,17 +104,17 @@ impl OpenWheel {
     ///
     /// # Errors
     /// It cannot be opened or asked.
-    pub fn open(node: &Node) -> io::Result<(Self, Device)> {
+    pub fn open(node: &DeviceNode) -> io::Result<(Self, UnprofiledDevice)> {
         let device = RawDevice::open(&node.path)?;
         let clock = nix::time::ClockId::CLOCK_MONOTONIC.as_raw();
         // SAFETY: the file is open and the kernel reads one int.
         let monotonic = unsafe { set_clock(device.as_fd().as_raw_fd(), &raw const clock) }.is_ok();
-        let mut known = Device { name: node.name.clone(), id: node.id, ..Device::default() };
+        let mut known = UnprofiledDevice { name: node.name.clone(), id: node.id, ..UnprofiledDevice::default() };
         for (code, info) in device.get_absinfo()? {
             known.axes.insert(code.0, [info.minimum(), info.maximum()]);
             known.values.insert(code.0, info.value());
         }
-        let heard = Heard { down: buttons(&device)?, ..Heard::default() };
+        let heard = WheelEvents { down: buttons(&device)?, ..WheelEvents::default() };
         Ok((Self { device, monotonic, heard }, known))
     }
 
@@ -132,7 +133,7 @@ impl OpenWheel {
         if gone(polled[0].revents().unwrap_or(PollFlags::empty())) {
             return Err(io::ErrorKind::NotConnected.into());
         }
-        let now = Stamp::now();
+        let now = TimeStamp::now();
         let real = (!self.monotonic).then(now_real);
         let events: Vec<InputEvent> = self.device.fetch_events()?.collect();
         if events.is_empty() {
@@ -154,9 +155,9 @@ fn gone(state: PollFlags) -> bool {
     !state.contains(PollFlags::POLLIN) && state.intersects(PollFlags::POLLERR | PollFlags::POLLHUP)
 }
 
-impl Heard {
+impl WheelEvents {
     /// Adds what an event comes to. True if events before it were lost, and the device's state is to be asked for.
-    fn hear(&mut self, event: &InputEvent, at: Option<Stamp>, told: &mut Vec<WheelMessage>) -> bool {
+    fn hear(&mut self, event: &InputEvent, at: Option<TimeStamp>, told: &mut Vec<WheelMessage>) -> bool {
         match (event.event_type(), event.code()) {
             (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
             (EventType::SYNCHRONIZATION, SYN_REPORT) => return std::mem::take(&mut self.dropped),
@@ -174,7 +175,7 @@ impl Heard {
         &mut self,
         axes: Vec<(u16, i32)>,
         down: &BTreeSet<u16>,
-        at: Option<Stamp>,
+        at: Option<TimeStamp>,
         told: &mut Vec<WheelMessage>,
     ) {
         axes.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
@@ -182,7 +183,7 @@ impl Heard {
         changed.into_iter().for_each(|code| self.pressed(code, down.contains(&code), at, told));
     }
 
-    fn pressed(&mut self, code: u16, down: bool, at: Option<Stamp>, told: &mut Vec<WheelMessage>) {
+    fn pressed(&mut self, code: u16, down: bool, at: Option<TimeStamp>, told: &mut Vec<WheelMessage>) {
         if down {
             self.down.insert(code);
         } else {
@@ -191,7 +192,7 @@ impl Heard {
         told.push(WheelMessage::Button { code, down, at });
     }
 
-    fn moved(&self, code: u16, raw: i32, at: Option<Stamp>, told: &mut Vec<WheelMessage>) {
+    fn moved(&self, code: u16, raw: i32, at: Option<TimeStamp>, told: &mut Vec<WheelMessage>) {
         if let Some(steering) = self.profile.as_ref().map(|p| &p.steering).filter(|s| s.axis == code) {
             self.angle.set(steering.wheel_rad(raw));
         }
@@ -206,11 +207,11 @@ fn buttons(device: &RawDevice) -> io::Result<BTreeSet<u16>> {
 
 /// The kernel's time of an event on the monotonic clock. Where the kernel keeps to the clock of the day (`real` is its
 /// time now), the age is the same on both.
-fn stamp(event: SystemTime, now: Stamp, real: Option<Duration>) -> Option<Stamp> {
+fn stamp(event: SystemTime, now: TimeStamp, real: Option<Duration>) -> Option<TimeStamp> {
     let event = event.duration_since(UNIX_EPOCH).ok()?;
     match real {
-        None => Stamp::plausible(event, now),
-        Some(real) => Stamp::plausible(now.0.checked_sub(real.checked_sub(event)?)?, now),
+        None => TimeStamp::plausible(event, now),
+        Some(real) => TimeStamp::plausible(now.0.checked_sub(real.checked_sub(event)?)?, now),
     }
 }
 
@@ -220,19 +221,19 @@ fn now_real() -> Duration {
 
 /// The wheels of this machine.
 pub struct EvdevPort {
-    asked: Option<Profile>,
+    asked: Option<WheelProfile>,
     /// Devices at the last look that came to nothing: looked at again only when they change, or could not be opened.
-    seen: Option<Vec<Node>>,
+    seen: Option<Vec<DeviceNode>>,
 }
 
 impl EvdevPort {
     /// All wheels; `asked` is the profile that a person named.
-    pub fn new(asked: Option<Profile>) -> Self {
+    pub fn new(asked: Option<WheelProfile>) -> Self {
         Self { asked, seen: None }
     }
 }
 
-impl Port for EvdevPort {
+impl WheelPort for EvdevPort {
     type Wheel = OpenWheel;
 
     fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, OpenWheel)> {
@@ -241,9 +242,9 @@ impl Port for EvdevPort {
             return None;
         }
         let mut again = false;
-        let usable: Vec<&Node> = nodes.iter().filter(|node| node.kind == Kind::Wheel).collect();
+        let usable: Vec<&DeviceNode> = nodes.iter().filter(|node| node.kind == DeviceKind::Wheel).collect();
         for node in &nodes {
-            if let Kind::Unfit(text) = node.kind {
+            if let DeviceKind::Unfit(text) = node.kind {
                 say(text.to_owned());
             }
         }
@@ -286,7 +287,7 @@ impl Port for EvdevPort {
         None
     }
 
-    fn prefer(&mut self, profile: Profile) {
+    fn prefer(&mut self, profile: WheelProfile) {
         self.asked = Some(profile);
         self.seen = None;
     }
@@ -297,7 +298,7 @@ impl Port for EvdevPort {
 }
 
 /// What takes this wheel's force, `None` if the profile wants none.
-fn force(node: &Node, profile: &Profile) -> Result<Option<Box<dyn ForceDevice>>, String> {
+fn force(node: &DeviceNode, profile: &WheelProfile) -> Result<Option<Box<dyn ForceDevice>>, String> {
     let settings = &profile.force;
     if settings.strength == 0.0 {
         return Ok(None);
@@ -309,7 +310,7 @@ fn force(node: &Node, profile: &Profile) -> Result<Option<Box<dyn ForceDevice>>,
 }
 
 /// Why a wheel cannot be opened, with the remedy.
-pub fn trouble(node: &Node, error: &io::Error) -> String {
+pub fn trouble(node: &DeviceNode, error: &io::Error) -> String {
     let (path, name) = (node.path.display(), &node.name);
     if error.kind() == io::ErrorKind::PermissionDenied {
         return format!(
@@ -337,7 +338,7 @@ pub struct Capabilities {
 ///
 /// # Errors
 /// It cannot be opened.
-pub fn capabilities(node: &Node) -> io::Result<Capabilities> {
+pub fn capabilities(node: &DeviceNode) -> io::Result<Capabilities> {
     Ok(capabilities_of(&RawDevice::open(&node.path)?))
 }
 
@@ -367,7 +368,7 @@ struct EvdevForce {
 
 impl EvdevForce {
     /// Opens it, switches its own centring off and uploads the effect at level 0.
-    fn open(node: &Node, autocentre_after: f64) -> Result<Self, String> {
+    fn open(node: &DeviceNode, autocentre_after: f64) -> Result<Self, String> {
         let refuse = |what: &str| {
             format!(
                 "{} gives no force ({what}); the drive goes on without\n  remedy: codrive doctor tells more",

@@ -9,11 +9,11 @@ const KEY: u16 = 1;
 const ABS: u16 = 3;
 const HORN: u16 = 289;
 
-fn node(path: &str) -> Node {
-    Node { path: path.into(), name: "Logitech G29".into(), id: G29, kind: Kind::Wheel }
+fn node(path: &str) -> DeviceNode {
+    DeviceNode { path: path.into(), name: "Logitech G29".into(), id: G29, kind: DeviceKind::Wheel }
 }
 
-fn g29() -> Profile {
+fn g29() -> WheelProfile {
     profiles::named("g29").unwrap()
 }
 
@@ -34,7 +34,7 @@ fn plain(told: Vec<WheelMessage>) -> Vec<Heads> {
 }
 
 /// What these events come to, and how often the device's state was to be asked for.
-fn hear(heard: &mut Heard, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
+fn hear(heard: &mut WheelEvents, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
     let mut told = Vec::new();
     let hear =
         |(kind, code, value): &(u16, u16, i32)| heard.hear(&InputEvent::new(*kind, *code, *value), None, &mut told);
@@ -44,7 +44,7 @@ fn hear(heard: &mut Heard, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
 
 #[test]
 fn axes_and_buttons_are_told_and_a_button_that_the_kernel_repeats_is_not() {
-    let mut heard = Heard::default();
+    let mut heard = WheelEvents::default();
     let events =
         [(ABS, 2, 100), (KEY, HORN, 1), (SYN, 0, 0), (KEY, HORN, 2), (SYN, 0, 1), (KEY, HORN, 0), (4, 4, 589_825)];
     let (told, asked) = hear(&mut heard, &events);
@@ -54,7 +54,7 @@ fn axes_and_buttons_are_told_and_a_button_that_the_kernel_repeats_is_not() {
 
 #[test]
 fn what_stands_between_an_overflow_and_its_report_is_thrown_away_and_the_state_asked_for_once() {
-    let mut heard = Heard::default();
+    let mut heard = WheelEvents::default();
     let events = [(ABS, 2, 100), (SYN, 3, 0), (ABS, 2, 7), (KEY, HORN, 1), (SYN, 0, 0), (ABS, 2, 90), (SYN, 0, 0)];
     let (told, asked) = hear(&mut heard, &events);
     assert_eq!((told, asked), (vec![Heads::Axis(2, 100), Heads::Axis(2, 90)], 1));
@@ -62,7 +62,7 @@ fn what_stands_between_an_overflow_and_its_report_is_thrown_away_and_the_state_a
 
 #[test]
 fn after_lost_events_the_state_is_told_with_the_buttons_that_went_down_or_came_up_unheard() {
-    let mut heard = Heard::default();
+    let mut heard = WheelEvents::default();
     hear(&mut heard, &[(KEY, HORN, 1), (KEY, 292, 1), (KEY, 296, 1), (KEY, 296, 0)]);
     let mut told = Vec::new();
     heard.catch_up(vec![(0, 40_000), (5, 30)], &[292, 297].into(), None, &mut told);
@@ -75,7 +75,7 @@ fn after_lost_events_the_state_is_told_with_the_buttons_that_went_down_or_came_u
 
 #[test]
 fn the_angle_follows_the_steering_axis_alone() {
-    let mut heard = Heard { profile: Some(g29()), ..Heard::default() };
+    let mut heard = WheelEvents { profile: Some(g29()), ..WheelEvents::default() };
     hear(&mut heard, &[(ABS, 0, 0)]);
     // Full left of 900 degrees from end to end.
     assert_eq!(heard.angle.get(), 450.0_f64.to_radians());
@@ -94,13 +94,13 @@ fn a_device_is_gone_when_it_hangs_up_or_fails_with_nothing_left_to_read() {
 
 #[test]
 fn an_event_of_either_clock_has_its_age() {
-    let now = Stamp(Duration::from_millis(50_000));
+    let now = TimeStamp(Duration::from_millis(50_000));
     let at = |ms| UNIX_EPOCH + Duration::from_millis(ms);
-    assert_eq!(stamp(at(49_990), now, None), Some(Stamp(Duration::from_millis(49_990))));
+    assert_eq!(stamp(at(49_990), now, None), Some(TimeStamp(Duration::from_millis(49_990))));
     assert_eq!(stamp(at(1_700_000_000_000), now, None), None, "a time of the day on the monotonic clock");
     // By the clock of the day it came 30 ms ago, so 30 ms ago on the other, too.
     let day = Some(Duration::from_millis(1_700_000_000_030));
-    assert_eq!(stamp(at(1_700_000_000_000), now, day), Some(Stamp(Duration::from_millis(49_970))));
+    assert_eq!(stamp(at(1_700_000_000_000), now, day), Some(TimeStamp(Duration::from_millis(49_970))));
     assert_eq!(stamp(at(1_700_000_000_031), now, day), None, "later than now");
     // What the kernel writes beside a new file is the clock of the day.
     let written = tempfile::tempfile().unwrap().metadata().unwrap().modified().unwrap();
@@ -127,11 +127,11 @@ fn wheels_of_sysfs_come_in_the_order_of_their_numbers_without_what_is_none() {
     plug("js0", "Logitech G29", Some(("046d", "c24f")));
     plug("mouse0", "Logitech G29", Some(("046d", "c24f")));
     let found = wheels_in(sys.path());
-    let unnamed = Node { name: "Some Racing Wheel".into(), id: (0, 0), ..node("/dev/input/event2") };
+    let unnamed = DeviceNode { name: "Some Racing Wheel".into(), id: (0, 0), ..node("/dev/input/event2") };
     assert_eq!(found.len(), 3, "{found:?}");
     assert_eq!((&found[0], &found[2]), (&unnamed, &node("/dev/input/event10")));
     assert_eq!(found[1].id, (0x046d, 0xc260));
-    assert!(matches!(found[1].kind, Kind::Unfit(text) if text.contains("PS3")), "at the switch's other end");
+    assert!(matches!(found[1].kind, DeviceKind::Unfit(text) if text.contains("PS3")), "at the switch's other end");
     assert_eq!(wheels_in(&sys.path().join("nothing")), []);
 }
 
@@ -153,7 +153,7 @@ fn a_profile_without_strength_takes_no_force_and_one_with_it_says_why_there_is_n
     profile.force.strength = 0.0;
     assert!(matches!(force(&nowhere, &profile), Ok(None)));
     profile.force.strength = 0.3;
-    let told = |profile: &Profile| force(&nowhere, profile).err().expect("there is no such device");
+    let told = |profile: &WheelProfile| force(&nowhere, profile).err().expect("there is no such device");
     let text = told(&profile);
     assert!(text.starts_with("Logitech G29 gives no force (No such file"), "{text}");
     assert!(text.contains("the drive goes on without\n  remedy: codrive doctor"), "{text}");
@@ -175,7 +175,7 @@ fn an_effect_lies_along_the_wheel_and_has_no_end() {
 #[test]
 fn a_profile_that_was_learnt_is_taken_at_the_next_look() {
     let mut port = EvdevPort { asked: None, seen: Some(Vec::new()) };
-    let learnt = Profile { name: "Rig 1".into(), ..g29() };
+    let learnt = WheelProfile { name: "Rig 1".into(), ..g29() };
     port.prefer(learnt.clone());
     assert_eq!((port.asked, port.seen), (Some(learnt), None));
 }

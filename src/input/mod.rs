@@ -19,13 +19,13 @@ mod rig;
 pub mod sdl_force;
 pub mod wheel;
 
-pub use clock::Stamp;
+pub use clock::TimeStamp;
 pub use force::ForceInput;
 pub use keyboard::{DriveKey, Keyboard};
 pub use lamps::AdviceState;
 pub use other::{WheelAxis, known_wheel};
 pub use pads::Pads;
-pub use profile::{Action, Profile};
+pub use profile::{ButtonAction, WheelProfile};
 pub use rig::{Rig, RigEvent};
 
 use crate::controls::{Controls, LaneHint};
@@ -36,12 +36,12 @@ pub struct Devices {
     pub keyboard: Keyboard,
     pads: Pads,
     rig: Rig,
-    source: Source,
+    source: ControlSource,
 }
 
 /// Who drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum ControlSource {
     /// The keyboard.
     Keyboard,
     /// A pad, or a wheel on a system without evdev.
@@ -57,7 +57,7 @@ impl Devices {
     }
 
     /// The same with the profile that a person named for the wheel.
-    pub fn open_with(profile: Option<Profile>) -> Self {
+    pub fn open_with(profile: Option<WheelProfile>) -> Self {
         let pads = Pads::open(profile.as_ref());
         Self::with(pads, Rig::open(profile))
     }
@@ -68,21 +68,21 @@ impl Devices {
     }
 
     fn with(pads: Pads, rig: Rig) -> Self {
-        Self { keyboard: Keyboard::default(), pads, rig, source: Source::Keyboard }
+        Self { keyboard: Keyboard::default(), pads, rig, source: ControlSource::Keyboard }
     }
 
     /// Reads what happened since the last call; once a frame.
     pub fn poll(&mut self) -> Vec<RigEvent> {
         if self.pads.poll() {
-            self.source = Source::Pad;
+            self.source = ControlSource::Pad;
         }
         let (touched, mut news) = self.rig.poll();
         news.extend(self.pads.take_troubles().into_iter().map(RigEvent::Trouble));
         if touched || news.iter().any(|news| matches!(news, RigEvent::Connected(_))) {
-            self.source = Source::Wheel;
+            self.source = ControlSource::Wheel;
         }
         if self.keyboard.any_down() {
-            self.source = Source::Keyboard;
+            self.source = ControlSource::Keyboard;
         }
         news
     }
@@ -91,16 +91,16 @@ impl Devices {
     pub fn controls(&mut self, speed_mps: f64, hint: Option<LaneHint>) -> Controls {
         let typed = self.keyboard.tick(speed_mps, hint);
         match self.source {
-            Source::Keyboard => typed,
-            Source::Pad => self.pads.controls().unwrap_or(typed),
-            Source::Wheel => self.rig.controls(),
+            ControlSource::Keyboard => typed,
+            ControlSource::Pad => self.pads.controls().unwrap_or(typed),
+            ControlSource::Wheel => self.rig.controls(),
         }
     }
 
     /// Inputs of the force feedback from now on; at least ten times a second, or the force goes.
-    pub fn feel(&self, feel: ForceInput) {
-        self.rig.feel(feel);
-        self.pads.feel(feel);
+    pub fn set_force_input(&self, feel: ForceInput) {
+        self.rig.set_force_input(feel);
+        self.pads.set_force_input(feel);
     }
 
     /// The torque that was last sent to the wheel, N m, positive to the left; `None` where none is.
@@ -124,17 +124,17 @@ impl Devices {
     }
 
     /// When the newest input came that has not been asked for yet, where the device tells times.
-    pub fn newest_input(&mut self) -> Option<Stamp> {
+    pub fn newest_input(&mut self) -> Option<TimeStamp> {
         self.rig.newest_input()
     }
 
     /// The profile of the wheel that is plugged in.
-    pub fn wheel_profile(&self) -> Option<&Profile> {
+    pub fn wheel_profile(&self) -> Option<&WheelProfile> {
         self.rig.profile()
     }
 
     /// Which device was touched last.
-    pub fn source(&self) -> Source {
+    pub fn source(&self) -> ControlSource {
         self.source
     }
 
@@ -147,9 +147,9 @@ impl Devices {
     /// Who drives, as words.
     pub fn describe(&self) -> String {
         match self.source {
-            Source::Pad => self.pads.name().unwrap_or("pad unplugged").to_owned(),
-            Source::Keyboard => "keyboard".into(),
-            Source::Wheel => self.rig.describe(),
+            ControlSource::Pad => self.pads.name().unwrap_or("pad unplugged").to_owned(),
+            ControlSource::Keyboard => "keyboard".into(),
+            ControlSource::Wheel => self.rig.describe(),
         }
     }
 }

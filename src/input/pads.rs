@@ -4,10 +4,10 @@
 
 use super::{
     force::ForceInput,
-    force_thread::{Angle, ForceDevice, ForceLoop, ForceThread},
+    force_thread::{ForceDevice, ForceLoop, ForceThread, SharedAngle},
     other::{WheelAxis, WheelState, known_wheel},
-    profile::Profile,
-    profiles::{self, Kind},
+    profile::WheelProfile,
+    profiles::{self, DeviceKind},
     sdl_force::SdlForce,
 };
 use crate::controls::{Controls, STEERING_LOCK_RAD, Selector};
@@ -22,10 +22,10 @@ const STICK_LOCK: f32 = 0.5;
 /// All pads and wheels.
 pub struct Pads {
     gilrs: Option<Gilrs>,
-    devices: BTreeMap<usize, Device>,
+    devices: BTreeMap<usize, PadDevice>,
     active: Option<usize>,
     /// The profile that a person named; only its force matters here.
-    asked: Option<Profile>,
+    asked: Option<WheelProfile>,
     force: Option<WheelForce>,
     /// What a person has to know, each said once.
     troubles: Vec<String>,
@@ -37,15 +37,15 @@ struct WheelForce {
     /// Whose.
     key: usize,
     thread: ForceThread,
-    angle: Arc<Angle>,
+    angle: Arc<SharedAngle>,
 }
 
-struct Device {
+struct PadDevice {
     name: String,
-    kind: DeviceKind,
+    kind: PadDeviceKind,
 }
 
-enum DeviceKind {
+enum PadDeviceKind {
     Wheel { axes: &'static [(u32, WheelAxis)], state: WheelState },
     Pad(PadState),
 }
@@ -61,7 +61,7 @@ struct PadState {
 impl Pads {
     /// Opens gilrs; where it cannot be opened there are no pads, which is said once.
     /// `asked` is the profile that a person named for the wheel.
-    pub fn open(asked: Option<&Profile>) -> Self {
+    pub fn open(asked: Option<&WheelProfile>) -> Self {
         let asked = asked.cloned();
         if wheel_is_here() {
             // gilrs opens every joystick there is, and a wheel has one reader.
@@ -88,7 +88,7 @@ impl Pads {
             match event.event {
                 EventType::Connected => self.connect(event.id),
                 EventType::Disconnected => self.disconnect(key),
-                other => touched |= Moved::of(&other).is_some_and(|moved| self.touch(key, moved)),
+                other => touched |= PadEvent::of(&other).is_some_and(|moved| self.touch(key, moved)),
             }
         }
         if let Some((force, device)) = self.force.as_ref().and_then(|f| Some((f, self.devices.get(&f.key)?))) {
@@ -98,7 +98,7 @@ impl Pads {
     }
 
     /// A hand or foot moved something of this device. True if it is known.
-    fn touch(&mut self, key: usize, moved: Moved) -> bool {
+    fn touch(&mut self, key: usize, moved: PadEvent) -> bool {
         let Some(device) = self.devices.get_mut(&key) else { return false };
         device.take(moved);
         self.active = Some(key);
@@ -116,9 +116,9 @@ impl Pads {
     }
 
     /// Inputs of the force feedback.
-    pub fn feel(&self, feel: ForceInput) {
+    pub fn set_force_input(&self, feel: ForceInput) {
         if let Some(force) = &self.force {
-            force.thread.tell(feel);
+            force.thread.set_input(feel);
         }
     }
 
@@ -148,8 +148,8 @@ impl Pads {
         }
     }
 
-    fn push(&mut self, key: usize, device: Box<dyn ForceDevice>, profile: &Profile) {
-        let angle = Arc::new(Angle::default());
+    fn push(&mut self, key: usize, device: Box<dyn ForceDevice>, profile: &WheelProfile) {
+        let angle = Arc::new(SharedAngle::default());
         let thread = ForceThread::start(ForceLoop::new(device, profile), Arc::clone(&angle));
         let thread = thread.map_err(|e| log::warn!("no thread for the force: {e}")).ok();
         self.force = thread.map(|thread| WheelForce { key, thread, angle });
@@ -169,26 +169,26 @@ impl Pads {
         let Some(pad) = self.gilrs.as_ref().map(|g| g.gamepad(id)) else { return };
         let name = pad.name().to_owned();
         let ids = (pad.vendor_id().unwrap_or(0), pad.product_id().unwrap_or(0));
-        if cfg!(target_os = "linux") && profiles::kind(ids.0, ids.1, pad.os_name()) != Kind::Other {
+        if cfg!(target_os = "linux") && profiles::kind(ids.0, ids.1, pad.os_name()) != DeviceKind::Other {
             // Evdev has it: never two readers for one wheel.
             return;
         }
         let kind = match known_wheel(pad.vendor_id(), pad.product_id(), pad.os_name()) {
-            Some(axes) => DeviceKind::Wheel { axes, state: WheelState::default() },
-            None => DeviceKind::Pad(PadState::default()),
+            Some(axes) => PadDeviceKind::Wheel { axes, state: WheelState::default() },
+            None => PadDeviceKind::Pad(PadState::default()),
         };
-        let is_wheel = matches!(kind, DeviceKind::Wheel { .. });
+        let is_wheel = matches!(kind, PadDeviceKind::Wheel { .. });
         log::info!("found {name} ({})", if is_wheel { "wheel" } else { "pad" });
         if is_wheel {
             self.strengthen(usize::from(id), ids, &name);
         }
-        self.devices.insert(usize::from(id), Device { name, kind });
+        self.devices.insert(usize::from(id), PadDevice { name, kind });
     }
 }
 
 #[cfg(target_os = "linux")]
 fn wheel_is_here() -> bool {
-    super::linux::wheels().iter().any(|node| node.kind == Kind::Wheel)
+    super::linux::wheels().iter().any(|node| node.kind == DeviceKind::Wheel)
 }
 
 #[cfg(not(target_os = "linux"))]
@@ -198,13 +198,13 @@ fn wheel_is_here() -> bool {
 
 /// What a hand or foot moved: gilrs' events, whose codes nobody else can make, with the codes as numbers.
 #[derive(Clone, Copy, Debug)]
-enum Moved {
+enum PadEvent {
     Axis(Axis, f32, u32),
     Button(Button, f32),
     Press(Button, u32),
 }
 
-impl Moved {
+impl PadEvent {
     fn of(event: &EventType) -> Option<Self> {
         Some(match event {
             EventType::AxisChanged(axis, value, code) => Self::Axis(*axis, *value, code.into_u32()),
@@ -218,27 +218,27 @@ impl Moved {
 /// The G29's left paddle (docs/references.md: g29): 293, type 1 in the upper half.
 const LEFT_PADDLE: u32 = (1 << 16) + 293;
 
-impl Device {
-    fn take(&mut self, moved: Moved) {
+impl PadDevice {
+    fn take(&mut self, moved: PadEvent) {
         match (&mut self.kind, moved) {
-            (DeviceKind::Wheel { axes, state }, Moved::Axis(_, value, code)) => {
+            (PadDeviceKind::Wheel { axes, state }, PadEvent::Axis(_, value, code)) => {
                 if let Some((_, axis)) = axes.iter().find(|(raw, _)| *raw == code) {
                     state.moved(*axis, value);
                 }
             }
-            (DeviceKind::Wheel { state, .. }, Moved::Press(_, LEFT_PADDLE)) => state.toggle_reverse(),
-            (DeviceKind::Pad(state), Moved::Axis(Axis::LeftStickX, value, _)) => state.stick = value,
-            (DeviceKind::Pad(state), Moved::Button(Button::RightTrigger2, value)) => state.throttle = value,
-            (DeviceKind::Pad(state), Moved::Button(Button::LeftTrigger2, value)) => state.brake = value,
-            (DeviceKind::Pad(state), Moved::Press(Button::West, _)) => state.reverse = !state.reverse,
+            (PadDeviceKind::Wheel { state, .. }, PadEvent::Press(_, LEFT_PADDLE)) => state.toggle_reverse(),
+            (PadDeviceKind::Pad(state), PadEvent::Axis(Axis::LeftStickX, value, _)) => state.stick = value,
+            (PadDeviceKind::Pad(state), PadEvent::Button(Button::RightTrigger2, value)) => state.throttle = value,
+            (PadDeviceKind::Pad(state), PadEvent::Button(Button::LeftTrigger2, value)) => state.brake = value,
+            (PadDeviceKind::Pad(state), PadEvent::Press(Button::West, _)) => state.reverse = !state.reverse,
             _ => {}
         }
     }
 
     fn controls(&self) -> Controls {
         match &self.kind {
-            DeviceKind::Wheel { state, .. } => state.controls(),
-            DeviceKind::Pad(state) => state.controls(),
+            PadDeviceKind::Wheel { state, .. } => state.controls(),
+            PadDeviceKind::Pad(state) => state.controls(),
         }
     }
 }
@@ -271,25 +271,25 @@ mod tests {
     const KEY: u32 = 0x0001_0000;
     const ABS: u32 = 0x0003_0000;
 
-    fn plugged(key: usize, name: &str, kind: DeviceKind) -> Pads {
+    fn plugged(key: usize, name: &str, kind: PadDeviceKind) -> Pads {
         let mut pads = Pads::none();
-        pads.devices.insert(key, Device { name: name.into(), kind });
+        pads.devices.insert(key, PadDevice { name: name.into(), kind });
         pads
     }
 
     #[test]
     fn a_pad_drives_with_stick_triggers_and_its_west_button() {
-        let mut pads = plugged(3, "Pad", DeviceKind::Pad(PadState::default()));
+        let mut pads = plugged(3, "Pad", PadDeviceKind::Pad(PadState::default()));
         assert_eq!((pads.controls(), pads.name()), (None, None), "nobody has touched it");
-        assert!(!pads.touch(4, Moved::Press(Button::West, KEY)), "one that is not known");
+        assert!(!pads.touch(4, PadEvent::Press(Button::West, KEY)), "one that is not known");
         for moved in [
-            Moved::Axis(Axis::LeftStickX, 1.0, ABS),
-            Moved::Axis(Axis::LeftStickY, -1.0, ABS + 1),
-            Moved::Button(Button::RightTrigger2, 0.75),
-            Moved::Button(Button::LeftTrigger2, 0.25),
-            Moved::Button(Button::East, 1.0),
-            Moved::Press(Button::East, KEY),
-            Moved::Press(Button::West, KEY),
+            PadEvent::Axis(Axis::LeftStickX, 1.0, ABS),
+            PadEvent::Axis(Axis::LeftStickY, -1.0, ABS + 1),
+            PadEvent::Button(Button::RightTrigger2, 0.75),
+            PadEvent::Button(Button::LeftTrigger2, 0.25),
+            PadEvent::Button(Button::East, 1.0),
+            PadEvent::Press(Button::East, KEY),
+            PadEvent::Press(Button::West, KEY),
         ] {
             assert!(pads.touch(3, moved));
         }
@@ -297,7 +297,7 @@ mod tests {
         let steering_wheel_rad = -0.5 * STEERING_LOCK_RAD;
         let asked = Controls { throttle: 0.75, brake: 0.25, steering_wheel_rad, selector: Selector::Reverse };
         assert_eq!((pads.controls(), pads.name()), (Some(asked), Some("Pad")));
-        pads.touch(3, Moved::Press(Button::West, KEY));
+        pads.touch(3, PadEvent::Press(Button::West, KEY));
         assert_eq!(pads.controls().map(|c| c.selector), Some(Selector::Drive));
         pads.disconnect(4);
         assert!(pads.controls().is_some(), "that was another");
@@ -308,16 +308,16 @@ mod tests {
     #[test]
     fn a_wheel_of_another_system_drives_by_the_codes_of_its_axes_whatever_gilrs_calls_them() {
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
-        let mut pads = plugged(7, "G29", DeviceKind::Wheel { axes, state: WheelState::default() });
+        let mut pads = plugged(7, "G29", PadDeviceKind::Wheel { axes, state: WheelState::default() });
         for (code, value) in [(0, -1.0), (1, -1.0), (2, -1.0), (5, 1.0), (16, 1.0)] {
-            assert!(pads.touch(7, Moved::Axis(Axis::Unknown, value, ABS + code)));
+            assert!(pads.touch(7, PadEvent::Axis(Axis::Unknown, value, ABS + code)));
         }
         let asked = Controls { throttle: 1.0, steering_wheel_rad: STEERING_LOCK_RAD, ..Controls::default() };
         assert_eq!(pads.controls(), Some(asked), "full left and floored, the clutch is nothing");
         // docs/references.md: g29: 293 is the left paddle, 292 the right one.
-        pads.touch(7, Moved::Press(Button::West, KEY + 292));
+        pads.touch(7, PadEvent::Press(Button::West, KEY + 292));
         assert_eq!(pads.controls(), Some(asked));
-        pads.touch(7, Moved::Press(Button::Unknown, KEY + 293));
+        pads.touch(7, PadEvent::Press(Button::Unknown, KEY + 293));
         assert_eq!(pads.controls(), Some(Controls { selector: Selector::Reverse, ..asked }));
     }
 
@@ -350,13 +350,13 @@ mod tests {
     fn a_wheel_of_another_system_has_force_until_it_is_unplugged() {
         let (log, mut pads) = (Log::default(), Pads::none());
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
-        let kind = DeviceKind::Wheel { axes, state: WheelState::default() };
-        pads.devices.insert(7, Device { name: "G29".into(), kind });
+        let kind = PadDeviceKind::Wheel { axes, state: WheelState::default() };
+        pads.devices.insert(7, PadDevice { name: "G29".into(), kind });
         assert_eq!(pads.torque_nm(), None);
         pads.push(7, Box::new(log.clone()), &profiles::named("g29").unwrap());
         for _ in 0..100 {
             assert!(!pads.poll());
-            pads.feel(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+            pads.set_force_input(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
         assert!(pads.torque_nm().unwrap() > 1.3);

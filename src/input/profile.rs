@@ -1,9 +1,9 @@
-//! A wheel in figures. In: a TOML text. Out: a checked [`Profile`]: which axis is which, raw ends, dead zones, curves,
+//! A wheel in figures. In: a TOML text. Out: a checked [`WheelProfile`]: which axis is which, raw ends, dead zones, curves,
 //! the wheel's turn, buttons, strength of the force. Axis and button numbers are evdev's; raw values are the device's own.
 
 use crate::{
     controls::{STEERING_LOCK_RAD, STEERING_RATIO},
-    toml_text::{self, Part},
+    toml_text::{self, KeyPart},
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ pub struct ProfileError(pub String);
 /// Everything about one wheel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Profile {
+pub struct WheelProfile {
     /// What people call it.
     pub name: String,
     /// Devices that it is for, as `vendor:product` in hexadecimal.
@@ -102,7 +102,7 @@ pub struct Buttons {
 
 /// What the participant asks for with a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum ButtonAction {
     /// Drive to reverse and back.
     Reverse,
     /// Begin, or go on after a pause.
@@ -119,7 +119,7 @@ pub enum Action {
     Horn,
 }
 
-impl Action {
+impl ButtonAction {
     /// All of them.
     pub const ALL: [Self; 7] =
         [Self::Start, Self::Reverse, Self::Horn, Self::Mark, Self::Answer, Self::Recentre, Self::Abort];
@@ -250,36 +250,36 @@ fn share(raw: i32, from: i32, to: i32) -> f64 {
 
 impl Buttons {
     /// The buttons of an action.
-    pub fn of(&mut self, action: Action) -> &mut Vec<u16> {
+    pub fn of(&mut self, action: ButtonAction) -> &mut Vec<u16> {
         match action {
-            Action::Reverse => &mut self.reverse,
-            Action::Start => &mut self.start,
-            Action::Mark => &mut self.mark,
-            Action::Answer => &mut self.answer,
-            Action::Recentre => &mut self.recentre,
-            Action::Abort => &mut self.abort,
-            Action::Horn => &mut self.horn,
+            ButtonAction::Reverse => &mut self.reverse,
+            ButtonAction::Start => &mut self.start,
+            ButtonAction::Mark => &mut self.mark,
+            ButtonAction::Answer => &mut self.answer,
+            ButtonAction::Recentre => &mut self.recentre,
+            ButtonAction::Abort => &mut self.abort,
+            ButtonAction::Horn => &mut self.horn,
         }
     }
 
     /// Gives a button to an action, and takes it from any other.
-    pub fn give(&mut self, code: u16, action: Action) {
-        for other in Action::ALL {
+    pub fn give(&mut self, code: u16, action: ButtonAction) {
+        for other in ButtonAction::ALL {
             self.of(other).retain(|taken| *taken != code);
         }
         *self.of(action) = vec![code];
     }
 
     /// What a button does.
-    pub fn action(&self, code: u16) -> Option<Action> {
+    pub fn action(&self, code: u16) -> Option<ButtonAction> {
         let all = [
-            (&self.reverse, Action::Reverse),
-            (&self.start, Action::Start),
-            (&self.mark, Action::Mark),
-            (&self.answer, Action::Answer),
-            (&self.recentre, Action::Recentre),
-            (&self.abort, Action::Abort),
-            (&self.horn, Action::Horn),
+            (&self.reverse, ButtonAction::Reverse),
+            (&self.start, ButtonAction::Start),
+            (&self.mark, ButtonAction::Mark),
+            (&self.answer, ButtonAction::Answer),
+            (&self.recentre, ButtonAction::Recentre),
+            (&self.abort, ButtonAction::Abort),
+            (&self.horn, ButtonAction::Horn),
         ];
         all.into_iter().find(|(codes, _)| codes.contains(&code)).map(|(_, action)| action)
     }
@@ -288,7 +288,7 @@ impl Buttons {
 /// Smallest and largest raw value of each axis of a device.
 pub type AxisRanges = BTreeMap<u16, [i32; 2]>;
 
-impl Profile {
+impl WheelProfile {
     /// Reads a profile; `file` is what messages call it.
     ///
     /// # Errors
@@ -296,12 +296,12 @@ impl Profile {
     pub fn from_toml(text: &str, file: &str) -> Result<Self, ProfileError> {
         let profile: Self = toml_text::parse(text, file).map_err(ProfileError)?;
         profile.check().map_err(|(key, message)| {
-            ProfileError(toml_text::at(text, file, &key, Part::Value, &format!("{key}: {message}")))
+            ProfileError(toml_text::at(text, file, &key, KeyPart::Value, &format!("{key}: {message}")))
         })?;
         Ok(profile)
     }
 
-    /// The profile as a file that [`Profile::from_toml`] reads back.
+    /// The profile as a file that [`WheelProfile::from_toml`] reads back.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).unwrap_or_default()
     }

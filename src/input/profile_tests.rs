@@ -93,7 +93,7 @@ proptest! {
 
 #[test]
 fn a_g29_reaches_the_cars_lock_on_both_sides() {
-    let profile = Profile::from_toml(G29, "g29").unwrap();
+    let profile = WheelProfile::from_toml(G29, "g29").unwrap();
     assert_eq!(profile.steering.car_rad(0), STEERING_LOCK_RAD);
     assert_eq!(profile.steering.car_rad(65_535), -STEERING_LOCK_RAD);
     assert_eq!(profile.steering.car_rad(32_767), 0.0);
@@ -104,7 +104,7 @@ fn a_g29_reaches_the_cars_lock_on_both_sides() {
 
 #[test]
 fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
-    let told = |text: &str| Profile::from_toml(text, "mine.toml").unwrap_err().0;
+    let told = |text: &str| WheelProfile::from_toml(text, "mine.toml").unwrap_err().0;
     let text = told(&G29.replace("pressed = 0", "pressed = 255"));
     assert!(text.starts_with("mine.toml:15:11: accelerator.pressed: 255 is also the released value"), "{text}");
     assert!(text.contains("codrive calibrate"), "{text}");
@@ -127,7 +127,7 @@ fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
 #[test]
 fn what_a_file_leaves_out_is_a_wheel_of_900_degrees_in_a_car_with_pedals_of_little_play() {
     let short = "name = \"x\"\n[steering]\naxis = 0\nleft = 0\ncentre = 50\nright = 100\n[accelerator]\naxis = 1\nreleased = 0\npressed = 100\n";
-    let profile = Profile::from_toml(short, "x").unwrap();
+    let profile = WheelProfile::from_toml(short, "x").unwrap();
     let s = &profile.steering;
     assert_eq!((s.range_deg, s.ratio, s.dead), (900.0, f64::from(STEERING_RATIO), 0.0));
     let pedal = &profile.accelerator;
@@ -139,9 +139,9 @@ fn what_a_file_leaves_out_is_a_wheel_of_900_degrees_in_a_car_with_pedals_of_litt
 #[test]
 fn the_centre_lies_between_both_ends_and_on_neither() {
     let ends = |left: i32, centre: i32, right: i32| {
-        let mut profile = Profile::from_toml(G29, "g29").unwrap();
+        let mut profile = WheelProfile::from_toml(G29, "g29").unwrap();
         (profile.steering.left, profile.steering.centre, profile.steering.right) = (left, centre, right);
-        Profile::from_toml(&profile.to_toml(), "x").map(|_| ())
+        WheelProfile::from_toml(&profile.to_toml(), "x").map(|_| ())
     };
     assert!(ends(0, 1, 2).is_ok() && ends(2, 1, 0).is_ok());
     for (left, centre, right) in [(0, 0, 2), (0, 2, 2), (2, 2, 0), (2, 0, 0), (0, 3, 2), (2, 3, 0), (0, -1, 2)] {
@@ -153,23 +153,29 @@ fn the_centre_lies_between_both_ends_and_on_neither() {
 
 #[test]
 fn a_button_has_one_task_and_a_task_that_is_given_one_has_no_other() {
-    let mut buttons = Profile::from_toml(G29, "g29").unwrap().buttons;
+    let mut buttons = WheelProfile::from_toml(G29, "g29").unwrap().buttons;
     // As g29.toml lists them.
-    let tasks = [(293, Action::Reverse), (297, Action::Start), (292, Action::Mark), (288, Action::Answer)];
-    for (code, action) in tasks.into_iter().chain([(291, Action::Recentre), (296, Action::Abort), (289, Action::Horn)])
+    let tasks = [
+        (293, ButtonAction::Reverse),
+        (297, ButtonAction::Start),
+        (292, ButtonAction::Mark),
+        (288, ButtonAction::Answer),
+    ];
+    for (code, action) in
+        tasks.into_iter().chain([(291, ButtonAction::Recentre), (296, ButtonAction::Abort), (289, ButtonAction::Horn)])
     {
         assert_eq!(buttons.action(code), Some(action));
     }
     assert_eq!(buttons.action(290), None);
-    buttons.give(293, Action::Horn);
-    assert_eq!((buttons.action(293), buttons.action(289)), (Some(Action::Horn), None));
+    buttons.give(293, ButtonAction::Horn);
+    assert_eq!((buttons.action(293), buttons.action(289)), (Some(ButtonAction::Horn), None));
     assert_eq!(buttons.reverse, [0; 0]);
     assert_eq!(buttons.start, [297]);
 }
 
 #[test]
 fn a_product_is_known_in_either_case_and_by_both_its_numbers() {
-    let mut profile = Profile::from_toml(G29, "g29").unwrap();
+    let mut profile = WheelProfile::from_toml(G29, "g29").unwrap();
     profile.products = vec!["046D:C24F".into(), "0001:000a".into()];
     assert!(profile.is_for(0x046d, 0xc24f) && profile.is_for(1, 10));
     assert!(!profile.is_for(0x046d, 10) && !profile.is_for(1, 0xc24f));
@@ -178,7 +184,7 @@ fn a_product_is_known_in_either_case_and_by_both_its_numbers() {
 #[test]
 fn a_guess_takes_axes_that_move_and_are_no_hats_and_believes_where_pedals_rest() {
     let guess = |axes: &[(u16, [i32; 2])], now: &[(u16, i32)]| {
-        Profile::generic("x", &axes.iter().copied().collect(), &now.iter().copied().collect())
+        WheelProfile::generic("x", &axes.iter().copied().collect(), &now.iter().copied().collect())
     };
     // Axis 0 has no range, 16 is the first hat: 1 steers, 15 is the accelerator, and there is no brake.
     let axes = [(0, [5, 5]), (1, [-100, 300]), (15, [10, 20]), (16, [-1, 1])];
@@ -201,7 +207,7 @@ fn a_guess_takes_axes_that_move_and_are_no_hats_and_believes_where_pedals_rest()
 
 #[test]
 fn a_button_is_called_by_what_it_does() {
-    let words = Action::ALL.map(Action::words);
+    let words = ButtonAction::ALL.map(ButtonAction::words);
     let expected = [
         "start, go on",
         "drive, reverse",

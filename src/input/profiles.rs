@@ -1,7 +1,7 @@
-//! Where profiles come from. In: a device's ids, names given by people. Out: the [`Profile`] for it: the person's own
+//! Where profiles come from. In: a device's ids, names given by people. Out: the [`WheelProfile`] for it: the person's own
 //! before a shipped one, and that before a guess.
 
-use super::profile::{AxisRanges, Profile, ProfileError};
+use super::profile::{AxisRanges, ProfileError, WheelProfile};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     private,
@@ -22,7 +22,7 @@ const SHIPPED: [(&str, &str); 4] = [
 
 /// What is known of a device by its ids and name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum DeviceKind {
     /// A steering wheel.
     Wheel,
     /// A wheel that cannot be used as it stands; what to do.
@@ -48,17 +48,17 @@ const UNFIT: [(u16, u16, &str); 2] = [
 ];
 
 /// What a device is.
-pub fn kind(vendor: u16, product: u16, name: &str) -> Kind {
+pub fn kind(vendor: u16, product: u16, name: &str) -> DeviceKind {
     if let Some((.., remedy)) = UNFIT.iter().find(|(v, p, _)| (*v, *p) == (vendor, product)) {
-        return Kind::Unfit(remedy);
+        return DeviceKind::Unfit(remedy);
     }
     let named = ["wheel", "racing", "driving force"].iter().any(|word| name.to_lowercase().contains(word));
-    if named || shipped().any(|p| p.is_for(vendor, product)) { Kind::Wheel } else { Kind::Other }
+    if named || shipped().any(|p| p.is_for(vendor, product)) { DeviceKind::Wheel } else { DeviceKind::Other }
 }
 
 /// All shipped profiles.
-pub fn shipped() -> impl Iterator<Item = Profile> {
-    SHIPPED.iter().filter_map(|(name, text)| Profile::from_toml(text, name).ok())
+pub fn shipped() -> impl Iterator<Item = WheelProfile> {
+    SHIPPED.iter().filter_map(|(name, text)| WheelProfile::from_toml(text, name).ok())
 }
 
 /// The folder of the person's own profiles; `None` without a home.
@@ -76,19 +76,19 @@ fn own_folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf>
 ///
 /// # Errors
 /// The file cannot be read, or is no profile.
-pub fn load(path: &Path) -> Result<Profile, ProfileError> {
+pub fn load(path: &Path) -> Result<WheelProfile, ProfileError> {
     let shown = path.display().to_string();
     let text = read_text(path, SETTINGS_BYTES).map_err(|e| {
         ProfileError(format!("{shown}: cannot be read: {e}\n  remedy: codrive calibrate --name NAME makes one"))
     })?;
-    Profile::from_toml(&text, &shown)
+    WheelProfile::from_toml(&text, &shown)
 }
 
 /// The profile of this name: a file, one of the person's own, or a shipped one.
 ///
 /// # Errors
 /// There is none, or it is wrong.
-pub fn named(name: &str) -> Result<Profile, ProfileError> {
+pub fn named(name: &str) -> Result<WheelProfile, ProfileError> {
     if name.ends_with(".toml") {
         return load(Path::new(name));
     }
@@ -96,7 +96,7 @@ pub fn named(name: &str) -> Result<Profile, ProfileError> {
         return load(&path);
     }
     match SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
-        Some((name, text)) => Profile::from_toml(text, name),
+        Some((name, text)) => WheelProfile::from_toml(text, name),
         None => {
             let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
             names.extend(own().into_iter().filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())));
@@ -126,7 +126,7 @@ fn profiles_in(folder: &Path) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// There is no home, or the disk refuses.
-pub fn save(profile: &Profile, path: Option<&Path>) -> Result<PathBuf, ProfileError> {
+pub fn save(profile: &WheelProfile, path: Option<&Path>) -> Result<PathBuf, ProfileError> {
     let file = format!("{}.toml", file_name(&profile.name));
     let path = path.map(Path::to_owned).or_else(|| own_folder().map(|folder| folder.join(file)));
     let path = path.ok_or_else(|| ProfileError("no home folder is set\n  remedy: --out FILE.toml".into()))?;
@@ -151,7 +151,7 @@ fn file_name(name: &str) -> String {
 
 /// A device that asks for its profile.
 #[derive(Clone, Debug, Default)]
-pub struct Device {
+pub struct UnprofiledDevice {
     /// Its name.
     pub name: String,
     /// Vendor and product.
@@ -166,16 +166,19 @@ pub struct Device {
 ///
 /// # Errors
 /// The named profile does not fit, or the device is no wheel.
-pub fn choose(device: &Device, asked: Option<&Profile>) -> Result<(Profile, Vec<String>), ProfileError> {
+pub fn choose(
+    device: &UnprofiledDevice,
+    asked: Option<&WheelProfile>,
+) -> Result<(WheelProfile, Vec<String>), ProfileError> {
     choose_from(&own(), device, asked)
 }
 
 /// The same with these files as the person's own.
 fn choose_from(
     own: &[PathBuf],
-    device: &Device,
-    asked: Option<&Profile>,
-) -> Result<(Profile, Vec<String>), ProfileError> {
+    device: &UnprofiledDevice,
+    asked: Option<&WheelProfile>,
+) -> Result<(WheelProfile, Vec<String>), ProfileError> {
     let mut faults = Vec::new();
     if let Some(profile) = asked {
         return profile.fits(&device.axes).map(|()| (profile.clone(), faults));
@@ -203,13 +206,13 @@ fn choose_from(
             device.name
         )));
     }
-    let profile = Profile::generic(&device.name, &device.axes, &device.values)?;
+    let profile = WheelProfile::generic(&device.name, &device.axes, &device.values)?;
     faults.push(format!("{} is not known: its first axes are taken; codrive calibrate learns them", device.name));
     Ok((profile, faults))
 }
 
 /// Puts a shipped profile onto the device's own range where a driver reports another resolution.
-fn scale(profile: &mut Profile, axes: &AxisRanges) {
+fn scale(profile: &mut WheelProfile, axes: &AxisRanges) {
     let s = &mut profile.steering;
     if let Some([low, high]) = axes.get(&s.axis).filter(|range| [s.left, s.right] != **range && range[0] < range[1]) {
         (s.left, s.right, s.centre) = (*low, *high, ((i64::from(*low) + i64::from(*high)) / 2) as i32);
@@ -226,10 +229,10 @@ fn scale(profile: &mut Profile, axes: &AxisRanges) {
 mod tests {
     use super::*;
 
-    fn g29() -> Device {
+    fn g29() -> UnprofiledDevice {
         let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1]), (17, [-1, 1])];
         let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)];
-        Device {
+        UnprofiledDevice {
             name: "Logitech G29 Driving Force Racing Wheel".into(),
             id: (0x046d, 0xc24f),
             axes: axes.into(),
@@ -241,8 +244,8 @@ mod tests {
     fn every_shipped_profile_is_sound() {
         assert_eq!(shipped().count(), SHIPPED.len());
         for (name, text) in SHIPPED {
-            let profile = Profile::from_toml(text, name).unwrap();
-            assert_eq!(Profile::from_toml(&profile.to_toml(), name).unwrap(), profile);
+            let profile = WheelProfile::from_toml(text, name).unwrap();
+            assert_eq!(WheelProfile::from_toml(&profile.to_toml(), name).unwrap(), profile);
             assert!(!profile.products.is_empty());
         }
     }
@@ -252,29 +255,29 @@ mod tests {
         let (profile, faults) = choose(&g29(), None).unwrap();
         assert_eq!((profile.name.as_str(), faults.len()), ("Logitech G29", 0));
         assert_eq!(profile.brake.unwrap().axis, 5);
-        assert_eq!(kind(0x046d, 0xc24f, "G29"), Kind::Wheel);
-        assert!(matches!(kind(0x046d, 0xc260, "Logitech G29"), Kind::Unfit(text) if text.contains("PS3")));
+        assert_eq!(kind(0x046d, 0xc24f, "G29"), DeviceKind::Wheel);
+        assert!(matches!(kind(0x046d, 0xc260, "Logitech G29"), DeviceKind::Unfit(text) if text.contains("PS3")));
     }
 
     #[test]
     fn a_pad_is_no_wheel_and_an_unknown_wheel_is() {
-        assert_eq!(kind(0x045e, 0x028e, "Xbox 360 Controller"), Kind::Other);
-        assert_eq!(kind(0x1234, 0x5678, "Some Racing Wheel"), Kind::Wheel);
+        assert_eq!(kind(0x045e, 0x028e, "Xbox 360 Controller"), DeviceKind::Other);
+        assert_eq!(kind(0x1234, 0x5678, "Some Racing Wheel"), DeviceKind::Wheel);
     }
 
     #[test]
     fn an_unknown_wheel_gets_a_guess_whose_pedals_rest_where_they_are() {
         let values = [(0, 512), (1, 3), (2, 1020)].into();
         let axes = [(0, [0, 1023]), (1, [0, 1023]), (2, [0, 1023])].into();
-        let device = Device { name: "Some Racing Wheel".into(), id: (1, 2), axes, values };
+        let device = UnprofiledDevice { name: "Some Racing Wheel".into(), id: (1, 2), axes, values };
         let (profile, faults) = choose(&device, None).unwrap();
         assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (0, 1023));
         assert_eq!(profile.brake.map(|b| (b.released, b.pressed)), Some((1023, 0)));
         assert!(faults[0].contains("codrive calibrate"));
-        let unread = Device { values: [(0, 0), (1, 0), (2, 0)].into(), ..device.clone() };
+        let unread = UnprofiledDevice { values: [(0, 0), (1, 0), (2, 0)].into(), ..device.clone() };
         let message = choose(&unread, None).unwrap_err().0;
         assert!(message.contains("codrive calibrate"), "nobody guesses where a pedal rests: {message}");
-        let one_axis = Device { axes: [(0, [0, 1023])].into(), ..device };
+        let one_axis = UnprofiledDevice { axes: [(0, [0, 1023])].into(), ..device };
         assert!(choose(&one_axis, None).unwrap_err().0.contains("less than two axes"));
     }
 
@@ -309,8 +312,8 @@ mod tests {
     #[test]
     fn a_persons_own_profile_of_a_wheel_comes_before_the_shipped_one_and_what_is_wrong_with_others_is_told() {
         let folder = tempfile::tempdir().unwrap();
-        let write = |file: &str, edit: &dyn Fn(&mut Profile)| {
-            let mut profile = Profile { name: file.into(), ..named("g29").unwrap() };
+        let write = |file: &str, edit: &dyn Fn(&mut WheelProfile)| {
+            let mut profile = WheelProfile { name: file.into(), ..named("g29").unwrap() };
             edit(&mut profile);
             std::fs::write(folder.path().join(file), profile.to_toml()).unwrap();
         };
@@ -327,7 +330,7 @@ mod tests {
         write("e.toml", &|_| ());
         let (profile, faults) = chosen();
         assert_eq!((profile.name.as_str(), faults.len()), ("d.toml", 2));
-        let asked = Profile { name: "asked".into(), ..named("g29").unwrap() };
+        let asked = WheelProfile { name: "asked".into(), ..named("g29").unwrap() };
         let (profile, faults) = choose_from(&profiles_in(folder.path()), &g29(), Some(&asked)).unwrap();
         assert_eq!((profile.name.as_str(), faults.len()), ("asked", 0), "the one that was named comes first");
         assert!(profiles_in(&folder.path().join("nothing")).is_empty());

@@ -1,8 +1,8 @@
-//! The reading of wheels, apart from the system's own way to them. In: a [`Port`]. Out: [`WheelMessage`] to whoever polls. One
+//! The reading of wheels, apart from the system's own way to them. In: a [`WheelPort`]. Out: [`WheelMessage`] to whoever polls. One
 //! turn finds a wheel or waits a moment for its events; a wheel that fails to be read is lost, and looked for again.
 
 use super::{
-    profile::Profile,
+    profile::WheelProfile,
     wheel::{FoundWheel, WheelMessage},
 };
 use std::{
@@ -20,7 +20,7 @@ use std::{
 const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
 /// A way to wheels.
-pub trait Port: Send + 'static {
+pub trait WheelPort: Send + 'static {
     /// An open wheel.
     type Wheel;
 
@@ -28,7 +28,7 @@ pub trait Port: Send + 'static {
     fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)>;
 
     /// From the next wheel on, this is its profile.
-    fn prefer(&mut self, profile: Profile);
+    fn prefer(&mut self, profile: WheelProfile);
 
     /// Waits a moment for events, at most a tenth of a second, and adds them to `told`.
     ///
@@ -38,7 +38,7 @@ pub trait Port: Send + 'static {
 }
 
 /// Finds, reads, loses.
-pub struct Reader<P: Port> {
+pub struct WheelReader<P: WheelPort> {
     port: P,
     wheel: Option<P::Wheel>,
     to: Sender<WheelMessage>,
@@ -46,7 +46,7 @@ pub struct Reader<P: Port> {
     said: Vec<String>,
 }
 
-impl<P: Port> Reader<P> {
+impl<P: WheelPort> WheelReader<P> {
     /// A reader, and where it tells what it reads.
     pub fn new(port: P) -> (Self, Receiver<WheelMessage>) {
         let (to, told) = mpsc::channel();
@@ -54,7 +54,7 @@ impl<P: Port> Reader<P> {
     }
 
     /// Takes this profile from now on: lets the wheel go, to find it again with it.
-    pub fn prefer(&mut self, profile: Profile) {
+    pub fn prefer(&mut self, profile: WheelProfile) {
         self.port.prefer(profile);
         self.wheel = None;
     }
@@ -93,7 +93,7 @@ impl<P: Port> Reader<P> {
 pub struct ReadingThread {
     stop: Arc<AtomicBool>,
     /// A profile that was learnt, for the thread to take.
-    learnt: Arc<Mutex<Option<Profile>>>,
+    learnt: Arc<Mutex<Option<WheelProfile>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -102,11 +102,11 @@ impl ReadingThread {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start<P: Port>(port: P) -> io::Result<(Self, Receiver<WheelMessage>)>
+    pub fn start<P: WheelPort>(port: P) -> io::Result<(Self, Receiver<WheelMessage>)>
     where
         P::Wheel: Send,
     {
-        let (mut reader, told) = Reader::new(port);
+        let (mut reader, told) = WheelReader::new(port);
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let learnt = Arc::new(Mutex::new(None));
@@ -130,7 +130,7 @@ impl ReadingThread {
     }
 
     /// The wheel is to be taken anew with this profile; it is found again in a moment.
-    pub fn prefer(&self, profile: Profile) {
+    pub fn prefer(&self, profile: WheelProfile) {
         *self.learnt.lock().unwrap_or_else(PoisonError::into_inner) = Some(profile);
     }
 }

@@ -3,12 +3,12 @@
 
 use super::{
     calibrate::Calibration,
-    clock::Stamp,
+    clock::TimeStamp,
     force::ForceInput,
     force_thread::{ForceLoop, ForceThread},
     lamps::{self, AdviceState, Lamps},
-    profile::{Action, Profile, ProfileError},
-    profiles::Device,
+    profile::{ButtonAction, ProfileError, WheelProfile},
+    profiles::UnprofiledDevice,
     reader::ReadingThread,
     wheel::{FoundWheel, WheelMessage, WheelState},
 };
@@ -23,7 +23,7 @@ pub enum RigEvent {
     /// It was unplugged: its name.
     Disconnected(String),
     /// A button with a meaning was pressed.
-    Pressed(Action),
+    Pressed(ButtonAction),
     /// Something is wrong, and its remedy.
     Trouble(String),
 }
@@ -31,12 +31,12 @@ pub enum RigEvent {
 /// The wheel, or the place for one.
 pub struct Rig {
     told: Receiver<WheelMessage>,
-    wheel: Option<Plugged>,
+    wheel: Option<OpenWheel>,
     /// What holds while there is none: pedals up, the wheel where it was.
     left: Controls,
-    newest: Option<Stamp>,
+    newest: Option<TimeStamp>,
     /// Questions that are being asked, and since when.
-    calibration: Option<(Calibration, Stamp)>,
+    calibration: Option<(Calibration, TimeStamp)>,
     last_button: Option<u16>,
     /// True once it was said that there are no lamps.
     lamps_told: bool,
@@ -44,8 +44,8 @@ pub struct Rig {
     thread: Option<ReadingThread>,
 }
 
-struct Plugged {
-    device: Device,
+struct OpenWheel {
+    device: UnprofiledDevice,
     state: WheelState,
     lamps: Lamps,
     force: Option<ForceThread>,
@@ -53,7 +53,7 @@ struct Plugged {
 
 impl Rig {
     /// Looks for wheels from now on; `asked` is a profile that a person named.
-    pub fn open(asked: Option<Profile>) -> Self {
+    pub fn open(asked: Option<WheelProfile>) -> Self {
         let started = start(asked);
         let (thread, told) = match started {
             Some((thread, told)) => (Some(thread), told),
@@ -91,7 +91,7 @@ impl Rig {
                         touched |= wheel.state.moved(code, raw);
                         self.newest = self.newest.max(at);
                         if let Some((calibration, began)) = &mut self.calibration {
-                            let at_s = began.until(at.unwrap_or_else(Stamp::now)).as_secs_f64();
+                            let at_s = began.until(at.unwrap_or_else(TimeStamp::now)).as_secs_f64();
                             calibration.moved(code, raw, at_s);
                         }
                     }
@@ -124,7 +124,7 @@ impl Rig {
             }
         }
         if let Some((calibration, began)) = &mut self.calibration {
-            calibration.time(began.until(Stamp::now()).as_secs_f64());
+            calibration.time(began.until(TimeStamp::now()).as_secs_f64());
         }
         (touched, news)
     }
@@ -140,7 +140,7 @@ impl Rig {
         let force = found.force.map(|device| ForceLoop::new(device, state.profile()));
         let force = force.map(|force| ForceThread::start(force, found.angle));
         let force = force.and_then(|started| started.map_err(|e| log::warn!("no thread for the force: {e}")).ok());
-        self.wheel = Some(Plugged { device: found.device, state, lamps: found.lamps, force });
+        self.wheel = Some(OpenWheel { device: found.device, state, lamps: found.lamps, force });
     }
 
     /// What the wheel asks of the car; without one the pedals are released and the wheel stands where it was.
@@ -149,9 +149,9 @@ impl Rig {
     }
 
     /// Inputs of the force feedback.
-    pub fn feel(&self, feel: ForceInput) {
+    pub fn set_force_input(&self, feel: ForceInput) {
         if let Some(force) = self.wheel.as_ref().and_then(|wheel| wheel.force.as_ref()) {
-            force.tell(feel);
+            force.set_input(feel);
         }
     }
 
@@ -198,7 +198,7 @@ impl Rig {
         let wheel = self.wheel.as_ref().ok_or_else(|| ProfileError(text.into()))?;
         let mut device = wheel.device.clone();
         device.values.extend(wheel.state.raw());
-        self.calibration = Some((Calibration::new(device, 0.0)?, Stamp::now()));
+        self.calibration = Some((Calibration::new(device, 0.0)?, TimeStamp::now()));
         Ok(())
     }
 
@@ -213,7 +213,7 @@ impl Rig {
     }
 
     /// Takes the wheel anew with this profile.
-    pub fn take(&mut self, profile: Profile) {
+    pub fn take(&mut self, profile: WheelProfile) {
         self.calibration = None;
         if let Some(wheel) = &mut self.wheel {
             // Its end sets the device's own centring, which must not come after the new one's beginning.
@@ -225,18 +225,18 @@ impl Rig {
     }
 
     /// The wheel's last raw values, and the button that was pressed last.
-    pub fn raw(&self) -> Option<(&Device, &std::collections::BTreeMap<u16, i32>, Option<u16>)> {
+    pub fn raw(&self) -> Option<(&UnprofiledDevice, &std::collections::BTreeMap<u16, i32>, Option<u16>)> {
         let wheel = self.wheel.as_ref()?;
         Some((&wheel.device, wheel.state.raw(), self.last_button))
     }
 
     /// When the newest input came that has not been asked for yet.
-    pub fn newest_input(&mut self) -> Option<Stamp> {
+    pub fn newest_input(&mut self) -> Option<TimeStamp> {
         self.newest.take()
     }
 
     /// The profile of the wheel that is plugged in.
-    pub fn profile(&self) -> Option<&Profile> {
+    pub fn profile(&self) -> Option<&WheelProfile> {
         Some(self.wheel.as_ref()?.state.profile())
     }
 
@@ -249,13 +249,13 @@ impl Rig {
 }
 
 #[cfg(target_os = "linux")]
-fn start(asked: Option<Profile>) -> Option<(ReadingThread, Receiver<WheelMessage>)> {
+fn start(asked: Option<WheelProfile>) -> Option<(ReadingThread, Receiver<WheelMessage>)> {
     let started = ReadingThread::start(super::linux::EvdevPort::new(asked));
     started.map_err(|e| log::warn!("wheels cannot be read: {e}")).ok()
 }
 
 #[cfg(not(target_os = "linux"))]
-fn start(_asked: Option<Profile>) -> Option<(ReadingThread, Receiver<WheelMessage>)> {
+fn start(_asked: Option<WheelProfile>) -> Option<(ReadingThread, Receiver<WheelMessage>)> {
     None
 }
 

@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::input::{
-    force_thread::{Angle, ForceDevice},
+    force_thread::{ForceDevice, SharedAngle},
     profiles,
-    reader::{Port, Reader},
+    reader::{WheelPort, WheelReader},
 };
 use std::{
     collections::BTreeMap,
@@ -20,9 +20,9 @@ fn rest() -> BTreeMap<u16, i32> {
 /// A G29 at rest as the reading thread tells of it.
 fn found(force: Option<Box<dyn ForceDevice>>) -> FoundWheel {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
-    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: rest() };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: rest() };
     let profile = profiles::named("g29").unwrap();
-    FoundWheel { device, profile, lamps: Lamps::default(), force, angle: Arc::new(Angle::default()) }
+    FoundWheel { device, profile, lamps: Lamps::default(), force, angle: Arc::new(SharedAngle::default()) }
 }
 
 /// What a wheel was told, in order.
@@ -46,7 +46,7 @@ struct Pulled {
     force: Option<Log>,
 }
 
-impl Port for Pulled {
+impl WheelPort for Pulled {
     type Wheel = Option<Vec<(u16, i32)>>;
 
     fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)> {
@@ -59,7 +59,7 @@ impl Port for Pulled {
         Some((found, Some(self.batches.remove(0))))
     }
 
-    fn prefer(&mut self, _profile: Profile) {}
+    fn prefer(&mut self, _profile: WheelProfile) {}
 
     fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
         let events = wheel.take().ok_or(io::ErrorKind::NotConnected)?;
@@ -72,7 +72,7 @@ impl Port for Pulled {
 fn five_hundred_times_unplugged_and_plugged_in_again() {
     let log = Log::default();
     let batches = vec![vec![(0, 40_000), (2, 100), (5, 30)]; 500];
-    let (mut reader, told) = Reader::new(Pulled { batches, force: Some(log.clone()) });
+    let (mut reader, told) = WheelReader::new(Pulled { batches, force: Some(log.clone()) });
     let mut rig = Rig::fed_by(told);
     for _ in 0..500 {
         assert!(reader.turn());
@@ -107,7 +107,7 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
     to.send(WheelMessage::Button { code: 297, down: true, at: None }).unwrap();
     let (touched, news) = rig.poll();
     assert!(touched);
-    assert_eq!(news[1..], [RigEvent::Pressed(Action::Reverse), RigEvent::Pressed(Action::Start)]);
+    assert_eq!(news[1..], [RigEvent::Pressed(ButtonAction::Reverse), RigEvent::Pressed(ButtonAction::Start)]);
     to.send(WheelMessage::Lost).unwrap();
     to.send(plug()).unwrap();
     rig.poll();
@@ -126,7 +126,7 @@ fn the_newest_time_is_told_once() {
     let (to, told) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(told);
     to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
-    let at = |ms| Some(Stamp(std::time::Duration::from_millis(ms)));
+    let at = |ms| Some(TimeStamp(std::time::Duration::from_millis(ms)));
     for (raw, ms) in [(40_000, 500), (41_000, 510), (41_500, 505)] {
         to.send(WheelMessage::Axis { code: 0, raw, at: at(ms) }).unwrap();
     }
@@ -140,27 +140,27 @@ fn the_running_thread_ends_with_no_force_and_the_devices_own_centring_back() {
     let log = Log::default();
     let profile = profiles::named("g29").unwrap();
     let force = ForceLoop::new(Box::new(log.clone()), &profile);
-    let angle = Arc::new(Angle::default());
+    let angle = Arc::new(SharedAngle::default());
     let thread = ForceThread::start(force, angle).unwrap();
-    thread.tell(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+    thread.set_input(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
     drop(thread);
     assert_eq!(log.0.lock().unwrap().last(), Some(&None));
 }
 
 /// A system whose wheel is always there and tells with which profile it was found, and what was done to it.
 struct Kept {
-    profile: Profile,
+    profile: WheelProfile,
     log: Log,
 }
 
-impl Port for Kept {
+impl WheelPort for Kept {
     type Wheel = ();
 
     fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(FoundWheel, ())> {
         Some((FoundWheel { profile: self.profile.clone(), ..found(Some(Box::new(self.log.clone()))) }, ()))
     }
 
-    fn prefer(&mut self, profile: Profile) {
+    fn prefer(&mut self, profile: WheelProfile) {
         self.profile = profile;
     }
 
@@ -191,7 +191,7 @@ fn a_profile_that_was_learnt_takes_the_wheel_anew_after_the_old_force_has_ended(
     until(&mut rig, "Logitech G29");
     rig.calibrate().unwrap();
     assert!(rig.calibration().is_some() && rig.torque_nm().is_some());
-    rig.take(Profile { name: "Rig 1".into(), ..profiles::named("g29").unwrap() });
+    rig.take(WheelProfile { name: "Rig 1".into(), ..profiles::named("g29").unwrap() });
     assert!(rig.calibration().is_none() && rig.torque_nm().is_none());
     assert_eq!(log.0.lock().unwrap().last(), Some(&None), "the old force has ended before the new one begins");
     until(&mut rig, "Rig 1");
@@ -205,7 +205,7 @@ fn a_profile_that_was_learnt_takes_the_wheel_anew_after_the_old_force_has_ended(
 fn a_thread_without_a_wheel_leaves_the_system_in_peace_for_half_a_second() {
     #[derive(Clone, Default)]
     struct Looks(Arc<Mutex<usize>>);
-    impl Port for Looks {
+    impl WheelPort for Looks {
         type Wheel = ();
 
         fn find(&mut self, _say: &mut dyn FnMut(String)) -> Option<(FoundWheel, ())> {
@@ -213,7 +213,7 @@ fn a_thread_without_a_wheel_leaves_the_system_in_peace_for_half_a_second() {
             None
         }
 
-        fn prefer(&mut self, _profile: Profile) {}
+        fn prefer(&mut self, _profile: WheelProfile) {}
 
         fn read(&mut self, (): &mut (), _told: &mut Vec<WheelMessage>) -> io::Result<()> {
             Ok(())

@@ -48,7 +48,7 @@ const INFINITY: u32 = u32::MAX;
 /// `SDL_HapticDirection`; gaps are named, so that the same effect is the same bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Default)]
-struct Direction {
+struct HapticDirection {
     kind: u8,
     gap: [u8; 3],
     along: [i32; 3],
@@ -57,10 +57,10 @@ struct Direction {
 /// `SDL_HapticConstant`, in the size of the union `SDL_HapticEffect`.
 #[repr(C, align(8))]
 #[derive(Clone, Copy, Default)]
-struct Effect {
+struct HapticEffect {
     kind: u16,
     gap: u16,
-    direction: Direction,
+    direction: HapticDirection,
     length_ms: u32,
     delay_ms: u16,
     button: u16,
@@ -90,8 +90,8 @@ struct Sdl {
     query: unsafe extern "C" fn(Haptic) -> c_uint,
     set_gain: unsafe extern "C" fn(Haptic, c_int) -> c_int,
     set_autocenter: unsafe extern "C" fn(Haptic, c_int) -> c_int,
-    new_effect: unsafe extern "C" fn(Haptic, *mut Effect) -> c_int,
-    update_effect: unsafe extern "C" fn(Haptic, c_int, *mut Effect) -> c_int,
+    new_effect: unsafe extern "C" fn(Haptic, *mut HapticEffect) -> c_int,
+    update_effect: unsafe extern "C" fn(Haptic, c_int, *mut HapticEffect) -> c_int,
     run_effect: unsafe extern "C" fn(Haptic, c_int, u32) -> c_int,
     stop_effect: unsafe extern "C" fn(Haptic, c_int) -> c_int,
     destroy_effect: unsafe extern "C" fn(Haptic, c_int),
@@ -304,13 +304,13 @@ impl Drop for SdlForce {
 }
 
 /// A constant force without end; a positive `level` is towards greater values of the steering axis, to the right.
-fn constant(level: i16) -> Effect {
-    Effect {
+fn constant(level: i16) -> HapticEffect {
+    HapticEffect {
         kind: CONSTANT,
-        direction: Direction { kind: STEERING_AXIS, ..Direction::default() },
+        direction: HapticDirection { kind: STEERING_AXIS, ..HapticDirection::default() },
         length_ms: INFINITY,
         level: (-i32::from(level)).clamp(-32_767, 32_767) as i16,
-        ..Effect::default()
+        ..HapticEffect::default()
     }
 }
 
@@ -321,8 +321,12 @@ mod tests {
 
     #[test]
     fn an_effect_lies_as_in_sdls_header() {
-        assert_eq!(size_of::<Effect>(), 72, "the union's largest member is SDL_HapticCustom or SDL_HapticCondition");
-        assert_eq!([offset_of!(Effect, direction), offset_of!(Direction, along)], [4, 4]);
-        assert_eq!([offset_of!(Effect, length_ms), offset_of!(Effect, level)], [20, 30]);
+        assert_eq!(
+            size_of::<HapticEffect>(),
+            72,
+            "the union's largest member is SDL_HapticCustom or SDL_HapticCondition"
+        );
+        assert_eq!([offset_of!(HapticEffect, direction), offset_of!(HapticDirection, along)], [4, 4]);
+        assert_eq!([offset_of!(HapticEffect, length_ms), offset_of!(HapticEffect, level)], [20, 30]);
     }
 }

@@ -3,11 +3,11 @@
 //! at rest once, since a driver reports a pedal that it has not read as floored, and a foot may rest on one.
 
 use super::{
-    clock::Stamp,
-    force_thread::{Angle, ForceDevice},
+    clock::TimeStamp,
+    force_thread::{ForceDevice, SharedAngle},
     lamps::Lamps,
-    profile::{Action, Profile},
-    profiles::Device,
+    profile::{ButtonAction, WheelProfile},
+    profiles::UnprofiledDevice,
 };
 use crate::controls::{Controls, Selector};
 use std::{collections::BTreeMap, sync::Arc};
@@ -29,7 +29,7 @@ pub enum WheelMessage {
         /// Raw value.
         raw: i32,
         /// When, by the kernel.
-        at: Option<Stamp>,
+        at: Option<TimeStamp>,
     },
     /// A button went down or came up.
     Button {
@@ -38,7 +38,7 @@ pub enum WheelMessage {
         /// True if it went down.
         down: bool,
         /// When, by the kernel.
-        at: Option<Stamp>,
+        at: Option<TimeStamp>,
     },
     /// The wheel was unplugged.
     Lost,
@@ -49,21 +49,21 @@ pub enum WheelMessage {
 /// A wheel that was found.
 pub struct FoundWheel {
     /// The device: its name, axes and their values when it was opened.
-    pub device: Device,
+    pub device: UnprofiledDevice,
     /// Its profile.
-    pub profile: Profile,
+    pub profile: WheelProfile,
     /// Rev lamps, if it has any.
     pub lamps: Lamps,
     /// What takes its force, if it has any.
     pub force: Option<Box<dyn ForceDevice>>,
     /// Its turn, kept by the reading thread.
-    pub angle: Arc<Angle>,
+    pub angle: Arc<SharedAngle>,
 }
 
 /// What is known of a wheel so far.
 #[derive(Clone, Debug)]
 pub struct WheelState {
-    profile: Profile,
+    profile: WheelProfile,
     /// Last raw values; an axis that is not known has none.
     raw: BTreeMap<u16, i32>,
     /// Pedals that were seen at rest, by axis.
@@ -76,7 +76,7 @@ pub struct WheelState {
 
 impl WheelState {
     /// A wheel with the values that were read when it was opened. If all of them are 0 the driver has not read any.
-    pub fn new(profile: Profile, values: BTreeMap<u16, i32>) -> Self {
+    pub fn new(profile: WheelProfile, values: BTreeMap<u16, i32>) -> Self {
         let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
         let mut state = Self { profile, touched: raw.clone(), raw, armed: Vec::new(), reverse: false, horn: false };
         state.arm();
@@ -84,7 +84,7 @@ impl WheelState {
     }
 
     /// Its profile.
-    pub fn profile(&self) -> &Profile {
+    pub fn profile(&self) -> &WheelProfile {
         &self.profile
     }
 
@@ -106,10 +106,10 @@ impl WheelState {
     }
 
     /// A button went down: what it does. Drive and reverse are changed here, and the horn begins.
-    pub fn pressed(&mut self, code: u16) -> Option<Action> {
+    pub fn pressed(&mut self, code: u16) -> Option<ButtonAction> {
         let action = self.profile.buttons.action(code);
-        self.horn |= action == Some(Action::Horn);
-        if action == Some(Action::Reverse) {
+        self.horn |= action == Some(ButtonAction::Horn);
+        if action == Some(ButtonAction::Reverse) {
             self.reverse = !self.reverse;
         }
         action
@@ -117,7 +117,7 @@ impl WheelState {
 
     /// A button came up: the horn ends with its own.
     pub fn released(&mut self, code: u16) {
-        self.horn &= self.profile.buttons.action(code) != Some(Action::Horn);
+        self.horn &= self.profile.buttons.action(code) != Some(ButtonAction::Horn);
     }
 
     /// True while the horn is held.
@@ -238,11 +238,11 @@ mod tests {
     #[test]
     fn buttons_do_what_the_profile_says() {
         let mut wheel = g29(&REST);
-        assert_eq!(wheel.pressed(293), Some(Action::Reverse));
+        assert_eq!(wheel.pressed(293), Some(ButtonAction::Reverse));
         assert_eq!(wheel.controls().selector, Selector::Reverse);
-        assert_eq!(wheel.pressed(297), Some(Action::Start));
+        assert_eq!(wheel.pressed(297), Some(ButtonAction::Start));
         assert_eq!(wheel.pressed(999), None);
-        assert_eq!((wheel.pressed(289), wheel.horn()), (Some(Action::Horn), true));
+        assert_eq!((wheel.pressed(289), wheel.horn()), (Some(ButtonAction::Horn), true));
         wheel.released(297);
         assert!(wheel.horn());
         wheel.released(289);

@@ -19,7 +19,7 @@ pub fn words(event: &Event) -> Option<String> {
 
 /// Contacts so far.
 #[derive(Clone, Debug, Default)]
-pub struct Contacts {
+pub struct ContactCount {
     count: u32,
     /// Closing speed of the last one, m/s, and for how long it has been over.
     last: Option<(f64, Duration)>,
@@ -27,7 +27,7 @@ pub struct Contacts {
     words: Vec<String>,
 }
 
-impl Contacts {
+impl ContactCount {
     /// The world has made a tick.
     pub fn tick(&mut self, world: &World) {
         for event in world.events() {
@@ -71,7 +71,7 @@ mod tests {
     use crate::{controls::Controls, scenario::Scenario};
 
     /// A world whose driver has just run into the car ahead, and what was seen of it at every tick.
-    fn crashed() -> (World, Contacts) {
+    fn crashed() -> (World, ContactCount) {
         let scenario = Scenario {
             traffic: "native".into(),
             policy: "none".into(),
@@ -79,7 +79,7 @@ mod tests {
             trees: 0,
             ..Scenario::default()
         };
-        let (mut world, mut contacts) = (World::new(&scenario).unwrap(), Contacts::default());
+        let (mut world, mut contacts) = (World::new(&scenario).unwrap(), ContactCount::default());
         let floored = Controls { throttle: 1.0, ..Controls::default() };
         for _ in 0..3000 {
             world.tick(&floored).unwrap();

@@ -3,8 +3,8 @@
 
 use super::{LiveDrive, sound};
 use crate::{
-    ego::Surface,
-    input::{Action, AdviceState, ForceInput, RigEvent},
+    ego::GroundSurface,
+    input::{AdviceState, ButtonAction, ForceInput, RigEvent},
     scene::ViewKind,
     time::Pace,
 };
@@ -12,7 +12,7 @@ use crate::{
 impl LiveDrive {
     /// Force, sound and lamps of the present moment.
     pub(super) fn update_rig(&mut self) {
-        self.devices.feel(self.force_input());
+        self.devices.set_force_input(self.force_input());
         let horn = self.devices.horn();
         if self.sound.frame(self.running(), horn) {
             self.note(sound::HORN, if horn { "on" } else { "off" });
@@ -47,7 +47,7 @@ impl LiveDrive {
     pub(super) fn force_input(&self) -> ForceInput {
         let world = &self.drive.world;
         let ego = &world.snapshot().ego;
-        let on_grass = ego.wheels[..2].iter().filter(|wheel| wheel.surface == Surface::Grass).count();
+        let on_grass = ego.wheels[..2].iter().filter(|wheel| wheel.surface == GroundSurface::Grass).count();
         ForceInput {
             aligning_nm: ego.steering_torque_nm.into(),
             speed_mps: ego.speed_mps,
@@ -96,8 +96,8 @@ impl LiveDrive {
     }
 
     /// The participant pressed a button.
-    fn pressed(&mut self, action: Action) {
-        if action == Action::Recentre && self.drive.world.is_astray() {
+    fn pressed(&mut self, action: ButtonAction) {
+        if action == ButtonAction::Recentre && self.drive.world.is_astray() {
             return self.put_back();
         }
         if self.led {
@@ -105,15 +105,15 @@ impl LiveDrive {
             return;
         }
         match action {
-            Action::Reverse | Action::Horn => {}
-            Action::Start => self.drive.clock.set_pace(Pace::RealTime),
-            Action::Recentre => self.picture.kind = ViewKind::Driver,
-            Action::Mark => {
+            ButtonAction::Reverse | ButtonAction::Horn => {}
+            ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
+            ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,
+            ButtonAction::Mark => {
                 self.note("mark", "by the participant");
                 self.news.push("marked".into());
             }
-            Action::Answer => self.note("answer", "button"),
-            Action::Abort => {
+            ButtonAction::Answer => self.note("answer", "button"),
+            ButtonAction::Abort => {
                 self.note("abort asked for", "button");
                 self.drive.clock.set_pace(Pace::Paused);
                 self.news.push("the participant asks to end the drive: Esc ends it, Space continues".into());
@@ -123,7 +123,7 @@ impl LiveDrive {
 
     /// The wheel's whole profile into the recording.
     pub(super) fn note_profile(&mut self) {
-        if let Some(profile) = self.devices.wheel_profile().map(crate::input::Profile::to_toml) {
+        if let Some(profile) = self.devices.wheel_profile().map(crate::input::WheelProfile::to_toml) {
             self.note("wheel profile", &profile);
         }
     }
@@ -139,7 +139,7 @@ impl LiveDrive {
     }
 
     /// Buttons that were pressed since the last call, in a session.
-    pub fn take_pressed(&mut self) -> Vec<Action> {
+    pub fn take_pressed(&mut self) -> Vec<ButtonAction> {
         std::mem::take(&mut self.pressed)
     }
 }

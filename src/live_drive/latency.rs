@@ -1,7 +1,7 @@
 //! Latencies of the last seconds, live. In: for each frame the times from input to tick, from input to the frame's handing
 //! over, and from frame to frame. Out: medians and 99th percentiles, in words.
 
-use crate::input::Stamp;
+use crate::input::TimeStamp;
 use std::{collections::VecDeque, time::Duration};
 
 /// Frames that are looked back on: ten seconds at 60 Hz.
@@ -11,11 +11,11 @@ const LATE: f64 = 1.5;
 
 /// A sliding window of durations.
 #[derive(Clone, Debug, Default)]
-pub struct Window(VecDeque<f64>);
+pub struct SlidingWindow(VecDeque<f64>);
 
 /// What a window holds, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
+pub struct DurationSpread {
     /// Half are below.
     pub median_s: f64,
     /// All but one of a hundred are below or there.
@@ -24,7 +24,7 @@ pub struct Spread {
     pub count: usize,
 }
 
-impl Window {
+impl SlidingWindow {
     /// Adds one, and lets the oldest go.
     pub fn add(&mut self, seconds: f64) {
         if self.0.len() == FRAMES {
@@ -34,20 +34,20 @@ impl Window {
     }
 
     /// Median and 99th percentile; `None` while it is empty.
-    pub fn spread(&self) -> Option<Spread> {
+    pub fn spread(&self) -> Option<DurationSpread> {
         let mut sorted: Vec<f64> = self.0.iter().copied().collect();
         sorted.sort_by(f64::total_cmp);
         let at = |share: f64| sorted.get(((sorted.len().max(1) - 1) as f64 * share).round() as usize).copied();
-        Some(Spread { median_s: at(0.5)?, p99_s: at(0.99)?, count: sorted.len() })
+        Some(DurationSpread { median_s: at(0.5)?, p99_s: at(0.99)?, count: sorted.len() })
     }
 }
 
 /// All that is known of delays.
 #[derive(Clone, Debug, Default)]
 pub struct Latency {
-    input_to_tick: Window,
-    input_to_frame: Window,
-    frames: Window,
+    input_to_tick: SlidingWindow,
+    input_to_frame: SlidingWindow,
+    frames: SlidingWindow,
     /// The screen's period, seconds, where the system tells its rate.
     period_s: Option<f64>,
     present_mode: String,
@@ -73,12 +73,12 @@ impl Latency {
     }
 
     /// From the kernel's time of an input to the tick that used it.
-    pub fn input_to_tick(&self) -> Option<Spread> {
+    pub fn input_to_tick(&self) -> Option<DurationSpread> {
         self.input_to_tick.spread()
     }
 
     /// From the kernel's time of an input to the handing over of the frame that shows it.
-    pub fn input_to_frame(&self) -> Option<Spread> {
+    pub fn input_to_frame(&self) -> Option<DurationSpread> {
         self.input_to_frame.spread()
     }
 
@@ -91,7 +91,8 @@ impl Latency {
 
     /// Lines for the corner of the picture.
     pub fn words(&self) -> Vec<String> {
-        let both = |spread: Spread| format!("{:.1} ms, 99 % below {:.1}", 1e3 * spread.median_s, 1e3 * spread.p99_s);
+        let both =
+            |spread: DurationSpread| format!("{:.1} ms, 99 % below {:.1}", 1e3 * spread.median_s, 1e3 * spread.p99_s);
         let mut lines = Vec::new();
         let late = self.late().map_or(String::new(), |late| format!(", {:.1} % late", 100.0 * late));
         let rate = self.period_s.map_or("rate unknown".into(), |s| format!("{:.1} Hz", 1.0 / s));
@@ -115,28 +116,28 @@ impl Latency {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UsedInput {
     /// The kernel's time of it.
-    at: Stamp,
+    at: TimeStamp,
     /// When the tick used it.
-    ticked: Stamp,
+    ticked: TimeStamp,
 }
 
 /// Follows each input from the kernel to the frame that shows it.
 #[derive(Clone, Debug, Default)]
 pub struct InputLatency {
     /// Time of the newest input that no tick has used yet, and the oldest used one that no frame has shown yet.
-    unused: Option<Stamp>,
+    unused: Option<TimeStamp>,
     pub(super) used: Option<UsedInput>,
     lately: Latency,
 }
 
 impl InputLatency {
     /// The devices were read: the time of their newest input, if they tell one.
-    pub(super) fn read(&mut self, newest: Option<Stamp>) {
+    pub(super) fn read(&mut self, newest: Option<TimeStamp>) {
         self.unused = self.unused.max(newest);
     }
 
     /// A tick began at this time, and has used what was read.
-    pub(super) fn used(&mut self, ticked: Stamp) {
+    pub(super) fn used(&mut self, ticked: TimeStamp) {
         let used = self.unused.take().map(|at| UsedInput { at, ticked });
         self.used = self.used.or(used);
     }
@@ -145,7 +146,7 @@ impl InputLatency {
     pub(super) fn shown(&mut self, elapsed: Duration) -> [Option<f64>; 2] {
         let used = self.used.take();
         let to_tick_s = used.map(|input| input.at.until(input.ticked).as_secs_f64());
-        let to_frame_s = used.map(|input| input.at.until(Stamp::now()).as_secs_f64());
+        let to_frame_s = used.map(|input| input.at.until(TimeStamp::now()).as_secs_f64());
         self.lately.frame(elapsed, to_tick_s.zip(to_frame_s).map(|(tick, frame)| [tick, frame]));
         [to_tick_s, to_frame_s]
     }
@@ -154,7 +155,7 @@ impl InputLatency {
         self.lately.screen(refresh_hz, present_mode);
     }
 
-    pub(super) fn lately(&self) -> &Latency {
+    pub(super) fn recent(&self) -> &Latency {
         &self.lately
     }
 }
@@ -165,7 +166,7 @@ mod tests {
 
     #[test]
     fn median_and_percentile_are_of_the_last_six_hundred() {
-        let mut window = Window::default();
+        let mut window = SlidingWindow::default();
         assert_eq!(window.spread(), None);
         (0..1000).for_each(|_| window.add(9.0));
         (1..=600).for_each(|i| window.add(f64::from(i)));

@@ -1,10 +1,10 @@
-//! How the loop does, for the experimenter's lamps. In: every frame's times. Out: a [`Health`].
+//! How the loop does, for the experimenter's lamps. In: every frame's times. Out: a [`DriveHealth`].
 
 use super::LiveDrive;
 use crate::{
     panel::{
-        Phase,
-        experimenter::{Health, RecordingHealth, WheelHealth},
+        DrivePhase,
+        experimenter::{DriveHealth, RecordingHealth, WheelHealth},
     },
     time::Pace,
 };
@@ -54,10 +54,10 @@ impl LoopHealth {
     }
 
     /// What the lamps show.
-    pub fn health(&mut self, live: &LiveDrive, engine: &str, error: Option<&str>) -> Health {
+    pub fn health(&mut self, live: &LiveDrive, engine: &str, error: Option<&str>) -> DriveHealth {
         let longest = self.frames.iter().max().copied().unwrap_or_default();
         let fresh: Duration = self.drops.iter().map(|(_, dropped)| *dropped).sum();
-        Health {
+        DriveHealth {
             frame_ms: [self.frame_ms(), ms(longest)],
             dropped_s: [self.dropped.as_secs_f64(), fresh.as_secs_f64()],
             latency_ms: live.latency().input_to_frame().map(|spread| [spread.median_s, spread.p99_s].map(|s| 1e3 * s)),
@@ -85,14 +85,14 @@ impl LoopHealth {
 }
 
 /// Where a drive is, as the panels say it.
-pub fn phase(live: &LiveDrive) -> Phase {
+pub fn phase(live: &LiveDrive) -> DrivePhase {
     match live.drive.clock.pace() {
-        _ if live.starting().is_some() => Phase::Starting,
-        _ if live.is_stopped() => Phase::Ended,
-        _ if live.drive.world.ended().is_some() => Phase::Ended,
-        Pace::Paused if live.drive.world.snapshot().tick.0 == 0 => Phase::Ready,
-        Pace::Paused => Phase::Paused,
-        _ => Phase::Running,
+        _ if live.starting().is_some() => DrivePhase::Starting,
+        _ if live.is_stopped() => DrivePhase::Ended,
+        _ if live.drive.world.ended().is_some() => DrivePhase::Ended,
+        Pace::Paused if live.drive.world.snapshot().tick.0 == 0 => DrivePhase::Ready,
+        Pace::Paused => DrivePhase::Paused,
+        _ => DrivePhase::Running,
     }
 }
 
@@ -108,35 +108,35 @@ mod tests {
 
     #[test]
     fn frame_times_are_those_of_the_last_second_and_a_half() {
-        let mut pulse = LoopHealth::default();
-        pulse.frame(Duration::from_millis(900), Duration::ZERO);
-        (0..20).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
-        assert!(pulse.frames.contains(&Duration::from_millis(900)));
-        (0..80).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
-        assert_eq!(pulse.frame_ms(), 20.0);
+        let mut loop_health = LoopHealth::default();
+        loop_health.frame(Duration::from_millis(900), Duration::ZERO);
+        (0..20).for_each(|_| loop_health.frame(FRAME, Duration::ZERO));
+        assert!(loop_health.frames.contains(&Duration::from_millis(900)));
+        (0..80).for_each(|_| loop_health.frame(FRAME, Duration::ZERO));
+        assert_eq!(loop_health.frame_ms(), 20.0);
     }
 
     #[test]
     fn a_second_and_a_half_is_looked_at_to_its_end() {
-        let mut pulse = LoopHealth::default();
-        (0..75).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
-        assert_eq!((pulse.frames.len(), pulse.sum), (75, LATELY));
-        pulse.frame(FRAME, Duration::ZERO);
-        assert_eq!((pulse.frames.len(), pulse.sum), (75, LATELY));
+        let mut loop_health = LoopHealth::default();
+        (0..75).for_each(|_| loop_health.frame(FRAME, Duration::ZERO));
+        assert_eq!((loop_health.frames.len(), loop_health.sum), (75, LATELY));
+        loop_health.frame(FRAME, Duration::ZERO);
+        assert_eq!((loop_health.frames.len(), loop_health.sum), (75, LATELY));
         // One that took longer than all of it is the only one that is known.
-        pulse.frame(Duration::from_secs(2), Duration::ZERO);
-        assert_eq!((pulse.frames.len(), pulse.frame_ms()), (1, 2000.0));
+        loop_health.frame(Duration::from_secs(2), Duration::ZERO);
+        assert_eq!((loop_health.frames.len(), loop_health.frame_ms()), (1, 2000.0));
     }
 
     #[test]
     fn dropped_time_is_fresh_for_ten_seconds_and_never_forgotten() {
-        let mut pulse = LoopHealth::default();
-        pulse.frame(FRAME, Duration::from_millis(300));
-        let fresh = |pulse: &LoopHealth| pulse.drops.iter().map(|(_, dropped)| *dropped).sum::<Duration>();
-        (0..500).for_each(|_| pulse.frame(FRAME, Duration::ZERO));
-        assert_eq!(fresh(&pulse), Duration::from_millis(300));
-        pulse.frame(FRAME, Duration::ZERO);
-        assert_eq!(fresh(&pulse), Duration::ZERO);
-        assert_eq!(pulse.dropped, Duration::from_millis(300));
+        let mut loop_health = LoopHealth::default();
+        loop_health.frame(FRAME, Duration::from_millis(300));
+        let fresh = |loop_health: &LoopHealth| loop_health.drops.iter().map(|(_, dropped)| *dropped).sum::<Duration>();
+        (0..500).for_each(|_| loop_health.frame(FRAME, Duration::ZERO));
+        assert_eq!(fresh(&loop_health), Duration::from_millis(300));
+        loop_health.frame(FRAME, Duration::ZERO);
+        assert_eq!(fresh(&loop_health), Duration::ZERO);
+        assert_eq!(loop_health.dropped, Duration::from_millis(300));
     }
 }

@@ -20,10 +20,10 @@ pub mod start;
 pub mod wheel_calibration;
 
 use self::{
-    contacts::Contacts,
+    contacts::ContactCount,
     latency::{InputLatency, Latency},
     recording::DriveRecording,
-    sound::Sound,
+    sound::DriveSound,
     start::{PendingDrive, ReadyDrive},
 };
 use crate::{
@@ -32,14 +32,14 @@ use crate::{
         drive::{PATIENCE, note_failure},
         summary_text,
     },
-    input::{Action, Devices, Stamp},
-    record::{WriterStatus, inputs, manifest::Screen, tables::FrameRow},
+    input::{ButtonAction, Devices, TimeStamp},
+    record::{WriterStatus, inputs, manifest::ScreenInfo, tables::FrameRow},
     render::Gpu,
     scenario::Scenario,
     scene::{StaticScene, View},
     sim::{Summary, SummaryAccumulator, World},
-    study::Code,
-    time::{Due, Pace},
+    study::ParticipantCode,
+    time::{DueTicks, Pace},
 };
 use std::{
     path::{Path, PathBuf},
@@ -63,18 +63,18 @@ pub struct LiveDrive {
     pub picture: DrivePicture,
     tally: SummaryAccumulator,
     /// Contacts so far, for the windows.
-    contacts: Contacts,
+    contacts: ContactCount,
     lane_help: bool,
     recording: DriveRecording,
     latency: InputLatency,
-    sound: Sound,
+    sound: DriveSound,
     /// True while the drive stands because the wheel was unplugged.
     waiting: bool,
     /// What the desk has to say.
     news: Vec<String>,
     /// In a session buttons only ask: whoever leads it lets time run and holds it. What they asked for.
     led: bool,
-    pressed: Vec<Action>,
+    pressed: Vec<ButtonAction>,
 }
 
 impl LiveDrive {
@@ -90,11 +90,11 @@ impl LiveDrive {
 
     fn with(drive: Drive, stage: StaticScene, devices: Devices) -> Self {
         let scenario = drive.world.scenario();
-        let sound = Sound::new(scenario);
+        let sound = DriveSound::new(scenario);
         Self {
             picture: DrivePicture::new(&drive.world, stage),
             tally: SummaryAccumulator::new([0.0, f64::INFINITY]),
-            contacts: Contacts::default(),
+            contacts: ContactCount::default(),
             lane_help: scenario.lane_help,
             drive,
             starting: None,
@@ -114,7 +114,7 @@ impl LiveDrive {
     ///
     /// # Errors
     /// The world cannot start; the devices are where they were.
-    pub fn led(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, RunError> {
+    pub fn with_devices(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, RunError> {
         let drive = Drive::new(scenario, Pace::Paused)?;
         let stage = Some(start::stage(&drive.world));
         Ok(Self::led_from(ReadyDrive { drive, stage }, devices.take().unwrap_or_else(Devices::open)))
@@ -155,7 +155,12 @@ impl LiveDrive {
     ///
     /// # Errors
     /// The folder holds a recording, or the system refuses.
-    pub fn record_of(&mut self, folder: &Path, gpu: &Gpu, participant: Option<&Code>) -> Result<(), RunError> {
+    pub fn record_of(
+        &mut self,
+        folder: &Path,
+        gpu: &Gpu,
+        participant: Option<&ParticipantCode>,
+    ) -> Result<(), RunError> {
         // What is plugged in already is in the manifest.
         self.poll_devices();
         let (world, driver) = (&self.drive.world, self.devices.describe());
@@ -165,7 +170,7 @@ impl LiveDrive {
     }
 
     /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
-    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &Due) {
+    pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &DueTicks) {
         let patch = self.picture.shown();
         let [input_to_tick_s, latency_s] = self.latency.shown(elapsed);
         self.recording.frame(FrameRow {
@@ -216,18 +221,18 @@ impl LiveDrive {
     ///
     /// # Errors
     /// The traffic engine failed.
-    pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<Due, RunError> {
+    pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<DueTicks, RunError> {
         self.poll_devices();
         self.contacts.pass(elapsed);
         if self.drive.world.is_stopped() {
             self.update_rig();
-            return Ok(Due::default());
+            return Ok(DueTicks::default());
         }
         let Self { drive, devices, tally, contacts, lane_help, recording, sound, picture, .. } = self;
         drive.patience = PATIENCE;
         let mut recorded = Ok(());
         recording.force(devices.torque_nm());
-        let ticked = Stamp::now();
+        let ticked = TimeStamp::now();
         let due = drive.frame(
             elapsed,
             |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
@@ -258,7 +263,7 @@ impl LiveDrive {
     }
 
     /// The screen that the pictures come to, for the recording and the corner of the picture.
-    pub fn set_screen(&mut self, screen: Screen) {
+    pub fn set_screen(&mut self, screen: ScreenInfo) {
         self.latency.screen(screen.refresh_hz, &screen.present_mode);
         self.recording.set_screen(screen);
     }
@@ -269,13 +274,13 @@ impl LiveDrive {
     }
 
     /// Contacts so far.
-    pub fn contacts(&self) -> &Contacts {
+    pub fn contacts(&self) -> &ContactCount {
         &self.contacts
     }
 
     /// Delays of the last seconds.
     pub fn latency(&self) -> &Latency {
-        self.latency.lately()
+        self.latency.recent()
     }
 
     /// What is to be seen now; to be asked once a picture.

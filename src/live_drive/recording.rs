@@ -3,11 +3,11 @@
 use crate::{
     controls::Controls,
     drive_loop::{RunError, recording_manifest},
-    record::{Manifest, RecordError, Recorder, WriterStatus, manifest::Screen, tables::FrameRow},
+    record::{Manifest, RecordError, Recorder, WriterStatus, manifest::ScreenInfo, tables::FrameRow},
     render::Gpu,
     scenario::Scenario,
     sim::{Summary, World},
-    study::Code,
+    study::ParticipantCode,
     time::Tick,
 };
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ pub(super) struct DriveRecording {
     pub(super) recorder: Option<Recorder>,
     /// Frames that were recorded in this window.
     frames: u64,
-    screen: Option<Screen>,
+    screen: Option<ScreenInfo>,
 }
 
 impl DriveRecording {
@@ -28,7 +28,7 @@ impl DriveRecording {
         world: &World,
         driver: String,
         gpu: &Gpu,
-        participant: Option<&Code>,
+        participant: Option<&ParticipantCode>,
     ) -> Result<(), RunError> {
         let participant = participant.map(|code| code.as_str().to_owned());
         let drive = recording_manifest::manifest(world, driver, Some(gpu.description()));
@@ -37,7 +37,7 @@ impl DriveRecording {
         Ok(())
     }
 
-    pub(super) fn set_screen(&mut self, screen: Screen) {
+    pub(super) fn set_screen(&mut self, screen: ScreenInfo) {
         self.screen = Some(screen);
     }
 

@@ -3,7 +3,7 @@
 
 use super::{
     LiveDrive,
-    contacts::Contacts,
+    contacts::ContactCount,
     start::{PendingDrive, ReadyDrive},
 };
 use crate::{drive_loop::RunError, input::AdviceState, scenario::Scenario, sim::SummaryAccumulator, time::Pace};
@@ -89,7 +89,7 @@ impl LiveDrive {
             // Dark, unless the new drive shows its own.
             let _ = self.devices.rig_mut().show_advice_state(AdviceState::None);
         }
-        self.contacts = Contacts::default();
+        self.contacts = ContactCount::default();
         self.sound.restart(&old, scenario);
         self.picture.restart(&drive.world, stage);
         drive.clock.set_pace(self.drive.clock.pace());

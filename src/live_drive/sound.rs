@@ -11,14 +11,14 @@ use crate::{
 pub const HORN: &str = "horn";
 
 /// Ears of a drive and, in a window, its speaker.
-pub struct Sound {
+pub struct DriveSound {
     listener: Listener,
     speaker: Option<Speaker>,
     horn: bool,
 }
 
-impl Sound {
-    /// Nothing is played until [`Sound::open`].
+impl DriveSound {
+    /// Nothing is played until [`DriveSound::open`].
     pub fn new(scenario: &Scenario) -> Self {
         Self { listener: Listener::new(scenario.advice_tone), speaker: None, horn: false }
     }
@@ -50,13 +50,13 @@ impl Sound {
     /// A frame: whether time runs, and a hand is on the horn. True if the hand came or went.
     pub fn frame(&mut self, running: bool, horn: bool) -> bool {
         if let Some(speaker) = &self.speaker {
-            speaker.hear(&self.hear(running, horn));
+            speaker.play(&self.scene(running, horn));
         }
         std::mem::replace(&mut self.horn, horn) != horn
     }
 
     /// What there is to be heard.
-    pub fn hear(&self, running: bool, horn: bool) -> SoundScene {
-        self.listener.hear(running, horn)
+    pub fn scene(&self, running: bool, horn: bool) -> SoundScene {
+        self.listener.scene(running, horn)
     }
 }

@@ -2,16 +2,16 @@
 
 use super::{loop_health::LoopHealth, *};
 use crate::{
-    ego::Surface,
+    ego::GroundSurface,
     input::{
         AdviceState, Rig,
-        force_thread::{Angle, ForceDevice},
+        force_thread::{ForceDevice, SharedAngle},
         lamps::Lamps,
-        profiles::{self, Device},
+        profiles::{self, UnprofiledDevice},
         wheel::{FoundWheel, WheelMessage},
     },
     panel::{calibration::CalibrationCommand, experimenter::WheelHealth},
-    record::{Manifest, Reader, Recorder, Table},
+    record::{Manifest, Recorder, Table, TableReader},
     scenario::FlashPatch,
     scene::ViewKind,
 };
@@ -38,10 +38,17 @@ fn show(scenario: Scenario) -> (LiveDrive, Sender<WheelMessage>) {
 fn g29(lamps: Lamps, force: bool) -> WheelMessage {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)];
-    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
+    let device =
+        UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
     let force = force.then(|| Box::new(Motor) as Box<dyn ForceDevice>);
     let profile = profiles::named("g29").unwrap();
-    WheelMessage::Connected(Box::new(FoundWheel { device, profile, lamps, force, angle: Arc::new(Angle::default()) }))
+    WheelMessage::Connected(Box::new(FoundWheel {
+        device,
+        profile,
+        lamps,
+        force,
+        angle: Arc::new(SharedAngle::default()),
+    }))
 }
 
 /// A frame of a sixtieth of a second. Returns the square's state.
@@ -69,7 +76,7 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
     to.send(g29(Lamps::default(), true)).unwrap();
     frame(&mut live);
     // Half of the brake, and the horn.
-    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(TimeStamp::now()) }).unwrap();
     to.send(WheelMessage::Button { code: 289, down: true, at: None }).unwrap();
     assert_eq!(frame(&mut live), Some(true), "the frame of the tick that used the pedal");
     assert_eq!(frame(&mut live), Some(false), "and only that");
@@ -79,7 +86,7 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
     assert_eq!(spread.count, 1);
     assert!(live.latency().input_to_tick().unwrap().median_s <= spread.median_s);
     live.finish_recording().unwrap();
-    let table = |table: Table| Reader::parquet(&table.parquet(&recording)).unwrap();
+    let table = |table: Table| TableReader::parquet(&table.parquet(&recording)).unwrap();
     let (ego, frames, events) = (table(Table::Ego), table(Table::Frames), table(Table::Events));
     let force = ego.numbers("wheel_force_nm");
     assert!(force[0].is_none() && force.last().unwrap().is_some(), "no wheel, then one with a motor: {force:?}");
@@ -96,7 +103,7 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
     assert_eq!(horn, ["on", "off"]);
     let told = events.words("event").into_iter().zip(events.words("detail"));
     let profile = told.into_iter().find_map(|(event, text)| (event == "wheel profile").then_some(text)).unwrap();
-    let used = crate::input::Profile::from_toml(&profile, "events").unwrap();
+    let used = crate::input::WheelProfile::from_toml(&profile, "events").unwrap();
     assert_eq!(used, profiles::named("g29").unwrap(), "the whole profile is in the recording");
 }
 
@@ -107,7 +114,7 @@ fn a_frame_that_the_screen_did_not_take_swallows_neither_the_flash_nor_the_laten
     let (mut live, to) = show(Scenario { flash_patch: FlashPatch::Pedal, ..Scenario::default() });
     to.send(g29(Lamps::default(), false)).unwrap();
     frame(&mut live);
-    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(TimeStamp::now()) }).unwrap();
     for _ in 0..3 {
         live.advance(Duration::from_nanos(16_666_667), |_| ()).unwrap();
         assert_eq!(live.view().patch, Some(true));
@@ -132,7 +139,7 @@ fn an_input_waits_for_a_tick_and_a_frame_at_most() {
     let elapsed = Duration::from_millis(4);
     live.advance(elapsed, |_| ()).unwrap();
     for i in 0..50 {
-        to.send(WheelMessage::Axis { code: 5, raw: 100 + i % 2 * 50, at: Some(Stamp::now()) }).unwrap();
+        to.send(WheelMessage::Axis { code: 5, raw: 100 + i % 2 * 50, at: Some(TimeStamp::now()) }).unwrap();
         let mut frames = 0;
         while live.latency.used.is_none() {
             live.advance(elapsed, |_| ()).unwrap();
@@ -140,7 +147,7 @@ fn an_input_waits_for_a_tick_and_a_frame_at_most() {
         }
         // 10 ms are two and a half frames; the input came just after one.
         assert!(frames <= 3, "{frames} frames of 4 ms");
-        live.shown(Duration::ZERO, elapsed, &Due::default());
+        live.shown(Duration::ZERO, elapsed, &DueTicks::default());
     }
 }
 
@@ -179,7 +186,7 @@ fn a_calibration_holds_time_and_ends_where_the_wheel_is_pulled_out() {
     assert_eq!(live.drive.clock.pace(), Pace::Paused);
     let page = crate::live_drive::wheel_calibration::wheel(live.devices.rig()).unwrap();
     let asked = page.asked.unwrap();
-    assert_eq!(asked.step, crate::input::calibrate::Step::Rest);
+    assert_eq!(asked.step, crate::input::calibrate::CalibrationStep::Rest);
     assert!(asked.learnt.is_none(), "nothing was asked yet");
     assert_eq!(live.calibrate(CalibrationCommand::Cancel), None);
     assert!(
@@ -204,7 +211,8 @@ fn the_hands_feel_grass_by_the_share_of_front_wheels_on_it() {
     let mut seen = Vec::new();
     for _ in 0..1200 {
         live.advance(Duration::from_millis(10), |_| ()).unwrap();
-        let front = live.drive.world.snapshot().ego.wheels[..2].iter().map(|wheel| wheel.surface == Surface::Grass);
+        let front =
+            live.drive.world.snapshot().ego.wheels[..2].iter().map(|wheel| wheel.surface == GroundSurface::Grass);
         let share = match front.collect::<Vec<_>>()[..] {
             [false, false] => 0.0,
             [true, true] => 1.0,
@@ -232,8 +240,8 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("p1");
     let (mut live, to) = show(Scenario::default());
-    let mut pulse = LoopHealth::default();
-    let health = pulse.health(&live, "native", None);
+    let mut loop_health = LoopHealth::default();
+    let health = loop_health.health(&live, "native", None);
     assert_eq!((health.wheel, health.latency_ms), (WheelHealth::None, None));
     assert!(health.recording.is_none() && health.error.is_none());
     assert_eq!((health.frame_ms, health.dropped_s), ([0.0; 2], [0.0; 2]), "no frame yet");
@@ -241,12 +249,12 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     record(&mut live, &recording);
     to.send(g29(Lamps::default(), false)).unwrap();
     frame(&mut live);
-    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(Stamp::now()) }).unwrap();
+    to.send(WheelMessage::Axis { code: 5, raw: 100, at: Some(TimeStamp::now()) }).unwrap();
     std::thread::sleep(Duration::from_millis(5));
     frame(&mut live);
-    pulse.frame(Duration::from_millis(20), Duration::ZERO);
-    pulse.frame(Duration::from_millis(40), Duration::from_millis(250));
-    let health = pulse.health(&live, "SUMO 1.20", Some("it failed"));
+    loop_health.frame(Duration::from_millis(20), Duration::ZERO);
+    loop_health.frame(Duration::from_millis(40), Duration::from_millis(250));
+    let health = loop_health.health(&live, "SUMO 1.20", Some("it failed"));
     assert_eq!(health.wheel, WheelHealth::There("Logitech G29".into()));
     assert_eq!((health.engine.as_str(), health.error.as_deref()), ("SUMO 1.20", Some("it failed")));
     assert_eq!((health.frame_ms, health.dropped_s), ([30.0, 40.0], [0.25; 2]));
@@ -262,18 +270,18 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     assert!(near && disk.free_gb.is_some() == free_gb.is_some(), "{:?}, not {free_gb:?} GB", disk.free_gb);
 
     // A second and a half is looked at, ten are remembered.
-    (0..80).for_each(|_| pulse.frame(Duration::from_millis(20), Duration::ZERO));
-    assert_eq!(pulse.health(&live, "", None).frame_ms, [20.0; 2]);
-    (0..500).for_each(|_| pulse.frame(Duration::from_millis(20), Duration::ZERO));
-    assert_eq!(pulse.health(&live, "", None).dropped_s, [0.25, 0.0]);
+    (0..80).for_each(|_| loop_health.frame(Duration::from_millis(20), Duration::ZERO));
+    assert_eq!(loop_health.health(&live, "", None).frame_ms, [20.0; 2]);
+    (0..500).for_each(|_| loop_health.frame(Duration::from_millis(20), Duration::ZERO));
+    assert_eq!(loop_health.health(&live, "", None).dropped_s, [0.25, 0.0]);
     to.send(WheelMessage::Lost).unwrap();
     frame(&mut live);
-    assert_eq!(pulse.health(&live, "", None).wheel, WheelHealth::Lost);
+    assert_eq!(loop_health.health(&live, "", None).wheel, WheelHealth::Lost);
 }
 
 /// Kind and detail of every event that is in the recording.
 fn events(recording: &Path) -> Vec<(String, String)> {
-    let events = Reader::parquet(&Table::Events.parquet(recording)).unwrap();
+    let events = TableReader::parquet(&Table::Events.parquet(recording)).unwrap();
     events.words("event").into_iter().zip(events.words("detail")).collect()
 }
 
@@ -314,14 +322,14 @@ fn buttons_do_what_they_stand_for_and_in_a_session_they_only_ask() {
     let (sender, told) = std::sync::mpsc::channel();
     let mut devices = Some(Devices::with_rig(Rig::fed_by(told)));
     let scenario = Scenario { traffic: "native".into(), trees: 0, ..Scenario::default() };
-    let mut led = LiveDrive::led(&scenario, &mut devices).unwrap();
+    let mut led = LiveDrive::with_devices(&scenario, &mut devices).unwrap();
     assert!(devices.is_none() && led.drive.clock.pace() == Pace::Paused);
     sender.send(g29(Lamps::default(), false)).unwrap();
     for code in [options, share, mark] {
         sender.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
     }
     led.advance(Duration::from_millis(30), |_| ()).unwrap();
-    assert_eq!(led.take_pressed(), [Action::Start, Action::Abort, Action::Mark]);
+    assert_eq!(led.take_pressed(), [ButtonAction::Start, ButtonAction::Abort, ButtonAction::Mark]);
     assert!(led.take_pressed().is_empty() && led.drive.clock.pace() == Pace::Paused);
     assert_eq!(led.drive.world.snapshot().tick.0, 0, "whoever leads it lets time run");
     assert!(led.into_devices().describe().contains("Logitech G29"), "they are there for what comes next");
@@ -380,9 +388,9 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
     // What was handed over is on its way to the disk, and there a moment later.
     live.flush().unwrap();
     let rows = || fs::metadata(recording.join("journal/rows.blocks")).map_or(0, |about| about.len());
-    let begun = Stamp::now();
+    let begun = TimeStamp::now();
     while rows() == 0 {
-        assert!(begun.until(Stamp::now()) < Duration::from_secs(20), "nothing is written");
+        assert!(begun.until(TimeStamp::now()) < Duration::from_secs(20), "nothing is written");
         std::thread::sleep(Duration::from_millis(2));
     }
     // A whole minute in one frame.
@@ -390,7 +398,7 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
     let due = live.advance(elapsed, |_| ()).unwrap();
     live.shown(Duration::from_secs(1), elapsed, &due);
     live.finish_recording().unwrap();
-    let frames = Reader::parquet(&Table::Frames.parquet(&recording)).unwrap();
+    let frames = TableReader::parquet(&Table::Frames.parquet(&recording)).unwrap();
     assert_eq!(frames.wholes("frame"), [0, 1, 2, 3]);
     assert_eq!(frames.wholes("tick")[..3], [0, 2, 3], "at 4, 20 and 36 ms");
     for (name, expected) in [("wall_s", [0.1, 0.2, 0.3, 1.0]), ("elapsed_s", [0.004, 0.016, 0.016, 60.0])] {

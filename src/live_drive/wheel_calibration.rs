@@ -2,21 +2,21 @@
 
 use super::LiveDrive;
 use crate::{
-    input::{Rig, calibrate::Step, profiles},
-    panel::calibration::{CalibrationCommand, CalibrationProgress, Wheel},
+    input::{Rig, calibrate::CalibrationStep, profiles},
+    panel::calibration::{CalibrationCommand, CalibrationProgress, PluggedWheel},
     time::Pace,
 };
 
 /// The wheel as the page shows it; `None` where none is plugged in.
-pub fn wheel(rig: &Rig) -> Option<Wheel> {
+pub fn wheel(rig: &Rig) -> Option<PluggedWheel> {
     let (device, raw, last_button) = rig.raw()?;
     let profile = rig.profile()?.clone();
     let asked = rig.calibration().map(|calibration| CalibrationProgress {
         step: calibration.step(),
         bars: calibration.bars(),
-        learnt: (calibration.step() == Step::Done).then(|| calibration.profile(&device.name)),
+        learnt: (calibration.step() == CalibrationStep::Done).then(|| calibration.profile(&device.name)),
     });
-    Some(Wheel { device: device.name.clone(), profile, raw: raw.clone(), last_button, asked })
+    Some(PluggedWheel { device: device.name.clone(), profile, raw: raw.clone(), last_button, asked })
 }
 
 impl LiveDrive {

@@ -1,7 +1,7 @@
 //! The maps that are here. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a folder
 //! `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
 
-use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, net_xml::Net};
+use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, net_xml::RoadNetwork};
 use crate::{
     data_folders,
     file::{SETTINGS_BYTES, read_bounded, read_text},
@@ -139,7 +139,7 @@ impl RoadMap {
     /// Loads a `net.xml` with the edges of its route, or with the longest loop that it has.
     fn load_file(net_file: &Path, route: Option<&[String]>) -> Result<Self, MapError> {
         let text = read(net_file, MOST_BYTES)?;
-        let net = Net::parse(net_file, &text)?;
+        let net = RoadNetwork::parse(net_file, &text)?;
         let route = route_of(net_file, &net, route)?;
         let file_name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let name = file_name.trim_end_matches(".xml").trim_end_matches(".net").to_owned();

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     file::{SETTINGS_BYTES, read_bounded},
     private,
-    toml_text::{self, Part},
+    toml_text::{self, KeyPart},
 };
 use glam::{DMat2, DVec2};
 use serde::Deserialize;
@@ -35,13 +35,13 @@ struct Circuit {
     width_m: f64,
     speed_limit_mps: f64,
     #[serde(rename = "piece")]
-    pieces: Vec<Piece>,
+    pieces: Vec<CircuitPiece>,
 }
 
 /// One piece: `straight_m`, or `solved`, or the three numbers of a bend.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Piece {
+struct CircuitPiece {
     straight_m: Option<f64>,
     #[serde(default)]
     solved: bool,
@@ -53,7 +53,7 @@ struct Piece {
 
 /// A piece as geometry. A straight has an infinite radius and no turn.
 #[derive(Clone, Copy, Debug)]
-struct Curve {
+struct PieceGeometry {
     length_m: f64,
     easing_m: f64,
     /// Positive to the left.
@@ -84,13 +84,13 @@ pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
     let name = file.display().to_string();
     let circuit: Circuit = toml_text::parse(&text, &name).map_err(MapError::Toml)?;
     let problem = |problem: String| MapError::Circuit { file: file.into(), problem };
-    let wrong = |key: &str, message: &str| MapError::Toml(toml_text::at(&text, &name, key, Part::Value, message));
+    let wrong = |key: &str, message: &str| MapError::Toml(toml_text::at(&text, &name, key, KeyPart::Value, message));
     if circuit.pieces.len() > MOST_PIECES {
         return Err(problem(format!("there are {} pieces; allowed: at most {MOST_PIECES}", circuit.pieces.len())));
     }
     let mut curves = Vec::new();
     for (i, piece) in circuit.pieces.iter().enumerate() {
-        let curve = Curve::new(piece, circuit.speed_limit_mps).map_err(|(key, why)| {
+        let curve = PieceGeometry::new(piece, circuit.speed_limit_mps).map_err(|(key, why)| {
             // The limit of a piece may be that of the whole circuit.
             let own = format!("piece.{i}.{key}");
             let key = if key.is_empty() || toml_text::has(&text, &own) { own } else { key.to_owned() };
@@ -122,9 +122,9 @@ pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
     copied.map_err(|source| MapError::Io { file: folder.into(), source })
 }
 
-impl Curve {
+impl PieceGeometry {
     /// The key at fault and what is wrong with it; no key where the piece is none of the three kinds.
-    fn new(piece: &Piece, default_mps: f64) -> Result<Self, (&'static str, String)> {
+    fn new(piece: &CircuitPiece, default_mps: f64) -> Result<Self, (&'static str, String)> {
         let within = |name: &'static str, value: f64, low: f64, high: f64| {
             let fault = || (name, format!("{name} is {value}; allowed: {low} to {high}"));
             (low..=high).contains(&value).then_some(value).ok_or_else(fault)
@@ -193,17 +193,17 @@ impl Curve {
     }
 }
 
-fn check_length(curves: &[Curve]) -> Result<(), String> {
+fn check_length(curves: &[PieceGeometry]) -> Result<(), String> {
     let length_m: f64 = curves.iter().map(|curve| curve.length_m).sum();
     let fits = length_m <= LONGEST_M;
     fits.then_some(()).ok_or_else(|| format!("the circuit is {length_m:.0} m long; allowed: at most {LONGEST_M} m"))
 }
 
 /// Heading at the start of each piece, radians; the first heads east.
-fn headings(curves: &[Curve]) -> Vec<f64> {
+fn headings(curves: &[PieceGeometry]) -> Vec<f64> {
     // Summed in degrees, where the numbers of the file are exact.
     let mut turned_deg = 0.0;
-    let heading = |curve: &Curve| {
+    let heading = |curve: &PieceGeometry| {
         let here = f64::to_radians(turned_deg);
         turned_deg += curve.turn_deg;
         here
@@ -212,7 +212,7 @@ fn headings(curves: &[Curve]) -> Vec<f64> {
 }
 
 /// Gives the two solved straights the lengths with which the end meets the start.
-fn close(mut curves: Vec<Curve>) -> Result<Vec<Curve>, String> {
+fn close(mut curves: Vec<PieceGeometry>) -> Result<Vec<PieceGeometry>, String> {
     let turn_deg: f64 = curves.iter().map(|curve| curve.turn_deg).sum();
     if (turn_deg.abs() - 360.0).abs() > 1e-9 {
         return Err(format!("the bends turn by {turn_deg} degrees in all; a circuit turns by 360 or -360"));
@@ -243,7 +243,7 @@ fn close(mut curves: Vec<Curve>) -> Result<Vec<Curve>, String> {
 }
 
 /// One edge a piece, the first starting at the origin.
-fn lay(curves: &[Curve], width_m: f64) -> Vec<RoadEdge> {
+fn lay(curves: &[PieceGeometry], width_m: f64) -> Vec<RoadEdge> {
     let headings = headings(curves);
     let mut start = DVec2::ZERO;
     let mut road = Vec::new();

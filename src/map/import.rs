@@ -21,7 +21,7 @@ const FILE_BYTES: u64 = 2 * MOST_BYTES;
 
 /// What netconvert may take, and whether it is still wanted.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds<'a> {
+pub struct ImportBounds<'a> {
     /// How long it may run, seconds.
     pub seconds: u64,
     /// How much memory it may have, MiB.
@@ -42,7 +42,7 @@ pub const MEMORY_MIB: u64 = 4096;
 /// # Errors
 /// If the name is no plain word, the map exists, the file is none or too large, the format is none of the three, netconvert is
 /// absent, fails or goes beyond `bounds`, or the network has no closed route; then nothing is left behind.
-pub fn import(file: &Path, name: &str, bounds: &Bounds) -> Result<RoadMap, MapError> {
+pub fn import(file: &Path, name: &str, bounds: &ImportBounds) -> Result<RoadMap, MapError> {
     let maps = catalog::own_folder().ok_or(MapError::NoHome)?;
     import_into(&maps, &netconvert(), file, name, bounds)
 }
@@ -65,7 +65,7 @@ pub(super) fn import_into(
     netconvert: &Path,
     file: &Path,
     name: &str,
-    bounds: &Bounds,
+    bounds: &ImportBounds,
 ) -> Result<RoadMap, MapError> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || !name.chars().all(plain) {
@@ -108,7 +108,7 @@ fn check_file(file: &Path) -> Result<(), MapError> {
     Err(MapError::Limit { file: file.into(), what, value: size_text(size), allowed })
 }
 
-fn fill(folder: &Path, netconvert: &Path, file: &Path, name: &str, bounds: &Bounds) -> Result<(), MapError> {
+fn fill(folder: &Path, netconvert: &Path, file: &Path, name: &str, bounds: &ImportBounds) -> Result<(), MapError> {
     let net = folder.join("net.xml");
     let source_name = file.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
     if source_name.ends_with(".xodr") {
@@ -151,13 +151,13 @@ fn convert(
     file: &Path,
     net: &Path,
     options: &[&str],
-    bounds: &Bounds,
+    bounds: &ImportBounds,
 ) -> Result<(), MapError> {
     if !program.is_file() {
         return Err(MapError::NetconvertAbsent { program: program.into() });
     }
     let failed = |message: String| {
-        let Bounds { seconds, memory_mib, .. } = bounds;
+        let ImportBounds { seconds, memory_mib, .. } = bounds;
         MapError::Netconvert { file: file.into(), seconds: *seconds, memory_mib: *memory_mib, message }
     };
     let io = |source| MapError::Io { file: program.into(), source };
@@ -202,7 +202,7 @@ fn convert(
 /// The program with bounds that the system keeps, also when this program is gone: memory, time of the processor, and size of
 /// its files. The shell sets them for itself and becomes the program.
 #[cfg(unix)]
-fn bounded_command(program: &Path, bounds: &Bounds) -> Command {
+fn bounded_command(program: &Path, bounds: &ImportBounds) -> Command {
     let file_blocks = FILE_BYTES / 512;
     let script = format!(
         "ulimit -v {} && ulimit -t {} && ulimit -f {file_blocks} && exec \"$0\" \"$@\"",
@@ -217,7 +217,7 @@ fn bounded_command(program: &Path, bounds: &Bounds) -> Command {
 }
 
 #[cfg(not(unix))]
-fn bounded_command(program: &Path, _bounds: &Bounds) -> Command {
+fn bounded_command(program: &Path, _bounds: &ImportBounds) -> Command {
     Command::new(program)
 }
 

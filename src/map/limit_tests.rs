@@ -183,7 +183,7 @@ fn a_pipe_a_device_and_a_folder_are_no_networks() {
     let said = RoadMap::load("/dev/zero").unwrap_err().to_string();
     assert!(said.contains("it is a device"), "{said}");
     let stop = AtomicBool::new(false);
-    let bounds = import::Bounds { seconds: 5, memory_mib: 512, stop: &stop };
+    let bounds = import::ImportBounds { seconds: 5, memory_mib: 512, stop: &stop };
     let said = import::import_into(folder.path(), Path::new("netconvert"), &pipe, "no", &bounds);
     assert!(said.unwrap_err().to_string().contains("it is a pipe"));
 }
@@ -206,7 +206,7 @@ fn a_converter_that_does_not_end_is_ended_with_all_that_it_started() {
     let (program, osm) = converter(folder.path(), "sleep 600; true");
     let maps = folder.path().join("maps");
     let stop = AtomicBool::new(false);
-    let bounds = import::Bounds { seconds: 1, memory_mib: 512, stop: &stop };
+    let bounds = import::ImportBounds { seconds: 1, memory_mib: 512, stop: &stop };
     let gone = || {
         let pid = fs::read_to_string(folder.path().join("pid")).unwrap();
         let children = format!("/proc/{0}/task/{0}/children", pid.trim());
@@ -220,7 +220,7 @@ fn a_converter_that_does_not_end_is_ended_with_all_that_it_started() {
     assert!(said.contains("it may take 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{said}");
     gone();
     // Ctrl-C.
-    let bounds = import::Bounds { seconds: 600, ..bounds };
+    let bounds = import::ImportBounds { seconds: 600, ..bounds };
     let ended = std::thread::scope(|scope| {
         let import = scope.spawn(|| import::import_into(&maps, &program, &osm, "town", &bounds));
         std::thread::sleep(Duration::from_millis(300));
@@ -238,7 +238,7 @@ fn a_converter_gets_no_more_memory_than_it_may_have() {
     let folder = tempfile::tempdir().unwrap();
     let (program, osm) = converter(folder.path(), "exec dd if=/dev/zero of=/dev/null bs=1G count=1");
     let stop = AtomicBool::new(false);
-    let bounds = import::Bounds { seconds: 60, memory_mib: 256, stop: &stop };
+    let bounds = import::ImportBounds { seconds: 60, memory_mib: 256, stop: &stop };
     let said = import::import_into(&folder.path().join("maps"), &program, &osm, "town", &bounds);
     let said = said.unwrap_err().to_string();
     assert!(said.contains("town.osm: netconvert failed: ") && said.contains("memory"), "{said}");

@@ -1,10 +1,10 @@
-//! Finding a closed route in a network. In: a [`Net`] and, if a person chose, its edges in order. Out: the lanes to
+//! Finding a closed route in a network. In: a [`RoadNetwork`] and, if a person chose, its edges in order. Out: the lanes to
 //! drive, insides of junctions included, ready for [`Route`]. Deterministic: ties go to what the file names first.
 
 use super::{
-    Lane, MapError, Route,
+    MapError, Route, RouteLane,
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
-    net_xml::Net,
+    net_xml::RoadNetwork,
 };
 use glam::DVec2;
 use std::{
@@ -18,7 +18,7 @@ const SEARCH_STEPS: usize = 2_000_000;
 const GAP_M: f64 = 0.05;
 
 /// The closed route of `net`: along `edges` if given, else the longest loop that sessions no junction twice.
-pub(super) fn route_of(file: &Path, net: &Net, edges: Option<&[String]>) -> Result<Route, MapError> {
+pub(super) fn route_of(file: &Path, net: &RoadNetwork, edges: Option<&[String]>) -> Result<Route, MapError> {
     let chain = match edges {
         Some(edges) => along(file, net, edges)?,
         None => longest_loop(file, net)?,
@@ -57,7 +57,7 @@ fn shape_length_m(shape: &[DVec2]) -> f64 {
 
 /// Positions are declared metres and cars drive drawn ones: one may be longer than the other, but not by a hundred times.
 /// Lanes of less than a metre, as there are inside junctions, are let be.
-fn check_stretch(file: &Path, lane: &Lane) -> Result<(), MapError> {
+fn check_stretch(file: &Path, lane: &RouteLane) -> Result<(), MapError> {
     let drawn_m = shape_length_m(&lane.shape);
     if drawn_m.max(lane.length_m) < 1.0 || (0.01..=100.0).contains(&(lane.length_m / drawn_m)) {
         return Ok(());
@@ -69,7 +69,7 @@ fn check_stretch(file: &Path, lane: &Lane) -> Result<(), MapError> {
 }
 
 /// The route as it will be drawn is not too long, and no hole in it too wide to be bridged.
-fn check_gaps(file: &Path, lanes: &[Lane]) -> Result<(), MapError> {
+fn check_gaps(file: &Path, lanes: &[RouteLane]) -> Result<(), MapError> {
     let mut drawn_m = 0.0;
     for (k, lane) in lanes.iter().enumerate() {
         let next = &lanes[(k + 1) % lanes.len()];
@@ -87,7 +87,7 @@ fn check_gaps(file: &Path, lanes: &[Lane]) -> Result<(), MapError> {
 
 /// Which links a search may use.
 #[derive(Clone, Copy)]
-struct Allowed {
+struct AllowedLinks {
     /// Changing lanes within an edge.
     changes: bool,
     /// Turning on the spot.
@@ -95,12 +95,12 @@ struct Allowed {
 }
 
 /// All lanes of the edge that `lane` belongs to, for cars.
-fn beside(net: &Net, lane: usize) -> impl Iterator<Item = usize> {
+fn beside(net: &RoadNetwork, lane: usize) -> impl Iterator<Item = usize> {
     net.edges[net.lanes[lane].edge].lanes.clone().filter(|&lane| net.lanes[lane].passenger)
 }
 
 /// Lanes that can be entered next, by the lane that was entered; the right-most goal first.
-fn links_by_lane(net: &Net, allowed: Allowed) -> Vec<Vec<usize>> {
+fn links_by_lane(net: &RoadNetwork, allowed: AllowedLinks) -> Vec<Vec<usize>> {
     let mut next = vec![Vec::new(); net.lanes.len()];
     let outside = |lane: usize| net.lanes[lane].passenger && !net.edges[net.lanes[lane].edge].internal;
     for link in &net.links {
@@ -117,14 +117,14 @@ fn links_by_lane(net: &Net, allowed: Allowed) -> Vec<Vec<usize>> {
 }
 
 /// The lane by which an edge is left for `next`: the one that was entered if it leads there, else the right-most that does.
-fn lane_towards(net: &Net, entered: usize, next: usize) -> usize {
+fn lane_towards(net: &RoadNetwork, entered: usize, next: usize) -> usize {
     let leads = |lane: &usize| net.link(*lane, next).is_some();
     std::iter::once(entered).chain(beside(net, entered)).find(leads).unwrap_or(entered)
 }
 
-fn longest_loop(file: &Path, net: &Net) -> Result<Vec<usize>, MapError> {
+fn longest_loop(file: &Path, net: &RoadNetwork) -> Result<Vec<usize>, MapError> {
     // Best first: keeping the lane, then changing lanes; crossing oneself and turning on the spot only where it must be.
-    let links = |changes, turnarounds| links_by_lane(net, Allowed { changes, turnarounds });
+    let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds });
     let found = longest_without_crossing(net, &links(false, false))
         .or_else(|| longest_without_crossing(net, &links(true, false)))
         .or_else(|| any_loop(&links(true, false)))
@@ -141,7 +141,7 @@ fn longest_loop(file: &Path, net: &Net) -> Result<Vec<usize>, MapError> {
 }
 
 /// Depth first from every lane, each with an equal share of the steps; the longest loop that sessions no junction twice.
-fn longest_without_crossing(net: &Net, next: &[Vec<usize>]) -> Option<Vec<usize>> {
+fn longest_without_crossing(net: &RoadNetwork, next: &[Vec<usize>]) -> Option<Vec<usize>> {
     let next = peel(next);
     let starts: Vec<usize> = (0..next.len()).filter(|&lane| !next[lane].is_empty()).collect();
     let share = (SEARCH_STEPS / starts.len().max(1)).clamp(1_000, 200_000);
@@ -244,7 +244,7 @@ fn on_a_loop(next: &[Vec<usize>], mut lane: usize) -> usize {
 }
 
 /// The lanes along the edges that a person named, the right-most that lead all the way round.
-fn along(file: &Path, net: &Net, edges: &[String]) -> Result<Vec<usize>, MapError> {
+fn along(file: &Path, net: &RoadNetwork, edges: &[String]) -> Result<Vec<usize>, MapError> {
     let outside = net.edges.iter().enumerate().filter(|(_, edge)| !edge.internal);
     let index_of: BTreeMap<&str, usize> = outside.map(|(index, edge)| (edge.id.as_str(), index)).collect();
     let mut named = BTreeSet::new();
@@ -261,7 +261,7 @@ fn along(file: &Path, net: &Net, edges: &[String]) -> Result<Vec<usize>, MapErro
     }
     let mut furthest = 0;
     for changes in [false, true] {
-        let next = links_by_lane(net, Allowed { changes, turnarounds: true });
+        let next = links_by_lane(net, AllowedLinks { changes, turnarounds: true });
         let lanes_of = |k: usize| {
             let edge = &net.edges[indices[k % indices.len()]];
             edge.lanes.clone().filter(|&lane| net.lanes[lane].passenger)
@@ -301,7 +301,7 @@ fn along(file: &Path, net: &Net, edges: &[String]) -> Result<Vec<usize>, MapErro
 }
 
 /// The lanes inside the junction between two lanes that are linked, in driving order.
-fn inside(net: &Net, from: usize, to: usize) -> Vec<usize> {
+fn inside(net: &RoadNetwork, from: usize, to: usize) -> Vec<usize> {
     let mut lanes = Vec::new();
     let mut via = net.link(from, to).and_then(|link| link.via);
     // netconvert makes two or three of them; a network that leads in circles inside a junction is not followed.
@@ -314,7 +314,7 @@ fn inside(net: &Net, from: usize, to: usize) -> Vec<usize> {
 
 /// The lane driven on an edge that is entered by one lane and left by another: it goes over evenly in between. It has the
 /// id of the lane that is left.
-fn change_lanes(entered: &Lane, left: &Lane) -> Lane {
+fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
     if entered.id == left.id {
         return entered.clone();
     }
@@ -324,7 +324,7 @@ fn change_lanes(entered: &Lane, left: &Lane) -> Lane {
         let over = fraction * fraction * (3.0 - 2.0 * fraction);
         along_shape(&entered.shape, fraction).lerp(along_shape(&left.shape, fraction), over)
     };
-    Lane { shape: (0..=n as usize).map(point).collect(), ..left.clone() }
+    RouteLane { shape: (0..=n as usize).map(point).collect(), ..left.clone() }
 }
 
 /// The point at `fraction` (0..1) of a shape's length.
@@ -341,7 +341,7 @@ fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
 }
 
 /// Gives a lane that is one point an extent of 0.1 mm: its declared length (0.1 m) still counts.
-fn extend_points(lanes: &mut [Lane]) {
+fn extend_points(lanes: &mut [RouteLane]) {
     const EXTENT_M: f64 = 1e-4;
     for k in 0..lanes.len() {
         let point = lanes[k].shape[0];
@@ -354,7 +354,7 @@ fn extend_points(lanes: &mut [Lane]) {
 
 /// Without insides of junctions, lanes may end short of each other: half of a curve across goes to either lane, so that
 /// the road has no hole. SUMO's declared lengths stay as they are.
-fn bridge_gaps(lanes: &mut [Lane]) {
+fn bridge_gaps(lanes: &mut [RouteLane]) {
     for k in 0..lanes.len() {
         let next = (k + 1) % lanes.len();
         let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);

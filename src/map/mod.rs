@@ -25,7 +25,7 @@ mod write;
 pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::import;
-pub use route::{Lane, Route, RoutePosition};
+pub use route::{Route, RouteLane, RoutePosition};
 
 use glam::DVec2;
 use std::path::PathBuf;

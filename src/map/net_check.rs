@@ -3,7 +3,7 @@
 //! lanes is checked where it is read (`net_xml`); here is what only SUMO reads: junctions and their rules, signals,
 //! connections, boundaries.
 
-use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::Reader};
+use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::NetReader};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,8 +20,8 @@ const DIRECTIONS: &str = "s t l r L R invalid";
 
 /// What elements may refer to.
 #[derive(Default)]
-struct Names<'a> {
-    edges: BTreeMap<&'a str, Edge<'a>>,
+struct KnownNames<'a> {
+    edges: BTreeMap<&'a str, EdgeEnds<'a>>,
     lanes: BTreeSet<&'a str>,
     junctions: BTreeSet<&'a str>,
     /// Lengths of the shortest state of each signal.
@@ -29,7 +29,7 @@ struct Names<'a> {
 }
 
 /// What connections have to agree with.
-struct Edge<'a> {
+struct EdgeEnds<'a> {
     lanes: usize,
     /// The inside of a junction for cars.
     internal: bool,
@@ -39,22 +39,22 @@ struct Edge<'a> {
 }
 
 /// A lane where a connection leads: edge and index.
-type Goal<'a> = (&'a str, &'a str);
+type GoalLane<'a> = (&'a str, &'a str);
 
 /// What is known of the ways through junctions once all connections are.
 #[derive(Default)]
-struct Ways<'a> {
+struct JunctionWays<'a> {
     /// All connections: where from and where to.
-    known: BTreeSet<(Goal<'a>, Goal<'a>)>,
+    known: BTreeSet<(GoalLane<'a>, GoalLane<'a>)>,
     /// Where a connection leads that goes over this lane inside a junction.
-    over: BTreeMap<&'a str, Goal<'a>>,
+    over: BTreeMap<&'a str, GoalLane<'a>>,
     /// Where a lane inside a junction leads, by its id.
-    out: BTreeMap<String, Goal<'a>>,
+    out: BTreeMap<String, GoalLane<'a>>,
 }
 
 /// Checks all elements below the root.
-pub(super) fn check<'input>(reader: &Reader<'_, 'input>, root: Node<'_, 'input>) -> Result<(), MapError> {
-    let mut names = Names::default();
+pub(super) fn check<'input>(reader: &NetReader<'_, 'input>, root: Node<'_, 'input>) -> Result<(), MapError> {
+    let mut names = KnownNames::default();
     let elements = || root.children().filter(Node::is_element);
     let parents = [("lane", "edge"), ("request", "junction"), ("phase", "tlLogic")];
     for node in root.descendants() {
@@ -96,7 +96,7 @@ pub(super) fn check<'input>(reader: &Reader<'_, 'input>, root: Node<'_, 'input>)
     if !versioned && !names.junctions.is_empty() {
         return Err(reader.value(root, "version", "the version of the format, such as 1.20"));
     }
-    let mut ways = Ways::default();
+    let mut ways = JunctionWays::default();
     for node in elements() {
         match node.tag_name().name() {
             "edge" => ends(reader, node, &names)?,
@@ -120,10 +120,10 @@ pub(super) fn check<'input>(reader: &Reader<'_, 'input>, root: Node<'_, 'input>)
 
 /// Each lane inside a junction has one way in and one way out, and both lead to the same lane.
 fn insides<'input>(
-    reader: &Reader<'_, 'input>,
+    reader: &NetReader<'_, 'input>,
     root: Node<'_, 'input>,
-    names: &Names,
-    ways: &Ways,
+    names: &KnownNames,
+    ways: &JunctionWays,
 ) -> Result<(), MapError> {
     if names.junctions.is_empty() {
         return Ok(());
@@ -157,9 +157,9 @@ fn one_of(list: &str, word: &str) -> bool {
 }
 
 fn edge<'a, 'input>(
-    reader: &Reader<'_, 'input>,
+    reader: &NetReader<'_, 'input>,
     node: Node<'a, 'input>,
-    names: &mut Names<'a>,
+    names: &mut KnownNames<'a>,
 ) -> Result<(), MapError> {
     let id = reader.text(node, "id")?;
     let lanes = node.children().filter(|child| child.has_tag_name("lane"));
@@ -192,7 +192,7 @@ fn edge<'a, 'input>(
     }
     let internal = node.attribute("function") == Some("internal");
     let (from, to) = (node.attribute("from"), node.attribute("to"));
-    if names.edges.insert(id, Edge { lanes: n, internal, from, to }).is_some() {
+    if names.edges.insert(id, EdgeEnds { lanes: n, internal, from, to }).is_some() {
         return Err(reader.value(node, "id", "a name that no other edge has"));
     }
     if node.attribute("function").is_some_and(|function| !one_of(EDGE_FUNCTIONS, function)) {
@@ -212,7 +212,7 @@ fn edge<'a, 'input>(
 
 /// Edges outside junctions lead from a junction to a junction. A network without any junction is one that only this
 /// program reads.
-fn ends<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Names) -> Result<(), MapError> {
+fn ends<'input>(reader: &NetReader<'_, 'input>, node: Node<'_, 'input>, names: &KnownNames) -> Result<(), MapError> {
     if node.attribute("bidi").is_some_and(|id| !names.edges.contains_key(id)) {
         return Err(reader.value(node, "bidi", "the id of an edge of this network: the same track the other way"));
     }
@@ -228,7 +228,11 @@ fn ends<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Nam
     Ok(())
 }
 
-fn junction<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: &Names) -> Result<(), MapError> {
+fn junction<'input>(
+    reader: &NetReader<'_, 'input>,
+    node: Node<'_, 'input>,
+    names: &KnownNames,
+) -> Result<(), MapError> {
     let kind = node.attribute("type").unwrap_or_default();
     if !one_of(JUNCTION_TYPES, kind) {
         return Err(reader.value(node, "type", JUNCTION_TYPES));
@@ -272,9 +276,9 @@ fn junction<'input>(reader: &Reader<'_, 'input>, node: Node<'_, 'input>, names: 
 }
 
 fn signal<'a, 'input>(
-    reader: &Reader<'_, 'input>,
+    reader: &NetReader<'_, 'input>,
     node: Node<'a, 'input>,
-    names: &mut Names<'a>,
+    names: &mut KnownNames<'a>,
 ) -> Result<(), MapError> {
     let id = reader.text(node, "id")?;
     if node.attribute("offset").is_some_and(|text| text.trim() != "begin" && number(text).is_none()) {
@@ -308,10 +312,10 @@ fn signal<'a, 'input>(
 }
 
 fn connection<'a, 'input>(
-    reader: &Reader<'_, 'input>,
+    reader: &NetReader<'_, 'input>,
     node: Node<'a, 'input>,
-    names: &Names,
-    ways: &mut Ways<'a>,
+    names: &KnownNames,
+    ways: &mut JunctionWays<'a>,
 ) -> Result<(), MapError> {
     let end = |edge_name: &str, lane_name: &str| {
         let id = reader.text(node, edge_name)?;

@@ -14,9 +14,9 @@ fn load(path: &Path) -> Result<RoadMap, MapError> {
     RoadMap::load(path.to_str().unwrap())
 }
 
-fn bounds(seconds: u64) -> import::Bounds<'static> {
+fn bounds(seconds: u64) -> import::ImportBounds<'static> {
     static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
-    import::Bounds { seconds, memory_mib: import::MEMORY_MIB, stop: &STOP }
+    import::ImportBounds { seconds, memory_mib: import::MEMORY_MIB, stop: &STOP }
 }
 
 /// The edges driven on outside junctions, in order.

@@ -1,8 +1,8 @@
-//! SUMO's network file as data. In: the text of a `net.xml`. Out: a [`Net`]: edges, lanes and the links between lanes, in
+//! SUMO's network file as data. In: the text of a `net.xml`. Out: a [`RoadNetwork`]: edges, lanes and the links between lanes, in
 //! the order of the file, every number checked. Metres, m/s; heights (z) are left out: the world is flat.
 
 use super::{
-    Lane, MapError,
+    MapError, RouteLane,
     limits::{self, FURTHEST_M, LENGTH_M, MOST_POINTS, MOST_POINTS_IN_ALL, SPEED_MPS, WIDTH_M},
     net_check,
 };
@@ -19,8 +19,8 @@ const DEFAULT_WIDTH_M: f64 = 3.2;
 
 /// A network: lanes are named by their index in `lanes`, edges by theirs in `edges`.
 #[derive(Debug)]
-pub(super) struct Net {
-    pub edges: Vec<Edge>,
+pub(super) struct RoadNetwork {
+    pub edges: Vec<RoadEdge>,
     pub lanes: Vec<NetLane>,
     pub links: Vec<Connection>,
     /// Indices of the links from each lane, in the order of the file.
@@ -28,7 +28,7 @@ pub(super) struct Net {
 }
 
 #[derive(Debug)]
-pub(super) struct Edge {
+pub(super) struct RoadEdge {
     pub id: String,
     /// Inside of a junction.
     pub internal: bool,
@@ -40,7 +40,7 @@ pub(super) struct Edge {
 
 #[derive(Debug)]
 pub(super) struct NetLane {
-    pub lane: Lane,
+    pub lane: RouteLane,
     /// Its edge.
     pub edge: usize,
     /// Open to passenger cars.
@@ -58,12 +58,12 @@ pub(super) struct Connection {
     pub turnaround: bool,
 }
 
-impl Net {
+impl RoadNetwork {
     /// Reads the text of `file`, which is named in errors only.
     pub fn parse(file: &Path, text: &str) -> Result<Self, MapError> {
         let document = limits::parse(file, text)?;
         let root = document.root_element();
-        let reader = Reader { file, document: &document };
+        let reader = NetReader { file, document: &document };
         if root.tag_name().name() != "net" {
             let (line, found) = (reader.line(root), root.tag_name().name().to_owned());
             return Err(MapError::NotANet { file: file.into(), line, found });
@@ -93,7 +93,7 @@ impl Net {
                 net.lanes.push(lane);
             }
             edge_of_id.insert(id, Some(net.edges.len()));
-            net.edges.push(Edge { id: id.to_owned(), internal, to_junction, lanes: first..net.lanes.len() });
+            net.edges.push(RoadEdge { id: id.to_owned(), internal, to_junction, lanes: first..net.lanes.len() });
         }
         let lane_of_id: BTreeMap<&str, usize> =
             net.lanes.iter().enumerate().map(|(index, lane)| (lane.lane.id.as_str(), index)).collect();
@@ -124,12 +124,12 @@ impl Net {
     }
 }
 
-pub(super) struct Reader<'a, 'input> {
+pub(super) struct NetReader<'a, 'input> {
     file: &'a Path,
     document: &'a Document<'input>,
 }
 
-impl<'input> Reader<'_, 'input> {
+impl<'input> NetReader<'_, 'input> {
     /// Counts lines from the start of the file, so it is called for errors only.
     fn line(&self, node: Node) -> u32 {
         self.document.text_pos_at(node.range().start).row
@@ -189,7 +189,7 @@ impl<'input> Reader<'_, 'input> {
             true => self.within(node, "width", &WIDTH_M, "a number from 0.1 to 100 m")?,
             false => DEFAULT_WIDTH_M,
         };
-        let lane = Lane {
+        let lane = RouteLane {
             id: self.text(node, "id")?.to_owned(),
             edge: edge_id.to_owned(),
             start_s_m: 0.0,
@@ -208,7 +208,7 @@ impl<'input> Reader<'_, 'input> {
         edge_attribute: &str,
         lane_attribute: &str,
         edge_of_id: &BTreeMap<&str, Option<usize>>,
-        edges: &[Edge],
+        edges: &[RoadEdge],
     ) -> Result<Option<usize>, MapError> {
         let Some(edge) = edge_of_id.get(self.text(node, edge_attribute)?) else {
             return Err(self.value(node, edge_attribute, "the id of an edge of this network"));

@@ -18,7 +18,7 @@ const SAG_M: f64 = 0.0035;
 
 /// What a ring is like.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ring {
+pub struct RingShape {
     /// Length of one lap, metres, in [`CIRCUMFERENCE_M`].
     pub circumference_m: f64,
     /// Speed limit, m/s, above 0 to 100.
@@ -27,7 +27,7 @@ pub struct Ring {
     pub width_m: f64,
 }
 
-impl Ring {
+impl RingShape {
     fn check(&self) -> Result<(), MapError> {
         let rows = [
             ("circumference", self.circumference_m, *CIRCUMFERENCE_M.start(), *CIRCUMFERENCE_M.end(), "m"),
@@ -80,7 +80,7 @@ impl Ring {
 ///
 /// # Errors
 /// If a number is out of range, the folder exists or cannot be written.
-pub fn write(folder: &Path, ring: &Ring, title: &str, description: &str) -> Result<(), MapError> {
+pub fn write(folder: &Path, ring: &RingShape, title: &str, description: &str) -> Result<(), MapError> {
     let net = ring.net_xml()?;
     write_folder(folder, &net, title, description)
 }

@@ -7,7 +7,7 @@ use glam::DVec2;
 
 /// One lane of the route.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lane {
+pub struct RouteLane {
     /// SUMO's lane id, for example `e0_0`.
     pub id: String,
     /// SUMO's edge id; begins with a colon on a junction's inside.
@@ -36,14 +36,14 @@ pub struct RoutePosition {
 /// A closed chain of lanes: the end of the last is the start of the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
-    lanes: Vec<Lane>,
+    lanes: Vec<RouteLane>,
     /// All segments of all shapes in order, for searching.
-    segments: Vec<Segment>,
+    segments: Vec<ShapeSegment>,
     length_m: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Segment {
+struct ShapeSegment {
     start: DVec2,
     end: DVec2,
     /// Route distances of the ends.
@@ -57,7 +57,7 @@ impl Route {
     /// # Panics
     /// If there is no lane, or a lane has fewer than two distinct points or a length that is not positive: readers of files check
     /// that first.
-    pub fn new(mut lanes: Vec<Lane>) -> Self {
+    pub fn new(mut lanes: Vec<RouteLane>) -> Self {
         assert!(!lanes.is_empty(), "a route has at least one lane");
         let mut segments = Vec::new();
         let mut length_m = 0.0;
@@ -69,7 +69,7 @@ impl Route {
             let mut s_m = length_m;
             for pair in lane.shape.windows(2).filter(|p| p[0] != p[1]) {
                 let end_s_m = s_m + pair[0].distance(pair[1]) * scale;
-                segments.push(Segment { start: pair[0], end: pair[1], start_s_m: s_m, end_s_m });
+                segments.push(ShapeSegment { start: pair[0], end: pair[1], start_s_m: s_m, end_s_m });
                 s_m = end_s_m;
             }
             length_m += lane.length_m;
@@ -81,7 +81,7 @@ impl Route {
     }
 
     /// The lanes in driving order.
-    pub fn lanes(&self) -> &[Lane] {
+    pub fn lanes(&self) -> &[RouteLane] {
         &self.lanes
     }
 
@@ -228,7 +228,7 @@ impl Route {
     }
 }
 
-impl Segment {
+impl ShapeSegment {
     fn yaw(&self) -> f64 {
         let along = self.end - self.start;
         along.y.atan2(along.x)
@@ -250,7 +250,7 @@ mod tests {
     /// A circle of 100 m declared length in two lanes, 200 points.
     fn circle() -> Route {
         let r = 100.0 / TAU;
-        let lane = |k: usize| Lane {
+        let lane = |k: usize| RouteLane {
             id: format!("e{k}_0"),
             edge: format!("e{k}"),
             start_s_m: 0.0,

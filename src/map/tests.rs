@@ -1,16 +1,16 @@
 //! Tests of maps as a whole: rings of many lengths, and the maps that ship.
 
-use super::{ring::Ring, *};
+use super::{ring::RingShape, *};
 use std::{fs, path::Path};
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("maps").join(name)
 }
 
-fn shipped_ring(name: &str) -> Ring {
+fn shipped_ring(name: &str) -> RingShape {
     match name {
-        "ring-250" => Ring { circumference_m: 250.0, speed_limit_mps: 30.0, width_m: 3.6 },
-        "ring-641" => Ring { circumference_m: 640.9, speed_limit_mps: 17.88, width_m: 4.0 },
+        "ring-250" => RingShape { circumference_m: 250.0, speed_limit_mps: 30.0, width_m: 3.6 },
+        "ring-641" => RingShape { circumference_m: 640.9, speed_limit_mps: 17.88, width_m: 4.0 },
         _ => unreachable!("{name}"),
     }
 }
@@ -96,7 +96,7 @@ fn a_circuit_that_cannot_be_built_says_why() {
 fn rings_of_any_length_add_up_and_lie_on_their_circle() {
     for circumference_m in [150.0, 250.0, 640.9, 1234.5, 5000.0] {
         let folder = tempfile::tempdir().unwrap();
-        let ring = Ring { circumference_m, speed_limit_mps: 30.0, width_m: 3.6 };
+        let ring = RingShape { circumference_m, speed_limit_mps: 30.0, width_m: 3.6 };
         ring::write(&folder.path().join("r"), &ring, "A \"ring\"", "").unwrap();
         let map = RoadMap::load(folder.path().join("r").to_str().unwrap()).unwrap();
         assert_eq!((map.name.as_str(), map.title.as_str()), ("r", "A \"ring\""));
@@ -115,7 +115,8 @@ fn rings_of_any_length_add_up_and_lie_on_their_circle() {
 
 #[test]
 fn a_ring_out_of_range_is_refused_with_the_range() {
-    let ring = |circumference_m, speed_limit_mps| Ring { circumference_m, speed_limit_mps, width_m: 3.6 }.net_xml();
+    let ring =
+        |circumference_m, speed_limit_mps| RingShape { circumference_m, speed_limit_mps, width_m: 3.6 }.net_xml();
     let message = |made: Result<String, MapError>| made.unwrap_err().to_string();
     assert_eq!(message(ring(149.9, 30.0)), "circumference is 149.9; allowed: 150 to 5000 m");
     assert_eq!(message(ring(f64::NAN, 30.0)), "circumference is NaN; allowed: 150 to 5000 m");
@@ -156,7 +157,7 @@ fn sumo_drives_exactly_one_lap_of_the_networks_written_here() {
     let folder = tempfile::tempdir().unwrap();
     let mut nets: Vec<PathBuf> = list().into_iter().map(|map| map.folder.join("net.xml")).collect();
     for circumference_m in [150.0, 5000.0] {
-        let ring = Ring { circumference_m, speed_limit_mps: 30.0, width_m: 3.6 };
+        let ring = RingShape { circumference_m, speed_limit_mps: 30.0, width_m: 3.6 };
         nets.push(folder.path().join(format!("{circumference_m}.net.xml")));
         fs::write(&nets[nets.len() - 1], ring.net_xml().unwrap()).unwrap();
     }

@@ -1,23 +1,23 @@
 //! The calibration page: what wheel and pedals do, live; the questions of a calibration; which button is which. In: a
-//! [`Wheel`], plain numbers of the moment. Out: [`CalibrationCommand`]s.
+//! [`PluggedWheel`], plain numbers of the moment. Out: [`CalibrationCommand`]s.
 
 use egui::{Button, Color32, DragValue, Rect, RichText, Sense, Stroke, TextEdit, Ui, pos2, vec2};
 
 use super::theme;
 use crate::input::{
-    Action, Profile,
-    calibrate::Step,
+    ButtonAction, WheelProfile,
+    calibrate::CalibrationStep,
     profile::{Pedal, ProfileError},
 };
 use std::collections::BTreeMap;
 
 /// The wheel that is plugged in, at this moment.
 #[derive(Clone, Debug)]
-pub struct Wheel {
+pub struct PluggedWheel {
     /// Its name.
     pub device: String,
     /// The profile that it is driven with.
-    pub profile: Profile,
+    pub profile: WheelProfile,
     /// Last raw values by axis.
     pub raw: BTreeMap<u16, i32>,
     /// The button that was pressed last, by evdev's number.
@@ -31,11 +31,11 @@ pub struct Wheel {
 #[derive(Clone, Debug)]
 pub struct CalibrationProgress {
     /// The question.
-    pub step: Step,
+    pub step: CalibrationStep,
     /// Every axis: number, name, way as a share of its range (see `Calibration::bars`).
     pub bars: Vec<(u16, String, f64)>,
     /// What was learnt; `None` before the end.
-    pub learnt: Option<Result<Profile, ProfileError>>,
+    pub learnt: Option<Result<WheelProfile, ProfileError>>,
 }
 
 /// What is asked for on the page.
@@ -46,7 +46,7 @@ pub enum CalibrationCommand {
     /// Ask no more, keep the profile as it is.
     Cancel,
     /// Save this profile as the person's own and drive with it.
-    Save(Box<Profile>),
+    Save(Box<WheelProfile>),
     /// The page is closed.
     Close,
 }
@@ -57,9 +57,9 @@ pub struct CalibrationPage {
     /// True while it is to be seen.
     pub open: bool,
     /// The profile that is edited; `None` follows the wheel's own.
-    edited: Option<Profile>,
+    edited: Option<WheelProfile>,
     /// The action that waits for a button.
-    waiting: Option<Action>,
+    waiting: Option<ButtonAction>,
     /// The last button when it began to wait.
     before: Option<u16>,
     /// True once what was learnt in this calibration has been taken over.
@@ -69,7 +69,7 @@ pub struct CalibrationPage {
 impl CalibrationPage {
     /// Shows the page, if it is open, and tells what was asked for. `wheel` is `None` where none is plugged in; `said` is
     /// what came of the last command.
-    pub fn show(&mut self, ui: &Ui, wheel: Option<&Wheel>, said: Option<&str>) -> Vec<CalibrationCommand> {
+    pub fn show(&mut self, ui: &Ui, wheel: Option<&PluggedWheel>, said: Option<&str>) -> Vec<CalibrationCommand> {
         let mut commands = Vec::new();
         let mut open = self.open;
         egui::Window::new("Wheel and pedals").open(&mut open).resizable(false).default_width(520.0).show(
@@ -94,13 +94,13 @@ impl CalibrationPage {
         commands
     }
 
-    fn page(&mut self, ui: &mut Ui, wheel: &Wheel, commands: &mut Vec<CalibrationCommand>) {
+    fn page(&mut self, ui: &mut Ui, wheel: &PluggedWheel, commands: &mut Vec<CalibrationCommand>) {
         self.listen(wheel);
         let shown = self.edited.as_ref().unwrap_or(&wheel.profile).clone();
         ui.label(RichText::new(format!("{}, profile {}", wheel.device, shown.name)).color(theme::DIM));
         ui.add_space(4.0);
         match &wheel.asked {
-            Some(asked) if asked.step != Step::Done => question(ui, asked, commands),
+            Some(asked) if asked.step != CalibrationStep::Done => question(ui, asked, commands),
             _ => {
                 self.live(ui, wheel, &shown);
                 ui.add_space(6.0);
@@ -112,7 +112,7 @@ impl CalibrationPage {
     }
 
     /// Takes over what was learnt, and the button that an action waits for.
-    fn listen(&mut self, wheel: &Wheel) {
+    fn listen(&mut self, wheel: &PluggedWheel) {
         match &wheel.asked {
             None => self.taken = false,
             Some(asked) => {
@@ -131,7 +131,7 @@ impl CalibrationPage {
     }
 
     /// Bars and curves of what is driven with.
-    fn live(&mut self, ui: &mut Ui, wheel: &Wheel, shown: &Profile) {
+    fn live(&mut self, ui: &mut Ui, wheel: &PluggedWheel, shown: &WheelProfile) {
         let raw = |axis: u16| wheel.raw.get(&axis).copied();
         let steering = &shown.steering;
         let turn = raw(steering.axis).map_or(0.0, |raw| steering.wheel_rad(raw));
@@ -177,17 +177,17 @@ impl CalibrationPage {
     }
 
     /// Which button does what; a click on an action waits for its button.
-    fn buttons(&mut self, ui: &mut Ui, wheel: &Wheel, shown: &Profile) {
+    fn buttons(&mut self, ui: &mut Ui, wheel: &PluggedWheel, shown: &WheelProfile) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Buttons").strong());
             let last = wheel.last_button.map_or("press one to see its number".into(), |code| {
-                let does = shown.buttons.action(code).map_or("nothing", Action::words);
+                let does = shown.buttons.action(code).map_or("nothing", ButtonAction::words);
                 format!("pressed last: {code}, {does}")
             });
             ui.label(RichText::new(last).color(theme::DIM));
         });
         egui::Grid::new("buttons").num_columns(4).spacing([14.0, 3.0]).show(ui, |ui| {
-            for (i, action) in Action::ALL.into_iter().enumerate() {
+            for (i, action) in ButtonAction::ALL.into_iter().enumerate() {
                 let codes: Vec<String> = shown.buttons.clone().of(action).iter().map(u16::to_string).collect();
                 let (text, colour) = match self.waiting {
                     Some(waiting) if waiting == action => ("press it ...".to_owned(), theme::AMBER),
@@ -210,7 +210,7 @@ impl CalibrationPage {
         });
     }
 
-    fn end(&mut self, ui: &mut Ui, wheel: &Wheel, commands: &mut Vec<CalibrationCommand>) {
+    fn end(&mut self, ui: &mut Ui, wheel: &PluggedWheel, commands: &mut Vec<CalibrationCommand>) {
         if let Some(CalibrationProgress { learnt: Some(Err(error)), .. }) = &wheel.asked {
             ui.label(RichText::new(error.to_string()).color(theme::RED));
         }

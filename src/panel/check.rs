@@ -55,20 +55,20 @@ pub fn show(ui: &Ui, truth: &DisplayTruth) {
     let screen = ui.ctx().content_rect();
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     painter.rect_filled(screen, 0.0, theme::PANEL);
-    let sheet = Sheet { painter, screen, points_per_m: screen.width() / truth.screen_width_m as f32 };
+    let sheet = CheckSheet { painter, screen, points_per_m: screen.width() / truth.screen_width_m as f32 };
     sheet.corners();
     sheet.ruler(truth.ruler_m() as f32);
     sheet.circle(truth.circle_m(f64::from(screen.width() / screen.height())) as f32);
     sheet.words(truth);
 }
 
-struct Sheet {
+struct CheckSheet {
     painter: Painter,
     screen: Rect,
     points_per_m: f32,
 }
 
-impl Sheet {
+impl CheckSheet {
     fn line(&self, from: Pos2, to: Pos2, width: f32, colour: Color32) {
         self.painter.line_segment([from, to], Stroke::new(width, colour));
     }

@@ -50,9 +50,9 @@ const CLOSED: [&str; 4] = ["Display", "Sound", "Rig", "Surroundings"];
 
 /// Words to choose from, for settings that are texts: which maps and policies there are is not the schema's to say.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Choices(BTreeMap<String, (Vec<String>, Option<String>)>);
+pub struct SettingChoices(BTreeMap<String, (Vec<String>, Option<String>)>);
 
-impl Choices {
+impl SettingChoices {
     /// Adds the words for one setting. `other` says what else may be typed ("path of a net.xml"); `None` if nothing.
     pub fn with<W: ToString>(mut self, path: &str, words: impl IntoIterator<Item = W>, other: Option<&str>) -> Self {
         let words = words.into_iter().map(|word| word.to_string()).collect();
@@ -62,18 +62,18 @@ impl Choices {
 }
 
 /// A scenario being edited.
-pub struct Editor {
+pub struct ScenarioEditor {
     fields: Vec<Field>,
-    choices: Choices,
+    choices: SettingChoices,
     driving: Value,
     edited: Value,
     /// Own name of the policy that drives.
     policy: String,
 }
 
-impl Editor {
+impl ScenarioEditor {
     /// An editor that starts from `scenario`.
-    pub fn new(scenario: &Scenario, choices: Choices) -> Self {
+    pub fn new(scenario: &Scenario, choices: SettingChoices) -> Self {
         let driving = json(scenario);
         Self { fields: Scenario::fields(), choices, edited: driving.clone(), driving, policy: String::new() }
     }
@@ -323,7 +323,7 @@ mod tests {
 
     #[test]
     fn an_edit_is_noticed_taken_back_and_replaced_by_a_new_drive() {
-        let mut editor = Editor::new(&Scenario::default(), Choices::default());
+        let mut editor = ScenarioEditor::new(&Scenario::default(), SettingChoices::default());
         assert!(!editor.is_edited());
         assert_eq!(editor.scenario().unwrap(), Scenario::default());
         let vehicles = editor.fields.iter().find(|field| field.path == "vehicles").unwrap().clone();
@@ -341,7 +341,7 @@ mod tests {
 
     #[test]
     fn a_policy_that_was_left_open_is_shown_with_its_own_name_while_it_is_the_one_that_drives() {
-        let mut editor = Editor::new(&Scenario::default(), Choices::default());
+        let mut editor = ScenarioEditor::new(&Scenario::default(), SettingChoices::default());
         let field = |path: &str| Scenario::fields().into_iter().find(|field| field.path == path).unwrap();
         let (policy, map) = (field("policy"), field("map"));
         assert_eq!(editor.shown(&policy, "auto"), "auto", "before there is a world");

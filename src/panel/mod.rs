@@ -18,12 +18,12 @@ pub mod theme;
 
 pub use check::{DisplayTruth, show as check};
 pub use contact::contact_flash;
-pub use editor::Choices;
+pub use editor::SettingChoices;
 pub use help::show as key_list;
-pub use history::{History, Sample};
-pub use presets::{PresetError, Presets};
+pub use history::{SpeedHistory, SpeedSample};
+pub use presets::{PresetError, PresetList};
 pub use readout::{Readings, dropped_time};
-pub use screens::{SCREEN_KEYS, Screen, ScreenState, Screens};
+pub use screens::{ParticipantScreen, SCREEN_KEYS, ScreenPainter, ScreenState};
 pub use session::{ItemState, SessionCommand, SessionItem, SessionPanel, SessionPanelState, SessionPhase};
 
 use std::{path::Path, time::Duration};
@@ -31,7 +31,7 @@ use std::{path::Path, time::Duration};
 use egui::{Button, Color32, RichText, Ui};
 
 use crate::scenario::Scenario;
-use editor::Editor;
+use editor::ScenarioEditor;
 
 /// What the panel shows in one frame.
 #[derive(Clone, Copy, Debug)]
@@ -39,11 +39,11 @@ pub struct PanelState<'a> {
     /// The scenario that drives, or that would if it could start.
     pub scenario: &'a Scenario,
     /// Whether time runs.
-    pub phase: Phase,
+    pub phase: DrivePhase,
     /// The present moment; `None` before there is a world.
     pub readings: Option<Readings>,
     /// Speeds since the start.
-    pub history: &'a History,
+    pub history: &'a SpeedHistory,
     /// Share of the time with advice in which the ego was in range, 0 to 1; `None` before the first advice.
     pub in_range: Option<f64>,
     /// Name and version of the traffic engine.
@@ -64,7 +64,7 @@ pub struct PanelState<'a> {
 
 /// Whether time runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Phase {
+pub enum DrivePhase {
     /// Not yet started.
     #[default]
     Ready,
@@ -86,7 +86,7 @@ pub enum PanelCommand {
     /// Hold time.
     Pause,
     /// Go on by so much and hold.
-    SingleStep(Advance),
+    SingleStep(SingleStep),
     /// Begin a new drive with this scenario, edited or not.
     Restart(Box<Scenario>),
     /// Show the page of wheel and pedals.
@@ -97,7 +97,7 @@ pub enum PanelCommand {
 
 /// How far a single step goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Advance {
+pub enum SingleStep {
     /// One tick of the ego's physics, 10 ms.
     Tick,
     /// One step of traffic and policy.
@@ -105,9 +105,9 @@ pub enum Advance {
 }
 
 /// The panel's own state: edits, and what is open.
-pub struct Panel {
-    editor: Editor,
-    presets: Option<Presets>,
+pub struct SettingsPanel {
+    editor: ScenarioEditor,
+    presets: Option<PresetList>,
     /// True while the panel is to be seen.
     pub open: bool,
     /// True while the list of keys is to be seen.
@@ -117,14 +117,14 @@ pub struct Panel {
 /// Width of the panel, points.
 pub const WIDTH: f32 = 360.0;
 
-impl Panel {
+impl SettingsPanel {
     /// A panel for `scenario`, closed. `choices` are the words for settings that are texts.
-    pub fn new(scenario: &Scenario, choices: Choices) -> Self {
-        Self { editor: Editor::new(scenario, choices), presets: None, open: false, help_open: false }
+    pub fn new(scenario: &Scenario, choices: SettingChoices) -> Self {
+        Self { editor: ScenarioEditor::new(scenario, choices), presets: None, open: false, help_open: false }
     }
 
     /// Lets settings be saved and loaded under a name.
-    pub fn keep_presets(&mut self, presets: Presets) {
+    pub fn keep_presets(&mut self, presets: PresetList) {
         self.presets = Some(presets);
     }
 
@@ -182,11 +182,11 @@ impl Panel {
     fn controls(&mut self, ui: &mut Ui, state: &PanelState<'_>, commands: &mut Vec<PanelCommand>) {
         ui.horizontal(|ui| {
             let (word, light) = match state.phase {
-                Phase::Ready => ("ready", theme::DIM),
-                Phase::Starting => ("starting", theme::AMBER),
-                Phase::Running => ("running", theme::GREEN),
-                Phase::Paused => ("paused", theme::AMBER),
-                Phase::Ended => ("ended", theme::RED),
+                DrivePhase::Ready => ("ready", theme::DIM),
+                DrivePhase::Starting => ("starting", theme::AMBER),
+                DrivePhase::Running => ("running", theme::GREEN),
+                DrivePhase::Paused => ("paused", theme::AMBER),
+                DrivePhase::Ended => ("ended", theme::RED),
             };
             ui.heading("codrive");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -200,8 +200,8 @@ impl Panel {
         });
         let edited = self.editor.scenario();
         ui.horizontal(|ui| {
-            let held = matches!(state.phase, Phase::Ready | Phase::Paused);
-            if state.phase == Phase::Running {
+            let held = matches!(state.phase, DrivePhase::Ready | DrivePhase::Paused);
+            if state.phase == DrivePhase::Running {
                 if ui.button("Pause").on_hover_text("Pause the drive (Ctrl+P; Space on the picture)").clicked() {
                     commands.push(PanelCommand::Pause);
                 }
@@ -214,8 +214,8 @@ impl Panel {
                 commands.push(PanelCommand::Start);
             }
             for (text, advance, tip) in [
-                ("+1 tick", Advance::Tick, "Go on by one tick of the car's physics, 0.01 s"),
-                ("+1 step", Advance::Step, "Go on by one step of traffic and advice"),
+                ("+1 tick", SingleStep::Tick, "Go on by one tick of the car's physics, 0.01 s"),
+                ("+1 step", SingleStep::Step, "Go on by one step of traffic and advice"),
             ] {
                 let button = ui.add_enabled(held, Button::new(text)).on_hover_text(tip);
                 if button.on_disabled_hover_text("Pause first").clicked() {

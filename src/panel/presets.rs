@@ -1,7 +1,7 @@
 //! Settings kept under a name: ordinary scenario files in one folder, for `codrive drive --scenario` as well. In: a
 //! scenario, a name. Out: files that are never overwritten unasked; scenarios; messages that say what is wrong.
 
-use super::{editor::Editor, theme};
+use super::{editor::ScenarioEditor, theme};
 use crate::{
     record::{new_private_dir, replace, write_new},
     scenario::Scenario,
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 const MOST: usize = 60;
 
 /// Names that exist, and what is being typed.
-pub struct Presets {
+pub struct PresetList {
     folder: PathBuf,
     names: Vec<String>,
     chosen: String,
@@ -33,7 +33,7 @@ pub enum PresetError {
     Other(String),
 }
 
-impl Presets {
+impl PresetList {
     /// Those in `folder`, which need not be there yet.
     pub fn in_folder(folder: PathBuf) -> Self {
         let mut presets =
@@ -97,7 +97,7 @@ impl Presets {
     }
 
     /// Lines to load and to save with, over the settings.
-    pub(super) fn show(&mut self, ui: &mut Ui, editor: &mut Editor) {
+    pub(super) fn show(&mut self, ui: &mut Ui, editor: &mut ScenarioEditor) {
         ui.horizontal(|ui| {
             let label = ui.label("Preset").on_hover_text(format!("Scenario files in {}", self.folder.display()));
             let shown = if self.names.is_empty() { "none saved yet" } else { &self.chosen };
@@ -144,7 +144,7 @@ impl Presets {
         }
     }
 
-    fn try_saving(&mut self, editor: &Editor, replaced: bool) {
+    fn try_saving(&mut self, editor: &ScenarioEditor, replaced: bool) {
         let name = self.typed.trim().to_owned();
         let saved = match editor.scenario() {
             Ok(scenario) => self.save(&name, &scenario, replaced),
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn a_preset_comes_back_as_it_was_and_is_not_overwritten_unasked() {
         let folder = tempfile::tempdir().unwrap();
-        let presets = Presets::in_folder(folder.path().join("scenarios"));
+        let presets = PresetList::in_folder(folder.path().join("scenarios"));
         let dense = Scenario { vehicles: 24, range_mph: 2.0, ..Scenario::default() };
         let path = presets.save("dense", &dense, false).unwrap();
         assert_eq!(presets.load("dense").unwrap(), dense);
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn names_that_leave_the_folder_or_that_no_system_keeps_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        let presets = Presets::in_folder(folder.path().into());
+        let presets = PresetList::in_folder(folder.path().into());
         let long = "a".repeat(MOST + 1);
         for name in ["", "../dense", "a/b", "a b", ".hidden", "nul", "COM1", "a\0b", &long] {
             let Err(PresetError::Other(why)) = presets.save(name, &Scenario::default(), false) else {
@@ -210,10 +210,10 @@ mod tests {
     fn a_wrong_file_and_an_unwritable_folder_are_named() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("bad.toml"), "vehicles = 1\n").unwrap();
-        let why = Presets::in_folder(folder.path().into()).load("bad").unwrap_err();
+        let why = PresetList::in_folder(folder.path().into()).load("bad").unwrap_err();
         assert!(why.contains("bad.toml:1") && why.contains("vehicles"), "{why}");
         let file = folder.path().join("bad.toml");
-        let Err(PresetError::Other(why)) = Presets::in_folder(file.clone()).save("x", &Scenario::default(), false)
+        let Err(PresetError::Other(why)) = PresetList::in_folder(file.clone()).save("x", &Scenario::default(), false)
         else {
             panic!()
         };

@@ -1,11 +1,11 @@
-//! Live numbers and the plot. In: [`Readings`] and a [`History`]. Speeds are read both as the driver reads them and in
+//! Live numbers and the plot. In: [`Readings`] and a [`SpeedHistory`]. Speeds are read both as the driver reads them and in
 //! m/s, the unit of the literature.
 
 use egui::{Color32, RichText, Ui};
 use egui_plot::{GridMark, Line, Plot};
 use std::time::Duration;
 
-use super::{History, PanelState, theme};
+use super::{PanelState, SpeedHistory, theme};
 use crate::{policy::Advice, sim::Snapshot, units::SpeedUnit};
 
 /// What the panel reads off a moment of the drive; SI.
@@ -159,9 +159,9 @@ pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> 
 }
 
 /// Mean speed of all vehicles over time, with the ego's speed and the target.
-pub fn plot(ui: &mut Ui, history: &History, height: f32) {
+pub fn plot(ui: &mut Ui, history: &SpeedHistory, height: f32) {
     let samples = history.samples();
-    let line = |of: fn(&super::Sample) -> f64| -> Vec<[f64; 2]> {
+    let line = |of: fn(&super::SpeedSample) -> f64| -> Vec<[f64; 2]> {
         samples.iter().map(|sample| [sample.time_s, of(sample)]).collect()
     };
     ui.horizontal(|ui| {
@@ -186,7 +186,7 @@ pub fn plot(ui: &mut Ui, history: &History, height: f32) {
 }
 
 /// The target in one line for each while with advice.
-fn targets(samples: &[super::Sample]) -> Vec<Vec<[f64; 2]>> {
+fn targets(samples: &[super::SpeedSample]) -> Vec<Vec<[f64; 2]>> {
     samples
         .chunk_by(|one, next| one.target_mps.is_some() == next.target_mps.is_some())
         .map(|part| part.iter().filter_map(|s| s.target_mps.map(|target| [s.time_s, target])).collect::<Vec<_>>())
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_while_without_advice_is_a_hole_in_the_line() {
-        let mut history = History::default();
+        let mut history = SpeedHistory::default();
         for (i, target) in [None, Some(4.0), Some(4.0), None, Some(3.0)].into_iter().enumerate() {
             history.push(i as f64, 4.0, 4.0, target);
         }

@@ -149,9 +149,9 @@ enum PromptedCommand {
 }
 
 /// A command with words: on its button, its key, what it does, what the reason is called, and on the button that confirms.
-type Row = (PromptedCommand, &'static str, Key, &'static str, &'static str, &'static str);
+type CommandTexts = (PromptedCommand, &'static str, Key, &'static str, &'static str, &'static str);
 
-const ACTS: [Row; 8] = [
+const ACTS: [CommandTexts; 8] = [
     (PromptedCommand::Note, "Note", Key::N, "Write a note, with its time", "Note", "Write down"),
     (PromptedCommand::Extend, "Extend", Key::E, "Make the drive or the rest longer", "Reason", "Extend"),
     (PromptedCommand::Skip, "Skip", Key::S, "Skip the current or next item", "Reason", "Skip it"),
@@ -203,11 +203,11 @@ const MARK: &str = "Mark this moment";
 /// The panel's own state: what is being written.
 #[derive(Debug, Default)]
 pub struct SessionPanel {
-    draft: Option<Draft>,
+    draft: Option<CommandDraft>,
 }
 
 #[derive(Debug)]
-struct Draft {
+struct CommandDraft {
     act: PromptedCommand,
     reason: String,
     seconds: f64,
@@ -299,7 +299,7 @@ impl SessionPanel {
             for (act, word, key, tip, ..) in ACTS.into_iter().filter(|row| !(over && row.0 == PromptedCommand::Close)) {
                 let fill = (act == PromptedCommand::Stop).then_some(Color32::from_rgb(110, 40, 40));
                 if pressed(ui, word, key, tip, self.can(act, state), fill) {
-                    self.draft = Some(Draft {
+                    self.draft = Some(CommandDraft {
                         act,
                         reason: if act == PromptedCommand::Stop { "sickness".into() } else { String::new() },
                         seconds: 60.0,

@@ -21,7 +21,7 @@ pub const DIM: Color32 = Color32::from_rgb(150, 158, 168);
 /// Behind everything.
 pub const PANEL: Color32 = Color32::from_rgb(22, 25, 30);
 
-/// One more font, for letters that those before have not; to be checked by [`crate::chart::is_font`] first.
+/// One more font, for letters that those before have not; to be checked by [`crate::plot::is_font`] first.
 pub fn add_font(ctx: &egui::Context, bytes: &[u8]) {
     let families = [FontFamily::Proportional, FontFamily::Monospace]
         .map(|family| InsertFontFamily { family, priority: FontPriority::Lowest });

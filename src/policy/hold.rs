@@ -108,7 +108,7 @@ impl Advisor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::policy::{Constant, PolicySettings, build};
+    use crate::policy::{ConstantSpeed, PolicySettings, build};
 
     struct Brake;
     impl Policy for Brake {
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn an_advice_stands_for_its_hold_and_no_longer() {
-        let mut advisor = Advisor::new(Some(Box::new(Constant { speed_mps: 4.0 })), 0.1, 7, 0.5);
+        let mut advisor = Advisor::new(Some(Box::new(ConstantSpeed { speed_mps: 4.0 })), 0.1, 7, 0.5);
         let issued: Vec<u64> = (0..22)
             .filter_map(|k| advisor.step(Tick(k * 10), &at(0.0), 30.0).map(|advice| advice.issued.0 / 10))
             .collect();
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_target_never_exceeds_the_speed_limit() {
-        let mut advisor = Advisor::new(Some(Box::new(Constant { speed_mps: 99.0 })), 0.1, 1, 0.5);
+        let mut advisor = Advisor::new(Some(Box::new(ConstantSpeed { speed_mps: 99.0 })), 0.1, 1, 0.5);
         assert_eq!(advisor.step(Tick(0), &at(0.0), 17.88).unwrap().target_mps, 17.88);
     }
 
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn the_edges_of_the_range_belong_to_it() {
-        let mut advisor = Advisor::new(Some(Box::new(Constant { speed_mps: 4.0 })), 0.1, 1, 0.5);
+        let mut advisor = Advisor::new(Some(Box::new(ConstantSpeed { speed_mps: 4.0 })), 0.1, 1, 0.5);
         let advice = advisor.step(Tick(0), &at(0.0), 30.0).unwrap();
         assert!(advice.accepts(3.5) && advice.accepts(4.5) && !advice.accepts(3.499) && !advice.accepts(4.501));
     }

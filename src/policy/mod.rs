@@ -11,10 +11,10 @@ mod pi_saturation;
 
 pub use follower_stopper::FollowerStopper;
 pub use hold::{Advisor, shown_mps};
-pub use network::{FORMAT, Layer, Network, Output, PolicyFileError, bounded};
-pub use observe::{FEATURES, FIELD_INPUTS, Feature, Input, MeanSpeed};
+pub use network::{FORMAT, Network, NetworkLayer, NetworkOutput, PolicyFileError, bounded};
+pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
-pub use open_loop::{Constant, TwoPhase};
+pub use open_loop::{ConstantSpeed, TwoPhase};
 pub use pi_saturation::PiSaturation;
 
 use crate::{
@@ -163,14 +163,14 @@ const SHIPPED: &str = "assets/policies";
 
 /// The policy that drives, and how it came to that.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Resolved {
+pub struct ResolvedPolicy {
     /// Its own name, or its file.
     pub name: String,
     /// Why it is this one, where another name was asked for.
     pub why: Option<String>,
 }
 
-impl Resolved {
+impl ResolvedPolicy {
     /// For people: the name, and in brackets why it is this one.
     pub fn words(&self) -> String {
         match &self.why {
@@ -182,14 +182,14 @@ impl Resolved {
 
 /// The policy that a name stands for on a map: that of [`AUTO`], otherwise itself. A shipped map is the same by its name, by
 /// its path and as a copy.
-pub fn resolve(name: &str, map: &RoadMap) -> Resolved {
+pub fn resolve(name: &str, map: &RoadMap) -> ResolvedPolicy {
     resolve_among(&shipped(), name, map)
 }
 
 /// The same with these policies as the shipped ones.
-fn resolve_among(shipped: &[String], name: &str, map: &RoadMap) -> Resolved {
+fn resolve_among(shipped: &[String], name: &str, map: &RoadMap) -> ResolvedPolicy {
     if name != AUTO {
-        return Resolved { name: name.into(), why: None };
+        return ResolvedPolicy { name: name.into(), why: None };
     }
     let road = map::known_as(map);
     let own = road.as_deref().map(|road| format!("{road}-speed")).filter(|own| shipped.contains(own));
@@ -200,7 +200,7 @@ fn resolve_among(shipped: &[String], name: &str, map: &RoadMap) -> Resolved {
         }
         _ => format!("{AUTO}: no policy is shipped for {}", map.name),
     };
-    Resolved { name: own.unwrap_or_else(|| "two-phase".into()), why: Some(why) }
+    ResolvedPolicy { name: own.unwrap_or_else(|| "two-phase".into()), why: Some(why) }
 }
 
 /// True if a policy is named by the path of its file.
@@ -229,7 +229,7 @@ pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Pol
     let aim_mps = settings.aim_or_automatic_mps();
     Ok(Some(match name {
         "none" => return Ok(None),
-        "constant" => Box::new(Constant { speed_mps: aim_mps }),
+        "constant" => Box::new(ConstantSpeed { speed_mps: aim_mps }),
         "two-phase" => Box::new(TwoPhase::for_ring(settings.equilibrium_mps, aim_mps)),
         "follower-stopper" => Box::new(FollowerStopper { aim_mps }),
         "pi" => Box::new(PiSaturation::new(settings.step_s)),

@@ -1,7 +1,7 @@
 //! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The file is TOML that says
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
-use super::{Action, Input, Observation, Policy, observe::is_too_dense};
+use super::{Action, NetworkInput, Observation, Policy, observe::is_too_dense};
 use crate::file::read_text;
 use serde::{Deserialize, Serialize};
 use std::{cell::RefCell, fmt::Write, path::Path};
@@ -14,7 +14,7 @@ thread_local! {
 /// Kind of a network's action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Output {
+pub enum NetworkOutput {
     /// m/s2.
     Acceleration,
     /// m/s.
@@ -24,7 +24,7 @@ pub enum Output {
 /// One layer: `y = x W + b`, then tanh on all layers but the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Layer {
+pub struct NetworkLayer {
     /// One value for each output.
     pub bias: Vec<f32>,
     /// One row for each input, one value in it for each output.
@@ -38,7 +38,7 @@ pub struct Network {
     /// Kind of file, [`FORMAT`].
     pub format: String,
     /// What the action is.
-    pub action: Output,
+    pub action: NetworkOutput,
     /// Lowest and highest action: the output -1 and 1, or the first and the last level; m/s2 or m/s.
     pub limits: [f64; 2],
     /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound. Limits beyond it are
@@ -52,10 +52,10 @@ pub struct Network {
     /// Shortest and longest hold that it was trained for, seconds.
     pub holds_s: [f64; 2],
     /// What the first layer sees, in order.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<NetworkInput>,
     /// From the observation to the action.
     #[serde(rename = "layer")]
-    pub layers: Vec<Layer>,
+    pub layers: Vec<NetworkLayer>,
 }
 
 /// The most that a policy file may hold, bytes: layers of 64 and 64 numbers take 0.1 MB.
@@ -146,7 +146,7 @@ impl Network {
         table.remove("inputs");
         text.push_str(&toml::to_string(&table).unwrap_or_default());
         text.push_str("# `from` is seen as -1 and `to` as 1.\ninputs = [\n");
-        for Input { feature, from, to } in &self.inputs {
+        for NetworkInput { feature, from, to } in &self.inputs {
             let _ = writeln!(text, "  {{ feature = \"{}\", from = {from:?}, to = {to:?} }},", feature.name());
         }
         text.push_str("]\n");
@@ -195,8 +195,8 @@ impl Network {
 
     fn chosen(&self, outputs: &[f32], observation: &Observation) -> Action {
         let [low, high] = match self.action {
-            Output::Acceleration => bounded(self.limits, self.speed_change_mps, observation.hold_s),
-            Output::Speed => self.limits,
+            NetworkOutput::Acceleration => bounded(self.limits, self.speed_change_mps, observation.hold_s),
+            NetworkOutput::Speed => self.limits,
         };
         let share = if self.levels == 0 {
             (f64::from(outputs[0]).clamp(-1.0, 1.0) + 1.0) / 2.0
@@ -210,8 +210,8 @@ impl Network {
 
     fn scaled_action(&self, value: f64) -> Action {
         match self.action {
-            Output::Acceleration => Action::Acceleration(value),
-            Output::Speed => Action::Speed(value),
+            NetworkOutput::Acceleration => Action::Acceleration(value),
+            NetworkOutput::Speed => Action::Speed(value),
         }
     }
 }
@@ -269,7 +269,7 @@ mod tests {
         };
         Network {
             format: FORMAT.into(),
-            action: Output::Acceleration,
+            action: NetworkOutput::Acceleration,
             limits: [-0.5, 0.5],
             speed_change_mps: 0.0,
             least_spacing_m: if levels == 0 { 8.6 } else { 0.0 },
@@ -277,8 +277,8 @@ mod tests {
             holds_s: [1.0, 30.0],
             inputs: FIELD_INPUTS.to_vec(),
             layers: vec![
-                Layer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
-                Layer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
+                NetworkLayer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
+                NetworkLayer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
             ],
         }
     }

@@ -1,5 +1,5 @@
 //! The observation as a network sees it: one code for the drive, for training and for networks of others. In: an
-//! [`Observation`], SI. Out: one number for each [`Input`], usually of about -1 to 1. HC22's four are own speed,
+//! [`Observation`], SI. Out: one number for each [`NetworkInput`], usually of about -1 to 1. HC22's four are own speed,
 //! leader's speed, gap and circumference, scaled as docs/references.md: learning lists them.
 
 use super::Observation;
@@ -86,7 +86,7 @@ impl Feature {
 /// One number that a network sees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Input {
+pub struct NetworkInput {
     /// What it is.
     pub feature: Feature,
     /// Value that becomes -1.
@@ -95,7 +95,7 @@ pub struct Input {
     pub to: f64,
 }
 
-impl Input {
+impl NetworkInput {
     /// The number that the network sees.
     #[inline(always)]
     pub fn scaled(&self, observation: &Observation) -> f32 {
@@ -115,11 +115,11 @@ pub fn is_too_dense(observation: &Observation, least_spacing_m: f64) -> bool {
 }
 
 /// HC22's four numbers with the field's scaling: v/10, v_lead/10, gap/300, (L-200)/100, each 0..1 taken to -1..1.
-pub const FIELD_INPUTS: [Input; 4] = [
-    Input { feature: Feature::Speed, from: 0.0, to: 10.0 },
-    Input { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 },
-    Input { feature: Feature::Gap, from: 0.0, to: 300.0 },
-    Input { feature: Feature::Circumference, from: 200.0, to: 300.0 },
+pub const FIELD_INPUTS: [NetworkInput; 4] = [
+    NetworkInput { feature: Feature::Speed, from: 0.0, to: 10.0 },
+    NetworkInput { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 },
+    NetworkInput { feature: Feature::Gap, from: 0.0, to: 300.0 },
+    NetworkInput { feature: Feature::Circumference, from: 200.0, to: 300.0 },
 ];
 
 /// Own mean speed: a first-order average over `MEMORY_S` that begins with the first speed seen.
@@ -196,8 +196,8 @@ mod tests {
 
     #[test]
     fn a_range_without_width_is_unsound() {
-        let input = Input { feature: Feature::Gap, from: 0.0, to: 1.0 };
-        assert!(input.is_sound() && !Input { to: 0.0, ..input }.is_sound());
-        assert!(!Input { to: f64::NAN, ..input }.is_sound());
+        let input = NetworkInput { feature: Feature::Gap, from: 0.0, to: 1.0 };
+        assert!(input.is_sound() && !NetworkInput { to: 0.0, ..input }.is_sound());
+        assert!(!NetworkInput { to: f64::NAN, ..input }.is_sound());
     }
 }

@@ -4,12 +4,12 @@ use super::{Action, Observation, Policy};
 
 /// The same speed for ever.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Constant {
+pub struct ConstantSpeed {
     /// Advised speed, m/s.
     pub speed_mps: f64,
 }
 
-impl Policy for Constant {
+impl Policy for ConstantSpeed {
     fn act(&mut self, _time_s: f64, _observation: &Observation) -> Action {
         Action::Speed(self.speed_mps)
     }

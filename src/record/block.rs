@@ -23,7 +23,7 @@ pub(super) const MOST_PAYLOAD: u32 = 64 << 20;
 
 /// What a block says of itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Header {
+pub(super) struct BlockHeader {
     /// Which table, by its place in [`super::Table::ALL`].
     pub table: u32,
     /// Rows in the payload.
@@ -35,7 +35,7 @@ pub(super) struct Header {
 }
 
 /// A block as the disk is to have it.
-pub(super) fn encode(header: &Header, payload: &[u8]) -> Vec<u8> {
+pub(super) fn encode(header: &BlockHeader, payload: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(HEADER + payload.len());
     bytes.extend(MAGIC);
     bytes.extend(header.table.to_le_bytes());
@@ -51,38 +51,38 @@ pub(super) fn encode(header: &Header, payload: &[u8]) -> Vec<u8> {
 }
 
 /// A header with its own checksum right: what it says, and length and checksum of the payload.
-fn decode(bytes: &[u8; HEADER]) -> Option<(Header, u32, u32)> {
+fn decode(bytes: &[u8; HEADER]) -> Option<(BlockHeader, u32, u32)> {
     let small = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
     let large = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
     if bytes[..8] != MAGIC || small(48) != crc32c(&bytes[..48]) {
         return None;
     }
-    let header = Header { table: small(8), rows: small(12), number: large(16), ticks: [large(24), large(32)] };
+    let header = BlockHeader { table: small(8), rows: small(12), number: large(16), ticks: [large(24), large(32)] };
     Some((header, small(40), small(44)))
 }
 
 /// What comes next in a journal.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum JournalPart {
     /// A block whose checksums are right.
-    Block(Header, Vec<u8>),
+    Block(BlockHeader, Vec<u8>),
     /// Bytes that are no block; with the header where that much can be read, else unknown.
     Hole {
         /// The header of the block that is damaged.
-        header: Option<Header>,
+        header: Option<BlockHeader>,
         /// From this byte of the file to that one.
         bytes: [u64; 2],
     },
 }
 
 /// Goes through a journal from its start to its end; each byte is in exactly one part.
-pub(super) struct Blocks<R> {
+pub(super) struct JournalBlocks<R> {
     file: R,
     length: u64,
     at: u64,
 }
 
-impl<R: Read + Seek> Blocks<R> {
+impl<R: Read + Seek> JournalBlocks<R> {
     /// From the start of `file`.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl<R: Read + Seek> Blocks<R> {
     ///
     /// # Errors
     /// The system refuses.
-    pub fn next(&mut self) -> io::Result<Option<Part>> {
+    pub fn next(&mut self) -> io::Result<Option<JournalPart>> {
         if self.at >= self.length {
             return Ok(None);
         }
@@ -109,22 +109,22 @@ impl<R: Read + Seek> Blocks<R> {
                     self.file.read_exact(&mut payload)?;
                     if crc32c(&payload) == sum {
                         self.at = end;
-                        return Ok(Some(Part::Block(header, payload)));
+                        return Ok(Some(JournalPart::Block(header, payload)));
                     }
                 }
                 // A length is believed only as far as no other block begins within it.
                 self.at = self.find_from(from + 1)?;
-                Ok(Some(Part::Hole { header: Some(header), bytes: [from, self.at] }))
+                Ok(Some(JournalPart::Hole { header: Some(header), bytes: [from, self.at] }))
             }
             None => {
                 self.at = self.find_from(from + 1)?;
-                Ok(Some(Part::Hole { header: None, bytes: [from, self.at] }))
+                Ok(Some(JournalPart::Hole { header: None, bytes: [from, self.at] }))
             }
         }
     }
 
     /// The header at this byte, if there is one; the file then stands behind it.
-    fn header_at(&mut self, at: u64) -> io::Result<Option<(Header, u32, u32)>> {
+    fn header_at(&mut self, at: u64) -> io::Result<Option<(BlockHeader, u32, u32)>> {
         if self.length - at < HEADER as u64 {
             return Ok(None);
         }
@@ -166,7 +166,7 @@ mod tests {
         let mut ends = [0; 4];
         for (number, payload) in [&b"first"[..], &[0x93; 300], b"the third"].into_iter().enumerate() {
             let number = number as u64;
-            let header = Header { table: number as u32, rows: 7, number, ticks: [10 * number, 10 * number + 9] };
+            let header = BlockHeader { table: number as u32, rows: 7, number, ticks: [10 * number, 10 * number + 9] };
             bytes.extend(encode(&header, payload));
             ends[number as usize + 1] = bytes.len();
         }
@@ -175,12 +175,12 @@ mod tests {
 
     /// Numbers of the good blocks, and the bytes that are in none.
     fn read(bytes: &[u8]) -> (Vec<u64>, Vec<[u64; 2]>) {
-        let mut blocks = Blocks::new(Cursor::new(bytes)).expect("memory");
+        let mut blocks = JournalBlocks::new(Cursor::new(bytes)).expect("memory");
         let (mut good, mut holes) = (Vec::new(), Vec::new());
         while let Some(part) = blocks.next().expect("memory") {
             match part {
-                Part::Block(header, _) => good.push(header.number),
-                Part::Hole { bytes, .. } => holes.push(bytes),
+                JournalPart::Block(header, _) => good.push(header.number),
+                JournalPart::Hole { bytes, .. } => holes.push(bytes),
             }
         }
         (good, holes)

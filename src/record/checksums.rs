@@ -4,7 +4,7 @@
 use super::{
     Manifest, RecordError, Table, files, inputs,
     manifest::{self, hex},
-    table::Reader,
+    table::TableReader,
 };
 use crate::file;
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
@@ -154,14 +154,14 @@ fn put<const N: usize>(bytes: &mut Vec<u8>, value: Option<[u8; N]>) {
 
 /// Something in a recording that is not as it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Change {
+pub struct AlteredFile {
     /// Name of the file.
     pub file: String,
     /// What is different.
     pub what: String,
 }
 
-impl fmt::Display for Change {
+impl fmt::Display for AlteredFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.file, self.what)
     }
@@ -171,11 +171,11 @@ impl fmt::Display for Change {
 ///
 /// # Errors
 /// A file of it cannot be read.
-pub fn changes(recording: &Path) -> Result<Option<Vec<Change>>, RecordError> {
+pub fn changes(recording: &Path) -> Result<Option<Vec<AlteredFile>>, RecordError> {
     let manifest = Manifest::load(recording)?;
     let Some(written) = &manifest.checksums else { return Ok(None) };
     let mut found = Vec::new();
-    let mut say = |file: &str, what: String| found.push(Change { file: file.into(), what });
+    let mut say = |file: &str, what: String| found.push(AlteredFile { file: file.into(), what });
     if Manifest::is_as_written(recording)? == Some(false) {
         say(manifest::FILE, "is not as it was written: its own SHA-256 differs".into());
     }
@@ -218,7 +218,7 @@ pub fn changes(recording: &Path) -> Result<Option<Vec<Change>>, RecordError> {
 /// What of a table is not as it was written, in words.
 fn table_differences(path: &Path, was: &TableSums) -> Result<Vec<String>, RecordError> {
     let mut sums = ColumnSums::default();
-    let rows = Reader::each_batch(path, &mut |batch| sums.push(batch))?;
+    let rows = TableReader::each_batch(path, &mut |batch| sums.push(batch))?;
     let mut found = Vec::new();
     if rows != was.rows {
         found.push(format!("has {rows} rows; {} were written", was.rows));
@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn a_change_is_told_with_its_file() {
-        let change = Change { file: "ego.parquet".into(), what: "is missing".into() };
+        let change = AlteredFile { file: "ego.parquet".into(), what: "is missing".into() };
         assert_eq!(change.to_string(), "ego.parquet: is missing");
     }
 }

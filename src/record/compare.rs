@@ -7,7 +7,7 @@
 
 use super::{
     RecordError, Table,
-    table::{Batches, Column, Get},
+    table::{ColumnValue, TableBatches, TableColumn},
     tables::{self, ADVICE, AdviceRow, CARS, CarRow, EGO, EVENTS, EgoRow, EventRow},
 };
 use crate::{
@@ -23,7 +23,7 @@ const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
 
 /// A cell that is not as it was recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Difference {
+pub struct CellDifference {
     /// Of which table.
     pub table: Table,
     /// Number of the row, from 0.
@@ -38,7 +38,7 @@ pub struct Difference {
     pub driven: String,
 }
 
-impl fmt::Display for Difference {
+impl fmt::Display for CellDifference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let or = |text: &str| if text.is_empty() { "nothing".to_owned() } else { text.to_owned() };
         let Self { table, row, tick, column, recorded, driven } = self;
@@ -51,23 +51,23 @@ impl fmt::Display for Difference {
 }
 
 /// Goes through the tables of a recording beside the world.
-pub struct Comparison {
-    ego: Cursor,
-    cars: Cursor,
-    advice: Cursor,
-    events: Cursor,
+pub struct TableComparison {
+    ego: TableCursor,
+    cars: TableCursor,
+    advice: TableCursor,
+    events: TableCursor,
     hash: u64,
-    first: Option<Difference>,
+    first: Option<CellDifference>,
     cells: u64,
 }
 
-impl Comparison {
+impl TableComparison {
     /// Opens the tables of a recording that has ended.
     ///
     /// # Errors
     /// They cannot be read.
     pub fn open(recording: &Path) -> Result<Self, RecordError> {
-        let cursor = |table| Cursor::open(recording, table);
+        let cursor = |table| TableCursor::open(recording, table);
         Ok(Self {
             ego: cursor(Table::Ego)?,
             cars: cursor(Table::Cars)?,
@@ -166,7 +166,7 @@ impl Comparison {
         Ok(())
     }
 
-    fn note(&mut self, (cells, first): (u64, Option<Difference>)) {
+    fn note(&mut self, (cells, first): (u64, Option<CellDifference>)) {
         self.cells += cells;
         if self.first.is_none() {
             self.first = first;
@@ -174,7 +174,7 @@ impl Comparison {
     }
 
     /// The first cell that differs; `None` if all bits are equal so far.
-    pub fn first(&self) -> Option<&Difference> {
+    pub fn first(&self) -> Option<&CellDifference> {
         self.first.as_ref()
     }
 
@@ -185,18 +185,18 @@ impl Comparison {
 }
 
 /// A table, row by row.
-struct Cursor {
+struct TableCursor {
     table: Table,
-    batches: Batches,
+    batches: TableBatches,
     batch: Option<RecordBatch>,
     /// Row within the batch, and rows of the batches before.
     at: usize,
     before: u64,
 }
 
-impl Cursor {
+impl TableCursor {
     fn open(recording: &Path, table: Table) -> Result<Self, RecordError> {
-        let batches = Batches::open(&table.parquet(recording))?;
+        let batches = TableBatches::open(&table.parquet(recording))?;
         Ok(Self { table, batches, batch: None, at: 0, before: 0 })
     }
 
@@ -243,7 +243,11 @@ impl Cursor {
 
     /// Compares the row here with the one that was driven, and goes on. How many cells differ, and the first. A row of another
     /// tick counts as one cell: one too many, or one that is missing, and the tables stay side by side.
-    fn compare<R>(&mut self, columns: &[Column<R>], driven: &R) -> Result<(u64, Option<Difference>), RecordError> {
+    fn compare<R>(
+        &mut self,
+        columns: &[TableColumn<R>],
+        driven: &R,
+    ) -> Result<(u64, Option<CellDifference>), RecordError> {
         let tick = tables::tick(columns, driven);
         let mut more = 0;
         let mut extra = None;
@@ -253,7 +257,7 @@ impl Cursor {
             self.skip();
         }
         if !self.has_row()? || self.tick() > tick {
-            let missing = Difference { tick, ..self.difference("tick", String::new(), tick.0.to_string()) };
+            let missing = CellDifference { tick, ..self.difference("tick", String::new(), tick.0.to_string()) };
             return Ok((more + 1, extra.or(Some(missing))));
         }
         let (cells, first) = self.compare_cells(columns, driven);
@@ -261,7 +265,7 @@ impl Cursor {
         Ok((more + cells, extra.or(first)))
     }
 
-    fn compare_cells<R>(&self, columns: &[Column<R>], driven: &R) -> (u64, Option<Difference>) {
+    fn compare_cells<R>(&self, columns: &[TableColumn<R>], driven: &R) -> (u64, Option<CellDifference>) {
         let (mut cells, mut first) = (0, None);
         for column in columns.iter().filter(|column| !OF_DEVICES.contains(&column.name)) {
             // A recording of an earlier version may lack a column; one that was taken out is found by its checksum.
@@ -271,7 +275,7 @@ impl Cursor {
             if !self.is_equal(column, driven) {
                 cells += 1;
                 // The chain of fingerprints differs wherever anything does: it is named if nothing else is.
-                if first.as_ref().is_none_or(|first: &Difference| first.column == "hash") {
+                if first.as_ref().is_none_or(|first: &CellDifference| first.column == "hash") {
                     first = Some(self.difference(column.name, self.cell(column), text(column, driven)));
                 }
             }
@@ -279,44 +283,44 @@ impl Cursor {
         (cells, first)
     }
 
-    fn is_equal<R>(&self, column: &Column<R>, driven: &R) -> bool {
+    fn is_equal<R>(&self, column: &TableColumn<R>, driven: &R) -> bool {
         let name = column.name;
         match column.get {
-            Get::Number(get) => self.number(name).map(f64::to_bits) == get(driven).map(f64::to_bits),
-            Get::Whole(get) => self.array::<UInt64Array>(name).map(|a| a.value(self.at)) == Some(get(driven)),
-            Get::Id(get) => self.array::<UInt32Array>(name).map(|a| a.value(self.at)) == get(driven),
-            Get::Flag(get) => self.array::<BooleanArray>(name).map(|a| a.value(self.at)) == get(driven),
-            Get::Word(get) => self.word(name) == Some(&get(driven)),
+            ColumnValue::Number(get) => self.number(name).map(f64::to_bits) == get(driven).map(f64::to_bits),
+            ColumnValue::Whole(get) => self.array::<UInt64Array>(name).map(|a| a.value(self.at)) == Some(get(driven)),
+            ColumnValue::Id(get) => self.array::<UInt32Array>(name).map(|a| a.value(self.at)) == get(driven),
+            ColumnValue::Flag(get) => self.array::<BooleanArray>(name).map(|a| a.value(self.at)) == get(driven),
+            ColumnValue::Word(get) => self.word(name) == Some(&get(driven)),
         }
     }
 
     /// The cell here, in words.
-    fn cell<R>(&self, column: &Column<R>) -> String {
+    fn cell<R>(&self, column: &TableColumn<R>) -> String {
         let (name, at) = (column.name, self.at);
         let found = match column.get {
-            Get::Number(_) => self.number(name).map(|v| v.to_string()),
-            Get::Whole(_) => self.array::<UInt64Array>(name).map(|a| a.value(at).to_string()),
-            Get::Id(_) => self.array::<UInt32Array>(name).map(|a| a.value(at).to_string()),
-            Get::Flag(_) => self.array::<BooleanArray>(name).map(|a| a.value(at).to_string()),
-            Get::Word(_) => self.word(name).map(|word| format!("{word:?}")),
+            ColumnValue::Number(_) => self.number(name).map(|v| v.to_string()),
+            ColumnValue::Whole(_) => self.array::<UInt64Array>(name).map(|a| a.value(at).to_string()),
+            ColumnValue::Id(_) => self.array::<UInt32Array>(name).map(|a| a.value(at).to_string()),
+            ColumnValue::Flag(_) => self.array::<BooleanArray>(name).map(|a| a.value(at).to_string()),
+            ColumnValue::Word(_) => self.word(name).map(|word| format!("{word:?}")),
         };
         found.unwrap_or_else(|| "empty".into())
     }
 
-    fn difference(&self, column: &str, recorded: String, driven: String) -> Difference {
+    fn difference(&self, column: &str, recorded: String, driven: String) -> CellDifference {
         let (table, row) = (self.table, self.before + self.at as u64);
-        Difference { table, row, tick: self.tick(), column: column.into(), recorded, driven }
+        CellDifference { table, row, tick: self.tick(), column: column.into(), recorded, driven }
     }
 }
 
 /// A driven cell, in words.
-fn text<R>(column: &Column<R>, row: &R) -> String {
+fn text<R>(column: &TableColumn<R>, row: &R) -> String {
     let found = match column.get {
-        Get::Number(get) => get(row).map(|v| v.to_string()),
-        Get::Whole(get) => Some(get(row).to_string()),
-        Get::Id(get) => get(row).map(|v| v.to_string()),
-        Get::Flag(get) => get(row).map(|v| v.to_string()),
-        Get::Word(get) => Some(format!("{:?}", get(row))),
+        ColumnValue::Number(get) => get(row).map(|v| v.to_string()),
+        ColumnValue::Whole(get) => Some(get(row).to_string()),
+        ColumnValue::Id(get) => get(row).map(|v| v.to_string()),
+        ColumnValue::Flag(get) => get(row).map(|v| v.to_string()),
+        ColumnValue::Word(get) => Some(format!("{:?}", get(row))),
     };
     found.unwrap_or_else(|| "empty".into())
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    record::{Change, Manifest, Reader, Recorder, changes},
+    record::{AlteredFile, Manifest, Recorder, TableReader, changes},
     scenario::Scenario,
     sim::SummaryAccumulator,
 };
@@ -41,9 +41,9 @@ fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::Pat
 }
 
 /// That recording compared with a drive with these controls. How many cells differ, and the first.
-fn compared(recording: &Path, driven: impl Fn(u64) -> Controls) -> (u64, Option<Difference>) {
+fn compared(recording: &Path, driven: impl Fn(u64) -> Controls) -> (u64, Option<CellDifference>) {
     let mut world = world();
-    let mut comparison = Comparison::open(recording).expect("a recording");
+    let mut comparison = TableComparison::open(recording).expect("a recording");
     assert_eq!(comparison.controls(Tick(2)).expect("rows"), None, "the row that comes next is of another tick");
     for tick in 1..=TICKS {
         let recorded = comparison.controls(Tick(tick)).expect("rows").expect("no hole");
@@ -109,7 +109,7 @@ fn a_row_that_is_missing_after_some_that_are_too_many_is_counted_with_them() {
                 recorder.event(Tick(tick), "contact", "never");
             }
         });
-        Cursor::open(&drive, Table::Events).expect("a table")
+        TableCursor::open(&drive, Table::Events).expect("a table")
     };
     let later = EventRow { tick: Tick(50), kind: "left_road".into(), detail: String::new(), car: None, value: None };
     let (cells, first) = cursor.compare(EVENTS, &later).expect("rows");
@@ -122,12 +122,12 @@ fn a_row_that_is_missing_after_some_that_are_too_many_is_counted_with_them() {
 fn a_table_is_read_column_by_column_and_part_by_part() {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |_, _| ());
-    let cars = Reader::parquet(&Table::Cars.parquet(&drive)).expect("a table");
+    let cars = TableReader::parquet(&Table::Cars.parquet(&drive)).expect("a table");
     // Three cars at each of twelve steps.
     let ids: Vec<Option<u32>> = (0..36).map(|row| Some(row % 3)).collect();
     assert_eq!((cars.rows(), cars.ids("car")), (36, ids));
     assert_eq!(cars.wholes("tick"), (0..36).map(|row| 10 * (row / 3 + 1)).collect::<Vec<u64>>());
-    let parts = Reader::parts(&Table::Cars.parquet(&drive), &["tick"]).expect("a table");
+    let parts = TableReader::parts(&Table::Cars.parquet(&drive), &["tick"]).expect("a table");
     assert_eq!(parts.map(|part| part.expect("rows").rows()).sum::<usize>(), 36);
 }
 
@@ -146,7 +146,7 @@ fn another_control_is_found_at_its_tick_under_its_name_and_not_as_a_fingerprint(
 }
 
 /// What of a fresh recording is found after `tamper` had its folder: file, and whether that is told of it.
-fn told(tamper: impl Fn(&Path)) -> Vec<Change> {
+fn told(tamper: impl Fn(&Path)) -> Vec<AlteredFile> {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |_, _| ());
     tamper(&drive);

@@ -6,10 +6,10 @@
 
 use super::{
     RecordError,
-    block::{self, Header},
+    block::{self, BlockHeader},
     files,
-    table::{Column, batch, schema},
-    tables::{self, Batch, Table},
+    table::{TableColumn, batch, schema},
+    tables::{self, RowBatch, Table},
 };
 use arrow_ipc::writer::StreamWriter;
 use fail::fail_point;
@@ -26,12 +26,12 @@ pub(super) const FILE: &str = "rows.blocks";
 const ZSTD_LEVEL: i32 = 1;
 
 /// What rows are appended to: a file, or in tests something that sees what is asked of it.
-pub(super) trait Durable: Write + Send + 'static {
+pub(super) trait DurableFile: Write + Send + 'static {
     /// Waits until the disk has all that was written.
     fn sync(&mut self) -> io::Result<()>;
 }
 
-impl Durable for File {
+impl DurableFile for File {
     fn sync(&mut self) -> io::Result<()> {
         self.sync_data()
     }
@@ -55,14 +55,14 @@ impl Journal<File> {
     }
 }
 
-impl<F: Durable> Journal<F> {
+impl<F: DurableFile> Journal<F> {
     /// Over a file that is new and empty; `path` is for messages.
     pub fn over(path: PathBuf, file: F) -> Self {
         Self { path, file, next: 0 }
     }
 
     /// Appends every batch that comes until there are no more; `done` is told of every batch that is on the disk.
-    pub fn write(mut self, batches: &Receiver<Batch>, mut done: impl FnMut()) -> Result<(), RecordError> {
+    pub fn write(mut self, batches: &Receiver<RowBatch>, mut done: impl FnMut()) -> Result<(), RecordError> {
         for batch in batches {
             self.append(&batch)?;
             done();
@@ -71,7 +71,7 @@ impl<F: Durable> Journal<F> {
     }
 
     /// Appends one batch and waits until the disk has it. The ego comes last: where its row is, the others are too.
-    fn append(&mut self, batch: &Batch) -> Result<(), RecordError> {
+    fn append(&mut self, batch: &RowBatch) -> Result<(), RecordError> {
         let mut bytes = Vec::new();
         self.block(&mut bytes, Table::Cars, tables::CARS, &batch.cars)?;
         self.block(&mut bytes, Table::Advice, tables::ADVICE, &batch.advice)?;
@@ -94,12 +94,12 @@ impl<F: Durable> Journal<F> {
         &mut self,
         bytes: &mut Vec<u8>,
         table: Table,
-        columns: &[Column<R>],
+        columns: &[TableColumn<R>],
         rows: &[R],
     ) -> Result<(), RecordError> {
         let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
         let payload = payload(columns, rows).map_err(RecordError::file(&self.path))?;
-        let header = Header {
+        let header = BlockHeader {
             table: Table::ALL.iter().position(|t| *t == table).unwrap_or_default() as u32,
             rows: rows.len() as u32,
             number: self.next,
@@ -112,7 +112,7 @@ impl<F: Durable> Journal<F> {
 }
 
 /// Rows as a compressed Arrow stream with its schema.
-fn payload<R>(columns: &[Column<R>], rows: &[R]) -> io::Result<Vec<u8>> {
+fn payload<R>(columns: &[TableColumn<R>], rows: &[R]) -> io::Result<Vec<u8>> {
     let schema = schema(columns);
     let mut stream = StreamWriter::try_new(Vec::new(), &schema).map_err(io::Error::other)?;
     stream.write(&batch(&schema, columns, rows)).map_err(io::Error::other)?;

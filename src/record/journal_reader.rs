@@ -5,7 +5,7 @@
 
 use super::{
     RecordError, Table,
-    block::{Blocks, Header, MOST_PAYLOAD, Part},
+    block::{BlockHeader, JournalBlocks, JournalPart, MOST_PAYLOAD},
     journal,
 };
 use crate::{file, foreign::guarded, time::Tick};
@@ -23,7 +23,7 @@ const MOST_BYTES: u64 = 256 << 20;
 
 /// Rows that could not be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Hole {
+pub struct LostRows {
     /// The file.
     pub file: PathBuf,
     /// Bytes of the file that are no block: from, to.
@@ -36,7 +36,7 @@ pub struct Hole {
     pub ticks: Option<[Tick; 2]>,
 }
 
-impl std::fmt::Display for Hole {
+impl std::fmt::Display for LostRows {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [from, to] = self.bytes;
         let name = self.file.file_name().unwrap_or_default().display();
@@ -58,7 +58,7 @@ impl std::fmt::Display for Hole {
 pub(super) fn read(
     folder: &Path,
     put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
-) -> Result<Vec<Hole>, RecordError> {
+) -> Result<Vec<LostRows>, RecordError> {
     let mut holes = Vec::new();
     let path = folder.join(journal::FILE);
     if path.exists() {
@@ -81,7 +81,7 @@ pub(super) fn read(
         let entry = entry.map_err(RecordError::file(folder))?;
         if !entry.file_name().to_str().is_some_and(known) {
             let length = entry.metadata().map_or(0, |about| about.len());
-            holes.push(Hole { file: entry.path(), bytes: [0, length], table: None, rows: None, ticks: None });
+            holes.push(LostRows { file: entry.path(), bytes: [0, length], table: None, rows: None, ticks: None });
         }
     }
     Ok(holes)
@@ -96,25 +96,25 @@ fn open(path: &Path) -> Result<(File, u64), RecordError> {
 fn read_blocks(
     path: &Path,
     put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
-    holes: &mut Vec<Hole>,
+    holes: &mut Vec<LostRows>,
 ) -> Result<(), RecordError> {
     let (file, _) = open(path)?;
-    let mut blocks = Blocks::new(BufReader::new(file)).map_err(RecordError::file(path))?;
+    let mut blocks = JournalBlocks::new(BufReader::new(file)).map_err(RecordError::file(path))?;
     let mut next = 0;
     let mut at = 0;
     while let Some(part) = blocks.next().map_err(RecordError::file(path))? {
         match part {
-            Part::Hole { header, bytes } => {
+            JournalPart::Hole { header, bytes } => {
                 at = bytes[1];
                 // The number of the block is used up, so that it is not counted as missing once more.
                 next = header.map_or(next, |header| header.number + 1);
                 holes.push(hole(path, header.as_ref(), bytes));
             }
-            Part::Block(header, payload) => {
+            JournalPart::Block(header, payload) => {
                 let bytes = [at, at + (super::block::HEADER + payload.len()) as u64];
                 let follows_a_hole = holes.last().is_some_and(|hole| hole.file == path && hole.bytes[1] == at);
                 if header.number > next && !follows_a_hole {
-                    holes.push(Hole { bytes: [at, at], ..hole(path, None, bytes) });
+                    holes.push(LostRows { bytes: [at, at], ..hole(path, None, bytes) });
                 }
                 at = bytes[1];
                 let known = Table::ALL.get(header.table as usize).copied();
@@ -134,8 +134,8 @@ fn read_blocks(
     Ok(())
 }
 
-fn hole(path: &Path, header: Option<&Header>, bytes: [u64; 2]) -> Hole {
-    Hole {
+fn hole(path: &Path, header: Option<&BlockHeader>, bytes: [u64; 2]) -> LostRows {
+    LostRows {
         file: path.into(),
         bytes,
         table: header.and_then(|header| Table::ALL.get(header.table as usize).copied()),
@@ -150,7 +150,7 @@ fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, String> {
     let mut bytes = Vec::new();
     decoder.take(MOST_BYTES).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
     let left = bytes.len() as u64;
-    let mut stream = Stream { from: bytes.as_slice(), left, decoder: StreamDecoder::new() };
+    let mut stream = IpcStream { from: bytes.as_slice(), left, decoder: StreamDecoder::new() };
     let mut batches = Vec::new();
     while let Some(batch) = stream.next()? {
         batches.push(batch);
@@ -162,10 +162,10 @@ fn read_stream(
     path: &Path,
     table: Table,
     put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
-    holes: &mut Vec<Hole>,
+    holes: &mut Vec<LostRows>,
 ) -> Result<(), RecordError> {
     let (file, length) = open(path)?;
-    let mut stream = Stream { from: BufReader::new(file), left: length, decoder: StreamDecoder::new() };
+    let mut stream = IpcStream { from: BufReader::new(file), left: length, decoder: StreamDecoder::new() };
     loop {
         let from = length - stream.left;
         match stream.next() {
@@ -173,7 +173,7 @@ fn read_stream(
             Ok(None) if stream.left == 0 => return Ok(()),
             Ok(None) | Err(_) => {
                 let bytes = [from.min(length - stream.left), length];
-                holes.push(Hole { file: path.into(), bytes, table: Some(table), rows: None, ticks: None });
+                holes.push(LostRows { file: path.into(), bytes, table: Some(table), rows: None, ticks: None });
                 return Ok(());
             }
         }
@@ -181,14 +181,14 @@ fn read_stream(
 }
 
 /// An Arrow IPC stream, message by message.
-struct Stream<R> {
+struct IpcStream<R> {
     from: R,
     /// Bytes that are left.
     left: u64,
     decoder: StreamDecoder,
 }
 
-impl<R: Read> Stream<R> {
+impl<R: Read> IpcStream<R> {
     fn take(&mut self, count: u64) -> Result<Vec<u8>, String> {
         if count > self.left || count > u64::from(MOST_PAYLOAD) {
             return Err(format!("{count} bytes wanted, {} left", self.left));
@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_hole_is_told_as_exactly_as_it_is_known() {
-        let whole = Hole {
+        let whole = LostRows {
             file: "drive/journal/rows.blocks".into(),
             bytes: [5, 90],
             table: Some(Table::Ego),
@@ -266,14 +266,14 @@ mod tests {
         };
         let place = ", bytes 5 to 90 of rows.blocks";
         assert_eq!(whole.to_string(), format!("7 rows of ego (0.10 to 1.20 s){place}"));
-        assert_eq!(Hole { rows: None, ..whole.clone() }.to_string(), format!("rows of ego{place}"));
-        assert_eq!(Hole { ticks: None, ..whole.clone() }.to_string(), format!("rows of ego{place}"));
-        assert_eq!(Hole { table: None, ..whole }.to_string(), format!("rows of an unknown table{place}"));
+        assert_eq!(LostRows { rows: None, ..whole.clone() }.to_string(), format!("rows of ego{place}"));
+        assert_eq!(LostRows { ticks: None, ..whole.clone() }.to_string(), format!("rows of ego{place}"));
+        assert_eq!(LostRows { table: None, ..whole }.to_string(), format!("rows of an unknown table{place}"));
     }
 
     #[test]
     fn no_more_is_taken_than_is_left_or_than_a_block_may_hold() {
-        let stream = |left: u64| Stream { from: std::io::repeat(7), left, decoder: StreamDecoder::new() };
+        let stream = |left: u64| IpcStream { from: std::io::repeat(7), left, decoder: StreamDecoder::new() };
         let mut ten = stream(10);
         assert_eq!(ten.take(4), Ok(vec![7; 4]));
         assert_eq!(ten.take(7), Err("7 bytes wanted, 6 left".into()));
@@ -283,7 +283,7 @@ mod tests {
         let mut large = stream(most + 1);
         assert_eq!((large.take(most).map(|bytes| bytes.len() as u64), large.left), (Ok(most), 1));
         // A file that is shorter than it said.
-        let mut short = Stream { from: &[1, 2][..], left: 3, decoder: StreamDecoder::new() };
+        let mut short = IpcStream { from: &[1, 2][..], left: 3, decoder: StreamDecoder::new() };
         assert!(short.take(3).is_err());
     }
 }

@@ -23,9 +23,9 @@ pub struct Manifest {
     /// Seed of everything random.
     pub seed: u64,
     /// The map and the fingerprint of its network file.
-    pub map: Hashed,
+    pub map: HashedFile,
     /// The policy and, for one from a file, its fingerprint.
-    pub policy: Hashed,
+    pub policy: HashedFile,
     /// Why it is that policy, where another name was asked for (`auto`).
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub policy_asked: Option<String>,
@@ -47,13 +47,13 @@ pub struct Manifest {
     pub display_m: [f64; 2],
     /// The screen and how pictures come to it; `None` without a window.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub screen: Option<Screen>,
+    pub screen: Option<ScreenInfo>,
     /// Full scale of the speedometer, in the unit that it shows; `None` in a recording of an earlier version.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub dial: Option<DialScale>,
     /// How far it is; `None` in a recording of an earlier version.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub state: Option<State>,
+    pub state: Option<RecordingState>,
     /// How it ended; `None` while it lasts, and after a cut.
     pub ended: Option<String>,
     /// Fingerprint of all snapshots, at the end.
@@ -69,7 +69,7 @@ pub struct Manifest {
 /// How far a recording is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum State {
+pub enum RecordingState {
     /// The drive lasts, or was cut: rows are in the journal.
     Running,
     /// The drive ended by itself: all tables are whole.
@@ -89,7 +89,7 @@ pub struct DialScale {
 
 /// A screen and how pictures come to it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Screen {
+pub struct ScreenInfo {
     /// Name of the monitor, as the system tells.
     pub monitor: Option<String>,
     /// Its refresh rate, Hz.
@@ -104,14 +104,14 @@ pub struct Screen {
 
 /// A name and the SHA-256 of what it stands for.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Hashed {
+pub struct HashedFile {
     /// Its name.
     pub name: String,
     /// SHA-256 of its file, hexadecimal; `None` if it has none.
     pub sha256: Option<String>,
 }
 
-impl Hashed {
+impl HashedFile {
     /// A name and its file, if there is one that can be read.
     pub fn of(name: &str, file: Option<&Path>) -> Self {
         Self { name: name.into(), sha256: file.and_then(|file| file_sha256(file).ok()) }
@@ -144,7 +144,7 @@ impl Manifest {
     /// True once all tables are written.
     pub fn is_complete(&self) -> bool {
         match self.state {
-            Some(state) => state != State::Running,
+            Some(state) => state != RecordingState::Running,
             // Earlier versions wrote the end when the tables were whole.
             None => self.ended.is_some(),
         }
@@ -188,11 +188,19 @@ mod tests {
 
     #[test]
     fn a_recording_is_complete_when_its_state_says_so_and_an_old_one_when_it_says_how_it_ended() {
-        let is = |state: Option<State>, ended: Option<&str>| {
+        let is = |state: Option<RecordingState>, ended: Option<&str>| {
             Manifest { state, ended: ended.map(str::to_owned), ..Manifest::default() }.is_complete()
         };
-        assert!(is(Some(State::Complete), None) && is(Some(State::Recovered), None) && is(None, Some("stopped")));
-        assert!(!is(Some(State::Running), None) && !is(Some(State::Running), Some("stopped")) && !is(None, None));
+        assert!(
+            is(Some(RecordingState::Complete), None)
+                && is(Some(RecordingState::Recovered), None)
+                && is(None, Some("stopped"))
+        );
+        assert!(
+            !is(Some(RecordingState::Running), None)
+                && !is(Some(RecordingState::Running), Some("stopped"))
+                && !is(None, None)
+        );
     }
 
     #[test]
@@ -226,10 +234,10 @@ mod tests {
         std::fs::write(&path, "abc").expect("written");
         // FIPS 180-2, appendix B.1.
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(Hashed::of("x", Some(&path)), Hashed { name: "x".into(), sha256: Some(sum.into()) });
+        assert_eq!(HashedFile::of("x", Some(&path)), HashedFile { name: "x".into(), sha256: Some(sum.into()) });
         assert_eq!(sha256(b"abc"), sum);
         for none in [None, Some(folder.path().join("gone"))] {
-            assert_eq!(Hashed::of("x", none.as_deref()).sha256, None);
+            assert_eq!(HashedFile::of("x", none.as_deref()).sha256, None);
         }
         assert_eq!(hex(&[0x0f, 0xa0, 0]), "0fa000");
     }

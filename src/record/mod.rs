@@ -29,14 +29,14 @@ pub mod recover;
 pub mod table;
 pub mod tables;
 
-pub use checksums::{Change, Checksums, changes, file_sha256};
-pub use compare::{Comparison, Difference};
+pub use checksums::{AlteredFile, Checksums, changes, file_sha256};
+pub use compare::{CellDifference, TableComparison};
 pub use files::{BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, write_new};
-pub use journal_reader::Hole;
+pub use journal_reader::LostRows;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Recorder, WriterStatus};
-pub use recover::{LOST_AND_FOUND, Recovered, count, open, recover};
-pub use table::{Column, Parts, Reader};
+pub use recover::{LOST_AND_FOUND, RecoveryReport, count, open, recover};
+pub use table::{TableColumn, TableParts, TableReader};
 pub use tables::Table;
 
 use std::path::PathBuf;

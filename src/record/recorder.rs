@@ -3,11 +3,11 @@
 
 use super::{
     Manifest, RecordError, checksums, files,
-    journal::{Durable, Journal},
+    journal::{DurableFile, Journal},
     lock::RecordingLock,
-    manifest::State,
+    manifest::RecordingState,
     recover,
-    tables::{AdviceRow, Batch, CarRow, EgoRow, EventRow, FrameRow, Table},
+    tables::{AdviceRow, CarRow, EgoRow, EventRow, FrameRow, RowBatch, Table},
 };
 use crate::{
     controls::Controls,
@@ -65,13 +65,13 @@ pub struct Recorder {
     folder: PathBuf,
     manifest: Manifest,
     hash: u64,
-    batch: Batch,
+    batch: RowBatch,
     /// Advices that no frame has shown yet.
     unseen: Vec<AdviceRow>,
     writer_status: Arc<WriterStatus>,
     /// Torque that the wheel's motor was sent last, N m.
     wheel_force_nm: Option<f64>,
-    queue: Option<SyncSender<Batch>>,
+    queue: Option<SyncSender<RowBatch>>,
     writer: Option<JoinHandle<Result<(), RecordError>>>,
     /// Held until all is written.
     _lock: RecordingLock,
@@ -87,7 +87,7 @@ impl Recorder {
     }
 
     /// `open` makes the journal in its folder: tests hand in one on a disk that is full.
-    fn begin_with<F: Durable>(
+    fn begin_with<F: DurableFile>(
         folder: &Path,
         scenario: &Scenario,
         mut manifest: Manifest,
@@ -103,7 +103,7 @@ impl Recorder {
             return Err(RecordError::Taken { folder: folder.into(), file });
         }
         fail_point!("begin.folder");
-        manifest.state = Some(State::Running);
+        manifest.state = Some(RecordingState::Running);
         manifest.save(folder)?;
         fail_point!("begin.manifest");
         files::replace(&folder.join("scenario.toml"), scenario.to_toml().as_bytes())?;
@@ -129,7 +129,7 @@ impl Recorder {
             folder: folder.into(),
             manifest,
             hash: HASH_START,
-            batch: Batch::default(),
+            batch: RowBatch::default(),
             unseen: Vec::new(),
             writer_status,
             wheel_force_nm: None,
@@ -263,7 +263,7 @@ impl Recorder {
         fail_point!("finish.checksums");
         self.manifest.ended.get_or_insert_with(|| summary.end_in_words());
         self.manifest.hash = Some(format!("{:016x}", self.hash));
-        self.manifest.state = Some(State::Complete);
+        self.manifest.state = Some(RecordingState::Complete);
         self.manifest.seal(&self.folder)?;
         fail_point!("finish.complete");
         let kept = recover::settle_journal(&self.folder, &written.holes)?;

@@ -2,7 +2,7 @@
 
 use super::{super::tables, *};
 use crate::{
-    record::{Reader, table},
+    record::{TableReader, table},
     sim::SummaryAccumulator,
 };
 use arrow_ipc::{
@@ -33,7 +33,7 @@ fn drive(world: &mut World, recorder: &mut Recorder, ticks: usize) -> Result<(),
 }
 
 fn ticks_of(recording: &Path) -> Vec<u64> {
-    Reader::parquet(&Table::Ego.parquet(recording)).expect("a table").wholes("tick")
+    TableReader::parquet(&Table::Ego.parquet(recording)).expect("a table").wholes("tick")
 }
 
 /// A recording that was cut after three batches of 50 ticks: its folder, and where each batch ends in the journal.
@@ -232,7 +232,7 @@ fn recovery_never_puts_fewer_rows_in_the_place_of_more() {
     }
     // Even where the manifest does not know that they are whole.
     let mut manifest = Manifest::load(&recording).expect("there");
-    (manifest.state, manifest.ended) = (Some(State::Running), None);
+    (manifest.state, manifest.ended) = (Some(RecordingState::Running), None);
     manifest.save(&recording).expect("saved");
     fs::create_dir(recording.join("journal")).expect("a folder");
     let found = recover::recover(&recording).expect("recovered");
@@ -317,7 +317,7 @@ impl std::io::Write for NotedDisk {
     }
 }
 
-impl Durable for NotedDisk {
+impl DurableFile for NotedDisk {
     fn sync(&mut self) -> std::io::Result<()> {
         self.0.lock().expect("held by nobody who panicked").push("sync");
         Ok(())
@@ -330,10 +330,10 @@ fn a_batch_is_said_to_be_on_the_disk_after_one_write_and_one_sync_of_it() {
     let (queue, batches) = mpsc::sync_channel(QUEUE);
     for first in [1, 51, 101] {
         let frames = (first..first + 50).map(|tick| FrameRow { tick: Tick(tick), ..FrameRow::default() }).collect();
-        queue.send(Batch { frames, ..Batch::default() }).expect("room");
+        queue.send(RowBatch { frames, ..RowBatch::default() }).expect("room");
     }
     // Nothing in it: nothing to wait for.
-    queue.send(Batch::default()).expect("room");
+    queue.send(RowBatch::default()).expect("room");
     drop(queue);
     let told = disk.clone();
     let done = || told.0.lock().expect("held by nobody who panicked").push("done");
@@ -405,9 +405,9 @@ fn the_recorded_hash_is_that_of_the_summary() {
     }
     recorder.event(Tick(30), "mark", "by hand");
     recorder.finish(&tally.summary()).expect("finished");
-    let hashes = Reader::parquet(&Table::Ego.parquet(&recording)).expect("a table").wholes("hash");
+    let hashes = TableReader::parquet(&Table::Ego.parquet(&recording)).expect("a table").wholes("hash");
     assert_eq!(format!("{:016x}", hashes[29]), tally.summary().hash);
-    let events = Reader::parquet(&Table::Events.parquet(&recording)).expect("a table");
+    let events = TableReader::parquet(&Table::Events.parquet(&recording)).expect("a table");
     assert_eq!((events.words("event"), events.words("detail")), (vec!["mark".to_owned()], vec!["by hand".to_owned()]));
 }
 
@@ -422,7 +422,7 @@ fn the_force_is_in_the_rows_from_where_it_was_told_and_empty_before() {
         drive(&mut world, &mut recorder, 2).expect("room");
     }
     recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
-    let ego = Reader::parquet(&Table::Ego.parquet(&recording)).expect("a table");
+    let ego = TableReader::parquet(&Table::Ego.parquet(&recording)).expect("a table");
     let expected = [None, None, Some(0.75), Some(0.75), Some(-1.25), Some(-1.25), None, None];
     assert_eq!(ego.numbers("wheel_force_nm"), expected);
 }

@@ -9,10 +9,10 @@ use super::{
     Manifest, RecordError, Table,
     checksums::{Checksums, ColumnSums, HashedFile, TableSums},
     files,
-    journal_reader::{self, Hole},
+    journal_reader::{self, LostRows},
     lock::{self, RecordingLock},
-    manifest::{State, hex},
-    table::{self, Reader},
+    manifest::{RecordingState, hex},
+    table::{self, TableReader},
     tables,
 };
 use crate::time::Tick;
@@ -40,7 +40,7 @@ const ROW_GROUP: usize = 50_000;
 
 /// What was found in a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Recovered {
+pub struct RecoveryReport {
     /// Rows of each table.
     pub rows: Vec<(Table, u64)>,
     /// Ticks of the first row and of the last, of each table that has rows; known only of what was recovered just now.
@@ -48,7 +48,7 @@ pub struct Recovered {
     /// True if the recording had ended by itself and there was nothing to do.
     pub was_whole: bool,
     /// What could not be read.
-    pub missing: Vec<Hole>,
+    pub missing: Vec<LostRows>,
     /// Where the journal is kept, if something of it could not be read.
     pub kept: Option<PathBuf>,
 }
@@ -57,7 +57,7 @@ pub struct Recovered {
 ///
 /// # Errors
 /// There is no recording, its drive is still running, or the disk refuses.
-pub fn recover(recording: &Path) -> Result<Recovered, RecordError> {
+pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     Manifest::load(recording)?;
     lock::check_free(recording)?;
     let journal = recording.join(JOURNAL);
@@ -75,12 +75,12 @@ pub fn recover(recording: &Path) -> Result<Recovered, RecordError> {
     }
     let written = write_tables(recording)?;
     manifest.ended.get_or_insert_with(|| "cut".into());
-    manifest.state = Some(State::Recovered);
+    manifest.state = Some(RecordingState::Recovered);
     manifest.checksums = Some(written.checksums.save(recording)?);
     manifest.seal(recording)?;
     fail_point!("recover.complete");
     let kept = settle_journal(recording, &written.holes)?;
-    Ok(Recovered { rows: written.rows, ticks: written.ticks, was_whole: false, missing: written.holes, kept })
+    Ok(RecoveryReport { rows: written.rows, ticks: written.ticks, was_whole: false, missing: written.holes, kept })
 }
 
 /// A recording that can be read: its drive is over, and its tables are written.
@@ -98,34 +98,34 @@ pub fn open(recording: &Path) -> Result<Manifest, RecordError> {
 /// # Errors
 /// It cannot be read.
 pub fn count(recording: &Path, table: Table) -> Result<u64, RecordError> {
-    Reader::count(&table.parquet(recording))
+    TableReader::count(&table.parquet(recording))
 }
 
-fn whole(recording: &Path) -> Result<Recovered, RecordError> {
+fn whole(recording: &Path) -> Result<RecoveryReport, RecordError> {
     let counted = |table: Table| Ok((table, count(recording, table)?));
     let rows = Table::ALL.into_iter().map(counted).collect::<Result<_, RecordError>>()?;
-    Ok(Recovered { rows, ticks: Vec::new(), was_whole: true, missing: Vec::new(), kept: None })
+    Ok(RecoveryReport { rows, ticks: Vec::new(), was_whole: true, missing: Vec::new(), kept: None })
 }
 
 /// Every table is there with all the rows that were written.
 fn is_whole(recording: &Path) -> bool {
     let sums = Checksums::load(recording).ok().flatten().unwrap_or_default();
     Table::ALL.into_iter().all(|table| {
-        let rows = Reader::count(&table.parquet(recording)).ok();
+        let rows = TableReader::count(&table.parquet(recording)).ok();
         rows.is_some_and(|rows| sums.tables.get(table.name()).is_none_or(|sums| sums.rows == rows))
     })
 }
 
 /// What became of a journal.
-pub(super) struct Written {
+pub(super) struct RecoveredJournal {
     pub rows: Vec<(Table, u64)>,
     pub ticks: Vec<(Table, [Tick; 2])>,
-    pub holes: Vec<Hole>,
+    pub holes: Vec<LostRows>,
     pub checksums: Checksums,
 }
 
 /// Writes a Parquet file for every table of the journal; all are whole on the disk before the first takes its place.
-pub(super) fn write_tables(recording: &Path) -> Result<Written, RecordError> {
+pub(super) fn write_tables(recording: &Path) -> Result<RecoveredJournal, RecordError> {
     let mut writers: Vec<Option<TableWriter>> = Table::ALL.iter().map(|_| None).collect();
     let holes = journal_reader::read(&recording.join(JOURNAL), &mut |table, batch| {
         let place = Table::ALL.iter().position(|t| *t == table).unwrap_or_default();
@@ -144,10 +144,10 @@ pub(super) fn write_tables(recording: &Path) -> Result<Written, RecordError> {
         written.push((table, writer.finish()?));
     }
     fail_point!("finish.tables_written");
-    let mut all = Written { rows: Vec::new(), ticks: Vec::new(), holes, checksums: Checksums::default() };
+    let mut all = RecoveredJournal { rows: Vec::new(), ticks: Vec::new(), holes, checksums: Checksums::default() };
     for (table, file) in written {
         let FinishedTable { path, beside, mut sums, ticks } = file;
-        let there = Reader::count(&path).unwrap_or(0);
+        let there = TableReader::count(&path).unwrap_or(0);
         if there > sums.rows {
             sums = sums_of(&path)?;
             fs::remove_file(&beside).map_err(RecordError::file(&beside))?;
@@ -177,7 +177,7 @@ fn schema(table: Table) -> Arc<Schema> {
 /// Fingerprints of a table that is there.
 fn sums_of(path: &Path) -> Result<TableSums, RecordError> {
     let mut columns = ColumnSums::default();
-    let rows = Reader::each_batch(path, &mut |batch| columns.push(batch))?;
+    let rows = TableReader::each_batch(path, &mut |batch| columns.push(batch))?;
     Ok(TableSums { rows, sha256: super::checksums::file_sha256(path)?, columns: columns.finish() })
 }
 
@@ -239,7 +239,7 @@ fn fault(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> RecordErr
 
 /// The tables are on the disk and the manifest says so: the journal has done its work. What could not be read of it is kept.
 /// Returns where.
-pub(super) fn settle_journal(recording: &Path, holes: &[Hole]) -> Result<Option<PathBuf>, RecordError> {
+pub(super) fn settle_journal(recording: &Path, holes: &[LostRows]) -> Result<Option<PathBuf>, RecordError> {
     if holes.is_empty() {
         drop_journal(recording)?;
         return Ok(None);

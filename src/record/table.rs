@@ -17,7 +17,7 @@ use std::{
 };
 
 /// Where a row's value comes from.
-pub enum Get<R> {
+pub enum ColumnValue<R> {
     /// A number; what is not there is empty.
     Number(fn(&R) -> Option<f64>),
     /// A count, a tick, a fingerprint.
@@ -31,7 +31,7 @@ pub enum Get<R> {
 }
 
 /// One column.
-pub struct Column<R> {
+pub struct TableColumn<R> {
     /// Its name, with its unit.
     pub name: &'static str,
     /// Its unit in words, empty where it has none.
@@ -39,34 +39,34 @@ pub struct Column<R> {
     /// What it is.
     pub about: &'static str,
     /// Its value in a row.
-    pub get: Get<R>,
+    pub get: ColumnValue<R>,
 }
 
-impl<R> Column<R> {
+impl<R> TableColumn<R> {
     fn kind(&self) -> DataType {
         match self.get {
-            Get::Number(_) => DataType::Float64,
-            Get::Whole(_) => DataType::UInt64,
-            Get::Id(_) => DataType::UInt32,
-            Get::Flag(_) => DataType::Boolean,
-            Get::Word(_) => DataType::Utf8,
+            ColumnValue::Number(_) => DataType::Float64,
+            ColumnValue::Whole(_) => DataType::UInt64,
+            ColumnValue::Id(_) => DataType::UInt32,
+            ColumnValue::Flag(_) => DataType::Boolean,
+            ColumnValue::Word(_) => DataType::Utf8,
         }
     }
 
     fn array(&self, rows: &[R]) -> ArrayRef {
         match self.get {
-            Get::Number(get) => Arc::new(rows.iter().map(get).collect::<Float64Array>()),
-            Get::Whole(get) => Arc::new(UInt64Array::from_iter_values(rows.iter().map(get))),
-            Get::Id(get) => Arc::new(rows.iter().map(get).collect::<UInt32Array>()),
-            Get::Flag(get) => Arc::new(rows.iter().map(get).collect::<BooleanArray>()),
-            Get::Word(get) => Arc::new(StringArray::from_iter_values(rows.iter().map(get))),
+            ColumnValue::Number(get) => Arc::new(rows.iter().map(get).collect::<Float64Array>()),
+            ColumnValue::Whole(get) => Arc::new(UInt64Array::from_iter_values(rows.iter().map(get))),
+            ColumnValue::Id(get) => Arc::new(rows.iter().map(get).collect::<UInt32Array>()),
+            ColumnValue::Flag(get) => Arc::new(rows.iter().map(get).collect::<BooleanArray>()),
+            ColumnValue::Word(get) => Arc::new(StringArray::from_iter_values(rows.iter().map(get))),
         }
     }
 }
 
 /// The columns as Arrow knows them; unit and meaning go along as metadata.
-pub fn schema<R>(columns: &[Column<R>]) -> Arc<Schema> {
-    let field = |column: &Column<R>| {
+pub fn schema<R>(columns: &[TableColumn<R>]) -> Arc<Schema> {
+    let field = |column: &TableColumn<R>| {
         let facts = [("unit", column.unit), ("description", column.about)];
         Field::new(column.name, column.kind(), true).with_metadata(facts)
     };
@@ -74,18 +74,18 @@ pub fn schema<R>(columns: &[Column<R>]) -> Arc<Schema> {
 }
 
 /// Rows as a batch.
-pub fn batch<R>(schema: &Arc<Schema>, columns: &[Column<R>], rows: &[R]) -> RecordBatch {
+pub fn batch<R>(schema: &Arc<Schema>, columns: &[TableColumn<R>], rows: &[R]) -> RecordBatch {
     let arrays = columns.iter().map(|column| column.array(rows)).collect();
     RecordBatch::try_new(Arc::clone(schema), arrays).expect("columns of one list of rows are equally long")
 }
 
 /// A Parquet file, batch by batch: what a drive of days takes of memory stays the same.
-pub(super) struct Batches {
+pub(super) struct TableBatches {
     path: PathBuf,
     reader: ParquetRecordBatchReader,
 }
 
-impl Batches {
+impl TableBatches {
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         Self::build(path, Self::builder(path)?)
     }
@@ -115,7 +115,7 @@ impl Batches {
     }
 }
 
-impl Iterator for Batches {
+impl Iterator for TableBatches {
     type Item = Result<RecordBatch, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -129,15 +129,15 @@ fn no_parquet(path: &Path, why: &str) -> RecordError {
     RecordError::Table { path: path.into(), why: format!("no Parquet file of this program: {why}") }
 }
 
-/// A table, part after part, as [`Reader::parts`] reads it.
-pub struct Parts(Batches);
+/// A table, part after part, as [`TableReader::parts`] reads it.
+pub struct TableParts(TableBatches);
 
-impl Iterator for Parts {
-    type Item = Result<Reader, RecordError>;
+impl Iterator for TableParts {
+    type Item = Result<TableReader, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let part = |batch: RecordBatch| {
-            let mut part = Reader::default();
+            let mut part = TableReader::default();
             part.push(&batch);
             part
         };
@@ -147,12 +147,12 @@ impl Iterator for Parts {
 
 /// A table that has been read.
 #[derive(Clone, Debug, Default)]
-pub struct Reader {
+pub struct TableReader {
     columns: BTreeMap<String, Vec<ArrayRef>>,
     rows: usize,
 }
 
-impl Reader {
+impl TableReader {
     /// Reads a Parquet file.
     ///
     /// # Errors
@@ -168,14 +168,14 @@ impl Reader {
     ///
     /// # Errors
     /// There is none, or it is not one; a part that cannot be read is an error in its turn.
-    pub fn parts(path: &Path, columns: &[&str]) -> Result<Parts, RecordError> {
-        Ok(Parts(Batches::columns(path, columns)?))
+    pub fn parts(path: &Path, columns: &[&str]) -> Result<TableParts, RecordError> {
+        Ok(TableParts(TableBatches::columns(path, columns)?))
     }
 
     /// Reads a Parquet file batch by batch. Returns how many rows it has.
     pub(super) fn each_batch(path: &Path, put: &mut dyn FnMut(&RecordBatch)) -> Result<u64, RecordError> {
         let mut rows = 0;
-        for batch in Batches::open(path)? {
+        for batch in TableBatches::open(path)? {
             let batch = batch?;
             rows += batch.num_rows() as u64;
             put(&batch);
@@ -188,7 +188,7 @@ impl Reader {
     /// # Errors
     /// There is none, or it is not one.
     pub(super) fn count(path: &Path) -> Result<u64, RecordError> {
-        let rows = Batches::builder(path)?.metadata().file_metadata().num_rows();
+        let rows = TableBatches::builder(path)?.metadata().file_metadata().num_rows();
         u64::try_from(rows).map_err(|_| RecordError::Table { path: path.into(), why: format!("{rows} rows") })
     }
 

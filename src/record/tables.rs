@@ -1,7 +1,7 @@
 //! The tables of a recording and their columns. In: what the loop has at a tick or a frame. Out: rows. SI units; places in
 //! world axes (x east, y north).
 
-use super::table::{Column, Get};
+use super::table::{ColumnValue, TableColumn};
 use crate::{
     controls::{Controls, Selector},
     ego::EgoState,
@@ -50,17 +50,17 @@ impl Table {
 }
 
 /// The tick of a row: every table has a column of that name.
-pub(super) fn tick<R>(columns: &[Column<R>], row: &R) -> Tick {
+pub(super) fn tick<R>(columns: &[TableColumn<R>], row: &R) -> Tick {
     let ticks = columns.iter().find(|column| column.name == "tick");
     Tick(ticks.map_or(0, |column| match column.get {
-        Get::Whole(get) => get(row),
+        ColumnValue::Whole(get) => get(row),
         _ => 0,
     }))
 }
 
 /// Rows on their way to the disk.
 #[derive(Debug, Default)]
-pub(super) struct Batch {
+pub(super) struct RowBatch {
     pub ego: Vec<EgoRow>,
     pub cars: Vec<CarRow>,
     pub advice: Vec<AdviceRow>,
@@ -140,19 +140,19 @@ const fn number<R>(
     unit: &'static str,
     about: &'static str,
     get: fn(&R) -> Option<f64>,
-) -> Column<R> {
-    Column { name, unit, about, get: Get::Number(get) }
+) -> TableColumn<R> {
+    TableColumn { name, unit, about, get: ColumnValue::Number(get) }
 }
 
-const fn column<R>(name: &'static str, unit: &'static str, about: &'static str, get: Get<R>) -> Column<R> {
-    Column { name, unit, about, get }
+const fn column<R>(name: &'static str, unit: &'static str, about: &'static str, get: ColumnValue<R>) -> TableColumn<R> {
+    TableColumn { name, unit, about, get }
 }
 
 /// One row a tick (100 Hz).
-pub const EGO: &[Column<EgoRow>] = &[
-    column("tick", "", "tick, 10 ms each, since the start of the drive", Get::Whole(|r| r.tick.0)),
+pub const EGO: &[TableColumn<EgoRow>] = &[
+    column("tick", "", "tick, 10 ms each, since the start of the drive", ColumnValue::Whole(|r| r.tick.0)),
     number("time_s", "s", "time since the start of the drive", |r| Some(r.tick.seconds())),
-    column("hash", "", "fingerprint of every snapshot up to this tick", Get::Whole(|r| r.hash)),
+    column("hash", "", "fingerprint of every snapshot up to this tick", ColumnValue::Whole(|r| r.hash)),
     number(
         "throttle",
         "",
@@ -167,7 +167,7 @@ pub const EGO: &[Column<EgoRow>] = &[
         "selector",
         "",
         "selector: drive, neutral or reverse",
-        Get::Word(|r| selector_word(r.controls.selector).into()),
+        ColumnValue::Word(|r| selector_word(r.controls.selector).into()),
     ),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego.position.y)),
@@ -187,12 +187,12 @@ pub const EGO: &[Column<EgoRow>] = &[
     number("steering_torque_nm", "N m", "self-aligning torque at the wheel, positive to the left", |r| {
         Some(r.ego.steering_torque_nm.into())
     }),
-    column("braking", "", "the brake lamps are lit", Get::Flag(|r| Some(r.ego.braking))),
+    column("braking", "", "the brake lamps are lit", ColumnValue::Flag(|r| Some(r.ego.braking))),
     number("s_m", "m", "front bumper along the route", |r| Some(r.s_m)),
     number("lane_offset_m", "m", "offset of the middle from the lane's middle, positive to the left", |r| {
         Some(r.lane_offset_m)
     }),
-    column("leader", "", "number of the car ahead", Get::Id(|r| r.leader.map(|l| l.0))),
+    column("leader", "", "number of the car ahead", ColumnValue::Id(|r| r.leader.map(|l| l.0))),
     number("gap_m", "m", "own front bumper to the leader's rear bumper", |r| r.leader.map(|l| l.1)),
     number("headway_m", "m", "own front bumper to the leader's front bumper (SAE J2944)", |r| {
         r.leader.map(|l| l.1 + CAR_LENGTH_M)
@@ -208,7 +208,7 @@ pub const EGO: &[Column<EgoRow>] = &[
         "in_range",
         "",
         "the speed is in the acceptable range",
-        Get::Flag(|r| Some(r.advice?.accepts(r.ego.speed_mps))),
+        ColumnValue::Flag(|r| Some(r.advice?.accepts(r.ego.speed_mps))),
     ),
     number("mean_speed_mps", "m/s", "mean speed of all vehicles, the ego included", |r| Some(r.mean_speed_mps)),
     number(
@@ -277,16 +277,16 @@ impl CarRow {
 }
 
 /// One row a car and step.
-pub const CARS: &[Column<CarRow>] = &[
-    column("tick", "", "tick at the end of the step", Get::Whole(|r| r.tick.0)),
-    column("car", "", "number of the car; 0 is the ego", Get::Id(|r| Some(r.car))),
+pub const CARS: &[TableColumn<CarRow>] = &[
+    column("tick", "", "tick at the end of the step", ColumnValue::Whole(|r| r.tick.0)),
+    column("car", "", "number of the car; 0 is the ego", ColumnValue::Id(|r| Some(r.car))),
     number("s_m", "m", "front bumper along the route", |r| Some(r.s_m)),
     number("x_m", "m", "centre, to the east", |r| Some(r.x_m)),
     number("y_m", "m", "centre, to the north", |r| Some(r.y_m)),
     number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.yaw_rad)),
     number("speed_mps", "m/s", "speed", |r| Some(r.speed_mps)),
     number("accel_mps2", "m/s2", "acceleration", |r| Some(r.accel_mps2)),
-    column("braking", "", "the brake lamps are lit", Get::Flag(|r| Some(r.braking))),
+    column("braking", "", "the brake lamps are lit", ColumnValue::Flag(|r| Some(r.braking))),
 ];
 
 /// An advice.
@@ -305,23 +305,33 @@ pub struct AdviceRow {
 }
 
 /// One row an advice.
-pub const ADVICE: &[Column<AdviceRow>] = &[
-    column("tick", "", "tick at which it was issued", Get::Whole(|r| r.advice.issued.0)),
-    column("action", "", "what the policy put out: speed or acceleration", Get::Word(|r| action(&r.advice).0.into())),
+pub const ADVICE: &[TableColumn<AdviceRow>] = &[
+    column("tick", "", "tick at which it was issued", ColumnValue::Whole(|r| r.advice.issued.0)),
+    column(
+        "action",
+        "",
+        "what the policy put out: speed or acceleration",
+        ColumnValue::Word(|r| action(&r.advice).0.into()),
+    ),
     number("action_value", "m/s or m/s2", "the policy's own number", |r| Some(action(&r.advice).1)),
     number("target_mps", "m/s", "advised speed", |r| Some(r.advice.target_mps)),
     number("range_low_mps", "m/s", "lower edge of the acceptable range", |r| Some(r.advice.band_mps().0)),
     number("range_high_mps", "m/s", "upper edge of the acceptable range", |r| Some(r.advice.band_mps().1)),
     number("hold_s", "s", "how long it stands", |r| Some(f64::from(r.advice.hold_steps) * r.step_s)),
     number("speed_mps", "m/s", "the ego's speed at that tick", |r| Some(r.speed_mps)),
-    column("in_range", "", "that speed is in the new range", Get::Flag(|r| Some(r.advice.accepts(r.speed_mps)))),
+    column(
+        "in_range",
+        "",
+        "that speed is in the new range",
+        ColumnValue::Flag(|r| Some(r.advice.accepts(r.speed_mps))),
+    ),
     column(
         "fallback",
         "",
         "the policy gave no number: what was advised before stands",
-        Get::Flag(|r| Some(r.advice.is_fallback)),
+        ColumnValue::Flag(|r| Some(r.advice.is_fallback)),
     ),
-    column("shown_frame", "", "number of the first frame that showed it", Get::Id(|r| r.shown_frame)),
+    column("shown_frame", "", "number of the first frame that showed it", ColumnValue::Id(|r| r.shown_frame)),
     number("shown_wall_s", "s", "when that frame was handed over, wall time since the first frame", |r| r.shown_wall_s),
 ];
 
@@ -356,16 +366,16 @@ pub struct FrameRow {
 }
 
 /// One row a frame.
-pub const FRAMES: &[Column<FrameRow>] = &[
-    column("frame", "", "number of the frame", Get::Whole(|r| r.frame)),
-    column("tick", "", "last tick before it", Get::Whole(|r| r.tick.0)),
+pub const FRAMES: &[TableColumn<FrameRow>] = &[
+    column("frame", "", "number of the frame", ColumnValue::Whole(|r| r.frame)),
+    column("tick", "", "last tick before it", ColumnValue::Whole(|r| r.tick.0)),
     number("fraction", "", "how far it stands from that tick to the next", |r| Some(r.fraction)),
     number("wall_s", "s", "when it was handed to the screen, wall time since the first frame", |r| Some(r.wall_s)),
     number("elapsed_s", "s", "time since the frame before", |r| Some(r.elapsed_s)),
     number("dropped_s", "s", "simulation that was given up because the frame came too late", |r| Some(r.dropped_s)),
     number("latency_s", "s", "newest input to handing over, where the device tells times", |r| r.latency_s),
     number("input_to_tick_s", "s", "that input to the tick that used it", |r| r.input_to_tick_s),
-    column("flash", "", "the square in the corner was white; empty without a square", Get::Flag(|r| r.flash)),
+    column("flash", "", "the square in the corner was white; empty without a square", ColumnValue::Flag(|r| r.flash)),
 ];
 
 /// Something that happened.
@@ -412,16 +422,16 @@ impl EventRow {
 }
 
 /// One row an event.
-pub const EVENTS: &[Column<EventRow>] = &[
-    column("tick", "", "when", Get::Whole(|r| r.tick.0)),
+pub const EVENTS: &[TableColumn<EventRow>] = &[
+    column("tick", "", "when", ColumnValue::Whole(|r| r.tick.0)),
     column(
         "event",
         "",
         "contact, left_road, back_on_road, put_back, ended, mark, note, pause, ...",
-        Get::Word(|r| r.kind.clone()),
+        ColumnValue::Word(|r| r.kind.clone()),
     ),
-    column("detail", "", "the rest in words", Get::Word(|r| r.detail.clone())),
-    column("car", "", "the other car", Get::Id(|r| r.car)),
+    column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),
+    column("car", "", "the other car", ColumnValue::Id(|r| r.car)),
     number("value", "m/s or m", "closing speed of a contact, offset where the road was left", |r| r.value),
 ];
 

@@ -12,18 +12,18 @@ use glam::{DVec3, Quat, dvec2};
 use std::collections::BTreeMap;
 
 /// A table's row as text, by the name of the column; numbers to six digits, empty as `-`.
-fn cells<R>(columns: &[Column<R>], row: &R) -> BTreeMap<&'static str, String> {
-    let text = |column: &Column<R>| match column.get {
-        Get::Number(get) => get(row).map_or("-".into(), |v| format!("{:.6}", v)),
-        Get::Whole(get) => get(row).to_string(),
-        Get::Id(get) => get(row).map_or("-".into(), |v| v.to_string()),
-        Get::Flag(get) => get(row).map_or("-".into(), |v| v.to_string()),
-        Get::Word(get) => get(row),
+fn cells<R>(columns: &[TableColumn<R>], row: &R) -> BTreeMap<&'static str, String> {
+    let text = |column: &TableColumn<R>| match column.get {
+        ColumnValue::Number(get) => get(row).map_or("-".into(), |v| format!("{:.6}", v)),
+        ColumnValue::Whole(get) => get(row).to_string(),
+        ColumnValue::Id(get) => get(row).map_or("-".into(), |v| v.to_string()),
+        ColumnValue::Flag(get) => get(row).map_or("-".into(), |v| v.to_string()),
+        ColumnValue::Word(get) => get(row),
     };
     columns.iter().map(|column| (column.name, text(column))).collect()
 }
 
-fn is<R>(columns: &[Column<R>], row: &R, expected: &[(&'static str, &str)]) {
+fn is<R>(columns: &[TableColumn<R>], row: &R, expected: &[(&'static str, &str)]) {
     let (found, expected) = (cells(columns, row), expected.iter().copied().collect::<BTreeMap<_, _>>());
     assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
     for (name, value) in expected {

@@ -1,15 +1,15 @@
 //! Visible cars and trees: culled on the CPU, written into one instance buffer per pass. In: a view and a
-//! test of what can be seen. Out: [`Batches`], ranges of instances by mesh.
+//! test of what can be seen. Out: [`InstanceBatches`], ranges of instances by mesh.
 
 use super::{
     device::{
         cost::{CountedPass, CountedQueue},
         layout::Instance,
     },
-    level_of_detail::{Batches, CarDetail, Detail, LEVELS, Levels},
-    models::{Model, Models},
+    level_of_detail::{CarDetail, DetailShares, InstanceBatches, LEVELS, TreeDetail},
+    models::{ModelMesh, ModelMeshes},
 };
-use crate::scene::{CarInstance, Cockpit, Seat, StaticScene, TreePlace};
+use crate::scene::{CarInstance, Cockpit, DriverSeat, StaticScene, TreePlace};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -24,7 +24,7 @@ const DETAIL_M: f32 = 1.9;
 
 /// Whether and how a tree or tuft is seen: apart from what is drawn of it, because every picture asks it of all of them.
 #[derive(Clone, Copy, Debug)]
-struct Ball {
+struct BoundingSphere {
     centre: Vec3,
     radius_m: f32,
     kind: u32,
@@ -34,7 +34,7 @@ struct Ball {
 
 /// What is drawn of it.
 #[derive(Clone, Copy, Debug)]
-struct Drawn {
+struct DrawnTree {
     instance: Instance,
     /// The patch of shade at a tree's foot.
     root: Option<Instance>,
@@ -42,15 +42,15 @@ struct Drawn {
 
 /// A tree or tuft made ready once.
 #[derive(Clone, Copy, Debug)]
-struct Tree(Ball, Drawn);
+struct PlacedTree(BoundingSphere, DrawnTree);
 
-impl Tree {
-    fn new(place: &TreePlace, model: &Model, distant: bool) -> Self {
+impl PlacedTree {
+    fn new(place: &TreePlace, model: &ModelMesh, distant: bool) -> Self {
         let turn = Quat::from_rotation_z(place.yaw_rad);
         let world = Affine3A::from_scale_rotation_translation(Vec3::splat(place.scale), turn, place.position);
         let (centre, radius_m) = (world.transform_point3(model.centre), model.radius_m * place.scale);
-        let ball = Ball { centre, radius_m, kind: place.kind as u32, distant };
-        Self(ball, Drawn { instance: Instance::new(world, place.tint, 1.0), root: None })
+        let ball = BoundingSphere { centre, radius_m, kind: place.kind as u32, distant };
+        Self(ball, DrawnTree { instance: Instance::new(world, place.tint, 1.0), root: None })
     }
 
     /// With shade on the ground, whose normal this is.
@@ -60,28 +60,30 @@ impl Tree {
         let foot = drawn.instance.origin() + 0.08 * ground;
         let reach = Vec3::splat(ROOT * ball.radius_m);
         let world = Affine3A::from_scale_rotation_translation(reach, turn, foot);
-        Self(ball, Drawn { root: Some(Instance::new(world, [0.0; 3], 1.0)), ..drawn })
+        Self(ball, DrawnTree { root: Some(Instance::new(world, [0.0; 3], 1.0)), ..drawn })
     }
 }
 
 /// Trees and tufts of grass, placed once.
 #[derive(Clone, Debug)]
-pub struct Forest {
+pub struct PlacedTrees {
     kinds: usize,
     /// As many of the one as of the other, in the same order.
-    trees: (Vec<Ball>, Vec<Drawn>),
-    tufts: (Vec<Ball>, Vec<Drawn>),
+    trees: (Vec<BoundingSphere>, Vec<DrawnTree>),
+    tufts: (Vec<BoundingSphere>, Vec<DrawnTree>),
 }
 
-impl Forest {
+impl PlacedTrees {
     /// All trees of a stage.
-    pub fn new(stage: &StaticScene, models: &Models) -> Self {
-        let grown = |distant: bool| move |place: &TreePlace| Tree::new(place, &models.trees[place.kind][0], distant);
+    pub fn new(stage: &StaticScene, models: &ModelMeshes) -> Self {
+        let grown =
+            |distant: bool| move |place: &TreePlace| PlacedTree::new(place, &models.trees[place.kind][0], distant);
         let near = stage.tree_places.iter().map(grown(false));
         let near = near.zip(&stage.tree_grounds).map(|(tree, ground)| tree.rooted(*ground));
-        let parts = |Tree(ball, drawn)| (ball, drawn);
+        let parts = |PlacedTree(ball, drawn)| (ball, drawn);
         let trees = near.chain(stage.far_tree_places.iter().map(grown(true))).map(parts).unzip();
-        let tufts = stage.tuft_places.iter().map(|place| Tree::new(place, &models.tuft, false)).map(parts).unzip();
+        let tufts =
+            stage.tuft_places.iter().map(|place| PlacedTree::new(place, &models.tuft, false)).map(parts).unzip();
         Self { kinds: models.trees.len(), trees, tufts }
     }
 
@@ -92,11 +94,11 @@ impl Forest {
 
 /// What a picture shows besides cars.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Around<'a> {
+pub struct SceneContents<'a> {
     /// Trees and grass.
-    pub forest: Option<&'a Forest>,
+    pub forest: Option<&'a PlacedTrees>,
     /// The ego, seen from inside.
-    pub inside: Option<&'a Seat>,
+    pub inside: Option<&'a DriverSeat>,
 }
 
 /// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
@@ -110,7 +112,7 @@ pub struct InstanceCollector {
 
 impl InstanceCollector {
     /// Room for all trees and for `cars` cars.
-    pub fn new(device: &wgpu::Device, forest: &Forest, cars: usize) -> Self {
+    pub fn new(device: &wgpu::Device, forest: &PlacedTrees, cars: usize) -> Self {
         // A tree between two levels is drawn twice.
         let capacity = 1 + 5 * cars + 3 * forest.count();
         Self {
@@ -126,14 +128,14 @@ impl InstanceCollector {
     pub fn gather<'a>(
         &mut self,
         (device, queue): (&wgpu::Device, &CountedQueue),
-        models: &Models,
+        models: &ModelMeshes,
         cars: impl Iterator<Item = &'a CarInstance> + Clone,
-        around: Around,
+        around: SceneContents,
         seen: impl Fn(Vec3, f32) -> Option<CarDetail>,
-        levels: impl Fn(Vec3, f32) -> Levels,
+        levels: impl Fn(Vec3, f32) -> DetailShares,
         eye: Vec3,
         grass: impl Fn(Vec3, f32) -> bool,
-    ) -> Batches {
+    ) -> InstanceBatches {
         self.instances.clear();
         self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
         let level_of = |car: &CarInstance| {
@@ -165,7 +167,7 @@ impl InstanceCollector {
             self.fill(|list| list.extend(far.chain(shade).flat_map(wheels))),
         ];
         let tufts = around.forest.iter().flat_map(|forest| forest.tufts.0.iter().zip(&forest.tufts.1));
-        let wanted = |(tuft, _): &(&Ball, &Drawn)| grass(tuft.centre, tuft.radius_m);
+        let wanted = |(tuft, _): &(&BoundingSphere, &DrawnTree)| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.filter(wanted).map(|(_, drawn)| drawn.instance)));
         let trees = around.forest.map_or(Vec::new(), |forest| self.trees(forest, levels, eye));
         let roots = self.roots(around.forest, eye);
@@ -173,7 +175,7 @@ impl InstanceCollector {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        Batches { inside, housings, cars: all, bodies, wheels, tufts, roots, trees }
+        InstanceBatches { inside, housings, cars: all, bodies, wheels, tufts, roots, trees }
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.
@@ -182,7 +184,7 @@ impl InstanceCollector {
     }
 
     /// Shade at the feet of the trees found, fainter with distance.
-    fn roots(&mut self, forest: Option<&Forest>, eye: Vec3) -> Range<u32> {
+    fn roots(&mut self, forest: Option<&PlacedTrees>, eye: Vec3) -> Range<u32> {
         let start = self.instances.len() as u32;
         for &(_, _, number, share) in forest.iter().flat_map(|_| &self.found) {
             let Some((balls, drawn)) = forest.map(|forest| &forest.trees) else { break };
@@ -199,7 +201,12 @@ impl InstanceCollector {
     }
 
     /// Instances of the trees by kind and level, the nearest first.
-    fn trees(&mut self, forest: &Forest, levels: impl Fn(Vec3, f32) -> Levels, eye: Vec3) -> Vec<[Range<u32>; LEVELS]> {
+    fn trees(
+        &mut self,
+        forest: &PlacedTrees,
+        levels: impl Fn(Vec3, f32) -> DetailShares,
+        eye: Vec3,
+    ) -> Vec<[Range<u32>; LEVELS]> {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
         for (number, tree) in (0..).zip(&forest.trees.0) {
@@ -237,10 +244,10 @@ impl InstanceCollector {
 
 /// Of a tree on the horizon: its picture, or its boughs where the picture would be drawn larger than it was painted; and no
 /// shadow.
-fn distant(levels: Levels) -> Levels {
+fn distant(levels: DetailShares) -> DetailShares {
     match levels[0] {
-        None | Some((Detail::Shade, _)) => [None; 2],
-        Some((Detail::Near, _)) => [Some((Detail::Mid, 1.0)), None],
+        None | Some((TreeDetail::Shade, _)) => [None; 2],
+        Some((TreeDetail::Near, _)) => [Some((TreeDetail::Mid, 1.0)), None],
         Some(_) => levels,
     }
 }
@@ -261,7 +268,7 @@ fn body(car: &CarInstance) -> Instance {
 }
 
 /// The steering wheel, if it is seen.
-fn steering_wheel(seat: &Seat) -> Option<Instance> {
+fn steering_wheel(seat: &DriverSeat) -> Option<Instance> {
     let body = Affine3A::from_rotation_translation(seat.car.rotation, seat.car.position);
     seat.steering_wheel_rad.map(|turn| Instance::new(body * Cockpit::body_from_wheel(turn), [1.0; 3], 0.0))
 }
@@ -269,7 +276,7 @@ fn steering_wheel(seat: &Seat) -> Option<Instance> {
 /// The mirrors' housings of one mesh, in the order of [`Cockpit::housings`]. A foot points inwards to the door; that of a
 /// mirror that is turned into the picture points to where the picture has a door: down at the left one, beyond the edge at the
 /// right one.
-fn housings(seat: Option<&Seat>, which: usize) -> impl Iterator<Item = Instance> {
+fn housings(seat: Option<&DriverSeat>, which: usize) -> impl Iterator<Item = Instance> {
     let panes = seat.and_then(|seat| Some((seat.car, seat.mirrors?)));
     panes.into_iter().flat_map(move |(car, panes)| {
         let body = Affine3A::from_rotation_translation(car.rotation, car.position);

@@ -1,5 +1,5 @@
 //! How finely cars and trees are drawn, and where those of one picture are. In: how large one is in the picture. Out: its
-//! level of detail; [`Batches`], ranges of instances by mesh and level.
+//! level of detail; [`InstanceBatches`], ranges of instances by mesh and level.
 
 use super::view_projection::ViewFrustum;
 use glam::Vec3;
@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Batches {
+pub struct InstanceBatches {
     /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel.
     pub inside: [Range<u32>; 3],
     /// Its mirrors' housings by mesh.
@@ -22,11 +22,11 @@ pub struct Batches {
     pub tufts: Range<u32>,
     /// Patches of shade at the feet of trees.
     pub roots: Range<u32>,
-    /// Trees by kind and [`Detail`].
+    /// Trees by kind and [`TreeDetail`].
     pub trees: Vec<[Range<u32>; LEVELS]>,
 }
 
-impl Batches {
+impl InstanceBatches {
     /// The `k`th of `n` parts of the trees.
     pub fn part_of_trees(&self, k: usize, n: usize) -> Vec<[Range<u32>; LEVELS]> {
         let part = |range: Range<u32>| {
@@ -57,7 +57,7 @@ pub(super) const CAR_LEVELS: usize = 5;
 
 /// How finely a tree is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detail {
+pub enum TreeDetail {
     /// With every twig.
     Near,
     /// With a quarter of the triangles.
@@ -106,10 +106,10 @@ impl CarDetail {
     }
 }
 
-impl Detail {
+impl TreeDetail {
     /// One level, or around a switch both: the finer one with its share of the samples, of which a pixel has as many, the
     /// coarser one with the negative of that (`kept` in `fade.wgsl`).
-    pub fn shares(radius_px: f32, samples: u32) -> Levels {
+    pub fn shares(radius_px: f32, samples: u32) -> DetailShares {
         let band = if samples == 1 { LAYERED_BAND } else { BAND };
         let share = |at: f32| ((radius_px / at - 1.0) / band + 0.5).clamp(0.0, 1.0);
         for (at, finer, coarser) in [(NEAR_PX, Self::Near, Self::Mid), (MID_PX, Self::Mid, Self::Far)] {
@@ -124,7 +124,7 @@ impl Detail {
 }
 
 /// At which levels a tree is drawn, each with its share.
-pub type Levels = [Option<(Detail, f32)>; 2];
+pub type DetailShares = [Option<(TreeDetail, f32)>; 2];
 
 #[cfg(test)]
 mod tests {
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn the_parts_of_the_trees_are_all_trees_once() {
-        let batches = Batches {
+        let batches = InstanceBatches {
             trees: vec![[3..3, 3..40, 40..45, 45..46], [46..46, 46..146, 146..146, 146..150]],
             ..Default::default()
         };

@@ -29,15 +29,15 @@ pub use device::timing::PassTimes;
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
 
-use crate::scene::{Camera, Pane, StaticScene, View, ViewKind};
+use crate::scene::{Camera, MirrorPane, StaticScene, View, ViewKind};
 use device::pipeline::PipelineBuilder;
-use device::shader::Sources;
-use device::timing::{self, Pass, Timing};
+use device::shader::ShaderSources;
+use device::timing::{self, PassTimings, TimedPass};
 use dial::DialPass;
 use post::bloom::{BloomPass, BloomPipelines};
-use post::tonemap::{self, Framed, Glass, Lies, ToneMapPass, ToneMapPipeline, mirror_rect};
-use post::ui_pass::{Overlay, UiPass};
-use scene_pass::{Bindings, Ego, Materials, ScenePass};
+use post::tonemap::{self, FramedMirror, MirrorGlass, MirrorPlace, ToneMapPass, ToneMapPipeline, mirror_rect};
+use post::ui_pass::{OverlayTarget, UiPass};
+use scene_pass::{EgoVisibility, MaterialPipelines, SceneBindings, ScenePass};
 use shadow::{ShadowPass, ShadowPipeline};
 use sky::sky_pass::SkyPass;
 use static_meshes::StaticMeshes;
@@ -52,24 +52,24 @@ const SHADERS: &str = "shaders";
 pub struct Renderer {
     meshes: StaticMeshes,
     quality: Quality,
-    bindings: Bindings,
-    pipelines: Pipelines,
+    bindings: SceneBindings,
+    pipelines: RenderPipelines,
     air: SkyPass,
     shadow: ShadowPass,
     main: ScenePass,
     /// The rear-view mirror; the left and the right one as soon as a picture has them.
     mirror: ScenePass,
     sides: Option<[ScenePass; 2]>,
-    glow: BloomPass,
-    develop: ToneMapPass,
+    bloom: BloomPass,
+    tonemap: ToneMapPass,
     dial: DialPass,
     panel: UiPass,
-    timing: Option<Timing>,
+    timing: Option<PassTimings>,
     cost: FrameCost,
 }
 
 /// What the experimenter's panel put out in this frame, to be drawn over the picture.
-pub struct Panel<'a> {
+pub struct PanelOutput<'a> {
     /// The panel's context, the same one for the life of the renderer.
     pub ctx: &'a egui::Context,
     /// Its output.
@@ -78,11 +78,11 @@ pub struct Panel<'a> {
 
 /// All pipelines, replaced together or not at all.
 #[derive(Debug)]
-struct Pipelines {
+struct RenderPipelines {
     shadow: ShadowPipeline,
-    materials: Materials,
-    glow: BloomPipelines,
-    develop: ToneMapPipeline,
+    materials: MaterialPipelines,
+    bloom: BloomPipelines,
+    tonemap: ToneMapPipeline,
 }
 
 impl Renderer {
@@ -93,20 +93,20 @@ impl Renderer {
         let quality = if gpu.is_software() { Quality { anisotropy: 1, ..quality } } else { quality };
         let device = &gpu.device;
         let meshes = StaticMeshes::new(gpu, stage);
-        let bindings = Bindings::new(device, &quality);
+        let bindings = SceneBindings::new(device, &quality);
         let shadow = ShadowPass::new(device, &meshes, &quality);
         // A quarter as fine as the shadows: 256 to 768 texels, painted in a fraction of a second.
         let air = SkyPass::new(device, quality.shadow_size / 4);
         let main = ScenePass::new("main", &meshes, &bindings, shadow.maps(), &air, &quality);
         let mirror = ScenePass::new("mirror", &meshes, &bindings, shadow.maps(), &air, &quality);
-        let mut develop = ToneMapPass::new(device, format);
-        let mut glow = BloomPass::new(device);
-        glow.fit(device, main.light(), [1, 1]);
-        develop.fit(device, main.light(), [mirror.light(); 3], glow.halo(), [1, 1], quality.msaa == 1);
-        let builder = PipelineBuilder { device, sources: &Sources::built_in() };
-        let pipelines = Pipelines::new(&builder, &bindings, &shadow, &glow, &develop, &quality)
+        let mut tonemap = ToneMapPass::new(device, format);
+        let mut bloom = BloomPass::new(device);
+        bloom.fit(device, main.light(), [1, 1]);
+        tonemap.fit(device, main.light(), [mirror.light(); 3], bloom.halo(), [1, 1], quality.msaa == 1);
+        let builder = PipelineBuilder { device, sources: &ShaderSources::built_in() };
+        let pipelines = RenderPipelines::new(&builder, &bindings, &shadow, &bloom, &tonemap, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
-        let timing = Timing::new(device, &gpu.queue);
+        let timing = PassTimings::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
         let cost = FrameCost::default();
@@ -120,8 +120,8 @@ impl Renderer {
             main,
             mirror,
             sides: None,
-            glow,
-            develop,
+            bloom,
+            tonemap,
             dial,
             panel,
             timing,
@@ -130,8 +130,8 @@ impl Renderer {
     }
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
-    pub fn draw(&mut self, view: &View, panel: Option<Panel>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { meshes, air, shadow, main, mirror, sides, glow, develop, dial, pipelines, timing, .. } = self;
+    pub fn draw(&mut self, view: &View, panel: Option<PanelOutput>, target: &wgpu::TextureView, size: [u32; 2]) {
+        let Self { meshes, air, shadow, main, mirror, sides, bloom, tonemap, dial, pipelines, timing, .. } = self;
         let (device, queue) = (&meshes.device, &meshes.queue);
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
@@ -141,8 +141,8 @@ impl Renderer {
         let drawn = self.quality.drawn_size(size, alone);
         let smooth = self.quality.msaa == 1;
         let panes = view.seat.and_then(|seat| seat.mirrors).filter(|_| !alone);
-        let glass_px = |pane: &Pane| [1.0, pane.aspect].map(|over| pane.width_share * size[0] as f32 / over);
-        let pane_px = |pane: &Pane| glass_px(pane).map(|side| scale(side.round() as u32));
+        let glass_px = |pane: &MirrorPane| [1.0, pane.aspect].map(|over| pane.width_share * size[0] as f32 / over);
+        let pane_px = |pane: &MirrorPane| glass_px(pane).map(|side| scale(side.round() as u32));
         if let Some([rear, ..]) = &panes {
             inset = pane_px(rear);
             sides.get_or_insert_with(|| {
@@ -155,22 +155,22 @@ impl Renderer {
             stale |= side.fit(device, pane_px(pane));
         }
         if stale {
-            glow.fit(device, main.light(), drawn);
+            bloom.fit(device, main.light(), drawn);
             let [left, right] =
                 sides.as_ref().map_or([mirror.light(); 2], |sides| sides.each_ref().map(ScenePass::light));
             let mirrors = [mirror.light(), left, right];
-            develop.fit(device, main.light(), mirrors, glow.halo(), drawn, smooth && drawn == size);
+            tonemap.fit(device, main.light(), mirrors, bloom.halo(), drawn, smooth && drawn == size);
         }
 
         let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
         let aspect = |[width, height]: [u32; 2]| width as f32 / height.max(1) as f32;
-        let glass = |camera: &Camera, size| Glass::new(camera, view.mirror_bend, aspect(size));
+        let glass = |camera: &Camera, size| MirrorGlass::new(camera, view.mirror_bend, aspect(size));
         let whole = alone.then(|| glass(camera, size));
         let optics = ViewFrustum::new(&whole.map_or(*camera, |whole| whole.behind(camera)), size);
         let back = view.mirror.as_ref().filter(|_| !alone);
         let framed = back.map(|camera| glass(camera, inset));
         let from_outside = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
-        let ego = if from_outside { Ego::Outside } else { Ego::Inside };
+        let ego = if from_outside { EgoVisibility::Outside } else { EgoVisibility::Inside };
 
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
@@ -180,39 +180,41 @@ impl Renderer {
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let mut cost = FrameCost::default();
         let lights;
-        (lights, cost.shadow) = shadow.draw(e, stamps(Pass::Shadow), &pipelines.shadow, meshes, view, &optics);
+        (lights, cost.shadow) = shadow.draw(e, stamps(TimedPass::Shadow), &pipelines.shadow, meshes, view, &optics);
         let hidden = back.filter(|_| panes.is_none()).and_then(|_| tonemap::hidden_by_mirror(size, drawn));
-        cost.main = main.draw(e, stamps(Pass::Main), materials, meshes, view, &optics, &lights, ego, hidden);
+        cost.main = main.draw(e, stamps(TimedPass::Main), materials, meshes, view, &optics, &lights, ego, hidden);
         if let (Some(camera), Some(glass)) = (back, framed) {
             let optics = ViewFrustum::new(&glass.behind(camera), inset);
-            let whole = stamps(Pass::Mirror);
+            let whole = stamps(TimedPass::Mirror);
             let stamps = if panes.is_some() { whole.as_ref().map(timing::begin_only) } else { whole };
-            cost.mirror = mirror.draw(e, stamps, materials, meshes, view, &optics, &lights, Ego::Nowhere, None);
+            cost.mirror =
+                mirror.draw(e, stamps, materials, meshes, view, &optics, &lights, EgoVisibility::Nowhere, None);
         }
-        let mut framed = [framed.map(|glass| Framed { glass, lies: Lies::Inset }), None, None];
+        let mut framed = [framed.map(|glass| FramedMirror { glass, lies: MirrorPlace::Inset }), None, None];
         if let Some(panes) = &panes {
             let clip = camera.view_proj(aspect(size));
             framed = panes.each_ref().map(|pane| {
-                let lies = Lies::InWorld(pane.corners.map(|corner| clip * corner.extend(1.0)), glass_px(pane));
-                Some(Framed { glass: Glass::new(&pane.camera, pane.bend, pane.aspect), lies })
+                let lies = MirrorPlace::InWorld(pane.corners.map(|corner| clip * corner.extend(1.0)), glass_px(pane));
+                Some(FramedMirror { glass: MirrorGlass::new(&pane.camera, pane.bend, pane.aspect), lies })
             });
             for ((side, pane), framed) in sides.iter_mut().flatten().zip(&panes[1..]).zip(framed[1..].iter().flatten())
             {
                 let optics = ViewFrustum::new(&framed.glass.behind(&pane.camera), pane_px(pane));
                 // The right one is the last of the mirrors; the own flank is at the edge of both.
-                let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(Pass::Mirror)).flatten();
+                let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(TimedPass::Mirror)).flatten();
                 let stamps = last.as_ref().map(timing::end_only);
-                cost.mirror += side.draw(e, stamps, materials, meshes, view, &optics, &lights, Ego::Outside, None);
+                cost.mirror +=
+                    side.draw(e, stamps, materials, meshes, view, &optics, &lights, EgoVisibility::Outside, None);
             }
         }
-        let stamp = stamps(Pass::Develop);
+        let stamp = stamps(TimedPass::ToneMap);
         let sky = air.fit(queue, view.to_sun, view.visibility_m);
         let exposure = if view.kind == ViewKind::Birdseye { sky.plan_exposure() } else { sky.exposure };
-        cost.develop = glow.draw(e, stamp.as_ref(), &pipelines.glow);
-        cost.develop += develop.draw(
+        cost.tonemap = bloom.draw(e, stamp.as_ref(), &pipelines.bloom);
+        cost.tonemap += tonemap.draw(
             e,
             stamp.as_ref().map(timing::end_only),
-            &pipelines.develop,
+            &pipelines.tonemap,
             queue,
             target,
             size,
@@ -224,11 +226,11 @@ impl Renderer {
         if view.dial.is_some() || view.patch.is_some() {
             dial.place = dial::DialPlace::of(view, size);
             dial.palette = view.palette;
-            let overlay = Overlay { device, queue, encoder: e, view: target, size };
+            let overlay = OverlayTarget { device, queue, encoder: e, view: target, size };
             dial.draw(overlay, view.dial.as_ref(), view.patch);
         }
-        if let Some(Panel { ctx, output }) = panel {
-            self.panel.draw(Overlay { device, queue, encoder: e, view: target, size }, ctx, output);
+        if let Some(PanelOutput { ctx, output }) = panel {
+            self.panel.draw(OverlayTarget { device, queue, encoder: e, view: target, size }, ctx, output);
         }
         if let Some(timing) = timing {
             timing.collect(e);
@@ -249,7 +251,7 @@ impl Renderer {
 
     /// Time of each pass on the device, a few frames ago; none if the adapter has no timestamps or has not answered yet.
     pub fn pass_times(&self) -> Option<PassTimes> {
-        self.timing.as_ref().and_then(Timing::latest)
+        self.timing.as_ref().and_then(PassTimings::latest)
     }
 
     /// Reads the shaders anew from the directory `shaders`; if one is broken, all stay as they were.
@@ -265,12 +267,13 @@ impl Renderer {
     /// # Errors
     /// As there.
     pub fn reload_shaders_from(&mut self, directory: &Path) -> Result<(), String> {
-        let sources = Sources::from_directory(directory)?;
+        let sources = ShaderSources::from_directory(directory)?;
         let device = &self.meshes.device;
         // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let builder = PipelineBuilder { device, sources: &sources };
-        let made = Pipelines::new(&builder, &self.bindings, &self.shadow, &self.glow, &self.develop, &self.quality);
+        let made =
+            RenderPipelines::new(&builder, &self.bindings, &self.shadow, &self.bloom, &self.tonemap, &self.quality);
         let refused = pollster::block_on(scope.pop());
         let pipelines = made?;
         if let Some(error) = refused {
@@ -282,20 +285,20 @@ impl Renderer {
     }
 }
 
-impl Pipelines {
+impl RenderPipelines {
     fn new(
         builder: &PipelineBuilder,
-        bindings: &Bindings,
+        bindings: &SceneBindings,
         shadow: &ShadowPass,
-        glow: &BloomPass,
-        develop: &ToneMapPass,
+        bloom: &BloomPass,
+        tonemap: &ToneMapPass,
         quality: &Quality,
     ) -> Result<Self, String> {
         Ok(Self {
             shadow: shadow.pipeline(builder)?,
             materials: bindings.materials(builder, quality)?,
-            glow: glow.pipelines(builder)?,
-            develop: develop.pipeline(builder)?,
+            bloom: bloom.pipelines(builder)?,
+            tonemap: tonemap.pipeline(builder)?,
         })
     }
 }

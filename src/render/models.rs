@@ -1,11 +1,11 @@
-//! The stage's meshes on the device: one vertex and one index buffer, filled once. In: a [`StaticScene`]. Out: [`Model`]s that
-//! a pass draws by instances, [`Ground`] that it draws piece by piece, and the balls that hold them, for culling: on
+//! The stage's meshes on the device: one vertex and one index buffer, filled once. In: a [`StaticScene`]. Out: [`ModelMesh`]s that
+//! a pass draws by instances, [`GroundMesh`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
 use super::{
     device::cost::CountedPass,
-    level_of_detail::{Batches, CAR_LEVELS, Detail},
-    textures::impostor::{self, Extent},
+    level_of_detail::{CAR_LEVELS, InstanceBatches, TreeDetail},
+    textures::impostor::{self, ImpostorExtent},
 };
 use crate::scene::{Cockpit, Mesh, StaticScene, Vertex};
 use glam::{Vec2, Vec3, vec2};
@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// A mesh in the shared buffers.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct ModelMesh {
     indices: Range<u32>,
     first_vertex: i32,
     /// Centre of the ball that holds the mesh, in its own frame.
@@ -24,7 +24,7 @@ pub struct Model {
 
 /// A mesh in world axes, cut into pieces of which only those in the picture are drawn.
 #[derive(Clone, Debug)]
-pub struct Ground(Vec<Model>);
+pub struct GroundMesh(Vec<ModelMesh>);
 
 /// The most triangles in a piece of ground.
 const PIECE: usize = 600;
@@ -35,34 +35,34 @@ const TRIANGLE: [Vec2; 3] = [vec2(0.0, 2.0), vec2(-1.732_051, -1.0), vec2(1.732_
 
 /// All meshes.
 #[derive(Debug)]
-pub struct Models {
+pub struct ModelMeshes {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     /// Road with its markings.
-    pub road: Ground,
+    pub road: GroundMesh,
     /// Meadow and far ground.
-    pub land: Ground,
+    pub land: GroundMesh,
     /// Reflector posts.
-    pub posts: Ground,
+    pub posts: GroundMesh,
     /// A tuft of grass.
-    pub tuft: Model,
+    pub tuft: ModelMesh,
     /// Cars without wheels, by style and [`CarDetail`](super::level_of_detail::CarDetail).
-    pub bodies: Vec<[Model; CAR_LEVELS]>,
+    pub bodies: Vec<[ModelMesh; CAR_LEVELS]>,
     /// Windows of the near and mid ones.
-    pub glass: Vec<[Model; 2]>,
+    pub glass: Vec<[ModelMesh; 2]>,
     /// What the driver sees of the own car: bonnet, shelf, cabin, steering wheel.
-    pub cockpit: [Model; 4],
+    pub cockpit: [ModelMesh; 4],
     /// Its mirrors' housings, see [`Cockpit::housings`].
-    pub housings: [Model; 4],
+    pub housings: [ModelMesh; 4],
     /// One wheel by level.
-    pub wheels: [Model; 3],
-    /// Trees by kind and [`Detail`]; far ones are a square for a picture.
-    pub trees: Vec<[Model; 4]>,
+    pub wheels: [ModelMesh; 3],
+    /// Trees by kind and [`TreeDetail`]; far ones are a square for a picture.
+    pub trees: Vec<[ModelMesh; 4]>,
     /// Triangles for their pictures from above, by kind.
-    pub trees_from_above: Vec<Model>,
+    pub trees_from_above: Vec<ModelMesh>,
 }
 
-impl Models {
+impl ModelMeshes {
     /// Uploads the meshes of a stage.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, stage: &StaticScene) -> Self {
         let mut vertices: Vec<Vertex> = Vec::new();
@@ -73,9 +73,9 @@ impl Models {
             vertices.extend_from_slice(&mesh.vertices);
             indices.extend_from_slice(&mesh.indices);
             let (centre, radius_m) = mesh.bounding_sphere();
-            Model { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
+            ModelMesh { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
         };
-        let ground = |mesh| Ground(pieces(mesh).iter().map(&mut add).collect());
+        let ground = |mesh| GroundMesh(pieces(mesh).iter().map(&mut add).collect());
         let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
         let tuft = add(&stage.tuft);
         let bodies = stage.cars.iter().map(|car| {
@@ -128,7 +128,7 @@ impl Models {
     }
 
     /// Draws what of cars has no coat (paint, glass, lamps): the own car's shelf and cabin, wheels of all levels.
-    pub fn draw_uncoated(&self, pass: &mut CountedPass, batches: &Batches) {
+    pub fn draw_uncoated(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         let [_, shelf, cabin, _] = &self.cockpit;
         let [body, furnished, _] = &batches.inside;
         shelf.draw(pass, body.clone());
@@ -139,7 +139,7 @@ impl Models {
     }
 
     /// Draws bodies of all styles and levels, the own car's bonnet, its steering wheel and its mirrors' housings.
-    pub fn draw_cars(&self, pass: &mut CountedPass, batches: &Batches) {
+    pub fn draw_cars(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         let [bonnet, _, _, wheel] = &self.cockpit;
         let [body, _, steered] = &batches.inside;
         bonnet.draw(pass, body.clone());
@@ -153,7 +153,7 @@ impl Models {
     }
 
     /// Draws the windows that are seen through, far ones first.
-    pub fn draw_glass(&self, pass: &mut CountedPass, batches: &Batches) {
+    pub fn draw_glass(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         for level in [1, 0] {
             for (models, ranges) in self.glass.iter().zip(&batches.bodies) {
                 models[level].draw(pass, ranges[level].clone());
@@ -163,33 +163,33 @@ impl Models {
 
     /// Draws the trees of all kinds that have leaf cards, the nearest first: what they hide is not shaded then.
     pub fn draw_trees(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]]) {
-        self.draw_trees_of(pass, ranges, Detail::Near);
-        self.draw_trees_of(pass, ranges, Detail::Mid);
+        self.draw_trees_of(pass, ranges, TreeDetail::Near);
+        self.draw_trees_of(pass, ranges, TreeDetail::Mid);
     }
 
     /// Draws the pictures of trees, those `from_above` or those from the sides.
     pub fn draw_far_trees(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]], from_above: bool) {
         if !from_above {
-            return self.draw_trees_of(pass, ranges, Detail::Far);
+            return self.draw_trees_of(pass, ranges, TreeDetail::Far);
         }
         for (model, ranges) in self.trees_from_above.iter().zip(ranges) {
-            model.draw(pass, ranges[Detail::Far as usize].clone());
+            model.draw(pass, ranges[TreeDetail::Far as usize].clone());
         }
     }
 
     /// Draws what throws their shadows.
     pub fn draw_tree_shades(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]]) {
-        self.draw_trees_of(pass, ranges, Detail::Shade);
+        self.draw_trees_of(pass, ranges, TreeDetail::Shade);
     }
 
-    fn draw_trees_of(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]], detail: Detail) {
+    fn draw_trees_of(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]], detail: TreeDetail) {
         for (models, ranges) in self.trees.iter().zip(ranges) {
             models[detail as usize].draw(pass, ranges[detail as usize].clone());
         }
     }
 }
 
-impl Model {
+impl ModelMesh {
     /// Draws the instances in `range`; nothing for an empty mesh or range.
     pub fn draw(&self, pass: &mut CountedPass, range: Range<u32>) {
         if !range.is_empty() && !self.indices.is_empty() {
@@ -198,7 +198,7 @@ impl Model {
     }
 }
 
-impl Ground {
+impl GroundMesh {
     /// Draws the pieces for which `seen(centre, radius_m)` holds; the first instance is the world itself.
     pub fn draw(&self, pass: &mut CountedPass, seen: impl Fn(Vec3, f32) -> bool) {
         for piece in self.0.iter().filter(|piece| seen(piece.centre, piece.radius_m)) {
@@ -234,7 +234,7 @@ fn pieces(mesh: &Mesh) -> Vec<Mesh> {
 
 /// What a tree's pictures are drawn on (`Corner` in `far.wgsl`): `corners` in turn, in units of half a side.
 fn picture(kind: usize, tree: &Mesh, corners: &[Vec2]) -> Mesh {
-    let Extent { half_m, middle_m, filled: [across, high] } = Extent::of(tree);
+    let ImpostorExtent { half_m, middle_m, filled: [across, high] } = ImpostorExtent::of(tree);
     let corner = |at: &Vec2| Vertex {
         position: [at.x * half_m, middle_m, at.y * half_m],
         normal: [(kind * impostor::VIEWS) as f32, across, high],

@@ -2,7 +2,7 @@
 //! Out: an image. For this the renderer has to be made with [`OFFSCREEN`] as its format.
 
 use super::{
-    Panel, Renderer,
+    PanelOutput, Renderer,
     device::gpu::{Gpu, GpuError},
 };
 use crate::scene::View;
@@ -46,7 +46,7 @@ pub fn render_with_panel(
     gpu: &Gpu,
     renderer: &mut Renderer,
     view: &View,
-    panel: Option<Panel>,
+    panel: Option<PanelOutput>,
     size: [u32; 2],
 ) -> Result<image::RgbaImage, GpuError> {
     let target = canvas(gpu, OFFSCREEN, size);

@@ -6,12 +6,12 @@ use super::{
         cost::PassCost,
         layout::{Frame, instance_buffer, mesh_buffers},
         pipeline::{DEPTH, HDR, PipelineBuilder, PipelineDesc},
-        targets::Targets,
+        targets::RenderTargets,
     },
-    instances::{Around, InstanceCollector},
-    level_of_detail::{CarDetail, Detail},
+    instances::{InstanceCollector, SceneContents},
+    level_of_detail::{CarDetail, TreeDetail},
     quality::Quality,
-    shadow::Lights,
+    shadow::ShadowLookup,
     sky::sky_pass::{self, SkyPass},
     static_meshes::StaticMeshes,
     view_projection::ViewFrustum,
@@ -25,7 +25,7 @@ const AFAR_M: f32 = 0.075;
 /// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
 /// takes still costs its time.
 #[derive(Debug)]
-pub struct Materials {
+pub struct MaterialPipelines {
     hidden: wgpu::RenderPipeline,
     car: wgpu::RenderPipeline,
     uncoated: wgpu::RenderPipeline,
@@ -46,7 +46,7 @@ pub struct Materials {
 
 /// How the ego is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ego {
+pub enum EgoVisibility {
     /// As any other car.
     Outside,
     /// By its driver.
@@ -57,7 +57,7 @@ pub enum Ego {
 
 /// What the scene's pipelines may read.
 #[derive(Debug)]
-pub struct Bindings {
+pub struct SceneBindings {
     group: wgpu::BindGroupLayout,
     pipeline: wgpu::PipelineLayout,
     sky_pipeline: wgpu::PipelineLayout,
@@ -77,11 +77,11 @@ pub struct ScenePass {
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
     clouds: wgpu::BindGroup,
-    crowd: InstanceCollector,
-    targets: Targets,
+    instances: InstanceCollector,
+    targets: RenderTargets,
 }
 
-impl Bindings {
+impl SceneBindings {
     /// The bindings of `common.wgsl`.
     pub fn new(device: &wgpu::Device, quality: &Quality) -> Self {
         use wgpu::{BindingType, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
@@ -164,7 +164,7 @@ impl Bindings {
     ///
     /// # Errors
     /// What is wrong with a shader.
-    pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<Materials, String> {
+    pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<MaterialPipelines, String> {
         let depth = |write, bias| wgpu::DepthStencilState {
             format: DEPTH,
             depth_write_enabled: Some(write),
@@ -300,7 +300,7 @@ impl Bindings {
             root,
             sky,
         ] = made;
-        Ok(Materials {
+        Ok(MaterialPipelines {
             hidden,
             car,
             uncoated,
@@ -324,7 +324,7 @@ impl ScenePass {
     pub fn new(
         label: &'static str,
         meshes: &StaticMeshes,
-        bindings: &Bindings,
+        bindings: &SceneBindings,
         shadows: &wgpu::TextureView,
         air: &SkyPass,
         quality: &Quality,
@@ -365,8 +365,8 @@ impl ScenePass {
             group,
             clouds: air.clouds().clone(),
             frame,
-            crowd: InstanceCollector::new(device, &meshes.forest, 64),
-            targets: Targets::new(device, label, [1, 1], quality.msaa),
+            instances: InstanceCollector::new(device, &meshes.forest, 64),
+            targets: RenderTargets::new(device, label, [1, 1], quality.msaa),
         }
     }
 
@@ -374,7 +374,7 @@ impl ScenePass {
     pub fn fit(&mut self, device: &wgpu::Device, size: [u32; 2]) -> bool {
         let stale = self.targets.size != size;
         if stale {
-            self.targets = Targets::new(device, self.label, size, self.samples);
+            self.targets = RenderTargets::new(device, self.label, size, self.samples);
         }
         stale
     }
@@ -390,29 +390,29 @@ impl ScenePass {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         stamps: Option<wgpu::RenderPassTimestampWrites>,
-        materials: &Materials,
+        materials: &MaterialPipelines,
         meshes: &StaticMeshes,
         view: &View,
         optics: &ViewFrustum,
-        lights: &Lights,
-        ego: Ego,
+        lights: &ShadowLookup,
+        ego: EgoVisibility,
         hidden: Option<[u32; 4]>,
     ) -> PassCost {
         let frame = frame(view, optics, lights);
         meshes.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
-        let cars = view.cars.iter().filter(|car| ego == Ego::Outside || !car.is_ego);
-        let inside = view.seat.as_ref().filter(|_| ego == Ego::Inside);
-        let around = Around { forest: Some(&meshes.forest), inside };
+        let cars = view.cars.iter().filter(|car| ego == EgoVisibility::Outside || !car.is_ego);
+        let inside = view.seat.as_ref().filter(|_| ego == EgoVisibility::Inside);
+        let around = SceneContents { forest: Some(&meshes.forest), inside };
         let gpu = (&meshes.device, &meshes.queue);
         let models = &meshes.models;
-        let batches = self.crowd.gather(
+        let batches = self.instances.gather(
             gpu,
             models,
             cars,
             around,
             |centre, radius_m| CarDetail::seen(optics, centre, radius_m),
             |centre, radius_m| match optics.sees(centre, radius_m) {
-                true => Detail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),
+                true => TreeDetail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),
                 false => Default::default(),
             },
             optics.camera.eye,
@@ -422,13 +422,13 @@ impl ScenePass {
             },
         );
         let seen = |centre: Vec3, radius_m: f32| optics.sees(centre, radius_m);
-        let crowd = &self.crowd;
+        let instances = &self.instances;
         let clouds = &self.clouds;
         let mut pass = self.targets.begin(encoder, self.label, stamps);
         let pass = &mut pass;
         pass.set_bind_group(0, &self.group, &[]);
         models.bind(pass);
-        crowd.bind(pass, 1);
+        instances.bind(pass, 1);
         if let Some([left, top, width, height]) = hidden {
             pass.set_pipeline(&materials.hidden);
             pass.set_scissor_rect(left, top, width, height);
@@ -460,7 +460,7 @@ impl ScenePass {
         pass.set_pipeline(&materials.land[usize::from(afar)]);
         models.land.draw(pass, seen);
         pass.set_pipeline(&materials.contact);
-        crowd.bind(pass, 0);
+        instances.bind(pass, 0);
         pass.draw(0..6, batches.cars.clone());
         pass.set_pipeline(&materials.root);
         pass.draw(0..6, batches.roots.clone());
@@ -470,13 +470,13 @@ impl ScenePass {
         // Windows over everything behind them.
         pass.set_pipeline(&materials.glass);
         models.bind(pass);
-        crowd.bind(pass, 1);
+        instances.bind(pass, 1);
         models.draw_glass(pass, &batches);
         pass.cost()
     }
 }
 
-fn frame(view: &View, optics: &ViewFrustum, lights: &Lights) -> Frame {
+fn frame(view: &View, optics: &ViewFrustum, lights: &ShadowLookup) -> Frame {
     let perspective = if optics.parallel_m().is_some() { 0.0 } else { 1.0 };
     let [right, up] = optics.spread();
     Frame {

@@ -2,8 +2,8 @@
 
 use super::{
     device::{cost::CountedQueue, gpu::Gpu},
-    instances::Forest,
-    models::Models,
+    instances::PlacedTrees,
+    models::ModelMeshes,
     sky::clouds,
     textures::{impostor, leaf_textures, noise_texture},
 };
@@ -17,9 +17,9 @@ pub struct StaticMeshes {
     /// Takes data, and counts it.
     pub queue: CountedQueue,
     /// Meshes.
-    pub models: Models,
+    pub models: ModelMeshes,
     /// Placed trees.
-    pub forest: Forest,
+    pub forest: PlacedTrees,
     /// Grain of the surfaces.
     pub grain: wgpu::TextureView,
     /// What is cut out of leaf cards.
@@ -35,12 +35,12 @@ impl StaticMeshes {
         // What is painted on the processor, side by side with the meshes' way to the device.
         let ((grain, pictures), models) = rayon::join(
             || rayon::join(noise_texture::levels, || impostor::paint(&stage.trees)),
-            || rayon::join(|| Models::new(device, queue, stage), clouds::prepare).0,
+            || rayon::join(|| ModelMeshes::new(device, queue, stage), clouds::prepare).0,
         );
         Self {
             device: device.clone(),
             queue: CountedQueue::new(queue.clone()),
-            forest: Forest::new(stage, &models),
+            forest: PlacedTrees::new(stage, &models),
             grain: noise_texture::upload(device, queue, &grain),
             leaves: leaf_textures::upload(device, queue),
             far_trees: impostor::upload(device, queue, &pictures),

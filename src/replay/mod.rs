@@ -15,7 +15,7 @@ use crate::{
     controls::Controls,
     drive_loop::{Drive, RunError},
     hud::Speedometer,
-    record::{self, Change, Comparison, Difference, Reader, Table, tables::PUT_BACK},
+    record::{self, AlteredFile, CellDifference, Table, TableComparison, TableReader, tables::PUT_BACK},
     render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
     scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, view_options},
@@ -33,11 +33,11 @@ pub struct ReplayReport {
     /// The first tick whose world or rows differ from the recorded ones; `None` if all bits are equal.
     pub first_difference: Option<u64>,
     /// The cell that differs there.
-    pub difference: Option<Difference>,
+    pub difference: Option<CellDifference>,
     /// How many cells of the tables differ.
     pub cells: u64,
     /// Files of the recording that are not as they were written; `None` where that was never noted, as by an earlier version.
-    pub changes: Option<Vec<Change>>,
+    pub changes: Option<Vec<AlteredFile>>,
     /// The tick from which on rows of the ego are missing: the replay ends there.
     pub hole: Option<Tick>,
 }
@@ -52,7 +52,7 @@ impl ReplayReport {
 /// A recording being driven again.
 pub struct Replay {
     drive: Drive,
-    recorded: Comparison,
+    recorded: TableComparison,
     /// Ticks that were recorded, to the first hole of a recording that was damaged.
     ticks: u64,
     /// Ticks with which the car was put back on its lane, the first one last.
@@ -74,7 +74,7 @@ impl Replay {
     fn of(recording: &Path, scenario: &Scenario) -> Result<Self, RunError> {
         Ok(Self {
             drive: Drive::new(scenario, Pace::Paused)?,
-            recorded: Comparison::open(recording)?,
+            recorded: TableComparison::open(recording)?,
             ticks: record::count(recording, Table::Ego)?,
             put_back: put_back(recording)?,
             controls: Controls::default(),
@@ -151,7 +151,7 @@ impl Replay {
 /// Ticks with which the car was put back on its lane, the last one first.
 fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
     let mut found = Vec::new();
-    for part in Reader::parts(&Table::Events.parquet(recording), &["tick", "event"])? {
+    for part in TableReader::parts(&Table::Events.parquet(recording), &["tick", "event"])? {
         let part = part?;
         let events = part.wholes("tick").into_iter().zip(part.words("event"));
         found.extend(events.filter(|(_, event)| event == PUT_BACK).map(|(tick, _)| tick));

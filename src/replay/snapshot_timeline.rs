@@ -238,26 +238,26 @@ mod tests {
 
     #[test]
     fn a_player_plays_at_its_speed_waits_for_the_film_and_holds_at_the_end() {
-        let mut player = Playback::new(10.0);
-        player.advance(1.0, 5.0);
-        assert_eq!(player.time_s, 1.0);
-        (0..9).for_each(|_| player.change_speed(true));
-        assert_eq!(player.speed(), 16.0);
-        player.advance(1.0, 5.0);
-        assert_eq!(player.time_s, 5.0, "no further than the film");
-        player.seek(8.0);
-        assert!(player.waits(5.0));
-        player.advance(1.0, 5.5);
-        assert_eq!(player.time_s, 8.0, "it stays where it was sent to");
-        player.advance(1.0, 10.0);
-        assert!((player.time_s - 10.0).abs() < 1e-9 && !player.playing);
-        player.toggle();
-        assert!(player.playing && player.time_s == 0.0, "again from the start");
-        (0..9).for_each(|_| player.change_speed(false));
-        assert_eq!(player.speed(), 0.25);
-        player.tick(3);
-        assert!(!player.playing && player.time_s == 0.03);
-        player.tick(-9);
-        assert_eq!(player.time_s, 0.0);
+        let mut playback = Playback::new(10.0);
+        playback.advance(1.0, 5.0);
+        assert_eq!(playback.time_s, 1.0);
+        (0..9).for_each(|_| playback.change_speed(true));
+        assert_eq!(playback.speed(), 16.0);
+        playback.advance(1.0, 5.0);
+        assert_eq!(playback.time_s, 5.0, "no further than the film");
+        playback.seek(8.0);
+        assert!(playback.waits(5.0));
+        playback.advance(1.0, 5.5);
+        assert_eq!(playback.time_s, 8.0, "it stays where it was sent to");
+        playback.advance(1.0, 10.0);
+        assert!((playback.time_s - 10.0).abs() < 1e-9 && !playback.playing);
+        playback.toggle();
+        assert!(playback.playing && playback.time_s == 0.0, "again from the start");
+        (0..9).for_each(|_| playback.change_speed(false));
+        assert_eq!(playback.speed(), 0.25);
+        playback.tick(3);
+        assert!(!playback.playing && playback.time_s == 0.03);
+        playback.tick(-9);
+        assert_eq!(playback.time_s, 0.0);
     }
 }

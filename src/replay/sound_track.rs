@@ -4,8 +4,8 @@ use super::Replay;
 use crate::{
     audio::SoundFile,
     drive_loop::RunError,
-    live_drive::sound::{HORN, Sound},
-    record::{Reader, RecordError, Table},
+    live_drive::sound::{DriveSound, HORN},
+    record::{RecordError, Table, TableReader},
 };
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub struct SoundTrack {
     path: PathBuf,
     file: SoundFile,
-    sound: Sound,
+    sound: DriveSound,
     /// Ticks at which a hand came to the horn (true) or went, in order.
     horn: Vec<(u64, bool)>,
     held: bool,
@@ -25,7 +25,7 @@ impl SoundTrack {
     /// # Errors
     /// There is such a file already, or the recording's events cannot be read.
     pub fn begin(path: &Path, replay: &Replay, recording: &Path) -> Result<Self, RunError> {
-        let events = Reader::parquet(&Table::Events.parquet(recording))?;
+        let events = TableReader::parquet(&Table::Events.parquet(recording))?;
         let rows = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
         let mut horn: Vec<(u64, bool)> =
             rows.filter(|(_, (event, _))| event == HORN).map(|(tick, (_, how))| (tick, how == "on")).collect();
@@ -34,7 +34,7 @@ impl SoundTrack {
         let scenario = replay.world().scenario();
         let refused = |why| RecordError::File { path: path.into(), why };
         let file = SoundFile::begin(path, &scenario.sound).map_err(refused)?;
-        Ok(Self { path: path.into(), file, sound: Sound::new(scenario), horn, held: false })
+        Ok(Self { path: path.into(), file, sound: DriveSound::new(scenario), horn, held: false })
     }
 
     /// The replay has made a tick.
@@ -49,7 +49,7 @@ impl SoundTrack {
         self.sound.tick(world, &replay.controls());
         let path = self.path.clone();
         let refused = |why| RecordError::File { path, why };
-        Ok(self.file.tick(&self.sound.hear(true, self.held)).map_err(refused)?)
+        Ok(self.file.tick(&self.sound.scene(true, self.held)).map_err(refused)?)
     }
 
     /// The end of the drive.

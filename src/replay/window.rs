@@ -19,7 +19,7 @@ use crate::{
         seek_bar::{self, SeekBarCommand, SeekBarEvent, SeekBarState},
         theme,
     },
-    record::{self, Reader, Table},
+    record::{self, Table, TableReader},
     scenario::Scenario,
     scene::{self, StaticScene, View, ViewKind, ViewOptions, view_options},
     time::{TICK_S, Tick},
@@ -54,14 +54,14 @@ pub struct ReplayOptions {
 /// No recording that can be driven again, no display, no graphics adapter, or the engine failed on the way.
 pub fn run(options: &ReplayOptions) -> Result<(ReplayReport, u64), RunError> {
     // The recording first: what is wrong with it is said before a window opens.
-    let (prover, opened) = Verifier::start(&options.recording)?;
+    let (verifier, opened) = Verifier::start(&options.recording)?;
     let marks = SeekBarMarks::read(&options.recording)?;
     let event_loop = event_loop::event_loop()?;
     let end = opened.end;
-    let mut live = LiveDrive::new(prover, opened, marks, options);
+    let mut live = ReplayedDrive::new(verifier, opened, marks, options);
     let (_, ended) = event_loop::run::<ReplayWindows>(event_loop, &mut live, &options.stop);
     ended?;
-    let verdict = live.prover.known().verdict.clone();
+    let verdict = live.verifier.known().verdict.clone();
     Ok((verdict, end.0))
 }
 
@@ -82,7 +82,7 @@ impl SeekBarMarks {
     /// # Errors
     /// A table cannot be read.
     pub fn read(recording: &Path) -> Result<Self, RunError> {
-        let parts = |table: Table, columns: &[&str]| Reader::parts(&table.parquet(recording), columns);
+        let parts = |table: Table, columns: &[&str]| TableReader::parts(&table.parquet(recording), columns);
         // As many as a screen has columns.
         let stride = (record::count(recording, Table::Ego)? / COLUMNS).max(1);
         let (mut advice, mut speeds, mut events) = (Vec::<[f64; 2]>::new(), Vec::new(), Vec::new());
@@ -119,12 +119,12 @@ impl SeekBarMarks {
 }
 
 /// The recording and where it is looked at.
-struct LiveDrive {
-    prover: Verifier,
+struct ReplayedDrive {
+    verifier: Verifier,
     /// What was found when it was last looked at, and how far it was driven then, seconds.
     verdict: ReplayReport,
     known_s: f64,
-    player: Playback,
+    playback: Playback,
     marks: SeekBarMarks,
     scenario: Scenario,
     stage: StaticScene,
@@ -134,16 +134,16 @@ struct LiveDrive {
     end: Tick,
 }
 
-impl LiveDrive {
-    fn new(prover: Verifier, opened: ReplayHeader, marks: SeekBarMarks, options: &ReplayOptions) -> Self {
+impl ReplayedDrive {
+    fn new(verifier: Verifier, opened: ReplayHeader, marks: SeekBarMarks, options: &ReplayOptions) -> Self {
         let ReplayHeader { scenario, map, instruments, end } = opened;
-        let mut player = Playback::new(end.seconds());
-        player.seek(options.at_s);
+        let mut playback = Playback::new(end.seconds());
+        playback.seek(options.at_s);
         Self {
-            prover,
+            verifier,
             verdict: ReplayReport::default(),
             known_s: 0.0,
-            player,
+            playback,
             marks,
             stage: StaticScene::with_trees(&map, scenario.seed, scenario.trees as usize),
             options: view_options(&scenario),
@@ -156,7 +156,7 @@ impl LiveDrive {
 
     /// Looks what the prover has found.
     fn look(&mut self) -> Result<(), RunError> {
-        let mut known = self.prover.known();
+        let mut known = self.verifier.known();
         if let Some(error) = known.failure.take() {
             return Err(error);
         }
@@ -166,7 +166,7 @@ impl LiveDrive {
     }
 
     fn view(&mut self) -> View {
-        let (snapshot, fraction) = self.prover.known().film.at(self.player.time_s);
+        let (snapshot, fraction) = self.verifier.known().film.at(self.playback.time_s);
         let mut view = scene::view(&snapshot, fraction, self.kind, &self.options, &self.stage);
         view.dial = self.kind.has_dial().then(|| self.instruments.read(&snapshot));
         view
@@ -174,10 +174,10 @@ impl LiveDrive {
 
     fn obey(&mut self, command: SeekBarCommand) {
         match command {
-            SeekBarCommand::Toggle => self.player.toggle(),
-            SeekBarCommand::Seek(time_s) => self.player.seek(time_s),
-            SeekBarCommand::Tick(ticks) => self.player.tick(ticks),
-            SeekBarCommand::Speed(faster) => self.player.change_speed(faster),
+            SeekBarCommand::Toggle => self.playback.toggle(),
+            SeekBarCommand::Seek(time_s) => self.playback.seek(time_s),
+            SeekBarCommand::Tick(ticks) => self.playback.tick(ticks),
+            SeekBarCommand::Speed(faster) => self.playback.change_speed(faster),
             SeekBarCommand::NextView => {
                 self.kind = match self.kind {
                     ViewKind::Driver => ViewKind::Chase,
@@ -192,11 +192,11 @@ impl LiveDrive {
     fn seek_bar(&self, ui: &mut egui::Ui) -> (Vec<SeekBarCommand>, f32) {
         let proof = proof(&self.verdict, self.end.0);
         let state = SeekBarState {
-            time_s: self.player.time_s,
-            end_s: self.player.end_s,
+            time_s: self.playback.time_s,
+            end_s: self.playback.end_s,
             known_s: self.known_s,
-            playing: self.player.playing,
-            speed: self.player.speed(),
+            playing: self.playback.playing,
+            speed: self.playback.speed(),
             view: match self.kind {
                 ViewKind::Driver => "Driver's view",
                 ViewKind::Chase => "From behind",
@@ -230,7 +230,7 @@ fn proof(verdict: &ReplayReport, all: u64) -> String {
 }
 
 /// What a key asks for.
-fn command_of(key: KeyCode, shift: bool, player: &Playback) -> Option<SeekBarCommand> {
+fn command_of(key: KeyCode, shift: bool, playback: &Playback) -> Option<SeekBarCommand> {
     let by = |seconds: f64| SeekBarCommand::Tick((seconds / TICK_S) as i64);
     Some(match key {
         KeyCode::Space => SeekBarCommand::Toggle,
@@ -248,10 +248,10 @@ fn command_of(key: KeyCode, shift: bool, player: &Playback) -> Option<SeekBarCom
                 SeekBarCommand::Tick(1)
             }
         }
-        KeyCode::PageUp => SeekBarCommand::Seek(player.time_s - 10.0),
-        KeyCode::PageDown => SeekBarCommand::Seek(player.time_s + 10.0),
+        KeyCode::PageUp => SeekBarCommand::Seek(playback.time_s - 10.0),
+        KeyCode::PageDown => SeekBarCommand::Seek(playback.time_s + 10.0),
         KeyCode::Home => SeekBarCommand::Seek(0.0),
-        KeyCode::End => SeekBarCommand::Seek(player.end_s),
+        KeyCode::End => SeekBarCommand::Seek(playback.end_s),
         KeyCode::ArrowUp => SeekBarCommand::Speed(true),
         KeyCode::ArrowDown => SeekBarCommand::Speed(false),
         KeyCode::KeyV => SeekBarCommand::NextView,
@@ -276,7 +276,7 @@ const KEYS: [(&str, &str); 11] = [
 
 /// The window.
 struct ReplayWindows<'a> {
-    live: &'a mut LiveDrive,
+    live: &'a mut ReplayedDrive,
     picture: DriverWindow,
     last: Instant,
     modifiers: ModifiersState,
@@ -284,9 +284,9 @@ struct ReplayWindows<'a> {
 }
 
 impl<'a> Windows for ReplayWindows<'a> {
-    type Parts = &'a mut LiveDrive;
+    type Parts = &'a mut ReplayedDrive;
 
-    fn open(event_loop: &ActiveEventLoop, live: &'a mut LiveDrive) -> Result<Self, RunError> {
+    fn open(event_loop: &ActiveEventLoop, live: &'a mut ReplayedDrive) -> Result<Self, RunError> {
         let title = format!("codrive replay: {}", live.scenario.map);
         let mut picture = DriverWindow::open(event_loop, &WindowSetup { title, ..WindowSetup::default() })?;
         theme::apply(picture.ctx());
@@ -324,7 +324,7 @@ impl ReplayWindows<'_> {
             KeyCode::F1 => self.help_open = !self.help_open,
             KeyCode::F11 => self.picture.toggle_fullscreen(),
             code => {
-                let asked = command_of(code, self.modifiers.shift_key(), &self.live.player);
+                let asked = command_of(code, self.modifiers.shift_key(), &self.live.playback);
                 if let Some(command) = asked {
                     self.live.obey(command);
                 }
@@ -339,7 +339,7 @@ impl ReplayWindows<'_> {
         let elapsed_s = (begin - *last).as_secs_f64();
         *last = begin;
         live.look()?;
-        live.player.advance(elapsed_s, live.known_s);
+        live.playback.advance(elapsed_s, live.known_s);
         let view = live.view();
         let (mut asked, mut foot) = (Vec::new(), 0.0);
         let output = picture.overlay(|ui| {
@@ -360,7 +360,7 @@ impl ReplayWindows<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::Change;
+    use crate::record::AlteredFile;
 
     #[test]
     fn the_proof_is_said_as_far_as_it_goes() {
@@ -368,7 +368,7 @@ mod tests {
         assert_eq!(proof(&verdict(1200, None), 3000), "proven to 12 s: the same to the bit");
         assert_eq!(proof(&verdict(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
         assert_eq!(proof(&verdict(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
-        let change = |file: &str| Change { file: file.into(), what: String::new() };
+        let change = |file: &str| AlteredFile { file: file.into(), what: String::new() };
         let changes = Some(vec![change("ego.parquet"), change("manifest.json")]);
         let changed = ReplayReport { changes, ..verdict(3000, None) };
         assert_eq!(proof(&changed, 3000), "changed since it was recorded: ego.parquet and 1 more");
@@ -378,9 +378,9 @@ mod tests {
 
     #[test]
     fn keys_go_by_ticks_seconds_and_to_the_ends() {
-        let mut player = Playback::new(60.0);
-        player.seek(20.0);
-        let asked = |key, shift| command_of(key, shift, &player);
+        let mut playback = Playback::new(60.0);
+        playback.seek(20.0);
+        let asked = |key, shift| command_of(key, shift, &playback);
         assert_eq!(asked(KeyCode::ArrowLeft, false), Some(SeekBarCommand::Tick(-1)));
         assert_eq!(asked(KeyCode::ArrowRight, true), Some(SeekBarCommand::Tick(100)));
         assert_eq!(asked(KeyCode::PageUp, false), Some(SeekBarCommand::Seek(10.0)));

@@ -7,14 +7,14 @@ use std::collections::BTreeMap;
 
 /// Colour and material of a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Finish {
+pub(super) struct SurfaceFinish {
     /// What it is made of.
     pub material: Material,
     /// Linear albedo.
     pub colour: [f32; 3],
 }
 
-impl Finish {
+impl SurfaceFinish {
     /// A finish from its parts.
     pub const fn new(material: Material, colour: [f32; 3]) -> Self {
         Self { material, colour }
@@ -29,18 +29,18 @@ impl Finish {
 /// Triangles that share nothing yet.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleSoup {
-    triangles: Vec<([Vec3; 3], Finish)>,
+    triangles: Vec<([Vec3; 3], SurfaceFinish)>,
 }
 
 /// What makes two corners one: place, normal, colour and material.
-type Shared = ([i32; 3], [i32; 3], [u32; 4]);
+type CornerKey = ([i32; 3], [i32; 3], [u32; 4]);
 
 /// Corners closer than this are one corner, metres.
 const WELD_M: f32 = 1e-4;
 
 impl TriangleSoup {
     /// One triangle, counter-clockwise; slivers without area are left out.
-    pub fn triangle(&mut self, corners: [Vec3; 3], finish: Finish) {
+    pub fn triangle(&mut self, corners: [Vec3; 3], finish: SurfaceFinish) {
         let [a, b, c] = corners.map(key);
         if a != b && b != c && c != a {
             self.triangles.push((corners, finish));
@@ -48,7 +48,7 @@ impl TriangleSoup {
     }
 
     /// Four corners, counter-clockwise, cut along the shorter diagonal.
-    pub fn quad(&mut self, [a, b, c, d]: [Vec3; 4], finish: Finish) {
+    pub fn quad(&mut self, [a, b, c, d]: [Vec3; 4], finish: SurfaceFinish) {
         if a.distance_squared(c) <= b.distance_squared(d) {
             self.triangle([a, b, c], finish);
             self.triangle([a, c, d], finish);
@@ -59,7 +59,7 @@ impl TriangleSoup {
     }
 
     /// A box with its edges along the axes.
-    pub fn cuboid(&mut self, centre: Vec3, half: Vec3, finish: Finish) {
+    pub fn cuboid(&mut self, centre: Vec3, half: Vec3, finish: SurfaceFinish) {
         let corner = |x: f32, y: f32, z: f32| centre + half * Vec3::new(x, y, z);
         for axis in 0..3 {
             for side in [-1.0f32, 1.0] {
@@ -79,7 +79,7 @@ impl TriangleSoup {
         centre: Vec3,
         half: Vec3,
         [rings, sides]: [usize; 2],
-        finish_of: impl Fn(Vec3) -> Finish,
+        finish_of: impl Fn(Vec3) -> SurfaceFinish,
     ) {
         let point = |i: usize, k: usize| {
             let (sin_i, cos_i) = (std::f32::consts::PI * i as f32 / rings as f32).sin_cos();
@@ -111,7 +111,7 @@ impl TriangleSoup {
 
     /// A closed bar with a cross-section of the same number of corners at each of its places along a way; `ring(i)` gives
     /// them counter-clockwise seen from before its beginning.
-    pub fn bar(&mut self, places: usize, ring: impl Fn(usize) -> Vec<Vec3>, finish: Finish) {
+    pub fn bar(&mut self, places: usize, ring: impl Fn(usize) -> Vec<Vec3>, finish: SurfaceFinish) {
         let rings: Vec<Vec<Vec3>> = (0..places).map(ring).collect();
         for pair in rings.windows(2) {
             let n = pair[0].len();
@@ -154,7 +154,7 @@ impl TriangleSoup {
             }
         }
         let mut mesh = Mesh::default();
-        let mut shared: BTreeMap<Shared, u32> = BTreeMap::new();
+        let mut shared: BTreeMap<CornerKey, u32> = BTreeMap::new();
         for (index, (corners, finish)) in self.triangles.iter().enumerate() {
             for &corner in corners {
                 let mut normal = Vec3::ZERO;
@@ -305,7 +305,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_box_is_closed_and_sharp_and_a_ball_is_closed_and_smooth() {
-        let finish = Finish::grey(Material::Matt, 0.5);
+        let finish = SurfaceFinish::grey(Material::Matt, 0.5);
         let mut soup = TriangleSoup::default();
         soup.cuboid(Vec3::ONE, Vec3::new(1.0, 2.0, 3.0), finish);
         let cuboid = soup.into_mesh(0.7);

@@ -16,17 +16,17 @@ const DOWNWARDS: f32 = -0.3;
 const REACHING: f32 = 0.004;
 
 /// What makes two corners of the coarse mesh one: box, material, colour.
-type Shared = ([i32; 3], u32, [u32; 3]);
+type BoxKey = ([i32; 3], u32, [u32; 3]);
 
 /// Which corner of a box stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kept {
+pub(super) enum KeptCorner {
     Outermost,
     Innermost,
 }
 
 /// The mesh with the corners in each box of `cell_m` drawn together.
-pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: Kept) -> Mesh {
+pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: KeptCorner) -> Mesh {
     let (low, high) = mesh.bounds();
     let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(Vec3::splat(1e-3)));
     let place = |i: u32| Vec3::from(mesh.vertices[i as usize].position);
@@ -41,12 +41,12 @@ pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: Kept) -> Mesh {
     for &i in &mesh.indices {
         let p = place(i);
         let kept = kept.entry(cell(p).to_array()).or_insert(p);
-        if (out(p) > out(*kept)) == (which == Kept::Outermost) {
+        if (out(p) > out(*kept)) == (which == KeptCorner::Outermost) {
             *kept = p;
         }
     }
     let mut result = Mesh::default();
-    let mut numbers: BTreeMap<Shared, u32> = BTreeMap::new();
+    let mut numbers: BTreeMap<BoxKey, u32> = BTreeMap::new();
     let mut made: BTreeSet<[[i32; 3]; 3]> = BTreeSet::new();
     // Large triangles first: where two become one, it looks like the larger.
     let face = |t: &[u32; 3]| (place(t[1]) - place(t[0])).cross(place(t[2]) - place(t[0]));
@@ -90,14 +90,14 @@ mod tests {
     use super::*;
     use crate::scene::Material;
     use crate::scene::mesh::tests::{check, faces};
-    use crate::scene::mesh::{Finish, TriangleSoup};
+    use crate::scene::mesh::{SurfaceFinish, TriangleSoup};
 
     #[test]
     fn a_ball_becomes_a_lump_of_the_same_size_that_faces_outwards() {
         let mut soup = TriangleSoup::default();
-        soup.ellipsoid(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0), [24, 48], |_| Finish::grey(Material::Paint, 0.5));
+        soup.ellipsoid(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0), [24, 48], |_| SurfaceFinish::grey(Material::Paint, 0.5));
         let fine = soup.into_mesh(0.7);
-        let lump = coarse(&fine, Vec3::splat(0.4), Kept::Outermost);
+        let lump = coarse(&fine, Vec3::splat(0.4), KeptCorner::Outermost);
         check(&lump, "lump");
         assert!(lump.triangles() * 5 < fine.triangles(), "{} of {}", lump.triangles(), fine.triangles());
         let ((low, high), (fine_low, fine_high)) = (lump.bounds(), fine.bounds());

@@ -14,7 +14,7 @@ mod trees;
 mod view;
 
 pub use cockpit::instrument_cluster::{CLUSTER_M, CLUSTER_RADIUS_M};
-pub use cockpit::mirrors::Pane;
+pub use cockpit::mirrors::MirrorPane;
 pub use cockpit::{BONNET_EDGE, Cockpit};
 pub use options::{MirrorOptions, ViewOptions};
 pub use scenario_options::view_options;
@@ -244,7 +244,7 @@ pub struct View {
     /// All cars, the ego among them.
     pub cars: Vec<CarInstance>,
     /// The own car around the driver's eye.
-    pub seat: Option<Seat>,
+    pub seat: Option<DriverSeat>,
     /// Unit direction **towards** the sun.
     pub to_sun: Vec3,
     /// Distance at which haze leaves 2 % of a contrast, metres.
@@ -254,7 +254,7 @@ pub struct View {
     /// Speed of the wind, m/s; at 0 nothing sways.
     pub wind_mps: f32,
     /// The speedometer, if the view has one.
-    pub dial: Option<crate::hud::Dial>,
+    pub dial: Option<crate::hud::DialView>,
     /// The speedometer's colours.
     pub palette: Palette,
     /// A square in the upper left corner for a photodiode: `None` without one, else whether it is white.
@@ -265,7 +265,7 @@ pub struct View {
 
 /// The own car as its driver sees it, drawn with [`StaticScene::cockpit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seat {
+pub struct DriverSeat {
     /// The body, steadied as the camera is.
     pub car: CarInstance,
     /// The driver's camera in the body's frame, where it is the same in every picture.
@@ -273,5 +273,5 @@ pub struct Seat {
     /// Angle of the steering wheel, radians, positive to the left; `None` shows the bonnet alone.
     pub steering_wheel_rad: Option<f32>,
     /// The rear-view mirror, the left and the right one, if they hang in the car; then the picture has no inset.
-    pub mirrors: Option<[Pane; 3]>,
+    pub mirrors: Option<[MirrorPane; 3]>,
 }

@@ -3,8 +3,8 @@
 use super::{
     Cockpit, StaticScene,
     car::{self, wheel},
-    land::{self, road, road_distance::Near, verge},
-    trees::{self, forest, leaf_cards::Detail},
+    land::{self, road, road_distance::RoadDistance, verge},
+    trees::{self, forest, leaf_cards::ModelDetail},
 };
 use crate::map::RoadMap;
 
@@ -19,14 +19,14 @@ impl StaticScene {
 
     /// The same with at most `most_trees` trees, those on the horizon included (weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
-        let near = Near::new(&map.route);
+        let near = RoadDistance::new(&map.route);
         let relief = land::Relief::new(&near, seed);
         let length_m = map.route.length_m();
         let n = (length_m / BEND_STEP_M).ceil().max(1.0);
         let bends = (0..n as usize).map(|k| map.route.curvature_at(k as f64 * length_m / n, 4.0) as f32).collect();
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
-            let trees = trees::models(seed, Detail::Near);
+            let trees = trees::models(seed, ModelDetail::Near);
             let places = forest::plant(&near, &relief, &trees, seed, most_trees);
             let distant = forest::horizon(&near, &relief, seed, most_trees - places.len());
             (trees, forest::grounds(&places, &relief), places, distant)
@@ -37,7 +37,7 @@ impl StaticScene {
         let growth = || {
             rayon::join(
                 || rayon::join(woods, || verge::sow(&near, &relief, seed)),
-                || rayon::join(grown(Detail::Mid), grown(Detail::Shade)),
+                || rayon::join(grown(ModelDetail::Mid), grown(ModelDetail::Shade)),
             )
         };
         let (((woods, tuft_places), (trees_mid, trees_shade)), ((road, land), (cars, (cockpit, wheels)))) =
@@ -78,12 +78,12 @@ impl StaticScene {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::map::{Lane, Route};
+    use crate::map::{Route, RouteLane};
     use glam::{DVec2, dvec2};
     use std::f64::consts::TAU;
 
     fn map(name: &str, shape: Vec<DVec2>, width_m: f64) -> RoadMap {
-        let lane = Lane {
+        let lane = RouteLane {
             id: "e0_0".into(),
             edge: "e0".into(),
             start_s_m: 0.0,

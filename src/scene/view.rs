@@ -2,7 +2,7 @@
 //! mirror's, what colours things have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::{
-    Camera, CarInstance, Lens, Seat, StaticScene, View, ViewKind, ViewOptions,
+    Camera, CarInstance, DriverSeat, Lens, StaticScene, View, ViewKind, ViewOptions,
     car::{
         materials::{WHEEL_RADIUS_M, WHEELBASE_M},
         number_plate,
@@ -32,7 +32,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
     let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| {
         let rotation = ego.steadied(options.body_motion);
         let body = Affine3A::from_rotation_translation(rotation, ego.position);
-        Seat {
+        DriverSeat {
             car: CarInstance { rotation, ..cars[0] },
             look: driver_look(options),
             steering_wheel_rad: full.then_some(ego.steer_rad * STEERING_RATIO),

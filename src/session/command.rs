@@ -2,7 +2,7 @@
 //! and reason in the session, while a drive runs also in its recording.
 
 use super::{CommandRefusal, DriveBackend, LiveSession, SessionState};
-use crate::{drive_loop::RunError, panel::SessionCommand, study::Outcome};
+use crate::{drive_loop::RunError, panel::SessionCommand, study::ItemOutcome};
 
 impl From<RunError> for CommandRefusal {
     fn from(error: RunError) -> Self {
@@ -132,7 +132,7 @@ impl LiveSession {
             return Err(CommandRefusal::Say("there is nothing to break off".into()));
         }
         self.leave("aborted", reason, backend)?;
-        self.session.end(Outcome::Aborted, reason, &(self.utc)())?;
+        self.session.end(ItemOutcome::Aborted, reason, &(self.utc)())?;
         self.asked = false;
         self.see(SessionState::Hold);
         Ok(())

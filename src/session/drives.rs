@@ -5,12 +5,12 @@ use super::{BackendStatus, DriveBackend, wheel_navigation::WheelNavigation};
 use crate::{
     desktop::DriverWindow,
     drive_loop::{RunError, drive::PATIENCE},
-    input::{Devices, RigEvent, Source},
+    input::{ControlSource, Devices, RigEvent},
     live_drive::{LiveDrive, contacts, start::PendingDrive},
     scenario::Scenario,
     sim::World,
-    study::{Code, Input},
-    time::{Due, Pace},
+    study::{FormInput, ParticipantCode},
+    time::{DueTicks, Pace},
 };
 use std::{path::Path, time::Duration};
 
@@ -23,7 +23,7 @@ pub struct SessionResources {
     /// The devices while no drive has them.
     devices: Option<Devices>,
     navigation: WheelNavigation,
-    code: Code,
+    code: ParticipantCode,
     in_range_s: f64,
     /// Time runs, or would if the wheel were not unplugged.
     began: bool,
@@ -35,7 +35,7 @@ pub struct SessionResources {
 
 impl SessionResources {
     /// Nothing on the road yet.
-    pub fn new(devices: Devices, code: &Code) -> Self {
+    pub fn new(devices: Devices, code: &ParticipantCode) -> Self {
         Self {
             live: None,
             starting: None,
@@ -59,18 +59,23 @@ impl SessionResources {
 
     /// True if a wheel is what the participant holds: one that was unplugged is still the last that was touched.
     pub fn wheel(&mut self) -> bool {
-        self.devices().is_some_and(|devices| devices.source() == Source::Wheel && devices.wheel_profile().is_some())
+        self.devices()
+            .is_some_and(|devices| devices.source() == ControlSource::Wheel && devices.wheel_profile().is_some())
     }
 
     /// One frame: the drive goes on if there is one, and what hands and feet ask for.
     ///
     /// # Errors
     /// The drive cannot go on.
-    pub fn frame(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<(Due, Vec<Input>), RunError> {
+    pub fn frame(
+        &mut self,
+        elapsed: Duration,
+        mut watch: impl FnMut(&World),
+    ) -> Result<(DueTicks, Vec<FormInput>), RunError> {
         let Self { live, devices, navigation, in_range_s, news, contacts, .. } = self;
         let Some(live) = live else {
-            let Some(devices) = devices else { return Ok((Due::default(), Vec::new())) };
-            return Ok((Due::default(), at_a_screen(devices, navigation, news)));
+            let Some(devices) = devices else { return Ok((DueTicks::default(), Vec::new())) };
+            return Ok((DueTicks::default(), at_a_screen(devices, navigation, news)));
         };
         let due = live.advance(elapsed, |world| {
             let (snapshot, scenario) = (world.snapshot(), world.scenario());
@@ -103,7 +108,7 @@ impl SessionResources {
 }
 
 /// Devices where no drive has them: buttons and turns are inputs.
-fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &mut Vec<String>) -> Vec<Input> {
+fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &mut Vec<String>) -> Vec<FormInput> {
     let mut inputs = Vec::new();
     for told in devices.poll() {
         match told {
@@ -116,7 +121,7 @@ fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &m
     let source = devices.source();
     let answers = devices.wheel_profile().is_some_and(|p| !(p.buttons.answer.is_empty() && p.buttons.start.is_empty()));
     let controls = devices.controls(0.0, None);
-    inputs.extend(navigation.feel(&controls, source, !answers));
+    inputs.extend(navigation.inputs_from(&controls, source, !answers));
     inputs
 }
 

@@ -5,51 +5,52 @@ use super::{BackendStatus, LiveSession};
 use crate::{
     live_drive::{LiveDrive, LoopHealth, phase},
     panel::{
-        Choices, History, Panel, PanelState, Phase, Readings, SessionCommand, SessionPanel, SessionPanelState,
-        experimenter::{Experimenter, ExperimenterState, Health, Log, WheelHealth},
+        DrivePhase, PanelState, Readings, SessionCommand, SessionPanel, SessionPanelState, SettingChoices,
+        SettingsPanel, SpeedHistory,
+        experimenter::{DriveHealth, DriveLog, ExperimenterPanel, ExperimenterState, WheelHealth},
     },
     scenario::Scenario,
     sim::World,
     study::Study,
-    time::Due,
+    time::DueTicks,
 };
 use egui::{TextureId, Ui};
 use std::time::Duration;
 
 /// What the experimenter has before them.
 pub struct ExperimenterView {
-    panel: Panel,
-    experimenter: Experimenter,
+    panel: SettingsPanel,
+    experimenter: ExperimenterPanel,
     live_session: SessionPanel,
     /// The drive so far; stays to be looked at until the next begins.
-    log: Option<Log>,
-    pulse: LoopHealth,
+    log: Option<DriveLog>,
+    loop_health: LoopHealth,
     engine: String,
     base: Scenario,
-    empty: History,
+    empty: SpeedHistory,
 }
 
 impl ExperimenterView {
     /// Before the first drive of this study.
     pub fn new(study: &Study) -> Self {
         Self {
-            panel: Panel::new(&study.base, Choices::default()),
-            experimenter: Experimenter::default(),
+            panel: SettingsPanel::new(&study.base, SettingChoices::default()),
+            experimenter: ExperimenterPanel::default(),
             live_session: SessionPanel::default(),
             log: None,
-            pulse: LoopHealth::default(),
+            loop_health: LoopHealth::default(),
             engine: String::new(),
             base: study.base.clone(),
-            empty: History::default(),
+            empty: SpeedHistory::default(),
         }
     }
 
     /// A drive was put in place.
     pub fn drive_begins(&mut self, live: &LiveDrive) {
         let world = &live.drive.world;
-        self.log = Some(Log::new(world));
+        self.log = Some(DriveLog::new(world));
         self.engine = world.traffic_engine();
-        self.pulse = LoopHealth::default();
+        self.loop_health = LoopHealth::default();
     }
 
     /// Sees the world after a tick.
@@ -60,8 +61,8 @@ impl ExperimenterView {
     }
 
     /// A frame was shown.
-    pub fn frame(&mut self, elapsed: Duration, due: &Due) {
-        self.pulse.frame(elapsed, due.dropped);
+    pub fn frame(&mut self, elapsed: Duration, due: &DueTicks) {
+        self.loop_health.frame(elapsed, due.dropped);
     }
 
     /// Tells the experimenter something.
@@ -81,22 +82,25 @@ impl ExperimenterView {
         work: Option<&str>,
         picture: Option<(TextureId, [u32; 2])>,
     ) -> Vec<SessionCommand> {
-        let Self { panel, experimenter, live_session: part, log, pulse, engine, base, empty } = self;
-        let between =
-            || Health { wheel: wheel.clone(), error: live_session.error().map(str::to_owned), ..Health::default() };
-        let health = live.map_or_else(between, |live| pulse.health(live, engine, live_session.error()));
+        let Self { panel, experimenter, live_session: part, log, loop_health, engine, base, empty } = self;
+        let between = || DriveHealth {
+            wheel: wheel.clone(),
+            error: live_session.error().map(str::to_owned),
+            ..DriveHealth::default()
+        };
+        let health = live.map_or_else(between, |live| loop_health.health(live, engine, live_session.error()));
         let clock = live.map(|live| &live.drive.clock);
         let drive = PanelState {
             scenario: live.map_or(&*base, |live| live.drive.world.scenario()),
-            phase: live.map_or(Phase::Ready, phase),
+            phase: live.map_or(DrivePhase::Ready, phase),
             readings: live.map(|live| Readings::from(live.drive.world.snapshot())),
             history: log.as_ref().map_or(&*empty, |log| &log.history),
-            in_range: log.as_ref().and_then(Log::share_in_range),
+            in_range: log.as_ref().and_then(DriveLog::share_in_range),
             engine,
             policy: live.map_or("", |live| &live.drive.world.policy().name),
             dropped: clock.map_or(Duration::ZERO, |clock| clock.dropped()),
             stalls: clock.map_or(0, |clock| clock.stalls()),
-            frame_ms: pulse.frame_ms(),
+            frame_ms: loop_health.frame_ms(),
             error: live_session.error(),
             recorded_in: live.and_then(LiveDrive::recorded_in),
         };

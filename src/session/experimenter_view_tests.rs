@@ -5,7 +5,7 @@ use super::*;
 use crate::{
     input::{Devices, Rig},
     session::DriveBackend,
-    study::{Code, DataSet, Session, session::Who},
+    study::{DataSet, ParticipantCode, Session, session::ParticipantKind},
     time::Pace,
 };
 use egui::{Event, Key, Modifiers, RawInput};
@@ -74,7 +74,9 @@ impl Sheet {
         let folder = tempfile::tempdir().unwrap();
         let study = Study::parse(STUDY.into(), Path::new("short.toml")).unwrap();
         let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
-        let session = Session::open(&data, &study, &Code::new("P03").unwrap(), Who::Person, 0, "then").unwrap();
+        let session =
+            Session::open(&data, &study, &ParticipantCode::new("P03").unwrap(), ParticipantKind::Person, 0, "then")
+                .unwrap();
         let live_session = LiveSession::new(&study, session, || "2026-11-21T12:00:00Z".into()).unwrap();
         let experimenter_view = ExperimenterView::new(&study);
         let ctx = egui::Context::default();

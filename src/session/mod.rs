@@ -1,4 +1,4 @@
-//! A participant's session, live: its states (page, questions, countdown, drive, rest) and how one follows another. In: what the participant does ([`Input`]), what the
+//! A participant's session, live: its states (page, questions, countdown, drive, rest) and how one follows another. In: what the participant does ([`FormInput`]), what the
 //! experimenter decides ([`SessionCommand`](crate::panel::SessionCommand)), elapsed time. Out: screens, drives on a [`DriveBackend`], and every step on the disk
 //! (`study::Session`), so that a closed window, a crash or a power cut costs the item that was running and no more.
 //!
@@ -19,7 +19,7 @@ pub mod window;
 use crate::{
     drive_loop::RunError,
     scenario::Scenario,
-    study::{Form, Input, Item, Outcome, Planned, Session, SessionError, Study},
+    study::{FormInput, ItemOutcome, PlanItem, PlannedItem, QuestionnaireForm, Session, SessionError, Study},
     units::SpeedUnit,
 };
 use std::{path::Path, path::PathBuf, time::Duration};
@@ -97,7 +97,7 @@ enum SessionState {
     Over,
     /// A rest: words and seconds that are left.
     Rest(String, f64),
-    Questions(Box<Form>),
+    Questions(Box<QuestionnaireForm>),
     /// All is settled.
     End,
     /// Stopped for good.
@@ -184,7 +184,7 @@ impl LiveSession {
         match &mut self.at {
             SessionState::Loading(told @ false) => *told = true,
             SessionState::Loading(true) => {
-                let Some(Item::Drive { scenario, .. }) = self.running().map(|planned| planned.item.clone()) else {
+                let Some(PlanItem::Drive { scenario, .. }) = self.running().map(|planned| planned.item.clone()) else {
                     return Ok(());
                 };
                 match backend.prepare(&scenario) {
@@ -221,7 +221,7 @@ impl LiveSession {
         }
         match backend.end() {
             Ok(()) => {
-                self.session.end(Outcome::Done, "", &(self.utc)())?;
+                self.session.end(ItemOutcome::Done, "", &(self.utc)())?;
                 self.see(SessionState::Over);
                 Ok(())
             }
@@ -245,7 +245,7 @@ impl LiveSession {
             Some(folder) if !folder.is_empty() => text.replace(&format!("{folder}/"), ""),
             _ => text.clone(),
         };
-        let kept = self.session.end(Outcome::Aborted, &reason, &(self.utc)());
+        let kept = self.session.end(ItemOutcome::Aborted, &reason, &(self.utc)());
         self.error = Some(match kept {
             Ok(()) => text,
             Err(also) => format!("{text}\nThe session's log: {also}"),
@@ -259,25 +259,25 @@ impl LiveSession {
     /// The disk refuses.
     pub fn close(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         self.leave("closed", reason, backend)?;
-        Ok(self.session.end(Outcome::Cut, reason, &(self.utc)())?)
+        Ok(self.session.end(ItemOutcome::Cut, reason, &(self.utc)())?)
     }
 
     /// The participant does something. After they asked to stop nothing goes on until the experimenter has decided.
     ///
     /// # Errors
     /// The session cannot be written.
-    pub fn input(&mut self, input: Input, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+    pub fn input(&mut self, input: FormInput, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         let seen_for_s = self.elapsed_s - self.seen_s;
         match input {
-            Input::Stop => return self.ask_to_stop(backend),
-            Input::Mark => return self.write("mark", "by the participant", backend),
+            FormInput::Stop => return self.ask_to_stop(backend),
+            FormInput::Mark => return self.write("mark", "by the participant", backend),
             _ if self.asked => return Ok(()),
             _ => {}
         }
         match &mut self.at {
             SessionState::Questions(form) => {
                 // A text is on the disk when the hand goes on, not with each letter.
-                let typed = matches!(input, Input::Type { .. });
+                let typed = matches!(input, FormInput::Type { .. });
                 form.take(input, self.elapsed_s);
                 if !form.is_over() && !typed {
                     self.session.keep(form.answered())?;
@@ -287,7 +287,7 @@ impl LiveSession {
                     self.go_on()?;
                 }
             }
-            _ if !matches!(input, Input::Next | Input::PageOn) || seen_for_s < PAGE_S => {}
+            _ if !matches!(input, FormInput::Next | FormInput::PageOn) || seen_for_s < PAGE_S => {}
             SessionState::Rest(_, left_s) if *left_s > 0.0 => {}
             SessionState::Text(_) | SessionState::Intro(_) | SessionState::Over | SessionState::Rest(..) => {
                 self.turn_page()?
@@ -301,11 +301,11 @@ impl LiveSession {
     fn turn_page(&mut self) -> Result<(), RunError> {
         match &self.at {
             SessionState::Intro(_) => match self.running().map(|planned| planned.item.clone()) {
-                Some(Item::Questions(word)) => self.ask(&word)?,
+                Some(PlanItem::Questions(word)) => self.ask(&word)?,
                 _ => self.see(SessionState::Loading(false)),
             },
             SessionState::Text(_) | SessionState::Rest(..) => {
-                self.session.end(Outcome::Done, "", &(self.utc)())?;
+                self.session.end(ItemOutcome::Done, "", &(self.utc)())?;
                 self.go_on()?;
             }
             _ => self.go_on()?,
@@ -318,7 +318,7 @@ impl LiveSession {
             self.see(SessionState::Hold);
             return Ok(());
         };
-        let form = Form::resume(questionnaire, self.session.kept(), self.elapsed_s);
+        let form = QuestionnaireForm::resume(questionnaire, self.session.kept(), self.elapsed_s);
         self.see(SessionState::Questions(Box::new(form)));
         Ok(())
     }
@@ -330,19 +330,19 @@ impl LiveSession {
             self.see(SessionState::End);
             return Ok(());
         };
-        let Planned { item, text, .. } = planned.clone();
+        let PlannedItem { item, text, .. } = planned.clone();
         self.folder = self.session.begin(&(self.utc)())?;
         let texts = &self.study.file.texts;
         let said = |text: String, usual: &String| if text.is_empty() { usual.clone() } else { text };
         match item {
-            Item::Text(page) => self.see(SessionState::Text(page)),
-            Item::Break(seconds) => {
+            PlanItem::Text(page) => self.see(SessionState::Text(page)),
+            PlanItem::Break(seconds) => {
                 let words = said(text, &texts.rest);
                 self.see(SessionState::Rest(words, seconds));
             }
-            Item::Questions(word) if text.is_empty() => self.ask(&word)?,
-            Item::Questions(_) => self.see(SessionState::Intro(text)),
-            Item::Drive { .. } => {
+            PlanItem::Questions(word) if text.is_empty() => self.ask(&word)?,
+            PlanItem::Questions(_) => self.see(SessionState::Intro(text)),
+            PlanItem::Drive { .. } => {
                 let words = said(text, &texts.ready);
                 self.see(SessionState::Intro(words));
             }
@@ -356,14 +356,14 @@ impl LiveSession {
     }
 
     /// What runs, as planned.
-    fn running(&self) -> Option<&Planned> {
+    fn running(&self) -> Option<&PlannedItem> {
         let name = &self.session.log().running.as_ref()?.item;
         self.session.plan().items.iter().find(|planned| planned.name == *name)
     }
 
     fn criterion_s(&self) -> Option<f64> {
         match &self.running()?.item {
-            Item::Drive { until_in_range_s, .. } => *until_in_range_s,
+            PlanItem::Drive { until_in_range_s, .. } => *until_in_range_s,
             _ => None,
         }
     }

@@ -3,25 +3,25 @@
 
 use super::{BackendStatus, LiveSession, SessionState};
 use crate::{
-    panel::{ItemState, Screen, SessionItem, SessionPhase},
-    study::{Outcome, session::Log},
+    panel::{ItemState, ParticipantScreen, SessionItem, SessionPhase},
+    study::{ItemOutcome, session::SessionLog},
 };
 
 /// What became of an item before what is said of it now: an item that was broken off and then skipped was not skipped twice.
-fn earlier(log: &Log, item: &str, is_running: bool, is_over: bool) -> String {
+fn earlier(log: &SessionLog, item: &str, is_running: bool, is_over: bool) -> String {
     let of_it = log.passages.iter().filter(|passage| passage.item == item);
     let mut words: Vec<&str> = of_it
         .filter_map(|passage| match passage.outcome {
-            Outcome::Done => Some("done"),
-            Outcome::Aborted => Some("broken off"),
-            Outcome::Cut => Some("cut"),
-            Outcome::Skipped => Some("skipped"),
-            Outcome::Repeat => None,
+            ItemOutcome::Done => Some("done"),
+            ItemOutcome::Aborted => Some("broken off"),
+            ItemOutcome::Cut => Some("cut"),
+            ItemOutcome::Skipped => Some("skipped"),
+            ItemOutcome::Repeat => None,
         })
         .collect();
     let last = log.last(item).map(|passage| passage.outcome);
-    let is_said = matches!(last, Some(Outcome::Done | Outcome::Skipped))
-        || (is_over && matches!(last, Some(Outcome::Aborted | Outcome::Cut)));
+    let is_said = matches!(last, Some(ItemOutcome::Done | ItemOutcome::Skipped))
+        || (is_over && matches!(last, Some(ItemOutcome::Aborted | ItemOutcome::Cut)));
     if !is_running && is_said {
         words.pop();
     }
@@ -30,38 +30,41 @@ fn earlier(log: &Log, item: &str, is_running: bool, is_over: bool) -> String {
 
 impl LiveSession {
     /// What the participant sees.
-    pub fn screen(&self, now: BackendStatus) -> Screen<'_> {
+    pub fn screen(&self, now: BackendStatus) -> ParticipantScreen<'_> {
         let texts = &self.study.file.texts;
         match &self.at {
-            SessionState::Countdown(..) | SessionState::Driving if self.asked => Screen::Drive(Some(&texts.asked)),
-            _ if self.asked => Screen::Wait(&texts.asked),
-            SessionState::Hold => Screen::Wait(&texts.wait),
-            SessionState::Loading(_) => Screen::Wait(&texts.ready),
-            SessionState::Text(text) | SessionState::Intro(text) => Screen::Page(text),
-            SessionState::Over => Screen::Page(&texts.drive_over),
-            SessionState::Countdown(_, true) => Screen::Drive(Some(&texts.paused)),
+            SessionState::Countdown(..) | SessionState::Driving if self.asked => {
+                ParticipantScreen::Drive(Some(&texts.asked))
+            }
+            _ if self.asked => ParticipantScreen::Wait(&texts.asked),
+            SessionState::Hold => ParticipantScreen::Wait(&texts.wait),
+            SessionState::Loading(_) => ParticipantScreen::Wait(&texts.ready),
+            SessionState::Text(text) | SessionState::Intro(text) => ParticipantScreen::Page(text),
+            SessionState::Over => ParticipantScreen::Page(&texts.drive_over),
+            SessionState::Countdown(_, true) => ParticipantScreen::Drive(Some(&texts.paused)),
             SessionState::Countdown(left_s, false) => {
                 let speed = now.unit.from_mps(now.speed_mps.abs()).round() as u32;
-                Screen::Countdown(left_s.ceil().max(1.0) as u32, speed, now.unit)
+                ParticipantScreen::Countdown(left_s.ceil().max(1.0) as u32, speed, now.unit)
             }
-            SessionState::Driving if now.held => Screen::Drive(Some(&texts.paused)),
-            SessionState::Driving => Screen::Drive(None),
-            SessionState::Rest(text, left_s) => Screen::Rest(text, *left_s),
-            SessionState::Questions(form) => Screen::Questions(form),
-            SessionState::End => Screen::Wait(&texts.thanks),
-            SessionState::Stopped => Screen::Wait(&texts.stopped),
+            SessionState::Driving if now.held => ParticipantScreen::Drive(Some(&texts.paused)),
+            SessionState::Driving => ParticipantScreen::Drive(None),
+            SessionState::Rest(text, left_s) => ParticipantScreen::Rest(text, *left_s),
+            SessionState::Questions(form) => ParticipantScreen::Questions(form),
+            SessionState::End => ParticipantScreen::Wait(&texts.thanks),
+            SessionState::Stopped => ParticipantScreen::Wait(&texts.stopped),
         }
     }
 
     /// How many points of the plan are behind, and how many there are.
     pub fn progress(&self) -> [usize; 2] {
         let items = &self.session.plan().items;
-        [items.iter().filter(|planned| self.session.log().settled(&planned.name)).count(), items.len()]
+        [items.iter().filter(|planned| self.session.log().is_settled(&planned.name)).count(), items.len()]
     }
 
     /// How long what is not yet settled is reckoned to last, seconds; nothing comes after the end.
     pub fn to_come_s(&self) -> f64 {
-        let left = self.session.plan().items.iter().filter(|p| !self.is_over() && !self.session.log().settled(&p.name));
+        let left =
+            self.session.plan().items.iter().filter(|p| !self.is_over() && !self.session.log().is_settled(&p.name));
         left.map(|planned| planned.item.seconds()).sum()
     }
 
@@ -76,10 +79,10 @@ impl LiveSession {
                 let state = match log.last(&planned.name).map(|passage| passage.outcome) {
                     _ if now => ItemState::Now,
                     None => ItemState::Ahead,
-                    Some(Outcome::Done) => ItemState::Done,
-                    Some(Outcome::Skipped) => ItemState::Skipped,
+                    Some(ItemOutcome::Done) => ItemState::Done,
+                    Some(ItemOutcome::Skipped) => ItemState::Skipped,
                     Some(_) if self.is_over() => ItemState::Broken,
-                    Some(Outcome::Aborted | Outcome::Cut | Outcome::Repeat) => ItemState::Again,
+                    Some(ItemOutcome::Aborted | ItemOutcome::Cut | ItemOutcome::Repeat) => ItemState::Again,
                 };
                 SessionItem {
                     name: planned.name.clone(),

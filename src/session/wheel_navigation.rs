@@ -1,10 +1,10 @@
-//! Wheel, pedals and buttons as inputs at a screen. In: controls a frame, pressed buttons. Out: [`Input`]s. Angles in
+//! Wheel, pedals and buttons as inputs at a screen. In: controls a frame, pressed buttons. Out: [`FormInput`]s. Angles in
 //! radians, positive to the left, as the wheel has them.
 
 use crate::{
     controls::Controls,
-    input::{Action, Source},
-    study::Input,
+    input::{ButtonAction, ControlSource},
+    study::FormInput,
 };
 
 /// Turn of the wheel for one place, radians (12 degrees). It counts from the last place that was reached: a trembling hand
@@ -21,7 +21,7 @@ const STICK_REST_RAD: f64 = 0.8;
 #[derive(Clone, Debug, Default)]
 pub struct WheelNavigation {
     anchor_rad: Option<f64>,
-    source: Option<Source>,
+    source: Option<ControlSource>,
     /// Accelerator and brake are down.
     down: [bool; 2],
     stick: bool,
@@ -29,28 +29,32 @@ pub struct WheelNavigation {
 
 impl WheelNavigation {
     /// What a button means at a screen.
-    pub fn pressed(action: Action) -> Option<Input> {
+    pub fn pressed(action: ButtonAction) -> Option<FormInput> {
         match action {
-            Action::Answer | Action::Start => Some(Input::Next),
-            Action::Reverse | Action::Recentre => Some(Input::Back),
-            Action::Mark => Some(Input::Mark),
-            Action::Abort => Some(Input::Stop),
-            Action::Horn => None,
+            ButtonAction::Answer | ButtonAction::Start => Some(FormInput::Next),
+            ButtonAction::Reverse | ButtonAction::Recentre => Some(FormInput::Back),
+            ButtonAction::Mark => Some(FormInput::Mark),
+            ButtonAction::Abort => Some(FormInput::Stop),
+            ButtonAction::Horn => None,
         }
     }
 
     /// What a button means while driving: only what does not steer the car or the view.
-    pub fn pressed_driving(action: Action) -> Option<Input> {
+    pub fn pressed_driving(action: ButtonAction) -> Option<FormInput> {
         match action {
-            Action::Mark => Some(Input::Mark),
-            Action::Abort => Some(Input::Stop),
-            Action::Answer | Action::Start | Action::Reverse | Action::Recentre | Action::Horn => None,
+            ButtonAction::Mark => Some(FormInput::Mark),
+            ButtonAction::Abort => Some(FormInput::Stop),
+            ButtonAction::Answer
+            | ButtonAction::Start
+            | ButtonAction::Reverse
+            | ButtonAction::Recentre
+            | ButtonAction::Horn => None,
         }
     }
 
     /// The controls of a frame. `pedals` is true for devices without a button that answers: the accelerator then answers
     /// and the brake goes back.
-    pub fn feel(&mut self, controls: &Controls, source: Source, pedals: bool) -> Vec<Input> {
+    pub fn inputs_from(&mut self, controls: &Controls, source: ControlSource, pedals: bool) -> Vec<FormInput> {
         let mut inputs = Vec::new();
         if self.source != Some(source) {
             // Another device is elsewhere; that is no movement, and a pedal that is down was not pressed now.
@@ -59,25 +63,25 @@ impl WheelNavigation {
         }
         let angle = f64::from(controls.steering_wheel_rad);
         match source {
-            Source::Keyboard => return inputs,
-            Source::Wheel => {
+            ControlSource::Keyboard => return inputs,
+            ControlSource::Wheel => {
                 let anchor = *self.anchor_rad.get_or_insert(angle);
                 let places = ((angle - anchor) / PLACE_RAD).trunc();
                 if places != 0.0 {
                     self.anchor_rad = Some(anchor + places * PLACE_RAD);
-                    inputs.push(Input::Turn(-places as i32));
+                    inputs.push(FormInput::Turn(-places as i32));
                 }
             }
-            Source::Pad => {
+            ControlSource::Pad => {
                 if !self.stick && angle.abs() > STICK_RAD {
-                    inputs.push(Input::Turn(if angle > 0.0 { -1 } else { 1 }));
+                    inputs.push(FormInput::Turn(if angle > 0.0 { -1 } else { 1 }));
                 }
                 self.stick = angle.abs() > if self.stick { STICK_REST_RAD } else { STICK_RAD };
             }
         }
         if pedals {
             let ways = [controls.throttle, controls.brake];
-            for ((down, way), input) in self.down.iter_mut().zip(ways).zip([Input::Next, Input::Back]) {
+            for ((down, way), input) in self.down.iter_mut().zip(ways).zip([FormInput::Next, FormInput::Back]) {
                 if !*down && way > PRESSED {
                     inputs.push(input);
                 }
@@ -99,57 +103,69 @@ mod tests {
     #[test]
     fn a_wheel_moves_place_by_place_and_does_not_flicker_between_two() {
         let mut navigation = WheelNavigation::default();
-        let mut moved = |degrees: f64| navigation.feel(&turned(degrees), Source::Wheel, false);
+        let mut moved = |degrees: f64| navigation.inputs_from(&turned(degrees), ControlSource::Wheel, false);
         assert_eq!(moved(40.0), [], "where it stands at first is no movement");
-        assert_eq!(moved(40.0 - 13.0), [Input::Turn(1)], "to the right is on");
+        assert_eq!(moved(40.0 - 13.0), [FormInput::Turn(1)], "to the right is on");
         for _ in 0..20 {
             assert_eq!((moved(40.0 - 11.0), moved(40.0 - 13.5)), (vec![], vec![]), "a trembling hand");
         }
-        assert_eq!(moved(40.0 + 0.5), [Input::Turn(-1)]);
-        assert_eq!(moved(40.0 - 61.0), [Input::Turn(5)], "a quick turn skips no place");
-        assert_eq!(navigation.feel(&turned(300.0), Source::Keyboard, false), []);
-        assert_eq!(navigation.feel(&turned(300.0), Source::Wheel, false), [], "another device is elsewhere");
+        assert_eq!(moved(40.0 + 0.5), [FormInput::Turn(-1)]);
+        assert_eq!(moved(40.0 - 61.0), [FormInput::Turn(5)], "a quick turn skips no place");
+        assert_eq!(navigation.inputs_from(&turned(300.0), ControlSource::Keyboard, false), []);
+        assert_eq!(
+            navigation.inputs_from(&turned(300.0), ControlSource::Wheel, false),
+            [],
+            "another device is elsewhere"
+        );
     }
 
     #[test]
     fn pedals_answer_where_no_button_does_once_a_stroke() {
         let mut navigation = WheelNavigation::default();
         let mut pressed = |throttle: f32, brake: f32, pedals: bool| {
-            navigation.feel(&Controls { throttle, brake, ..Controls::default() }, Source::Wheel, pedals)
+            navigation.inputs_from(&Controls { throttle, brake, ..Controls::default() }, ControlSource::Wheel, pedals)
         };
         assert_eq!(pressed(0.9, 0.0, true), [], "it was down before");
-        assert_eq!((pressed(0.0, 0.0, true), pressed(0.7, 0.0, true)), (vec![], vec![Input::Next]));
+        assert_eq!((pressed(0.0, 0.0, true), pressed(0.7, 0.0, true)), (vec![], vec![FormInput::Next]));
         assert_eq!((pressed(0.5, 0.0, true), pressed(0.9, 0.0, true)), (vec![], vec![]));
-        assert_eq!((pressed(0.0, 0.8, true), pressed(0.9, 0.0, false)), (vec![Input::Back], vec![]));
+        assert_eq!((pressed(0.0, 0.8, true), pressed(0.9, 0.0, false)), (vec![FormInput::Back], vec![]));
     }
 
     #[test]
     fn a_stick_moves_one_place_a_push() {
         let mut navigation = WheelNavigation::default();
-        let mut pushed =
-            |rad: f32| navigation.feel(&Controls { steering_wheel_rad: rad, ..Controls::default() }, Source::Pad, true);
-        assert_eq!((pushed(-2.5), pushed(-3.5), pushed(-1.5)), (vec![Input::Turn(1)], vec![], vec![]));
-        assert_eq!((pushed(0.1), pushed(2.5)), (vec![], vec![Input::Turn(-1)]));
+        let mut pushed = |rad: f32| {
+            navigation.inputs_from(
+                &Controls { steering_wheel_rad: rad, ..Controls::default() },
+                ControlSource::Pad,
+                true,
+            )
+        };
+        assert_eq!((pushed(-2.5), pushed(-3.5), pushed(-1.5)), (vec![FormInput::Turn(1)], vec![], vec![]));
+        assert_eq!((pushed(0.1), pushed(2.5)), (vec![], vec![FormInput::Turn(-1)]));
     }
 
     #[test]
     fn at_a_screen_buttons_answer_and_go_back_and_in_a_drive_they_only_mark_and_ask_for_the_end() {
-        let meaning = |of: fn(Action) -> Option<Input>| Action::ALL.map(|action| (action, of(action)));
+        let meaning = |of: fn(ButtonAction) -> Option<FormInput>| ButtonAction::ALL.map(|action| (action, of(action)));
         assert_eq!(
             meaning(WheelNavigation::pressed),
             [
-                (Action::Start, Some(Input::Next)),
-                (Action::Reverse, Some(Input::Back)),
-                (Action::Horn, None),
-                (Action::Mark, Some(Input::Mark)),
-                (Action::Answer, Some(Input::Next)),
-                (Action::Recentre, Some(Input::Back)),
-                (Action::Abort, Some(Input::Stop)),
+                (ButtonAction::Start, Some(FormInput::Next)),
+                (ButtonAction::Reverse, Some(FormInput::Back)),
+                (ButtonAction::Horn, None),
+                (ButtonAction::Mark, Some(FormInput::Mark)),
+                (ButtonAction::Answer, Some(FormInput::Next)),
+                (ButtonAction::Recentre, Some(FormInput::Back)),
+                (ButtonAction::Abort, Some(FormInput::Stop)),
             ]
         );
         // The same hand drives: nothing that goes on, back or answers.
         let driving =
             meaning(WheelNavigation::pressed_driving).into_iter().filter_map(|(action, input)| Some((action, input?)));
-        assert_eq!(driving.collect::<Vec<_>>(), [(Action::Mark, Input::Mark), (Action::Abort, Input::Stop)]);
+        assert_eq!(
+            driving.collect::<Vec<_>>(),
+            [(ButtonAction::Mark, FormInput::Mark), (ButtonAction::Abort, FormInput::Stop)]
+        );
     }
 }

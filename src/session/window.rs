@@ -12,19 +12,19 @@ use crate::{
         DriverWindow, ExperimenterWindow, WindowSetup,
         display::{self, WindowPlacement},
         event_loop::{self, LoopControl, Windows, now},
-        keys::{self, Command},
+        keys::{self, KeyCommand},
     },
     drive_loop::{
         RunError,
         baselines::{self, BaselineJob},
         recording_manifest,
     },
-    input::{Devices, Profile},
-    panel::{ScreenState, Screens, SessionCommand, contact_flash, experimenter::WheelHealth, key_list, theme},
+    input::{Devices, WheelProfile},
+    panel::{ScreenPainter, ScreenState, SessionCommand, contact_flash, experimenter::WheelHealth, key_list, theme},
     record,
     study::{
-        Code, Completion, DataSet, Input, Session, SessionError, Study, lock,
-        session::{self, Log, Who},
+        Completion, DataSet, FormInput, ParticipantCode, Session, SessionError, Study, lock,
+        session::{self, ParticipantKind, SessionLog},
     },
 };
 use std::{
@@ -50,11 +50,11 @@ pub struct SessionOptions {
     /// Folder of its data set.
     pub out: PathBuf,
     /// Who takes part.
-    pub code: Code,
+    pub code: ParticipantCode,
     /// Where the participant's window opens, and whether it fills the screen at once.
     pub place: WindowPlacement,
     /// Profile of the wheel; `None` takes the one for the wheel that is found.
-    pub wheel: Option<Profile>,
+    pub wheel: Option<WheelProfile>,
     /// Becomes true when the program is to end (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
@@ -90,13 +90,13 @@ pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
 
 fn open_session(options: &SessionOptions, data: &DataSet) -> Result<Session, RunError> {
     let index = data.next_index()?;
-    Ok(Session::open(data, &options.study, &options.code, Who::Person, index, &recording_manifest::now())?)
+    Ok(Session::open(data, &options.study, &options.code, ParticipantKind::Person, index, &recording_manifest::now())?)
 }
 
 /// A rehearsal's folder is no place for people; a session that is over may lack baselines, since its window was closed while
 /// they were driven, and is not run again.
 fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> {
-    if let Some(log) = data.logs()?.iter().find(|log| log.who == Who::Simulated) {
+    if let Some(log) = data.logs()?.iter().find(|log| log.who == ParticipantKind::Simulated) {
         return Err(SessionError::Refused(format!(
             "{} holds a rehearsal ({}); people take part in a folder of its own",
             data.root().display(),
@@ -106,7 +106,7 @@ fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> 
     }
     let folder = data.source(&options.code);
     let path = folder.join(session::FILE);
-    if !path.exists() || Log::load(&path)?.end.is_none() {
+    if !path.exists() || SessionLog::load(&path)?.end.is_none() {
         return Ok(());
     }
     let lock = lock::lock(&folder, &options.code)?;
@@ -128,7 +128,7 @@ struct SessionWindows<'a> {
     experimenter: ExperimenterWindow,
     live_session: LiveSession,
     resources: SessionResources,
-    screens: Screens,
+    screens: ScreenPainter,
     experimenter_view: ExperimenterView,
     making: Option<BaselineJob>,
     /// Baselines have been made, or there were none to make.
@@ -167,7 +167,7 @@ impl<'a> Windows for SessionWindows<'a> {
             experimenter,
             live_session: LiveSession::new(&options.study, session, recording_manifest::now)?,
             resources,
-            screens: Screens::default(),
+            screens: ScreenPainter::default(),
             experimenter_view: ExperimenterView::new(&options.study),
             making: None,
             made: false,
@@ -266,7 +266,7 @@ impl SessionWindows<'_> {
     }
 
     /// The participant's window. Returns what keys and mouse did there.
-    fn draw_picture(&mut self, elapsed: Duration, due: crate::time::Due) -> Vec<Input> {
+    fn draw_picture(&mut self, elapsed: Duration, due: crate::time::DueTicks) -> Vec<FormInput> {
         let now_there = self.on_backend(|_, backend| backend.now());
         let Self { picture, resources, live_session, screens, experimenter_view, options, first, help_open, .. } = self;
         let state = ScreenState {
@@ -407,14 +407,14 @@ impl SessionWindows<'_> {
             devices.keyboard.set(key, down && drives);
         }
         match keys::command(code).filter(|_| down && !event.repeat) {
-            Some(Command::Help) => self.help_open = !self.help_open,
-            Some(Command::FullScreen) => self.picture.toggle_fullscreen(),
-            Some(Command::Reverse) if drives => {
+            Some(KeyCommand::Help) => self.help_open = !self.help_open,
+            Some(KeyCommand::FullScreen) => self.picture.toggle_fullscreen(),
+            Some(KeyCommand::Reverse) if drives => {
                 if let Some(devices) = self.resources.devices() {
                     devices.keyboard.toggle_reverse();
                 }
             }
-            Some(Command::PutBack) if drives => {
+            Some(KeyCommand::PutBack) if drives => {
                 if let Some(live) = &mut self.resources.live {
                     live.put_back();
                 }

@@ -8,7 +8,7 @@ pub use field::{Field, Kind, fields_of};
 
 use crate::{
     file::{SETTINGS_BYTES, read_text},
-    toml_text::{self, Part},
+    toml_text::{self, KeyPart},
 };
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
@@ -55,7 +55,7 @@ pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError
     let json = serde_json::to_value(&settings).unwrap_or_default();
     let wrong = |key: &str, fault: String| SettingsError {
         key: key.to_owned(),
-        message: toml_text::at(text, name, key, Part::Value, &fault),
+        message: toml_text::at(text, name, key, KeyPart::Value, &fault),
     };
     for field in fields_of::<T>() {
         if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {

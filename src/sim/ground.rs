@@ -1,7 +1,7 @@
 //! The ground under the ego's wheels, from the map: asphalt on lane and shoulder, grass beyond.
 
 use crate::{
-    ego::{Ground, Surface},
+    ego::{GroundModel, GroundSurface},
     map::{Route, SHOULDER_M},
 };
 use glam::DVec2;
@@ -13,11 +13,11 @@ pub(super) struct RoadGround<'a> {
     pub near_s_m: f64,
 }
 
-impl Ground for RoadGround<'_> {
-    fn surface(&self, point: DVec2) -> Surface {
+impl GroundModel for RoadGround<'_> {
+    fn surface(&self, point: DVec2) -> GroundSurface {
         let found = self.route.project(point, Some(self.near_s_m));
         let half_m = self.route.width_m(found.s_m) / 2.0 + SHOULDER_M;
-        if found.offset_m.abs() <= half_m { Surface::Asphalt } else { Surface::Grass }
+        if found.offset_m.abs() <= half_m { GroundSurface::Asphalt } else { GroundSurface::Grass }
     }
 }
 
@@ -34,8 +34,8 @@ mod tests {
         let edge_m = 3.6 / 2.0 + 0.4;
         for side in [1.0, -1.0] {
             let at = |offset_m: f64| ground.surface(middle + side * offset_m * left);
-            assert_eq!([0.0, 1.5, edge_m - 0.02].map(at), [Surface::Asphalt; 3]);
-            assert_eq!([edge_m + 0.02, 4.0].map(at), [Surface::Grass; 2]);
+            assert_eq!([0.0, 1.5, edge_m - 0.02].map(at), [GroundSurface::Asphalt; 3]);
+            assert_eq!([edge_m + 0.02, 4.0].map(at), [GroundSurface::Grass; 2]);
         }
     }
 }

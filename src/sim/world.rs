@@ -18,7 +18,7 @@ pub use put_back::NotPutBack;
 use super::{Event, EventKind, Snapshot, WorldError, event::EndReason, ground::RoadGround};
 use crate::{
     controls::Controls,
-    ego::{CarParams, Ego},
+    ego::{CarParams, EgoCar},
     map::RoadMap,
     policy,
     scenario::{OnContact, Scenario},
@@ -36,7 +36,7 @@ use traffic_coupling::TrafficCoupling;
 pub struct World {
     scenario: Scenario,
     map: Arc<RoadMap>,
-    ego: Ego,
+    ego: EgoCar,
     traffic: TrafficCoupling,
     advice: AdviceSource,
     contacts: ContactTracker,
@@ -62,7 +62,7 @@ impl World {
         let traffic = TrafficCoupling::start(&engine, scenario, &map)?;
         let (start, others) = traffic.at_next_step();
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
-        let ego = Ego::new(&car_params(scenario), pose, start.speed_mps, others.len())?;
+        let ego = EgoCar::new(&car_params(scenario), pose, start.speed_mps, others.len())?;
         let snapshot = derived_state::first_snapshot(ego.state(), start.s_m, others);
         let mut world = Self {
             scenario: scenario.clone(),
@@ -194,7 +194,7 @@ impl World {
     }
 
     /// The policy that drives; the scenario says which was asked for.
-    pub fn policy(&self) -> &policy::Resolved {
+    pub fn policy(&self) -> &policy::ResolvedPolicy {
         &self.advice.policy
     }
 

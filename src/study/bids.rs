@@ -1,13 +1,13 @@
 //! Tables and sidecars as BIDS wants them (`beh`, version 1.10): tab-separated, `n/a` for what is not there, every column
 //! described in JSON with its unit and levels. In: rows. Out: text; events of a recorded drive.
 
-use crate::record::{Reader, RecordError, Table as Recorded};
+use crate::record::{RecordError, Table as Recorded, TableReader};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// A column: name, meaning, unit (empty for none), words that stand in it with their meanings.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Col {
+pub struct TsvColumn {
     /// Name.
     pub name: String,
     /// What it is.
@@ -18,7 +18,7 @@ pub struct Col {
     pub levels: Vec<(String, String)>,
 }
 
-impl Col {
+impl TsvColumn {
     /// A column without levels.
     pub fn new(name: &str, about: &str, unit: &str) -> Self {
         Self { name: name.into(), about: about.into(), unit: unit.into(), levels: Vec::new() }
@@ -34,16 +34,16 @@ impl Col {
 
 /// A table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tsv {
+pub struct TsvTable {
     /// Columns in order.
-    pub columns: Vec<Col>,
+    pub columns: Vec<TsvColumn>,
     /// A cell for each column; empty is `n/a`.
     pub rows: Vec<Vec<String>>,
 }
 
-impl Tsv {
+impl TsvTable {
     /// A table without rows.
-    pub fn new(columns: Vec<Col>) -> Self {
+    pub fn new(columns: Vec<TsvColumn>) -> Self {
         Self { columns, rows: Vec::new() }
     }
 
@@ -145,7 +145,7 @@ pub fn derived(title: &str) -> String {
 ///
 /// # Errors
 /// A table of it cannot be read.
-pub fn events(recording: &Path) -> Result<Tsv, RecordError> {
+pub fn events(recording: &Path) -> Result<TsvTable, RecordError> {
     let words = [
         ("advice", "a new target stands on the speedometer"),
         ("contact", "the car began to touch another one"),
@@ -161,27 +161,27 @@ pub fn events(recording: &Path) -> Result<Tsv, RecordError> {
         ("resumed", "the drive went on"),
         ("extended", "the drive lasts longer"),
     ];
-    let mut table = Tsv::new(vec![
-        Col::new("onset", "time since the start of the drive, in simulation", "s"),
-        Col::new("duration", "how long an advice stands; n/a for what has no length", "s"),
-        Col::new("trial_type", "what happened", "").with(words.map(|(w, t)| (w.to_owned(), t.to_owned()))),
-        Col::new("tick", "tick of the recording, 10 ms each: joins to its tables", ""),
-        Col::new("target_speed", "advised speed", "m/s"),
-        Col::new("range_low", "lower edge of the acceptable range", "m/s"),
-        Col::new("range_high", "upper edge of the acceptable range", "m/s"),
-        Col::new("speed", "speed of the participant's car at that moment", "m/s"),
-        Col::new("value", "closing speed of a contact, or offset where the road was left", "m/s or m"),
-        Col::new("detail", "the rest in words", ""),
+    let mut table = TsvTable::new(vec![
+        TsvColumn::new("onset", "time since the start of the drive, in simulation", "s"),
+        TsvColumn::new("duration", "how long an advice stands; n/a for what has no length", "s"),
+        TsvColumn::new("trial_type", "what happened", "").with(words.map(|(w, t)| (w.to_owned(), t.to_owned()))),
+        TsvColumn::new("tick", "tick of the recording, 10 ms each: joins to its tables", ""),
+        TsvColumn::new("target_speed", "advised speed", "m/s"),
+        TsvColumn::new("range_low", "lower edge of the acceptable range", "m/s"),
+        TsvColumn::new("range_high", "upper edge of the acceptable range", "m/s"),
+        TsvColumn::new("speed", "speed of the participant's car at that moment", "m/s"),
+        TsvColumn::new("value", "closing speed of a contact, or offset where the road was left", "m/s or m"),
+        TsvColumn::new("detail", "the rest in words", ""),
     ]);
     let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
-    let advice = Reader::parquet(&Recorded::Advice.parquet(recording))?;
+    let advice = TableReader::parquet(&Recorded::Advice.parquet(recording))?;
     let columns = ["hold_s", "target_mps", "range_low_mps", "range_high_mps", "speed_mps"].map(|n| advice.numbers(n));
     for (i, tick) in advice.wholes("tick").into_iter().enumerate() {
         let [hold, target, low, high, speed] = [0, 1, 2, 3, 4].map(|k: usize| number(columns[k][i]));
         let tick_cells = vec![onset(tick), hold, "advice".into(), tick.to_string(), target, low, high, speed];
         rows.push((tick, tick_cells.into_iter().chain([String::new(), String::new()]).collect()));
     }
-    let events = Reader::parquet(&Recorded::Events.parquet(recording))?;
+    let events = TableReader::parquet(&Recorded::Events.parquet(recording))?;
     let (kinds, details, values) = (events.words("event"), events.words("detail"), events.numbers("value"));
     for (i, tick) in events.wholes("tick").into_iter().enumerate() {
         let mut cells = vec![onset(tick), String::new(), kinds[i].clone(), tick.to_string()];
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn cells_keep_to_their_line_and_what_is_missing_says_so() {
-        let mut table = Tsv::new(vec![Col::new("a", "first", "s"), Col::new("b", "second", "")]);
+        let mut table = TsvTable::new(vec![TsvColumn::new("a", "first", "s"), TsvColumn::new("b", "second", "")]);
         table.rows.push(vec!["1\t2\n3".into(), String::new()]);
         assert_eq!(table.text(), "a\tb\n1 2 3\tn/a\n");
         let sidecar: Value = serde_json::from_str(&table.sidecar(json!({ "TaskName": "x" }))).unwrap();
@@ -224,8 +224,8 @@ mod tests {
             assert_eq!(number(none), "");
         }
         assert_eq!([Value::Null, json!("a b"), json!(true), json!(2.5)].map(|v| value(&v)), ["", "a b", "true", "2.5"]);
-        let with = Col::new("a", "first", "").with([("x".to_owned(), "an x".to_owned())]);
-        let sidecar: Value = serde_json::from_str(&Tsv::new(vec![with]).sidecar(Value::Null)).unwrap();
+        let with = TsvColumn::new("a", "first", "").with([("x".to_owned(), "an x".to_owned())]);
+        let sidecar: Value = serde_json::from_str(&TsvTable::new(vec![with]).sidecar(Value::Null)).unwrap();
         assert_eq!(sidecar, json!({"a": {"Description": "first", "Levels": {"x": "an x"}}}));
         let told = task("trial", "Driving", "", None);
         assert_eq!((&told["TaskName"], &told["Instructions"]), (&json!("trial"), &json!("none")));

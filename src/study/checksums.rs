@@ -7,7 +7,7 @@
 use super::SessionError;
 use crate::{
     file::read_text,
-    record::{self, Change, RecordError},
+    record::{self, AlteredFile, RecordError},
 };
 use rayon::prelude::*;
 use std::{
@@ -26,7 +26,7 @@ const MOST_BYTES: u64 = 64 << 20;
 const LOCK: &str = "lock";
 
 /// SHA-256, hexadecimal, by the file's name from the top with slashes.
-type List = BTreeMap<String, String>;
+type ChecksumList = BTreeMap<String, String>;
 
 /// Lists a data set after one participant was published: `subject` (`sub-P03`) anew if `is_over`, not at all if not; every
 /// other participant as listed.
@@ -50,7 +50,7 @@ pub(super) fn forget(root: &Path, folder: &str) -> Result<(), SessionError> {
     write(root, &list)
 }
 
-fn write(root: &Path, list: &List) -> Result<(), SessionError> {
+fn write(root: &Path, list: &ChecksumList) -> Result<(), SessionError> {
     let text: String = list.iter().map(|(name, sha256)| format!("{sha256}  {name}\n")).collect();
     Ok(record::replace(&root.join(FILE), text.as_bytes())?)
 }
@@ -59,16 +59,16 @@ fn write(root: &Path, list: &List) -> Result<(), SessionError> {
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn changes(root: &Path) -> Result<Option<Vec<Change>>, SessionError> {
+pub fn changes(root: &Path) -> Result<Option<Vec<AlteredFile>>, SessionError> {
     let Some(list) = read(root)? else { return Ok(None) };
     let there = files(root)?;
-    let now: List = sums(root, there.iter().filter(|name| list.contains_key(*name)).cloned().collect())?;
+    let now: ChecksumList = sums(root, there.iter().filter(|name| list.contains_key(*name)).cloned().collect())?;
     let listed = list.iter().filter_map(|(name, was)| match now.get(name) {
         None => Some((name, "is missing")),
         Some(sha256) if sha256 != was => Some((name, "is not as it was written: its SHA-256 differs")),
         Some(_) => None,
     });
-    let found = listed.map(|(name, what)| Change { file: name.clone(), what: what.into() });
+    let found = listed.map(|(name, what)| AlteredFile { file: name.clone(), what: what.into() });
     Ok(Some(found.collect()))
 }
 
@@ -81,7 +81,7 @@ fn is_published_anew(name: &str) -> bool {
     name.starts_with("participants.") || name.starts_with("phenotype/")
 }
 
-fn read(root: &Path) -> Result<Option<List>, SessionError> {
+fn read(root: &Path) -> Result<Option<ChecksumList>, SessionError> {
     let path = root.join(FILE);
     let text = match read_text(&path, MOST_BYTES) {
         Ok(text) => text,
@@ -125,7 +125,7 @@ fn files(root: &Path) -> Result<Vec<String>, SessionError> {
     Ok(found)
 }
 
-fn sums(root: &Path, files: Vec<String>) -> Result<List, SessionError> {
+fn sums(root: &Path, files: Vec<String>) -> Result<ChecksumList, SessionError> {
     let sum = |name: String| Ok((name.clone(), record::file_sha256(&root.join(&name))?));
     files.into_par_iter().map(sum).collect::<Result<_, RecordError>>().map_err(Into::into)
 }

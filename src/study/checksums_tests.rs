@@ -33,7 +33,7 @@ fn data_set() -> tempfile::TempDir {
 }
 
 /// The sum by the file's name, as the list has them.
-fn listed(root: &Path) -> List {
+fn listed(root: &Path) -> ChecksumList {
     read(root).unwrap().expect("a list")
 }
 

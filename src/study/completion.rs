@@ -1,6 +1,6 @@
 //! How far a session came, as the data set says it. In: a session's log. Out: a [`Completion`].
 
-use super::session::{Log, Outcome};
+use super::session::{ItemOutcome, SessionLog};
 
 /// How far a session came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,9 +22,9 @@ impl Completion {
     pub const ALL: [Self; 5] = [Self::Open, Self::Complete, Self::Partial, Self::Withdrawn, Self::Excluded];
 
     /// That of a session.
-    pub fn of(log: &Log) -> Self {
+    pub fn of(log: &SessionLog) -> Self {
         let Some(end) = &log.end else { return Self::Open };
-        let skipped = |item: &str| log.last(item).is_some_and(|last| last.outcome == Outcome::Skipped);
+        let skipped = |item: &str| log.last(item).is_some_and(|last| last.outcome == ItemOutcome::Skipped);
         if end.excluded.is_some() {
             Self::Excluded
         } else if !end.complete {

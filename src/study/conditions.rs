@@ -3,15 +3,15 @@
 
 use super::{
     Study, StudyError, dial,
-    file::{Changes, Kind, Level, StudyFile},
+    file::{ConditionLevel, SegmentKind, SettingChanges, StudyFile},
 };
 use crate::{
     driver,
-    policy::Resolved,
+    policy::ResolvedPolicy,
     scenario::Scenario,
     settings::{self, Field},
     sim::World,
-    toml_text::{self, Part},
+    toml_text::{self, KeyPart},
     traffic::EngineChoice,
 };
 use serde_json::Value;
@@ -25,14 +25,14 @@ pub struct Condition {
     /// Level of each factor by the factor's name; `condition` where there are no factors.
     pub levels: BTreeMap<String, String>,
     /// Settings that it changes, and where they stand in the file.
-    changes: Vec<(String, Changes)>,
+    changes: Vec<(String, SettingChanges)>,
 }
 
 /// A setting that cannot be used, and where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct WrongSetting {
     key: String,
-    part: Part,
+    part: KeyPart,
     message: String,
 }
 
@@ -45,24 +45,24 @@ impl WrongSetting {
 
 /// What a study's drives come to, known since each has been begun once.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Expected {
+pub(super) struct ExpectedDrives {
     /// The highest speed that is to be expected in any trial, m/s.
     pub top_mps: f64,
     /// The policy that drives by the names of map and policy.
-    pub policies: BTreeMap<[String; 2], Resolved>,
+    pub policies: BTreeMap<[String; 2], ResolvedPolicy>,
 }
 
 impl Study {
     /// Every drive of every condition is a scenario that can begin: made once, on the native engine.
-    pub(super) fn check_drives(&self, name: &str) -> Result<Expected, StudyError> {
-        let mut expected = Expected::default();
+    pub(super) fn check_drives(&self, name: &str) -> Result<ExpectedDrives, StudyError> {
+        let mut expected = ExpectedDrives::default();
         for (i, segment) in self.file.segment.iter().enumerate() {
             let none = [None];
             let all: Vec<Option<&Condition>> = self.conditions.iter().map(Some).collect();
             let conditions: &[Option<&Condition>] = match segment.kind {
-                Kind::Drive => &none,
-                Kind::Trials => &all,
-                Kind::Text | Kind::Questions | Kind::Break => &[],
+                SegmentKind::Drive => &none,
+                SegmentKind::Trials => &all,
+                SegmentKind::Text | SegmentKind::Questions | SegmentKind::Break => &[],
             };
             for condition in conditions {
                 let begun = self.drive(i, *condition).and_then(|scenario| {
@@ -70,7 +70,7 @@ impl Study {
                     Ok((scenario, world))
                 });
                 let (Scenario { map, policy, .. }, world) = begun.map_err(|wrong| wrong.located(&self.source, name))?;
-                if segment.kind == Kind::Trials {
+                if segment.kind == SegmentKind::Trials {
                     expected.top_mps = expected.top_mps.max(dial::top_mps(&world.expected_speeds()));
                 }
                 expected.policies.insert([map, policy], world.policy().clone());
@@ -112,13 +112,13 @@ impl Study {
             keys.iter().filter(move |key| changes.contains_key(**key)).map(move |key| format!("{place}.{key}"))
         });
         let key = set.next().unwrap_or_else(|| format!("segment.{segment}"));
-        WrongSetting { key, part: Part::Value, message }
+        WrongSetting { key, part: KeyPart::Value, message }
     }
 }
 
 /// All combinations of levels, the last factor fastest; or the conditions as they are.
 pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
-    let condition = |key: String, factor: &str, level: &Level| Condition {
+    let condition = |key: String, factor: &str, level: &ConditionLevel| Condition {
         name: level.name.clone(),
         levels: BTreeMap::from([(factor.to_owned(), level.name.clone())]),
         changes: vec![(key, level.set.clone())],
@@ -149,7 +149,7 @@ pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
 }
 
 /// `scenario` with settings changed; `key` is where they stand.
-pub(super) fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Result<Scenario, WrongSetting> {
+pub(super) fn changed(scenario: &Scenario, key: &str, changes: &SettingChanges) -> Result<Scenario, WrongSetting> {
     let known = Scenario::fields();
     let mut list: Vec<(Field, Value)> = Vec::new();
     for (name, value) in changes {
@@ -161,17 +161,17 @@ pub(super) fn changed(scenario: &Scenario, key: &str, changes: &Changes) -> Resu
             let wrong = |part, message| WrongSetting { key: format!("{key}.{path}"), part, message };
             let Some(field) = known.iter().find(|field| field.is_called(&path)) else {
                 let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
-                return Err(wrong(Part::Key, toml_text::unknown_key(&path, &names)));
+                return Err(wrong(KeyPart::Key, toml_text::unknown_key(&path, &names)));
             };
             if let Some(fault) = field.fault(value) {
-                return Err(wrong(Part::Value, fault));
+                return Err(wrong(KeyPart::Value, fault));
             }
             list.push((field.clone(), value.clone()));
         }
     }
     settings::changed(scenario, &list).map_err(|fault| WrongSetting {
         key: format!("{key}.{}", fault.key),
-        part: Part::Value,
+        part: KeyPart::Value,
         message: fault.message,
     })
 }

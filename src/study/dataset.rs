@@ -14,11 +14,11 @@
 //! All but `sourcedata` can be made again from it, and is, after every participant. Files are the user's alone.
 
 use super::{
-    Code, Completion, Item, Planned, SessionError, Study,
-    bids::{self, Col, Tsv},
+    Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, Study,
+    bids::{self, TsvColumn, TsvTable},
     checksums, lock,
-    questions::{Element, ElementKind, Questionnaire},
-    session::{self, Log, TimedAnswer, Who},
+    questions::{ElementKind, QuestionElement, Questionnaire},
+    session::{self, ParticipantKind, SessionLog, TimedAnswer},
     source,
 };
 use crate::{
@@ -102,13 +102,13 @@ impl DataSet {
     }
 
     /// Folder of a participant's raw data.
-    pub fn source(&self, code: &Code) -> PathBuf {
+    pub fn source(&self, code: &ParticipantCode) -> PathBuf {
         self.root.join("sourcedata").join(code.subject())
     }
 
     /// Codes that differ only by case would be one folder on some systems.
-    pub(super) fn check_new_code(&self, code: &Code) -> Result<(), SessionError> {
-        let like = |other: &Code| other != code && other.as_str().eq_ignore_ascii_case(code.as_str());
+    pub(super) fn check_new_code(&self, code: &ParticipantCode) -> Result<(), SessionError> {
+        let like = |other: &ParticipantCode| other != code && other.as_str().eq_ignore_ascii_case(code.as_str());
         match self.codes().into_iter().find(like) {
             Some(other) => Err(SessionError::Refused(format!(
                 "participant {code} differs from {other} only by capital letters; take another code"
@@ -137,10 +137,11 @@ impl DataSet {
         Ok(())
     }
 
-    fn codes(&self) -> Vec<Code> {
+    fn codes(&self) -> Vec<ParticipantCode> {
         let entries = fs::read_dir(self.root.join("sourcedata")).into_iter().flatten().flatten();
-        let mut codes: Vec<Code> =
-            entries.filter_map(|entry| Code::new(entry.file_name().to_str()?.strip_prefix("sub-")?).ok()).collect();
+        let mut codes: Vec<ParticipantCode> = entries
+            .filter_map(|entry| ParticipantCode::new(entry.file_name().to_str()?.strip_prefix("sub-")?).ok())
+            .collect();
         codes.sort();
         codes
     }
@@ -149,11 +150,11 @@ impl DataSet {
     ///
     /// # Errors
     /// One of them cannot be read.
-    pub fn logs(&self) -> Result<Vec<Log>, SessionError> {
+    pub fn logs(&self) -> Result<Vec<SessionLog>, SessionError> {
         self.check_links()?;
         let paths = self.codes().into_iter().map(|code| self.source(&code).join(session::FILE));
-        let mut logs: Vec<Log> =
-            paths.filter(|path| path.exists()).map(|path| Log::load(&path)).collect::<Result<_, _>>()?;
+        let mut logs: Vec<SessionLog> =
+            paths.filter(|path| path.exists()).map(|path| SessionLog::load(&path)).collect::<Result<_, _>>()?;
         logs.sort_by(|a, b| a.index.cmp(&b.index).then(a.participant.cmp(&b.participant)));
         Ok(logs)
     }
@@ -175,7 +176,7 @@ impl DataSet {
         Ok(record::replace(&path, text.as_bytes())?)
     }
 
-    fn put_table(&self, name: &str, table: &Tsv, more: Value) -> Result<(), SessionError> {
+    fn put_table(&self, name: &str, table: &TsvTable, more: Value) -> Result<(), SessionError> {
         self.put(&format!("{name}.tsv"), &table.text())?;
         self.put(&format!("{name}.json"), &table.sidecar(more))
     }
@@ -184,7 +185,7 @@ impl DataSet {
     ///
     /// # Errors
     /// A recording or session cannot be read, or the disk refuses.
-    pub fn publish(&self, study: &Study, code: &Code) -> Result<(), SessionError> {
+    pub fn publish(&self, study: &Study, code: &ParticipantCode) -> Result<(), SessionError> {
         // Two programs may end a session in the same moment.
         let path = self.root.join("sourcedata").join("lock");
         let lock = lock::lock_file(&path)?;
@@ -195,7 +196,7 @@ impl DataSet {
         }
         self.put_table("participants", &participants(&logs), json!({}))?;
         for planned in study.plan(0).items.iter() {
-            let Item::Questions(word) = &planned.item else { continue };
+            let PlanItem::Questions(word) = &planned.item else { continue };
             let Some(questionnaire) = study.questionnaires.get(word) else { continue };
             let table = phenotype(questionnaire, &planned.name, &logs);
             let stop = if questionnaire.title.ends_with(['.', '?', '!']) { "" } else { "." };
@@ -211,12 +212,12 @@ impl DataSet {
     ///
     /// # Errors
     /// The list cannot be read or written.
-    pub fn remakes_baseline(&self, code: &Code, recording: &str) -> Result<(), SessionError> {
+    pub fn remakes_baseline(&self, code: &ParticipantCode, recording: &str) -> Result<(), SessionError> {
         checksums::forget(&self.root, &format!("sourcedata/{}/{recording}{BASELINE}", code.subject()))
     }
 
     /// Drives and answers of one participant.
-    fn publish_one(&self, study: &Study, log: &Log) -> Result<(), SessionError> {
+    fn publish_one(&self, study: &Study, log: &SessionLog) -> Result<(), SessionError> {
         let subject = log.participant.subject();
         let plan = study.plan(log.index);
         let mut scans = scans(study);
@@ -225,7 +226,7 @@ impl DataSet {
             let Some(passage) = log.done(&planned.name) else { continue };
             let name = format!("{subject}/beh/{}", file_name(&subject, planned));
             match &planned.item {
-                Item::Drive { scenario, levels, .. } => {
+                PlanItem::Drive { scenario, levels, .. } => {
                     let Some(folder) = &passage.recording else { continue };
                     let about =
                         format!("Driving on {} in traffic of {} cars", inputs::last(&scenario.map), scenario.vehicles);
@@ -246,7 +247,7 @@ impl DataSet {
                     row.extend([scenario.seed.to_string(), recording, baseline]);
                     scans.rows.push(row);
                 }
-                Item::Questions(word) => {
+                PlanItem::Questions(word) => {
                     let (Some(answers), Some(q)) = (log.answers.get(&planned.name), study.questionnaires.get(word))
                     else {
                         continue;
@@ -254,7 +255,7 @@ impl DataSet {
                     let facts = bids::task(&bids::label(&planned.segment), &q.title, &planned.text, institution);
                     self.put_table(&format!("{name}_beh"), &timed(answers), facts)?;
                 }
-                Item::Text(_) | Item::Break(_) => {}
+                PlanItem::Text(_) | PlanItem::Break(_) => {}
             }
         }
         if scans.rows.is_empty() {
@@ -265,7 +266,7 @@ impl DataSet {
 }
 
 /// `sub-P03_task-trial_run-2`.
-fn file_name(subject: &str, planned: &Planned) -> String {
+fn file_name(subject: &str, planned: &PlannedItem) -> String {
     let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
     format!("{subject}_task-{}{run}", bids::label(&planned.segment))
 }
@@ -305,12 +306,12 @@ fn factors(study: &Study) -> impl Iterator<Item = &String> {
     study.file.factors.keys()
 }
 
-fn scans(study: &Study) -> Tsv {
+fn scans(study: &Study) -> TsvTable {
     let mut columns = vec![
-        Col::new("filename", "events of the drive", ""),
-        Col::new("segment", "segment of the study", ""),
-        Col::new("place", "place among the trials of the segment, from 1", ""),
-        Col::new("condition", "condition of the trial: its levels joined by +", "")
+        TsvColumn::new("filename", "events of the drive", ""),
+        TsvColumn::new("segment", "segment of the study", ""),
+        TsvColumn::new("place", "place among the trials of the segment, from 1", ""),
+        TsvColumn::new("condition", "condition of the trial: its levels joined by +", "")
             .with(study.conditions.iter().map(|c| (c.name.clone(), format!("condition {} of the study", c.name)))),
     ];
     for (factor, levels) in &study.file.factors {
@@ -322,25 +323,25 @@ fn scans(study: &Study) -> Tsv {
             let set: Vec<String> = level.set.iter().map(|(key, value)| format!("{key} = {}", word(value))).collect();
             (level.name.clone(), if set.is_empty() { "as the base of the study".into() } else { set.join(", ") })
         });
-        columns.push(Col::new(factor, &format!("level of the factor {factor}"), "").with(words));
+        columns.push(TsvColumn::new(factor, &format!("level of the factor {factor}"), "").with(words));
     }
     columns.extend([
-        Col::new("seed", "seed of everything random in the drive", ""),
-        Col::new("recording", "folder of the recording", ""),
-        Col::new("baseline", "folder of the same drive without advice", ""),
+        TsvColumn::new("seed", "seed of everything random in the drive", ""),
+        TsvColumn::new("recording", "folder of the recording", ""),
+        TsvColumn::new("baseline", "folder of the same drive without advice", ""),
     ]);
-    Tsv::new(columns)
+    TsvTable::new(columns)
 }
 
-fn participants(logs: &[Log]) -> Tsv {
+fn participants(logs: &[SessionLog]) -> TsvTable {
     let levels = |words: &[(&str, &str)]| words.iter().map(|(w, t)| ((*w).into(), (*t).into())).collect::<Vec<_>>();
-    let mut table = Tsv::new(vec![
-        Col::new("participant_id", "code of the participant", ""),
-        Col::new("number", "number in the study, from 1: it gives the order of conditions", ""),
-        Col::new("kind", "who drove", "")
+    let mut table = TsvTable::new(vec![
+        TsvColumn::new("participant_id", "code of the participant", ""),
+        TsvColumn::new("number", "number in the study, from 1: it gives the order of conditions", ""),
+        TsvColumn::new("kind", "who drove", "")
             .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
-        Col::new("order", "conditions in this participant's order, joined by commas", ""),
-        Col::new("state", "how far the session came", "")
+        TsvColumn::new("order", "conditions in this participant's order, joined by commas", ""),
+        TsvColumn::new("state", "how far the session came", "")
             .with(Completion::ALL.map(|state| (state.word().into(), state.meaning().into()))),
     ]);
     let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();
@@ -354,10 +355,10 @@ fn participants(logs: &[Log]) -> Tsv {
         } else {
             ""
         };
-        table.columns.push(Col::new(&format!("true_{name}"), "number of the simulated participant", unit));
+        table.columns.push(TsvColumn::new(&format!("true_{name}"), "number of the simulated participant", unit));
     }
     for log in logs {
-        let kind = if log.who == Who::Person { "person" } else { "simulated" };
+        let kind = if log.who == ParticipantKind::Person { "person" } else { "simulated" };
         let mut row = vec![
             log.participant.subject(),
             (log.index + 1).to_string(),
@@ -372,15 +373,15 @@ fn participants(logs: &[Log]) -> Tsv {
 }
 
 /// Answers and scores of one questionnaire.
-fn phenotype(questionnaire: &Questionnaire, item: &str, logs: &[Log]) -> Tsv {
-    let mut table = Tsv::new(vec![Col::new("participant_id", "code of the participant", "")]);
+fn phenotype(questionnaire: &Questionnaire, item: &str, logs: &[SessionLog]) -> TsvTable {
+    let mut table = TsvTable::new(vec![TsvColumn::new("participant_id", "code of the participant", "")]);
     for element in questionnaire.pages.iter().flat_map(|page| &page.elements) {
         table.columns.extend(columns(element));
     }
     for score in &questionnaire.scores {
         let how = serde_json::to_value(score.method).unwrap_or_default();
         let about = format!("score: {} times the {} of {}", score.weight, bids::value(&how), score.of.join(", "));
-        table.columns.push(Col::new(&format!("score_{}", score.name), &about, ""));
+        table.columns.push(TsvColumn::new(&format!("score_{}", score.name), &about, ""));
     }
     for log in logs {
         let Some(answered) = log.answers.get(item).filter(|_| log.done(item).is_some()) else { continue };
@@ -400,8 +401,8 @@ fn phenotype(questionnaire: &Questionnaire, item: &str, logs: &[Log]) -> Tsv {
 }
 
 /// The columns of a question: one, or one for each row of a matrix.
-fn columns(element: &Element) -> Vec<Col> {
-    let words = |list: &[super::questions::Choice]| {
+fn columns(element: &QuestionElement) -> Vec<TsvColumn> {
+    let words = |list: &[super::questions::AnswerChoice]| {
         list.iter().map(|choice| (bids::value(&choice.value), choice.text.clone())).collect::<Vec<_>>()
     };
     let mut title = [element.title.as_str(), element.description.as_str()].join(" ").trim().to_owned();
@@ -428,18 +429,18 @@ fn columns(element: &Element) -> Vec<Col> {
     if element.kind == ElementKind::Matrix {
         return names
             .zip(&element.rows)
-            .map(|(name, row)| Col::new(&name, &format!("{title} {}", row.text), "").with(levels.clone()))
+            .map(|(name, row)| TsvColumn::new(&name, &format!("{title} {}", row.text), "").with(levels.clone()))
             .collect();
     }
-    names.next().map(|name| Col::new(&name, &title, "").with(levels)).into_iter().collect()
+    names.next().map(|name| TsvColumn::new(&name, &title, "").with(levels)).into_iter().collect()
 }
 
 /// Answers with the time that each took.
-fn timed(answers: &[TimedAnswer]) -> Tsv {
-    let mut table = Tsv::new(vec![
-        Col::new("question", "name of the question", ""),
-        Col::new("answer", "the answer; several are joined by semicolons", ""),
-        Col::new("response_time", "from seeing the page to this answer", "s"),
+fn timed(answers: &[TimedAnswer]) -> TsvTable {
+    let mut table = TsvTable::new(vec![
+        TsvColumn::new("question", "name of the question", ""),
+        TsvColumn::new("answer", "the answer; several are joined by semicolons", ""),
+        TsvColumn::new("response_time", "from seeing the page to this answer", "s"),
     ]);
     table.rows = answers
         .iter()

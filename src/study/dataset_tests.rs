@@ -36,7 +36,7 @@ fn study() -> Study {
 }
 
 /// The session of a participant to whom `more` happened.
-fn log(code: &str, index: usize, more: Value) -> Log {
+fn log(code: &str, index: usize, more: Value) -> SessionLog {
     let mut log =
         json!({ "participant": code, "index": index, "who": "person", "order": ["wide", "narrow"], "passages": [] });
     log.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
@@ -52,13 +52,13 @@ fn passage(item: &str, outcome: &str) -> Value {
 }
 
 /// Writes that session where the data set has it.
-fn save(data: &DataSet, log: &Log) {
+fn save(data: &DataSet, log: &SessionLog) {
     let folder = data.source(&log.participant);
     fs::create_dir_all(&folder).unwrap();
     fs::write(folder.join(session::FILE), serde_json::to_string(log).unwrap()).unwrap();
 }
 
-fn cells(table: &Tsv) -> Vec<Vec<String>> {
+fn cells(table: &TsvTable) -> Vec<Vec<String>> {
     table.text().lines().map(|line| line.split('\t').map(str::to_owned).collect()).collect()
 }
 
@@ -195,7 +195,7 @@ fn the_lowest_free_number_is_next_and_sessions_come_by_number() {
     assert_eq!(order, [("Z9", 0), ("B2", 1), ("C3", 1), ("A1", 3)]);
     assert_eq!(data.next_index().unwrap(), 2, "nobody has it");
     // Two codes that are one folder where capitals do not count.
-    let refused = |code: &str| data.check_new_code(&Code::new(code).unwrap()).map_err(|e| e.to_string());
+    let refused = |code: &str| data.check_new_code(&ParticipantCode::new(code).unwrap()).map_err(|e| e.to_string());
     assert_eq!(refused("Z9"), Ok(()), "the same participant goes on");
     assert_eq!(refused("Z8"), Ok(()));
     assert!(refused("z9").unwrap_err().contains("z9 differs from Z9 only by capital letters"));

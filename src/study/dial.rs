@@ -3,7 +3,7 @@
 
 use super::Study;
 use crate::{
-    hud::{self, Dial},
+    hud::{self, DialView},
     scenario::Scenario,
     sim::ExpectedSpeeds,
 };
@@ -19,6 +19,6 @@ impl Study {
         if trial.dial_full > 0.0 {
             return trial;
         }
-        Scenario { dial_full: Dial::scale_for(self.expected.top_mps, trial.units).full, ..trial }
+        Scenario { dial_full: DialView::scale_for(self.expected.top_mps, trial.units).full, ..trial }
     }
 }

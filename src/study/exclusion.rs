@@ -1,14 +1,14 @@
 //! Leaves a participant out of a study once the windows are closed. In: a data set, a code, a reason. Out: the reason in the
 //! participant's log, the word `excluded` in `participants.tsv`; nothing is deleted.
 
-use super::{Code, DataSet, Session, SessionError, Study};
+use super::{DataSet, ParticipantCode, Session, SessionError, Study};
 
 impl DataSet {
     /// Excludes the data of a participant; a session that is not over ends by that. `now` is the time, UTC.
     ///
     /// # Errors
     /// There is no such participant, the session is being run, the data are excluded already; the disk refuses.
-    pub fn exclude(&self, study: &Study, code: &Code, reason: &str, now: &str) -> Result<(), SessionError> {
+    pub fn exclude(&self, study: &Study, code: &ParticipantCode, reason: &str, now: &str) -> Result<(), SessionError> {
         let logs = self.logs()?;
         if !logs.iter().any(|log| log.participant == *code) {
             let codes: Vec<&str> = logs.iter().map(|log| log.participant.as_str()).collect();

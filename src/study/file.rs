@@ -3,14 +3,14 @@
 
 use super::{
     Questionnaire, StudyError,
-    conditions::{Condition, Expected, changed, conditions},
+    conditions::{Condition, ExpectedDrives, changed, conditions},
     order,
 };
 use crate::{
-    chart,
     file::{SETTINGS_BYTES, read_bounded, read_text},
+    plot,
     scenario::Scenario,
-    toml_text::{self, Part},
+    toml_text::{self, KeyPart},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ use std::{
 };
 
 /// Scenario settings that differ from those before, by their keys.
-pub(super) type Changes = Map<String, Value>;
+pub(super) type SettingChanges = Map<String, Value>;
 
 /// What a person writes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -45,7 +45,7 @@ pub struct StudyFile {
     pub seed: u64,
     /// In which order participants meet the conditions.
     #[serde(default)]
-    pub order: order::Design,
+    pub order: order::OrderDesign,
     /// From the first picture of a road to the start of its drive, seconds.
     #[serde(default = "countdown_s")]
     #[schemars(range(min = 0.0, max = 60.0))]
@@ -53,18 +53,18 @@ pub struct StudyFile {
     /// Settings of every drive that differ from the program's own (keys of a scenario file).
     #[serde(default)]
     #[schemars(with = "Scenario")]
-    pub base: Changes,
+    pub base: SettingChanges,
     /// Factors by name, each with its levels by name; all combinations are conditions.
     #[serde(default)]
-    pub factors: BTreeMap<String, Vec<Level>>,
+    pub factors: BTreeMap<String, Vec<ConditionLevel>>,
     /// Conditions one by one, instead of factors.
     #[serde(default)]
-    pub condition: Vec<Level>,
+    pub condition: Vec<ConditionLevel>,
     /// What comes one after the other.
-    pub segment: Vec<Segment>,
+    pub segment: Vec<StudySegment>,
     /// Sentences that the program says, in any language; what is not here is said in English.
     #[serde(default)]
-    pub texts: Texts,
+    pub texts: ParticipantTexts,
     /// A font (TTF, OTF) beside the study, for letters that the program's own have not: those know Latin, Greek and Cyrillic.
     pub font: Option<PathBuf>,
 }
@@ -76,19 +76,19 @@ fn countdown_s() -> f64 {
 /// A level of a factor, or a condition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Level {
+pub struct ConditionLevel {
     /// Its name, in data and figures.
     pub name: String,
     /// Settings that it changes (keys of a scenario file).
     #[serde(default)]
     #[schemars(with = "Scenario")]
-    pub set: Changes,
+    pub set: SettingChanges,
 }
 
 /// Kinds of segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum SegmentKind {
     /// A page to read.
     Text,
     /// A drive that is the same for everyone: familiarisation, a baseline.
@@ -104,9 +104,9 @@ pub enum Kind {
 /// One segment. Which keys it needs is by its kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Segment {
+pub struct StudySegment {
     /// What it is.
-    pub kind: Kind,
+    pub kind: SegmentKind,
     /// Its name, in data: small letters, digits, hyphens.
     pub name: String,
     /// Markdown that is shown (text, break) or shown before (drive, trials, questions).
@@ -115,7 +115,7 @@ pub struct Segment {
     /// Settings of its drives (drive, trials).
     #[serde(default)]
     #[schemars(with = "Scenario")]
-    pub set: Changes,
+    pub set: SettingChanges,
     /// A drive ends sooner once the speed was in the range for this long in all, seconds (drive).
     #[schemars(range(min = 1.0, max = 3600.0))]
     pub until_in_range_s: Option<f64>,
@@ -129,7 +129,7 @@ pub struct Segment {
 /// What the program says to a participant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Texts {
+pub struct ParticipantTexts {
     /// Below a page.
     pub go_on: String,
     /// Before a drive that begins at a standstill.
@@ -180,7 +180,7 @@ pub struct Texts {
     pub back_button: String,
 }
 
-impl Default for Texts {
+impl Default for ParticipantTexts {
     fn default() -> Self {
         Self {
             go_on: "Press a button on the wheel to continue.".into(),
@@ -218,7 +218,7 @@ const FONT_BYTES: u64 = 32 << 20;
 fn read_font(path: &Path) -> Result<Arc<[u8]>, String> {
     let bytes =
         read_bounded(path, FONT_BYTES).map_err(|e| format!("the font {} cannot be read: {e}", path.display()))?;
-    if chart::is_font(&bytes) {
+    if plot::is_font(&bytes) {
         return Ok(bytes.into());
     }
     Err(format!("{} is no font; allowed: a TTF or OTF file", path.display()))
@@ -239,7 +239,7 @@ pub struct Study {
     pub source: String,
     /// The bytes of its font.
     pub font: Option<Arc<[u8]>>,
-    pub(super) expected: Expected,
+    pub(super) expected: ExpectedDrives,
 }
 
 impl Study {
@@ -267,10 +267,10 @@ impl Study {
             file,
             source,
             font: None,
-            expected: Expected::default(),
+            expected: ExpectedDrives::default(),
         };
         let fault =
-            |key: &str, message: String| StudyError(toml_text::at(&study.source, &name, key, Part::Value, &message));
+            |key: &str, message: String| StudyError(toml_text::at(&study.source, &name, key, KeyPart::Value, &message));
         study.check_shape().map_err(|(key, message)| fault(&key, message))?;
         let base = changed(&Scenario::default(), "base", &study.file.base)
             .map_err(|wrong| wrong.located(&study.source, &name))?;
@@ -312,7 +312,7 @@ impl Study {
         if !file.factors.is_empty() && !file.condition.is_empty() {
             return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());
         }
-        let mut levels: Vec<(String, &[Level])> =
+        let mut levels: Vec<(String, &[ConditionLevel])> =
             file.factors.iter().map(|(name, levels)| (format!("factors.{name}"), levels.as_slice())).collect();
         levels.push(("condition".into(), &file.condition));
         for (key, list) in levels {
@@ -327,12 +327,12 @@ impl Study {
                 }
             }
         }
-        let trials = file.segment.iter().any(|segment| segment.kind == Kind::Trials);
+        let trials = file.segment.iter().any(|segment| segment.kind == SegmentKind::Trials);
         let count = conditions(file).len();
         if trials && file.factors.is_empty() && file.condition.is_empty() {
             return wrong("segment".into(), "there are trials but no [factors] and no [[condition]]".into());
         }
-        if file.order == order::Design::Full && count > order::MOST_FULL {
+        if file.order == order::OrderDesign::Full && count > order::MOST_FULL {
             let text = format!("{count} conditions have too many orders; \"full\" is for at most {}", order::MOST_FULL);
             return wrong("order".into(), text);
         }
@@ -348,22 +348,27 @@ impl Study {
     }
 }
 
-impl Segment {
+impl StudySegment {
     /// Keys that its kind needs and those that it has no use for.
     fn check(&self) -> Result<(), (&'static str, String)> {
-        let drives = matches!(self.kind, Kind::Drive | Kind::Trials);
+        let drives = matches!(self.kind, SegmentKind::Drive | SegmentKind::Trials);
         let kind = format!("{:?}", self.kind).to_lowercase();
         let rules = [
             ("set", !self.set.is_empty(), drives, false),
-            ("until_in_range_s", self.until_in_range_s.is_some(), self.kind == Kind::Drive, false),
+            ("until_in_range_s", self.until_in_range_s.is_some(), self.kind == SegmentKind::Drive, false),
             (
                 "rest_s",
                 self.rest_s.is_some(),
-                matches!(self.kind, Kind::Trials | Kind::Break),
-                self.kind == Kind::Break,
+                matches!(self.kind, SegmentKind::Trials | SegmentKind::Break),
+                self.kind == SegmentKind::Break,
             ),
-            ("questionnaire", self.questionnaire.is_some(), self.kind == Kind::Questions, self.kind == Kind::Questions),
-            ("text", !self.text.is_empty(), true, self.kind == Kind::Text),
+            (
+                "questionnaire",
+                self.questionnaire.is_some(),
+                self.kind == SegmentKind::Questions,
+                self.kind == SegmentKind::Questions,
+            ),
+            ("text", !self.text.is_empty(), true, self.kind == SegmentKind::Text),
         ];
         for (key, is_there, allowed, needed) in rules {
             if is_there && !allowed {

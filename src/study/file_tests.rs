@@ -69,8 +69,8 @@ fn numbers_are_allowed_to_the_ends_of_their_limits() {
 fn what_a_file_does_not_say_is_as_the_manual_has_it() {
     let study = Study::parse(GOOD.to_owned(), Path::new("t.toml")).unwrap_or_else(|e| panic!("{e}"));
     let file = &study.file;
-    assert_eq!((file.countdown_s, file.seed, file.order), (3.0, 0, order::Design::Williams));
-    assert_eq!((&file.texts, &file.font, &study.font), (&Texts::default(), &None, &None));
+    assert_eq!((file.countdown_s, file.seed, file.order), (3.0, 0, order::OrderDesign::Williams));
+    assert_eq!((&file.texts, &file.font, &study.font), (&ParticipantTexts::default(), &None, &None));
     assert!(study.conditions.is_empty() && study.questionnaires.contains_key("raw-tlx"));
 }
 

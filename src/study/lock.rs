@@ -1,7 +1,7 @@
 //! Keeps a second program away from a participant. In: the participant's folder. Out: a file that is locked for as long as
 //! it is open.
 
-use super::{Code, SessionError};
+use super::{ParticipantCode, SessionError};
 use crate::{private, record::RecordError};
 use std::{
     fs::{self, File},
@@ -15,7 +15,7 @@ pub(super) const FILE: &str = "lock";
 ///
 /// # Errors
 /// Another program has it, or the system refuses.
-pub fn lock(folder: &Path, code: &Code) -> Result<File, SessionError> {
+pub fn lock(folder: &Path, code: &ParticipantCode) -> Result<File, SessionError> {
     let path = folder.join(FILE);
     let file = lock_file(&path)?;
     match file.try_lock() {

@@ -9,6 +9,7 @@
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`participant_code`]: what a participant is called in files.
 //! * [`session`]: one participant's session as it goes: what comes next, what was done; on the disk after every step.
+//! * [`session_log`]: what that file holds.
 //! * [`completion`]: how far a session came. [`lock`]: one program a participant.
 //! * `exclusion`: leaves a participant out once the windows are closed.
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
@@ -31,6 +32,7 @@ pub mod plan;
 pub mod questionnaire_form;
 pub mod questions;
 pub mod session;
+pub mod session_log;
 #[cfg(test)]
 mod session_tests;
 pub mod simulated;
@@ -38,12 +40,13 @@ mod source;
 
 pub use completion::Completion;
 pub use dataset::DataSet;
-pub use file::{Study, Texts};
-pub use participant_code::Code;
-pub use plan::{Item, Plan, Planned};
-pub use questionnaire_form::{Form, Input};
+pub use file::{ParticipantTexts, Study};
+pub use participant_code::ParticipantCode;
+pub use plan::{PlanItem, PlannedItem, SessionPlan};
+pub use questionnaire_form::{FormInput, QuestionnaireForm};
 pub use questions::Questionnaire;
-pub use session::{Outcome, Session};
+pub use session::Session;
+pub use session_log::ItemOutcome;
 
 /// A mistake in a study, a questionnaire or a participant's code; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

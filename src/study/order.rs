@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// How orders are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Design {
+pub enum OrderDesign {
     /// Balanced Latin square (Williams 1949): every condition as often at every place, and as often right after every other.
     #[default]
     Williams,
@@ -23,7 +23,7 @@ pub enum Design {
 /// The most conditions of a full counterbalance: 720 orders.
 pub const MOST_FULL: usize = 6;
 
-impl Design {
+impl OrderDesign {
     /// After how many participants every order has come equally often.
     pub fn period(self, conditions: usize) -> usize {
         match self {
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
 
-    fn orders(design: Design, n: usize, participants: usize) -> Vec<Vec<usize>> {
+    fn orders(design: OrderDesign, n: usize, participants: usize) -> Vec<Vec<usize>> {
         (0..participants).map(|index| design.order(n, index, 7)).collect()
     }
 
@@ -97,8 +97,8 @@ mod tests {
     #[test]
     fn williams_square_is_balanced_for_place_and_for_what_comes_before() {
         for n in 2..=9 {
-            let period = Design::Williams.period(n);
-            let orders = orders(Design::Williams, n, period);
+            let period = OrderDesign::Williams.period(n);
+            let orders = orders(OrderDesign::Williams, n, period);
             let counts = places(&orders);
             assert!(counts.len() == n * n && counts.values().all(|count| *count == period / n), "{n}: {counts:?}");
             let mut after: BTreeMap<(usize, usize), usize> = BTreeMap::new();
@@ -108,14 +108,14 @@ mod tests {
             let every = after.values().next().copied();
             assert!(after.len() == n * (n - 1) && after.values().all(|count| Some(*count) == every), "{n}: {after:?}");
         }
-        assert_eq!((Design::Williams.period(3), Design::Williams.period(4)), (6, 4));
+        assert_eq!((OrderDesign::Williams.period(3), OrderDesign::Williams.period(4)), (6, 4));
         // The square of four that textbooks print.
-        assert_eq!(orders(Design::Williams, 4, 4), [[0, 1, 3, 2], [1, 2, 0, 3], [2, 3, 1, 0], [3, 0, 2, 1]]);
+        assert_eq!(orders(OrderDesign::Williams, 4, 4), [[0, 1, 3, 2], [1, 2, 0, 3], [2, 3, 1, 0], [3, 0, 2, 1]]);
     }
 
     #[test]
     fn everybody_meets_every_condition_once_by_every_design() {
-        for design in [Design::Williams, Design::Full, Design::Block, Design::Fixed] {
+        for design in [OrderDesign::Williams, OrderDesign::Full, OrderDesign::Block, OrderDesign::Fixed] {
             for n in 1..=6 {
                 for mut order in orders(design, n, 4 * n) {
                     order.sort_unstable();
@@ -128,31 +128,34 @@ mod tests {
     #[test]
     fn a_full_counterbalance_has_every_order_once() {
         for n in 1..=5 {
-            let period = Design::Full.period(n);
-            let all: BTreeSet<Vec<usize>> = orders(Design::Full, n, period).into_iter().collect();
+            let period = OrderDesign::Full.period(n);
+            let all: BTreeSet<Vec<usize>> = orders(OrderDesign::Full, n, period).into_iter().collect();
             assert_eq!(all.len(), period);
         }
     }
 
     #[test]
     fn every_block_has_every_condition_once_at_every_place() {
-        let orders = orders(Design::Block, 4, 20);
+        let orders = orders(OrderDesign::Block, 4, 20);
         for block in orders.chunks(4) {
             assert!(places(block).len() == 16, "{block:?}");
         }
         let first: BTreeSet<_> = orders.chunks(4).map(|block| block[0].clone()).collect();
         assert!(first.len() > 1, "blocks are drawn, not repeated");
-        assert_eq!(orders[3], Design::Block.order(4, 3, 7), "the same for the same seed");
+        assert_eq!(orders[3], OrderDesign::Block.order(4, 3, 7), "the same for the same seed");
     }
 
     #[test]
     fn one_condition_and_a_fixed_order_are_what_they_are() {
-        for design in [Design::Williams, Design::Full, Design::Block, Design::Fixed] {
+        for design in [OrderDesign::Williams, OrderDesign::Full, OrderDesign::Block, OrderDesign::Fixed] {
             assert_eq!(design.order(1, 5, 1), [0]);
         }
-        assert_eq!(Design::Fixed.order(3, 8, 1), [0, 1, 2]);
+        assert_eq!(OrderDesign::Fixed.order(3, 8, 1), [0, 1, 2]);
         // One order alone, also of nothing: every participant has it.
-        let periods = |n| [Design::Williams, Design::Full, Design::Block, Design::Fixed].map(|design| design.period(n));
+        let periods = |n| {
+            [OrderDesign::Williams, OrderDesign::Full, OrderDesign::Block, OrderDesign::Fixed]
+                .map(|design| design.period(n))
+        };
         assert_eq!((periods(0), periods(1)), ([1; 4], [1; 4]));
         assert_eq!((periods(2), periods(5)), ([2, 2, 2, 1], [10, 120, 5, 1]));
     }

@@ -1,4 +1,4 @@
-//! What a participant is called in files. In: what an experimenter types. Out: a [`Code`] that cannot leave the data
+//! What a participant is called in files. In: what an experimenter types. Out: a [`ParticipantCode`] that cannot leave the data
 //! folder and that every system and BIDS can keep as a name; or a message with what is allowed.
 
 use super::SessionError;
@@ -8,7 +8,7 @@ use std::fmt;
 /// A participant's code: 1 to 16 ASCII letters and digits. Never a name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct Code(String);
+pub struct ParticipantCode(String);
 
 /// Longest code.
 const MOST: usize = 16;
@@ -17,7 +17,7 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 /// Words that BIDS and this program use where a code could stand.
 const WORDS: [&str; 4] = ["emptyroom", "all", "none", "na"];
 
-impl Code {
+impl ParticipantCode {
     /// Takes a code.
     ///
     /// # Errors
@@ -62,13 +62,13 @@ impl Code {
     }
 }
 
-impl fmt::Display for Code {
+impl fmt::Display for ParticipantCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl TryFrom<String> for Code {
+impl TryFrom<String> for ParticipantCode {
     type Error = SessionError;
 
     fn try_from(text: String) -> Result<Self, SessionError> {
@@ -76,8 +76,8 @@ impl TryFrom<String> for Code {
     }
 }
 
-impl From<Code> for String {
-    fn from(code: Code) -> Self {
+impl From<ParticipantCode> for String {
+    fn from(code: ParticipantCode) -> Self {
         code.0
     }
 }
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn a_code_is_letters_and_digits_and_nothing_else() {
         for good in ["P03", "1", "abcdefgh12345678", "COM", "com12", "nuls"] {
-            assert_eq!(Code::new(good).unwrap().subject(), format!("sub-{good}"));
+            assert_eq!(ParticipantCode::new(good).unwrap().subject(), format!("sub-{good}"));
         }
         for (bad, why) in [
             ("", "it is empty"),
@@ -109,10 +109,10 @@ mod tests {
             ("lpt9", "a device"),
             ("EmptyRoom", "reserved"),
         ] {
-            let message = Code::new(bad).unwrap_err().to_string();
+            let message = ParticipantCode::new(bad).unwrap_err().to_string();
             assert!(message.contains(why) && message.contains("1 to 16 letters and digits"), "{bad:?}: {message}");
             let json = serde_json::to_string(bad).unwrap();
-            assert!(serde_json::from_str::<Code>(&json).is_err(), "{bad:?} in a file");
+            assert!(serde_json::from_str::<ParticipantCode>(&json).is_err(), "{bad:?} in a file");
         }
     }
 }

@@ -1,13 +1,13 @@
-//! One participant's session, step by step. In: a study and the participant's number. Out: a [`Plan`] in which each drive is
+//! One participant's session, step by step. In: a study and the participant's number. Out: a [`SessionPlan`] in which each drive is
 //! a complete scenario with a seed of its own.
 
-use super::{Study, conditions::Condition, file::Kind};
-use crate::{policy::Resolved, scenario::Scenario};
+use super::{Study, conditions::Condition, file::SegmentKind};
+use crate::{policy::ResolvedPolicy, scenario::Scenario};
 use std::{collections::BTreeMap, fmt::Write};
 
 /// What comes at one point of a session.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Item {
+pub enum PlanItem {
     /// A page, Markdown.
     Text(String),
     /// A drive.
@@ -15,7 +15,7 @@ pub enum Item {
         /// What is driven.
         scenario: Box<Scenario>,
         /// The policy that drives, which the scenario may leave open (`auto`).
-        policy: Resolved,
+        policy: ResolvedPolicy,
         /// Level of each factor; empty for a drive that is the same for everyone.
         levels: BTreeMap<String, String>,
         /// Ends sooner once the speed was this long in the range, seconds.
@@ -29,7 +29,7 @@ pub enum Item {
 
 /// One point of a session.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Planned {
+pub struct PlannedItem {
     /// Name, unique in the plan: `familiarisation`, `trial-2-wide`.
     pub name: String,
     /// Name of its segment: `familiarisation`, `trial`.
@@ -41,18 +41,18 @@ pub struct Planned {
     /// What is shown before it, Markdown; may be empty.
     pub text: String,
     /// What it is.
-    pub item: Item,
+    pub item: PlanItem,
 }
 
 /// A whole session.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct SessionPlan {
     /// The participant's number in the study, from 0.
     pub index: usize,
     /// The conditions' names in the participant's order.
     pub order: Vec<String>,
     /// What comes, in order.
-    pub items: Vec<Planned>,
+    pub items: Vec<PlannedItem>,
 }
 
 /// Seconds that a questionnaire and a page are reckoned with.
@@ -61,22 +61,22 @@ const PAGE_S: f64 = 30.0;
 
 impl Study {
     /// The session of participant number `index`, from 0. The same file and number give the same plan.
-    pub fn plan(&self, index: usize) -> Plan {
+    pub fn plan(&self, index: usize) -> SessionPlan {
         let order = self.file.order.order(self.conditions.len(), index, self.file.seed);
         let mut items = Vec::new();
         let mut drives = 0;
         for (i, segment) in self.file.segment.iter().enumerate() {
-            let mut add = |name: String, text: &str, item: Item, trial: Option<(usize, &Condition)>| {
+            let mut add = |name: String, text: &str, item: PlanItem, trial: Option<(usize, &Condition)>| {
                 let (run, condition) = trial.map(|(run, condition)| (run, condition.name.clone())).unzip();
                 let segment = segment.name.clone();
-                items.push(Planned { name, segment, run, condition, text: text.into(), item });
+                items.push(PlannedItem { name, segment, run, condition, text: text.into(), item });
             };
             let mut drive = |condition: Option<&Condition>| {
                 let scenario = self.drive(i, condition).expect("checked when the study was read");
                 let scenario = if condition.is_some() { self.with_dial(scenario) } else { scenario };
                 drives += 1;
                 let names = [scenario.map.clone(), scenario.policy.clone()];
-                Item::Drive {
+                PlanItem::Drive {
                     policy: self.expected.policies[&names].clone(),
                     scenario: Box::new(Scenario { seed: self.seed_of(index, drives), ..scenario }),
                     levels: condition.map(|c| c.levels.clone()).unwrap_or_default(),
@@ -84,24 +84,24 @@ impl Study {
                 }
             };
             match segment.kind {
-                Kind::Text => add(segment.name.clone(), "", Item::Text(segment.text.clone()), None),
-                Kind::Break => {
-                    add(segment.name.clone(), &segment.text, Item::Break(segment.rest_s.unwrap_or(0.0)), None);
+                SegmentKind::Text => add(segment.name.clone(), "", PlanItem::Text(segment.text.clone()), None),
+                SegmentKind::Break => {
+                    add(segment.name.clone(), &segment.text, PlanItem::Break(segment.rest_s.unwrap_or(0.0)), None);
                 }
-                Kind::Questions => {
+                SegmentKind::Questions => {
                     let word = segment.questionnaire.clone().unwrap_or_default();
-                    add(segment.name.clone(), &segment.text, Item::Questions(word), None);
+                    add(segment.name.clone(), &segment.text, PlanItem::Questions(word), None);
                 }
-                Kind::Drive => {
+                SegmentKind::Drive => {
                     let item = drive(None);
                     add(segment.name.clone(), &segment.text, item, None);
                 }
-                Kind::Trials => {
+                SegmentKind::Trials => {
                     for (place, &which) in order.iter().enumerate() {
                         let condition = &self.conditions[which];
                         let number = place + 1;
                         if let (true, Some(rest_s)) = (place > 0, segment.rest_s.filter(|s| *s > 0.0)) {
-                            add(format!("{}-rest-{place}", segment.name), "", Item::Break(rest_s), None);
+                            add(format!("{}-rest-{place}", segment.name), "", PlanItem::Break(rest_s), None);
                         }
                         let text = if place == 0 { segment.text.as_str() } else { "" };
                         let item = drive(Some(condition));
@@ -116,7 +116,7 @@ impl Study {
             }
         }
         let order = order.into_iter().map(|which| self.conditions[which].name.clone()).collect();
-        Plan { index, order, items }
+        SessionPlan { index, order, items }
     }
 
     /// A seed for each drive of each participant, below 2^53 so that every reader keeps it exactly.
@@ -152,14 +152,14 @@ impl Study {
     }
 }
 
-impl Plan {
+impl SessionPlan {
     /// How long the session is reckoned to last, minutes.
     pub fn minutes(&self) -> f64 {
         self.items.iter().map(|planned| planned.item.seconds()).sum::<f64>() / 60.0
     }
 }
 
-impl Item {
+impl PlanItem {
     /// How long it is reckoned to last, seconds.
     pub fn seconds(&self) -> f64 {
         match self {

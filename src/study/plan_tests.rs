@@ -37,13 +37,13 @@ name = "trial"
     Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn names(plan: &Plan) -> Vec<&str> {
+fn names(plan: &SessionPlan) -> Vec<&str> {
     plan.items.iter().map(|planned| planned.name.as_str()).collect()
 }
 
-fn seeds(plan: &Plan) -> Vec<u64> {
-    let seed = |planned: &Planned| match &planned.item {
-        Item::Drive { scenario, .. } => Some(scenario.seed),
+fn seeds(plan: &SessionPlan) -> Vec<u64> {
+    let seed = |planned: &PlannedItem| match &planned.item {
+        PlanItem::Drive { scenario, .. } => Some(scenario.seed),
         _ => None,
     };
     plan.items.iter().filter_map(seed).collect()
@@ -53,7 +53,7 @@ fn seeds(plan: &Plan) -> Vec<u64> {
 fn trials_rest_between_each_other_and_not_where_the_rest_has_no_length() {
     let with = study(1, "rest_s = 10.0").plan(0);
     assert_eq!(names(&with), ["practice", "pause", "trial-1-a", "trial-rest-1", "trial-2-b"]);
-    assert_eq!(with.items[3].item, Item::Break(10.0));
+    assert_eq!(with.items[3].item, PlanItem::Break(10.0));
     for none in ["rest_s = 0.0", ""] {
         assert_eq!(names(&study(1, none).plan(0)), ["practice", "pause", "trial-1-a", "trial-2-b"], "{none:?}");
     }
@@ -67,7 +67,7 @@ fn the_text_of_trials_stands_before_the_first_alone() {
     let runs: Vec<(Option<usize>, Option<&str>)> =
         plan.items.iter().map(|planned| (planned.run, planned.condition.as_deref())).collect();
     assert_eq!(runs, [(None, None), (None, None), (Some(1), Some("a")), (None, None), (Some(2), Some("b"))]);
-    let Item::Drive { until_in_range_s, levels, .. } = &plan.items[0].item else { panic!("a drive") };
+    let PlanItem::Drive { until_in_range_s, levels, .. } = &plan.items[0].item else { panic!("a drive") };
     assert!(*until_in_range_s == Some(20.0) && levels.is_empty());
 }
 
@@ -91,8 +91,8 @@ fn a_session_is_as_long_as_its_parts() {
     let words: Vec<String> = plan.items.iter().map(|planned| planned.item.words()).collect();
     assert!(words[0].ends_with(", sooner after 20 s in range") && !words[2].contains("sooner"), "{words:?}");
     assert_eq!(words[1], "rest, 45 s");
-    assert_eq!(Item::Text(String::new()).words(), "a page to read");
-    assert_eq!(Item::Questions("tlx".into()).words(), "questions: tlx");
+    assert_eq!(PlanItem::Text(String::new()).words(), "a page to read");
+    assert_eq!(PlanItem::Questions("tlx".into()).words(), "questions: tlx");
 }
 
 #[test]
@@ -132,8 +132,8 @@ name = "trial"
     };
     let scales = |own: &str| -> Vec<f64> {
         let study = Study::parse(text(own), Path::new("density.toml")).unwrap_or_else(|e| panic!("{e}"));
-        let full = |planned: Planned| match planned.item {
-            Item::Drive { scenario, .. } => Some(scenario.dial_full),
+        let full = |planned: PlannedItem| match planned.item {
+            PlanItem::Drive { scenario, .. } => Some(scenario.dial_full),
             _ => None,
         };
         study.plan(0).items.into_iter().filter_map(full).collect()

@@ -1,4 +1,4 @@
-//! A questionnaire being answered. In: what a hand does, from any device ([`Input`]), and the time. Out: where the hand
+//! A questionnaire being answered. In: what a hand does, from any device ([`FormInput`]), and the time. Out: where the hand
 //! stands, what is missing, in the end each answer with its time since the page was seen. Times in seconds.
 //!
 //! A page is a row of **stops**: each question is one, each row of a matrix too, and the last is the button that goes on.
@@ -7,7 +7,7 @@
 
 use super::{
     Questionnaire,
-    questions::{Answers, Choice, Element, ElementKind, Page},
+    questions::{AnswerChoice, Answers, ElementKind, QuestionElement, QuestionnairePage},
     session::TimedAnswer,
 };
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 /// What a participant does at a screen.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Input {
+pub enum FormInput {
     /// Answer, confirm, go on.
     Next,
     /// One stop back; from the first to the page before.
@@ -50,14 +50,14 @@ pub enum Input {
 
 /// A question, or a row of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop<'a> {
+pub struct FormPosition<'a> {
     /// The question.
-    pub element: &'a Element,
+    pub element: &'a QuestionElement,
     /// Its row, of a matrix.
-    pub row: Option<&'a Choice>,
+    pub row: Option<&'a AnswerChoice>,
 }
 
-impl Stop<'_> {
+impl FormPosition<'_> {
     /// Name of its answer in the data.
     pub fn name(&self) -> String {
         let names = self.element.answer_names();
@@ -73,7 +73,7 @@ impl Stop<'_> {
     /// What can be chosen, as it stands in the data. A boolean's first option is yes; several of a list are chosen one by
     /// one.
     pub fn options(&self) -> Vec<Value> {
-        let values = |choices: &[Choice]| choices.iter().map(|choice| choice.value.clone()).collect();
+        let values = |choices: &[AnswerChoice]| choices.iter().map(|choice| choice.value.clone()).collect();
         match self.element.kind {
             ElementKind::Radiogroup | ElementKind::Checkbox => values(&self.element.choices),
             ElementKind::Matrix => values(&self.element.columns),
@@ -113,7 +113,7 @@ fn equal(a: &Value, b: &Value) -> bool {
 
 /// A questionnaire in a participant's hands.
 #[derive(Clone, Debug)]
-pub struct Form {
+pub struct QuestionnaireForm {
     questionnaire: Questionnaire,
     /// Place of the page in the questionnaire.
     page: usize,
@@ -127,7 +127,7 @@ pub struct Form {
     over: bool,
 }
 
-impl Form {
+impl QuestionnaireForm {
     /// Begins at the first page, which is seen from `now_s` on.
     pub fn new(questionnaire: &Questionnaire, now_s: f64) -> Self {
         let mut form = Self {
@@ -174,7 +174,7 @@ impl Form {
     }
 
     /// The page that is seen.
-    pub fn page(&self) -> &Page {
+    pub fn page(&self) -> &QuestionnairePage {
         &self.questionnaire.pages[self.page]
     }
 
@@ -185,17 +185,19 @@ impl Form {
     }
 
     /// Everything on the page that is to be seen with these answers, html too.
-    pub fn elements(&self) -> impl Iterator<Item = &Element> {
+    pub fn elements(&self) -> impl Iterator<Item = &QuestionElement> {
         self.page().visible_elements(&self.answers)
     }
 
     /// The page's stops.
-    pub fn stops(&self) -> Vec<Stop<'_>> {
-        let stops = self.elements().flat_map(|element| -> Vec<Stop<'_>> {
+    pub fn stops(&self) -> Vec<FormPosition<'_>> {
+        let stops = self.elements().flat_map(|element| -> Vec<FormPosition<'_>> {
             match element.kind {
                 ElementKind::Html => Vec::new(),
-                ElementKind::Matrix => element.rows.iter().map(|row| Stop { element, row: Some(row) }).collect(),
-                _ => vec![Stop { element, row: None }],
+                ElementKind::Matrix => {
+                    element.rows.iter().map(|row| FormPosition { element, row: Some(row) }).collect()
+                }
+                _ => vec![FormPosition { element, row: None }],
             }
         });
         stops.collect()
@@ -213,7 +215,7 @@ impl Form {
 
     /// True if words are typed at the stop where the hand is.
     pub fn typing(&self) -> bool {
-        self.stops().get(self.focus).is_some_and(Stop::is_typed)
+        self.stops().get(self.focus).is_some_and(FormPosition::is_typed)
     }
 
     /// The answer of that name.
@@ -222,7 +224,7 @@ impl Form {
     }
 
     /// True if this option of a stop is an answer.
-    pub fn is_chosen(&self, stop: &Stop<'_>, option: &Value) -> bool {
+    pub fn is_chosen(&self, stop: &FormPosition<'_>, option: &Value) -> bool {
         match self.answers.get(&stop.name()) {
             Some(Value::Array(list)) => list.iter().any(|one| equal(one, option)),
             Some(answer) => equal(answer, option),
@@ -246,7 +248,7 @@ impl Form {
             .questionnaire
             .visible_pages(&self.answers)
             .flat_map(|page| page.visible_elements(&self.answers))
-            .flat_map(Element::answer_names);
+            .flat_map(QuestionElement::answer_names);
         names
             .filter_map(|question| {
                 let answer = self.answers.get(&question)?.clone();
@@ -257,37 +259,41 @@ impl Form {
     }
 
     /// A hand does something at this time.
-    pub fn take(&mut self, input: Input, now_s: f64) {
+    pub fn take(&mut self, input: FormInput, now_s: f64) {
         if self.over {
             return;
         }
         match input {
-            Input::Next => self.next(now_s),
-            Input::Back if self.focus > 0 => self.go_to(self.focus - 1),
-            Input::Back | Input::PageBack => self.turn_back(now_s),
-            Input::Turn(by) => self.turn(by),
-            Input::Focus(stop) => self.go_to(stop),
-            Input::Pick { stop, option } => {
+            FormInput::Next => self.next(now_s),
+            FormInput::Back if self.focus > 0 => self.go_to(self.focus - 1),
+            FormInput::Back | FormInput::PageBack => self.turn_back(now_s),
+            FormInput::Turn(by) => self.turn(by),
+            FormInput::Focus(stop) => self.go_to(stop),
+            FormInput::Pick { stop, option } => {
                 self.go_to(stop);
                 self.cursor = Some(option);
                 self.choose(option, now_s);
             }
-            Input::Type { stop, text } => {
+            FormInput::Type { stop, text } => {
                 if self.focus != stop {
                     self.go_to(stop);
                 }
-                let Some(name) = self.stops().get(stop).filter(|s| s.is_typed()).map(Stop::name) else { return };
+                let Some(name) = self.stops().get(stop).filter(|s| s.is_typed()).map(FormPosition::name) else {
+                    return;
+                };
                 let answer = (!text.trim().is_empty()).then(|| Value::from(text));
                 self.give(name, answer, now_s);
             }
-            Input::PageOn => self.turn_on(now_s),
-            Input::Mark | Input::Stop => {}
+            FormInput::PageOn => self.turn_on(now_s),
+            FormInput::Mark | FormInput::Stop => {}
         }
     }
 
     /// Pages that are to be seen, as places in the questionnaire.
     fn visible(&self) -> Vec<usize> {
-        let seen = |page: &Page| self.questionnaire.visible_pages(&self.answers).any(|other| std::ptr::eq(page, other));
+        let seen = |page: &QuestionnairePage| {
+            self.questionnaire.visible_pages(&self.answers).any(|other| std::ptr::eq(page, other))
+        };
         (0..self.questionnaire.pages.len()).filter(|i| seen(&self.questionnaire.pages[*i])).collect()
     }
 

@@ -18,52 +18,58 @@ const EVERY_KIND: &str = r#"{ "title": "Every kind", "pages": [
     { "type": "comment", "name": "more" }
   ] } ] }"#;
 
-fn form() -> Form {
-    Form::new(&Questionnaire::parse(EVERY_KIND, "every.json").unwrap(), 100.0)
+fn form() -> QuestionnaireForm {
+    QuestionnaireForm::new(&Questionnaire::parse(EVERY_KIND, "every.json").unwrap(), 100.0)
 }
 
-fn names(form: &Form) -> Vec<String> {
-    form.stops().iter().map(Stop::name).collect()
+fn names(form: &QuestionnaireForm) -> Vec<String> {
+    form.stops().iter().map(FormPosition::name).collect()
 }
 
 #[test]
 fn a_wheel_and_two_buttons_answer_every_kind_of_question() {
     let mut form = form();
     assert_eq!(names(&form), ["licence", "effort"], "html is no stop, and the car is not asked for yet");
-    form.take(Input::Turn(1), 101.0);
-    form.take(Input::Next, 102.5);
+    form.take(FormInput::Turn(1), 101.0);
+    form.take(FormInput::Next, 102.5);
     assert_eq!((form.answer("licence"), form.focus()), (Some(&json!(true)), 1));
     assert_eq!(names(&form), ["licence", "effort", "car"], "the answer brings a question to sight");
     // The first move leads to the middle of the scale, the next ones count from there.
-    form.take(Input::Turn(1), 103.0);
+    form.take(FormInput::Turn(1), 103.0);
     assert_eq!(form.cursor(), Some(10));
-    form.take(Input::Turn(-3), 103.5);
-    form.take(Input::Next, 104.0);
+    form.take(FormInput::Turn(-3), 103.5);
+    form.take(FormInput::Next, 104.0);
     assert_eq!(form.answer("effort"), Some(&json!(35)));
-    form.take(Input::Turn(-1), 105.0);
-    form.take(Input::Next, 105.5);
+    form.take(FormInput::Turn(-1), 105.0);
+    form.take(FormInput::Next, 105.5);
     assert_eq!((form.answer("car"), form.focus()), (Some(&json!("large")), 3));
-    form.take(Input::Next, 106.0);
+    form.take(FormInput::Next, 106.0);
     assert_eq!((form.page().name.as_str(), form.progress()), ("two", (1, 3)));
 
     for turn in [1, 9] {
-        form.take(Input::Turn(turn), 107.0);
-        form.take(Input::Next, 108.0);
+        form.take(FormInput::Turn(turn), 107.0);
+        form.take(FormInput::Next, 108.0);
     }
     assert_eq!((form.answer("often.rain"), form.answer("often.night")), (Some(&json!("never")), Some(&json!("often"))));
     // Of several each is taken and given back; the place after the last goes on.
-    for input in
-        [Input::Turn(1), Input::Next, Input::Turn(2), Input::Next, Input::Turn(-2), Input::Next, Input::Turn(9)]
-    {
+    for input in [
+        FormInput::Turn(1),
+        FormInput::Next,
+        FormInput::Turn(2),
+        FormInput::Next,
+        FormInput::Turn(-2),
+        FormInput::Next,
+        FormInput::Turn(9),
+    ] {
         form.take(input, 109.0);
     }
     assert_eq!((form.answer("uses"), form.focus()), (Some(&json!(["fun"])), 2));
-    form.take(Input::Next, 110.0);
-    form.take(Input::Next, 111.0);
+    form.take(FormInput::Next, 110.0);
+    form.take(FormInput::Next, 111.0);
     assert!(form.typing());
-    form.take(Input::Type { stop: 0, text: "1999".into() }, 113.25);
+    form.take(FormInput::Type { stop: 0, text: "1999".into() }, 113.25);
     for _ in 0..3 {
-        form.take(Input::Next, 120.0);
+        form.take(FormInput::Next, 120.0);
     }
     assert!(form.is_over());
     let times: Vec<(String, f64)> = form.answered().into_iter().map(|a| (a.question, a.time_s)).collect();
@@ -82,37 +88,37 @@ fn a_wheel_and_two_buttons_answer_every_kind_of_question() {
 #[test]
 fn what_is_required_is_asked_for_where_it_stands_and_the_page_waits() {
     let mut form = form();
-    form.take(Input::Next, 101.0);
+    form.take(FormInput::Next, 101.0);
     assert!(form.is_missing("licence") && form.focus() == 0, "a press without a choice is no answer");
-    form.take(Input::PageOn, 101.0);
+    form.take(FormInput::PageOn, 101.0);
     assert_eq!((form.page().name.as_str(), form.focus()), ("one", 0));
-    form.take(Input::Pick { stop: 0, option: 1 }, 102.0);
+    form.take(FormInput::Pick { stop: 0, option: 1 }, 102.0);
     assert!(!form.is_missing("licence") && form.answer("licence") == Some(&json!(false)));
     // No licence: the second page is left out.
-    form.take(Input::PageOn, 103.0);
+    form.take(FormInput::PageOn, 103.0);
     assert_eq!((form.page().name.as_str(), form.progress()), ("three", (1, 2)));
-    form.take(Input::Type { stop: 0, text: "  ".into() }, 104.0);
-    form.take(Input::PageOn, 105.0);
+    form.take(FormInput::Type { stop: 0, text: "  ".into() }, 104.0);
+    form.take(FormInput::PageOn, 105.0);
     assert!(form.is_missing("year") && !form.is_over(), "blanks are no text");
 }
 
 #[test]
 fn going_back_keeps_answers_and_what_is_hidden_again_is_not_handed_in() {
     let mut form = form();
-    form.take(Input::Pick { stop: 0, option: 0 }, 101.0);
-    form.take(Input::Pick { stop: 2, option: 0 }, 102.0);
-    form.take(Input::PageOn, 103.0);
-    form.take(Input::Back, 104.0);
+    form.take(FormInput::Pick { stop: 0, option: 0 }, 101.0);
+    form.take(FormInput::Pick { stop: 2, option: 0 }, 102.0);
+    form.take(FormInput::PageOn, 103.0);
+    form.take(FormInput::Back, 104.0);
     assert_eq!((form.page().name.as_str(), form.focus(), form.cursor()), ("one", 0, Some(0)));
-    form.take(Input::Back, 104.0);
+    form.take(FormInput::Back, 104.0);
     assert_eq!((form.page().name.as_str(), form.focus()), ("one", 0), "nothing is before the first");
-    form.take(Input::Focus(9), 104.0);
+    form.take(FormInput::Focus(9), 104.0);
     assert_eq!(form.focus(), 3, "the button");
-    form.take(Input::Back, 104.0);
+    form.take(FormInput::Back, 104.0);
     assert_eq!((form.focus(), form.cursor()), (2, Some(0)));
-    form.take(Input::Pick { stop: 0, option: 1 }, 105.0);
+    form.take(FormInput::Pick { stop: 0, option: 1 }, 105.0);
     assert_eq!(form.answered().iter().map(|a| a.question.as_str()).collect::<Vec<_>>(), ["licence"]);
-    form.take(Input::Pick { stop: 0, option: 0 }, 106.0);
+    form.take(FormInput::Pick { stop: 0, option: 0 }, 106.0);
     assert_eq!(form.answered().len(), 2, "it is there again with its answer");
 }
 
@@ -120,16 +126,16 @@ fn going_back_keeps_answers_and_what_is_hidden_again_is_not_handed_in() {
 fn every_answer_of_every_shipped_questionnaire_is_one_that_its_kind_accepts() {
     for name in ["ssq", "raw-tlx", "acceptance", "driving-experience"] {
         let questionnaire = Questionnaire::find(name, std::path::Path::new(".")).unwrap();
-        let mut form = Form::new(&questionnaire, 0.0);
+        let mut form = QuestionnaireForm::new(&questionnaire, 0.0);
         for step in 0..500 {
             let stop = form.focus();
             if form.typing() {
-                form.take(Input::Type { stop, text: "some words".into() }, 1.0);
+                form.take(FormInput::Type { stop, text: "some words".into() }, 1.0);
             } else {
                 let answered = form.stops().get(stop).is_some_and(|s| form.answer(&s.name()).is_some());
-                form.take(Input::Turn(if answered { 99 } else { 1 + step % 4 }), 1.0);
+                form.take(FormInput::Turn(if answered { 99 } else { 1 + step % 4 }), 1.0);
             }
-            form.take(Input::Next, 1.0);
+            form.take(FormInput::Next, 1.0);
         }
         assert!(form.is_over(), "{name} stands at {:?} {}", form.page().name, form.focus());
         let answers = crate::study::session::as_map(&form.answered());
@@ -146,21 +152,23 @@ fn every_answer_of_every_shipped_questionnaire_is_one_that_its_kind_accepts() {
 #[test]
 fn who_was_cut_off_goes_on_at_the_first_question_without_an_answer() {
     let questionnaire = Questionnaire::parse(EVERY_KIND, "every.json").unwrap();
-    let mut form = Form::new(&questionnaire, 100.0);
-    assert_eq!(Form::resume(&questionnaire, &[], 100.0).answered(), form.answered());
-    for input in
-        [Input::Pick { stop: 0, option: 0 }, Input::Pick { stop: 1, option: 4 }, Input::Pick { stop: 2, option: 1 }]
-    {
+    let mut form = QuestionnaireForm::new(&questionnaire, 100.0);
+    assert_eq!(QuestionnaireForm::resume(&questionnaire, &[], 100.0).answered(), form.answered());
+    for input in [
+        FormInput::Pick { stop: 0, option: 0 },
+        FormInput::Pick { stop: 1, option: 4 },
+        FormInput::Pick { stop: 2, option: 1 },
+    ] {
         form.take(input, 103.0);
     }
-    form.take(Input::PageOn, 104.0);
-    form.take(Input::Pick { stop: 0, option: 1 }, 105.5);
+    form.take(FormInput::PageOn, 104.0);
+    form.take(FormInput::Pick { stop: 0, option: 1 }, 105.5);
     let before = form.answered();
     assert_eq!(before.len(), 4);
 
-    let mut again = Form::resume(&questionnaire, &before, 500.0);
+    let mut again = QuestionnaireForm::resume(&questionnaire, &before, 500.0);
     assert_eq!((again.page().name.as_str(), again.focus(), again.answered()), ("two", 1, before));
-    again.take(Input::Pick { stop: 1, option: 0 }, 502.0);
+    again.take(FormInput::Pick { stop: 1, option: 0 }, 502.0);
     let times: Vec<f64> = again.answered().into_iter().map(|a| a.time_s).collect();
     assert_eq!(times, [3.0, 3.0, 3.0, 1.5, 2.0], "each since its page was seen, before the cut or after it");
 }
@@ -176,9 +184,9 @@ fn who_had_answered_all_stands_at_the_button_of_the_last_page() {
         answer("year", json!("1999")),
         answer("more", json!("no")),
     ];
-    let mut form = Form::resume(&questionnaire, &all, 0.0);
+    let mut form = QuestionnaireForm::resume(&questionnaire, &all, 0.0);
     assert_eq!((form.page().name.as_str(), form.focus()), ("three", 2));
-    form.take(Input::Next, 1.0);
+    form.take(FormInput::Next, 1.0);
     assert!(form.is_over());
     assert_eq!(form.answered(), all);
 }
@@ -189,64 +197,64 @@ fn several_of_a_list_are_taken_and_one_at_least_where_it_is_required() {
         let text = format!(
             r#"{{"title":"Uses","pages":[{{"elements":[{{"type":"checkbox","name":"uses","title":"?","isRequired":{required},"choices":["work","fun"]}}]}}]}}"#
         );
-        Form::new(&Questionnaire::parse(&text, "uses.json").unwrap(), 0.0)
+        QuestionnaireForm::new(&Questionnaire::parse(&text, "uses.json").unwrap(), 0.0)
     };
     let mut free = form(false);
     assert_eq!(free.title(), "Uses");
     for option in [0, 1] {
-        free.take(Input::Pick { stop: 0, option }, 1.0);
+        free.take(FormInput::Pick { stop: 0, option }, 1.0);
     }
     assert_eq!(free.answer("uses"), Some(&json!(["work", "fun"])), "in the order of the list");
     for option in [0, 1] {
-        free.take(Input::Pick { stop: 0, option }, 2.0);
+        free.take(FormInput::Pick { stop: 0, option }, 2.0);
     }
     assert_eq!(free.answer("uses"), Some(&json!([])), "none of them is an answer here");
     // Passed by: none of them.
     let mut passed = form(false);
-    passed.take(Input::Turn(9), 1.0);
-    passed.take(Input::Next, 1.0);
+    passed.take(FormInput::Turn(9), 1.0);
+    passed.take(FormInput::Next, 1.0);
     assert_eq!((passed.answer("uses"), passed.focus()), (Some(&json!([])), 1));
 
     let mut required = form(true);
-    required.take(Input::Turn(9), 1.0);
-    required.take(Input::Next, 1.0);
+    required.take(FormInput::Turn(9), 1.0);
+    required.take(FormInput::Next, 1.0);
     assert!(required.is_missing("uses") && required.answer("uses").is_none() && required.focus() == 0);
-    required.take(Input::Pick { stop: 0, option: 1 }, 2.0);
+    required.take(FormInput::Pick { stop: 0, option: 1 }, 2.0);
     assert_eq!(required.answer("uses"), Some(&json!(["fun"])));
-    required.take(Input::Pick { stop: 0, option: 1 }, 3.0);
+    required.take(FormInput::Pick { stop: 0, option: 1 }, 3.0);
     assert_eq!(required.answer("uses"), None, "none of them is no answer here");
 }
 
 #[test]
 fn a_hand_that_rests_moves_nothing() {
     let mut form = form();
-    form.take(Input::Turn(0), 101.0);
+    form.take(FormInput::Turn(0), 101.0);
     assert_eq!(form.cursor(), None);
-    form.take(Input::Turn(1), 101.0);
-    form.take(Input::Turn(0), 101.0);
+    form.take(FormInput::Turn(1), 101.0);
+    form.take(FormInput::Turn(0), 101.0);
     assert_eq!(form.cursor(), Some(0));
     // Backwards a list begins at its end.
     let mut back = self::form();
-    back.take(Input::Turn(-1), 101.0);
+    back.take(FormInput::Turn(-1), 101.0);
     assert_eq!(back.cursor(), Some(1));
 }
 
 #[test]
 fn who_types_at_another_question_is_there() {
     let mut form = form();
-    form.take(Input::Pick { stop: 0, option: 1 }, 101.0);
-    form.take(Input::PageOn, 102.0);
+    form.take(FormInput::Pick { stop: 0, option: 1 }, 101.0);
+    form.take(FormInput::PageOn, 102.0);
     assert_eq!((names(&form), form.focus()), (vec!["year".into(), "more".into()], 0));
-    form.take(Input::Type { stop: 1, text: "much".into() }, 103.0);
+    form.take(FormInput::Type { stop: 1, text: "much".into() }, 103.0);
     assert_eq!((form.focus(), form.answer("more")), (1, Some(&json!("much"))));
-    form.take(Input::Type { stop: 1, text: "more".into() }, 104.5);
+    form.take(FormInput::Type { stop: 1, text: "more".into() }, 104.5);
     assert_eq!((form.focus(), form.answer("more"), form.answered()[1].time_s), (1, Some(&json!("more")), 2.5));
-    form.take(Input::Type { stop: 1, text: String::new() }, 105.0);
+    form.take(FormInput::Type { stop: 1, text: String::new() }, 105.0);
     assert_eq!((form.answer("more"), form.answered().len()), (None, 1), "what is rubbed out is no answer");
     // Nothing is typed where something is chosen, or nothing asked.
-    form.take(Input::PageBack, 106.0);
+    form.take(FormInput::PageBack, 106.0);
     for stop in [0, 9] {
-        form.take(Input::Type { stop, text: "yes".into() }, 107.0);
+        form.take(FormInput::Type { stop, text: "yes".into() }, 107.0);
     }
     assert_eq!(form.answer("licence"), Some(&json!(false)));
 }
@@ -254,12 +262,12 @@ fn who_types_at_another_question_is_there() {
 #[test]
 fn who_comes_back_to_a_scale_finds_the_hand_at_the_number_that_was_given() {
     let mut form = form();
-    form.take(Input::Pick { stop: 0, option: 1 }, 101.0);
+    form.take(FormInput::Pick { stop: 0, option: 1 }, 101.0);
     // 35 of 0 to 100 by 5 is the eighth.
-    form.take(Input::Pick { stop: 1, option: 7 }, 102.0);
+    form.take(FormInput::Pick { stop: 1, option: 7 }, 102.0);
     assert_eq!(form.answer("effort"), Some(&json!(35)));
-    form.take(Input::Focus(0), 103.0);
-    form.take(Input::Focus(1), 103.0);
+    form.take(FormInput::Focus(0), 103.0);
+    form.take(FormInput::Focus(1), 103.0);
     assert_eq!(form.cursor(), Some(7));
     let stops = form.stops();
     let chosen: Vec<Value> =
@@ -270,13 +278,13 @@ fn who_comes_back_to_a_scale_finds_the_hand_at_the_number_that_was_given() {
 #[test]
 fn turning_moves_nothing_where_words_are_typed_or_at_the_button() {
     let mut form = form();
-    form.take(Input::Pick { stop: 0, option: 1 }, 101.0);
-    form.take(Input::PageOn, 102.0);
+    form.take(FormInput::Pick { stop: 0, option: 1 }, 101.0);
+    form.take(FormInput::PageOn, 102.0);
     for stop in [0, 2] {
-        form.take(Input::Focus(stop), 103.0);
+        form.take(FormInput::Focus(stop), 103.0);
         assert_eq!(form.typing(), stop == 0);
         for by in [1, -1] {
-            form.take(Input::Turn(by), 103.0);
+            form.take(FormInput::Turn(by), 103.0);
             assert_eq!((form.focus(), form.cursor()), (stop, None));
         }
     }
@@ -285,26 +293,26 @@ fn turning_moves_nothing_where_words_are_typed_or_at_the_button() {
 #[test]
 fn of_several_that_are_missing_the_first_is_gone_to_and_each_is_missing_until_it_is_given() {
     let mut form = form();
-    form.take(Input::Pick { stop: 0, option: 0 }, 101.0);
-    form.take(Input::PageOn, 102.0);
-    form.take(Input::Focus(2), 103.0);
-    form.take(Input::PageOn, 103.0);
-    let missing = |form: &Form| ["often.rain", "often.night"].map(|name| form.is_missing(name));
+    form.take(FormInput::Pick { stop: 0, option: 0 }, 101.0);
+    form.take(FormInput::PageOn, 102.0);
+    form.take(FormInput::Focus(2), 103.0);
+    form.take(FormInput::PageOn, 103.0);
+    let missing = |form: &QuestionnaireForm| ["often.rain", "often.night"].map(|name| form.is_missing(name));
     assert_eq!((form.focus(), missing(&form)), (0, [true, true]));
-    form.take(Input::Pick { stop: 1, option: 0 }, 104.0);
+    form.take(FormInput::Pick { stop: 1, option: 0 }, 104.0);
     assert_eq!(missing(&form), [true, false]);
-    form.take(Input::Pick { stop: 0, option: 0 }, 105.0);
+    form.take(FormInput::Pick { stop: 0, option: 0 }, 105.0);
     assert_eq!(missing(&form), [false, false]);
     // Only the second of a page is missing.
     let mut second = self::form();
-    second.take(Input::Pick { stop: 0, option: 0 }, 101.0);
-    second.take(Input::PageOn, 102.0);
-    second.take(Input::Pick { stop: 0, option: 0 }, 103.0);
-    second.take(Input::PageOn, 103.0);
+    second.take(FormInput::Pick { stop: 0, option: 0 }, 101.0);
+    second.take(FormInput::PageOn, 102.0);
+    second.take(FormInput::Pick { stop: 0, option: 0 }, 103.0);
+    second.take(FormInput::PageOn, 103.0);
     assert_eq!((second.page().name.as_str(), second.focus(), missing(&second)), ("two", 1, [false, true]));
     // Back from the last page is the one before it, not the first.
-    form.take(Input::PageOn, 106.0);
+    form.take(FormInput::PageOn, 106.0);
     assert_eq!(form.page().name, "three");
-    form.take(Input::PageBack, 107.0);
+    form.take(FormInput::PageBack, 107.0);
     assert_eq!((form.page().name.as_str(), form.progress()), ("two", (1, 3)));
 }

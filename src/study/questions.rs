@@ -33,16 +33,16 @@ pub struct Questionnaire {
     #[serde(default)]
     pub description: String,
     /// One page after the other.
-    pub pages: Vec<Page>,
+    pub pages: Vec<QuestionnairePage>,
     /// Figures that are computed from the answers.
     #[serde(default)]
-    pub scores: Vec<Score>,
+    pub scores: Vec<ScoreDefinition>,
 }
 
 /// What is on the screen at once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "camelCase")]
-pub struct Page {
+pub struct QuestionnairePage {
     /// Its name.
     #[serde(default)]
     pub name: String,
@@ -51,15 +51,15 @@ pub struct Page {
     pub title: String,
     /// Shown only if this holds.
     #[serde(default)]
-    pub visible_if: Option<Condition>,
+    pub visible_if: Option<VisibilityCondition>,
     /// Questions.
-    pub elements: Vec<Element>,
+    pub elements: Vec<QuestionElement>,
 }
 
 /// A question.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "camelCase")]
-pub struct Element {
+pub struct QuestionElement {
     /// Kind.
     #[serde(rename = "type")]
     pub kind: ElementKind,
@@ -76,10 +76,10 @@ pub struct Element {
     pub is_required: bool,
     /// Shown only if this holds.
     #[serde(default)]
-    pub visible_if: Option<Condition>,
+    pub visible_if: Option<VisibilityCondition>,
     /// Words to choose from (radiogroup, checkbox).
     #[serde(default)]
-    pub choices: Vec<Choice>,
+    pub choices: Vec<AnswerChoice>,
     /// Ends and step of a rating.
     #[serde(default = "one")]
     pub rate_min: f64,
@@ -97,10 +97,10 @@ pub struct Element {
     pub max_rate_description: String,
     /// Answers of a matrix.
     #[serde(default)]
-    pub columns: Vec<Choice>,
+    pub columns: Vec<AnswerChoice>,
     /// Questions of a matrix.
     #[serde(default)]
-    pub rows: Vec<Choice>,
+    pub rows: Vec<AnswerChoice>,
     /// Text of an html element: shown as it is, without tags.
     #[serde(default)]
     pub html: String,
@@ -138,19 +138,19 @@ pub enum ElementKind {
 
 /// A word to choose, and what is written for it in the data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Choice {
+pub struct AnswerChoice {
     /// In the data.
     pub value: Value,
     /// On the screen.
     pub text: String,
 }
 
-impl<'de> Deserialize<'de> for Choice {
+impl<'de> Deserialize<'de> for AnswerChoice {
     /// A word, a number, or both as `{ "value": 3, "text": "severe" }`.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
-        struct Both {
+        struct ValueAndText {
             value: Value,
             text: String,
         }
@@ -159,7 +159,7 @@ impl<'de> Deserialize<'de> for Choice {
             Value::String(word) => Ok(Self { text: word.clone(), value }),
             Value::Number(number) => Ok(Self { text: number.to_string(), value }),
             Value::Object(_) => {
-                let both: Both = serde_json::from_value(value).map_err(de::Error::custom)?;
+                let both: ValueAndText = serde_json::from_value(value).map_err(de::Error::custom)?;
                 Ok(Self { value: both.value, text: both.text })
             }
             other => {
@@ -172,11 +172,11 @@ impl<'de> Deserialize<'de> for Choice {
 /// A figure computed from answers: `weight * (sum or mean) of the answers to `of`; empty while one is missing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Score {
+pub struct ScoreDefinition {
     /// Its name in the data.
     pub name: String,
     /// Sum or mean.
-    pub method: Method,
+    pub method: ScoreMethod,
     /// Names of questions, `name.row` for those of a matrix.
     pub of: Vec<String>,
     /// Factor.
@@ -187,7 +187,7 @@ pub struct Score {
 /// How answers make a score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Method {
+pub enum ScoreMethod {
     /// All added.
     Sum,
     /// All added, over how many they are.
@@ -196,26 +196,26 @@ pub enum Method {
 
 /// `{name} = 'word' and {other} > 3`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Condition {
+pub struct VisibilityCondition {
     text: String,
     /// Any of these, each of which is all of its parts.
-    any: Vec<Vec<Comparison>>,
+    any: Vec<Vec<AnswerComparison>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Comparison {
+struct AnswerComparison {
     name: String,
     by: &'static str,
     with: Value,
 }
 
-impl Serialize for Condition {
+impl Serialize for VisibilityCondition {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.text)
     }
 }
 
-impl<'de> Deserialize<'de> for Condition {
+impl<'de> Deserialize<'de> for VisibilityCondition {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
         let any = text.split(" or ").map(|all| all.split(" and ").map(comparison).collect()).collect::<Result<_, _>>();
@@ -223,7 +223,7 @@ impl<'de> Deserialize<'de> for Condition {
     }
 }
 
-fn comparison(text: &str) -> Result<Comparison, String> {
+fn comparison(text: &str) -> Result<AnswerComparison, String> {
     let fault = || {
         format!(
             "visibleIf has \"{}\"; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains",
@@ -244,10 +244,10 @@ fn comparison(text: &str) -> Result<Comparison, String> {
             number => number.parse::<f64>().map(Value::from).map_err(|_| fault())?,
         }
     };
-    Ok(Comparison { name: name.into(), by, with: value })
+    Ok(AnswerComparison { name: name.into(), by, with: value })
 }
 
-impl Condition {
+impl VisibilityCondition {
     /// True if it holds; what is not answered equals nothing.
     pub fn holds(&self, answers: &Answers) -> bool {
         self.any.iter().any(|all| all.iter().all(|one| one.holds(answers)))
@@ -258,7 +258,7 @@ impl Condition {
     }
 }
 
-impl Comparison {
+impl AnswerComparison {
     fn holds(&self, answers: &Answers) -> bool {
         let Some(answer) = answers.get(&self.name) else { return self.by == "<>" };
         let equal = |a: &Value, b: &Value| match (a.as_f64(), b.as_f64()) {
@@ -278,7 +278,7 @@ impl Comparison {
     }
 }
 
-impl Element {
+impl QuestionElement {
     /// Names under which its answers stand in the data.
     pub fn answer_names(&self) -> Vec<String> {
         match self.kind {
@@ -296,7 +296,7 @@ impl Element {
 
     /// Whether this is an answer that its kind allows.
     pub fn accepts(&self, answer: &Value) -> bool {
-        let one_of = |choices: &[Choice], value: &Value| choices.iter().any(|choice| choice.value == *value);
+        let one_of = |choices: &[AnswerChoice], value: &Value| choices.iter().any(|choice| choice.value == *value);
         match self.kind {
             ElementKind::Radiogroup => one_of(&self.choices, answer),
             ElementKind::Checkbox => answer.as_array().is_some_and(|l| l.iter().all(|v| one_of(&self.choices, v))),
@@ -309,7 +309,7 @@ impl Element {
     }
 
     fn check(&self) -> Result<(), String> {
-        let needs = |list: &[Choice], what: &str| {
+        let needs = |list: &[AnswerChoice], what: &str| {
             if list.is_empty() { Err(format!("\"{}\" has no {what}", self.name)) } else { Ok(()) }
         };
         match self.kind {
@@ -387,7 +387,7 @@ impl Questionnaire {
                 seen.push(&element.name);
                 answers.extend(element.answer_names());
             }
-            for name in conditions.flat_map(Condition::names) {
+            for name in conditions.flat_map(VisibilityCondition::names) {
                 if !answers.iter().any(|answer| answer == name) {
                     return Err(format!("visibleIf asks for \"{name}\", which no question before or beside it has"));
                 }
@@ -402,7 +402,7 @@ impl Questionnaire {
     }
 
     /// Pages that are to be seen with these answers.
-    pub fn visible_pages<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a Page> {
+    pub fn visible_pages<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a QuestionnairePage> {
         self.pages.iter().filter(move |page| {
             page.visible_if.as_ref().is_none_or(|c| c.holds(answers)) && page.visible_elements(answers).next().is_some()
         })
@@ -417,7 +417,7 @@ impl Questionnaire {
                 let values: Option<Vec<f64>> = score.of.iter().map(number).collect();
                 let figure = values.map(|values| {
                     let sum: f64 = values.iter().sum();
-                    let over = if score.method == Method::Mean { values.len().max(1) as f64 } else { 1.0 };
+                    let over = if score.method == ScoreMethod::Mean { values.len().max(1) as f64 } else { 1.0 };
                     score.weight * sum / over
                 });
                 (score.name.clone(), figure)
@@ -426,9 +426,9 @@ impl Questionnaire {
     }
 }
 
-impl Page {
+impl QuestionnairePage {
     /// Questions of it that are to be seen with these answers.
-    pub fn visible_elements<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a Element> {
+    pub fn visible_elements<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a QuestionElement> {
         self.elements.iter().filter(move |e| e.visible_if.as_ref().is_none_or(|condition| condition.holds(answers)))
     }
 
@@ -436,7 +436,7 @@ impl Page {
     pub fn missing(&self, answers: &Answers) -> Vec<String> {
         self.visible_elements(answers)
             .filter(|element| element.is_required)
-            .flat_map(Element::answer_names)
+            .flat_map(QuestionElement::answer_names)
             .filter(|name| !answers.contains_key(name))
             .collect()
     }

@@ -4,7 +4,7 @@ use super::*;
 use serde_json::json;
 
 /// A question with these keys.
-fn element(keys: &str) -> Element {
+fn element(keys: &str) -> QuestionElement {
     serde_json::from_str(&format!(r#"{{ "name": "q", {keys} }}"#)).unwrap_or_else(|e| panic!("{keys}: {e}"))
 }
 
@@ -85,8 +85,8 @@ fn lists_that_have_nothing_to_choose_are_refused() {
 
 #[test]
 fn a_choice_is_a_word_a_number_or_both_and_nothing_else() {
-    let choice = |text: &str| serde_json::from_str::<Choice>(text).map_err(|e| e.to_string());
-    let is = |value: Value, text: &str| Ok(Choice { value, text: text.into() });
+    let choice = |text: &str| serde_json::from_str::<AnswerChoice>(text).map_err(|e| e.to_string());
+    let is = |value: Value, text: &str| Ok(AnswerChoice { value, text: text.into() });
     assert_eq!(choice(r#""small""#), is(json!("small"), "small"));
     assert_eq!(choice("3"), is(json!(3), "3"));
     assert_eq!(choice(r#"{ "value": 3, "text": "severe" }"#), is(json!(3), "severe"));

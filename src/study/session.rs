@@ -6,14 +6,13 @@
 //! is settled when its last passage was done or skipped; the first that is not settled comes next. A lock keeps a second
 //! program away.
 
-use super::{Code, DataSet, Plan, Planned, SessionError, Study, lock, questions::Answers};
-use crate::{
-    file,
-    record::{self, RecordError},
+pub use super::session_log::{
+    ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog, SessionNote, TimedAnswer,
 };
+
+use super::{DataSet, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, lock, questions::Answers};
+use crate::record::{self, RecordError};
 use fail::fail_point;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::{
     collections::BTreeMap,
     fs::{self, File},
@@ -22,184 +21,13 @@ use std::{
 
 /// Name of the file.
 pub const FILE: &str = "session.json";
-/// The most that is read of it, bytes: a note every ten seconds of a day takes less.
-const MOST_BYTES: u64 = 8 << 20;
-
-/// How a passage through an item ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// To its end.
-    Done,
-    /// Broken off; the item comes again.
-    Aborted,
-    /// The program or the power went away; the item comes again.
-    Cut,
-    /// Left out by the experimenter.
-    Skipped,
-    /// It was done, and the experimenter wants it once more.
-    Repeat,
-}
-
-impl Outcome {
-    fn settles(self) -> bool {
-        matches!(self, Self::Done | Self::Skipped)
-    }
-}
-
-/// One passage through an item.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SegmentRecord {
-    /// Name of the item in the plan.
-    pub item: String,
-    /// How it ended.
-    pub outcome: Outcome,
-    /// Why, in the experimenter's words; empty where nothing is to be said.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub reason: String,
-    /// When it began and ended, UTC.
-    pub began: String,
-    /// When it ended, UTC.
-    pub ended: String,
-    /// Folder of its recording, beside the file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub recording: Option<String>,
-    /// What had been answered of a questionnaire that did not come to its end.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub answers: Vec<TimedAnswer>,
-}
-
-/// What happens now.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Running {
-    /// Name of the item.
-    pub item: String,
-    /// Folder for its recording, beside the file.
-    pub recording: String,
-    /// When it began, UTC.
-    pub began: String,
-    /// What has been answered, of a questionnaire.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub answers: Vec<TimedAnswer>,
-}
-
-/// Something that an experimenter writes down: a note, a mark, an extension.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Note {
-    /// When, UTC.
-    pub at: String,
-    /// The item that was running.
-    pub item: Option<String>,
-    /// note, mark, extend, ...
-    pub kind: String,
-    /// In words.
-    pub text: String,
-}
-
-/// One answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TimedAnswer {
-    /// Name of the question; of a matrix `name.row`.
-    pub question: String,
-    /// The answer.
-    pub answer: Value,
-    /// From seeing the page to this answer, seconds.
-    pub time_s: f64,
-}
-
-/// How a session ended.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct End {
-    /// All items are settled, done or skipped; false: stopped before, as after sickness.
-    pub complete: bool,
-    /// Why it was stopped.
-    pub reason: String,
-    /// When, UTC.
-    pub at: String,
-    /// Why its data are excluded from the study, where they are.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub excluded: Option<String>,
-}
-
-/// Who drives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Who {
-    /// A person.
-    Person,
-    /// A simulated participant.
-    Simulated,
-}
-
-/// What the file holds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Log {
-    /// Whose session.
-    pub participant: Code,
-    /// The participant's number in the study, from 0: which order of conditions.
-    pub index: usize,
-    /// A person, or a rehearsal.
-    pub who: Who,
-    /// Numbers of a simulated participant, by name with unit.
-    #[serde(default)]
-    pub traits: BTreeMap<String, f64>,
-    /// Conditions in this participant's order.
-    pub order: Vec<String>,
-    /// Now running; what stands here when the file is opened was cut.
-    #[serde(default)]
-    pub running: Option<Running>,
-    /// What was, in order.
-    pub passages: Vec<SegmentRecord>,
-    /// What was written down.
-    #[serde(default)]
-    pub notes: Vec<Note>,
-    /// Answers by the item's name: of its last passage.
-    #[serde(default)]
-    pub answers: BTreeMap<String, Vec<TimedAnswer>>,
-    /// Set once the session is over for good.
-    #[serde(default)]
-    pub end: Option<End>,
-}
-
-impl Log {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// It cannot be read.
-    pub fn load(path: &Path) -> Result<Self, SessionError> {
-        let refused = |why: String| {
-            SessionError::Refused(format!(
-                "{}: {why}; put back a copy of it, or begin with another participant code",
-                path.display()
-            ))
-        };
-        let text = file::read_text(path, MOST_BYTES).map_err(|e| refused(format!("cannot be read: {e}")))?;
-        serde_json::from_str(&text).map_err(|e| refused(format!("is no session of this program: {e}")))
-    }
-
-    /// The last passage through an item.
-    pub fn last(&self, item: &str) -> Option<&SegmentRecord> {
-        self.passages.iter().rfind(|passage| passage.item == item)
-    }
-
-    /// True if the item was done or skipped and not called back.
-    pub fn settled(&self, item: &str) -> bool {
-        self.last(item).is_some_and(|passage| passage.outcome.settles())
-    }
-
-    /// The last passage through an item that went to its end, unless it was called back or skipped.
-    pub fn done(&self, item: &str) -> Option<&SegmentRecord> {
-        self.last(item).filter(|passage| passage.outcome == Outcome::Done)
-    }
-}
 
 /// A session.
 #[derive(Debug)]
 pub struct Session {
     folder: PathBuf,
-    plan: Plan,
-    log: Log,
+    plan: SessionPlan,
+    log: SessionLog,
     /// Held as long as the session is open; the system lets go of it when the program is gone.
     _lock: File,
 }
@@ -213,8 +41,8 @@ impl Session {
     pub fn open(
         data: &DataSet,
         study: &Study,
-        code: &Code,
-        who: Who,
+        code: &ParticipantCode,
+        who: ParticipantKind,
         index: usize,
         now: &str,
     ) -> Result<Self, SessionError> {
@@ -223,13 +51,13 @@ impl Session {
         record::new_private_dir(&folder)?;
         let lock = lock::lock(&folder, code)?;
         let path = folder.join(FILE);
-        let log = if path.exists() { Log::load(&path)? } else { Self::first(&folder, study, code, who, index)? };
+        let log = if path.exists() { SessionLog::load(&path)? } else { Self::first(&folder, study, code, who, index)? };
         let refused = |why: String| Err(SessionError::Refused(why));
         if log.participant != *code {
             return refused(format!("{}: is of participant {}", path.display(), log.participant));
         }
         if log.who != who {
-            let is = if log.who == Who::Person { "a person" } else { "simulated" };
+            let is = if log.who == ParticipantKind::Person { "a person" } else { "simulated" };
             return refused(format!("participant {code} is {is}; take another code"));
         }
         if let Some(end) = &log.end {
@@ -248,10 +76,15 @@ impl Session {
     ///
     /// # Errors
     /// There is none, or a program runs it; it cannot be read.
-    pub(super) fn reopen(data: &DataSet, study: &Study, code: &Code, now: &str) -> Result<Self, SessionError> {
+    pub(super) fn reopen(
+        data: &DataSet,
+        study: &Study,
+        code: &ParticipantCode,
+        now: &str,
+    ) -> Result<Self, SessionError> {
         let folder = data.source(code);
         let lock = lock::lock(&folder, code)?;
-        let log = Log::load(&folder.join(FILE))?;
+        let log = SessionLog::load(&folder.join(FILE))?;
         let mut session = Self { folder, plan: study.plan(log.index), log, _lock: lock };
         session.mend(now)?;
         Ok(session)
@@ -266,15 +99,21 @@ impl Session {
                 Err(error) => return Err(error.into()),
             }
             let recording = recording.exists().then_some(running.recording);
-            let Running { item, began, answers, .. } = running;
+            let RunningItem { item, began, answers, .. } = running;
             let reason = "the program ended".into();
-            let (outcome, ended) = (Outcome::Cut, now.into());
+            let (outcome, ended) = (ItemOutcome::Cut, now.into());
             self.log.passages.push(SegmentRecord { item, outcome, reason, began, ended, recording, answers });
         }
         self.save()
     }
 
-    fn first(folder: &Path, study: &Study, code: &Code, who: Who, index: usize) -> Result<Log, SessionError> {
+    fn first(
+        folder: &Path,
+        study: &Study,
+        code: &ParticipantCode,
+        who: ParticipantKind,
+        index: usize,
+    ) -> Result<SessionLog, SessionError> {
         let left = fs::read_dir(folder).map_err(|why| RecordError::File { path: folder.into(), why })?;
         // Cut while it was saved for the first time, it is there under the name of a file that is not whole.
         let unfinished = Path::new(FILE).with_extension(record::BESIDE);
@@ -286,7 +125,7 @@ impl Session {
                 left.display()
             )));
         }
-        Ok(Log {
+        Ok(SessionLog {
             participant: code.clone(),
             index,
             who,
@@ -306,12 +145,12 @@ impl Session {
     }
 
     /// What was so far.
-    pub fn log(&self) -> &Log {
+    pub fn log(&self) -> &SessionLog {
         &self.log
     }
 
     /// The whole session.
-    pub fn plan(&self) -> &Plan {
+    pub fn plan(&self) -> &SessionPlan {
         &self.plan
     }
 
@@ -321,8 +160,8 @@ impl Session {
     }
 
     /// What comes next, and its place in the plan; `None` when all is settled.
-    pub fn next(&self) -> Option<(usize, &Planned)> {
-        self.plan.items.iter().enumerate().find(|(_, planned)| !self.log.settled(&planned.name))
+    pub fn next(&self) -> Option<(usize, &PlannedItem)> {
+        self.plan.items.iter().enumerate().find(|(_, planned)| !self.log.is_settled(&planned.name))
     }
 
     /// The next item begins. Returns the folder for its recording, which is not there yet.
@@ -336,9 +175,9 @@ impl Session {
         let recording = if before == 0 { item.clone() } else { format!("{item}-again-{before}") };
         let folder = self.folder.join(&recording);
         // What was answered before a cut is not lost by another one before the first new answer.
-        let cut = self.log.last(&item).filter(|passage| passage.outcome == Outcome::Cut);
+        let cut = self.log.last(&item).filter(|passage| passage.outcome == ItemOutcome::Cut);
         let answers = cut.map_or(Vec::new(), |passage| passage.answers.clone());
-        self.log.running = Some(Running { item, recording, began: now.into(), answers });
+        self.log.running = Some(RunningItem { item, recording, began: now.into(), answers });
         self.save()?;
         fail_point!("session.begin");
         Ok(folder)
@@ -348,7 +187,7 @@ impl Session {
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn end(&mut self, outcome: Outcome, reason: &str, now: &str) -> Result<(), SessionError> {
+    pub fn end(&mut self, outcome: ItemOutcome, reason: &str, now: &str) -> Result<(), SessionError> {
         let Some(running) = self.log.running.take() else { return Ok(()) };
         let recording = self.folder.join(&running.recording).exists().then_some(running.recording);
         self.log.passages.push(SegmentRecord {
@@ -391,7 +230,7 @@ impl Session {
             running.answers.clear();
             self.log.answers.insert(running.item.clone(), answers);
         }
-        self.end(Outcome::Done, "", now)
+        self.end(ItemOutcome::Done, "", now)
     }
 
     /// The experimenter leaves out what comes next, or what runs.
@@ -402,7 +241,7 @@ impl Session {
         if self.log.running.is_none() {
             self.begin(now)?;
         }
-        self.end(Outcome::Skipped, reason, now)
+        self.end(ItemOutcome::Skipped, reason, now)
     }
 
     /// The experimenter wants an item of the plan once more; it comes next.
@@ -410,15 +249,15 @@ impl Session {
     /// # Errors
     /// There is no such item, it has not been yet, or the disk refuses.
     pub fn repeat(&mut self, item: &str, reason: &str, now: &str) -> Result<(), SessionError> {
-        if !self.log.settled(item) {
+        if !self.log.is_settled(item) {
             let done: Vec<&str> =
-                self.plan.items.iter().map(|p| p.name.as_str()).filter(|n| self.log.settled(n)).collect();
+                self.plan.items.iter().map(|p| p.name.as_str()).filter(|n| self.log.is_settled(n)).collect();
             let list = if done.is_empty() { "nothing yet".into() } else { done.join(", ") };
             return Err(SessionError::Refused(format!("{item:?} cannot be repeated; what has been is {list}")));
         }
         self.log.passages.push(SegmentRecord {
             item: item.into(),
-            outcome: Outcome::Repeat,
+            outcome: ItemOutcome::Repeat,
             reason: reason.into(),
             began: now.into(),
             ended: now.into(),
@@ -434,7 +273,7 @@ impl Session {
     /// The disk refuses.
     pub fn note(&mut self, kind: &str, text: &str, now: &str) -> Result<(), SessionError> {
         let item = self.log.running.as_ref().map(|running| running.item.clone());
-        self.log.notes.push(Note { at: now.into(), item, kind: kind.into(), text: text.into() });
+        self.log.notes.push(SessionNote { at: now.into(), item, kind: kind.into(), text: text.into() });
         self.save()
     }
 
@@ -442,7 +281,7 @@ impl Session {
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn set_traits(&mut self, traits: BTreeMap<String, f64>) -> Result<(), SessionError> {
+    pub fn set_parameters(&mut self, traits: BTreeMap<String, f64>) -> Result<(), SessionError> {
         self.log.traits = traits;
         self.save()
     }
@@ -463,12 +302,12 @@ impl Session {
     /// # Errors
     /// The disk refuses.
     pub fn stop(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
-        self.end(Outcome::Aborted, reason, now)?;
+        self.end(ItemOutcome::Aborted, reason, now)?;
         self.close(false, reason, now)
     }
 
     fn close(&mut self, complete: bool, reason: &str, now: &str) -> Result<(), SessionError> {
-        self.log.end = Some(End { complete, reason: reason.into(), at: now.into(), excluded: None });
+        self.log.end = Some(SessionEnd { complete, reason: reason.into(), at: now.into(), excluded: None });
         self.save()
     }
 
@@ -478,7 +317,7 @@ impl Session {
     /// It is not over, or they are excluded already; the disk refuses.
     pub fn exclude(&mut self, reason: &str) -> Result<(), SessionError> {
         match &mut self.log.end {
-            Some(End { excluded: excluded @ None, .. }) => *excluded = Some(reason.into()),
+            Some(SessionEnd { excluded: excluded @ None, .. }) => *excluded = Some(reason.into()),
             Some(_) => return Err(SessionError::Refused("the data are excluded already".into())),
             None => return Err(SessionError::Refused("the session is not over".into())),
         }
@@ -491,6 +330,6 @@ pub fn as_map(answered: &[TimedAnswer]) -> Answers {
     answered.iter().map(|a| (a.question.clone(), a.answer.clone())).collect()
 }
 
-fn nothing_left(code: &Code) -> SessionError {
+fn nothing_left(code: &ParticipantCode) -> SessionError {
     SessionError::Refused(format!("nothing is left to do for participant {code}"))
 }

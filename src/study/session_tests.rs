@@ -1,8 +1,8 @@
 //! A session on the disk: what is written when, what is taken up again, what is refused.
 
 use super::{
-    Code, Completion, DataSet, Outcome, Session, SessionError, Study,
-    session::{FILE, Log, TimedAnswer, Who},
+    Completion, DataSet, ItemOutcome, ParticipantCode, Session, SessionError, Study,
+    session::{FILE, ParticipantKind, SessionLog, TimedAnswer},
 };
 use serde_json::json;
 use std::{fs, os::unix::fs::MetadataExt, path::Path};
@@ -35,8 +35,8 @@ fn place() -> Place {
 }
 
 impl Place {
-    fn open(&self, code: &str, who: Who) -> Result<Session, SessionError> {
-        Session::open(&self.data, &self.study, &Code::new(code).unwrap(), who, 0, "t0")
+    fn open(&self, code: &str, who: ParticipantKind) -> Result<Session, SessionError> {
+        Session::open(&self.data, &self.study, &ParticipantCode::new(code).unwrap(), who, 0, "t0")
     }
 }
 
@@ -45,14 +45,14 @@ fn answers(n: usize) -> Vec<TimedAnswer> {
     (0..n).map(one).collect()
 }
 
-fn on_disk(session: &Session) -> Log {
-    Log::load(&session.folder().join(FILE)).unwrap()
+fn on_disk(session: &Session) -> SessionLog {
+    SessionLog::load(&session.folder().join(FILE)).unwrap()
 }
 
 #[test]
 fn answers_are_on_the_disk_at_once_and_those_that_are_there_are_not_written_again() {
     let place = place();
-    let mut session = place.open("P1", Who::Person).unwrap();
+    let mut session = place.open("P1", ParticipantKind::Person).unwrap();
     session.keep(answers(1)).unwrap();
     assert!(on_disk(&session).running.is_none(), "nothing runs that they could be of");
     session.begin("t1").unwrap();
@@ -71,24 +71,27 @@ fn answers_are_on_the_disk_at_once_and_those_that_are_there_are_not_written_agai
 #[test]
 fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
     let place = place();
-    let mut session = place.open("P1", Who::Person).unwrap();
+    let mut session = place.open("P1", ParticipantKind::Person).unwrap();
     session.begin("t1").unwrap();
     assert!(session.kept().is_empty());
     session.keep(answers(2)).unwrap();
     drop(session);
-    let mut session = place.open("P1", Who::Person).unwrap();
+    let mut session = place.open("P1", ParticipantKind::Person).unwrap();
     let last = session.log().last("before").unwrap();
-    assert_eq!((last.outcome, last.began.as_str(), last.reason.as_str()), (Outcome::Cut, "t1", "the program ended"));
+    assert_eq!(
+        (last.outcome, last.began.as_str(), last.reason.as_str()),
+        (ItemOutcome::Cut, "t1", "the program ended")
+    );
     session.begin("t2").unwrap();
     assert_eq!((session.kept(), on_disk(&session).running.unwrap().answers), (&answers(2)[..], answers(2)));
     // Cut once more before there was anything to answer: nothing is lost by that.
     drop(session);
-    let mut session = place.open("P1", Who::Person).unwrap();
+    let mut session = place.open("P1", ParticipantKind::Person).unwrap();
     session.begin("t2").unwrap();
     assert_eq!(session.kept(), answers(2));
     session.keep(answers(1)).unwrap();
     assert_eq!(session.kept(), answers(1));
-    session.end(Outcome::Aborted, "phone", "t3").unwrap();
+    session.end(ItemOutcome::Aborted, "phone", "t3").unwrap();
     session.begin("t4").unwrap();
     assert!(session.kept().is_empty(), "they broke off themselves");
     session.end_answered(answers(3), "t5").unwrap();
@@ -96,7 +99,7 @@ fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
     assert_eq!((log.answers["before"].clone(), log.done("before").unwrap().answers.len()), (answers(3), 0));
     assert_eq!(session.next().map(|(place, planned)| (place, planned.name.as_str())), Some((1, "thanks")));
     session.skip("no time", "t6").unwrap();
-    assert!(session.log().settled("thanks") && session.log().done("thanks").is_none());
+    assert!(session.log().is_settled("thanks") && session.log().done("thanks").is_none());
     session.finish("t7").unwrap();
     assert!(on_disk(&session).end.is_some_and(|end| end.complete && end.at == "t7"));
 }
@@ -105,24 +108,24 @@ fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
 fn a_session_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own() {
     let place = place();
     let told = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
-    let session = place.open("P1", Who::Person).unwrap();
-    assert!(told(place.open("P1", Who::Person)).unwrap_err().contains("is being run by another program"));
+    let session = place.open("P1", ParticipantKind::Person).unwrap();
+    assert!(told(place.open("P1", ParticipantKind::Person)).unwrap_err().contains("is being run by another program"));
     drop(session);
-    assert!(told(place.open("P1", Who::Simulated)).unwrap_err().contains("participant P1 is a person"));
-    drop(place.open("R1", Who::Simulated).unwrap());
-    assert!(told(place.open("R1", Who::Person)).unwrap_err().contains("participant R1 is simulated"));
+    assert!(told(place.open("P1", ParticipantKind::Simulated)).unwrap_err().contains("participant P1 is a person"));
+    drop(place.open("R1", ParticipantKind::Simulated).unwrap());
+    assert!(told(place.open("R1", ParticipantKind::Person)).unwrap_err().contains("participant R1 is simulated"));
     // Another's file in the place of one's own.
-    let [p1, p2] = ["P1", "P2"].map(|code| place.data.source(&Code::new(code).unwrap()));
+    let [p1, p2] = ["P1", "P2"].map(|code| place.data.source(&ParticipantCode::new(code).unwrap()));
     fs::create_dir_all(&p2).unwrap();
     fs::copy(p1.join(FILE), p2.join(FILE)).unwrap();
-    assert!(told(place.open("P2", Who::Person)).unwrap_err().contains("is of participant P1"));
+    assert!(told(place.open("P2", ParticipantKind::Person)).unwrap_err().contains("is of participant P1"));
     // What a cut left of the first save is no stranger's; a recording without its session is.
     fs::remove_file(p2.join(FILE)).unwrap();
     fs::write(p2.join("session.new"), "{").unwrap();
-    assert_eq!(told(place.open("P2", Who::Person)), Ok(()));
+    assert_eq!(told(place.open("P2", ParticipantKind::Person)), Ok(()));
     fs::remove_file(p2.join(FILE)).unwrap();
     fs::write(p2.join("trial"), "").unwrap();
-    assert!(told(place.open("P2", Who::Person)).unwrap_err().contains("holds trial but no session.json"));
+    assert!(told(place.open("P2", ParticipantKind::Person)).unwrap_err().contains("holds trial but no session.json"));
 }
 
 #[test]
@@ -130,14 +133,14 @@ fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_onc
     let place = place();
     let is = |session: &Session| Completion::of(&on_disk(session));
     let whole = |code: &str, skip: bool| {
-        let mut session = place.open(code, Who::Person).unwrap();
+        let mut session = place.open(code, ParticipantKind::Person).unwrap();
         for item in ["before", "thanks"] {
             assert_eq!(
                 (session.next().map(|(_, planned)| planned.name.as_str()), is(&session)),
                 (Some(item), Completion::Open)
             );
             session.begin("t1").unwrap();
-            session.end(if skip { Outcome::Skipped } else { Outcome::Done }, "", "t2").unwrap();
+            session.end(if skip { ItemOutcome::Skipped } else { ItemOutcome::Done }, "", "t2").unwrap();
         }
         session
     };
@@ -161,18 +164,19 @@ fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_onc
     for item in ["before", "thanks"] {
         after_all.repeat(item, "there is time", "t3").unwrap();
         after_all.begin("t4").unwrap();
-        after_all.end(Outcome::Done, "", "t5").unwrap();
+        after_all.end(ItemOutcome::Done, "", "t5").unwrap();
     }
     after_all.finish("t6").unwrap();
     assert_eq!(is(&after_all), Completion::Complete);
-    let mut withdrawn = place.open("P4", Who::Person).unwrap();
+    let mut withdrawn = place.open("P4", ParticipantKind::Person).unwrap();
     withdrawn.stop("sick", "t1").unwrap();
     assert_eq!(is(&withdrawn), Completion::Withdrawn);
     // With the windows closed: those who are over, and those who never came back.
     drop((complete, partial));
-    let mut left = place.open("P5", Who::Person).unwrap();
+    let mut left = place.open("P5", ParticipantKind::Person).unwrap();
     left.begin("t1").unwrap();
-    let exclude = |code: &str| place.data.exclude(&place.study, &Code::new(code).unwrap(), "no licence", "t9");
+    let exclude =
+        |code: &str| place.data.exclude(&place.study, &ParticipantCode::new(code).unwrap(), "no licence", "t9");
     let refused = |code: &str| exclude(code).unwrap_err().to_string();
     assert!(refused("P5").contains("is being run by another program"), "{}", refused("P5"));
     drop(left);
@@ -181,7 +185,7 @@ fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_onc
     let table = || fs::read_to_string(place.data.root().join("participants.tsv")).unwrap();
     for (code, complete) in [("P2", true), ("P5", false)] {
         exclude(code).unwrap();
-        let log = Log::load(&place.data.source(&Code::new(code).unwrap()).join(FILE)).unwrap();
+        let log = SessionLog::load(&place.data.source(&ParticipantCode::new(code).unwrap()).join(FILE)).unwrap();
         let end = log.end.as_ref().unwrap();
         assert_eq!((Completion::of(&log), end.complete), (Completion::Excluded, complete));
         assert_eq!(end.excluded.as_deref(), Some("no licence"));

@@ -11,7 +11,7 @@
 //! 1.5 s and an exponential time of mean 2 s.
 
 use super::{
-    questions::{Choice, Element, ElementKind, Questionnaire},
+    questions::{AnswerChoice, ElementKind, QuestionElement, Questionnaire},
     session::{TimedAnswer, as_map},
 };
 use crate::{
@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 
 /// A simulated participant.
 #[derive(Clone, Debug)]
-pub struct Participant {
+pub struct SimulatedParticipant {
     /// How they drive.
     pub driver: DriverParams,
     level: f64,
@@ -31,7 +31,7 @@ pub struct Participant {
     index: usize,
 }
 
-impl Participant {
+impl SimulatedParticipant {
     /// Participant number `index` of a study with this seed; always the same.
     pub fn draw(seed: u64, index: usize) -> Self {
         let mut stream = rng::stream(seed, &format!("participant {index}"));
@@ -48,7 +48,7 @@ impl Participant {
     }
 
     /// The numbers that were drawn, by name with unit.
-    pub fn traits(&self) -> BTreeMap<String, f64> {
+    pub fn parameters(&self) -> BTreeMap<String, f64> {
         let d = &self.driver;
         let list = [
             ("reaction_s", d.reaction_s),
@@ -85,9 +85,9 @@ impl Participant {
         answered
     }
 
-    fn choose(&self, element: &Element, stream: &mut Stream) -> Value {
+    fn choose(&self, element: &QuestionElement, stream: &mut Stream) -> Value {
         let at = |place: f64, n: usize| ((place * (n - 1) as f64).round().max(0.0) as usize).min(n - 1);
-        let word = |choices: &[Choice], i: usize| choices[i].value.clone();
+        let word = |choices: &[AnswerChoice], i: usize| choices[i].value.clone();
         match element.kind {
             ElementKind::Rating => {
                 let rates = element.rates();

@@ -8,7 +8,7 @@ fn every_answer_is_allowed_and_none_that_is_required_is_missing() {
     for name in ["ssq", "raw-tlx", "acceptance", "driving-experience"] {
         let questionnaire = Questionnaire::find(name, Path::new(".")).unwrap();
         for index in 0..20 {
-            let participant = Participant::draw(5, index);
+            let participant = SimulatedParticipant::draw(5, index);
             assert_eq!(participant.driver.check(), Ok(()));
             let answered = participant.answer(&questionnaire, name);
             let map = as_map(&answered);
@@ -20,15 +20,15 @@ fn every_answer_is_allowed_and_none_that_is_required_is_missing() {
                     }
                 }
             }
-            assert_eq!(answered, Participant::draw(5, index).answer(&questionnaire, name));
+            assert_eq!(answered, SimulatedParticipant::draw(5, index).answer(&questionnaire, name));
         }
     }
 }
 
 #[test]
 fn traits_are_within_what_is_stated_and_differ() {
-    let people: Vec<Participant> = (0..400).map(|i| Participant::draw(1, i)).collect();
-    let mean_and_sd = |get: &dyn Fn(&Participant) -> f64| {
+    let people: Vec<SimulatedParticipant> = (0..400).map(|i| SimulatedParticipant::draw(1, i)).collect();
+    let mean_and_sd = |get: &dyn Fn(&SimulatedParticipant) -> f64| {
         let values: Vec<f64> = people.iter().map(get).collect();
         let mean = values.iter().sum::<f64>() / 400.0;
         (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 399.0).sqrt())
@@ -38,23 +38,23 @@ fn traits_are_within_what_is_stated_and_differ() {
     for (name, low, high) in
         [("reaction_s", 0.6, 1.6), ("error_mps", 0.1, 0.6), ("lane_error_m", 0.03, 0.10), ("level", 0.0, 1.0)]
     {
-        assert!(people.iter().all(|p| (low..high).contains(&p.traits()[name])), "{name}");
-        let (mean, sd) = mean_and_sd(&|p| p.traits()[name]);
+        assert!(people.iter().all(|p| (low..high).contains(&p.parameters()[name])), "{name}");
+        let (mean, sd) = mean_and_sd(&|p| p.parameters()[name]);
         let expected = (high - low) / width_to_sd;
         assert!((mean - f64::midpoint(low, high)).abs() < 3.0 * expected / 20.0, "{name}: {mean}");
         assert!((sd / expected - 1.0).abs() < 0.1, "{name}: {sd}");
     }
     // Normal with 0.25 m/s, cut at 0.6, which takes 2 % of the spread.
-    let (mean, sd) = mean_and_sd(&|p| p.traits()["overspeed_mps"]);
+    let (mean, sd) = mean_and_sd(&|p| p.parameters()["overspeed_mps"]);
     assert!(mean.abs() < 3.0 * 0.25 / 20.0 && (sd / 0.245 - 1.0).abs() < 0.12, "{mean}, {sd}");
-    assert!(people.iter().all(|p| p.traits()["overspeed_mps"].abs() <= 0.6));
+    assert!(people.iter().all(|p| p.parameters()["overspeed_mps"].abs() <= 0.6));
     for p in &people {
         // Brake lamps ahead are answered sooner than a number on the dial.
         assert_eq!(p.driver.leader_reaction_s, 0.7 * p.driver.reaction_s);
-        assert_eq!(p.traits()["reaction_s"], p.driver.reaction_s);
+        assert_eq!(p.parameters()["reaction_s"], p.driver.reaction_s);
     }
-    assert_eq!(people[7].traits(), Participant::draw(1, 7).traits());
-    assert_ne!(people[7].traits(), Participant::draw(2, 7).traits());
+    assert_eq!(people[7].parameters(), SimulatedParticipant::draw(1, 7).parameters());
+    assert_ne!(people[7].parameters(), SimulatedParticipant::draw(2, 7).parameters());
 }
 
 #[test]
@@ -62,10 +62,10 @@ fn answers_follow_the_level_of_who_gives_them_and_take_seconds_each() {
     let tlx = Questionnaire::find("raw-tlx", Path::new(".")).unwrap();
     let (mut low, mut high, mut waits) = (Vec::new(), Vec::new(), Vec::new());
     for index in 0..200 {
-        let participant = Participant::draw(9, index);
+        let participant = SimulatedParticipant::draw(9, index);
         let answered = participant.answer(&tlx, "tlx");
         let mean = answered.iter().filter_map(|a| a.answer.as_f64()).sum::<f64>() / answered.len() as f64;
-        let level = participant.traits()["level"];
+        let level = participant.parameters()["level"];
         if level < 0.3 {
             low.push(mean)
         } else if level > 0.7 {
@@ -75,7 +75,7 @@ fn answers_follow_the_level_of_who_gives_them_and_take_seconds_each() {
         // Each page begins at 0.
         for page in &tlx.pages {
             let mut before = 0.0;
-            for name in page.elements.iter().flat_map(Element::answer_names) {
+            for name in page.elements.iter().flat_map(QuestionElement::answer_names) {
                 waits.push(times[name.as_str()] - before);
                 before = times[name.as_str()];
             }
@@ -93,8 +93,8 @@ fn answers_follow_the_level_of_who_gives_them_and_take_seconds_each() {
 }
 
 /// A participant of this level.
-fn of_level(level: f64, index: usize) -> Participant {
-    Participant { level, ..Participant::draw(3, index) }
+fn of_level(level: f64, index: usize) -> SimulatedParticipant {
+    SimulatedParticipant { level, ..SimulatedParticipant::draw(3, index) }
 }
 
 /// A questionnaire of one question with these keys, asked `rows` times.

@@ -3,7 +3,7 @@
 
 use crate::{
     idm::IdmParams,
-    policy::{Feature, Input},
+    policy::{Feature, NetworkInput},
     settings::Settings,
 };
 use schemars::JsonSchema;
@@ -355,7 +355,7 @@ impl TrainConfig {
     }
 
     /// What the policy sees, scaled; unknown names are left out ([`TrainConfig::check`] refuses them).
-    pub fn inputs(&self) -> Vec<Input> {
+    pub fn inputs(&self) -> Vec<NetworkInput> {
         let s = &self.scaling;
         let input = |feature| {
             let (from, to) = match feature {
@@ -367,7 +367,7 @@ impl TrainConfig {
                 // 0.1 s to 30 s.
                 Feature::LogHold => (0.1_f64.ln(), 30.0_f64.ln()),
             };
-            Input { feature, from, to }
+            NetworkInput { feature, from, to }
         };
         self.sees.split(',').filter_map(|name| Feature::named(name.trim())).map(input).collect()
     }
@@ -430,7 +430,7 @@ impl Settings for TrainConfig {
         if !self.rings.is_multiple_of(super::simd::LANES as u32) {
             return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.rings)));
         }
-        if !self.inputs().iter().all(Input::is_sound) {
+        if !self.inputs().iter().all(NetworkInput::is_sound) {
             return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
         }
         Ok(())

@@ -2,7 +2,9 @@
 //! those of docs/references.md: holds.
 
 use super::{evaluation::Trace, stats::Estimate};
-use crate::chart::{Axis, COLOURS, Chart, ColourKey, Line, Mark, Picture, Shape, Style, Width, picture};
+use crate::plot::{
+    Axis, COLOURS, Chart, ChartSheet, ColourKey, LineStyle, PlotLine, PlotMark, PlotShape, PrintWidth, picture,
+};
 
 /// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (docs/references.md: holds): seconds,
 /// m/s.
@@ -68,9 +70,9 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
     let mut lines = vec![level("even ring (equilibrium)", equilibrium_mps, [low, high], "7 3")];
     if is_paper_ring {
         lines.push(level("optimum by hand (Sridhar, Wu 2021)", BY_HAND_MPS, [low, high], "2 3"));
-        lines.push(Line {
+        lines.push(PlotLine {
             name: "published series, acceleration advice".into(),
-            style: Style { dots: true, dash: "4 3", width: 1.2, ..Style::solid("#999999") },
+            style: LineStyle { dots: true, dash: "4 3", width: 1.2, ..LineStyle::solid("#999999") },
             points: PUBLISHED.to_vec(),
             band: Vec::new(),
         });
@@ -122,17 +124,17 @@ pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &st
         }
     };
     let charts: Vec<Chart> = traces.iter().enumerate().map(chart).collect();
-    Picture { charts: &charts, width: Width::Page, key: Some(&key), note }.svg()
+    ChartSheet { charts: &charts, width: PrintWidth::Page, key: Some(&key), note }.svg()
 }
 
 /// Where a trace ended in a crash; nothing is drawn after it.
-fn crash_mark(trace: &Trace, y: f64) -> Vec<Mark> {
-    let mark = |time_s: f64| Mark { at: [time_s, y], text: format!("CRASH at {time_s:.1} s") };
+fn crash_mark(trace: &Trace, y: f64) -> Vec<PlotMark> {
+    let mark = |time_s: f64| PlotMark { at: [time_s, y], text: format!("CRASH at {time_s:.1} s") };
     trace.crash_s.map(mark).into_iter().collect()
 }
 
 /// Pieces of the cars' ways, put together by colour; the ego's above the others', with a dark edge.
-fn ways(trace: &Trace, key: &ColourKey) -> Vec<Shape> {
+fn ways(trace: &Trace, key: &ColourKey) -> Vec<PlotShape> {
     /// A piece for each of so many steps: at 0.1 s the wave's 34 s are 23 pieces.
     const STRIDE: usize = 15;
     let length_m = trace.circumference_m;
@@ -156,35 +158,39 @@ fn ways(trace: &Trace, key: &ColourKey) -> Vec<Shape> {
         }
     }
     let ego = pieces.split_off(classes);
-    let edge = Shape::Pieces { pieces: ego.concat(), colour: "#111".into(), width: 5.4 };
+    let edge = PlotShape::Pieces { pieces: ego.concat(), colour: "#111".into(), width: 5.4 };
     let coloured = |pieces: Vec<Vec<_>>, width: f64| {
-        let shape = move |(pieces, colour): (Vec<_>, &String)| Shape::Pieces { pieces, colour: colour.clone(), width };
+        let shape =
+            move |(pieces, colour): (Vec<_>, &String)| PlotShape::Pieces { pieces, colour: colour.clone(), width };
         pieces.into_iter().zip(&key.colours).map(shape).collect::<Vec<_>>()
     };
     [coloured(pieces, 1.0), vec![edge], coloured(ego, 3.2)].concat()
 }
 
 /// What is shown to the ego's driver, what the ego drives, and what the others do. `time` labels the axis.
-pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str, more: Vec<Line>) -> String {
+pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str, more: Vec<PlotLine>) -> String {
     let every = (trace.time_s.len() / 1200).max(1);
     let last = trace.time_s.len().checked_sub(1).filter(|last| !last.is_multiple_of(every));
     let steps = || (0..trace.time_s.len()).step_by(every).chain(last);
-    let line = |name: &str, style: Style, of: &dyn Fn(usize) -> Option<f64>| Line {
+    let line = |name: &str, style: LineStyle, of: &dyn Fn(usize) -> Option<f64>| PlotLine {
         name: name.into(),
         style,
         points: steps().filter_map(|i| of(i).map(|y| [trace.time_s[i], y])).collect(),
         band: Vec::new(),
     };
     let mut shown =
-        line("advised speed and its range", Style { width: 1.4, ..Style::solid(COLOURS[2]) }, &|i| trace.shown_mps[i]);
+        line("advised speed and its range", LineStyle { width: 1.4, ..LineStyle::solid(COLOURS[2]) }, &|i| {
+            trace.shown_mps[i]
+        });
     shown.band = shown.points.iter().map(|p| [(p[1] - range_mps).max(0.0), p[1] + range_mps]).collect();
     let of = |i: usize, f: fn(f32, f32) -> f32| trace.speed_mps[i].iter().copied().reduce(f).map(f64::from);
-    let mut spread = line("all vehicles: mean and extremes", Style { width: 1.4, ..Style::solid(COLOURS[7]) }, &|i| {
-        let speeds = &trace.speed_mps[i];
-        Some(speeds.iter().map(|v| f64::from(*v)).sum::<f64>() / speeds.len() as f64)
-    });
+    let mut spread =
+        line("all vehicles: mean and extremes", LineStyle { width: 1.4, ..LineStyle::solid(COLOURS[7]) }, &|i| {
+            let speeds = &trace.speed_mps[i];
+            Some(speeds.iter().map(|v| f64::from(*v)).sum::<f64>() / speeds.len() as f64)
+        });
     spread.band = steps().map(|i| [of(i, f32::min).unwrap_or(0.0), of(i, f32::max).unwrap_or(0.0)]).collect();
-    let ego = line("ego vehicle", Style { width: 1.2, ..Style::solid(COLOURS[1]) }, &|i| {
+    let ego = line("ego vehicle", LineStyle { width: 1.2, ..LineStyle::solid(COLOURS[1]) }, &|i| {
         Some(f64::from(trace.speed_mps[i][0]))
     });
     let mut lines = vec![spread, shown, ego];
@@ -197,14 +203,14 @@ pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str
     picture(&[chart], note)
 }
 
-fn measured(series: &[Series]) -> Vec<Line> {
+fn measured(series: &[Series]) -> Vec<PlotLine> {
     const DASHES: [&str; 4] = ["", "7 3", "2 3", "9 3 2 3"];
-    let line = |s: &Series| Line {
+    let line = |s: &Series| PlotLine {
         name: s.name.clone(),
-        style: Style {
+        style: LineStyle {
             dots: true,
             dash: DASHES[s.look[1] % DASHES.len()],
-            ..Style::solid(COLOURS[s.look[0] % COLOURS.len()])
+            ..LineStyle::solid(COLOURS[s.look[0] % COLOURS.len()])
         },
         points: s.points.iter().map(|p| [p.at, p.mean.mean]).collect(),
         band: s.points.iter().map(|p| [p.mean.low, p.mean.high]).collect(),
@@ -213,33 +219,33 @@ fn measured(series: &[Series]) -> Vec<Line> {
 }
 
 /// Where drives ended in a crash.
-fn crash_marks(series: &[Series]) -> Vec<Mark> {
+fn crash_marks(series: &[Series]) -> Vec<PlotMark> {
     let points = series.iter().flat_map(|s| &s.points).filter(|p| p.crashes[0] > 0);
     points
-        .map(|p| Mark { at: [p.at, p.mean.mean], text: format!("{} of {} crashed", p.crashes[0], p.crashes[1]) })
+        .map(|p| PlotMark { at: [p.at, p.mean.mean], text: format!("{} of {} crashed", p.crashes[0], p.crashes[1]) })
         .collect()
 }
 
-fn level(name: &str, y: f64, [low, high]: [f64; 2], dash: &'static str) -> Line {
-    let style = Style { width: 1.2, dash, ..Style::solid("#555555") };
-    Line { name: name.into(), style, points: vec![[low * 0.5, y], [high * 2.0, y]], band: Vec::new() }
+fn level(name: &str, y: f64, [low, high]: [f64; 2], dash: &'static str) -> PlotLine {
+    let style = LineStyle { width: 1.2, dash, ..LineStyle::solid("#555555") };
+    PlotLine { name: name.into(), style, points: vec![[low * 0.5, y], [high * 2.0, y]], band: Vec::new() }
 }
 
 fn ends(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
 }
 
-fn ends_of(lines: &[Line], k: usize) -> [f64; 2] {
+fn ends_of(lines: &[PlotLine], k: usize) -> [f64; 2] {
     let (low, high) = ends(lines.iter().flat_map(|l| l.points.iter().map(move |p| p[k])));
     [low, high]
 }
 
 /// All values with a little room above and below.
-fn around(lines: &[Line]) -> [f64; 2] {
+fn around(lines: &[PlotLine]) -> [f64; 2] {
     around_with(lines, [f64::INFINITY, f64::NEG_INFINITY])
 }
 
-fn around_with(lines: &[Line], [from, to]: [f64; 2]) -> [f64; 2] {
+fn around_with(lines: &[PlotLine], [from, to]: [f64; 2]) -> [f64; 2] {
     let [low, high] = ends_of(lines, 1);
     let (low, high) = (low.min(from), high.max(to));
     let bands = lines.iter().flat_map(|l| l.band.iter());
@@ -320,7 +326,7 @@ mod tests {
     fn a_way_over_the_end_of_the_road_comes_in_at_its_beginning() {
         let trace = trace();
         // 14 pieces each; the first car crosses the end within one at step 100, the second, which starts at -20 m, at step 20.
-        let count = |shape: &Shape| if let Shape::Pieces { pieces, .. } = shape { pieces.len() } else { 0 };
+        let count = |shape: &PlotShape| if let PlotShape::Pieces { pieces, .. } = shape { pieces.len() } else { 0 };
         let pieces: usize = ways(&trace, &ColourKey::up_to("", 9.0)).iter().map(count).sum();
         // The ego's are drawn twice: an edge and its colour.
         assert_eq!(pieces, 3 * 14 + 3);
@@ -342,7 +348,7 @@ mod tests {
             assert_eq!(trace.span_s()[0], 0.0);
             assert!((trace.span_s()[1] - last_s).abs() < 1e-9, "{:?}", trace.span_s());
             for shape in ways(&trace, &ColourKey::up_to("", 9.0)) {
-                let Shape::Pieces { pieces, width, .. } = shape else { panic!("a dot") };
+                let PlotShape::Pieces { pieces, width, .. } = shape else { panic!("a dot") };
                 let end_s = pieces.iter().map(|piece| piece[1][0]).fold(0.0, f64::max);
                 assert!(pieces.is_empty() || (end_s - last_s).abs() < 1e-9, "{steps}, {width}: {end_s}");
             }

@@ -15,7 +15,7 @@ use super::{
     value::{Fit, Value},
 };
 use crate::{
-    policy::{Action, FORMAT, Input, Layer, Network, Output, bounded},
+    policy::{Action, FORMAT, Network, NetworkInput, NetworkLayer, NetworkOutput, bounded},
     rng,
 };
 use rayon::prelude::*;
@@ -273,7 +273,7 @@ impl Actor {
         track
     }
 
-    fn see(&self, inputs: &[Input]) -> Vec<f32> {
+    fn see(&self, inputs: &[NetworkInput]) -> Vec<f32> {
         let seen = |l| {
             let observation = self.env.observe(l);
             inputs.iter().map(move |input| input.scaled(&observation))
@@ -312,15 +312,15 @@ fn value_shape(config: &TrainConfig) -> Shape {
 /// A policy's parameters as the drive uses them.
 fn network(config: &TrainConfig, theta: &[f32]) -> Network {
     let shape = policy_shape(config);
-    let layers = shape.net.parts(shape.split(theta).0).into_iter().map(|(weights, bias, outputs)| Layer {
+    let layers = shape.net.parts(shape.split(theta).0).into_iter().map(|(weights, bias, outputs)| NetworkLayer {
         bias: bias.to_vec(),
         weights: weights.chunks_exact(outputs).map(<[f32]>::to_vec).collect(),
     });
     Network {
         format: FORMAT.into(),
         action: match config.action {
-            ActionKind::Acceleration => Output::Acceleration,
-            ActionKind::Speed => Output::Speed,
+            ActionKind::Acceleration => NetworkOutput::Acceleration,
+            ActionKind::Speed => NetworkOutput::Speed,
         },
         limits: config.action_limits(),
         levels: config.levels,

@@ -2,7 +2,7 @@
 //! speed, KL divergence and entropy over the updates.
 
 use super::learner::Row;
-use crate::chart::{Axis, COLOURS, Chart, Line, Style, picture};
+use crate::plot::{Axis, COLOURS, Chart, LineStyle, PlotLine, picture};
 use std::fmt::Write;
 
 /// One line an update, with a head; numbers as they are, empty where there is none.
@@ -33,12 +33,17 @@ pub fn svg(rows: &[Row], title: &str) -> String {
     picture(&panels, "")
 }
 
-fn line(name: &str, colour: &'static str, rows: &[Row], of: impl Fn(&Row) -> Option<f64>) -> Line {
+fn line(name: &str, colour: &'static str, rows: &[Row], of: impl Fn(&Row) -> Option<f64>) -> PlotLine {
     let points = rows.iter().filter_map(|r| of(r).map(|y| [f64::from(r.iteration), y])).collect();
-    Line { name: name.into(), style: Style { width: 1.4, ..Style::solid(colour) }, points, band: Vec::new() }
+    PlotLine {
+        name: name.into(),
+        style: LineStyle { width: 1.4, ..LineStyle::solid(colour) },
+        points,
+        band: Vec::new(),
+    }
 }
 
-fn panel(title: &str, label: &str, lines: Vec<Line>) -> Chart {
+fn panel(title: &str, label: &str, lines: Vec<PlotLine>) -> Chart {
     let range = |k: usize| {
         let values = || lines.iter().flat_map(move |line| line.points.iter().map(move |p| p[k]));
         [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]

@@ -4,15 +4,15 @@
 
 use super::mutate;
 use codrive::{
-    input::{Profile, profiles},
+    input::{WheelProfile, profiles},
     map::{RoadMap, circuit},
     policy::{Network, Observation, OnnxPolicy, Policy},
     record::{self, Manifest, Table},
     rng::Stream,
     scenario::Scenario,
     study::{
-        Code, DataSet, Outcome, Questionnaire, Session, Study,
-        session::{Log, TimedAnswer, Who},
+        DataSet, ItemOutcome, ParticipantCode, Questionnaire, Session, Study,
+        session::{ParticipantKind, SessionLog, TimedAnswer},
     },
 };
 use std::{
@@ -74,13 +74,15 @@ fn recordings(folder: &Path) -> Recordings {
 fn live_session(folder: &Path) -> Vec<u8> {
     let study = Study::load(&root().join("assets/studies/congestion.toml")).unwrap();
     let data = DataSet::open(folder, &study).unwrap();
-    let mut session = Session::open(&data, &study, &Code::new("R01").unwrap(), Who::Simulated, 0, "now").unwrap();
+    let mut session =
+        Session::open(&data, &study, &ParticipantCode::new("R01").unwrap(), ParticipantKind::Simulated, 0, "now")
+            .unwrap();
     for _ in 0..3 {
         session.begin("now").unwrap();
         let answer = TimedAnswer { question: "nausea".into(), answer: 2.into(), time_s: 1.5 };
         session.keep(vec![answer]).unwrap();
         session.note("mark", "a note", "now").unwrap();
-        session.end(Outcome::Done, "", "now").unwrap();
+        session.end(ItemOutcome::Done, "", "now").unwrap();
     }
     session.begin("now").unwrap();
     fs::read(session.folder().join("session.json")).unwrap()
@@ -190,7 +192,7 @@ fn settings(folder: &Path) -> Vec<Reader> {
             change: mutate::text,
             share: 450,
             read: with_file(folder.join("wheel.toml"), |file| {
-                profiles::load(file).is_ok_and(|profile: Profile| {
+                profiles::load(file).is_ok_and(|profile: WheelProfile| {
                     for raw in [i32::MIN, -1, 0, 1, 32_768, 65_535, i32::MAX] {
                         assert!(profile.steering.wheel_rad(raw).is_finite(), "{raw}");
                     }
@@ -332,7 +334,7 @@ fn recorded(folder: &Path) -> Vec<Reader> {
             change: mutate::bytes,
             share: 800,
             read: with_file(at("table.parquet"), |file| {
-                record::Reader::parquet(file).is_ok_and(|table| {
+                record::TableReader::parquet(file).is_ok_and(|table| {
                     for name in ["tick", "car", "speed_mps", "in_range", "kind", "detail"] {
                         let rows = [table.numbers(name).len(), table.ids(name).len(), table.flags(name).len()];
                         assert!(rows.iter().all(|n| *n <= table.rows()), "{name}: {rows:?} of {}", table.rows());
@@ -348,7 +350,7 @@ fn recorded(folder: &Path) -> Vec<Reader> {
             good: vec![session],
             change: mutate::text,
             share: 2500,
-            read: with_file(at("session.json"), |file| Log::load(file).is_ok()),
+            read: with_file(at("session.json"), |file| SessionLog::load(file).is_ok()),
         },
     ]
 }

@@ -2,18 +2,18 @@
 
 use codrive::{
     input::{
-        Action, Devices, Rig,
+        ButtonAction, Devices, Rig,
         lamps::Lamps,
-        profiles::{self, Device},
+        profiles::{self, UnprofiledDevice},
         wheel::{FoundWheel, WheelMessage},
     },
     live_drive::LiveDrive,
-    record::{Reader, Table},
+    record::{Table, TableReader},
     render::Gpu,
     replay::Replay,
     scenario::Scenario,
     session::drives::SessionResources,
-    study::Code,
+    study::ParticipantCode,
     time::Pace,
 };
 use std::time::Duration;
@@ -25,9 +25,9 @@ fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("trial");
     let mut devices = Some(Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1)));
-    let mut live = LiveDrive::led(&scenario, &mut devices).unwrap();
+    let mut live = LiveDrive::with_devices(&scenario, &mut devices).unwrap();
     assert!(devices.is_none() && live.drive.clock.pace() == Pace::Paused);
-    live.record_of(&recording, gpu, Some(&Code::new("P03").unwrap())).unwrap();
+    live.record_of(&recording, gpu, Some(&ParticipantCode::new("P03").unwrap())).unwrap();
     live.drive.clock.set_pace(Pace::FullSpeed);
     live.advance(Duration::ZERO, |_| ()).unwrap();
     live.extend(0.75).unwrap();
@@ -44,7 +44,9 @@ fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
     assert!(manifest.contains("\"participant\": \"P03\""), "{manifest}");
     // A scenario that cannot start leaves the devices where they are.
     devices = Some(live.into_devices());
-    assert!(LiveDrive::led(&Scenario { vehicles: 400, ..scenario }, &mut devices).is_err() && devices.is_some());
+    assert!(
+        LiveDrive::with_devices(&Scenario { vehicles: 400, ..scenario }, &mut devices).is_err() && devices.is_some()
+    );
 }
 
 #[test]
@@ -52,7 +54,7 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
     let (to, told) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
-    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(WheelMessage::Connected(Box::new(found))).unwrap();
     let mut wheel = Devices::with_rig(Rig::fed_by(told));
@@ -62,13 +64,13 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
     assert_eq!(wheel.controls(0.0, None).selector, codrive::controls::Selector::Reverse);
     let mut devices = Some(wheel);
     let scenario = Scenario { traffic: "native".into(), duration_s: 5.0, trees: 0, ..Scenario::default() };
-    let mut live = LiveDrive::led(&scenario, &mut devices).unwrap();
+    let mut live = LiveDrive::with_devices(&scenario, &mut devices).unwrap();
     assert_eq!(live.devices.controls(0.0, None).selector, codrive::controls::Selector::Drive);
     for code in [297, 292, 296] {
         to.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
     }
     live.advance(Duration::from_millis(20), |_| ()).unwrap();
-    assert_eq!(live.take_pressed(), [Action::Start, Action::Mark, Action::Abort]);
+    assert_eq!(live.take_pressed(), [ButtonAction::Start, ButtonAction::Mark, ButtonAction::Abort]);
     assert_eq!((live.drive.clock.pace(), live.take_pressed().len()), (Pace::Paused, 0), "Start starts nothing");
 }
 
@@ -91,8 +93,8 @@ fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("practice");
     let none = || Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1));
-    let mut kit = SessionResources::new(none(), &Code::new("P03").unwrap());
-    let mut live = LiveDrive::led(&wide, &mut Some(none())).unwrap();
+    let mut kit = SessionResources::new(none(), &ParticipantCode::new("P03").unwrap());
+    let mut live = LiveDrive::with_devices(&wide, &mut Some(none())).unwrap();
     live.record_of(&recording, gpu, None).unwrap();
     live.drive.clock.set_pace(Pace::FullSpeed);
     kit.live = Some(live);
@@ -102,8 +104,8 @@ fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
     }
     kit.live.as_mut().unwrap().finish_recording().unwrap();
     // From the tables: the speed at the end of each step within the range of the advice that stands.
-    let ego = Reader::parquet(&Table::Ego.parquet(&recording)).unwrap();
-    let advice = Reader::parquet(&Table::Advice.parquet(&recording)).unwrap();
+    let ego = TableReader::parquet(&Table::Ego.parquet(&recording)).unwrap();
+    let advice = TableReader::parquet(&Table::Advice.parquet(&recording)).unwrap();
     let (ticks, low, high) = (advice.wholes("tick"), advice.numbers("range_low_mps"), advice.numbers("range_high_mps"));
     let steps = ego.wholes("tick").into_iter().zip(ego.numbers("speed_mps")).filter(|(tick, _)| tick % 10 == 0);
     let inside = steps.filter(|(tick, speed)| {

@@ -8,10 +8,10 @@ mod wheel;
 
 use codrive::{
     analysis::people::STATES,
-    panel::{ItemState, Screen, SessionCommand, SessionPhase},
+    panel::{ItemState, ParticipantScreen, SessionCommand, SessionPhase},
     record::RecordError,
     session::BackendStatus,
-    study::{Code, Completion, DataSet, Input, Outcome, Session, session::Who},
+    study::{Completion, DataSet, FormInput, ItemOutcome, ParticipantCode, Session, session::ParticipantKind},
 };
 use rig::Rig;
 
@@ -22,9 +22,9 @@ fn reason(text: &str) -> String {
 #[test]
 fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk() {
     let mut rig = Rig::new();
-    assert!(matches!(rig.live_session().screen(BackendStatus::default()), Screen::Page("# Hello")));
+    assert!(matches!(rig.live_session().screen(BackendStatus::default()), ParticipantScreen::Page("# Hello")));
     assert_eq!(rig.running(), "welcome");
-    rig.input(Input::Next);
+    rig.input(FormInput::Next);
     assert_eq!(rig.running(), "welcome", "a page is not pressed away before it can be read");
     rig.next();
     assert_eq!(rig.sees(), "words before before");
@@ -42,10 +42,10 @@ fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk()
     rig.pass(0.1);
     assert_eq!(rig.sees(), "countdown to practice");
     assert_eq!(rig.road.scenario.as_ref().unwrap().duration_s, 30.0);
-    assert!(matches!(rig.live_session().screen(BackendStatus::default()), Screen::Countdown(3, 0, _)));
+    assert!(matches!(rig.live_session().screen(BackendStatus::default()), ParticipantScreen::Countdown(3, 0, _)));
     rig.pass(2.5);
     assert!(
-        matches!(rig.live_session().screen(BackendStatus::default()), Screen::Countdown(1, 0, _))
+        matches!(rig.live_session().screen(BackendStatus::default()), ParticipantScreen::Countdown(1, 0, _))
             && rig.road.folder.is_none()
     );
     rig.pass(0.6);
@@ -80,7 +80,7 @@ fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk()
         rig.next();
     }
     assert!(rig.live_session().is_over() && rig.log().end.is_some_and(|end| end.complete));
-    assert!(rig.passages().iter().all(|(_, outcome)| *outcome == Outcome::Done));
+    assert!(rig.passages().iter().all(|(_, outcome)| *outcome == ItemOutcome::Done));
     assert_eq!((rig.live_session().progress(), Completion::of(&rig.log())), ([6, 6], Completion::Complete));
     rig.refused(SessionCommand::Stop(reason("late")), "the session is over");
     rig.refused(SessionCommand::Skip(reason("late")), "the session is over");
@@ -96,8 +96,8 @@ fn after_a_cut_the_session_goes_on_at_what_was_cut_when_the_experimenter_says_so
         ("before", |rig| {
             rig.next();
             rig.next();
-            rig.input(Input::Turn(1));
-            rig.input(Input::Next);
+            rig.input(FormInput::Turn(1));
+            rig.input(FormInput::Next);
         }),
         ("practice", |rig| {
             rig.next();
@@ -119,9 +119,9 @@ fn after_a_cut_the_session_goes_on_at_what_was_cut_when_the_experimenter_says_so
         assert_eq!(rig.running(), name);
         rig.open();
         let last = rig.log().passages.pop().unwrap();
-        assert_eq!((last.item.as_str(), last.outcome, rig.running().as_str()), (name, Outcome::Cut, "nothing"));
+        assert_eq!((last.item.as_str(), last.outcome, rig.running().as_str()), (name, ItemOutcome::Cut, "nothing"));
         let screen = rig.live_session().screen(BackendStatus::default());
-        assert!(matches!(screen, Screen::Wait(_)), "cut {cut}: {screen:?}");
+        assert!(matches!(screen, ParticipantScreen::Wait(_)), "cut {cut}: {screen:?}");
         assert!(rig.live_session().items().iter().any(|item| item.name == name && item.state == ItemState::Again));
         rig.next();
         assert_eq!(rig.running(), "nothing", "the participant waits");
@@ -140,7 +140,7 @@ fn answers_before_a_cut_are_kept_and_gone_on_with_and_a_repeated_questionnaire_b
     rig.next();
     let answers = |rig: &mut Rig, options: &[usize]| {
         for (stop, option) in options.iter().enumerate() {
-            rig.input(Input::Pick { stop, option: *option });
+            rig.input(FormInput::Pick { stop, option: *option });
         }
     };
     answers(&mut rig, &[3, 7]);
@@ -152,7 +152,9 @@ fn answers_before_a_cut_are_kept_and_gone_on_with_and_a_repeated_questionnaire_b
 
     rig.command(SessionCommand::Go);
     rig.next();
-    let Screen::Questions(form) = rig.live_session().screen(BackendStatus::default()) else { panic!("questions") };
+    let ParticipantScreen::Questions(form) = rig.live_session().screen(BackendStatus::default()) else {
+        panic!("questions")
+    };
     assert_eq!((form.answered(), form.focus()), (cut.answers.clone(), 2));
     // Cut again before anything new: still there.
     rig.open();
@@ -170,7 +172,9 @@ fn answers_before_a_cut_are_kept_and_gone_on_with_and_a_repeated_questionnaire_b
     rig.command(SessionCommand::Abort(reason("it comes first")));
     rig.command(SessionCommand::Go);
     rig.next();
-    let Screen::Questions(form) = rig.live_session().screen(BackendStatus::default()) else { panic!("questions") };
+    let ParticipantScreen::Questions(form) = rig.live_session().screen(BackendStatus::default()) else {
+        panic!("questions")
+    };
     assert!(form.answered().is_empty());
 }
 
@@ -186,7 +190,7 @@ fn what_is_broken_off_comes_again_and_what_is_called_back_comes_once_more() {
         rig.road.scenario.is_none() && rig.live_session().phase(BackendStatus::default()) == SessionPhase::Experimenter
     );
     let last = rig.log().passages.pop().unwrap();
-    assert_eq!((last.outcome, last.reason.as_str()), (Outcome::Aborted, "the phone rang"));
+    assert_eq!((last.outcome, last.reason.as_str()), (ItemOutcome::Aborted, "the phone rang"));
     rig.refused(SessionCommand::Abort(reason("again")), "there is nothing to break off");
     rig.command(SessionCommand::Go);
     assert_eq!(rig.sees(), "words before practice");
@@ -222,7 +226,7 @@ fn skipping_leaves_out_what_runs_or_what_comes_next() {
     assert_eq!(rig.running(), "nothing");
     rig.command(SessionCommand::Go);
     assert_eq!(rig.running(), "trial-1-narrow");
-    assert!(rig.passages().iter().all(|(_, outcome)| *outcome == Outcome::Skipped));
+    assert!(rig.passages().iter().all(|(_, outcome)| *outcome == ItemOutcome::Skipped));
     for _ in 0..2 {
         rig.command(SessionCommand::Skip(reason("enough")));
     }
@@ -244,7 +248,7 @@ fn drives_and_rests_last_longer_are_held_and_go_on() {
     rig.pass(3.2);
     rig.command(SessionCommand::Pause);
     let now = rig.road.now;
-    assert!(now.held && matches!(rig.live_session().screen(now), Screen::Drive(Some(_))));
+    assert!(now.held && matches!(rig.live_session().screen(now), ParticipantScreen::Drive(Some(_))));
     rig.pass(60.0);
     rig.command(SessionCommand::Go);
     assert!(!rig.road.now.held && rig.sees() == "drive practice");
@@ -275,7 +279,7 @@ fn notes_and_marks_are_in_the_session_and_while_driving_in_the_recording() {
     rig.until_practice();
     rig.drive_off();
     rig.command(SessionCommand::Mark(String::new()));
-    rig.input(Input::Mark);
+    rig.input(FormInput::Mark);
     rig.command(SessionCommand::Note(reason("coughs")));
     rig.live_session().note_contact("contact with car 3, closing at 4.2 m/s").unwrap();
     assert_eq!(rig.road.said, ["mark: by the experimenter", "mark: by the participant", "note: coughs"]);
@@ -296,14 +300,14 @@ fn a_participant_who_asks_to_stop_holds_the_drive_and_sickness_ends_the_session_
     let mut rig = Rig::new();
     rig.until_practice();
     rig.drive_off();
-    rig.input(Input::Stop);
+    rig.input(FormInput::Stop);
     assert!(rig.road.now.held && rig.live_session().asked());
     let words = rig.study.file.texts.asked.clone();
     let now = rig.road.now;
-    assert!(matches!(rig.live_session().screen(now), Screen::Drive(Some(text)) if text == words));
+    assert!(matches!(rig.live_session().screen(now), ParticipantScreen::Drive(Some(text)) if text == words));
     rig.command(SessionCommand::Go);
     assert!(!rig.road.now.held && !rig.live_session().asked());
-    rig.input(Input::Stop);
+    rig.input(FormInput::Stop);
     rig.command(SessionCommand::Stop(reason("sickness")));
     assert!(rig.live_session().is_over() && rig.road.scenario.is_none());
     assert!(rig.road.said.contains(&"stopped: sickness".into()), "{:?}", rig.road.said);
@@ -311,7 +315,8 @@ fn a_participant_who_asks_to_stop_holds_the_drive_and_sickness_ends_the_session_
     assert_eq!((end.complete, end.reason.as_str()), (false, "sickness"));
     rig.live_session = None;
     let data = DataSet::open(&rig.out, &rig.study).unwrap();
-    let again = Session::open(&data, &rig.study, &Code::new("P03").unwrap(), Who::Person, 0, "later");
+    let again =
+        Session::open(&data, &rig.study, &ParticipantCode::new("P03").unwrap(), ParticipantKind::Person, 0, "later");
     assert!(again.unwrap_err().to_string().contains("stopped for good (sickness"));
 }
 
@@ -341,9 +346,9 @@ fn a_request_to_stop_holds_whatever_is_on_the_screen_until_the_experimenter_deci
         rig.pass(0.1);
         let (before, left_s) = (rig.sees(), rig.live_session().left_s(BackendStatus::default()));
         let answered = rig.log().running.map(|running| running.answers);
-        rig.input(Input::Stop);
+        rig.input(FormInput::Stop);
         rig.pass(60.0);
-        for input in [Input::Next, Input::PageOn, Input::Pick { stop: 0, option: 3 }, Input::Next] {
+        for input in [FormInput::Next, FormInput::PageOn, FormInput::Pick { stop: 0, option: 3 }, FormInput::Next] {
             rig.input(input);
         }
         rig.pass(60.0);
@@ -354,7 +359,9 @@ fn a_request_to_stop_holds_whatever_is_on_the_screen_until_the_experimenter_deci
         );
         assert_eq!(rig.log().running.map(|running| running.answers), answered);
         let screen = rig.live_session().screen(BackendStatus::default());
-        let (Screen::Wait(said) | Screen::Drive(Some(said))) = screen else { panic!("{screen:?}") };
+        let (ParticipantScreen::Wait(said) | ParticipantScreen::Drive(Some(said))) = screen else {
+            panic!("{screen:?}")
+        };
         assert_eq!(said, words);
         assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Held, "Go and Resume are offered");
         rig.command(SessionCommand::Go);
@@ -363,10 +370,10 @@ fn a_request_to_stop_holds_whatever_is_on_the_screen_until_the_experimenter_deci
     let kinds: Vec<String> = rig.log().notes.into_iter().map(|note| note.kind).collect();
     assert_eq!(kinds, ["asked", "resumed"].repeat(7), "each with the experimenter's answer");
     // And the other decisions.
-    rig.input(Input::Stop);
+    rig.input(FormInput::Stop);
     rig.command(SessionCommand::Skip(reason("enough rest")));
     assert!(!rig.live_session().asked() && rig.sees() == "words before trial-1-narrow");
-    rig.input(Input::Stop);
+    rig.input(FormInput::Stop);
     rig.command(SessionCommand::Abort(reason("coffee")));
     assert!(!rig.live_session().asked() && rig.sees() == "please wait");
 }
@@ -433,7 +440,7 @@ fn a_drive_that_cannot_start_or_go_on_is_said_and_comes_again() {
     let Rig { live_session, road, .. } = &mut rig;
     live_session.as_mut().unwrap().fail(&RecordError::Full(8).into(), road);
     let last = rig.log().passages.pop().unwrap();
-    assert!(last.outcome == Outcome::Aborted && last.reason.contains("the disk writer stalled"), "{last:?}");
+    assert!(last.outcome == ItemOutcome::Aborted && last.reason.contains("the disk writer stalled"), "{last:?}");
     assert_eq!(rig.sees(), "please wait");
 }
 
@@ -457,6 +464,6 @@ fn on_a_full_disk_the_session_stays_says_why_and_keeps_its_log_until_there_is_ro
     std::fs::remove_dir(&in_the_way).unwrap();
     rig.command(SessionCommand::Go);
     let last = rig.log().passages.pop().unwrap();
-    assert_eq!(last.outcome, Outcome::Aborted);
+    assert_eq!(last.outcome, ItemOutcome::Aborted);
     assert!(last.reason.starts_with("journal/rows.blocks: No space left"), "{}", last.reason);
 }

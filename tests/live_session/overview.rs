@@ -3,7 +3,7 @@
 
 use crate::rig::Rig;
 use codrive::{
-    panel::{ItemState, Screen, SessionCommand, SessionPhase},
+    panel::{ItemState, ParticipantScreen, SessionCommand, SessionPhase},
     session::BackendStatus,
 };
 
@@ -68,45 +68,51 @@ fn the_participant_sees_what_the_experimenter_is_told_they_see() {
     let texts = rig.study.file.texts.clone();
     let none = BackendStatus::default();
     rig.until_practice();
-    assert!(matches!(rig.live_session().screen(none), Screen::Page("Try the car.")));
+    assert!(matches!(rig.live_session().screen(none), ParticipantScreen::Page("Try the car.")));
     assert_eq!((rig.live_session().phase(none), rig.live_session().left_s(none)), (SessionPhase::Participant, None));
     rig.next();
-    assert!(matches!(rig.live_session().screen(none), Screen::Wait(text) if text == texts.ready), "it is being loaded");
+    assert!(
+        matches!(rig.live_session().screen(none), ParticipantScreen::Wait(text) if text == texts.ready),
+        "it is being loaded"
+    );
     assert_eq!(rig.live_session().phase(none), SessionPhase::Driving);
     // 3 s of countdown, of which one frame is over.
     rig.pass(0.15);
     let left_s = rig.live_session().left_s(none).unwrap();
     assert!((2.85..3.0).contains(&left_s), "{left_s}");
-    assert!(matches!(rig.live_session().screen(none), Screen::Countdown(3, 0, _)));
+    assert!(matches!(rig.live_session().screen(none), ParticipantScreen::Countdown(3, 0, _)));
     // In flowing traffic the car begins with its speed, and the countdown says which: 4 m/s are 8.9 mph.
     let flowing = BackendStatus { speed_mps: 4.0, ..none };
-    assert!(matches!(rig.live_session().screen(flowing), Screen::Countdown(3, 9, codrive::units::SpeedUnit::Mph)));
+    assert!(matches!(
+        rig.live_session().screen(flowing),
+        ParticipantScreen::Countdown(3, 9, codrive::units::SpeedUnit::Mph)
+    ));
     rig.command(SessionCommand::Pause);
-    assert!(matches!(rig.live_session().screen(none), Screen::Drive(Some(text)) if text == texts.paused));
+    assert!(matches!(rig.live_session().screen(none), ParticipantScreen::Drive(Some(text)) if text == texts.paused));
     rig.command(SessionCommand::Resume);
     rig.pass(3.0);
     let driving = BackendStatus { time_s: 12.5, duration_s: 30.0, ..none };
-    assert!(matches!(rig.live_session().screen(driving), Screen::Drive(None)), "the road alone");
+    assert!(matches!(rig.live_session().screen(driving), ParticipantScreen::Drive(None)), "the road alone");
     assert_eq!(
         (rig.live_session().phase(driving), rig.live_session().left_s(driving)),
         (SessionPhase::Driving, Some(17.5))
     );
     let held = BackendStatus { held: true, ..driving };
-    assert!(matches!(rig.live_session().screen(held), Screen::Drive(Some(text)) if text == texts.paused));
+    assert!(matches!(rig.live_session().screen(held), ParticipantScreen::Drive(Some(text)) if text == texts.paused));
     assert_eq!(rig.live_session().phase(held), SessionPhase::Held);
     rig.command(SessionCommand::Skip("enough".into()));
-    assert!(matches!(rig.live_session().screen(none), Screen::Wait(text) if text == texts.wait));
+    assert!(matches!(rig.live_session().screen(none), ParticipantScreen::Wait(text) if text == texts.wait));
     assert_eq!((rig.sees().as_str(), rig.live_session().phase(none)), ("please wait", SessionPhase::Experimenter));
     rig.command(SessionCommand::Go);
     rig.pass(4.0);
     assert!(
-        matches!(rig.live_session().screen(none), Screen::Rest(text, left_s) if text == texts.rest && (5.9..6.1).contains(&left_s))
+        matches!(rig.live_session().screen(none), ParticipantScreen::Rest(text, left_s) if text == texts.rest && (5.9..6.1).contains(&left_s))
     );
     assert_eq!(rig.live_session().phase(none), SessionPhase::Resting);
     rig.pass(6.5);
-    assert!(matches!(rig.live_session().screen(none), Screen::Rest(_, 0.0)));
+    assert!(matches!(rig.live_session().screen(none), ParticipantScreen::Rest(_, 0.0)));
     assert_eq!(rig.live_session().phase(none), SessionPhase::Participant);
     rig.command(SessionCommand::Stop("sickness".into()));
-    assert!(matches!(rig.live_session().screen(none), Screen::Wait(text) if text == texts.stopped));
+    assert!(matches!(rig.live_session().screen(none), ParticipantScreen::Wait(text) if text == texts.stopped));
     assert_eq!((rig.sees().as_str(), rig.live_session().phase(none)), ("stopped, thanks", SessionPhase::Over));
 }

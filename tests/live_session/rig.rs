@@ -7,8 +7,8 @@ use codrive::{
     scenario::Scenario,
     session::{BackendStatus, DriveBackend, LiveSession},
     study::{
-        Code, DataSet, Input, Outcome, Session, Study,
-        session::{FILE, Log, Who},
+        DataSet, FormInput, ItemOutcome, ParticipantCode, Session, Study,
+        session::{FILE, ParticipantKind, SessionLog},
     },
 };
 use std::{fs, path::Path, path::PathBuf, time::Duration};
@@ -132,8 +132,8 @@ impl Rig {
         self.live_session = None;
         self.road = Counted::default();
         let data = DataSet::open(&self.out, &self.study).unwrap();
-        let code = Code::new("P03").unwrap();
-        let session = Session::open(&data, &self.study, &code, Who::Person, 0, "then").unwrap();
+        let code = ParticipantCode::new("P03").unwrap();
+        let session = Session::open(&data, &self.study, &code, ParticipantKind::Person, 0, "then").unwrap();
         self.live_session = Some(LiveSession::new(&self.study, session, || "2026-11-20T12:00:00Z".into()).unwrap());
     }
 
@@ -150,14 +150,14 @@ impl Rig {
         }
     }
 
-    pub fn input(&mut self, input: Input) {
+    pub fn input(&mut self, input: FormInput) {
         self.live_session.as_mut().unwrap().input(input, &mut self.road).unwrap();
     }
 
     /// Reads the page and goes on.
     pub fn next(&mut self) {
         self.pass(1.0);
-        self.input(Input::Next);
+        self.input(FormInput::Next);
     }
 
     pub fn command(&mut self, command: SessionCommand) {
@@ -173,12 +173,12 @@ impl Rig {
         assert_eq!(self.log(), before, "nothing was done");
     }
 
-    pub fn log(&self) -> Log {
-        Log::load(&self.out.join("sourcedata/sub-P03").join(FILE)).unwrap()
+    pub fn log(&self) -> SessionLog {
+        SessionLog::load(&self.out.join("sourcedata/sub-P03").join(FILE)).unwrap()
     }
 
     /// What was, as name and outcome.
-    pub fn passages(&self) -> Vec<(String, Outcome)> {
+    pub fn passages(&self) -> Vec<(String, ItemOutcome)> {
         self.log().passages.into_iter().map(|p| (p.item, p.outcome)).collect()
     }
 
@@ -192,8 +192,8 @@ impl Rig {
 
     pub fn answer(&mut self) {
         for _ in 0..20 {
-            self.input(Input::Turn(1));
-            self.input(Input::Next);
+            self.input(FormInput::Turn(1));
+            self.input(FormInput::Next);
         }
     }
 

@@ -5,11 +5,11 @@ use codrive::{
     input::{
         Devices, Rig as WheelRig,
         lamps::Lamps,
-        profiles::{self, Device},
+        profiles::{self, UnprofiledDevice},
         wheel::{FoundWheel, WheelMessage},
     },
     session::drives::SessionResources,
-    study::{Code, Input},
+    study::{FormInput, ParticipantCode},
 };
 use std::time::Duration;
 
@@ -22,10 +22,11 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     let (to, told) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
-    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(WheelMessage::Connected(Box::new(found))).unwrap();
-    let mut kit = SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
+    let mut kit =
+        SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &ParticipantCode::new("P03").unwrap());
     let mut rig = Rig::new();
     let mut act = |rig: &mut Rig, told: &[WheelMessage]| {
         rig.pass(0.5);
@@ -68,12 +69,13 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
 #[test]
 fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answer_where_no_button_does() {
     let (to, told) = std::sync::mpsc::channel();
-    let mut kit = SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &Code::new("P03").unwrap());
+    let mut kit =
+        SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &ParticipantCode::new("P03").unwrap());
     assert!(kit.frame(Duration::ZERO, |_| ()).unwrap().1.is_empty() && !kit.wheel());
     let mut profile = profiles::named("g29").unwrap();
     (profile.buttons.answer, profile.buttons.start) = (Vec::new(), Vec::new());
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
-    let device = Device { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     let mut after = |told: WheelMessage| {
         to.send(told).unwrap();
@@ -86,9 +88,12 @@ fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answe
     let pedal = |code: u16, raw: i32| WheelMessage::Axis { code, raw, at: None };
     let moved = after(WheelMessage::Axis { code: 0, raw: 30_000, at: None });
     assert!(moved.2, "whoever turns the wheel has it in hands");
-    for (told, input) in
-        [(pedal(2, 0), Some(Input::Next)), (pedal(2, 0), None), (pedal(2, 255), None), (pedal(5, 0), Some(Input::Back))]
-    {
+    for (told, input) in [
+        (pedal(2, 0), Some(FormInput::Next)),
+        (pedal(2, 0), None),
+        (pedal(2, 255), None),
+        (pedal(5, 0), Some(FormInput::Back)),
+    ] {
         assert_eq!(after(told).0, input.into_iter().collect::<Vec<_>>());
     }
     let (_, news, wheel) = after(WheelMessage::Lost);

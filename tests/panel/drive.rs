@@ -1,7 +1,9 @@
 //! The experimenter's panel as a person uses it: by the names on it.
 
 use codrive::{
-    panel::{Advance, Choices, History, Panel, PanelCommand, PanelState, Phase, Readings, theme},
+    panel::{
+        DrivePhase, PanelCommand, PanelState, Readings, SettingChoices, SettingsPanel, SingleStep, SpeedHistory, theme,
+    },
     policy::{Action, Advice},
     scenario::Scenario,
     time::Tick,
@@ -16,32 +18,32 @@ const KEYS: [(&str, &str); 4] =
 
 /// What stands around the panel in the program.
 struct Bench {
-    panel: Panel,
+    panel: SettingsPanel,
     scenario: Scenario,
-    phase: Phase,
+    phase: DrivePhase,
     readings: Option<Readings>,
-    history: History,
+    history: SpeedHistory,
     error: Option<String>,
     recorded_in: Option<PathBuf>,
     commands: Vec<PanelCommand>,
 }
 
 impl Bench {
-    fn new(scenario: Scenario, phase: Phase) -> Self {
-        let choices = Choices::default()
+    fn new(scenario: Scenario, phase: DrivePhase) -> Self {
+        let choices = SettingChoices::default()
             .with("map", ["practice", "ring-250", "ring-641"], Some("path of a net.xml"))
             .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
             .with("policy", codrive::policy::NAMES, None)
             .with("driver", ["follow", "perfect", "sloppy", "idm"], None);
-        let mut panel = Panel::new(&scenario, choices);
+        let mut panel = SettingsPanel::new(&scenario, choices);
         panel.open = true;
-        let (readings, history, commands) = (None, History::default(), Vec::new());
+        let (readings, history, commands) = (None, SpeedHistory::default(), Vec::new());
         Self { panel, scenario, phase, readings, history, error: None, recorded_in: None, commands }
     }
 
     /// A drive on the ring, 150 s old: a wave that the ego calms.
     fn driving() -> Self {
-        let mut bench = Self::new(Scenario::default(), Phase::Running);
+        let mut bench = Self::new(Scenario::default(), DrivePhase::Running);
         for step in 0..1500 {
             let time_s = f64::from(step) * 0.1;
             let wave = (-time_s / 60.0).exp();
@@ -209,12 +211,12 @@ fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
     let mut harness = tall(Bench::driving());
     assert_eq!(press(&mut harness, "+1 step"), [], "not while time runs");
     assert_eq!(press(&mut harness, "Pause"), [PanelCommand::Pause]);
-    harness.state_mut().phase = Phase::Paused;
+    harness.state_mut().phase = DrivePhase::Paused;
     harness.run();
-    assert_eq!(press(&mut harness, "+1 tick"), [PanelCommand::SingleStep(Advance::Tick)]);
-    assert_eq!(press(&mut harness, "+1 step"), [PanelCommand::SingleStep(Advance::Step)]);
+    assert_eq!(press(&mut harness, "+1 tick"), [PanelCommand::SingleStep(SingleStep::Tick)]);
+    assert_eq!(press(&mut harness, "+1 step"), [PanelCommand::SingleStep(SingleStep::Step)]);
     assert_eq!(press(&mut harness, "Start"), [PanelCommand::Start]);
-    harness.state_mut().phase = Phase::Ended;
+    harness.state_mut().phase = DrivePhase::Ended;
     harness.run();
     assert_eq!(press(&mut harness, "Start"), [], "what is over only restarts");
 }
@@ -266,7 +268,7 @@ fn the_readings_are_those_of_the_drive() {
 
 #[test]
 fn an_error_is_shown_in_full() {
-    let mut bench = Bench::new(Scenario::default(), Phase::Ended);
+    let mut bench = Bench::new(Scenario::default(), DrivePhase::Ended);
     let message = "SUMO is not here: no libsumocpp.so\n  remedy: run scripts/setup, or drive with --traffic native";
     bench.error = Some(message.into());
     let harness = tall(bench);
@@ -356,7 +358,7 @@ fn it_fits_a_laptop_at_every_scale() {
 /// The picture of a drive with what the panel put out over it.
 fn picture_with(open: bool) -> image::RgbaImage {
     use codrive::{
-        render::{Gpu, OFFSCREEN, Panel as Output, Quality, Renderer, render_with_panel},
+        render::{Gpu, OFFSCREEN, PanelOutput as Output, Quality, Renderer, render_with_panel},
         scene::view_options,
         scene::{StaticScene, ViewKind, view},
         sim::World,

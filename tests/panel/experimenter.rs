@@ -3,9 +3,9 @@
 use codrive::{
     ego::EgoState,
     panel::{
-        Advance, Choices, Panel, PanelCommand, PanelState, Phase, Presets, Readings,
+        DrivePhase, PanelCommand, PanelState, PresetList, Readings, SettingChoices, SettingsPanel, SingleStep,
         experimenter::{
-            ContactHealth, Experimenter, ExperimenterCommand as Command, ExperimenterState, Health, Log,
+            ContactHealth, DriveHealth, DriveLog, ExperimenterCommand as Command, ExperimenterPanel, ExperimenterState,
             RecordingHealth, WheelHealth,
         },
         theme,
@@ -32,13 +32,13 @@ const CARS: u32 = 21;
 
 /// What stands around the window in the program.
 struct Bench {
-    experimenter: Experimenter,
-    panel: Panel,
+    experimenter: ExperimenterPanel,
+    panel: SettingsPanel,
     scenario: Scenario,
-    phase: Phase,
-    log: Log,
+    phase: DrivePhase,
+    log: DriveLog,
     now: Snapshot,
-    health: Health,
+    health: DriveHealth,
     picture: Option<egui::TextureHandle>,
     plan: Option<&'static str>,
     folder: tempfile::TempDir,
@@ -106,16 +106,16 @@ impl Bench {
     /// A drive that has lasted so many steps.
     fn after(steps: u64) -> Self {
         let scenario = Scenario::default();
-        let choices = Choices::default().with("map", ["ring-250", "practice"], None);
+        let choices = SettingChoices::default().with("map", ["ring-250", "practice"], None);
         let folder = tempfile::tempdir().unwrap();
-        let mut panel = Panel::new(&scenario, choices);
-        panel.keep_presets(Presets::in_folder(folder.path().join("scenarios")));
+        let mut panel = SettingsPanel::new(&scenario, choices);
+        panel.keep_presets(PresetList::in_folder(folder.path().join("scenarios")));
         let road = (0..120).map(|i| on_ring(f64::from(i) / 120.0 * LENGTH_M).position.to_array()).collect();
-        let mut log = Log::on(road, LENGTH_M, 4.0, 8.7);
+        let mut log = DriveLog::on(road, LENGTH_M, 4.0, 8.7);
         for step in 0..=steps {
             log.see(&snapshot(step), 10);
         }
-        let health = Health {
+        let health = DriveHealth {
             frame_ms: [16.7, 21.0],
             dropped_s: [0.0, 0.0],
             latency_ms: Some([31.0, 44.0]),
@@ -126,10 +126,10 @@ impl Bench {
             error: None,
         };
         Self {
-            experimenter: Experimenter::default(),
+            experimenter: ExperimenterPanel::default(),
             panel,
             scenario,
-            phase: Phase::Running,
+            phase: DrivePhase::Running,
             log,
             now: snapshot(steps),
             health,
@@ -259,7 +259,7 @@ fn a_preset_that_is_wrong_is_named_with_its_line() {
     std::fs::create_dir(&scenarios).unwrap();
     std::fs::write(scenarios.join("old.toml"), "vehicles = 22\nhold = 3\n").unwrap();
     let mut bench = bench;
-    bench.panel.keep_presets(Presets::in_folder(scenarios));
+    bench.panel.keep_presets(PresetList::in_folder(scenarios));
     let mut harness = tall(bench);
     click(&mut harness, "Load");
     harness.get_by_label_contains("old.toml:2");
@@ -271,9 +271,9 @@ fn a_drive_is_paused_stepped_and_started_with_mouse_and_keys() {
     let mut harness = tall(Bench::after(10));
     assert_eq!(click(&mut harness, "Pause"), [Command::Drive(PanelCommand::Pause)]);
     assert_eq!(press(&mut harness, Modifiers::COMMAND, Key::P), [Command::Drive(PanelCommand::Pause)]);
-    harness.state_mut().phase = Phase::Paused;
+    harness.state_mut().phase = DrivePhase::Paused;
     harness.run();
-    assert_eq!(click(&mut harness, "+1 tick"), [Command::Drive(PanelCommand::SingleStep(Advance::Tick))]);
+    assert_eq!(click(&mut harness, "+1 tick"), [Command::Drive(PanelCommand::SingleStep(SingleStep::Tick))]);
     assert_eq!(press(&mut harness, Modifiers::COMMAND, Key::P), [Command::Drive(PanelCommand::Start)]);
 }
 

@@ -3,10 +3,10 @@
 
 use codrive::{
     panel::{
-        ItemState, Screen, ScreenState, Screens, SessionCommand, SessionItem, SessionPanel, SessionPanelState,
-        SessionPhase, theme,
+        ItemState, ParticipantScreen, ScreenPainter, ScreenState, SessionCommand, SessionItem, SessionPanel,
+        SessionPanelState, SessionPhase, theme,
     },
-    study::{Form, Input, Questionnaire, Texts},
+    study::{FormInput, ParticipantTexts, Questionnaire, QuestionnaireForm},
     units::SpeedUnit,
 };
 use egui::{Key, Modifiers, accesskit::Role};
@@ -37,8 +37,8 @@ const EVERY_KIND: &str = r#"{ "title": "You and this drive", "pages": [
 
 /// What a screen of the program has around it.
 struct Desk {
-    screens: Screens,
-    form: Option<Form>,
+    screens: ScreenPainter,
+    form: Option<QuestionnaireForm>,
     page: Option<&'static str>,
     rest_s: Option<f64>,
     countdown: Option<u32>,
@@ -46,13 +46,13 @@ struct Desk {
     rolls: u32,
     words: Option<&'static str>,
     wheel: bool,
-    inputs: Vec<Input>,
+    inputs: Vec<FormInput>,
 }
 
 impl Desk {
     fn new() -> Self {
         Self {
-            screens: Screens::default(),
+            screens: ScreenPainter::default(),
             form: None,
             page: None,
             rest_s: None,
@@ -66,26 +66,26 @@ impl Desk {
 
     fn questions(text: &str) -> Self {
         let questionnaire = Questionnaire::parse(text, "test.json").unwrap();
-        Self { form: Some(Form::new(&questionnaire, 0.0)), ..Self::new() }
+        Self { form: Some(QuestionnaireForm::new(&questionnaire, 0.0)), ..Self::new() }
     }
 
     fn shipped(name: &str) -> Self {
         let questionnaire = Questionnaire::find(name, Path::new(".")).unwrap();
-        Self { form: Some(Form::new(&questionnaire, 0.0)), ..Self::new() }
+        Self { form: Some(QuestionnaireForm::new(&questionnaire, 0.0)), ..Self::new() }
     }
 
-    fn form(&self) -> &Form {
+    fn form(&self) -> &QuestionnaireForm {
         self.form.as_ref().unwrap()
     }
 
     fn show(&mut self, ui: &mut egui::Ui) {
-        let texts = Texts::default();
+        let texts = ParticipantTexts::default();
         let screen = match (&self.form, self.page, self.rest_s, self.countdown) {
-            (Some(form), ..) => Screen::Questions(form),
-            (_, Some(page), ..) => Screen::Page(page),
-            (_, _, Some(left_s), _) => Screen::Rest("Take a rest. Look into the distance.", left_s),
-            (_, _, _, Some(left)) => Screen::Countdown(left, self.rolls, SpeedUnit::Mph),
-            _ => Screen::Drive(self.words),
+            (Some(form), ..) => ParticipantScreen::Questions(form),
+            (_, Some(page), ..) => ParticipantScreen::Page(page),
+            (_, _, Some(left_s), _) => ParticipantScreen::Rest("Take a rest. Look into the distance.", left_s),
+            (_, _, _, Some(left)) => ParticipantScreen::Countdown(left, self.rolls, SpeedUnit::Mph),
+            _ => ParticipantScreen::Drive(self.words),
         };
         let wheel = self.wheel;
         let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel };
@@ -147,7 +147,7 @@ fn keys_alone_answer_every_kind_of_question() {
     type_in(&mut harness, "mini");
     keys(&mut harness, &[Backspace, Enter]);
     assert_eq!(harness.state().form().answer("car"), Some(&json!("min")));
-    assert!(!harness.state().inputs.contains(&Input::Mark));
+    assert!(!harness.state().inputs.contains(&FormInput::Mark));
     type_in(&mut harness, "two");
     keys(&mut harness, &[Enter]);
     // Backspace goes back where no text is.
@@ -162,7 +162,7 @@ fn keys_alone_answer_every_kind_of_question() {
 fn a_mouse_answers_and_a_missing_answer_is_asked_for_at_its_question() {
     let mut harness = tall(Desk::questions(EVERY_KIND));
     click(&mut harness, "Next");
-    let message = Texts::default().required;
+    let message = ParticipantTexts::default().required;
     assert_eq!(harness.get_all_by_label(&message).count(), 2, "licence and effort");
     let question = harness.get_by_label("Do you hold a driving licence? *").rect();
     let first = harness.get_all_by_label(&message).map(|node| node.rect().top()).fold(f32::INFINITY, f32::min);
@@ -207,7 +207,7 @@ fn pages_and_rests_say_which_key_acts_and_only_then() {
     keys(&mut harness, &[Key::Enter, Key::M, Key::Escape]);
     click(&mut harness, "Next");
     let made = std::mem::take(&mut harness.state_mut().inputs);
-    assert_eq!(made, [Input::Next, Input::Mark, Input::Stop, Input::Next]);
+    assert_eq!(made, [FormInput::Next, FormInput::Mark, FormInput::Stop, FormInput::Next]);
     harness.state_mut().page = None;
     harness.state_mut().rest_s = Some(75.2);
     harness.run();
@@ -216,7 +216,7 @@ fn pages_and_rests_say_which_key_acts_and_only_then() {
     harness.state_mut().rest_s = Some(0.0);
     harness.run();
     click(&mut harness, "Next");
-    assert_eq!(harness.state().inputs, [Input::Next]);
+    assert_eq!(harness.state().inputs, [FormInput::Next]);
 }
 
 #[test]

@@ -2,13 +2,13 @@
 
 use codrive::{
     input::{
-        Action,
-        calibrate::{Calibration, HOLD_S, REST_S, Step},
-        profiles::{self, Device},
+        ButtonAction,
+        calibrate::{Calibration, CalibrationStep, HOLD_S, REST_S},
+        profiles::{self, UnprofiledDevice},
     },
     panel::{
         self, DisplayTruth,
-        calibration::{CalibrationCommand, CalibrationPage, CalibrationProgress, Wheel},
+        calibration::{CalibrationCommand, CalibrationPage, CalibrationProgress, PluggedWheel},
         theme,
     },
 };
@@ -19,24 +19,24 @@ use egui_kittest::{Harness, kittest::Queryable};
 #[derive(Default)]
 struct Bench {
     page: CalibrationPage,
-    wheel: Option<Wheel>,
+    wheel: Option<PluggedWheel>,
     said: Option<String>,
     commands: Vec<CalibrationCommand>,
 }
 
-fn device() -> Device {
+fn device() -> UnprofiledDevice {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
     let values = [(0, 27_000), (1, 255), (2, 130), (5, 255)];
-    Device { name: "Logitech G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
+    UnprofiledDevice { name: "Logitech G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
 }
 
-fn wheel() -> Wheel {
+fn wheel() -> PluggedWheel {
     let profile = profiles::named("g29").unwrap();
     let device = device();
-    Wheel { device: device.name, profile, raw: device.values, last_button: None, asked: None }
+    PluggedWheel { device: device.name, profile, raw: device.values, last_button: None, asked: None }
 }
 
-fn bench(wheel: Option<Wheel>) -> Bench {
+fn bench(wheel: Option<PluggedWheel>) -> Bench {
     let mut bench = Bench { wheel, ..Bench::default() };
     bench.page.open = true;
     bench
@@ -65,7 +65,7 @@ fn picture<S>(harness: &mut Harness<'static, S>, name: &str) -> image::RgbaImage
 }
 
 /// Answers the questions of a G29 up to one of them.
-fn answered(until: Step) -> Calibration {
+fn answered(until: CalibrationStep) -> Calibration {
     let mut calibration = Calibration::new(device(), 0.0).unwrap();
     let mut now_s = REST_S + 0.1;
     calibration.time(now_s);
@@ -82,7 +82,7 @@ fn answered(until: Step) -> Calibration {
 }
 
 fn asked(calibration: &Calibration) -> CalibrationProgress {
-    let done = calibration.step() == Step::Done;
+    let done = calibration.step() == CalibrationStep::Done;
     CalibrationProgress {
         step: calibration.step(),
         bars: calibration.bars(),
@@ -113,13 +113,13 @@ fn it_shows_the_wheels_turn_the_pedals_and_the_last_button() {
 fn a_calibration_is_begun_asked_and_saved_with_its_own_name() {
     let mut harness = harness(bench(Some(wheel())));
     assert_eq!(press(&mut harness, "Calibrate"), [CalibrationCommand::Begin]);
-    let half = answered(Step::Accelerator);
+    let half = answered(CalibrationStep::Accelerator);
     harness.state_mut().wheel.as_mut().unwrap().asked = Some(asked(&half));
     harness.run();
     harness.get_by_label("Press the accelerator to the floor and hold it.");
     harness.get_by_label("steering");
     picture(&mut harness, "wheel-question");
-    let done = answered(Step::Done);
+    let done = answered(CalibrationStep::Done);
     harness.state_mut().wheel.as_mut().unwrap().asked = Some(asked(&done));
     harness.run();
     let commands = press(&mut harness, "Save");
@@ -132,7 +132,7 @@ fn a_calibration_is_begun_asked_and_saved_with_its_own_name() {
 #[test]
 fn a_calibration_can_be_given_up() {
     let mut shown = wheel();
-    shown.asked = Some(asked(&answered(Step::Left)));
+    shown.asked = Some(asked(&answered(CalibrationStep::Left)));
     let mut harness = harness(bench(Some(shown)));
     assert_eq!(press(&mut harness, "Cancel"), [CalibrationCommand::Cancel]);
 }
@@ -146,7 +146,7 @@ fn an_action_waits_for_its_button_and_takes_it_from_another() {
     harness.run();
     let commands = press(&mut harness, "Save");
     let [CalibrationCommand::Save(profile)] = &commands[..] else { panic!("{commands:?}") };
-    assert_eq!(profile.buttons.action(288), Some(Action::Horn));
+    assert_eq!(profile.buttons.action(288), Some(ButtonAction::Horn));
     assert!(profile.buttons.answer.is_empty() && profile.buttons.horn == [288]);
 }
 

@@ -4,7 +4,7 @@ use crate::{pixels::*, place::*};
 use codrive::{
     render::dial::{DialPlace, layout},
     scenario::CockpitView,
-    scene::{Pane, View, ViewKind, ViewOptions},
+    scene::{MirrorPane, View, ViewKind, ViewOptions},
     space::Pose,
     traffic::EGO,
 };
@@ -17,12 +17,12 @@ fn full() -> ViewOptions {
     ViewOptions { cockpit: CockpitView::Full, ..marked() }
 }
 
-fn panes(view: &View) -> [Pane; 3] {
+fn panes(view: &View) -> [MirrorPane; 3] {
     view.seat.and_then(|seat| seat.mirrors).expect("a full cockpit")
 }
 
 /// The box in the picture that holds a glass.
-fn region(view: &View, pane: &Pane) -> Region {
+fn region(view: &View, pane: &MirrorPane) -> Region {
     let [corner, right, down] = pane.corners;
     let places = [corner, right, down, right + down - corner]
         .map(|p| view.camera.project(p, ASPECT).expect("before the eye") * Vec2::new(SIZE[0] as f32, SIZE[1] as f32));

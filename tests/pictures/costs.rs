@@ -6,7 +6,7 @@
 
 use crate::place::*;
 use codrive::{
-    hud::Dial,
+    hud::DialView,
     render::{FrameCost, OFFSCREEN, Quality, Renderer, canvas},
     scenario::CockpitView,
     scene::{Mesh, StaticScene, Vertex, ViewKind, ViewOptions},
@@ -79,7 +79,7 @@ fn drive(kind: ViewKind, quality: Quality, cockpit: CockpitView) -> Vec<FrameCos
         let mut view = view(&snapshot, kind, &ViewOptions { cockpit, ..Default::default() });
         let unit = SpeedUnit::Mph;
         let speed_mps = 4.0 + 0.1 * f64::from(frame);
-        let dial = Dial::new(speed_mps, Some((4.4, 3.9, 4.8)), unit, Dial::scale_for(8.0, unit), false);
+        let dial = DialView::new(speed_mps, Some((4.4, 3.9, 4.8)), unit, DialView::scale_for(8.0, unit), false);
         view.dial = kind.has_dial().then_some(dial);
         renderer.draw(&view, None, &target, SIZE);
         gpu().finish().unwrap_or_else(|e| panic!("{e}"));

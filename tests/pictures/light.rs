@@ -2,7 +2,7 @@
 
 use crate::{pixels::*, place::*};
 use codrive::{
-    hud::Dial,
+    hud::DialView,
     render::{Quality, dial::DialPlace},
     scene::{Camera, Lens, View, ViewKind, ViewOptions},
     units::SpeedUnit,
@@ -128,7 +128,7 @@ fn the_dial_changes_its_own_square_only() {
     let mut view = view(&full_ring(), ViewKind::Driver, &Default::default());
     let without = draw(&view, false, SIZE);
     let unit = SpeedUnit::Mph;
-    view.dial = Some(Dial::new(4.2, Some((4.4, 3.9, 4.8)), unit, Dial::scale_for(8.0, unit), false));
+    view.dial = Some(DialView::new(4.2, Some((4.4, 3.9, 4.8)), unit, DialView::scale_for(8.0, unit), false));
     let with = draw(&view, false, SIZE);
     let rect = DialPlace::of(&view, SIZE).rect(SIZE);
     let changed: Vec<_> = without.enumerate_pixels().filter(|(x, y, p)| with.get_pixel(*x, *y) != *p).collect();

@@ -2,7 +2,7 @@
 //! where a test wants them.
 
 use codrive::{
-    ego::{EgoState, Wheel},
+    ego::{EgoState, WheelPose},
     map::RoadMap,
     render::{Gpu, OFFSCREEN, Quality, Renderer, render_to_image},
     scene::{self, StaticScene, View, ViewKind, ViewOptions},
@@ -75,7 +75,7 @@ pub fn on_lane(front_s_m: f64, left_m: f64) -> Pose {
 /// The ego with its front bumper at 0, and the others.
 pub fn snapshot(cars: Vec<VehicleSnapshot>) -> Snapshot {
     let pose = on_lane(0.0, 0.0);
-    let wheels = stage(false).hubs.map(|hub| Wheel { hub, ..Default::default() });
+    let wheels = stage(false).hubs.map(|hub| WheelPose { hub, ..Default::default() });
     let ego = EgoState {
         position: pose.position.extend(0.0),
         rotation: Quat::from_rotation_z(pose.yaw_rad as f32),

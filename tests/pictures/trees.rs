@@ -2,7 +2,7 @@
 
 use crate::{pixels::*, place::*};
 use codrive::{
-    render::{OFFSCREEN, Quality, Renderer, level_of_detail::Detail, view_projection::ViewFrustum},
+    render::{OFFSCREEN, Quality, Renderer, level_of_detail::TreeDetail, view_projection::ViewFrustum},
     scene::{Camera, Lens, Mesh, StaticScene, TreePlace, View, ViewKind, ViewOptions},
 };
 use glam::Vec3;
@@ -77,7 +77,7 @@ fn changes_without_a_jump(bare: &StaticScene, quality: Quality, yaw_rad: f32) {
         };
         for switch_px in [85.0, 36.0] {
             let [finer, coarser] = [1.12, 0.88].map(|factor| {
-                let [one, other] = Detail::shares(switch_px * factor, quality.msaa);
+                let [one, other] = TreeDetail::shares(switch_px * factor, quality.msaa);
                 assert!(other.is_none(), "{switch_px} px times {factor} is between two levels");
                 one.expect("a level").0
             });
@@ -94,7 +94,7 @@ fn changes_without_a_jump(bare: &StaticScene, quality: Quality, yaw_rad: f32) {
             // A twentieth of the screen's scale, for the pictures of all levels with several samples a pixel: none of them
             // lets a far tree be larger than its picture was painted. Those of one sample do (`detail` below 1), at a step of
             // up to 0.062; they do not change at once but tree by tree over a tenth of its size, as all switches of trees.
-            let own = quality.detail == 1.0 || coarser != Detail::Far;
+            let own = quality.detail == 1.0 || coarser != TreeDetail::Far;
             assert!(!own || jump < 0.05, "kind {kind}, {finer:?} to {coarser:?}: {jump} between the colours");
             assert!(
                 more.min_element() > 0.80 && more.max_element() < 1.25,
@@ -234,7 +234,7 @@ fn between_two_levels_a_tree_of_one_sample_a_pixel_has_no_stipple() {
             let at_1 = ViewFrustum::new(&camera(1.0), size).pixels(position + centre, radius_m);
             view.camera = camera(at_1 / radius_px);
             let [finer, between, also, coarser] = [1.12, 1.02, 0.98, 0.88].map(|factor| {
-                let levels = Detail::shares(switch_px * factor, quality.msaa);
+                let levels = TreeDetail::shares(switch_px * factor, quality.msaa);
                 assert_eq!(levels[1].is_some(), (factor - 1.0f32).abs() < 0.03, "{factor}: {levels:?}");
                 let mut renderer =
                     Renderer::new(gpu(), &one, OFFSCREEN, Quality { detail: quality.detail * factor, ..quality });

@@ -45,7 +45,7 @@ fn a_recording_of_2026_is_driven_again_with_what_it_was_driven_with() {
 fn a_study_and_a_data_set_of_2026_are_read() {
     let study = Study::load(&earlier("study/study.toml")).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(study.base.lateral_accel_mps2, 2.5);
-    let codrive::study::Item::Drive { scenario, .. } = &study.plan(0).items[0].item else { panic!("a drive") };
+    let codrive::study::PlanItem::Drive { scenario, .. } = &study.plan(0).items[0].item else { panic!("a drive") };
     assert_eq!(scenario.lateral_accel_mps2, 4.0, "the condition's");
 
     let folder = tempfile::tempdir().unwrap();

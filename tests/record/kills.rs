@@ -2,7 +2,7 @@
 //! the disk is lost. 40 and more in a usual run; `CODRIVE_KILLS=1000` (scripts/kills) for the full proof, by hand. Drives in a window are killed in tests/window.
 
 use codrive::{
-    record::{Manifest, Reader, RecordError, Table, kill_point::POINTS, recover},
+    record::{Manifest, RecordError, Table, TableReader, kill_point::POINTS, recover},
     rng,
 };
 use std::{
@@ -52,7 +52,7 @@ fn run<'a>(engine: &'a str, out: &'a str) -> [&'a str; 9] {
 }
 
 fn ticks(recording: &Path) -> u64 {
-    let ticks = Reader::parquet(&Table::Ego.parquet(recording)).unwrap().wholes("tick");
+    let ticks = TableReader::parquet(&Table::Ego.parquet(recording)).unwrap().wholes("tick");
     assert_eq!(ticks, (1..=ticks.len() as u64).collect::<Vec<_>>(), "no hole, nothing twice");
     ticks.len() as u64
 }

@@ -8,7 +8,7 @@ mod tampering;
 
 use assert_cmd::Command;
 use codrive::{
-    record::{Manifest, Reader, Table},
+    record::{Manifest, Table, TableReader},
     scenario::Scenario,
 };
 use std::{fs, os::unix::fs::PermissionsExt, path::Path};
@@ -36,7 +36,7 @@ fn every_tick_and_step_is_in_the_tables_and_rows_join_by_their_tick() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");
     record(&drive, "12");
-    let table = |table: Table| Reader::parquet(&table.parquet(&drive)).unwrap();
+    let table = |table: Table| TableReader::parquet(&table.parquet(&drive)).unwrap();
     let (ego, cars, advice) = (table(Table::Ego), table(Table::Cars), table(Table::Advice));
     assert_eq!(ego.wholes("tick"), (1..=1200).collect::<Vec<u64>>());
     assert_eq!(cars.rows(), 120 * 22);
@@ -209,7 +209,7 @@ fn a_what_if_drives_the_same_seed_with_changes_and_prints_the_paired_difference(
     let other = Scenario::from_file(&beside.join("scenario.toml")).unwrap();
     let same = Scenario::from_file(&drive.join("scenario.toml")).unwrap();
     assert_eq!((other.seed, other.duration_s, &*other.policy), (same.seed, 20.0, "constant"));
-    assert_eq!(Reader::parquet(&Table::Ego.parquet(&beside)).unwrap().rows(), 2000);
+    assert_eq!(TableReader::parquet(&Table::Ego.parquet(&beside)).unwrap().rows(), 2000);
 
     // Nothing is overwritten; what is no setting is named.
     let (code, text) = program(&["--what-if", "policy=constant", "--what-if", "driver=perfect"]);

@@ -5,7 +5,7 @@ use super::{
     remote::{Remote, listen, signal},
     *,
 };
-use codrive::record::{Manifest, Reader, Table};
+use codrive::record::{Manifest, Table, TableReader};
 use std::{
     io::{BufRead, BufReader, Read},
     net::{TcpListener, TcpStream},
@@ -83,7 +83,7 @@ fn driving(remote: &Remote, out: &Path, timeout_s: &str) -> Child {
 
 /// How a drive in `out` ended, by its manifest and by its summary; its tables are there.
 fn told(out: &Path) -> [String; 2] {
-    let rows = Reader::parquet(&Table::Ego.parquet(out)).unwrap().rows();
+    let rows = TableReader::parquet(&Table::Ego.parquet(out)).unwrap().rows();
     assert!(rows >= 10, "{rows} ticks were kept");
     assert!(!out.join("journal").exists(), "nothing is left to recover");
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
@@ -185,7 +185,7 @@ fn a_trial_on_a_remote_sumo_that_is_gone_has_its_baseline_in_process() {
         warm_up_s: 0.0,
         ..codrive::scenario::Scenario::default()
     };
-    let code = codrive::study::Code::new("P01").unwrap();
+    let code = codrive::study::ParticipantCode::new("P01").unwrap();
     let stop = std::sync::atomic::AtomicBool::new(false);
     let whole = codrive::drive_loop::rehearsal::baseline(&code, &trial, &scenario, &stop, &|_| ()).unwrap();
     let manifest = Manifest::load(&folder.path().join("trial-baseline")).unwrap();

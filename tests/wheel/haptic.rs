@@ -3,7 +3,7 @@
 
 use super::kernel::BEND;
 use codrive::input::{
-    force_thread::{Angle, ForceDevice, ForceLoop, ForceThread},
+    force_thread::{ForceDevice, ForceLoop, ForceThread, SharedAngle},
     profiles,
     sdl_force::{self, SdlForce},
 };
@@ -145,10 +145,10 @@ fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
     let profile = profiles::named("g29").unwrap();
     let force = ForceLoop::new(Box::new(recorder.open().unwrap()), &profile);
     recorder.taken();
-    let thread = ForceThread::start(force, Arc::new(Angle::default())).unwrap();
+    let thread = ForceThread::start(force, Arc::new(SharedAngle::default())).unwrap();
     let feel = |times: usize| {
         for _ in 0..times {
-            thread.tell(BEND);
+            thread.set_input(BEND);
             sleep(Duration::from_millis(10));
         }
     };

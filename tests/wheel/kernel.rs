@@ -4,7 +4,7 @@
 
 use codrive::{
     controls::Controls,
-    input::{ForceInput, Profile, Rig, RigEvent, Stamp, profiles},
+    input::{ForceInput, Rig, RigEvent, TimeStamp, WheelProfile, profiles},
 };
 use std::{
     fs,
@@ -120,7 +120,7 @@ pub fn spread(mut times: Vec<Duration>) -> String {
 }
 
 /// A G29's profile that leaves half of its own centring on at the end, so that it shows.
-pub fn profile() -> Profile {
+pub fn profile() -> WheelProfile {
     let mut profile = profiles::named("g29").unwrap();
     profile.force.autocentre_after = 0.5;
     profile
@@ -147,7 +147,7 @@ impl Driver {
     }
 
     /// The same with this profile.
-    pub fn with(profile: Profile) -> Self {
+    pub fn with(profile: WheelProfile) -> Self {
         Self { rig: Rig::open(Some(profile)), news: Vec::new() }
     }
 
@@ -169,10 +169,10 @@ impl Driver {
     }
 
     /// Feels this for a time, told every 10 ms, as the loop of a drive does.
-    pub fn feel(&mut self, feel: ForceInput, time: Duration) {
-        let end = Stamp(Stamp::now().0 + time);
-        while Stamp::now() < end {
-            self.rig.feel(feel);
+    pub fn set_force_input(&mut self, feel: ForceInput, time: Duration) {
+        let end = TimeStamp(TimeStamp::now().0 + time);
+        while TimeStamp::now() < end {
+            self.rig.set_force_input(feel);
             self.news.extend(self.rig.poll().1);
             sleep(Duration::from_millis(10));
         }
@@ -188,7 +188,7 @@ pub fn drive_until_killed() {
     driver.find();
     println!("driving");
     loop {
-        driver.feel(BEND, Duration::from_secs(1));
+        driver.set_force_input(BEND, Duration::from_secs(1));
     }
 }
 

@@ -10,7 +10,7 @@ mod usb;
 
 use codrive::{
     controls::Controls,
-    input::{Action, Devices, Profile, RigEvent, profiles},
+    input::{ButtonAction, Devices, RigEvent, WheelProfile, profiles},
 };
 use std::{
     fs,
@@ -84,7 +84,7 @@ fn a_g29_drives_unasked() {
     assert_eq!(devices.controls(5.0, None), Controls::default(), "nothing acts before it is known");
     wait(&mut devices, &mut news, |c, _| c.steering_wheel_rad < 0.0 && c.throttle > 0.5 && c.brake == 1.0);
     assert!(news.iter().any(|n| matches!(n, RigEvent::Connected(name) if name.contains("G29"))), "{news:?}");
-    assert!(news.contains(&RigEvent::Pressed(Action::Answer)), "{news:?}");
+    assert!(news.contains(&RigEvent::Pressed(ButtonAction::Answer)), "{news:?}");
     assert_eq!(devices.wheel_profile().map(|p| p.name.as_str()), Some("Logitech G29"));
     // (40000 - 32767) / 32768 of 450 degrees to the right.
     let angle = devices.controls(5.0, None).steering_wheel_rad.to_degrees();
@@ -129,12 +129,12 @@ fn a_horn_that_came_up_while_the_kernels_queue_ran_over_is_heard() {
     for _ in 0..12_000 {
         news.extend(devices.poll());
         heard |= devices.horn();
-        if news.contains(&RigEvent::Pressed(Action::Answer)) {
+        if news.contains(&RigEvent::Pressed(ButtonAction::Answer)) {
             break;
         }
         sleep(Duration::from_millis(5));
     }
-    assert!(heard && news.contains(&RigEvent::Pressed(Action::Answer)), "{news:?}");
+    assert!(heard && news.contains(&RigEvent::Pressed(ButtonAction::Answer)), "{news:?}");
     assert!(!devices.horn(), "the horn sounds for ever");
     assert_eq!(devices.controls(5.0, None).throttle, 0.0, "half a packet is no input");
 }
@@ -166,7 +166,7 @@ fn calibrate_learns_a_g29_and_saves_what_a_drive_can_read() {
     {
         assert!(text.contains(question), "{text}");
     }
-    let profile: Profile = profiles::load(&file).unwrap();
+    let profile: WheelProfile = profiles::load(&file).unwrap();
     let s = &profile.steering;
     assert_eq!((s.axis, s.left, s.centre, s.right), (0, 150, 32_700, 65_400));
     let brake = profile.brake.as_ref().unwrap();

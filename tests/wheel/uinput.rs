@@ -2,7 +2,7 @@
 
 use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, spread, this_test};
 use codrive::{
-    input::{Action, Devices, ForceInput, RigEvent, Stamp, linux},
+    input::{ButtonAction, Devices, ForceInput, RigEvent, TimeStamp, linux},
     live_drive::LiveDrive,
     scenario::Scenario,
     time::Pace,
@@ -53,7 +53,7 @@ enum Asked {
 /// The wheel; unplugged when it is dropped.
 struct Wheel {
     to: Option<Sender<Vec<InputEvent>>>,
-    asked: Arc<Mutex<Vec<(Stamp, Asked)>>>,
+    asked: Arc<Mutex<Vec<(TimeStamp, Asked)>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -97,12 +97,12 @@ impl Wheel {
     }
 
     /// What was asked since the last call.
-    fn asked(&self) -> Vec<(Stamp, Asked)> {
+    fn asked(&self) -> Vec<(TimeStamp, Asked)> {
         std::mem::take(&mut self.asked.lock().unwrap())
     }
 
     /// Waits until something is asked that fits, at most 10 s. Returns all up to then.
-    fn asked_until(&self, what: impl Fn(&Asked) -> bool) -> Vec<(Stamp, Asked)> {
+    fn asked_until(&self, what: impl Fn(&Asked) -> bool) -> Vec<(TimeStamp, Asked)> {
         let mut all = Vec::new();
         for _ in 0..2000 {
             all.extend(self.asked());
@@ -125,7 +125,7 @@ impl Drop for Wheel {
 }
 
 /// The device's own thread: takes force, gives events, until nobody holds the other end.
-fn serve(mut device: VirtualDevice, events: &Receiver<Vec<InputEvent>>, log: &Mutex<Vec<(Stamp, Asked)>>) {
+fn serve(mut device: VirtualDevice, events: &Receiver<Vec<InputEvent>>, log: &Mutex<Vec<(TimeStamp, Asked)>>) {
     loop {
         match events.try_recv() {
             Ok(batch) => device.emit(&batch).unwrap(),
@@ -140,7 +140,7 @@ fn serve(mut device: VirtualDevice, events: &Receiver<Vec<InputEvent>>, log: &Mu
         }
         let asked: Vec<InputEvent> = device.fetch_events().unwrap().collect();
         for event in asked {
-            let at = Stamp::now();
+            let at = TimeStamp::now();
             let asked = match event.destructure() {
                 EventSummary::UInput(event, UInputCode::UI_FF_UPLOAD, _) => {
                     let upload = device.process_ff_upload(event).unwrap();
@@ -168,8 +168,8 @@ fn effect(id: i16, data: &FFEffectData) -> Asked {
     }
 }
 
-fn levels(asked: &[(Stamp, Asked)]) -> Vec<(Stamp, i16)> {
-    let level = |(at, asked): &(Stamp, Asked)| match asked {
+fn levels(asked: &[(TimeStamp, Asked)]) -> Vec<(TimeStamp, i16)> {
+    let level = |(at, asked): &(TimeStamp, Asked)| match asked {
         Asked::Upload { id: 0, level, direction: 0xC000, length_ms: 0 } => Some((*at, *level)),
         _ => None,
     };
@@ -194,7 +194,7 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     assert_eq!(begun, made);
 
     // A bend: the force fades in, is the right one, and is not sent again while it stays.
-    driver.feel(BEND, Duration::from_millis(900));
+    driver.set_force_input(BEND, Duration::from_millis(900));
     let sent = wheel.asked();
     let sent_levels = levels(&sent);
     assert_eq!(sent.len(), sent_levels.len(), "nothing but the one effect: {sent:?}");
@@ -203,14 +203,14 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
         "fades in, never twice the same: {sent_levels:?}"
     );
     assert_eq!(sent_levels.last().unwrap().1, BEND_LEVEL);
-    driver.feel(BEND, Duration::from_millis(500));
+    driver.set_force_input(BEND, Duration::from_millis(500));
     assert_eq!(wheel.asked(), [], "unchanged is not sent");
 
     // A wheel that moves, to see the rate: at most one a period of 6 ms.
     let steering = |i: u32| (ABS, STEERING, 32_767 + (9000.0 * (f64::from(i) * 0.05).sin()) as i32);
     for i in 0..300 {
         wheel.send(&[steering(i)]);
-        driver.feel(BEND, Duration::from_millis(8));
+        driver.set_force_input(BEND, Duration::from_millis(8));
     }
     let moving = levels(&wheel.asked());
     let paces: Vec<Duration> = moving.windows(2).map(|pair| pair[0].0.until(pair[1].0)).collect();
@@ -223,10 +223,10 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
 
     // The loop stalls: nobody says anything any more.
     wheel.send(&[(ABS, STEERING, 32_767)]);
-    driver.feel(BEND, Duration::from_millis(800));
+    driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.asked();
-    driver.rig.feel(BEND);
-    let stalled = Stamp::now();
+    driver.rig.set_force_input(BEND);
+    let stalled = TimeStamp::now();
     let gone = wheel.asked_until(is_level(0));
     let after = stalled.until(gone.last().unwrap().0);
     figure("no force after the loop stalled", format!("{:.1} ms", after.as_secs_f64() * 1e3));
@@ -234,18 +234,18 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     assert!(levels(&gone).len() > 2, "faded, not cut: {gone:?}");
 
     // A pause.
-    driver.feel(BEND, Duration::from_millis(800));
+    driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.asked();
-    let paused = Stamp::now();
-    driver.rig.feel(ForceInput { running: false, ..BEND });
+    let paused = TimeStamp::now();
+    driver.rig.set_force_input(ForceInput { running: false, ..BEND });
     let after = paused.until(wheel.asked_until(is_level(0)).last().unwrap().0);
     figure("no force after a pause", format!("{:.1} ms", after.as_secs_f64() * 1e3));
     assert!(after < Duration::from_millis(100), "{after:?}");
 
     // The end, with force on.
-    driver.feel(BEND, Duration::from_millis(800));
+    driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.asked();
-    let ended = Stamp::now();
+    let ended = TimeStamp::now();
     drop(driver);
     let last = wheel.asked_until(|asked| *asked == Asked::Erase(1));
     let after = ended.until(last.iter().find(|(_, asked)| is_level(0)(asked)).unwrap().0);
@@ -306,7 +306,7 @@ fn a_killed_program_leaves_no_force_on_the_wheel() {
     wheel.asked_until(is_level(BEND_LEVEL));
     sleep(Duration::from_millis(200));
     assert_eq!(wheel.asked(), [], "it stands at full force");
-    let killed = Stamp::now();
+    let killed = TimeStamp::now();
     child.kill().unwrap();
     let asked = wheel.asked_until(|asked| *asked == Asked::Erase(1));
     child.wait().unwrap();
@@ -333,21 +333,21 @@ fn it_drives_from_rest_and_stamps_come_from_the_kernel() {
     driver.until("the pedals", |c, _| c.throttle == 1.0 && c.brake > 0.3);
     let angle = driver.rig.controls().steering_wheel_rad.to_degrees();
     assert!((angle + 99.33).abs() < 0.05, "{angle}");
-    driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(Action::Start)));
+    driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(ButtonAction::Start)));
 
     // Ticks of 10 ms: how old is an input when a tick uses it?
     let mut ages = Vec::new();
     // On a slow machine an input is read a round later.
-    let mut earlier = Stamp::now();
+    let mut earlier = TimeStamp::now();
     for i in 0..300_u16 {
         // Between two ticks, at another moment each time.
         sleep(Duration::from_micros(u64::from(i * 37 % 97) * 100));
-        let sent = Stamp::now();
+        let sent = TimeStamp::now();
         wheel.send(&[(ABS, STEERING, 30_000 + i32::from(i) * 10)]);
         sleep(Duration::from_millis(10));
         driver.news.extend(driver.rig.poll().1);
         if let Some(at) = driver.rig.newest_input() {
-            let now = Stamp::now();
+            let now = TimeStamp::now();
             assert!(at >= earlier && at <= now, "the kernel's time lies between: {earlier:?}, {at:?}, {now:?}");
             ages.push(at.until(now));
         }
@@ -404,7 +404,7 @@ fn unplugged_and_plugged_in_again_and_again() {
     // Each takes up to half a second, the time after which wheels are looked for again.
     let times: usize = std::env::var("CODRIVE_TEST_REPLUGS").ok().and_then(|text| text.parse().ok()).unwrap_or(5);
     let mut driver = Driver::new();
-    let began = Stamp::now();
+    let began = TimeStamp::now();
     for i in 0..times {
         let wheel = Wheel::plug();
         driver.find();
@@ -412,7 +412,7 @@ fn unplugged_and_plugged_in_again_and_again() {
         assert_eq!(driver.rig.controls().throttle, 0.0, "{i}");
         wheel.send(&[(ABS, STEERING, 45_000), (ABS, ACCELERATOR, 60)]);
         driver.until("the pedal", |c, _| c.throttle > 0.5);
-        driver.feel(BEND, Duration::from_millis(20));
+        driver.set_force_input(BEND, Duration::from_millis(20));
         drop(wheel);
         driver.until("the loss", |_, news| news.iter().any(|n| matches!(n, RigEvent::Disconnected(_))));
         let left = driver.rig.controls();
@@ -424,7 +424,7 @@ fn unplugged_and_plugged_in_again_and_again() {
     let open = std::fs::read_dir("/proc/self/fd").unwrap().count();
     figure(
         "unplugged and plugged in again",
-        format!("{times} times in {:.0} s", began.until(Stamp::now()).as_secs_f64()),
+        format!("{times} times in {:.0} s", began.until(TimeStamp::now()).as_secs_f64()),
     );
     assert!(open < 60, "{open} files are open");
 }

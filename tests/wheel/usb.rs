@@ -4,7 +4,7 @@
 //! bits wheel, three pedals of a byte, seven bytes out.
 
 use super::kernel::{self, BEND, Driver, Kernel, alone, figure, spread, this_test};
-use codrive::input::{Action, AdviceState, ForceInput, RigEvent, Stamp, profile::ForceBackend};
+use codrive::input::{AdviceState, ButtonAction, ForceInput, RigEvent, TimeStamp, profile::ForceBackend};
 use std::{
     fs::{self, File, OpenOptions},
     io::{Read, Write},
@@ -42,7 +42,7 @@ struct Wheel {
     folder: PathBuf,
     controller: String,
     device: Option<File>,
-    sent: Arc<Mutex<Vec<(Stamp, Bytes)>>>,
+    sent: Arc<Mutex<Vec<(TimeStamp, Bytes)>>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -93,23 +93,23 @@ impl Wheel {
     }
 
     /// What was sent to the wheel since the last call.
-    fn sent(&self) -> Vec<(Stamp, Bytes)> {
+    fn sent(&self) -> Vec<(TimeStamp, Bytes)> {
         std::mem::take(&mut self.sent.lock().unwrap())
     }
 
     /// Waits until this is sent, at most 10 s. Returns all up to then.
-    fn sent_until(&self, what: impl Fn(&Bytes) -> bool) -> Vec<(Stamp, Bytes)> {
+    fn sent_until(&self, what: impl Fn(&Bytes) -> bool) -> Vec<(TimeStamp, Bytes)> {
         self.all_until(|all| all.iter().any(|(_, bytes)| what(bytes)))
     }
 
     /// Waits for the end: no force, and the wheel's own centring. The driver sends the second at once, the first by its timer.
-    fn sent_to_the_end(&self) -> (Stamp, Vec<(Stamp, Bytes)>) {
-        let none = |all: &[(Stamp, Bytes)]| all.iter().find(|(_, b)| force(b) == Some(0x80)).map(|(at, _)| *at);
+    fn sent_to_the_end(&self) -> (TimeStamp, Vec<(TimeStamp, Bytes)>) {
+        let none = |all: &[(TimeStamp, Bytes)]| all.iter().find(|(_, b)| force(b) == Some(0x80)).map(|(at, _)| *at);
         let all = self.all_until(|all| none(all).is_some() && all.iter().any(|(_, b)| b[0] == AUTOCENTRE));
         (none(&all).unwrap(), all)
     }
 
-    fn all_until(&self, what: impl Fn(&[(Stamp, Bytes)]) -> bool) -> Vec<(Stamp, Bytes)> {
+    fn all_until(&self, what: impl Fn(&[(TimeStamp, Bytes)]) -> bool) -> Vec<(TimeStamp, Bytes)> {
         let mut all = Vec::new();
         for _ in 0..2000 {
             all.extend(self.sent());
@@ -145,7 +145,7 @@ impl Drop for Wheel {
     }
 }
 
-fn listen(mut device: File, stop: &AtomicBool, log: &Mutex<Vec<(Stamp, Bytes)>>) {
+fn listen(mut device: File, stop: &AtomicBool, log: &Mutex<Vec<(TimeStamp, Bytes)>>) {
     while !stop.load(Ordering::Relaxed) {
         let mut polled = [nix::poll::PollFd::new(device.as_fd(), nix::poll::PollFlags::POLLIN)];
         if nix::poll::poll(&mut polled, 20_u8).unwrap() == 0 {
@@ -160,12 +160,12 @@ fn listen(mut device: File, stop: &AtomicBool, log: &Mutex<Vec<(Stamp, Bytes)>>)
         if count > 0 {
             let mut report = Bytes::default();
             report[..count.min(7)].copy_from_slice(&bytes[..count.min(7)]);
-            log.lock().unwrap().push((Stamp::now(), report));
+            log.lock().unwrap().push((TimeStamp::now(), report));
         }
     }
 }
 
-fn hex(all: &[(Stamp, Bytes)]) -> String {
+fn hex(all: &[(TimeStamp, Bytes)]) -> String {
     all.iter().map(|(_, bytes)| one(bytes)).collect::<Vec<_>>().join(", ")
 }
 
@@ -202,26 +202,26 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     // The driver has read nothing yet and says 0 of all axes: full left, both pedals floored.
     assert_eq!(driver.rig.controls(), codrive::controls::Controls::default(), "nothing acts before it is known");
     wheel.report(0, 32_767, [255, 255]);
-    driver.feel(ForceInput::default(), Duration::from_millis(100));
+    driver.set_force_input(ForceInput::default(), Duration::from_millis(100));
     figure("lg4ff as force begins", hex(&wheel.sent()));
     let rest = driver.rig.controls();
     assert!(rest.throttle == 0.0 && rest.brake == 0.0 && rest.steering_wheel_rad.abs() < 1e-3, "{rest:?}");
     wheel.report(0x1, 40_000, [0, 100]);
     driver.until("the pedals", |c, _| c.throttle == 1.0 && c.brake > 0.4 && c.steering_wheel_rad < -1.7);
-    driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(Action::Answer)));
+    driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(ButtonAction::Answer)));
     wheel.report(0, 32_767, [255, 255]);
 
     // The bend to the left.
-    driver.feel(BEND, Duration::from_millis(900));
+    driver.set_force_input(BEND, Duration::from_millis(900));
     let sent = wheel.sent();
     figure("lg4ff, force fades in to 1.4 N m to the left", hex(&sent));
     let forces: Vec<u8> = sent.iter().filter_map(|(_, bytes)| force(bytes)).collect();
     assert_eq!(forces.len(), sent.len(), "nothing but force: {}", hex(&sent));
     assert_eq!(*forces.last().unwrap(), LEFT_BEND, "{forces:?}");
-    driver.feel(BEND, Duration::from_millis(500));
+    driver.set_force_input(BEND, Duration::from_millis(500));
     assert_eq!(hex(&wheel.sent()), "", "unchanged is not sent");
     let right = ForceInput { aligning_nm: -4.0, ..BEND };
-    driver.feel(right, Duration::from_millis(900));
+    driver.set_force_input(right, Duration::from_millis(900));
     let sent = wheel.sent();
     assert_eq!(
         sent.last().and_then(|(_, bytes)| force(bytes)),
@@ -233,7 +233,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     // A wheel that moves.
     for i in 0..250 {
         wheel.report(0, (32_767.0 + 9000.0 * (f64::from(i) * 0.05).sin()) as u16, [255, 255]);
-        driver.feel(BEND, Duration::from_millis(8));
+        driver.set_force_input(BEND, Duration::from_millis(8));
     }
     let moving = wheel.sent();
     let paces: Vec<Duration> = moving.windows(2).map(|pair| pair[0].0.until(pair[1].0)).collect();
@@ -243,13 +243,13 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
 
     // Rev lamps.
     wheel.report(0, 32_767, [255, 255]);
-    driver.feel(BEND, Duration::from_millis(800));
+    driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.sent();
     for (advice_state, lamps) in
         [(AdviceState::Below, 0x01), (AdviceState::Within, 0x07), (AdviceState::Above, 0x1f), (AdviceState::None, 0)]
     {
         assert_eq!(driver.rig.show_advice_state(advice_state), None);
-        driver.feel(BEND, Duration::from_millis(100));
+        driver.set_force_input(BEND, Duration::from_millis(100));
         let sent = wheel.sent();
         figure("lg4ff, lamps", format!("{advice_state:?}: {}", hex(&sent)));
         let shown = sent.iter().rev().find(|(_, bytes)| bytes[..2] == LAMPS).map(|(_, bytes)| bytes[2]);
@@ -257,22 +257,22 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     }
 
     // Stall, pause, end: the driver's timers add at most a tick of the kernel's.
-    driver.rig.feel(BEND);
-    let stalled = Stamp::now();
+    driver.rig.set_force_input(BEND);
+    let stalled = TimeStamp::now();
     let gone = wheel.sent_until(|bytes| force(bytes) == Some(0x80));
     let after = stalled.until(gone.last().unwrap().0);
     figure("no force at the wheel after a stall", format!("{:.1} ms: {}", after.as_secs_f64() * 1e3, hex(&gone)));
     assert!(after < Duration::from_millis(100), "{after:?}");
-    driver.feel(BEND, Duration::from_millis(800));
+    driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.sent();
-    let paused = Stamp::now();
-    driver.rig.feel(ForceInput { running: false, ..BEND });
+    let paused = TimeStamp::now();
+    driver.rig.set_force_input(ForceInput { running: false, ..BEND });
     let after = paused.until(wheel.sent_until(|bytes| force(bytes) == Some(0x80)).last().unwrap().0);
     figure("no force at the wheel after a pause", format!("{:.1} ms", after.as_secs_f64() * 1e3));
     assert!(after < Duration::from_millis(100), "{after:?}");
-    driver.feel(BEND, Duration::from_millis(800));
+    driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.sent();
-    let ended = Stamp::now();
+    let ended = TimeStamp::now();
     drop(driver);
     // Half of its own centring, as the profile wants it.
     let (none, last) = wheel.sent_to_the_end();
@@ -307,10 +307,10 @@ fn after_sigkill_the_kernels_own_driver_stops_the_force() {
         }
         let before = wheel.sent();
         assert!(before.iter().all(|(_, bytes)| force(bytes).is_some()), "{}", hex(&before));
-        let killed = Stamp::now();
+        let killed = TimeStamp::now();
         child.kill().unwrap();
         wheel.sent_until(|bytes| force(bytes) == Some(0x80));
-        let none = Stamp::now();
+        let none = TimeStamp::now();
         child.wait().unwrap();
         sleep(Duration::from_millis(200));
         let rest = wheel.sent();
@@ -334,15 +334,15 @@ fn through_sdl_a_g29_is_sent_the_same_bytes() {
     assert_eq!(trouble, None, "the true SDL2 is needed; scripts/setup --test installs it");
     assert!(driver.rig.describe().ends_with("with force"), "{}", driver.rig.describe());
     wheel.report(0, 32_767, [255, 255]);
-    driver.feel(ForceInput::default(), Duration::from_millis(200));
+    driver.set_force_input(ForceInput::default(), Duration::from_millis(200));
     figure("SDL2 and lg4ff as force begins", hex(&wheel.sent()));
-    driver.feel(BEND, Duration::from_millis(900));
+    driver.set_force_input(BEND, Duration::from_millis(900));
     let sent = wheel.sent();
     figure("SDL2 and lg4ff, force fades in to 1.4 N m to the left", hex(&sent));
     assert_eq!(sent.last().and_then(|(_, bytes)| force(bytes)), Some(LEFT_BEND), "{}", hex(&sent));
-    driver.feel(BEND, Duration::from_millis(300));
+    driver.set_force_input(BEND, Duration::from_millis(300));
     assert_eq!(hex(&wheel.sent()), "", "unchanged is not sent");
-    let ended = Stamp::now();
+    let ended = TimeStamp::now();
     drop(driver);
     let (none, last) = wheel.sent_to_the_end();
     figure("SDL2 and lg4ff at the end", format!("{:.1} ms: {}", ended.until(none).as_secs_f64() * 1e3, hex(&last)));
@@ -357,7 +357,7 @@ fn a_usb_wheel_that_was_pulled_out_drives_again_with_force() {
     for _ in 0..3 {
         driver.find();
         wheel.report(0, 32_767, [255, 255]);
-        driver.feel(BEND, Duration::from_millis(700));
+        driver.set_force_input(BEND, Duration::from_millis(700));
         wheel.report(0, 45_000, [60, 255]);
         driver.until("the pedal", |c, _| c.throttle > 0.5);
         assert!(driver.rig.describe().ends_with("with force"));

@@ -5,7 +5,7 @@ use crate::{
     keys::{BACKSPACE, CTRL, ESC, F1, F11, M, Q, SPACE, V, W},
     xserver::{Server, ended, wait_for},
 };
-use codrive::record::{Manifest, Reader, Table};
+use codrive::record::{Manifest, Table, TableReader};
 use std::{
     process::{Child, Command, Stdio},
     thread::sleep,
@@ -78,10 +78,10 @@ fn a_window_that_is_closed_ends_its_recording_whole() {
     let manifest = Manifest::load(&out).unwrap();
     assert!(manifest.is_complete() && manifest.screen.is_some(), "{manifest:?}");
     assert_eq!(manifest.ended.as_deref(), Some("stopped"));
-    let ticks = Reader::parquet(&Table::Ego.parquet(&out)).unwrap().wholes("tick");
+    let ticks = TableReader::parquet(&Table::Ego.parquet(&out)).unwrap().wholes("tick");
     // Two seconds were waited for; a processor that draws beside other tests may be late by most of that.
     assert!(ticks.len() > 50 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{} ticks", ticks.len());
-    let frames = Reader::parquet(&Table::Frames.parquet(&out)).unwrap();
+    let frames = TableReader::parquet(&Table::Frames.parquet(&out)).unwrap();
     assert!(frames.rows() > 0 && frames.numbers("wall_s").into_iter().flatten().is_sorted());
     assert!(codrive::record::changes(&out).unwrap().is_some_and(|changes| changes.is_empty()));
 }
@@ -159,7 +159,7 @@ fn a_window_that_loses_the_keyboard_lets_go_of_the_keys_that_were_held() {
     server.key(W, false);
     assert_eq!(code, 0, "{text}");
     let throttle: Vec<f64> =
-        Reader::parquet(&Table::Ego.parquet(&out)).unwrap().numbers("throttle").into_iter().flatten().collect();
+        TableReader::parquet(&Table::Ego.parquet(&out)).unwrap().numbers("throttle").into_iter().flatten().collect();
     assert!(throttle.iter().any(|way| *way > 0.1), "the key was held");
     assert_eq!(throttle.last(), Some(&0.0), "nobody holds a key of a window that hears none");
 }
@@ -225,7 +225,7 @@ fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_wi
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert_eq!(ego_speed_mps(&text), 0.0, "{text}");
-    let events = Reader::parquet(&Table::Events.parquet(&out)).unwrap();
+    let events = TableReader::parquet(&Table::Events.parquet(&out)).unwrap();
     let kinds = events.words("event");
     assert_eq!(kinds.iter().filter(|kind| *kind == "mark").count(), 1, "{kinds:?}");
 }
@@ -312,7 +312,7 @@ fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_reco
     assert!(text.contains(out.to_str().unwrap()) && text.contains("make room on the disk"), "{text}");
     codrive::record::recover(&out).unwrap();
     assert_eq!(ended_as().unwrap(), reason);
-    assert!(Reader::parquet(&Table::Ego.parquet(&out)).unwrap().rows() > 100);
+    assert!(TableReader::parquet(&Table::Ego.parquet(&out)).unwrap().rows() > 100);
 }
 
 #[test]
@@ -338,7 +338,7 @@ fn every_drive_of_a_window_is_recorded_and_the_summary_says_which_it_describes()
     assert_eq!(code, 0, "{text}");
     for (k, name) in ["d1", "d1-2", "d1-3"].into_iter().enumerate() {
         assert_eq!(Manifest::load(&out(name)).unwrap().ended.as_deref(), Some("stopped"), "{name}");
-        let ticks = Reader::parquet(&Table::Ego.parquet(&out(name))).unwrap().wholes("tick");
+        let ticks = TableReader::parquet(&Table::Ego.parquet(&out(name))).unwrap().wholes("tick");
         assert!(ticks[0] == 1 && ticks.len() > 20, "{name} begins anew: {} rows from {}", ticks.len(), ticks[0]);
         let head = format!("drive {} of 3", k + 1);
         let line = text.lines().find(|line| line.starts_with(&head)).unwrap_or_else(|| panic!("{text}"));

@@ -3,8 +3,8 @@
 
 use crate::xserver::{Server, wait_for};
 use codrive::{
-    record::{Reader, Table, recover},
-    study::session::{FILE, Log},
+    record::{Table, TableReader, recover},
+    study::session::{FILE, SessionLog},
 };
 use std::{
     fs,
@@ -39,7 +39,7 @@ fn a_drive_in_a_window_killed_at_any_point_is_recovered() {
         assert_eq!(killed.status.signal(), Some(9), "{point} was not reached: {killed:?}");
         let found = recover(&drive).unwrap_or_else(|e| panic!("{point}: {e}"));
         assert_eq!((found.was_whole, found.kept), (false, None), "{point}");
-        let ticks = Reader::parquet(&Table::Ego.parquet(&drive)).unwrap().wholes("tick");
+        let ticks = TableReader::parquet(&Table::Ego.parquet(&drive)).unwrap().wholes("tick");
         assert_eq!(ticks, (1..=ticks.len() as u64).collect::<Vec<_>>(), "{point}: no hole, nothing twice");
         assert!(ticks.len() >= least, "{point}: {ticks:?}");
         if !ticks.is_empty() {
@@ -90,7 +90,7 @@ fn a_session_in_its_windows_killed_at_its_start_opens_again_by_the_same_command(
             .unwrap();
         let file = out.join("sourcedata/sub-P03").join(FILE);
         let opened = wait_for("the session", || {
-            let log = Log::load(&file).ok();
+            let log = SessionLog::load(&file).ok();
             // Begun at once where it is new; where something was cut the experimenter says when it goes on.
             let is_open = log.is_some_and(|log| log.running.is_some() || !log.passages.is_empty());
             (is_open || again.try_wait().unwrap().is_some()).then_some(is_open)

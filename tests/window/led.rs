@@ -6,11 +6,11 @@ use crate::{
     xserver::{Picture, Server, wait_for},
 };
 use codrive::{
-    record::{Manifest, Reader, Table},
+    record::{Manifest, Table, TableReader},
     scenario::Scenario,
     study::{
-        Outcome,
-        session::{FILE, Log, Note},
+        ItemOutcome,
+        session::{FILE, SessionLog, SessionNote},
     },
 };
 use serde_json::json;
@@ -112,15 +112,15 @@ impl LiveSession {
         self.folder.path().join("data/sourcedata/sub-P03").join(name)
     }
 
-    fn log(&self) -> Log {
-        wait_for("the session's file", || Log::load(&self.file(FILE)).ok())
+    fn log(&self) -> SessionLog {
+        wait_for("the session's file", || SessionLog::load(&self.file(FILE)).ok())
     }
 
     fn runs(&self, item: &str) -> bool {
         self.log().running.is_some_and(|running| running.item == item)
     }
 
-    fn notes(&self, kind: &str) -> Vec<Note> {
+    fn notes(&self, kind: &str) -> Vec<SessionNote> {
         self.log().notes.into_iter().filter(|note| note.kind == kind).collect()
     }
 
@@ -192,7 +192,7 @@ fn cards(picture: &Picture, count: usize) -> Option<Vec<[u32; 2]>> {
 
 /// Ticks of a drive's events of one kind.
 fn ticks_of(live_session: &LiveSession, folder: &str, kind: &str) -> Vec<(u64, String)> {
-    let events = Reader::parquet(&Table::Events.parquet(&live_session.file(folder))).unwrap();
+    let events = TableReader::parquet(&Table::Events.parquet(&live_session.file(folder))).unwrap();
     let all = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
     all.filter(|(_, (event, _))| event == kind).map(|(tick, (_, detail))| (tick, detail)).collect()
 }
@@ -215,7 +215,7 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     // 1.3 s of the study's file are 130 ticks.
     live_session.drive_off("practice");
     wait_for("the end of the practice", || live_session.file("practice/summary.json").exists().then_some(()));
-    let ticks = Reader::parquet(&Table::Ego.parquet(&live_session.file("practice"))).unwrap().wholes("tick");
+    let ticks = TableReader::parquet(&Table::Ego.parquet(&live_session.file("practice"))).unwrap().wholes("tick");
     assert_eq!(ticks, (1..=130).collect::<Vec<_>>());
 
     // The rest of 3 s is not left sooner, however often Enter is struck. Its ends are written down in whole seconds.
@@ -242,7 +242,7 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     // Broken off with a reason: whole, and once more.
     live_session.type_into(experimenter, &[&[CTRL, B], &[T]]);
     let aborted = |live_session: &LiveSession| {
-        live_session.log().passages.last().is_some_and(|last| last.outcome == Outcome::Aborted)
+        live_session.log().passages.last().is_some_and(|last| last.outcome == ItemOutcome::Aborted)
     };
     live_session.strike(experimenter, &[ENTER], "the end of the drive", aborted);
     let last = live_session.log().passages.pop().unwrap();
@@ -273,7 +273,7 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     assert_eq!((end.complete, end.reason.as_str()), (false, "sickness"));
     let asked = ticks_of(&live_session, "trial-1-only-again-1", "asked");
     let ticks =
-        Reader::parquet(&Table::Ego.parquet(&live_session.file("trial-1-only-again-1"))).unwrap().wholes("tick");
+        TableReader::parquet(&Table::Ego.parquet(&live_session.file("trial-1-only-again-1"))).unwrap().wholes("tick");
     assert_eq!(ticks.last(), Some(&asked[0].0), "it stood from the wish to the end");
     live_session.server.strike(experimenter, &[CTRL, Q]);
     let (code, text) = live_session.ended();
@@ -298,7 +298,7 @@ fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_th
     let (code, text) = live_session.ended();
     assert!(code == Some(0) && text.contains("participant P03 is at before: run the same command to resume"), "{text}");
     let last = live_session.log().passages.pop().unwrap();
-    assert_eq!((last.outcome, last.reason.as_str()), (Outcome::Cut, "stopped by Ctrl-C"));
+    assert_eq!((last.outcome, last.reason.as_str()), (ItemOutcome::Cut, "stopped by Ctrl-C"));
     assert_eq!(last.answers[0].answer, json!(false));
     // Its tables know of the session, which is not over.
     let table = fs::read_to_string(live_session.folder.path().join("data/participants.tsv")).unwrap();
@@ -314,5 +314,8 @@ fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_th
     let (code, text) = live_session.ended();
     assert!(code == Some(0) && text.contains("is at before: run the same command to resume"), "{text}");
     let last = live_session.log().passages.pop().unwrap();
-    assert_eq!((last.outcome, last.reason.as_str(), last.answers.len()), (Outcome::Cut, "the window was closed", 1));
+    assert_eq!(
+        (last.outcome, last.reason.as_str(), last.answers.len()),
+        (ItemOutcome::Cut, "the window was closed", 1)
+    );
 }

@@ -7,10 +7,10 @@ use crate::{
     xserver::{Server, wait_for},
 };
 use codrive::{
-    record::{Reader, Table},
+    record::{Table, TableReader},
     study::{
-        Outcome,
-        session::{FILE, Log},
+        ItemOutcome,
+        session::{FILE, SessionLog},
     },
 };
 use std::{
@@ -85,8 +85,8 @@ impl Place {
         self.out.join("sourcedata/sub-P03")
     }
 
-    fn log(&self) -> Option<Log> {
-        Log::load(&self.source().join(FILE)).ok()
+    fn log(&self) -> Option<SessionLog> {
+        SessionLog::load(&self.source().join(FILE)).ok()
     }
 
     fn runs(&self, item: &str) -> bool {
@@ -136,7 +136,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     server.strike(participant, &[CTRL, B]);
     strike_until(&server, participant, &[&[RIGHT], &[ENTER]], "the trial", || place.runs("trial-1-narrow"));
     let log = place.log().unwrap();
-    assert!(log.passages.iter().all(|p| p.outcome == Outcome::Done) && log.notes.is_empty(), "{log:?}");
+    assert!(log.passages.iter().all(|p| p.outcome == ItemOutcome::Done) && log.notes.is_empty(), "{log:?}");
     assert_eq!(log.answers["before"].len(), 2);
     let journal = place.source().join("trial-1-narrow/journal/rows.blocks");
     strike_until(&server, participant, &[&[ENTER]], "the drive", || journal.exists());
@@ -150,15 +150,15 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     let (code, text) = ended(place.command().env("DISPLAY", &server.display).spawn().unwrap());
     assert!(code == Some(2) && text.contains("is being run by another program"), "{text}");
     let last = wait_for("the cut", || place.log()?.passages.pop().filter(|p| p.item == "trial-1-narrow"));
-    assert_eq!(last.outcome, Outcome::Cut);
-    assert!(Reader::parquet(&Table::Ego.parquet(&place.source().join("trial-1-narrow"))).unwrap().rows() > 20);
+    assert_eq!(last.outcome, ItemOutcome::Cut);
+    assert!(TableReader::parquet(&Table::Ego.parquet(&place.source().join("trial-1-narrow"))).unwrap().rows() > 20);
     strike_until(&server, experimenter, &[&[CTRL, G]], "the trial again", || place.runs("trial-1-narrow"));
     let again = place.source().join("trial-1-narrow-again-1");
     strike_until(&server, participant, &[&[ENTER]], "the drive again", || again.join("journal").exists());
     // It lasts long: the experimenter leaves it out, and says why.
     let typed: [&[u8]; 4] = [&[CTRL, S], &[T], &[T], &[ENTER]];
     strike_until(&server, experimenter, &typed, "the skip", || {
-        place.log().is_some_and(|log| log.passages.iter().any(|p| p.outcome == Outcome::Skipped))
+        place.log().is_some_and(|log| log.passages.iter().any(|p| p.outcome == ItemOutcome::Skipped))
     });
     strike_until(&server, experimenter, &[&[CTRL, G]], "the second trial", || place.runs("trial-2-wide"));
     let over = || place.log().is_some_and(|log| log.end.is_some());

@@ -8,7 +8,7 @@ use crate::{
 };
 use codrive::{
     input::{profile::ForceBackend, profiles},
-    record::{Reader, Table},
+    record::{Table, TableReader},
 };
 use std::{
     fs,
@@ -137,9 +137,9 @@ fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_
 
     // The recording knows the wheel, its hand and its force.
     let recording = rig.file("drive");
-    let events = Reader::parquet(&Table::Events.parquet(&recording)).unwrap().words("event");
+    let events = TableReader::parquet(&Table::Events.parquet(&recording)).unwrap().words("event");
     assert!(events.iter().any(|event| event == "wheel profile"), "{events:?}");
-    let ego = Reader::parquet(&Table::Ego.parquet(&recording)).unwrap();
+    let ego = TableReader::parquet(&Table::Ego.parquet(&recording)).unwrap();
     let [steering, throttle, force] =
         ["steering_wheel_rad", "throttle", "wheel_force_nm"].map(|name| ego.numbers(name));
     assert!(steering.iter().all(|rad| (rad.unwrap() - HELD_RAD).abs() < 0.01), "{:?} {HELD_RAD}", steering[0]);

@@ -16,9 +16,9 @@ use crate::{
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
-use plan::{Case, Who};
+use plan::{EvaluationCase, FollowingDriver};
 use rayon::prelude::*;
-use report::Row;
+use report::EvaluationRow;
 use std::{io::Write, path::PathBuf, sync::atomic::Ordering};
 
 pub(super) fn command() -> Command {
@@ -102,7 +102,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         None => paper_ring(),
     };
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
-    let plan = plan::Plan::new(matches, &config)?;
+    let plan = plan::EvaluationPlan::new(matches, &config)?;
     for name in &plan.policies {
         policy::build(name, &plan.settings).map_err(|e| CliError::Input(e.to_string()))?;
     }
@@ -139,9 +139,9 @@ fn settings(config: &TrainConfig, aim_mps: f64) -> PolicySettings {
 }
 
 /// Drives all cases, in parallel; Ctrl-C ends it with what is done thrown away.
-fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> {
+fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<EvaluationRow>, CliError> {
     let cases = plan.cases();
-    let mut driven: Vec<Case> = Vec::new();
+    let mut driven: Vec<EvaluationCase> = Vec::new();
     for case in cases.iter().map(|case| plan.driven_as(case)) {
         if !driven.contains(&case) {
             driven.push(case);
@@ -151,7 +151,7 @@ fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> 
     let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed}  {eta} left");
     let bar = ProgressBar::new((driven.len() * plan.rings) as u64);
     let bar = bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let one = |case: &Case| {
+    let one = |case: &EvaluationCase| {
         if stop.load(Ordering::Relaxed) {
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
@@ -169,15 +169,20 @@ fn drive(plan: &plan::Plan, config: &TrainConfig) -> Result<Vec<Row>, CliError> 
     };
     let verdicts: Vec<Vec<EvaluationResult>> = driven.par_iter().map(one).collect::<Result<_, _>>()?;
     bar.finish_and_clear();
-    let row = |case: Case| {
+    let row = |case: EvaluationCase| {
         let of = driven.iter().position(|d| *d == plan.driven_as(&case)).unwrap_or_default();
-        Row { verdicts: verdicts[of].clone(), case }
+        EvaluationRow { verdicts: verdicts[of].clone(), case }
     };
     Ok(cases.into_iter().map(row).collect())
 }
 
 /// One whole drive. SUMO runs once a process, so that its drives are given to workers, which are this program again.
-fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> Result<EvaluationResult, CliError> {
+fn whole(
+    plan: &plan::EvaluationPlan,
+    config: &TrainConfig,
+    case: &EvaluationCase,
+    ring: usize,
+) -> Result<EvaluationResult, CliError> {
     let scenario = Scenario {
         map: plan.map.clone(),
         traffic: plan.engine.clone(),
@@ -193,8 +198,8 @@ fn whole(plan: &plan::Plan, config: &TrainConfig, case: &Case, ring: usize) -> R
         hold_s: case.hold_s,
         range_mph: config.range_mps / crate::units::MPS_PER_MPH,
         driver: match &case.driver {
-            Who::Named(named) => named.text.clone(),
-            Who::Configured => Scenario::default().driver,
+            FollowingDriver::Named(named) => named.text.clone(),
+            FollowingDriver::Configured => Scenario::default().driver,
         },
         ..Scenario::default()
     };
@@ -229,7 +234,7 @@ fn worker() -> Result<(), CliError> {
     out::line(format_args!("{verdict}"))
 }
 
-impl plan::Plan {
+impl plan::EvaluationPlan {
     /// A policy, fresh; [`main`] has seen that it can be built.
     fn build(&self, name: &str) -> Option<Box<dyn Policy>> {
         policy::build(name, &self.settings).ok().flatten()

@@ -1,11 +1,11 @@
-//! What is to be driven: policies, holds and drivers, each with each. In: the command line. Out: a [`Plan`].
+//! What is to be driven: policies, holds and drivers, each with each. In: the command line. Out: a [`EvaluationPlan`].
 
 use super::{CliError, settings};
 use crate::{
     cli::flags,
     driver::{self, DriverError, NamedDriver},
     map::RoadMap,
-    policy::{self, PolicySettings, Resolved},
+    policy::{self, PolicySettings, ResolvedPolicy},
     settings::{Settings, fields_of},
     train::TrainConfig,
 };
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 /// Who follows the advice.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Who {
+pub enum FollowingDriver {
     /// As the configuration says, which may draw another for each ring.
     Configured,
     /// The same on every engine.
@@ -37,11 +37,11 @@ const WHO: [&str; 8] = [
 ];
 
 /// Reads a driver from the command line.
-pub fn driver(text: &str) -> Result<Who, DriverError> {
-    Ok(Who::Named(Box::new(driver::named(text)?)))
+pub fn driver(text: &str) -> Result<FollowingDriver, DriverError> {
+    Ok(FollowingDriver::Named(Box::new(driver::named(text)?)))
 }
 
-impl Who {
+impl FollowingDriver {
     /// What tables and files call him.
     pub fn label(&self) -> String {
         match self {
@@ -61,16 +61,16 @@ impl Who {
 
 /// One row of the evaluation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Case {
+pub struct EvaluationCase {
     /// Name or file of the policy.
     pub policy: String,
     /// Hold, seconds.
     pub hold_s: f64,
     /// Who follows.
-    pub driver: Who,
+    pub driver: FollowingDriver,
 }
 
-impl Case {
+impl EvaluationCase {
     /// The configuration of its rings.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
         TrainConfig { hold_s: self.hold_s, hold_max_s: 0.0, ..self.driver.of(config) }
@@ -89,15 +89,15 @@ impl Case {
 }
 
 /// All of it.
-pub struct Plan {
+pub struct EvaluationPlan {
     /// Names or files; `none` is always among them.
     pub policies: Vec<String>,
     /// What the names that were asked for came to.
-    pub resolved: Vec<Resolved>,
+    pub resolved: Vec<ResolvedPolicy>,
     /// Seconds.
     pub holds_s: Vec<f64>,
     /// Who follows.
-    pub drivers: Vec<Who>,
+    pub drivers: Vec<FollowingDriver>,
     /// ring, native or sumo.
     pub engine: String,
     /// Road of whole drives.
@@ -112,7 +112,7 @@ pub struct Plan {
     pub adherence: bool,
 }
 
-impl Plan {
+impl EvaluationPlan {
     /// From the command line.
     ///
     /// # Errors
@@ -128,15 +128,15 @@ impl Plan {
             changed.check().map_err(|(_, fault)| CliError::Input(fault))?;
         }
         let engine = matches.get_one::<String>("engine").cloned().unwrap_or_default();
-        let drivers = matches.get_many::<Who>("driver").map(|d| d.cloned().collect::<Vec<_>>());
+        let drivers = matches.get_many::<FollowingDriver>("driver").map(|d| d.cloned().collect::<Vec<_>>());
         let says_who = |field: &str| WHO.contains(&field);
         let is_configured = matches.contains_id("config")
             || flags::changes(matches, &fields_of::<TrainConfig>()).iter().any(|(field, _)| says_who(&field.path));
         let drivers = match drivers {
             Some(drivers) => drivers,
-            None if is_configured && engine == "ring" => vec![Who::Configured],
+            None if is_configured && engine == "ring" => vec![FollowingDriver::Configured],
             // Whole drives take one driver for all.
-            None if is_configured => vec![Who::Named(Box::new(config.driver().ok_or_else(|| {
+            None if is_configured => vec![FollowingDriver::Named(Box::new(config.driver().ok_or_else(|| {
                 CliError::Input(format!(
                     "the configuration draws a driver for each ring (random_driver); engine {engine} needs one for all\n  \
                      remedy: name one with --driver, or random_driver = false"
@@ -148,7 +148,7 @@ impl Plan {
         let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
         let road = RoadMap::load(&map)?;
         // Tables and figures name the policy that drove.
-        let resolved: Vec<Resolved> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
+        let resolved: Vec<ResolvedPolicy> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
         let mut policies: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
         // A figure of advice says nothing without that of none beside it.
         if !policies.iter().any(|name| name == "none") {
@@ -169,12 +169,12 @@ impl Plan {
     }
 
     /// Each policy with each hold and each driver.
-    pub fn cases(&self) -> Vec<Case> {
+    pub fn cases(&self) -> Vec<EvaluationCase> {
         let mut cases = Vec::new();
         for policy in &self.policies {
             for driver in &self.drivers {
                 for hold_s in &self.holds_s {
-                    cases.push(Case { policy: policy.clone(), hold_s: *hold_s, driver: driver.clone() });
+                    cases.push(EvaluationCase { policy: policy.clone(), hold_s: *hold_s, driver: driver.clone() });
                 }
             }
         }
@@ -183,7 +183,7 @@ impl Plan {
 
     /// The case whose drives are those of this one to the bit: without advice the hold is nothing, and on the ring the
     /// model drives whoever sits in the ego.
-    pub fn driven_as(&self, case: &Case) -> Case {
+    pub fn driven_as(&self, case: &EvaluationCase) -> EvaluationCase {
         let mut same = case.clone();
         if case.policy == "none" {
             same.hold_s = self.holds_s[0];

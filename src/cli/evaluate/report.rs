@@ -3,30 +3,29 @@
 
 use super::{
     CliError,
-    plan::{Case, Plan, Who},
+    plan::{EvaluationCase, EvaluationPlan, FollowingDriver},
 };
 use crate::{
-    chart,
     driver::NamedDriver,
-    private,
+    plot, private,
     train::{Estimate, EvaluationResult, TrainConfig, evaluate, figures, trace},
 };
 use serde_json::{Value, json};
 use std::{fmt::Write, path::Path};
 
 /// A case and what came of it, ring by ring.
-pub struct Row {
+pub struct EvaluationRow {
     /// What was driven.
-    pub case: Case,
+    pub case: EvaluationCase,
     /// One a ring.
     pub verdicts: Vec<EvaluationResult>,
 }
 
 /// A number of a ring; `None` where it has none.
-type Measure = fn(&EvaluationResult) -> Option<f64>;
+type RingMeasure = fn(&EvaluationResult) -> Option<f64>;
 
 /// Measures and their names in the files.
-const MEASURES: [(&str, Measure); 11] = [
+const MEASURES: [(&str, RingMeasure); 11] = [
     ("mean_speed_mps", |v| Some(v.mean_mps)),
     ("settled_speed_mps", |v| Some(v.settled_mps)),
     ("sd_over_cars_mps", |v| Some(v.sd_over_cars_mps)),
@@ -40,7 +39,7 @@ const MEASURES: [(&str, Measure); 11] = [
     ("crash_s", |v| v.crash_s),
 ];
 
-impl Row {
+impl EvaluationRow {
     /// Rings on which cars collided.
     fn crashes(&self) -> usize {
         self.verdicts.iter().filter(|v| v.crashed).count()
@@ -53,12 +52,12 @@ impl Row {
     }
 }
 
-fn estimate(row: &Row, of: Measure) -> Option<Estimate> {
+fn estimate(row: &EvaluationRow, of: RingMeasure) -> Option<Estimate> {
     Estimate::of(&row.verdicts.iter().filter_map(of).collect::<Vec<_>>())
 }
 
 /// For people.
-pub fn table(plan: &Plan, rows: &[Row]) -> String {
+pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     let mut text = String::new();
     for resolved in plan.resolved.iter().filter(|resolved| resolved.why.is_some()) {
         let _ = writeln!(text, "policy {}", resolved.words());
@@ -77,7 +76,7 @@ pub fn table(plan: &Plan, rows: &[Row]) -> String {
         }
     }
     let driven: usize = rows.iter().map(|row| row.verdicts.len()).sum();
-    let crashed: usize = rows.iter().map(Row::crashes).sum();
+    let crashed: usize = rows.iter().map(EvaluationRow::crashes).sum();
     if crashed > 0 {
         let _ = writeln!(
             text,
@@ -88,7 +87,7 @@ pub fn table(plan: &Plan, rows: &[Row]) -> String {
 }
 
 /// What is said of a row in which cars collided.
-fn crash_words(row: &Row) -> Option<String> {
+fn crash_words(row: &EvaluationRow) -> Option<String> {
     let first_s = row.verdicts.iter().filter_map(|v| v.crash_s).reduce(f64::min)?;
     Some(format!(
         "CRASHED in {} of {} drives, first {first_s:.1} s after the first advice; all cars stand from there on and count as 0 m/s",
@@ -97,9 +96,9 @@ fn crash_words(row: &Row) -> Option<String> {
     ))
 }
 
-fn words(row: &Row) -> String {
+fn words(row: &EvaluationRow) -> String {
     let n = row.verdicts.len();
-    let value = |of: Measure| estimate(row, of).map(|e| e.mean);
+    let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
     let speed = estimate(row, MEASURES[0].1).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 });
     let calm = row.verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count();
     let after = value(|v| v.last_disturbance_s).map_or(String::new(), |s| format!(" {s:.0} s"));
@@ -121,8 +120,8 @@ fn words(row: &Row) -> String {
 }
 
 /// For programs.
-pub fn json(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Value {
-    let row = |row: &Row| {
+pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Value {
+    let row = |row: &EvaluationRow| {
         json!({
             "policy": row.case.policy, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
             "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.verdicts,
@@ -158,7 +157,7 @@ pub fn claim(dir: &Path) -> Result<(), CliError> {
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(dir: &Path, plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Result<(), CliError> {
+pub fn write(dir: &Path, plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Result<(), CliError> {
     let put = |name: &str, text: &str| {
         let path = dir.join(name);
         private::replace(&path, text.as_bytes()).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
@@ -170,17 +169,17 @@ pub fn write(dir: &Path, plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Res
         put(&name, &text)?;
         let path = dir.join(name).with_extension("png");
         let failed = |why: String| CliError::Failed(format!("{}: {why}", path.display()));
-        let png = chart::png(&text).map_err(failed)?;
+        let png = plot::png(&text).map_err(failed)?;
         private::replace(&path, &png).map_err(|e| failed(e.to_string()))?;
     }
     Ok(())
 }
 
-fn key(row: &Row, plan: &Plan) -> String {
+fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
     format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.label(), plan.engine)
 }
 
-fn rings_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
+fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<&str> = MEASURES.iter().map(|m| m.0).collect();
     let mut text = format!("policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{}\n", names.join(","));
     for row in rows {
@@ -194,7 +193,7 @@ fn rings_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
     text
 }
 
-fn summary_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
+fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<String> = MEASURES.iter().map(|(m, _)| format!("{m},{m}_low,{m}_high")).collect();
     let mut text =
         format!("policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{}\n", names.join(","));
@@ -217,11 +216,12 @@ fn summary_csv(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> String {
     text
 }
 
-fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, String)> {
+fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Vec<(String, String)> {
     let mut out = Vec::new();
     let note = note(plan, config);
-    let crashes =
-        |row: &Row| crash_words(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case.words()));
+    let crashes = |row: &EvaluationRow| {
+        crash_words(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case.words()))
+    };
     if plan.holds_s.len() > 1 {
         let equilibrium_mps = plan.settings.equilibrium_mps;
         let is_paper_ring = config.circumference_min_m == 250.0
@@ -264,7 +264,7 @@ fn pictures(plan: &Plan, config: &TrainConfig, rows: &[Row]) -> Vec<(String, Str
 }
 
 /// What was driven, for the foot of a figure.
-fn note(plan: &Plan, config: &TrainConfig) -> String {
+fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let span = |a: f64, b: f64| if a == b { format!("{a}") } else { format!("{a} to {b}") };
     let cars = span(f64::from(config.vehicles_min), f64::from(config.vehicles_max));
     let length = match plan.engine.as_str() {
@@ -278,7 +278,7 @@ fn note(plan: &Plan, config: &TrainConfig) -> String {
     )
 }
 
-fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
+fn by_hold(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series> {
     let mut series: Vec<figures::Series> = Vec::new();
     for row in rows {
         // Without advice all drivers are alike on the ring.
@@ -306,19 +306,21 @@ fn by_hold(plan: &Plan, rows: &[Row]) -> Vec<figures::Series> {
 }
 
 /// Mean speed of each policy at each hold against what the driver is like.
-fn adherence(plan: &Plan, config: &TrainConfig) -> String {
+fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     /// What an attentive participant is taken to be like (`driver`'s preset `follow`): reaction, error, speed_bias, deadband.
     const BASE: [f64; 4] = [1.0, 0.3, 0.0, 0.0];
-    let who = |numbers| Who::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within what a driver may be")));
+    let who = |numbers| {
+        FollowingDriver::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within what a driver may be")))
+    };
     // Three holds tell the story of ten.
     let n = plan.holds_s.len();
     let mut holds_s = vec![plan.holds_s[0], plan.holds_s[n / 2], plan.holds_s[n - 1]];
     holds_s.dedup();
     let sweep = |values: &[f64], of: fn(f64) -> [f64; 4]| -> Vec<figures::Series> {
-        let one = Plan { drivers: vec![who(BASE)], holds_s: holds_s.clone(), ..plan.copy() };
-        let cases: Vec<Case> =
+        let one = EvaluationPlan { drivers: vec![who(BASE)], holds_s: holds_s.clone(), ..plan.copy() };
+        let cases: Vec<EvaluationCase> =
             one.cases().into_iter().filter(|case| case.policy != "none" || case.hold_s == holds_s[0]).collect();
-        let line = |case: &Case| figures::Series {
+        let line = |case: &EvaluationCase| figures::Series {
             name: format!("{}, hold {} s", case.label(), case.hold_s),
             look: [
                 plan.policies.iter().position(|p| *p == case.policy).unwrap_or(0),
@@ -327,9 +329,9 @@ fn adherence(plan: &Plan, config: &TrainConfig) -> String {
             points: values
                 .iter()
                 .filter_map(|x| {
-                    let case = Case { driver: who(of(*x)), ..case.clone() };
+                    let case = EvaluationCase { driver: who(of(*x)), ..case.clone() };
                     let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
-                    Row { case, verdicts }.point(*x)
+                    EvaluationRow { case, verdicts }.point(*x)
                 })
                 .collect(),
         };
@@ -346,7 +348,7 @@ fn adherence(plan: &Plan, config: &TrainConfig) -> String {
     figures::adherence(&charts, &note(plan, config))
 }
 
-impl Plan {
+impl EvaluationPlan {
     fn copy(&self) -> Self {
         Self {
             policies: self.policies.clone(),

@@ -1,4 +1,4 @@
-//! Is all well? In: measured facts ([`Health`]). Out: lamps, green, amber or red, each with words and, where it is not
+//! Is all well? In: measured facts ([`DriveHealth`]). Out: lamps, green, amber or red, each with words and, where it is not
 //! green, what to do. The limits stand here.
 
 use crate::{panel::theme, record};
@@ -6,7 +6,7 @@ use egui::{Color32, RichText, Sense, Ui, vec2};
 
 /// What is measured while a drive runs.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Health {
+pub struct DriveHealth {
     /// Time from frame to frame, the mean and the longest of the last second or so, milliseconds; zero before the first.
     pub frame_ms: [f64; 2],
     /// Time given up in stalls, seconds, since the start and in the last ten seconds.
@@ -57,7 +57,7 @@ pub enum WheelHealth {
 
 /// Colour of a lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Light {
+pub enum LampColour {
     /// Nothing to say yet.
     Off,
     /// All is well.
@@ -74,14 +74,14 @@ pub struct Lamp {
     /// What it is about.
     pub name: &'static str,
     /// Its colour.
-    pub light: Light,
+    pub light: LampColour,
     /// What was found, in a few words.
     pub words: String,
     /// What it means, its limits, what to do.
     pub tip: &'static str,
 }
 
-impl Light {
+impl LampColour {
     /// The colour on the screen.
     pub fn colour(self) -> Color32 {
         match self {
@@ -115,7 +115,7 @@ impl Light {
 }
 
 /// All lamps, in a fixed order.
-pub fn lamps(health: &Health) -> Vec<Lamp> {
+pub fn lamps(health: &DriveHealth) -> Vec<Lamp> {
     vec![
         frames(health),
         dropped(health),
@@ -128,22 +128,25 @@ pub fn lamps(health: &Health) -> Vec<Lamp> {
     ]
 }
 
-fn frames(health: &Health) -> Lamp {
+fn frames(health: &DriveHealth) -> Lamp {
     let [mean, longest] = health.frame_ms;
-    let light =
-        if mean <= 0.0 { Light::Off } else { Light::of(mean, [20.0, 34.0]).max(Light::of(longest, [50.0, 250.0])) };
+    let light = if mean <= 0.0 {
+        LampColour::Off
+    } else {
+        LampColour::of(mean, [20.0, 34.0]).max(LampColour::of(longest, [50.0, 250.0]))
+    };
     let words = if mean <= 0.0 { "no frame yet".into() } else { format!("{mean:.1} ms, longest {longest:.0} ms") };
     let tip = "Time from one picture to the next over the last second. Good: 50 a second, none longer than 50 ms. Bad: fewer \
                than 30 a second or one longer than 250 ms. --quality low is faster";
     Lamp { name: "Frames", light, words, tip }
 }
 
-fn dropped(health: &Health) -> Lamp {
+fn dropped(health: &DriveHealth) -> Lamp {
     let [all, lately] = health.dropped_s;
     let light = match (all > 0.0, lately > 0.0) {
-        (_, true) => Light::Red,
-        (true, false) => Light::Amber,
-        _ => Light::Green,
+        (_, true) => LampColour::Red,
+        (true, false) => LampColour::Amber,
+        _ => LampColour::Green,
     };
     let words = if all > 0.0 { format!("{all:.2} s in all, {lately:.2} s lately") } else { "none".into() };
     let tip = "Time of the drive that was lost because a picture came too late: the world stood still for that long. Bad: in \
@@ -151,28 +154,28 @@ fn dropped(health: &Health) -> Lamp {
     Lamp { name: "Dropped time", light, words, tip }
 }
 
-fn latency(health: &Health) -> Lamp {
+fn latency(health: &DriveHealth) -> Lamp {
     let tip = "From the hand's or foot's movement to the picture that shows it being handed to the screen. Good: median up to \
                50 ms and 99th percentile up to 70 ms";
     let name = "Input latency";
     match health.latency_ms {
-        None => Lamp { name, light: Light::Off, words: "no input yet".into(), tip },
+        None => Lamp { name, light: LampColour::Off, words: "no input yet".into(), tip },
         Some([median, most]) => {
-            let light = Light::of(median, [50.0, 80.0]).max(Light::of(most, [70.0, 150.0]));
+            let light = LampColour::of(median, [50.0, 80.0]).max(LampColour::of(most, [70.0, 150.0]));
             Lamp { name, light, words: format!("{median:.0} ms, 99 %: {most:.0} ms"), tip }
         }
     }
 }
 
-fn recorder(health: &Health) -> Lamp {
+fn recorder(health: &DriveHealth) -> Lamp {
     let tip = "Rows that wait for the disk. Good: fewer than a quarter of the queue. A full queue ends the trial with everything \
                before it kept";
     let name = "Recorder";
     match health.recording {
-        None if health.engine.is_empty() => Lamp { name, light: Light::Off, words: "no drive yet".into(), tip },
-        None => Lamp { name, light: Light::Amber, words: "this drive is not recorded".into(), tip },
+        None if health.engine.is_empty() => Lamp { name, light: LampColour::Off, words: "no drive yet".into(), tip },
+        None => Lamp { name, light: LampColour::Amber, words: "this drive is not recorded".into(), tip },
         Some(RecordingHealth { waiting: [waiting, most], .. }) => {
-            let light = Light::of(waiting as f64, [most as f64 / 4.0, most as f64 / 2.0]);
+            let light = LampColour::of(waiting as f64, [most as f64 / 4.0, most as f64 / 2.0]);
             let words = match waiting {
                 0 => "recording, no backlog".into(),
                 _ => format!("recording, {waiting} of {most} batches waiting"),
@@ -182,63 +185,63 @@ fn recorder(health: &Health) -> Lamp {
     }
 }
 
-fn disk(health: &Health) -> Lamp {
+fn disk(health: &DriveHealth) -> Lamp {
     let tip = "Room where the recording lies. A session takes a few dozen megabytes. Good: over 5 GB; bad: under 1 GB";
     let name = "Disk";
     match health.recording.and_then(|recording| recording.free_gb) {
-        None => Lamp { name, light: Light::Off, words: "not checked".into(), tip },
+        None => Lamp { name, light: LampColour::Off, words: "not checked".into(), tip },
         Some(gb) => Lamp {
             name,
-            light: Light::of(-gb, [-record::LITTLE_GB, -record::TOO_LITTLE_GB]),
+            light: LampColour::of(-gb, [-record::LITTLE_GB, -record::TOO_LITTLE_GB]),
             words: format!("{gb:.1} GB free"),
             tip,
         },
     }
 }
 
-fn wheel(health: &Health) -> Lamp {
+fn wheel(health: &DriveHealth) -> Lamp {
     let (light, words) = match &health.wheel {
-        WheelHealth::There(name) => (Light::Green, name.clone()),
-        WheelHealth::None => (Light::Amber, "none: keyboard or pad drives".into()),
-        WheelHealth::Lost => (Light::Red, "unplugged: plug it in again".into()),
+        WheelHealth::There(name) => (LampColour::Green, name.clone()),
+        WheelHealth::None => (LampColour::Amber, "none: keyboard or pad drives".into()),
+        WheelHealth::Lost => (LampColour::Red, "unplugged: plug it in again".into()),
     };
     let tip = "What the participant steers with. A wheel that is unplugged pauses the drive until it is back";
     Lamp { name: "Wheel", light, words, tip }
 }
 
-fn contacts(health: &Health) -> Lamp {
+fn contacts(health: &DriveHealth) -> Lamp {
     let tip = "Contacts of the participant's car with others: each is in the recording, with its speeds, and among the notes. \
                Bad: in the last ten seconds";
     let (light, words) = match health.contacts {
-        _ if health.engine.is_empty() => (Light::Off, "no drive yet".into()),
+        _ if health.engine.is_empty() => (LampColour::Off, "no drive yet".into()),
         ContactHealth { count, last: Some([closing_mps, ago_s]) } => {
-            let light = if ago_s < 10.0 { Light::Red } else { Light::Amber };
+            let light = if ago_s < 10.0 { LampColour::Red } else { LampColour::Amber };
             (light, format!("{count}, the last at {closing_mps:.1} m/s"))
         }
-        ContactHealth { .. } => (Light::Green, "none".into()),
+        ContactHealth { .. } => (LampColour::Green, "none".into()),
     };
     Lamp { name: "Contacts", light, words, tip }
 }
 
-fn traffic(health: &Health) -> Lamp {
+fn traffic(health: &DriveHealth) -> Lamp {
     let tip = "The engine that moves the other cars";
     let (light, words) = match &health.error {
-        Some(error) => (Light::Red, error.lines().next().unwrap_or_default().to_owned()),
-        None if health.engine.is_empty() => (Light::Off, "not started".into()),
-        None => (Light::Green, health.engine.clone()),
+        Some(error) => (LampColour::Red, error.lines().next().unwrap_or_default().to_owned()),
+        None if health.engine.is_empty() => (LampColour::Off, "not started".into()),
+        None => (LampColour::Green, health.engine.clone()),
     };
     Lamp { name: "Traffic", light, words, tip }
 }
 
 /// The worst of the lamps that say something.
-pub fn worst(lamps: &[Lamp]) -> Light {
-    lamps.iter().map(|lamp| lamp.light).max().unwrap_or(Light::Off)
+pub fn worst(lamps: &[Lamp]) -> LampColour {
+    lamps.iter().map(|lamp| lamp.light).max().unwrap_or(LampColour::Off)
 }
 
 /// All lamps with their words; what is not green has a line of its own to be read in full.
 pub fn show(ui: &mut Ui, lamps: &[Lamp]) {
     for lamp in lamps {
-        let calm = lamp.light <= Light::Green;
+        let calm = lamp.light <= LampColour::Green;
         let line = ui.horizontal(|ui| {
             bulb(ui, lamp.light);
             ui.label(RichText::new(lamp.name).color(theme::TEXT));
@@ -263,25 +266,25 @@ pub fn strip(ui: &mut Ui, lamps: &[Lamp]) {
         bulb(ui, lamp.light).on_hover_text(format!("{}: {}\n{}", lamp.name, lamp.words, lamp.tip));
     }
     let worst = worst(lamps);
-    if let Some(lamp) = lamps.iter().find(|lamp| lamp.light == worst && worst >= Light::Amber) {
+    if let Some(lamp) = lamps.iter().find(|lamp| lamp.light == worst && worst >= LampColour::Amber) {
         let words = RichText::new(format!("{}: {}", lamp.name, lamp.words)).color(worst.colour());
         ui.add(egui::Label::new(words).truncate());
     }
 }
 
 /// A disc, a triangle where to look, a square where it is bad: told apart without colours too.
-fn bulb(ui: &mut Ui, light: Light) -> egui::Response {
+fn bulb(ui: &mut Ui, light: LampColour) -> egui::Response {
     let (rect, response) = ui.allocate_exact_size(vec2(15.0, 15.0), Sense::hover());
     let (middle, colour, edge) =
         (rect.center(), light.colour(), egui::Stroke::new(1.0, Color32::from_black_alpha(120)));
     match light {
-        Light::Off | Light::Green => ui.painter().circle(middle, 5.5, colour, edge),
-        Light::Amber => {
+        LampColour::Off | LampColour::Green => ui.painter().circle(middle, 5.5, colour, edge),
+        LampColour::Amber => {
             let corner = |x: f32, y: f32| middle + vec2(x, y);
             let corners = vec![corner(0.0, -6.5), corner(6.5, 5.0), corner(-6.5, 5.0)];
             ui.painter().add(egui::Shape::convex_polygon(corners, colour, edge))
         }
-        Light::Red => {
+        LampColour::Red => {
             let square = egui::Rect::from_center_size(middle, vec2(11.0, 11.0));
             ui.painter().rect(square, 1.0, colour, edge, egui::StrokeKind::Inside)
         }
@@ -293,8 +296,8 @@ fn bulb(ui: &mut Ui, light: Light) -> egui::Response {
 mod tests {
     use super::*;
 
-    fn healthy() -> Health {
-        Health {
+    fn healthy() -> DriveHealth {
+        DriveHealth {
             frame_ms: [16.7, 18.0],
             dropped_s: [0.0, 0.0],
             latency_ms: Some([31.0, 44.0]),
@@ -306,50 +309,56 @@ mod tests {
         }
     }
 
-    fn light(health: &Health, name: &str) -> Light {
+    fn light(health: &DriveHealth, name: &str) -> LampColour {
         lamps(health).into_iter().find(|lamp| lamp.name == name).unwrap().light
     }
 
     #[test]
     fn a_rig_in_order_is_green_throughout() {
-        assert!(lamps(&healthy()).iter().all(|lamp| lamp.light == Light::Green), "{:?}", lamps(&healthy()));
-        assert_eq!(worst(&lamps(&healthy())), Light::Green);
+        assert!(lamps(&healthy()).iter().all(|lamp| lamp.light == LampColour::Green), "{:?}", lamps(&healthy()));
+        assert_eq!(worst(&lamps(&healthy())), LampColour::Green);
     }
 
     #[test]
     fn every_fault_lights_its_own_lamp_and_no_other() {
-        type Fault = (&'static str, Light, fn(&mut Health));
+        type Fault = (&'static str, LampColour, fn(&mut DriveHealth));
         let cases: [Fault; 14] = [
-            ("Frames", Light::Amber, |h| h.frame_ms = [25.0, 30.0]),
-            ("Frames", Light::Red, |h| h.frame_ms = [17.0, 400.0]),
-            ("Dropped time", Light::Amber, |h| h.dropped_s = [0.4, 0.0]),
-            ("Dropped time", Light::Red, |h| h.dropped_s = [0.4, 0.4]),
-            ("Input latency", Light::Amber, |h| h.latency_ms = Some([45.0, 90.0])),
-            ("Input latency", Light::Red, |h| h.latency_ms = Some([120.0, 140.0])),
-            ("Recorder", Light::Red, |h| h.recording = h.recording.map(|r| RecordingHealth { waiting: [20, 32], ..r })),
-            ("Disk", Light::Amber, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(2.0), ..r })),
-            ("Disk", Light::Red, |h| h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(0.1), ..r })),
-            ("Wheel", Light::Amber, |h| h.wheel = WheelHealth::None),
-            ("Wheel", Light::Red, |h| h.wheel = WheelHealth::Lost),
-            ("Contacts", Light::Red, |h| h.contacts = ContactHealth { count: 1, last: Some([10.0, 2.0]) }),
-            ("Contacts", Light::Amber, |h| h.contacts = ContactHealth { count: 3, last: Some([0.4, 60.0]) }),
-            ("Traffic", Light::Red, |h| h.error = Some("SUMO ended\nat once".into())),
+            ("Frames", LampColour::Amber, |h| h.frame_ms = [25.0, 30.0]),
+            ("Frames", LampColour::Red, |h| h.frame_ms = [17.0, 400.0]),
+            ("Dropped time", LampColour::Amber, |h| h.dropped_s = [0.4, 0.0]),
+            ("Dropped time", LampColour::Red, |h| h.dropped_s = [0.4, 0.4]),
+            ("Input latency", LampColour::Amber, |h| h.latency_ms = Some([45.0, 90.0])),
+            ("Input latency", LampColour::Red, |h| h.latency_ms = Some([120.0, 140.0])),
+            ("Recorder", LampColour::Red, |h| {
+                h.recording = h.recording.map(|r| RecordingHealth { waiting: [20, 32], ..r })
+            }),
+            ("Disk", LampColour::Amber, |h| {
+                h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(2.0), ..r })
+            }),
+            ("Disk", LampColour::Red, |h| {
+                h.recording = h.recording.map(|r| RecordingHealth { free_gb: Some(0.1), ..r })
+            }),
+            ("Wheel", LampColour::Amber, |h| h.wheel = WheelHealth::None),
+            ("Wheel", LampColour::Red, |h| h.wheel = WheelHealth::Lost),
+            ("Contacts", LampColour::Red, |h| h.contacts = ContactHealth { count: 1, last: Some([10.0, 2.0]) }),
+            ("Contacts", LampColour::Amber, |h| h.contacts = ContactHealth { count: 3, last: Some([0.4, 60.0]) }),
+            ("Traffic", LampColour::Red, |h| h.error = Some("SUMO ended\nat once".into())),
         ];
         for (name, expected, spoil) in cases {
             let mut health = healthy();
             spoil(&mut health);
             assert_eq!(light(&health, name), expected, "{name}: {health:?}");
             let others = lamps(&health).into_iter().filter(|lamp| lamp.name != name);
-            assert!(others.map(|lamp| lamp.light).all(|light| light == Light::Green), "{name}");
+            assert!(others.map(|lamp| lamp.light).all(|light| light == LampColour::Green), "{name}");
         }
     }
 
     #[test]
     fn what_is_not_known_is_off_and_an_unrecorded_drive_is_pointed_out() {
-        let health = Health { recording: None, latency_ms: None, frame_ms: [0.0; 2], ..healthy() };
-        assert_eq!(light(&health, "Input latency"), Light::Off);
-        assert_eq!(light(&health, "Frames"), Light::Off);
-        assert_eq!(light(&health, "Disk"), Light::Off);
-        assert_eq!(light(&health, "Recorder"), Light::Amber);
+        let health = DriveHealth { recording: None, latency_ms: None, frame_ms: [0.0; 2], ..healthy() };
+        assert_eq!(light(&health, "Input latency"), LampColour::Off);
+        assert_eq!(light(&health, "Frames"), LampColour::Off);
+        assert_eq!(light(&health, "Disk"), LampColour::Off);
+        assert_eq!(light(&health, "Recorder"), LampColour::Amber);
     }
 }

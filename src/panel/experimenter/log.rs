@@ -3,7 +3,7 @@
 
 use super::space_time::{SpaceTime, WINDOW_S};
 use crate::{
-    panel::History,
+    panel::SpeedHistory,
     sim::{Snapshot, World},
 };
 use std::collections::VecDeque;
@@ -22,9 +22,9 @@ pub struct SpeedRow {
 
 /// The drive so far.
 #[derive(Clone, Debug)]
-pub struct Log {
+pub struct DriveLog {
     /// Mean speed, the ego's, the target.
-    pub history: History,
+    pub history: SpeedHistory,
     /// Where all cars were.
     pub space_time: SpaceTime,
     /// Speeds of all cars in the last [`WINDOW_S`].
@@ -42,7 +42,7 @@ pub struct Log {
     began: bool,
 }
 
-impl Log {
+impl DriveLog {
     /// Before the first tick of a drive in `world`.
     pub fn new(world: &World) -> Self {
         let route = &world.map().route;
@@ -59,7 +59,7 @@ impl Log {
     /// The same for a road that is given by its centre line.
     pub fn on(road: Vec<[f64; 2]>, length_m: f64, road_width_m: f64, top_mps: f64) -> Self {
         Self {
-            history: History::default(),
+            history: SpeedHistory::default(),
             space_time: SpaceTime::new(length_m, top_mps),
             speeds: VecDeque::new(),
             road,
@@ -149,7 +149,7 @@ mod tests {
             range_mps: 0.5,
             is_fallback: false,
         };
-        let mut log = Log::on(Vec::new(), 250.0, 4.0, 8.0);
+        let mut log = DriveLog::on(Vec::new(), 250.0, 4.0, 8.0);
         assert_eq!(log.share_in_range(), None);
         for tick in 0..100 {
             log.see(&at(tick, 4.2, None), 10);
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn an_hour_of_all_cars_keeps_the_last_five_minutes() {
-        let mut log = Log::on(Vec::new(), 250.0, 4.0, 8.0);
+        let mut log = DriveLog::on(Vec::new(), 250.0, 4.0, 8.0);
         for step in 0..36_000 {
             log.see(&at(step * 10, 4.0, None), 10);
         }

@@ -1,7 +1,7 @@
 //! The road from above with all cars. In: the centre line, a [`Snapshot`]. Out: painted shapes, north up; the ego red, the
 //! others green or coloured by their speed.
 
-use super::Log;
+use super::DriveLog;
 use crate::{panel::theme, sim::Snapshot, space::Pose};
 use egui::{Color32, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
@@ -35,7 +35,7 @@ pub fn shade(share: f64) -> Color32 {
 }
 
 /// The map, in a square field as large as there is room, `height` points high.
-pub fn show(ui: &mut Ui, log: &Log, snapshot: Option<&Snapshot>, by_speed: bool, width: f32, height: f32) {
+pub fn show(ui: &mut Ui, log: &DriveLog, snapshot: Option<&Snapshot>, by_speed: bool, width: f32, height: f32) {
     let (response, painter) = ui.allocate_painter(vec2(width, height), Sense::hover());
     let field = response.rect;
     painter.rect_filled(field, 4.0, Color32::from_rgb(28, 36, 30));

@@ -17,13 +17,13 @@ pub mod notes;
 pub mod plots;
 pub mod space_time;
 
-pub use lamps::{ContactHealth, Health, Lamp, Light, RecordingHealth, WheelHealth};
-pub use log::Log;
+pub use lamps::{ContactHealth, DriveHealth, Lamp, LampColour, RecordingHealth, WheelHealth};
+pub use log::DriveLog;
 
-use super::{Panel, PanelCommand, PanelState, Phase, help, readout, theme};
+use super::{DrivePhase, PanelCommand, PanelState, SettingsPanel, help, readout, theme};
 use crate::sim::Snapshot;
 use egui::{Event, Key, Modifiers, RichText, ScrollArea, TextureId, Ui, Vec2, vec2};
-use notes::Notes;
+use notes::SessionNotes;
 
 /// Keys of the window beside a drive, and what they do. In a study the session has its own.
 pub const KEYS: [(&str, &str); 8] = [
@@ -50,7 +50,7 @@ pub struct ExperimenterState<'a> {
     /// The present moment; `None` before there is a world.
     pub snapshot: Option<&'a Snapshot>,
     /// What has been measured.
-    pub health: &'a Health,
+    pub health: &'a DriveHealth,
     /// What the driver sees, and its size.
     pub picture: Option<(TextureId, [u32; 2])>,
 }
@@ -70,7 +70,7 @@ pub enum ExperimenterCommand {
 
 /// What is on a page of a narrow window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Page {
+enum PanelPage {
     #[default]
     Plan,
     Picture,
@@ -80,16 +80,16 @@ enum Page {
 
 /// The window's own state.
 #[derive(Default)]
-pub struct Experimenter {
-    page: Page,
+pub struct ExperimenterPanel {
+    page: PanelPage,
     by_speed: bool,
-    screen: space_time::Screen,
+    screen: space_time::DiagramTexture,
     help_open: bool,
     /// Marks and notes.
-    pub notes: Notes,
+    pub notes: SessionNotes,
 }
 
-impl Experimenter {
+impl ExperimenterPanel {
     /// Shows the window's whole content in the root [`Ui`] of a pass, and tells what was asked for. `log` is the drive so
     /// far, if there is one. `plan` shows what stands on the left, where a study has its plan; without it, that is
     /// `panel`: start, pause, settings.
@@ -97,8 +97,8 @@ impl Experimenter {
         &mut self,
         ui: &mut Ui,
         state: &ExperimenterState<'_>,
-        log: Option<&Log>,
-        panel: &mut Panel,
+        log: Option<&DriveLog>,
+        panel: &mut SettingsPanel,
         mut plan: Option<&mut dyn FnMut(&mut Ui)>,
     ) -> Vec<ExperimenterCommand> {
         let mut commands = Vec::new();
@@ -136,9 +136,12 @@ impl Experimenter {
         egui::Panel::top("pages").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let plan = if may_drive { "Drive" } else { "Plan" };
-                for (page, name) in
-                    [(Page::Plan, plan), (Page::Picture, "Picture"), (Page::Plots, "Plots"), (Page::Lamps, "State")]
-                {
+                for (page, name) in [
+                    (PanelPage::Plan, plan),
+                    (PanelPage::Picture, "Picture"),
+                    (PanelPage::Plots, "Plots"),
+                    (PanelPage::Lamps, "State"),
+                ] {
                     ui.selectable_value(&mut self.page, page, name);
                 }
                 ui.separator();
@@ -146,13 +149,13 @@ impl Experimenter {
             });
         });
         egui::CentralPanel::default().show(ui, |ui| match self.page {
-            Page::Plan => left(ui, &mut commands),
-            Page::Lamps => self.right(ui, state, &lamps, may_drive, &mut commands),
-            Page::Picture => {
+            PanelPage::Plan => left(ui, &mut commands),
+            PanelPage::Lamps => self.right(ui, state, &lamps, may_drive, &mut commands),
+            PanelPage::Picture => {
                 let height = ui.available_height();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.pictures(ui, state, log, height));
             }
-            Page::Plots => {
+            PanelPage::Plots => {
                 let height = ui.available_height();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.plots(ui, state, log, height));
             }
@@ -182,26 +185,28 @@ impl Experimenter {
         }
         if !may_drive && ui.input(|input| input.modifiers.command && input.keys_down.iter().any(is_letter)) {
             // The session's commands are heard where they are seen.
-            self.page = Page::Plan;
+            self.page = PanelPage::Plan;
         }
         if may_drive && pressed(Modifiers::COMMAND, Key::P) {
             match state.drive.phase {
-                Phase::Running => commands.push(ExperimenterCommand::Drive(PanelCommand::Pause)),
-                Phase::Ready | Phase::Paused => commands.push(ExperimenterCommand::Drive(PanelCommand::Start)),
-                Phase::Starting | Phase::Ended => {}
+                DrivePhase::Running => commands.push(ExperimenterCommand::Drive(PanelCommand::Pause)),
+                DrivePhase::Ready | DrivePhase::Paused => {
+                    commands.push(ExperimenterCommand::Drive(PanelCommand::Start))
+                }
+                DrivePhase::Starting | DrivePhase::Ended => {}
             }
         }
         if may_drive && pressed(Modifiers::COMMAND, Key::M) {
             self.notes.mark(time_s, commands);
         }
         if may_drive && pressed(Modifiers::COMMAND, Key::N) {
-            self.page = Page::Lamps;
+            self.page = PanelPage::Lamps;
             self.notes.focus();
         }
         if may_drive && pressed(Modifiers::COMMAND, Key::Q) {
             commands.push(ExperimenterCommand::End);
         }
-        let pages = [Page::Plan, Page::Picture, Page::Plots, Page::Lamps];
+        let pages = [PanelPage::Plan, PanelPage::Picture, PanelPage::Plots, PanelPage::Lamps];
         for (key, page) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(pages) {
             if pressed(Modifiers::COMMAND, key) {
                 self.page = page;
@@ -210,7 +215,7 @@ impl Experimenter {
     }
 
     /// What the driver sees, and the road from above, at most about `most` high. Returns the height that they take.
-    fn pictures(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>, most: f32) -> f32 {
+    fn pictures(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&DriveLog>, most: f32) -> f32 {
         let begin = ui.cursor().top();
         let room = ui.available_width();
         // Side by side where both are large enough.
@@ -250,7 +255,7 @@ impl Experimenter {
     }
 
     /// Speeds over time and the space-time diagram, in `room` points of height if that is enough.
-    fn plots(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&Log>, room: f32) {
+    fn plots(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&DriveLog>, room: f32) {
         let Some(log) = log else { return };
         let last_s = log.speeds.back().map_or(0.0, |row| row.time_s);
         let time_s = state.drive.readings.map_or(last_s, |now| now.time_s);

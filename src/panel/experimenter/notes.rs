@@ -10,7 +10,7 @@ const KEPT: usize = 50;
 
 /// What was written down in this session.
 #[derive(Clone, Debug, Default)]
-pub struct Notes {
+pub struct SessionNotes {
     text: String,
     /// Newest first: time of the drive, words.
     written: Vec<(f64, String)>,
@@ -19,7 +19,7 @@ pub struct Notes {
     wants_focus: bool,
 }
 
-impl Notes {
+impl SessionNotes {
     /// Shows what happened, beside what was written here: a wheel unplugged, a recording that begins.
     pub fn say(&mut self, time_s: f64, words: &str) {
         self.written.insert(0, (time_s, words.to_owned()));

@@ -1,6 +1,6 @@
-//! Speeds of all cars over the drive, five minutes at the most, one line each, the ego's thick. In: a [`Log`]. Out: a plot; m/s.
+//! Speeds of all cars over the drive, five minutes at the most, one line each, the ego's thick. In: a [`DriveLog`]. Out: a plot; m/s.
 
-use super::Log;
+use super::DriveLog;
 use crate::panel::{readout, theme};
 use egui::{Color32, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
@@ -9,7 +9,7 @@ use egui_plot::{Line, Plot, PlotPoints};
 const OTHERS: Color32 = Color32::from_rgb(82, 138, 106);
 
 /// The plot, as wide as there is room.
-pub fn cars(ui: &mut Ui, log: &Log, time_s: f64, height: f32) {
+pub fn cars(ui: &mut Ui, log: &DriveLog, time_s: f64, height: f32) {
     let [from_s, to_s] = log.window(time_s);
     let cars = log.speeds.back().map_or(0, |row| row.speeds_mps.len());
     let line = |car: usize| -> PlotPoints<'_> {

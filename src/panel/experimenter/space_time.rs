@@ -32,7 +32,7 @@ pub struct SpaceTime {
 
 /// A diagram as the screen knows it: new columns are sent to it.
 #[derive(Default)]
-pub struct Screen {
+pub struct DiagramTexture {
     texture: Option<TextureHandle>,
     /// Which diagram, and the column that was being painted.
     knows: (u64, usize),
@@ -111,7 +111,7 @@ impl SpaceTime {
 
     /// The diagram, as wide as there is room, `height` points high.
     /// It reaches from and to these times, seconds.
-    pub fn show(&self, ui: &mut Ui, screen: &mut Screen, [from_s, to_s]: [f64; 2], height: f32) {
+    pub fn show(&self, ui: &mut Ui, screen: &mut DiagramTexture, [from_s, to_s]: [f64; 2], height: f32) {
         let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), height), egui::Sense::hover());
         let all = response.rect;
         let field = Rect::from_min_max(all.min + vec2(44.0, 4.0), all.max - vec2(4.0, 18.0));
@@ -172,7 +172,7 @@ impl SpaceTime {
     }
 }
 
-impl Screen {
+impl DiagramTexture {
     /// Sends what is new.
     fn texture(&mut self, ui: &Ui, diagram: &SpaceTime) -> TextureId {
         let options = TextureOptions::LINEAR;

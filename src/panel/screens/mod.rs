@@ -1,5 +1,5 @@
 //! What a participant sees between drives, and over them: pages, rests, questions, the countdown. In: a [`ScreenState`];
-//! keys and mouse as egui has them. Out: [`Input`]s, the same that a wheel makes. Nothing of the experimenter's is here.
+//! keys and mouse as egui has them. Out: [`FormInput`]s, the same that a wheel makes. Nothing of the experimenter's is here.
 //!
 //! One column, large and calm: text is a 25th of the window's height, 2.7 cm on a television of 55 inches, four times what
 //! is needed at 1 m. What acts stands in the last line.
@@ -9,7 +9,7 @@ mod questionnaire;
 mod style;
 
 use crate::{
-    study::{Form, Input, Texts},
+    study::{FormInput, ParticipantTexts, QuestionnaireForm},
     units::SpeedUnit,
 };
 use egui::{Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
@@ -20,9 +20,9 @@ use style::PageStyle;
 #[derive(Clone, Copy, Debug)]
 pub struct ScreenState<'a> {
     /// The screen.
-    pub screen: Screen<'a>,
+    pub screen: ParticipantScreen<'a>,
     /// What the program says.
-    pub texts: &'a Texts,
+    pub texts: &'a ParticipantTexts,
     /// How many points of the session are behind, and how many there are.
     pub progress: [usize; 2],
     /// A wheel is there: hints name its buttons, not keys.
@@ -31,7 +31,7 @@ pub struct ScreenState<'a> {
 
 /// A screen.
 #[derive(Clone, Copy, Debug)]
-pub enum Screen<'a> {
+pub enum ParticipantScreen<'a> {
     /// A page to read, Markdown; the participant goes on.
     Page(&'a str),
     /// Words; the participant waits.
@@ -39,14 +39,14 @@ pub enum Screen<'a> {
     /// A rest: words, and the seconds that are left; at 0 the participant goes on.
     Rest(&'a str, f64),
     /// Questions.
-    Questions(&'a Form),
+    Questions(&'a QuestionnaireForm),
     /// The drive begins in so many seconds, and the car has this speed then (0 stands); over the picture.
     Countdown(u32, u32, SpeedUnit),
     /// The drive, alone or with words over the picture.
     Drive(Option<&'a str>),
 }
 
-impl Screen<'_> {
+impl ParticipantScreen<'_> {
     /// True if the picture of the drive is behind it.
     pub fn is_over_picture(&self) -> bool {
         matches!(self, Self::Countdown(..) | Self::Drive(_))
@@ -55,24 +55,24 @@ impl Screen<'_> {
 
 /// Draws screens.
 #[derive(Default)]
-pub struct Screens {
+pub struct ScreenPainter {
     /// Pages that were laid out.
     cache: CommonMarkCache,
 }
 
-impl Screens {
+impl ScreenPainter {
     /// Shows a screen in the root [`Ui`] of a pass, and tells what keys and mouse did.
-    pub fn show(&mut self, ui: &mut Ui, state: &ScreenState<'_>) -> Vec<Input> {
+    pub fn show(&mut self, ui: &mut Ui, state: &ScreenState<'_>) -> Vec<FormInput> {
         let mut inputs = keys(ui, &state.screen);
         let whole = ui.max_rect();
         let look = PageStyle::of(whole.size());
         match state.screen {
-            Screen::Drive(None) => return inputs,
-            Screen::Drive(Some(words)) => {
+            ParticipantScreen::Drive(None) => return inputs,
+            ParticipantScreen::Drive(Some(words)) => {
                 page::words_over(ui, &look, words);
                 return inputs;
             }
-            Screen::Countdown(left, speed, unit) => {
+            ParticipantScreen::Countdown(left, speed, unit) => {
                 let rolling = state.texts.rolling.replace("{speed}", &format!("{speed} {}", unit.label()));
                 page::countdown(ui, &look, if speed > 0 { &rolling } else { &state.texts.ready }, left);
                 return inputs;
@@ -80,7 +80,7 @@ impl Screens {
             _ => {}
         }
         ui.painter().rect_filled(whole, 0, style::BACK);
-        look.dress(ui);
+        look.apply_style(ui);
         dots(ui, &look, state.progress);
         hint(ui, &look, state);
         let width = (30.0 * look.em).min(0.9 * whole.width());
@@ -91,18 +91,18 @@ impl Screens {
         ui.scope_builder(UiBuilder::new().max_rect(column), |ui| {
             ui.set_clip_rect(Rect::from_x_y_ranges(whole.x_range(), column.y_range()));
             match state.screen {
-                Screen::Page(text) => {
+                ParticipantScreen::Page(text) => {
                     inputs.extend(page::page(ui, &look, &mut self.cache, text, Some(&state.texts.next)));
                 }
-                Screen::Wait(text) => drop(page::page(ui, &look, &mut self.cache, text, None)),
-                Screen::Rest(text, left_s) => {
+                ParticipantScreen::Wait(text) => drop(page::page(ui, &look, &mut self.cache, text, None)),
+                ParticipantScreen::Rest(text, left_s) => {
                     inputs.extend(page::rest(ui, &look, &mut self.cache, text, left_s, state.texts));
                 }
-                Screen::Questions(form) => inputs.extend(questionnaire::show(ui, &look, form, state.texts)),
-                Screen::Countdown(..) | Screen::Drive(_) => {}
+                ParticipantScreen::Questions(form) => inputs.extend(questionnaire::show(ui, &look, form, state.texts)),
+                ParticipantScreen::Countdown(..) | ParticipantScreen::Drive(_) => {}
             }
         });
-        if let Screen::Questions(form) = state.screen {
+        if let ParticipantScreen::Questions(form) = state.screen {
             inputs.extend(questionnaire::buttons(ui, &look, form, state.texts));
         }
         inputs
@@ -120,38 +120,38 @@ pub const SCREEN_KEYS: [(&str, &str); 6] = [
 ];
 
 /// What the keys ask for. Letters and arrows belong to a text while one is typed.
-fn keys(ui: &Ui, screen: &Screen<'_>) -> Vec<Input> {
-    let form = if let Screen::Questions(form) = screen { Some(*form) } else { None };
-    let typing = form.is_some_and(Form::typing);
+fn keys(ui: &Ui, screen: &ParticipantScreen<'_>) -> Vec<FormInput> {
+    let form = if let ParticipantScreen::Questions(form) = screen { Some(*form) } else { None };
+    let typing = form.is_some_and(QuestionnaireForm::typing);
     let text_is_empty = form.is_some_and(|form| {
         let stops = form.stops();
         stops.get(form.focus()).is_some_and(|stop| form.answer(&stop.name()).is_none())
     });
-    let focus = form.map_or(0, Form::focus);
+    let focus = form.map_or(0, QuestionnaireForm::focus);
     ui.input_mut(|input| {
         let mut inputs = Vec::new();
-        let mut on = |key: Key, made: &dyn Fn() -> Input| {
+        let mut on = |key: Key, made: &dyn Fn() -> FormInput| {
             inputs.extend((0..input.count_and_consume_key(Modifiers::NONE, key)).map(|_| made()));
         };
         if !typing {
-            on(Key::ArrowLeft, &|| Input::Turn(-1));
-            on(Key::ArrowUp, &|| Input::Turn(-1));
-            on(Key::ArrowRight, &|| Input::Turn(1));
-            on(Key::ArrowDown, &|| Input::Turn(1));
-            on(Key::Space, &|| Input::Next);
-            on(Key::M, &|| Input::Mark);
+            on(Key::ArrowLeft, &|| FormInput::Turn(-1));
+            on(Key::ArrowUp, &|| FormInput::Turn(-1));
+            on(Key::ArrowRight, &|| FormInput::Turn(1));
+            on(Key::ArrowDown, &|| FormInput::Turn(1));
+            on(Key::Space, &|| FormInput::Next);
+            on(Key::M, &|| FormInput::Mark);
         }
         if !typing || text_is_empty {
-            on(Key::Backspace, &|| Input::Back);
+            on(Key::Backspace, &|| FormInput::Back);
         }
-        on(Key::Enter, &|| Input::Next);
-        on(Key::Escape, &|| Input::Stop);
-        on(Key::PageDown, &|| Input::PageOn);
-        on(Key::PageUp, &|| Input::PageBack);
+        on(Key::Enter, &|| FormInput::Next);
+        on(Key::Escape, &|| FormInput::Stop);
+        on(Key::PageDown, &|| FormInput::PageOn);
+        on(Key::PageUp, &|| FormInput::PageBack);
         if form.is_some() {
-            on(Key::Tab, &|| Input::Focus(focus + 1));
+            on(Key::Tab, &|| FormInput::Focus(focus + 1));
             if input.consume_key(Modifiers::SHIFT, Key::Tab) {
-                inputs.push(Input::Focus(focus.saturating_sub(1)));
+                inputs.push(FormInput::Focus(focus.saturating_sub(1)));
             }
         }
         inputs
@@ -185,12 +185,12 @@ fn hint(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
         [texts.arrows.as_str(), "Enter", "Backspace"]
     };
     let acts: Vec<(&str, &str)> = match state.screen {
-        Screen::Questions(form) if form.typing() => vec![("Enter", &texts.answer)],
-        Screen::Questions(_) => vec![(turn, &texts.choose), (next, &texts.answer), (back, &texts.back)],
-        Screen::Page(_) if state.wheel => vec![("", &texts.go_on)],
-        Screen::Rest(_, left_s) if left_s <= 0.0 && state.wheel => vec![("", &texts.go_on)],
-        Screen::Page(_) => vec![(next, &texts.next)],
-        Screen::Rest(_, left_s) if left_s <= 0.0 => vec![(next, &texts.next)],
+        ParticipantScreen::Questions(form) if form.typing() => vec![("Enter", &texts.answer)],
+        ParticipantScreen::Questions(_) => vec![(turn, &texts.choose), (next, &texts.answer), (back, &texts.back)],
+        ParticipantScreen::Page(_) if state.wheel => vec![("", &texts.go_on)],
+        ParticipantScreen::Rest(_, left_s) if left_s <= 0.0 && state.wheel => vec![("", &texts.go_on)],
+        ParticipantScreen::Page(_) => vec![(next, &texts.next)],
+        ParticipantScreen::Rest(_, left_s) if left_s <= 0.0 => vec![(next, &texts.next)],
         _ => Vec::new(),
     };
     // Laid out first, so that the line stands in the middle.

@@ -1,7 +1,7 @@
 //! Pages to read, rests, and what stands over the picture of a drive.
 
 use super::style::{self, PageStyle};
-use crate::study::{Input, Texts};
+use crate::study::{FormInput, ParticipantTexts};
 use egui::{Align2, Color32, Id, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
@@ -12,7 +12,7 @@ pub fn page(
     cache: &mut CommonMarkCache,
     text: &str,
     button: Option<&str>,
-) -> Option<Input> {
+) -> Option<FormInput> {
     let mut pressed = false;
     centred(ui, Id::unique("page"), |ui| {
         words(ui, look, cache, text);
@@ -21,7 +21,7 @@ pub fn page(
             in_the_middle(ui, is_short(text), |ui| pressed = self::button(ui, look, word, true).clicked());
         }
     });
-    pressed.then_some(Input::Next)
+    pressed.then_some(FormInput::Next)
 }
 
 /// A rest: words, and minutes and seconds that are left.
@@ -31,8 +31,8 @@ pub fn rest(
     cache: &mut CommonMarkCache,
     text: &str,
     left_s: f64,
-    texts: &Texts,
-) -> Option<Input> {
+    texts: &ParticipantTexts,
+) -> Option<FormInput> {
     let over = left_s <= 0.0;
     let mut pressed = false;
     centred(ui, Id::unique("rest"), |ui| {
@@ -49,7 +49,7 @@ pub fn rest(
             }
         });
     });
-    pressed.then_some(Input::Next)
+    pressed.then_some(FormInput::Next)
 }
 
 /// A sentence, not a page.

@@ -1,4 +1,4 @@
-//! A page of questions. In: a [`Form`]. Out: what the mouse and a typed text do to it. Where the hand is has a ring, what
+//! A page of questions. In: a [`QuestionnaireForm`]. Out: what the mouse and a typed text do to it. Where the hand is has a ring, what
 //! is chosen is filled; a question that waits for an answer says so where it stands.
 
 use super::{
@@ -6,9 +6,9 @@ use super::{
     style::{self, PageStyle},
 };
 use crate::study::{
-    Form, Input, Texts,
-    questionnaire_form::Stop,
-    questions::{Element, ElementKind},
+    FormInput, ParticipantTexts, QuestionnaireForm,
+    questionnaire_form::FormPosition,
+    questions::{ElementKind, QuestionElement},
 };
 use egui::{
     Align, Align2, Color32, Id, Key, KeyboardShortcut, Modifiers, Rect, Response, RichText, Role, ScrollArea, Sense,
@@ -20,8 +20,8 @@ use serde_json::Value;
 const MOST_NUMBERS: usize = 11;
 
 /// Shows the page of a form.
-pub fn show(ui: &mut Ui, look: &PageStyle, form: &Form, texts: &Texts) -> Vec<Input> {
-    let mut page = Page { look, form, texts, inputs: Vec::new(), here: None };
+pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
+    let mut page = QuestionsPage { look, form, texts, inputs: Vec::new(), here: None };
     let (number, pages) = form.progress();
     ui.horizontal(|ui| {
         ui.label(RichText::new(form.title()).font(look.font(0.75)).color(style::DIM));
@@ -58,33 +58,33 @@ pub fn show(ui: &mut Ui, look: &PageStyle, form: &Form, texts: &Texts) -> Vec<In
 }
 
 /// The buttons to the pages before and after, at both ends of the last line: always in sight.
-pub fn buttons(ui: &Ui, look: &PageStyle, form: &Form, texts: &Texts) -> Vec<Input> {
+pub fn buttons(ui: &Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
     let mut inputs = Vec::new();
     let whole = ui.max_rect();
     let y = whole.bottom() - 1.2 * look.em;
     let back = pos2(whole.left() + look.em, y);
     if form.progress().0 > 0 && button_at(ui, look, &texts.back, false, Align2::LEFT_CENTER, back).clicked() {
-        inputs.push(Input::PageBack);
+        inputs.push(FormInput::PageBack);
     }
     let here = form.focus() >= form.stops().len();
     let next = pos2(whole.right() - look.em, y);
     if button_at(ui, look, &texts.next, here, Align2::RIGHT_CENTER, next).clicked() {
-        inputs.push(Input::PageOn);
+        inputs.push(FormInput::PageOn);
     }
     inputs
 }
 
-struct Page<'a> {
+struct QuestionsPage<'a> {
     look: &'a PageStyle,
-    form: &'a Form,
-    texts: &'a Texts,
-    inputs: Vec<Input>,
+    form: &'a QuestionnaireForm,
+    texts: &'a ParticipantTexts,
+    inputs: Vec<FormInput>,
     /// Where the hand is.
     here: Option<Rect>,
 }
 
-impl Page<'_> {
-    fn question(&mut self, ui: &mut Ui, element: &Element, stops: &[(usize, &Stop<'_>)]) {
+impl QuestionsPage<'_> {
+    fn question(&mut self, ui: &mut Ui, element: &QuestionElement, stops: &[(usize, &FormPosition<'_>)]) {
         let look = *self.look;
         let top = ui.cursor().top();
         if element.kind == ElementKind::Html {
@@ -190,12 +190,12 @@ impl Page<'_> {
 
     fn picked(&mut self, response: &Response, stop: usize, option: usize) {
         if response.clicked() {
-            self.inputs.push(Input::Pick { stop, option });
+            self.inputs.push(FormInput::Pick { stop, option });
         }
     }
 
     /// One below the other.
-    fn list(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+    fn list(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let many = stop.element.kind == ElementKind::Checkbox;
         for (i, choice) in stop.element.choices.iter().enumerate() {
             let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
@@ -206,7 +206,7 @@ impl Page<'_> {
             // Where a hand without a mouse leaves the list.
             let word = self.texts.no_more.clone();
             if button(ui, self.look, &word, self.form.cursor() == Some(places)).clicked() {
-                self.inputs.push(Input::Focus(index + 1));
+                self.inputs.push(FormInput::Focus(index + 1));
             }
         }
     }
@@ -222,7 +222,7 @@ impl Page<'_> {
         }
     }
 
-    fn yes_or_no(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+    fn yes_or_no(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let width = (14.0 * self.look.em).min(ui.available_width());
         let rect = ui.allocate_space(vec2(width, 1.65 * self.look.em)).1;
         let say = |word: &String| (word.clone(), format!("{}: {word}", stop.element.title));
@@ -230,7 +230,7 @@ impl Page<'_> {
         self.cells(ui, rect, index, &labels);
     }
 
-    fn row(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+    fn row(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let rect = ui.allocate_space(vec2(ui.available_width(), 1.4 * self.look.em)).1;
         let name = stop.row.map_or("", |row| row.text.as_str());
         let share = 0.36;
@@ -247,7 +247,7 @@ impl Page<'_> {
     }
 
     /// Numbers, or ticks on a line where they are many; the words of both ends below.
-    fn scale(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>) {
+    fn scale(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let rates = stop.options();
         let labels: Vec<_> =
             rates.iter().map(|rate| (rate.to_string(), format!("{}: {rate}", stop.element.title))).collect();
@@ -272,7 +272,7 @@ impl Page<'_> {
         ui: &mut Ui,
         rect: Rect,
         index: usize,
-        stop: &Stop<'_>,
+        stop: &FormPosition<'_>,
         rates: &[Value],
         labels: &[(String, String)],
     ) {
@@ -303,7 +303,7 @@ impl Page<'_> {
         }
     }
 
-    fn text(&mut self, ui: &mut Ui, index: usize, stop: &Stop<'_>, title: Id) {
+    fn text(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>, title: Id) {
         let name = stop.name();
         let mut text = self.form.answer(&name).and_then(Value::as_str).unwrap_or_default().to_owned();
         let several = stop.element.kind == ElementKind::Comment;
@@ -316,14 +316,14 @@ impl Page<'_> {
             .margin(egui::Margin::same((0.4 * self.look.em).min(120.0) as i8));
         let response = ui.add(edit).labelled_by(title);
         if response.changed() {
-            self.inputs.push(Input::Type { stop: index, text });
+            self.inputs.push(FormInput::Type { stop: index, text });
         }
         let here = self.form.focus() == index;
         if here {
             ui.painter().rect_stroke(response.rect, self.look.round(), self.look.ring(), egui::StrokeKind::Outside);
         }
         match (here, response.has_focus()) {
-            (false, true) if response.gained_focus() => self.inputs.push(Input::Focus(index)),
+            (false, true) if response.gained_focus() => self.inputs.push(FormInput::Focus(index)),
             (false, true) => response.surrender_focus(),
             (true, false) => response.request_focus(),
             _ => {}

@@ -49,7 +49,7 @@ impl PageStyle {
     }
 
     /// Dresses what is drawn from here on.
-    pub fn dress(&self, ui: &mut Ui) {
+    pub fn apply_style(&self, ui: &mut Ui) {
         let style = ui.style_mut();
         let body = self.em;
         for (name, size) in [(TextStyle::Body, body), (TextStyle::Button, body), (TextStyle::Small, 0.8 * body)] {

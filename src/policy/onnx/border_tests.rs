@@ -1,8 +1,8 @@
 //! What comes over the border with a network of another's: weights in other files, numbers of other sizes, several inputs.
 
-use super::{Description, OnnxPolicy, write};
+use super::{NetworkDescription, OnnxPolicy, write};
 use crate::{
-    policy::{FIELD_INPUTS, FORMAT, Layer, Network, Output},
+    policy::{FIELD_INPUTS, FORMAT, Network, NetworkLayer, NetworkOutput},
     rng,
 };
 use half::f16;
@@ -16,13 +16,13 @@ use tract_onnx::pb::{
 /// A small network with random weights.
 fn network() -> Network {
     let mut stream = rng::stream(7, "border");
-    let mut layer = |n: usize, m: usize| Layer {
+    let mut layer = |n: usize, m: usize| NetworkLayer {
         bias: (0..m).map(|_| 0.1 * stream.normal() as f32).collect(),
         weights: (0..n).map(|_| (0..m).map(|_| (stream.normal() / (n as f64).sqrt()) as f32).collect()).collect(),
     };
     Network {
         format: FORMAT.into(),
-        action: Output::Speed,
+        action: NetworkOutput::Speed,
         limits: [0.0, 10.0],
         speed_change_mps: 0.0,
         least_spacing_m: 0.0,
@@ -287,6 +287,6 @@ fn a_network_with_a_memory_is_refused_in_plain_words() {
 
 #[test]
 fn a_description_names_the_key_that_was_meant() {
-    let said = Description::from_toml(&described("input_nam = \"x\"")).unwrap_err();
+    let said = NetworkDescription::from_toml(&described("input_nam = \"x\"")).unwrap_err();
     assert!(said.contains("its description:1:1: unknown key `input_nam`; did you mean `input_name`?"), "{said}");
 }

@@ -1,7 +1,7 @@
 //! What a network is asked: which of its inputs is the observation, in which numbers. In: the graph and its description. Out:
 //! the graph with that input and the wanted output alone, other inputs made constants or gone, and the shapes to ask with.
 
-use super::{Description, limits::MOST_WHOLE_NUMBERS};
+use super::{NetworkDescription, limits::MOST_WHOLE_NUMBERS};
 use half::f16;
 use std::collections::BTreeSet;
 use tract_onnx::pb::{
@@ -15,7 +15,7 @@ use tract_onnx::pb::{
 ///
 /// # Errors
 /// Inputs or outputs do not fit the description, in words.
-pub(super) fn prepare(graph: &mut GraphProto, description: &Description) -> Result<Vec<Vec<usize>>, String> {
+pub(super) fn prepare(graph: &mut GraphProto, description: &NetworkDescription) -> Result<Vec<Vec<usize>>, String> {
     let names = |values: &[ValueInfoProto]| values.iter().map(|v| v.name.clone()).collect::<Vec<_>>();
     let output = chosen("output", &names(&graph.output), description.output_name.as_deref())?;
     graph.output.retain(|value| value.name == output);
@@ -91,7 +91,7 @@ fn chosen(what: &str, known: &[String], name: Option<&str>) -> Result<String, St
 }
 
 /// Inputs that the description fixes become constants.
-fn fix(graph: &mut GraphProto, description: &Description) -> Result<(), String> {
+fn fix(graph: &mut GraphProto, description: &NetworkDescription) -> Result<(), String> {
     for (name, value) in &description.fixed {
         let Some(at) = graph.input.iter().position(|input| input.name == *name) else {
             let known: Vec<&str> = graph.input.iter().map(|input| input.name.as_str()).collect();
@@ -146,7 +146,7 @@ fn prune(graph: &mut GraphProto, output: &str) -> BTreeSet<String> {
 /// Names of the inputs that are the observation: one, or one for each number of it.
 fn observed(
     graph: &GraphProto,
-    description: &Description,
+    description: &NetworkDescription,
     needed: &BTreeSet<String>,
 ) -> Result<BTreeSet<String>, String> {
     let all: Vec<String> = graph.input.iter().map(|input| input.name.clone()).collect();

@@ -1,11 +1,11 @@
 //! An ONNX file as a policy. In: the path. Out: a policy that has been asked some hundred questions and has answered each
 //! with a number. Batches of any size load; one row is run at a time.
 
-use super::{Description, EXAMPLE, METADATA_KEY, Meaning, external, inputs, limits, sizes, wire};
+use super::{EXAMPLE, METADATA_KEY, NetworkDescription, OutputMeaning, external, inputs, limits, sizes, wire};
 use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     foreign::guarded,
-    policy::{Action, Observation, Output, Policy, PolicyFileError, bounded, observe::is_too_dense},
+    policy::{Action, NetworkOutput, Observation, Policy, PolicyFileError, bounded, observe::is_too_dense},
     rng,
 };
 use prost::Message;
@@ -26,7 +26,7 @@ const QUESTIONS: usize = 200;
 /// A network of any origin.
 #[derive(Clone)]
 pub struct OnnxPolicy {
-    description: Description,
+    description: NetworkDescription,
     plan: Arc<TypedRunnableModel>,
     /// Shapes of its inputs for one observation: one with all numbers, or one for each.
     shapes: Vec<Vec<usize>>,
@@ -79,7 +79,7 @@ impl OnnxPolicy {
         let text = description.or(metadata.map(|entry| entry.value.as_str())).ok_or_else(|| {
             format!("does not say what its numbers mean; write a file of the same name with .toml behind it, such as\n{EXAMPLE}")
         })?;
-        let description = Description::from_toml(text)?;
+        let description = NetworkDescription::from_toml(text)?;
         let versions = || model.opset_import.iter().filter(|set| set.domain.is_empty() || set.domain == "ai.onnx");
         if let Some(set) = versions().find(|set| !OPERATOR_SETS.contains(&set.version)) {
             return Err(format!(
@@ -136,22 +136,22 @@ impl OnnxPolicy {
     fn action(&self, outputs: &[f32], hold_s: f64) -> Action {
         let d = &self.description;
         let [low, high] = match d.action {
-            Output::Acceleration => bounded(d.limits, d.speed_change_mps, hold_s),
-            Output::Speed => d.limits,
+            NetworkOutput::Acceleration => bounded(d.limits, d.speed_change_mps, hold_s),
+            NetworkOutput::Speed => d.limits,
         };
         let first = f64::from(outputs.get(d.element.unwrap_or(0)).copied().unwrap_or(f32::NAN));
         let value = match d.output {
-            Meaning::Scaled => low + (high - low) * (first.clamp(-1.0, 1.0) + 1.0) / 2.0,
-            Meaning::Si => first.clamp(low, high),
-            Meaning::Levels if outputs.iter().any(|x| x.is_nan()) => f64::NAN,
-            Meaning::Levels => {
+            OutputMeaning::Scaled => low + (high - low) * (first.clamp(-1.0, 1.0) + 1.0) / 2.0,
+            OutputMeaning::Si => first.clamp(low, high),
+            OutputMeaning::Levels if outputs.iter().any(|x| x.is_nan()) => f64::NAN,
+            OutputMeaning::Levels => {
                 let best = (0..outputs.len()).fold(0, |best, i| if outputs[i] > outputs[best] { i } else { best });
                 low + (high - low) * best as f64 / (outputs.len() - 1) as f64
             }
         };
         match d.action {
-            Output::Acceleration => Action::Acceleration(value),
-            Output::Speed => Action::Speed(value),
+            NetworkOutput::Acceleration => Action::Acceleration(value),
+            NetworkOutput::Speed => Action::Speed(value),
         }
     }
 
@@ -173,8 +173,8 @@ impl OnnxPolicy {
 
     fn counted(&self, n: usize) -> Result<(), String> {
         match (self.description.output, self.description.element) {
-            (Meaning::Levels, _) if n < 2 => Err(format!("gives {n} number; levels need at least 2")),
-            (Meaning::Levels, _) => Ok(()),
+            (OutputMeaning::Levels, _) if n < 2 => Err(format!("gives {n} number; levels need at least 2")),
+            (OutputMeaning::Levels, _) => Ok(()),
             (_, Some(element)) if element >= n => Err(format!("gives {n} numbers; element {element} is none of them")),
             (_, None) if n != 1 => Err(format!(
                 "gives {n} numbers; one action needs 1: say which with `element`, or `output = \"levels\"`"

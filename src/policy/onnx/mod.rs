@@ -1,4 +1,4 @@
-//! Networks of any origin as policies, in ONNX. In: a `.onnx` file, and what its numbers mean: a [`Description`] in its
+//! Networks of any origin as policies, in ONNX. In: a `.onnx` file, and what its numbers mean: a [`NetworkDescription`] in its
 //! metadata or in a TOML file beside it (`policy.onnx.toml` beside `policy.onnx`). Out: a [`Policy`](super::Policy), or a
 //! message that says what does not fit, before the drive. Run by tract; written by [`write()`].
 
@@ -15,7 +15,7 @@ mod write;
 pub use load::OnnxPolicy;
 pub use write::write;
 
-use super::{Input, Output, network::is_zero};
+use super::{NetworkInput, NetworkOutput, network::is_zero};
 use crate::toml_text;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ pub const METADATA_KEY: &str = "codrive";
 /// What a network's output is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Meaning {
+pub enum OutputMeaning {
     /// One number: -1 and 1 are the limits; what lies beyond is drawn in.
     #[default]
     Scaled,
@@ -39,9 +39,9 @@ pub enum Meaning {
 /// What the numbers of a network mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Description {
+pub struct NetworkDescription {
     /// What the action is.
-    pub action: Output,
+    pub action: NetworkOutput,
     /// Lowest and highest action, m/s2 or m/s.
     pub limits: [f64; 2],
     /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound.
@@ -54,7 +54,7 @@ pub struct Description {
     pub holds_s: [f64; 2],
     /// What the output is.
     #[serde(default)]
-    pub output: Meaning,
+    pub output: OutputMeaning,
     /// Which number of the output, where it has more than the action needs (a mean before a deviation, say).
     #[serde(default)]
     pub element: Option<usize>,
@@ -68,7 +68,7 @@ pub struct Description {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output_name: Option<String>,
     /// What the network sees, in order.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<NetworkInput>,
 }
 
 /// A description as a person would write it, for messages.
@@ -85,7 +85,7 @@ inputs = [                 # `from` is seen as -1 and `to` as 1
 # input_name = "obs"       # where it has several inputs; of the others each is a constant:
 # fixed = { mask = 1.0 }"#;
 
-impl Description {
+impl NetworkDescription {
     /// Reads a description.
     ///
     /// # Errors

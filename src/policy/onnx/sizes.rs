@@ -55,13 +55,13 @@ pub fn check(model: &mut InferenceModel) -> Result<(), String> {
 }
 
 /// What is known of the tensors around a node: those it takes, gives and looks at.
-struct Around {
+struct NodeTensors {
     takes: Vec<OutletId>,
     gives: Vec<OutletId>,
     looks_at: Vec<OutletId>,
 }
 
-impl Around {
+impl NodeTensors {
     fn new(model: &InferenceModel, id: usize) -> TractResult<Self> {
         let node = model.node(id);
         let gives = (0..node.outputs.len()).map(|slot| OutletId::new(id, slot)).collect();
@@ -76,10 +76,10 @@ fn facts(model: &InferenceModel, outlets: &[OutletId]) -> TractResult<Vec<Infere
 /// Lets a node tell about the tensors around it, its results' shapes first. False if one of those is not known yet.
 fn told(model: &mut InferenceModel, id: usize) -> Result<bool, String> {
     let error = |e: TractError| super::load::words(&e);
-    let around = Around::new(model, id).map_err(error)?;
-    let takes = facts(model, &around.takes).map_err(error)?;
-    let gives = facts(model, &around.gives).map_err(error)?;
-    let looks_at = facts(model, &around.looks_at).map_err(error)?;
+    let tensors = NodeTensors::new(model, id).map_err(error)?;
+    let takes = facts(model, &tensors.takes).map_err(error)?;
+    let gives = facts(model, &tensors.gives).map_err(error)?;
+    let looks_at = facts(model, &tensors.looks_at).map_err(error)?;
     let op = &mut model.node_mut(id).op;
     let shapes =
         op.infer_facts(takes.iter().collect(), gives.iter().collect(), looks_at.iter().collect()).map_err(error)?.1;
@@ -90,7 +90,7 @@ fn told(model: &mut InferenceModel, id: usize) -> Result<bool, String> {
     }
     let (takes, gives, _) =
         op.infer(takes.iter().collect(), gives.iter().collect(), looks_at.iter().collect()).map_err(error)?;
-    for (outlet, fact) in around.takes.iter().zip(&takes).chain(around.gives.iter().zip(&gives)) {
+    for (outlet, fact) in tensors.takes.iter().zip(&takes).chain(tensors.gives.iter().zip(&gives)) {
         let known = model.outlet_fact(*outlet).and_then(|known| known.unify(fact)).map_err(error)?;
         model.set_outlet_fact(*outlet, known).map_err(error)?;
     }

@@ -6,7 +6,7 @@ use super::limits::{MOST_DEPTH, MOST_FIELDS, MOST_VARINTS};
 
 /// Messages of ONNX that hold others or lists of numbers.
 #[derive(Clone, Copy, PartialEq)]
-enum Message {
+enum OnnxMessage {
     Model,
     Graph,
     Node,
@@ -24,20 +24,20 @@ enum Message {
 }
 
 /// What a field of bytes holds.
-enum Holds {
-    Message(Message),
+enum FieldContent {
+    Message(OnnxMessage),
     /// Numbers of variable length, one byte or more each.
     Varints,
     /// Text, bytes, or numbers of fixed size.
     Bytes,
 }
 
-fn held(message: Message, field: u64) -> Holds {
-    use Holds::{Bytes, Varints};
-    use Message::{
+fn held(message: OnnxMessage, field: u64) -> FieldContent {
+    use FieldContent::{Bytes, Varints};
+    use OnnxMessage::{
         Attribute, Function, Graph, Leaf, Model, Node, Shape, Sparse, Tensor, TensorType, Training, Type, Value,
     };
-    Holds::Message(match (message, field) {
+    FieldContent::Message(match (message, field) {
         (Model, 7) | (Attribute, 6 | 11) | (Training, 1 | 2) => Graph,
         (Model, 8 | 14) | (Graph, 14) | (Tensor, 3 | 13) | (Shape, 1) | (Training, 3 | 4) | (Function, 9) => Leaf,
         (Model, 20) => Training,
@@ -61,10 +61,10 @@ fn held(message: Message, field: u64) -> Holds {
 /// It is cut or no protobuf, or has more of something than the limits allow; in words.
 pub fn check(bytes: &[u8]) -> Result<(), String> {
     let mut fields = 0;
-    walk(bytes, Message::Model, 0, &mut fields)
+    walk(bytes, OnnxMessage::Model, 0, &mut fields)
 }
 
-fn walk(mut bytes: &[u8], message: Message, depth: usize, fields: &mut usize) -> Result<(), String> {
+fn walk(mut bytes: &[u8], message: OnnxMessage, depth: usize, fields: &mut usize) -> Result<(), String> {
     const CUT: &str = "is no ONNX file: it is damaged or cut";
     if depth > MOST_DEPTH {
         return Err(format!("holds networks within networks over {MOST_DEPTH} deep; that is no policy"));
@@ -92,14 +92,14 @@ fn walk(mut bytes: &[u8], message: Message, depth: usize, fields: &mut usize) ->
             continue;
         }
         match held(message, tag >> 3) {
-            Holds::Message(inner) => walk(inside, inner, depth + 1, fields)?,
-            Holds::Varints if inside.len() > MOST_VARINTS => {
+            FieldContent::Message(inner) => walk(inside, inner, depth + 1, fields)?,
+            FieldContent::Varints if inside.len() > MOST_VARINTS => {
                 return Err(format!(
                     "has a list of whole numbers of {} bytes; allowed: {MOST_VARINTS} (weights are stored as raw data)",
                     inside.len()
                 ));
             }
-            Holds::Varints | Holds::Bytes => {}
+            FieldContent::Varints | FieldContent::Bytes => {}
         }
     }
     Ok(())

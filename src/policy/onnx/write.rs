@@ -1,7 +1,7 @@
 //! A trained network as an ONNX file: operator set 17, a row of scaled observations in, a row of raw outputs out, any
 //! number of rows at once; everything that is needed to use it in its metadata.
 
-use super::{Description, METADATA_KEY, Meaning};
+use super::{METADATA_KEY, NetworkDescription, OutputMeaning};
 use crate::policy::Network;
 use prost::Message;
 use std::collections::BTreeMap;
@@ -59,15 +59,15 @@ pub fn write(network: &Network) -> Vec<u8> {
     model.encode_to_vec()
 }
 
-fn description(network: &Network) -> Description {
-    Description {
+fn description(network: &Network) -> NetworkDescription {
+    NetworkDescription {
         fixed: BTreeMap::new(),
         action: network.action,
         limits: network.limits,
         speed_change_mps: network.speed_change_mps,
         least_spacing_m: network.least_spacing_m,
         holds_s: network.holds_s,
-        output: if network.levels == 0 { Meaning::Scaled } else { Meaning::Levels },
+        output: if network.levels == 0 { OutputMeaning::Scaled } else { OutputMeaning::Levels },
         element: None,
         input_name: Some(INPUT.into()),
         output_name: Some(OUTPUT.into()),

@@ -28,7 +28,7 @@ pub struct FrameCost {
     /// The mirror's picture.
     pub mirror: PassCost,
     /// Halos, tone curve and mirror inset.
-    pub develop: PassCost,
+    pub tonemap: PassCost,
     /// Dial and panel.
     pub overlay: PassCost,
     /// Bytes written to the device: instances, uniforms, what egui put out; the sky where the hour is new.
@@ -38,7 +38,7 @@ pub struct FrameCost {
 impl FrameCost {
     /// All passes together.
     pub fn total(&self) -> PassCost {
-        self.shadow + self.main + self.mirror + self.develop + self.overlay
+        self.shadow + self.main + self.mirror + self.tonemap + self.overlay
     }
 }
 

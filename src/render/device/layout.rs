@@ -49,7 +49,7 @@ pub struct Light {
     pub clip_from_world: [[f32; 4]; 4],
 }
 
-/// Where and how a developed picture lies in the target (`Print` in `develop.wgsl`).
+/// Where and how a developed picture lies in the target (`Print` in `tonemap.wgsl`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Print {
@@ -66,8 +66,8 @@ pub struct Print {
     /// 1 to filter the steps along edges, else 0.
     pub soften: f32,
     /// Light of a halo where its texture holds a 1; 0 for a picture without one.
-    pub glow: f32,
-    /// A mirror's glass, see [`Glass`](crate::render::post::tonemap::Glass): tangents of half its angles, curvature, share of the
+    pub bloom: f32,
+    /// A mirror's glass, see [`Glass`](crate::render::post::tonemap::MirrorGlass): tangents of half its angles, curvature, share of the
     /// drawn picture that is seen in its middle.
     pub lens: [f32; 4],
     /// Upper left corner in clip space.
@@ -135,13 +135,13 @@ pub fn instance_buffer() -> wgpu::VertexBufferLayout<'static> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::device::shader::Sources;
+    use crate::render::device::shader::ShaderSources;
     use std::mem::offset_of;
     use wgpu::naga;
 
     /// Offsets and size of a struct as the shader lays it out.
     fn shader_layout(program: &str, name: &str) -> (Vec<(String, u32)>, u32) {
-        let module = Sources::built_in().parse(program).expect("the shader parses");
+        let module = ShaderSources::built_in().parse(program).expect("the shader parses");
         let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect("the struct exists");
         let naga::TypeInner::Struct { members, span } = &found.1.inner else { panic!("{name} is no struct") };
         (members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset)).collect(), *span)
@@ -168,9 +168,9 @@ mod tests {
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
         same_layout!(
             Print,
-            "develop",
+            "tonemap",
             "Print",
-            [size, flip, border, corner, exposure, soften, glow, lens, corner_clip, right_clip, down_clip]
+            [size, flip, border, corner, exposure, soften, bloom, lens, corner_clip, right_clip, down_clip]
         );
     }
 

@@ -1,7 +1,7 @@
 //! Where pipelines are made: only when a renderer is made and when its shaders are reloaded, never while it draws. In: a
 //! [`PipelineDesc`]. Out: a pipeline.
 
-use super::shader::Sources;
+use super::shader::ShaderSources;
 use rayon::prelude::*;
 
 /// Colour of the pictures before the tone curve.
@@ -40,7 +40,7 @@ pub struct PipelineBuilder<'a> {
     /// The device.
     pub device: &'a wgpu::Device,
     /// The shaders' text.
-    pub sources: &'a Sources,
+    pub sources: &'a ShaderSources,
 }
 
 impl PipelineBuilder<'_> {

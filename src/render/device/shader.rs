@@ -6,10 +6,10 @@ use std::path::Path;
 use wgpu::naga;
 
 /// A program: its name and the files it consists of, in order.
-type Program = (&'static str, &'static [&'static str]);
+type ShaderProgram = (&'static str, &'static [&'static str]);
 
 /// Every program and its parts. A part is a file in `shaders/` without its ending.
-pub const PROGRAMS: [Program; 18] = [
+pub const PROGRAMS: [ShaderProgram; 18] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -24,8 +24,8 @@ pub const PROGRAMS: [Program; 18] = [
     ("grass", &["common", "light", "corner", "grass"]),
     ("contact", &["common", "contact"]),
     ("hidden", &["hidden"]),
-    ("glow", &["glow"]),
-    ("develop", &["print", "edges", "develop"]),
+    ("bloom", &["bloom"]),
+    ("tonemap", &["print", "edges", "tonemap"]),
     ("soften", &["print", "edges", "soften"]),
     ("preview", &["preview"]),
 ];
@@ -60,23 +60,23 @@ const FILES: [(&str, &str); 29] = built_in![
     "grass",
     "contact",
     "hidden",
-    "glow",
+    "bloom",
     "print",
     "edges",
-    "develop",
+    "tonemap",
     "soften",
     "preview",
 ];
 
 /// The text of all shader files.
 #[derive(Clone, Debug)]
-pub struct Sources {
+pub struct ShaderSources {
     files: Vec<(&'static str, String)>,
     /// Built in: the tests below have checked every program.
     tested: bool,
 }
 
-impl Sources {
+impl ShaderSources {
     /// The files as they were when the program was built.
     pub fn built_in() -> Self {
         Self { files: FILES.iter().map(|(name, text)| (*name, (*text).to_owned())).collect(), tested: true }
@@ -155,7 +155,7 @@ impl Sources {
     /// Checks a program that may be wrong and hands it to the device.
     ///
     /// # Errors
-    /// As [`Sources::parse`].
+    /// As [`ShaderSources::parse`].
     pub fn module(&self, device: &wgpu::Device, program: &'static str) -> Result<wgpu::ShaderModule, String> {
         if !self.tested {
             self.parse(program)?;
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn every_shader_is_valid() {
-        let sources = Sources::built_in();
+        let sources = ShaderSources::built_in();
         for (program, _) in PROGRAMS {
             if let Err(message) = sources.parse(program) {
                 panic!("{message}");
@@ -259,7 +259,7 @@ mod tests {
     fn no_branch_hangs_on_uniforms_alone() {
         // Mesa's software renderer compiles such a program again with every draw, the uniforms' values within it, and keeps
         // all of them: 1.5 MB a picture, and a tenth of its time (`update_inline_shader_state`, lavapipe 22.3).
-        let sources = Sources::built_in();
+        let sources = ShaderSources::built_in();
         let found: Vec<_> = PROGRAMS
             .iter()
             .flat_map(|(program, _)| {
@@ -304,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_mistake_is_reported_with_its_own_file_and_line() {
-        let mut sources = Sources::built_in();
+        let mut sources = ShaderSources::built_in();
         let road = sources.files.iter_mut().find(|(name, _)| *name == "road").expect("road");
         let line = road.1.lines().count() + 1;
         road.1 = format!("{}\nfn broken() -> f32 {{ return nowhere; }}\n", road.1.trim_end());
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn a_missing_directory_is_named() {
-        let message = Sources::from_directory(Path::new("no-such-place")).expect_err("there is none");
+        let message = ShaderSources::from_directory(Path::new("no-such-place")).expect_err("there is none");
         assert!(message.contains("no-such-place"), "{message}");
     }
 }

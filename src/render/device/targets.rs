@@ -7,7 +7,7 @@ use super::{
 
 /// Textures that a picture is drawn into.
 #[derive(Debug)]
-pub struct Targets {
+pub struct RenderTargets {
     /// Width and height, pixels.
     pub size: [u32; 2],
     /// With several samples a pixel, if the quality asks for them.
@@ -17,7 +17,7 @@ pub struct Targets {
     depth: wgpu::TextureView,
 }
 
-impl Targets {
+impl RenderTargets {
     /// Textures of `size` pixels.
     pub fn new(device: &wgpu::Device, label: &str, size: [u32; 2], samples: u32) -> Self {
         let texture = |format, sample_count, usage| {

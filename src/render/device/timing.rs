@@ -9,7 +9,7 @@ use std::sync::{
 
 /// The passes that are timed, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pass {
+pub enum TimedPass {
     /// All shadow maps that are drawn in this frame.
     Shadow,
     /// The main picture.
@@ -17,7 +17,7 @@ pub enum Pass {
     /// The mirror's picture.
     Mirror,
     /// Halos, tone curve and mirror inset.
-    Develop,
+    ToneMap,
 }
 
 /// Milliseconds on the device.
@@ -30,7 +30,7 @@ pub struct PassTimes {
     /// The mirrors' pictures.
     pub mirror_ms: f32,
     /// Halos, tone curve and mirror inset.
-    pub develop_ms: f32,
+    pub tonemap_ms: f32,
 }
 
 /// The stamp at a pass's begin alone, for the first of several that are timed as one.
@@ -55,7 +55,7 @@ const READY: u8 = 2;
 
 /// The stamps of one renderer.
 #[derive(Debug)]
-pub struct Timing {
+pub struct PassTimings {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     readable: wgpu::Buffer,
@@ -66,7 +66,7 @@ pub struct Timing {
     latest: Option<PassTimes>,
 }
 
-impl Timing {
+impl PassTimings {
     /// None if the adapter has no timestamps.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
@@ -93,7 +93,7 @@ impl Timing {
     }
 
     /// Where a pass leaves its stamps.
-    pub fn stamps(&self, pass: Pass) -> wgpu::RenderPassTimestampWrites<'_> {
+    pub fn stamps(&self, pass: TimedPass) -> wgpu::RenderPassTimestampWrites<'_> {
         self.written[pass as usize].set(true);
         wgpu::RenderPassTimestampWrites {
             query_set: &self.queries,
@@ -108,7 +108,7 @@ impl Timing {
             READY => {
                 if let Ok(bytes) = self.readable.get_mapped_range(..) {
                     let stamps: &[u64] = bytemuck::cast_slice(&bytes);
-                    let ms = |pass: Pass| {
+                    let ms = |pass: TimedPass| {
                         if !self.timed[pass as usize] {
                             return 0.0;
                         }
@@ -116,10 +116,10 @@ impl Timing {
                         (end.saturating_sub(begin) as f64 * self.ms_per_tick) as f32
                     };
                     self.latest = Some(PassTimes {
-                        shadow_ms: ms(Pass::Shadow),
-                        main_ms: ms(Pass::Main),
-                        mirror_ms: ms(Pass::Mirror),
-                        develop_ms: ms(Pass::Develop),
+                        shadow_ms: ms(TimedPass::Shadow),
+                        main_ms: ms(TimedPass::Main),
+                        mirror_ms: ms(TimedPass::Mirror),
+                        tonemap_ms: ms(TimedPass::ToneMap),
                     });
                 }
                 self.readable.unmap();

@@ -10,7 +10,7 @@ const SPOKES: u32 = 96;
 
 /// Draws in the measure of one instrument.
 #[derive(Clone, Copy)]
-pub struct Brush<'a> {
+pub struct DialBrush<'a> {
     /// Where the shapes go.
     pub painter: &'a Painter,
     /// The axle, pixels.
@@ -19,7 +19,7 @@ pub struct Brush<'a> {
     pub radius: f32,
 }
 
-impl Brush<'_> {
+impl DialBrush<'_> {
     /// The point at an angle and a radius.
     pub fn at(&self, angle: f32, radius: f32) -> Pos2 {
         self.centre + vec2(angle.sin(), -angle.cos()) * (radius * self.radius)

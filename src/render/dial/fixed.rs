@@ -3,20 +3,20 @@
 
 use egui::{Context, Pos2, RawInput, Rect, TextureId, vec2};
 
-use crate::hud::{Dial, Palette};
-use crate::render::post::ui_pass::{Overlay, UiPass};
+use crate::hud::{DialView, Palette};
+use crate::render::post::ui_pass::{OverlayTarget, UiPass};
 use crate::units::SpeedUnit;
 
 /// The painted parts and where they belong.
 #[derive(Debug, Default)]
-pub(super) struct Fixed {
-    painted: Option<Look>,
+pub(super) struct FixedParts {
+    painted: Option<FixedPartsKey>,
     texture: Option<TextureId>,
 }
 
 /// All that they depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Look {
+struct FixedPartsKey {
     rect: Rect,
     palette: Palette,
     unit: SpeedUnit,
@@ -25,7 +25,7 @@ struct Look {
     minor_per_major: u32,
 }
 
-impl Fixed {
+impl FixedParts {
     /// The texture and its place in the picture, in whole pixels; `paint` paints at a place and is asked when the instrument
     /// at `rect` looks otherwise than before. Then this submits commands to the device.
     pub(super) fn of(
@@ -33,10 +33,10 @@ impl Fixed {
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         format: wgpu::TextureFormat,
         (ctx, ui): (&Context, &mut UiPass),
-        (rect, dial, palette): (Rect, &Dial, &Palette),
+        (rect, dial, palette): (Rect, &DialView, &Palette),
         paint: impl Fn(&egui::Painter, Rect),
     ) -> (TextureId, Rect) {
-        let look = Look {
+        let look = FixedPartsKey {
             rect,
             palette: *palette,
             unit: dial.unit,
@@ -67,7 +67,7 @@ impl Fixed {
         });
         // A new texture is empty: nothing to clear. Submitted here, because egui keeps one set of corners a submission.
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("dial") });
-        ui.draw(Overlay { device, queue, encoder: &mut encoder, view: &view, size }, ctx, output);
+        ui.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size }, ctx, output);
         queue.submit([encoder.finish()]);
         let nearest = wgpu::FilterMode::Nearest;
         let id = match self.texture {

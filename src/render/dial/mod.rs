@@ -1,4 +1,4 @@
-//! The speedometer, drawn. In: a [`Dial`] and where it is to stand. Out: shapes of egui's painter, put over the picture
+//! The speedometer, drawn. In: a [`DialView`] and where it is to stand. Out: shapes of egui's painter, put over the picture
 //! by a pass of its own, so that what a participant sees never depends on the experimenter's panel.
 
 mod brush;
@@ -8,14 +8,14 @@ use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 
 use super::{
     device::cost::PassCost,
-    post::ui_pass::{Overlay, UiPass},
+    post::ui_pass::{OverlayTarget, UiPass},
 };
 use crate::{
-    hud::{Dial, Palette, lettering},
+    hud::{DialView, Palette, lettering},
     scene::{BONNET_EDGE, CLUSTER_M, CLUSTER_RADIUS_M, Camera, View, ViewKind},
 };
-use brush::{Brush, black, opaque, shade};
-use fixed::Fixed;
+use brush::{DialBrush, black, opaque, shade};
+use fixed::FixedParts;
 use glam::Vec3;
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
@@ -122,7 +122,7 @@ pub struct DialPass {
     ctx: egui::Context,
     ui: UiPass,
     format: wgpu::TextureFormat,
-    fixed: Fixed,
+    fixed: FixedParts,
     /// Where the instrument stands.
     pub place: DialPlace,
     /// Its colours.
@@ -139,7 +139,7 @@ impl DialPass {
             ctx,
             ui: UiPass::new(device, format),
             format,
-            fixed: Fixed::default(),
+            fixed: FixedParts::default(),
             place: DialPlace::default(),
             palette: Palette::default(),
         }
@@ -147,7 +147,7 @@ impl DialPass {
 
     /// Appends the instrument to the picture, and the square for a photodiode: `patch` is whether it is white. Once a
     /// submission (see [`UiPass::draw`]).
-    pub fn draw(&mut self, target: Overlay<'_>, dial: Option<&Dial>, patch: Option<bool>) {
+    pub fn draw(&mut self, target: OverlayTarget<'_>, dial: Option<&DialView>, patch: Option<bool>) {
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(target.size[0] as f32, target.size[1] as f32));
         let rect = self.place.rect(target.size);
         let palette = self.palette;
@@ -182,8 +182,8 @@ impl DialPass {
 }
 
 /// Paints what does not move into `rect`, a square.
-fn paint_fixed(painter: &Painter, rect: Rect, dial: &Dial, palette: &Palette) {
-    let brush = Brush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
+fn paint_fixed(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palette) {
+    let brush = DialBrush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
     face(&brush, palette);
     groove(&brush, dial);
     scale(&brush, dial, palette);
@@ -191,8 +191,8 @@ fn paint_fixed(painter: &Painter, rect: Rect, dial: &Dial, palette: &Palette) {
 }
 
 /// Paints what moves over that. Needle and red line end where the hub begins and lie over ticks.
-fn paint_moving(painter: &Painter, rect: Rect, dial: &Dial, palette: &Palette) {
-    let brush = Brush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
+fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palette) {
+    let brush = DialBrush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
     band(&brush, dial, palette);
     target_line(&brush, dial, palette);
     needle(&brush, dial, palette);
@@ -208,8 +208,8 @@ fn metal(light: f32) -> Color32 {
 }
 
 /// The face with rim and shadow: dark enough for white numerals over a white sky, translucent enough to belong.
-fn face(brush: &Brush<'_>, palette: &Palette) {
-    let below = Brush { centre: brush.centre + vec2(0.0, 0.012 * brush.radius), ..*brush };
+fn face(brush: &DialBrush<'_>, palette: &Palette) {
+    let below = DialBrush { centre: brush.centre + vec2(0.0, 0.012 * brush.radius), ..*brush };
     below.disc(&[(0.90, black(150)), (0.955, black(92)), (0.975, black(36)), (0.988, black(8))]);
 
     let fill = |light: f32| shade(palette.plate, light, palette.plate_alpha);
@@ -227,19 +227,19 @@ fn face(brush: &Brush<'_>, palette: &Palette) {
 }
 
 /// The groove of the whole scale.
-fn groove(brush: &Brush<'_>, dial: &Dial) {
+fn groove(brush: &DialBrush<'_>, dial: &DialView) {
     let (zero, full) = (dial.angle_rad(0.0), dial.angle_rad(dial.full_scale));
     brush.arc(layout::BAND, (zero, full), Color32::from_rgb(40, 44, 51));
 }
 
 /// The green band in it.
-fn band(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
+fn band(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     if let Some(range) = dial.band_rad() {
         brush.arc(layout::BAND, range, opaque(palette.band));
     }
 }
 
-fn scale(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
+fn scale(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let (major, half, minor) = layout::MARKS_INNER;
     let (ends, two_digits, three_digits) = layout::NUMERALS;
     let height = if dial.full_scale >= 100.0 { three_digits } else { two_digits };
@@ -263,7 +263,7 @@ fn scale(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
 }
 
 /// The red line, across the band and beyond it on both sides, edged in black so that red and green do not touch.
-fn target_line(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
+fn target_line(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let Some(angle) = dial.target_rad() else { return };
     let (outer, inner) = layout::TARGET;
     let width = brush.at_least_px(0.034, 2.5);
@@ -272,7 +272,7 @@ fn target_line(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
 }
 
 /// A wedge that floats between the numerals and the band, with a dark edge that parts it from the ticks it passes.
-fn needle(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
+fn needle(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let angle = dial.needle_rad();
     let blade = |grow: f32| {
         let across = vec2(angle.cos(), angle.sin()) * brush.radius;
@@ -285,7 +285,7 @@ fn needle(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
 }
 
 /// The hub with the unit.
-fn hub(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
+fn hub(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.disc(&[(layout::HUB - 0.02, black(170)), (layout::HUB + 0.025, black(70)), (layout::HUB + 0.06, black(0))]);
     let fill = |light: f32| shade(palette.plate, light, 255);
     brush.disc(&[(0.0, fill(2.1)), (0.30, fill(1.7)), (layout::HUB - 0.005, fill(1.2))]);
@@ -295,7 +295,7 @@ fn hub(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
 }
 
 /// The number, and R in reverse below it.
-fn number(brush: &Brush<'_>, dial: &Dial, palette: &Palette) {
+fn number(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let colour = if dial.inside { palette.number_inside } else { palette.number_outside };
     let (two_digits, three_digits, up) = layout::NUMBER;
     let height = if dial.full_scale >= 100.0 || dial.number >= 100 { three_digits } else { two_digits };

@@ -40,7 +40,7 @@ impl BloomPass {
             count: None,
         };
         let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("glow"),
+            label: Some("bloom"),
             entries: &[
                 entry(
                     0,
@@ -55,12 +55,12 @@ impl BloomPass {
         });
         Self {
             layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("glow"),
+                label: Some("bloom"),
                 bind_group_layouts: &[Some(&group_layout)],
                 immediate_size: 0,
             }),
             sampler: device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("glow"),
+                label: Some("bloom"),
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
@@ -77,7 +77,7 @@ impl BloomPass {
     /// What is wrong with the shader.
     pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<BloomPipelines, String> {
         let small = PipelineDesc {
-            program: "glow",
+            program: "bloom",
             layout: &self.layout,
             buffers: &[],
             colour: Some((FORMATS[0], None)),
@@ -101,7 +101,7 @@ impl BloomPass {
         self.targets = FORMATS.map(|format| target(device, format, size.map(|side| side.div_ceil(SMALLER))));
         self.groups = Some([light, &self.targets[0]].map(|view| {
             device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("glow"),
+                label: Some("bloom"),
                 layout: &self.group_layout,
                 entries: &[
                     wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(view) },
@@ -126,7 +126,7 @@ impl BloomPass {
         let mut cost = PassCost::default();
         for (step, target) in self.targets.iter().enumerate() {
             let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("glow"),
+                label: Some("bloom"),
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                     view: target,
                     depth_slice: None,
@@ -150,7 +150,7 @@ impl BloomPass {
 
 fn target(device: &wgpu::Device, format: wgpu::TextureFormat, [width, height]: [u32; 2]) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("glow"),
+        label: Some("bloom"),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,

@@ -3,7 +3,7 @@
 
 use crate::render::device::{
     pipeline::{PipelineBuilder, PipelineDesc},
-    shader::Sources,
+    shader::ShaderSources,
 };
 
 /// Copies pictures of one format.
@@ -35,7 +35,7 @@ impl PreviewPass {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let builder = PipelineBuilder { device, sources: &Sources::built_in() };
+        let builder = PipelineBuilder { device, sources: &ShaderSources::built_in() };
         let pipeline = builder
             .pipeline(&PipelineDesc {
                 program: "preview",

@@ -17,7 +17,7 @@ pub const MIRROR_WIDTH: f32 = 0.30;
 /// Width of the mirror over its height.
 pub const MIRROR_ASPECT: f32 = 3.4;
 /// Share of a lamp's light that its halo adds.
-const GLOW: f32 = 0.30;
+const BLOOM: f32 = 0.30;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
 
@@ -36,7 +36,7 @@ const EXACT_MIRROR: usize = 6;
 
 /// The glass of a mirror: what is drawn behind it, and how it shows that.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Glass {
+pub struct MirrorGlass {
     /// Tangents of half the angles that it shows if it is flat.
     tangents: [f32; 2],
     /// See [`MirrorOptions::bend`](crate::scene::MirrorOptions::bend).
@@ -45,7 +45,7 @@ pub struct Glass {
     widened: f32,
 }
 
-impl Glass {
+impl MirrorGlass {
     /// The glass in front of `camera` in an inset of `aspect` (width / height).
     pub fn new(camera: &Camera, bend: f32, aspect: f32) -> Self {
         let Lens::Perspective { fov_x_rad } = camera.lens else {
@@ -74,7 +74,7 @@ impl Glass {
 }
 
 /// How many times further from the middle of a curved glass a thing stands than it seems to, as tangents; `tangent` is
-/// where it seems to stand. The same is in `develop.wgsl`.
+/// where it seems to stand. The same is in `tonemap.wgsl`.
 fn spread(tangent: f32, bend: f32) -> f32 {
     if bend <= 0.0 || tangent <= 0.0 {
         return 1.0;
@@ -89,39 +89,39 @@ pub struct ToneMapPass {
     layout: wgpu::PipelineLayout,
     group_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
-    main: Sheet,
+    main: TargetPicture,
     /// The rear-view mirror, and those on the doors.
-    mirrors: [Sheet; 3],
+    mirrors: [TargetPicture; 3],
     /// Where edges are smoothed: the developed picture before that, as large as its light.
-    flat: Option<Flat>,
+    flat: Option<SmoothedPicture>,
 }
 
 #[derive(Debug)]
-struct Flat {
+struct SmoothedPicture {
     view: wgpu::TextureView,
     size: [u32; 2],
-    sheet: Sheet,
+    sheet: TargetPicture,
 }
 
 /// One picture on the target.
 #[derive(Debug)]
-struct Sheet {
+struct TargetPicture {
     uniform: wgpu::Buffer,
     group: Option<wgpu::BindGroup>,
 }
 
 /// A mirror's picture in its frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Framed {
+pub struct FramedMirror {
     /// Its glass.
-    pub glass: Glass,
+    pub glass: MirrorGlass,
     /// Where it lies.
-    pub lies: Lies,
+    pub lies: MirrorPlace,
 }
 
 /// Where a mirror's picture lies.
 #[derive(Clone, Copy, Debug)]
-pub enum Lies {
+pub enum MirrorPlace {
     /// At the top in the middle.
     Inset,
     /// In the world: its upper left, upper right and lower left corner in clip space, its width and height in pixels.
@@ -185,14 +185,14 @@ fn corner_px(size: [u32; 2]) -> f32 {
     size[1] as f32 / 38.0
 }
 
-fn sheet(device: &wgpu::Device) -> Sheet {
+fn sheet(device: &wgpu::Device) -> TargetPicture {
     let uniform = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("print"),
         size: size_of::<Print>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    Sheet { uniform, group: None }
+    TargetPicture { uniform, group: None }
 }
 
 impl ToneMapPass {
@@ -206,7 +206,7 @@ impl ToneMapPass {
             multisampled: false,
         };
         let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("develop"),
+            label: Some("tonemap"),
             entries: &[
                 entry(
                     0,
@@ -224,7 +224,7 @@ impl ToneMapPass {
         Self {
             format,
             layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("develop"),
+                label: Some("tonemap"),
                 bind_group_layouts: &[Some(&group_layout)],
                 immediate_size: 0,
             }),
@@ -247,7 +247,7 @@ impl ToneMapPass {
     /// What is wrong with the shader.
     pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ToneMapPipeline, String> {
         let picture = PipelineDesc {
-            program: "develop",
+            program: "tonemap",
             layout: &self.layout,
             buffers: &[],
             colour: Some((self.format, None)),
@@ -287,7 +287,7 @@ impl ToneMapPass {
     ) {
         let group = |uniform: &wgpu::Buffer, light: &wgpu::TextureView| {
             device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("develop"),
+                label: Some("tonemap"),
                 layout: &self.group_layout,
                 entries: &[
                     wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
@@ -315,7 +315,7 @@ impl ToneMapPass {
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
             let sheet = sheet(device);
             let group = Some(group(&sheet.uniform, &view));
-            Flat { view, size, sheet: Sheet { group, ..sheet } }
+            SmoothedPicture { view, size, sheet: TargetPicture { group, ..sheet } }
         });
     }
 
@@ -331,8 +331,8 @@ impl ToneMapPass {
         target: &wgpu::TextureView,
         size: [u32; 2],
         exposure: f32,
-        alone: Option<Glass>,
-        mirrors: [Option<Framed>; 3],
+        alone: Option<MirrorGlass>,
+        mirrors: [Option<FramedMirror>; 3],
         smooth: bool,
     ) -> PassCost {
         let sheet_of = |size: [u32; 2]| laid([0, 0, size[0], size[1]], size);
@@ -341,17 +341,17 @@ impl ToneMapPass {
             lens: alone.map_or([0.0; 4], |glass| glass.print()),
             flip: f32::from(u8::from(alone.is_some())),
             exposure,
-            glow: GLOW * bloom::MOST * exposure,
+            bloom: BLOOM * bloom::MOST * exposure,
             soften: f32::from(u8::from(self.flat.is_some())),
             ..sheet_of(first)
         };
         let border = (size[1] as f32 / 200.0).max(1.0);
         queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
         for (sheet, framed) in self.mirrors.iter().zip(mirrors) {
-            let Some(Framed { glass, lies }) = framed else { continue };
+            let Some(FramedMirror { glass, lies }) = framed else { continue };
             let lies = match lies {
-                Lies::Inset => Print { border, corner: corner_px(size), ..laid(mirror_rect(size), size) },
-                Lies::InWorld(corners, glass_px) => in_world(corners, glass_px, border),
+                MirrorPlace::Inset => Print { border, corner: corner_px(size), ..laid(mirror_rect(size), size) },
+                MirrorPlace::InWorld(corners, glass_px) => in_world(corners, glass_px, border),
             };
             let print = Print { flip: 1.0, exposure, lens: glass.print(), ..lies };
             queue.write_buffer(&sheet.uniform, 0, bytemuck::bytes_of(&print));
@@ -384,10 +384,10 @@ fn lay(
     stamps: Option<wgpu::RenderPassTimestampWrites>,
     pipeline: &ToneMapPipeline,
     target: &wgpu::TextureView,
-    sheets: &[Option<(&Sheet, usize)>],
+    sheets: &[Option<(&TargetPicture, usize)>],
 ) -> PassCost {
     let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("develop"),
+        label: Some("tonemap"),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
             view: target,
             depth_slice: None,
@@ -418,11 +418,11 @@ mod tests {
             up: Vec3::Z,
             lens: Lens::Perspective { fov_x_rad: degrees.to_radians() },
         };
-        let flat = Glass::new(&camera(30.0), 0.0, 3.4);
+        let flat = MirrorGlass::new(&camera(30.0), 0.0, 3.4);
         assert_eq!((flat.widened, flat.behind(&camera(30.0))), (1.0, camera(30.0)));
         let mut before = 1.0;
         for bend in [0.02, 0.1, 0.25, 0.5] {
-            let glass = Glass::new(&camera(30.0), bend, 3.4);
+            let glass = MirrorGlass::new(&camera(30.0), bend, 3.4);
             assert!(glass.widened > before, "{bend}: {}", glass.widened);
             before = glass.widened;
             // Near the axis: 1 + 2 d / R, the magnification of a convex mirror for far things.
@@ -430,7 +430,7 @@ mod tests {
         }
         // The widest glass that the settings allow still shows less than a half space.
         for aspect in [1.0, 16.0 / 9.0, 3.4] {
-            let widest = Glass::new(&camera(60.0), 0.42 / 0.8, aspect);
+            let widest = MirrorGlass::new(&camera(60.0), 0.42 / 0.8, aspect);
             let Lens::Perspective { fov_x_rad } = widest.behind(&camera(60.0)).lens else { panic!("a perspective") };
             assert!(fov_x_rad.to_degrees() < 172.0, "{}", fov_x_rad.to_degrees());
         }

@@ -5,7 +5,7 @@ use crate::render::device::cost::PassCost;
 use egui::{Context, FullOutput, TextureId, epaint::Primitive};
 
 /// Where a pass over a finished picture draws.
-pub struct Overlay<'a> {
+pub struct OverlayTarget<'a> {
     /// The device.
     pub device: &'a wgpu::Device,
     /// Its queue.
@@ -54,8 +54,8 @@ impl UiPass {
 
     /// Appends what `ctx` put out to the picture. Once a submission: the vertices of a second call before
     /// `queue.submit` would replace those of the first.
-    pub fn draw(&mut self, target: Overlay<'_>, ctx: &Context, mut output: FullOutput) {
-        let Overlay { device, queue, encoder, view, size } = target;
+    pub fn draw(&mut self, target: OverlayTarget<'_>, ctx: &Context, mut output: FullOutput) {
+        let OverlayTarget { device, queue, encoder, view, size } = target;
         self.take_textures(device, queue, &mut output);
 
         let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: size, pixels_per_point: output.pixels_per_point };

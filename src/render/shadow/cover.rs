@@ -14,7 +14,7 @@ const HEIGHT_M: f32 = 40.0;
 
 /// The square of ground that a map covers, seen from the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Cover {
+pub(super) struct ShadowCover {
     to_sun: Vec3,
     pub(super) centre: Vec3,
     half_m: f32,
@@ -22,7 +22,7 @@ pub(super) struct Cover {
 
 /// The ground that the maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a parallel
 /// picture.
-pub(super) fn covers(to_sun: Vec3, optics: &ViewFrustum) -> [Cover; 3] {
+pub(super) fn covers(to_sun: Vec3, optics: &ViewFrustum) -> [ShadowCover; 3] {
     let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
     let ground = optics.camera.eye.with_z(0.0);
     match optics.parallel_m() {
@@ -30,16 +30,16 @@ pub(super) fn covers(to_sun: Vec3, optics: &ViewFrustum) -> [Cover; 3] {
             let standing = |i: usize| {
                 let (half_m, step_m) = (STANDING_M[i], STEP_M[i]);
                 let centre = ((ground + ahead * (0.45 * half_m)) / step_m).round() * step_m;
-                Cover { to_sun, centre, half_m }
+                ShadowCover { to_sun, centre, half_m }
             };
-            let moving = Cover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M };
+            let moving = ShadowCover { to_sun, centre: ground + ahead * (0.5 * MOVING_M), half_m: MOVING_M };
             [moving, standing(0), standing(1)]
         }
-        Some(half_m) => [Cover { to_sun, centre: ground, half_m: half_m * 1.2 }; 3],
+        Some(half_m) => [ShadowCover { to_sun, centre: ground, half_m: half_m * 1.2 }; 3],
     }
 }
 
-impl Cover {
+impl ShadowCover {
     pub(super) fn view(&self) -> Mat4 {
         let up = if self.to_sun.z.abs() > 0.99 { Vec3::Y } else { Vec3::Z };
         rh::view::look_to_mat4(Vec3::ZERO, -self.to_sun, up)
@@ -123,7 +123,7 @@ mod tests {
     fn what_stands_is_drawn_anew_only_every_few_metres() {
         let lens = Lens::Perspective { fov_x_rad: 1.1 };
         for (layer, most) in [(1, 10), (2, 4)] {
-            let mut places: Vec<Cover> = Vec::new();
+            let mut places: Vec<ShadowCover> = Vec::new();
             for decimetre in 0..1000 {
                 let covers = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
                 if places.last() != Some(&covers[layer]) {

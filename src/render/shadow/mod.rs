@@ -16,18 +16,18 @@ use super::{
         pipeline::{DEPTH, PipelineBuilder, PipelineDesc},
         timing,
     },
-    instances::{Around, InstanceCollector},
-    level_of_detail::{Batches, CarDetail, Detail},
+    instances::{InstanceCollector, SceneContents},
+    level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
     quality::Quality,
     static_meshes::StaticMeshes,
     view_projection::ViewFrustum,
 };
 use crate::scene::View;
-use cover::{Cover, STEP_M, covers};
+use cover::{STEP_M, ShadowCover, covers};
 use glam::Vec3;
 
 /// What throws those shadows where leaves do.
-const SHADES: [Detail; 2] = [Detail::Near, Detail::Mid];
+const SHADES: [TreeDetail; 2] = [TreeDetail::Near, TreeDetail::Mid];
 /// Width of a texel from which cars throw the shadow of their far body where shadows are not fine, metres.
 const FAR_M: f32 = 0.025;
 /// From which they throw that of a lump, wherever.
@@ -55,12 +55,12 @@ pub struct ShadowPass {
     layout: wgpu::PipelineLayout,
     maps: wgpu::TextureView,
     /// The first one holds what moves.
-    layers: [Layer; LAYERS as usize],
+    layers: [ShadowLayer; LAYERS as usize],
     /// Near by and far off.
-    standing: [Standing; 2],
+    standing: [StaticShadowMap; 2],
     /// The layer that is in nobody's use.
     spare: usize,
-    next: Option<Next>,
+    next: Option<PendingShadowMap>,
     size: u32,
     /// Leaf cards throw shadows with gaps; otherwise solid lumps do, at a tenth of the work.
     fine: bool,
@@ -68,34 +68,34 @@ pub struct ShadowPass {
 
 /// A map of standing things in use.
 #[derive(Clone, Copy, Debug)]
-struct Standing {
+struct StaticShadowMap {
     layer: usize,
     /// What it covers, once it has been drawn.
-    cover: Option<Cover>,
+    cover: Option<ShadowCover>,
 }
 
 /// The map that will take another one's place.
 #[derive(Debug)]
-struct Next {
+struct PendingShadowMap {
     /// Which of the standing ones'.
     place: usize,
-    cover: Cover,
-    batches: Batches,
+    cover: ShadowCover,
+    batches: InstanceBatches,
     /// Parts that have been drawn.
     done: usize,
 }
 
 /// A pass to be drawn in this frame.
-struct Work {
+struct ShadowWork {
     layer: usize,
-    batches: Batches,
+    batches: InstanceBatches,
     /// Onto an empty map, or onto what is there.
     clear: bool,
 }
 
 /// What the other passes need to look up shadows.
 #[derive(Clone, Copy, Debug)]
-pub struct Lights {
+pub struct ShadowLookup {
     /// Rows of the rotation from the world into the sun's view.
     pub rows: [Vec3; 3],
     /// From the sun's view to the maps: factors. Moving, standing near by, standing far off.
@@ -111,11 +111,11 @@ pub struct Lights {
 }
 
 #[derive(Debug)]
-struct Layer {
+struct ShadowLayer {
     view: wgpu::TextureView,
     uniform: wgpu::Buffer,
     group: wgpu::BindGroup,
-    crowd: InstanceCollector,
+    instances: InstanceCollector,
 }
 
 impl ShadowPass {
@@ -186,7 +186,7 @@ impl ShadowPass {
                 array_layer_count: Some(1),
                 ..Default::default()
             });
-            Layer { view, uniform, group, crowd: InstanceCollector::new(device, &meshes.forest, 64) }
+            ShadowLayer { view, uniform, group, instances: InstanceCollector::new(device, &meshes.forest, 64) }
         };
         Self {
             layout: device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -199,7 +199,7 @@ impl ShadowPass {
                 ..Default::default()
             }),
             layers: [0, 1, 2, 3].map(layer),
-            standing: [1, 2].map(|layer| Standing { layer, cover: None }),
+            standing: [1, 2].map(|layer| StaticShadowMap { layer, cover: None }),
             spare: 3,
             next: None,
             size,
@@ -256,10 +256,10 @@ impl ShadowPass {
         meshes: &StaticMeshes,
         view: &View,
         optics: &ViewFrustum,
-    ) -> (Lights, PassCost) {
+    ) -> (ShadowLookup, PassCost) {
         let wanted = covers(view.to_sun, optics);
         let batches = self.layers[0].gather(meshes, view, wanted[0], None, (self.size, self.fine));
-        let mut works = vec![Work { layer: 0, batches, clear: true }];
+        let mut works = vec![ShadowWork { layer: 0, batches, clear: true }];
         works.extend((0..2).filter_map(|place| self.at_once(meshes, view, wanted[place + 1], place)));
         works.extend(self.part_of_next(meshes, view, [wanted[1], wanted[2]]));
         // One time for all: from the first pass's begin to the last one's end.
@@ -278,7 +278,7 @@ impl ShadowPass {
         let used = [Some(wanted[0]), near.cover, far.cover].map(|cover| cover.expect("drawn above"));
         let lens = used.map(|cover| cover.lens(self.size));
         let rotation = used[0].view().transpose();
-        let lights = Lights {
+        let lights = ShadowLookup {
             rows: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.truncate()),
             scale: lens.map(|lens| Vec3::new(lens.x_axis.x, lens.y_axis.y, lens.z_axis.z)),
             shift: lens.map(|lens| lens.w_axis.truncate()),
@@ -290,7 +290,7 @@ impl ShadowPass {
     }
 
     /// All of a standing map, if none that is there or under way serves any more.
-    fn at_once(&mut self, meshes: &StaticMeshes, view: &View, wanted: Cover, place: usize) -> Option<Work> {
+    fn at_once(&mut self, meshes: &StaticMeshes, view: &View, wanted: ShadowCover, place: usize) -> Option<ShadowWork> {
         let most_m = MOST_STEPS * STEP_M[place];
         let map = &mut self.standing[place];
         let serves = map.cover.is_some_and(|cover| cover.serves(&wanted, most_m));
@@ -302,22 +302,22 @@ impl ShadowPass {
         map.cover = Some(wanted);
         let layer = map.layer;
         let batches = self.layers[layer].gather(meshes, view, wanted, Some(self.shade(place)), (self.size, self.fine));
-        Some(Work { layer, batches, clear: true })
+        Some(ShadowWork { layer, batches, clear: true })
     }
 
     /// A part of the map that will take the place of one that lags; with its last part it does.
-    fn part_of_next(&mut self, meshes: &StaticMeshes, view: &View, wanted: [Cover; 2]) -> Option<Work> {
+    fn part_of_next(&mut self, meshes: &StaticMeshes, view: &View, wanted: [ShadowCover; 2]) -> Option<ShadowWork> {
         let lags = |place: &usize| self.standing[*place].cover != Some(wanted[*place]);
         if self.next.is_none()
             && let Some(place) = (0..2).find(lags)
         {
             let (cover, shade) = (wanted[place], self.shade(place));
             let batches = self.layers[self.spare].gather(meshes, view, cover, Some(shade), (self.size, self.fine));
-            self.next = Some(Next { place, cover, batches, done: 0 });
+            self.next = Some(PendingShadowMap { place, cover, batches, done: 0 });
         }
         let next = self.next.as_mut()?;
-        let batches = Batches { trees: next.batches.part_of_trees(next.done, PARTS), ..Default::default() };
-        let work = Work { layer: self.spare, batches, clear: next.done == 0 };
+        let batches = InstanceBatches { trees: next.batches.part_of_trees(next.done, PARTS), ..Default::default() };
+        let work = ShadowWork { layer: self.spare, batches, clear: next.done == 0 };
         next.done += 1;
         if next.done == PARTS {
             let map = &mut self.standing[next.place];
@@ -329,25 +329,25 @@ impl ShadowPass {
     }
 
     /// What throws the shadows of trees in a standing map.
-    fn shade(&self, place: usize) -> Detail {
-        if self.fine { SHADES[place] } else { Detail::Shade }
+    fn shade(&self, place: usize) -> TreeDetail {
+        if self.fine { SHADES[place] } else { TreeDetail::Shade }
     }
 }
 
-impl Layer {
+impl ShadowLayer {
     fn gather(
         &mut self,
         meshes: &StaticMeshes,
         view: &View,
-        cover: Cover,
-        trees: Option<Detail>,
+        cover: ShadowCover,
+        trees: Option<TreeDetail>,
         (size, fine): (u32, bool),
-    ) -> Batches {
+    ) -> InstanceBatches {
         let (queue, light) = (&meshes.queue, cover.clip_from_world(size));
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
-        let around = Around { forest: trees.map(|_| &meshes.forest), inside: None };
+        let around = SceneContents { forest: trees.map(|_| &meshes.forest), inside: None };
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
-        let detail = trees.unwrap_or(Detail::Shade);
+        let detail = trees.unwrap_or(TreeDetail::Shade);
         // Where a texel is as wide as a pillar, a lump has the same shadow.
         let car = match cover.texel_m(size) {
             texel_m if texel_m > PLAN_M => CarDetail::Plan,
@@ -355,7 +355,7 @@ impl Layer {
             texel_m if texel_m > FAR_M && !fine => CarDetail::Far,
             _ => CarDetail::Mid,
         };
-        self.crowd.gather(
+        self.instances.gather(
             (&meshes.device, queue),
             &meshes.models,
             cars.iter(),
@@ -373,7 +373,7 @@ impl Layer {
         stamps: Option<wgpu::RenderPassTimestampWrites>,
         pipeline: &ShadowPipeline,
         meshes: &StaticMeshes,
-        batches: &Batches,
+        batches: &InstanceBatches,
         clear: bool,
     ) -> PassCost {
         let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -392,7 +392,7 @@ impl Layer {
         pass.set_pipeline(&pipeline.solid);
         pass.set_bind_group(0, &self.group, &[]);
         meshes.models.bind(&mut pass);
-        self.crowd.bind(&mut pass, 1);
+        self.instances.bind(&mut pass, 1);
         meshes.models.draw_uncoated(&mut pass, batches);
         meshes.models.draw_cars(&mut pass, batches);
         meshes.models.draw_tree_shades(&mut pass, &batches.trees);

@@ -55,12 +55,12 @@ pub struct Sky {
     pub harmonics: [Vec3; 9],
     /// Factor on all light that puts this hour's daylight on the middle of the scale.
     pub exposure: f32,
-    air: Air,
+    air: AtmosphereTables,
 }
 
 /// The atmosphere with its tables.
 #[derive(Clone, Debug)]
-struct Air {
+struct AtmosphereTables {
     to_sun: Vec3,
     /// Haze at the ground: extinction and scale height.
     haze: Vec3,
@@ -74,7 +74,7 @@ impl Sky {
     /// The sky with the sun at `to_sun` (above the horizon) and this visibility.
     pub fn new(to_sun: Vec3, visibility_m: f32) -> Self {
         let to_sun = to_sun.with_z(to_sun.z.max(0.02)).normalize();
-        let air = Air::new(to_sun, visibility_m / 1000.0);
+        let air = AtmosphereTables::new(to_sun, visibility_m / 1000.0);
         let sun = SUN * air.sun[0];
         const N: usize = 1000;
         let share = 4.0 / N as f32;
@@ -140,7 +140,7 @@ impl Sky {
     }
 }
 
-impl Air {
+impl AtmosphereTables {
     fn new(to_sun: Vec3, visibility_km: f32) -> Self {
         let haze = (3.912 / visibility_km - RAYLEIGH.y).max(0.002);
         let mut air = Self {

@@ -32,7 +32,7 @@ const NOISE: usize = 64;
 const TOWARDS_SUN_KM: [f32; 4] = [0.05, 0.14, 0.30, 0.62];
 
 /// Tables from which clouds are made.
-struct Weather {
+struct CloudTables {
     /// Where heaps stand, 0..1, periodic.
     map: Vec<f32>,
     /// Billows, 0..1, periodic in three dimensions.
@@ -42,7 +42,7 @@ struct Weather {
 /// The picture, `side` by `side`: the zenith in the middle, east to the right, north downwards, stereographic: radiance, and
 /// the opacity of the clouds in w. Beyond the rim, the horizon.
 pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
-    let weather = Weather::shared();
+    let weather = CloudTables::shared();
     let clear = sky.picture();
     let half = side as f32 / 2.0;
     let texel = |i: usize| {
@@ -59,13 +59,13 @@ pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
 
 /// Makes what every sky's clouds are made from, while there is other work to do beside it.
 pub fn prepare() {
-    Weather::shared();
+    CloudTables::shared();
 }
 
-impl Weather {
+impl CloudTables {
     /// The one weather there is, made at the first call.
     fn shared() -> &'static Self {
-        static WEATHER: OnceLock<Weather> = OnceLock::new();
+        static WEATHER: OnceLock<CloudTables> = OnceLock::new();
         WEATHER.get_or_init(Self::new)
     }
 

@@ -5,11 +5,11 @@
 //! Layers come in pairs: the square root of the albedo with the cover in a, then the normal in the tree's own
 //! frame with the share of leaves (the rest is bark) in a. Pair
 //! `kind * VIEWS + view`; a view's eye stands at the azimuth `view / SIDES` of a turn, the last one's above. The picture
-//! holds the tree's ball: its middle is the middle of the model's height, its half side [`Extent::half_m`].
+//! holds the tree's ball: its middle is the middle of the model's height, its half side [`ImpostorExtent::half_m`].
 
 use super::{
-    leaf_textures::{self, Layers},
-    upload::{Painted, byte},
+    leaf_textures::{self, LeafLayers},
+    upload::{PaintedTexture, byte},
 };
 use crate::scene::{Material, Mesh, Vertex};
 use glam::{Vec2, Vec3, vec2};
@@ -25,11 +25,11 @@ const SIZE: usize = 128;
 const LEVELS: u32 = SIZE.ilog2();
 
 /// Cover, albedo, normal, share of leaves.
-type Texel = [f32; 8];
+type ImpostorTexel = [f32; 8];
 
 /// Half the side of a model's pictures, metres, and the height of their middle.
 #[derive(Clone, Copy, Debug)]
-pub struct Extent {
+pub struct ImpostorExtent {
     /// Half the side, metres.
     pub half_m: f32,
     /// Height of the middle above the foot, metres.
@@ -39,7 +39,7 @@ pub struct Extent {
     pub filled: [f32; 2],
 }
 
-impl Extent {
+impl ImpostorExtent {
     /// Of a model with its foot at the origin.
     pub fn of(mesh: &Mesh) -> Self {
         let reach = mesh.vertices.iter().map(|v| Vec2::new(v.position[0], v.position[1]).length()).fold(0.0, f32::max);
@@ -56,7 +56,7 @@ impl Extent {
 pub fn paint(trees: &[Mesh]) -> Vec<Vec<u8>> {
     let layers = leaf_textures::layers();
     let views: Vec<(&Mesh, usize)> = trees.iter().flat_map(|mesh| (0..VIEWS).map(move |view| (mesh, view))).collect();
-    let pictures: Vec<Vec<Vec<Texel>>> =
+    let pictures: Vec<Vec<Vec<ImpostorTexel>>> =
         views.into_par_iter().map(|(mesh, view)| reduced(picture(mesh, layers, view))).collect();
     let level = |level: usize| {
         let mut bytes = Vec::with_capacity(8 * pictures.len() * (SIZE >> level).pow(2));
@@ -73,7 +73,7 @@ pub fn paint(trees: &[Mesh]) -> Vec<Vec<u8>> {
 
 /// Brings them to the device.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, levels: &[Vec<u8>]) -> wgpu::TextureView {
-    Painted { label: "far trees", side: SIZE, array: true, levels }.upload(device, queue)
+    PaintedTexture { label: "far trees", side: SIZE, array: true, levels }.upload(device, queue)
 }
 
 /// Right, up and towards the eye of a view, tree's frame.
@@ -86,8 +86,8 @@ fn axes(view: usize) -> [Vec3; 3] {
 }
 
 /// A model seen from one side: triangles over one another by depth, cut out as the tree shader cuts them.
-fn picture(mesh: &Mesh, layers: &Layers, view: usize) -> Vec<Texel> {
-    let extent = Extent::of(mesh);
+fn picture(mesh: &Mesh, layers: &LeafLayers, view: usize) -> Vec<ImpostorTexel> {
+    let extent = ImpostorExtent::of(mesh);
     let [right, up, towards] = axes(view);
     let scale = SIZE as f32 / (2.0 * extent.half_m);
     // Pixels and depth.
@@ -132,7 +132,7 @@ fn picture(mesh: &Mesh, layers: &Layers, view: usize) -> Vec<Texel> {
 }
 
 /// What is at a place of a triangle; nothing between leaves.
-fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &Layers) -> Option<Texel> {
+fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &LeafLayers) -> Option<ImpostorTexel> {
     let mean = |of: &dyn Fn(&Vertex) -> f32| -> f32 { corners.iter().zip(weights).map(|(v, w)| of(v) * w).sum() };
     let uv = vec2(mean(&|v| v.uv[0]), mean(&|v| v.uv[1]));
     let normal = Vec3::new(mean(&|v| v.normal[0]), mean(&|v| v.normal[1]), mean(&|v| v.normal[2]));
@@ -154,7 +154,7 @@ fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &Layers) -> Option<Te
 }
 
 /// Means of four; colour and normal weighted by cover.
-fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
+fn halve(texels: &[ImpostorTexel], side: usize) -> Vec<ImpostorTexel> {
     let half = side / 2;
     let mut out = Vec::with_capacity(half * half);
     for i in 0..half * half {
@@ -172,7 +172,7 @@ fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
 }
 
 /// The outline made soft, one texel to either side, so that the filter finds its edge between texels.
-fn softened(texels: &[Texel]) -> Vec<Texel> {
+fn softened(texels: &[ImpostorTexel]) -> Vec<ImpostorTexel> {
     let at = |x: usize, y: usize| if x < SIZE && y < SIZE { texels[y * SIZE + x][0] } else { 0.0 };
     let mut out = texels.to_vec();
     for (i, texel) in out.iter_mut().enumerate() {
@@ -185,7 +185,7 @@ fn softened(texels: &[Texel]) -> Vec<Texel> {
 }
 
 /// A picture in all its sizes; each covers the same share, and gaps have their surroundings' colour.
-fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
+fn reduced(full: Vec<ImpostorTexel>) -> Vec<Vec<ImpostorTexel>> {
     let share = full.iter().map(|t| t[0]).sum::<f32>() / full.len() as f32;
     let soft = softened(&full);
     let mut plain = vec![full];
@@ -237,8 +237,8 @@ mod tests {
         let mesh =
             Mesh { vertices: vec![corner(-2.0, 0.0), corner(2.0, 0.0), corner(0.0, 6.0)], indices: vec![0, 1, 2] };
         let seen = |view: usize| picture(&mesh, leaf_textures::layers(), view);
-        let share = |texels: &[Texel]| texels.iter().map(|t| t[0]).sum::<f32>() / texels.len() as f32;
-        let side = 2.0 * Extent::of(&mesh).half_m;
+        let share = |texels: &[ImpostorTexel]| texels.iter().map(|t| t[0]).sum::<f32>() / texels.len() as f32;
+        let side = 2.0 * ImpostorExtent::of(&mesh).half_m;
         assert!((share(&seen(0)) - 12.0 / (side * side)).abs() < 0.02, "{}", share(&seen(0)));
         assert!(share(&seen(SIDES / 4)) < 0.03);
         let middle = seen(0)[SIZE / 2 * SIZE + SIZE / 2];
@@ -255,7 +255,7 @@ mod tests {
         let layers = leaf_textures::layers();
         let mut shares = Vec::new();
         for (kind, tree) in trees.iter().enumerate() {
-            let [across, high] = Extent::of(tree).filled;
+            let [across, high] = ImpostorExtent::of(tree).filled;
             for view in [0, 3, SIDES] {
                 let up = if view == SIDES { across } else { high };
                 let texels = softened(&picture(tree, layers, view));

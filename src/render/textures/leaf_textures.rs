@@ -8,7 +8,7 @@
 
 use super::{
     noise_texture::smooth,
-    upload::{Painted, byte, side_by_side},
+    upload::{PaintedTexture, byte, side_by_side},
 };
 use crate::rng::{self, Stream};
 use glam::{Vec2, vec2};
@@ -28,13 +28,13 @@ const RAMP: f32 = 4.0;
 const LEVELS: u32 = SIZE.ilog2();
 
 /// A texel: cover 0..1 with 0.5 at the edge, tone, lean.
-pub type Texel = [f32; 4];
+pub type LeafTexel = [f32; 4];
 /// Where nothing is.
-const EMPTY: Texel = [0.0, 0.5, 0.5, 0.5];
+const EMPTY: LeafTexel = [0.0, 0.5, 0.5, 0.5];
 
 /// One leaf or needle.
 #[derive(Clone, Copy, Debug)]
-struct Blade {
+struct LeafOutline {
     /// Where it begins, 0..1 on the card.
     foot: Vec2,
     /// To its tip.
@@ -50,16 +50,16 @@ struct Blade {
 }
 
 /// All layers, each in all its sizes.
-pub type Layers = Vec<Vec<Vec<Texel>>>;
+pub type LeafLayers = Vec<Vec<Vec<LeafTexel>>>;
 
 /// The layers, painted at the first call.
-pub fn layers() -> &'static Layers {
-    static LAYERS: OnceLock<Layers> = OnceLock::new();
+pub fn layers() -> &'static LeafLayers {
+    static LAYERS: OnceLock<LeafLayers> = OnceLock::new();
     LAYERS.get_or_init(all)
 }
 
 /// What is at a place, 0..1, of the card with the variant `x` and the cut `y`.
-pub fn at(layers: &Layers, card: Vec2, place: Vec2) -> Texel {
+pub fn at(layers: &LeafLayers, card: Vec2, place: Vec2) -> LeafTexel {
     let layer = card.y as usize * VARIANTS + card.x as usize;
     let [x, y] = [place.x, place.y].map(|v| ((v * SIZE as f32) as usize).min(SIZE - 1));
     layers[layer][0][y * SIZE + x]
@@ -69,11 +69,11 @@ pub fn at(layers: &Layers, card: Vec2, place: Vec2) -> Texel {
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let level = |level: usize| layers().iter().flat_map(|layer| &layer[level]).flatten().map(|v| byte(*v)).collect();
     let levels: Vec<Vec<u8>> = (0..LEVELS as usize).map(level).collect();
-    Painted { label: "leaves", side: SIZE, array: true, levels: &levels }.upload(device, queue)
+    PaintedTexture { label: "leaves", side: SIZE, array: true, levels: &levels }.upload(device, queue)
 }
 
 /// All layers with their reduced sizes.
-fn all() -> Layers {
+fn all() -> LeafLayers {
     let layer = |number: usize| {
         if number == BARK {
             return reduced_bark(bark());
@@ -89,7 +89,7 @@ fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
 }
 
 /// What lies on a card of this cut, lowest first.
-fn blades_of(cut: usize, random: &mut Stream) -> Vec<Blade> {
+fn blades_of(cut: usize, random: &mut Stream) -> Vec<LeafOutline> {
     match cut {
         0 => spray(random, 7.0),
         1 => spray(random, 12.0),
@@ -99,7 +99,7 @@ fn blades_of(cut: usize, random: &mut Stream) -> Vec<Blade> {
 }
 
 /// Leaves in a ragged round, `count` of them across: along twigs that spread from the card's foot.
-fn spray(random: &mut Stream, count: f32) -> Vec<Blade> {
+fn spray(random: &mut Stream, count: f32) -> Vec<LeafOutline> {
     let mut leaves = Vec::new();
     let [a, b] = [0.0, 0.0].map(|_: f32| draw(random, 0.0, TAU));
     let cells = count as i32;
@@ -121,7 +121,7 @@ fn spray(random: &mut Stream, count: f32) -> Vec<Blade> {
             }
             // They point away from the foot of the spray and to the sides.
             let way = Vec2::from_angle((c - vec2(0.0, -0.9)).to_angle() + turn);
-            leaves.push(Blade {
+            leaves.push(LeafOutline {
                 foot: at - way * length * 0.5,
                 along: way * length,
                 half: length * 0.29,
@@ -136,19 +136,19 @@ fn spray(random: &mut Stream, count: f32) -> Vec<Blade> {
 }
 
 /// A stem along v with twigs forwards to either side, all set with needles.
-fn bough(random: &mut Stream) -> Vec<Blade> {
+fn bough(random: &mut Stream) -> Vec<LeafOutline> {
     const TWIGS: usize = 13;
     let mut needles = Vec::new();
     let mut twig = |random: &mut Stream, foot: Vec2, along: Vec2, tone: f32| {
         let length = along.length();
         let count = (length * 46.0).ceil() as usize;
-        needles.push(Blade { foot, along, half: 0.007, widest: 0.1, tone: 0.32, lean: Vec2::ZERO, fold: 0.0 });
+        needles.push(LeafOutline { foot, along, half: 0.007, widest: 0.1, tone: 0.32, lean: Vec2::ZERO, fold: 0.0 });
         for k in 0..count {
             let t = (k as f32 + draw(random, 0.0, 1.0)) / count as f32;
             for side in [-1.0, 1.0] {
                 let way = Vec2::from_angle(along.to_angle() + side * draw(random, 0.5, 0.95));
                 let tone = 0.5 + 0.13 * tone + draw(random, -0.14, 0.14) + 0.10 * t;
-                needles.push(Blade {
+                needles.push(LeafOutline {
                     foot: foot + along * t,
                     along: way * draw(random, 0.060, 0.085) * (1.15 - 0.45 * t),
                     half: 0.0085,
@@ -176,7 +176,7 @@ fn bough(random: &mut Stream) -> Vec<Blade> {
 }
 
 /// Paints blades over one another.
-fn paint(blades: &[Blade]) -> Vec<Texel> {
+fn paint(blades: &[LeafOutline]) -> Vec<LeafTexel> {
     let mut texels = vec![EMPTY; SIZE * SIZE];
     let size = SIZE as f32;
     for blade in blades {
@@ -230,7 +230,7 @@ fn paint(blades: &[Blade]) -> Vec<Texel> {
 }
 
 /// Gives the gaps the mean tone and lean of the leaves, which the filter mixes into their edges.
-fn fill(texels: &mut [Texel]) {
+fn fill(texels: &mut [LeafTexel]) {
     let (mut sum, mut weight) = ([0.0; 3], 1e-6);
     for texel in texels.iter().filter(|t| t[0] > 0.5) {
         weight += 1.0;
@@ -242,15 +242,15 @@ fn fill(texels: &mut [Texel]) {
 }
 
 /// The share of texels inside leaves.
-fn covered(texels: &[Texel], scale: f32) -> f32 {
+fn covered(texels: &[LeafTexel], scale: f32) -> f32 {
     texels.iter().filter(|t| t[0] * scale > 0.5).count() as f32 / texels.len() as f32
 }
 
 /// A layer in all its sizes.
-fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
+fn reduced(full: Vec<LeafTexel>) -> Vec<Vec<LeafTexel>> {
     let share = covered(&full, 1.0);
     // From here on r is the covered share of a texel, not the distance from an edge.
-    let mut plain: Vec<Texel> =
+    let mut plain: Vec<LeafTexel> =
         full.iter().map(|t| [((t[0] - 0.5) * RAMP + 0.5).clamp(0.0, 1.0), t[1], t[2], t[3]]).collect();
     let mut levels = vec![full];
     let mut side = SIZE;
@@ -269,7 +269,7 @@ fn reduced(full: Vec<Texel>) -> Vec<Vec<Texel>> {
 }
 
 /// The picture at half the side: means of four, of tone and lean weighted by cover.
-fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
+fn halve(texels: &[LeafTexel], side: usize) -> Vec<LeafTexel> {
     let half = side / 2;
     let mut out = Vec::with_capacity(half * half);
     for y in 0..half {
@@ -284,7 +284,7 @@ fn halve(texels: &[Texel], side: usize) -> Vec<Texel> {
 }
 
 /// Furrows along v, tiling; lean is the slope of their relief.
-fn bark() -> Vec<Texel> {
+fn bark() -> Vec<LeafTexel> {
     let mut random = rng::stream(0, "render.bark");
     let lattice = |random: &mut Stream, nx: usize, ny: usize| -> (usize, usize, Vec<f32>) {
         (nx, ny, (0..nx * ny).map(|_| random.uniform(0.0, 1.0) as f32).collect())
@@ -314,7 +314,7 @@ fn bark() -> Vec<Texel> {
     (0..SIZE * SIZE).map(texel).collect()
 }
 
-fn reduced_bark(full: Vec<Texel>) -> Vec<Vec<Texel>> {
+fn reduced_bark(full: Vec<LeafTexel>) -> Vec<Vec<LeafTexel>> {
     let mut levels = vec![full];
     while levels.len() < LEVELS as usize {
         let last = &levels[levels.len() - 1];

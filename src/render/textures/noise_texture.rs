@@ -5,7 +5,7 @@
 //! Channels: r fine grit (each texel for itself), g soft clouds (five octaves), b thin cracks (dark lines on 1),
 //! a blades of grass from above, in tufts (drawn out, also bark).
 
-use super::upload::{Painted, byte};
+use super::upload::{PaintedTexture, byte};
 use crate::rng;
 use glam::Vec2;
 use rayon::prelude::*;
@@ -30,7 +30,7 @@ pub fn levels() -> Vec<Vec<u8>> {
 
 /// Brings them to the device.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, levels: &[Vec<u8>]) -> wgpu::TextureView {
-    Painted { label: "grain", side: SIZE, array: false, levels }.upload(device, queue)
+    PaintedTexture { label: "grain", side: SIZE, array: false, levels }.upload(device, queue)
 }
 
 /// The picture in full size.

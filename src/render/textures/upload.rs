@@ -3,7 +3,7 @@
 
 /// A painted texture before it is uploaded.
 #[derive(Clone, Copy, Debug)]
-pub struct Painted<'a> {
+pub struct PaintedTexture<'a> {
     /// Its name on the device.
     pub label: &'static str,
     /// Side of its full size, texels.
@@ -33,7 +33,7 @@ pub fn side_by_side<T: Send>(n: usize, make: impl Fn(usize) -> T + Sync) -> Vec<
     })
 }
 
-impl Painted<'_> {
+impl PaintedTexture<'_> {
     /// The texture's view.
     pub fn upload(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
         let layers = (self.levels[0].len() / (4 * self.side * self.side)).max(1) as u32;

@@ -3,20 +3,20 @@
 //! Nothing here reaches beyond the body's 5.00 m.
 
 use super::{
-    body_profile::{self, Lines},
-    materials::{ARCH_RADIUS_M, BRAKE, CHROME, DARK, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
+    body_profile::{self, BodyLines},
+    materials::{ARCH_RADIUS_M, BRAKE, CHROME, DARK, GLOSS, LampLevel, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
     number_plate,
 };
 use crate::scene::{
     Material, Mesh,
-    mesh::{Finish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleSoup},
 };
 use glam::Vec3;
 
-const PLATE: Finish = Finish::grey(Material::Plate, number_plate::SURFACE);
+const PLATE: SurfaceFinish = SurfaceFinish::grey(Material::Plate, number_plate::SURFACE);
 const PLATE_FIELD: [f32; 3] = [0.010, 0.045, 0.26];
 /// With its signs and its blue field, which takes a twelfth of it.
-const PLATE_AFAR: Finish = Finish::new(
+const PLATE_AFAR: SurfaceFinish = SurfaceFinish::new(
     Material::Matt,
     [
         number_plate::MEAN + (PLATE_FIELD[0] - number_plate::MEAN) / 12.0,
@@ -26,13 +26,13 @@ const PLATE_AFAR: Finish = Finish::new(
 );
 /// Half the thickness of a plate, metres.
 const PLATE_M: f32 = 0.0035;
-const SEAT: Finish = Finish::grey(Material::Matt, 0.045);
-const CLOTH: Finish = Finish::new(Material::Matt, [0.055, 0.065, 0.095]);
-const SKIN: Finish = Finish::new(Material::Matt, [0.36, 0.21, 0.145]);
-const HAIR: Finish = Finish::new(Material::Matt, [0.030, 0.020, 0.014]);
+const SEAT: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.045);
+const CLOTH: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.055, 0.065, 0.095]);
+const SKIN: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.36, 0.21, 0.145]);
+const HAIR: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.030, 0.020, 0.014]);
 
 /// Parts on the outside.
-pub(in crate::scene) fn outside(lines: &Lines, level: Level) -> TriangleSoup {
+pub(in crate::scene) fn outside(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
     let mut all = TriangleSoup::default();
     let left = side(lines, level);
     all.append(left.mirrored());
@@ -42,29 +42,29 @@ pub(in crate::scene) fn outside(lines: &Lines, level: Level) -> TriangleSoup {
 }
 
 /// Parts that stand on both sides, left ones.
-fn side(lines: &Lines, level: Level) -> TriangleSoup {
+fn side(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
     let mut parts = TriangleSoup::default();
     // Mirror: the housing in the car's colour, its back dark as glass; a foot on the door.
     let fine = match level {
-        Level::Near => [10, 16],
-        Level::Mid => [5, 7],
-        Level::Far => [3, 5],
+        LampLevel::Near => [10, 16],
+        LampLevel::Mid => [5, 7],
+        LampLevel::Far => [3, 5],
     };
     parts.ellipsoid(Vec3::new(0.745, 0.912, 0.992), Vec3::new(0.070, 0.088, 0.060), fine, |outwards| match outwards {
         o if o.x < -0.62 => GLASS_BACK,
         o if o.z < -0.45 => GLOSS,
         _ => PAINT,
     });
-    if level == Level::Far {
+    if level == LampLevel::Far {
         return parts;
     }
     parts.cuboid(Vec3::new(0.76, 0.840, 0.950), Vec3::new(0.026, 0.045, 0.013), GLOSS);
-    let fine = if level == Level::Near { [8, 12] } else { [3, 4] };
+    let fine = if level == LampLevel::Near { [8, 12] } else { [3, 4] };
     for x in [0.13, -0.79] {
         let y = body_profile::at(lines, x).side(0.80).x;
         parts.ellipsoid(Vec3::new(x, y - 0.002, 0.792), Vec3::new(0.100, 0.011, 0.014), fine, |_| PAINT);
     }
-    if level != Level::Near {
+    if level != LampLevel::Near {
         return parts;
     }
     for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
@@ -80,10 +80,10 @@ fn side(lines: &Lines, level: Level) -> TriangleSoup {
 }
 
 /// Glass that nothing is seen through: mirrors, lenses of lamps.
-const GLASS_BACK: Finish = Finish::new(Material::Lamp, [0.020, 0.024, 0.028]);
+const GLASS_BACK: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.020, 0.024, 0.028]);
 
 /// The edge of a wheel arch: a rim that stands out 4 mm.
-fn lip(lines: &Lines, hub: f32) -> TriangleSoup {
+fn lip(lines: &BodyLines, hub: f32) -> TriangleSoup {
     const PLACES: usize = 25;
     let mut lip = TriangleSoup::default();
     let ring = |i: usize| {
@@ -109,33 +109,33 @@ fn lip(lines: &Lines, hub: f32) -> TriangleSoup {
 }
 
 /// Where plates are, along the body and up: behind, in front.
-fn plates(lines: &Lines, level: Level) -> [(f32, f32); 2] {
+fn plates(lines: &BodyLines, level: LampLevel) -> [(f32, f32); 2] {
     let z = 0.692;
     // Without its hollow the boot lid bulges through a plate that stands there.
-    let x = if level == Level::Near { -2.5 + 0.046 + 0.020 } else { rearmost(lines, z) + PLATE_M - 0.004 };
+    let x = if level == LampLevel::Near { -2.5 + 0.046 + 0.020 } else { rearmost(lines, z) + PLATE_M - 0.004 };
     [(x, z), (2.4985, 0.442)]
 }
 
 /// The signs on the plates; none where each would be less than a pixel.
-pub(in crate::scene) fn lettering(lines: &Lines, level: Level) -> Mesh {
+pub(in crate::scene) fn lettering(lines: &BodyLines, level: LampLevel) -> Mesh {
     let mut all = Mesh::default();
-    for (x, z) in plates(lines, level).into_iter().filter(|_| level != Level::Far) {
+    for (x, z) in plates(lines, level).into_iter().filter(|_| level != LampLevel::Far) {
         all.append(&number_plate::lettering(Vec3::new(x + (PLATE_M + 0.0008) * x.signum(), 0.0, z), x.signum(), level));
     }
     all
 }
 
 /// Parts in the middle.
-fn middle(lines: &Lines, level: Level) -> TriangleSoup {
+fn middle(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
     let mut parts = TriangleSoup::default();
-    let near = level == Level::Near;
+    let near = level == LampLevel::Near;
     // Nothing stands out of the bumpers, which would exceed 5.00 m, by more than 2 mm.
     for (x, z) in plates(lines, level) {
-        let plate = if level == Level::Far { PLATE_AFAR } else { PLATE };
+        let plate = if level == LampLevel::Far { PLATE_AFAR } else { PLATE };
         parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(PLATE_M, 0.26, 0.052), plate);
-        if level == Level::Mid {
+        if level == LampLevel::Mid {
             let at = Vec3::new(x + 0.0010 * x.signum(), -0.239 * x.signum(), z);
-            parts.cuboid(at, Vec3::new(PLATE_M, 0.021, 0.052), Finish::new(Material::Matt, PLATE_FIELD));
+            parts.cuboid(at, Vec3::new(PLATE_M, 0.021, 0.052), SurfaceFinish::new(Material::Matt, PLATE_FIELD));
         }
         if near {
             // A dark holder behind, the blue field at the reader's left, two seals between letters and digits.
@@ -143,12 +143,14 @@ fn middle(lines: &Lines, level: Level) -> TriangleSoup {
             parts.cuboid(Vec3::new(x, 0.0, z) - out(0.003), Vec3::new(0.003, 0.268, 0.060), TRIM);
             let mut field = |aside: f32, up: f32, half: [f32; 2], colour: [f32; 3]| {
                 let at = Vec3::new(x, aside * x.signum(), z + up) + out(0.0036);
-                parts.cuboid(at, Vec3::new(0.0005, half[0], half[1]), Finish::new(Material::Matt, colour));
+                parts.cuboid(at, Vec3::new(0.0005, half[0], half[1]), SurfaceFinish::new(Material::Matt, colour));
             };
             field(-0.239, 0.0, [0.021, 0.052], PLATE_FIELD);
             for (up, half, colour) in [(0.019, 0.012, [0.06, 0.17, 0.09]), (-0.017, 0.014, [0.30, 0.31, 0.34])] {
                 let at = Vec3::new(x, -0.045 * x.signum(), z + up) + out(PLATE_M);
-                parts.ellipsoid(at, Vec3::new(0.0008, half, half), [6, 10], |_| Finish::new(Material::Matt, colour));
+                parts.ellipsoid(at, Vec3::new(0.0008, half, half), [6, 10], |_| {
+                    SurfaceFinish::new(Material::Matt, colour)
+                });
             }
         }
     }
@@ -181,13 +183,13 @@ fn middle(lines: &Lines, level: Level) -> TriangleSoup {
 }
 
 /// How far the boot lid reaches back behind a plate whose middle is at the height `z`, along the body.
-fn rearmost(lines: &Lines, z: f32) -> f32 {
+fn rearmost(lines: &BodyLines, z: f32) -> f32 {
     let points = [-0.26, -0.13, 0.0, 0.13, 0.26].into_iter().flat_map(|y| [-0.052, 0.0, 0.052].map(|up| (y, z + up)));
     points.map(|(y, z)| body_profile::bend(lines, Vec3::new(-2.5, y, z)).x).fold(0.0, f32::min)
 }
 
 /// Wipers at rest along the foot of the windscreen.
-fn wipers(lines: &Lines, parts: &mut TriangleSoup) {
+fn wipers(lines: &BodyLines, parts: &mut TriangleSoup) {
     for (from, to) in [(0.58, 0.02), (-0.02, -0.52)] {
         let ring = |i: usize| {
             let t = i as f32 / 8.0;
@@ -204,9 +206,10 @@ fn wipers(lines: &Lines, parts: &mut TriangleSoup) {
 }
 
 /// What is seen through the windows; closed below by a dark floor.
-pub(in crate::scene) fn cabin(lines: &Lines, level: Level) -> TriangleSoup {
+pub(in crate::scene) fn cabin(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
     let mut all = TriangleSoup::default();
-    let fine = |rings: usize, sides: usize| if level == Level::Near { [rings, sides] } else { [rings / 2, sides / 2] };
+    let fine =
+        |rings: usize, sides: usize| if level == LampLevel::Near { [rings, sides] } else { [rings / 2, sides / 2] };
     let (rear, front) = (lines.cabin_rear_m + 0.12, 1.05);
     let floor = Vec3::new((rear + front) / 2.0, 0.0, 0.78);
     all.cuboid(floor, Vec3::new((front - rear) / 2.0, 0.80, 0.02), DARK);
@@ -234,7 +237,7 @@ pub(in crate::scene) fn cabin(lines: &Lines, level: Level) -> TriangleSoup {
 /// Somebody at the wheel: torso, shoulders, arms, neck, a head with hair.
 fn driver(all: &mut TriangleSoup, fine: [usize; 2]) {
     let y = 0.36;
-    let mut ball = |at: [f32; 3], half: [f32; 3], finish: Finish| {
+    let mut ball = |at: [f32; 3], half: [f32; 3], finish: SurfaceFinish| {
         all.ellipsoid(Vec3::from(at), Vec3::from(half), fine, |_| finish);
     };
     ball([-0.03, y, 0.92], [0.120, 0.185, 0.200], CLOTH);

@@ -6,11 +6,11 @@ use glam::{Vec2, Vec3};
 /// Foot of the windscreen.
 pub(in crate::scene) const CABIN_FRONT_M: f32 = 1.12;
 
-type Table = &'static [(f32, f32)];
+type ProfileTable = &'static [(f32, f32)];
 
 /// What makes a body style: everything behind the doors.
 #[derive(Debug)]
-pub(in crate::scene) struct Lines {
+pub(in crate::scene) struct BodyLines {
     /// Foot of the rear window.
     pub cabin_rear_m: f32,
     /// Rear window along x.
@@ -19,10 +19,10 @@ pub(in crate::scene) struct Lines {
     rear_bow_m: f32,
     /// Upper and rear edge of the side windows as (x, z), from the foot of the windscreen to the rear end of the belt.
     pub side_glass: &'static [(f32, f32)],
-    boot: Table,
-    top: Table,
-    roof_z: Table,
-    roof_y: Table,
+    boot: ProfileTable,
+    top: ProfileTable,
+    roof_z: ProfileTable,
+    roof_y: ProfileTable,
 }
 
 const SALOON_GLASS: [(f32, f32); 10] = [
@@ -63,7 +63,7 @@ const LIFTBACK_GLASS: [(f32, f32); 10] = [
 ];
 
 /// Three boxes.
-const SALOON: Lines = Lines {
+const SALOON: BodyLines = BodyLines {
     cabin_rear_m: -1.80,
     rear_glass: [-1.77, -0.93],
     rear_bow_m: 0.09,
@@ -75,7 +75,7 @@ const SALOON: Lines = Lines {
 };
 
 /// Roof to the end, steep tail.
-const ESTATE: Lines = Lines {
+const ESTATE: BodyLines = BodyLines {
     cabin_rear_m: -2.40,
     rear_glass: [-2.37, -2.16],
     rear_bow_m: 0.0,
@@ -120,7 +120,7 @@ const ESTATE: Lines = Lines {
 };
 
 /// Long sloping tail with a large rear window.
-const LIFTBACK: Lines = Lines {
+const LIFTBACK: BodyLines = BodyLines {
     cabin_rear_m: -2.28,
     rear_glass: [-2.20, -1.05],
     rear_bow_m: 0.0,
@@ -162,11 +162,11 @@ const LIFTBACK: Lines = Lines {
 };
 
 /// All styles; the first is the ego's.
-pub(in crate::scene) const STYLES: [&Lines; 3] = [&SALOON, &ESTATE, &LIFTBACK];
+pub(in crate::scene) const STYLES: [&BodyLines; 3] = [&SALOON, &ESTATE, &LIFTBACK];
 
 /// The measures of one cross-section.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct Measures {
+pub(in crate::scene) struct SectionMeasures {
     /// Where the side is fullest.
     pub half_width: f32,
     /// Underside.
@@ -187,7 +187,7 @@ pub(in crate::scene) struct Measures {
     pub cabin: bool,
 }
 
-impl Measures {
+impl SectionMeasures {
     /// A point of the side between sill (0) and belt (1): a sill that turns under, full doors, a hollow and over it the
     /// shoulder, a line that runs from lamp to lamp.
     pub fn side(&self, t: f32) -> Vec2 {
@@ -235,7 +235,7 @@ impl Measures {
 }
 
 /// The cross-section at `x`.
-pub(in crate::scene) fn at(lines: &Lines, x: f32) -> Measures {
+pub(in crate::scene) fn at(lines: &BodyLines, x: f32) -> SectionMeasures {
     let half_width = curve(WIDTH, x);
     let belt_y = half_width - curve(BELT_INSET, x);
     let belt_z = curve(BELT, x);
@@ -250,12 +250,12 @@ pub(in crate::scene) fn at(lines: &Lines, x: f32) -> Measures {
     let sill_z = curve(FLOOR, x);
     // It runs out before the windscreen and above the grille.
     let bulge_m = if x > 0.0 && !cabin { 0.016 * smooth((x - 1.20) / 0.22) * smooth((2.44 - x) / 0.36) } else { 0.0 };
-    Measures { half_width, sill_z, belt_y, belt_z, roof_y, roof_z, top_z, bulge_m, cabin }
+    SectionMeasures { half_width, sill_z, belt_y, belt_z, roof_y, roof_z, top_z, bulge_m, cabin }
 }
 
 /// Bends a body that is made of flat cross-sections: nose and tail are bowed and modelled, the feet of windscreen and rear
 /// window stand out in the middle. Wheel arches, doors and the places at y = 0 of the bumpers stay where they are.
-pub(in crate::scene) fn bend(lines: &Lines, p: Vec3) -> Vec3 {
+pub(in crate::scene) fn bend(lines: &BodyLines, p: Vec3) -> Vec3 {
     /// How far nose and tail lie behind the bumper, by height.
     const NOSE: &[(f32, f32)] = &[
         (0.18, 0.10),

@@ -1,6 +1,6 @@
 //! What the parts of a car share: measures, finishes, levels of detail. Metres; colours are linear albedo.
 
-use crate::scene::{Material, mesh::Finish};
+use crate::scene::{Material, mesh::SurfaceFinish};
 
 /// Distance between the axles, metres.
 pub const WHEELBASE_M: f32 = 2.8;
@@ -13,19 +13,19 @@ pub(in crate::scene) const ARCH_RADIUS_M: f32 = WHEEL_RADIUS_M + 0.048;
 /// 48 degrees: edges of fittings are sharp, round ones are not.
 pub(in crate::scene) const CREASE_RAD: f32 = 0.838;
 
-pub(in crate::scene) const PAINT: Finish = Finish::grey(Material::Paint, 1.0);
-pub(in crate::scene) const DARK: Finish = Finish::grey(Material::Matt, 0.012);
-pub(in crate::scene) const TRIM: Finish = Finish::grey(Material::Matt, 0.025);
+pub(in crate::scene) const PAINT: SurfaceFinish = SurfaceFinish::grey(Material::Paint, 1.0);
+pub(in crate::scene) const DARK: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
+pub(in crate::scene) const TRIM: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.025);
 /// Black plastic with a gloss: window frames, housings of lamps.
-pub(in crate::scene) const GLOSS: Finish = Finish::grey(Material::Lamp, 0.010);
-pub(in crate::scene) const GLASS: Finish = Finish::new(Material::Glass, [0.020, 0.024, 0.028]);
-pub(in crate::scene) const CHROME: Finish = Finish::grey(Material::Metal, 0.55);
+pub(in crate::scene) const GLOSS: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.010);
+pub(in crate::scene) const GLASS: SurfaceFinish = SurfaceFinish::new(Material::Glass, [0.020, 0.024, 0.028]);
+pub(in crate::scene) const CHROME: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.55);
 /// A brake lamp: its red, and in place of green and blue what share of the lamp's light it gives while running and braking.
-pub(in crate::scene) const BRAKE: Finish = Finish::new(Material::BrakeLamp, [0.30, 0.25, 1.0]);
+pub(in crate::scene) const BRAKE: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.30, 0.25, 1.0]);
 
 /// How finely a car is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::scene) enum Level {
+pub(in crate::scene) enum LampLevel {
     /// The nearest two or three cars: rounded, fitted out, with lamps that have depth.
     Near,
     /// Some 8,000 triangles, still with glass that is seen through.

@@ -12,14 +12,14 @@ pub(super) mod panels;
 pub mod wheel;
 
 use self::{
-    body_profile::{CABIN_FRONT_M, Lines, STYLES},
-    materials::{CREASE_RAD, DARK, Level, PAINT, TRACK_M, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
-    panel_cutting::Skin,
+    body_profile::{BodyLines, CABIN_FRONT_M, STYLES},
+    materials::{CREASE_RAD, DARK, LampLevel, PAINT, TRACK_M, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
+    panel_cutting::PanelSkin,
 };
 use super::{
     CarModel, Material, Mesh,
-    mesh::{Finish, TriangleSoup},
-    mesh_simplification::{Kept, coarse},
+    mesh::{SurfaceFinish, TriangleSoup},
+    mesh_simplification::{KeptCorner, coarse},
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -32,11 +32,11 @@ pub fn hubs() -> [Vec3; 4] {
 
 /// All body styles; the first is the ego's.
 pub fn models() -> Vec<CarModel> {
-    let parts: Vec<Parts> = (0..3 * STYLES.len())
+    let parts: Vec<BodyParts> = (0..3 * STYLES.len())
         .into_par_iter()
-        .map(|k| Parts::new(STYLES[k / 3], [Level::Near, Level::Mid, Level::Far][k % 3]))
+        .map(|k| BodyParts::new(STYLES[k / 3], [LampLevel::Near, LampLevel::Mid, LampLevel::Far][k % 3]))
         .collect();
-    let model = |levels: &[Parts]| {
+    let model = |levels: &[BodyParts]| {
         let [near, mid, far] = levels else { unreachable!("three levels a body") };
         let glass = [near, mid].map(|parts| {
             let mut glass = parts.panes.mesh();
@@ -44,7 +44,7 @@ pub fn models() -> Vec<CarModel> {
             glass
         });
         let far = far.whole();
-        let (plan, shade) = (coarse(&far, PLAN_M, Kept::Outermost), coarse(&far, SHADE_M, Kept::Innermost));
+        let (plan, shade) = (coarse(&far, PLAN_M, KeptCorner::Outermost), coarse(&far, SHADE_M, KeptCorner::Innermost));
         CarModel { plan, shade, levels: [near.open(), mid.open(), far], glass }
     };
     parts.chunks(3).map(model).collect()
@@ -59,33 +59,33 @@ const SHADE_M: Vec3 = Vec3::new(0.20, 0.14, 0.10);
 const SKIN_CREASE_RAD: f32 = 0.95;
 
 /// A body in parts.
-pub(in crate::scene) struct Parts {
+pub(in crate::scene) struct BodyParts {
     /// Sheet metal, bumpers, lamps.
-    pub shell: Skin,
+    pub shell: PanelSkin,
     /// The windows, which close the shell.
-    pub panes: Skin,
+    pub panes: PanelSkin,
     /// Clear covers over the lamps.
-    pub lenses: Skin,
+    pub lenses: PanelSkin,
     /// What is fixed to the outside.
     pub fittings: TriangleSoup,
     /// What is seen through the windows.
     pub inside: TriangleSoup,
     /// The shell seen from inside.
-    pub lining: Skin,
+    pub lining: PanelSkin,
     /// All signs that a number plate may show.
     pub lettering: Mesh,
 }
 
-impl Parts {
-    pub fn new(lines: &Lines, level: Level) -> Self {
+impl BodyParts {
+    pub fn new(lines: &BodyLines, level: LampLevel) -> Self {
         let mut half = loft(lines, level);
         half.smooth(SKIN_CREASE_RAD);
-        let lenses = panels::dress(&mut half, lines, level).doubled();
+        let lenses = panels::add_details(&mut half, lines, level).doubled();
         let mut shell = half.doubled();
-        shell.heal();
+        shell.close_seams();
         let panes = shell.take(|face| face.finish.material == Material::Glass);
         let cabin = (lines.cabin_rear_m - 0.01)..(CABIN_FRONT_M + 0.01);
-        let lining = shell.lining(Finish::grey(Material::Matt, 0.03), |face| {
+        let lining = shell.lining(SurfaceFinish::grey(Material::Matt, 0.03), |face| {
             face.corners.iter().all(|c| c.flat.z > 0.93 && cabin.contains(&c.flat.x))
         });
         let fittings = body_parts::outside(lines, level);
@@ -121,7 +121,7 @@ impl Parts {
 
 /// A point of a half section, from the middle of the floor round the left side to the middle of the top.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Row {
+enum SectionRow {
     /// Share of the floor's half width.
     Floor(f32),
     /// From sill (0) to belt (1).
@@ -132,38 +132,38 @@ enum Row {
     Top(f32),
 }
 
-fn rows(level: Level) -> Vec<Row> {
+fn rows(level: LampLevel) -> Vec<SectionRow> {
     let (sides, shoulders, tops): (&[f32], &[f32], &[f32]) = match level {
-        Level::Near => (
+        LampLevel::Near => (
             &[0.0, 0.05, 0.16, 0.25, 0.34, 0.50, 0.64, 0.73, 0.76, 0.79, 0.815, 0.84, 0.87, 0.90, 0.95, 1.0],
             &[0.12, 0.30, 0.50, 0.70, 0.88, 1.0],
             // Three rows are the bonnet's crease.
             &[0.06, 0.16, 0.27, 0.34, 0.42, 0.68, 1.0],
         ),
-        Level::Mid => (&[0.0, 0.05, 0.16, 0.34, 0.73, 0.79, 0.84, 1.0], &[0.3, 0.7, 1.0], &[0.2, 0.55, 1.0]),
-        Level::Far => (&[0.0, 0.16, 0.34, 0.73, 0.84, 1.0], &[0.5, 1.0], &[0.4, 1.0]),
+        LampLevel::Mid => (&[0.0, 0.05, 0.16, 0.34, 0.73, 0.79, 0.84, 1.0], &[0.3, 0.7, 1.0], &[0.2, 0.55, 1.0]),
+        LampLevel::Far => (&[0.0, 0.16, 0.34, 0.73, 0.84, 1.0], &[0.5, 1.0], &[0.4, 1.0]),
     };
-    let side = sides.iter().map(|&t| Row::Side(t));
-    let upper = shoulders.iter().map(|&t| Row::Shoulder(t)).chain(tops.iter().map(|&t| Row::Top(t)));
-    [Row::Floor(0.0), Row::Floor(1.0)].into_iter().chain(side).chain(upper).collect()
+    let side = sides.iter().map(|&t| SectionRow::Side(t));
+    let upper = shoulders.iter().map(|&t| SectionRow::Shoulder(t)).chain(tops.iter().map(|&t| SectionRow::Top(t)));
+    [SectionRow::Floor(0.0), SectionRow::Floor(1.0)].into_iter().chain(side).chain(upper).collect()
 }
 
 /// Where the cross-sections are, from the rear to the front.
-fn stations(lines: &Lines, level: Level) -> Vec<f32> {
+fn stations(lines: &BodyLines, level: LampLevel) -> Vec<f32> {
     let rear = lines.cabin_rear_m;
     let mut xs = vec![-2.5, -2.43, -2.28, -2.0, rear, lines.rear_glass[1], -0.40, 0.24, CABIN_FRONT_M, 1.9, 2.2];
     // Either end of the arches, too: no panel spans one.
     xs.extend([2.4, 2.47, 2.5, -1.79, -1.01, 1.01, 1.79]);
-    if level != Level::Far {
+    if level != LampLevel::Far {
         xs.extend([-2.47, -2.40, -2.14, rear - 0.05, lines.rear_glass[0], -0.62, 0.12, 0.45, 0.75]);
         xs.extend([CABIN_FRONT_M + 0.06, 2.3, 2.435]);
     }
-    if level == Level::Near {
+    if level == LampLevel::Near {
         xs.extend([-2.485, -2.35, 2.05, 2.35, 2.455, 2.485]);
     }
     xs.sort_by(f32::total_cmp);
     xs.dedup_by(|a, b| *a - *b < 1e-3);
-    if level == Level::Near {
+    if level == LampLevel::Near {
         const STEP_M: f32 = 0.15;
         let between = |p: &[f32]| {
             let n = ((p[1] - p[0]) / STEP_M).ceil().max(1.0);
@@ -176,14 +176,14 @@ fn stations(lines: &Lines, level: Level) -> Vec<f32> {
 }
 
 /// One half cross-section, not yet bent.
-fn section(lines: &Lines, x: f32, rows: &[Row]) -> Vec<Vec3> {
+fn section(lines: &BodyLines, x: f32, rows: &[SectionRow]) -> Vec<Vec3> {
     let at = body_profile::at(lines, x);
-    let point = |row: &Row| {
+    let point = |row: &SectionRow| {
         let p = match *row {
-            Row::Floor(share) => glam::Vec2::new((at.half_width - 0.14) * share, at.sill_z),
-            Row::Side(t) => at.side(t),
-            Row::Shoulder(t) => at.shoulder(t),
-            Row::Top(t) => {
+            SectionRow::Floor(share) => glam::Vec2::new((at.half_width - 0.14) * share, at.sill_z),
+            SectionRow::Side(t) => at.side(t),
+            SectionRow::Shoulder(t) => at.shoulder(t),
+            SectionRow::Top(t) => {
                 let inwards = 1.0 - t;
                 let z = if at.cabin {
                     at.roof_z + (at.top_z - at.roof_z) * (1.0 - inwards * inwards)
@@ -199,14 +199,14 @@ fn section(lines: &Lines, x: f32, rows: &[Row]) -> Vec<Vec3> {
 }
 
 /// The left half of the body in one piece.
-fn loft(lines: &Lines, level: Level) -> Skin {
+fn loft(lines: &BodyLines, level: LampLevel) -> PanelSkin {
     let rows = rows(level);
     let sections: Vec<Vec<Vec3>> = stations(lines, level).iter().map(|&x| section(lines, x, &rows)).collect();
-    let mut skin = Skin::default();
+    let mut skin = PanelSkin::default();
     let bend = |p| body_profile::bend(lines, p);
     for pair in sections.windows(2) {
         for (i, row) in rows.iter().enumerate().take(rows.len() - 1) {
-            let finish = if matches!(row, Row::Floor(_)) { DARK } else { PAINT };
+            let finish = if matches!(row, SectionRow::Floor(_)) { DARK } else { PAINT };
             skin.quad([pair[0][i], pair[0][i + 1], pair[1][i + 1], pair[1][i]], bend, finish);
         }
     }
@@ -217,13 +217,13 @@ fn loft(lines: &Lines, level: Level) -> Skin {
 }
 
 /// Closes an end: the rear (normal towards -x) or the front.
-fn cap(skin: &mut Skin, outline: &[Vec3], rows: &[Row], bend: impl Fn(Vec3) -> Vec3, front: bool) {
-    let index = |row: Row| rows.iter().position(|&r| r == row).unwrap_or_default();
-    let (sill, belt) = (index(Row::Side(0.0)), index(Row::Side(1.0)));
+fn cap(skin: &mut PanelSkin, outline: &[Vec3], rows: &[SectionRow], bend: impl Fn(Vec3) -> Vec3, front: bool) {
+    let index = |row: SectionRow| rows.iter().position(|&r| r == row).unwrap_or_default();
+    let (sill, belt) = (index(SectionRow::Side(0.0)), index(SectionRow::Side(1.0)));
     // Columns stand under the points of the upper outline, so that the cap meets it corner by corner.
     let columns: Vec<f32> = outline[belt..].iter().map(|p| p.y / outline[belt].y).collect();
     let place = |row: usize, column: usize| outline[row].with_y(outline[row].y * columns[column]);
-    let mut face = |[a, b, c, d]: [Vec3; 4], finish: Finish| {
+    let mut face = |[a, b, c, d]: [Vec3; 4], finish: SurfaceFinish| {
         skin.quad(if front { [d, c, b, a] } else { [a, b, c, d] }, &bend, finish);
     };
     // The floor has no corners between its middle and its edge, so the lowest row is a fan from there.
@@ -250,9 +250,9 @@ mod tests {
 
     /// Every style at every level, windows closed, and how many triangles it may have.
     fn bodies() -> Vec<(Mesh, std::ops::Range<usize>)> {
-        let levels = [(Level::Near, 15_000..30_000), (Level::Mid, 3000..9000), (Level::Far, 600..3000)];
+        let levels = [(LampLevel::Near, 15_000..30_000), (LampLevel::Mid, 3000..9000), (LampLevel::Far, 600..3000)];
         let all = STYLES.iter().flat_map(|lines| levels.clone().map(|(level, size)| (*lines, level, size)));
-        all.map(|(lines, level, size)| (Parts::new(lines, level).whole(), size)).collect()
+        all.map(|(lines, level, size)| (BodyParts::new(lines, level).whole(), size)).collect()
     }
     use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M};
 

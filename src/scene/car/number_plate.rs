@@ -5,7 +5,7 @@
 //! A sign's texture coordinates tell when it is shown: with `u` the divisor and `v` 16 times the number of signs for the
 //! place plus the sign's own, it is where `number / u` modulo that number of signs is its own.
 
-use super::materials::Level;
+use super::materials::LampLevel;
 use crate::{
     hud::lettering,
     scene::{Material, Mesh, Vertex},
@@ -51,8 +51,8 @@ pub fn signs(number: u16) -> [(f32, char); 6] {
 }
 
 /// All signs of a plate whose surface has its middle at `middle`; `outwards` is 1 in front, -1 behind.
-pub(in crate::scene) fn lettering(middle: Vec3, outwards: f32, level: Level) -> Mesh {
-    let coarse = COARSE[usize::from(level != Level::Near)];
+pub(in crate::scene) fn lettering(middle: Vec3, outwards: f32, level: LampLevel) -> Mesh {
+    let coarse = COARSE[usize::from(level != LampLevel::Near)];
     let mut mesh = Mesh::default();
     for (across, divisor, signs) in PLACES {
         for (own, sign) in signs.chars().enumerate() {
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_a_plate_is_that_of_its_surface_and_signs() {
-        for level in [Level::Near, Level::Mid] {
+        for level in [LampLevel::Near, LampLevel::Mid] {
             let mesh = lettering(Vec3::ZERO, 1.0, level);
             let shown = |corner: &Vertex, number: u16| {
                 let [u, v] = corner.uv.map(|v| v as usize);
@@ -164,7 +164,9 @@ mod tests {
 
     #[test]
     fn all_signs_face_outwards_and_stay_on_the_plate() {
-        for (outwards, level, most) in [(1.0, Level::Near, 2500), (-1.0, Level::Near, 2500), (1.0, Level::Mid, 1400)] {
+        for (outwards, level, most) in
+            [(1.0, LampLevel::Near, 2500), (-1.0, LampLevel::Near, 2500), (1.0, LampLevel::Mid, 1400)]
+        {
             let mesh = lettering(Vec3::ZERO, outwards, level);
             check(&mesh, "lettering");
             assert!(mesh.triangles() < most, "{level:?}: {}", mesh.triangles());

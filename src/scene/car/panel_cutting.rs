@@ -2,13 +2,13 @@
 //! pass through. In: quads with the place they have before bending. Out: loose triangles with smooth normals, or a closed
 //! [`Mesh`]. Metres in the body's frame.
 
-use crate::scene::{Mesh, Vertex, mesh::Finish};
+use crate::scene::{Mesh, Vertex, mesh::SurfaceFinish};
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// A corner of a face.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct Corner {
+pub(in crate::scene) struct FaceCorner {
     /// Where it was before the body was bent: cells are told in these coordinates.
     pub flat: Vec3,
     /// Where it is.
@@ -17,7 +17,7 @@ pub(in crate::scene) struct Corner {
     pub normal: Vec3,
 }
 
-impl Corner {
+impl FaceCorner {
     fn mix(&self, other: &Self, t: f32) -> Self {
         Self {
             flat: self.flat.lerp(other.flat, t),
@@ -29,14 +29,14 @@ impl Corner {
 
 /// A triangle, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct Face {
+pub(in crate::scene) struct BodyFace {
     /// Its corners.
-    pub corners: [Corner; 3],
+    pub corners: [FaceCorner; 3],
     /// What it is made of.
-    pub finish: Finish,
+    pub finish: SurfaceFinish,
 }
 
-impl Face {
+impl BodyFace {
     /// True if it is more than a line.
     fn is_real(&self) -> bool {
         let [a, b, c] = self.corners.map(|corner| corner.at);
@@ -53,12 +53,12 @@ impl Face {
 /// Where all planes have a point on their inner side: `normal . flat <= reach`. A face belongs to it if it looks the
 /// asked way, too.
 #[derive(Clone, Debug)]
-pub(in crate::scene) struct Cell {
+pub(in crate::scene) struct CutRegion {
     planes: Vec<(Vec3, f32)>,
     facing: (Vec3, f32),
 }
 
-impl Cell {
+impl CutRegion {
     /// A convex polygon (either sense) seen along an axis: 0 from the front or rear as (y, z), 1 from the side as (x, z), 2
     /// from above as (x, y).
     pub fn seen_along(axis: usize, polygon: &[Vec2]) -> Self {
@@ -99,15 +99,15 @@ impl Cell {
 
 /// Triangles that are cut.
 #[derive(Clone, Debug, Default)]
-pub(in crate::scene) struct Skin {
+pub(in crate::scene) struct PanelSkin {
     /// All of them.
-    pub faces: Vec<Face>,
+    pub faces: Vec<BodyFace>,
 }
 
-impl Skin {
+impl PanelSkin {
     /// Four corners, counter-clockwise, with their places before and after bending.
-    pub fn quad(&mut self, flat: [Vec3; 4], bend: impl Fn(Vec3) -> Vec3, finish: Finish) {
-        let [a, b, c, d] = flat.map(|flat| Corner { flat, at: bend(flat), normal: Vec3::Z });
+    pub fn quad(&mut self, flat: [Vec3; 4], bend: impl Fn(Vec3) -> Vec3, finish: SurfaceFinish) {
+        let [a, b, c, d] = flat.map(|flat| FaceCorner { flat, at: bend(flat), normal: Vec3::Z });
         let halves = if a.at.distance_squared(c.at) <= b.at.distance_squared(d.at) {
             [[a, b, c], [a, c, d]]
         } else {
@@ -116,7 +116,7 @@ impl Skin {
         for corners in halves {
             let [p, q, r] = corners.map(|c| c.at);
             if p.distance(q).min(q.distance(r)).min(r.distance(p)) > 1e-5 {
-                self.faces.push(Face { corners, finish });
+                self.faces.push(BodyFace { corners, finish });
             }
         }
     }
@@ -148,7 +148,7 @@ impl Skin {
     }
 
     /// Takes out what lies in a cell.
-    pub fn cut(&mut self, cell: &Cell) -> Vec<Face> {
+    pub fn cut(&mut self, cell: &CutRegion) -> Vec<BodyFace> {
         let mut inside = Vec::new();
         let mut rest = Vec::with_capacity(self.faces.len());
         for face in std::mem::take(&mut self.faces) {
@@ -183,15 +183,21 @@ impl Skin {
     }
 
     /// Gives what lies in a cell another finish.
-    pub fn paint(&mut self, cell: &Cell, finish: Finish) {
+    pub fn paint(&mut self, cell: &CutRegion, finish: SurfaceFinish) {
         let inside = self.cut(cell);
-        self.faces.extend(inside.into_iter().map(|face| Face { finish, ..face }));
+        self.faces.extend(inside.into_iter().map(|face| BodyFace { finish, ..face }));
     }
 
     /// Moves what lies in a cell by `sink`, with walls around it, and gives it back as it was.
-    pub fn recess(&mut self, cell: &Cell, sink: impl Fn(Vec3) -> Vec3, floor: Finish, wall: Finish) -> Vec<Face> {
+    pub fn recess(
+        &mut self,
+        cell: &CutRegion,
+        sink: impl Fn(Vec3) -> Vec3,
+        floor: SurfaceFinish,
+        wall: SurfaceFinish,
+    ) -> Vec<BodyFace> {
         let inside = self.cut(cell);
-        let mut open: BTreeMap<[[i32; 3]; 2], (i32, [Corner; 2])> = BTreeMap::new();
+        let mut open: BTreeMap<[[i32; 3]; 2], (i32, [FaceCorner; 2])> = BTreeMap::new();
         let key = |p: Vec3| (p * 2e4).round().as_ivec3().to_array();
         for face in &inside {
             for k in 0..3 {
@@ -213,11 +219,11 @@ impl Skin {
         let mut sunk = Self { faces: inside.clone() };
         for face in &mut sunk.faces {
             face.finish = floor;
-            face.corners = face.corners.map(|corner| Corner { at: sink(corner.at), ..corner });
+            face.corners = face.corners.map(|corner| FaceCorner { at: sink(corner.at), ..corner });
         }
         // Faces along the way of sinking are lines now; their neighbours meet without them.
-        sunk.faces.retain(Face::is_real);
-        walls.faces.retain(Face::is_real);
+        sunk.faces.retain(BodyFace::is_real);
+        walls.faces.retain(BodyFace::is_real);
         sunk.smooth(0.7);
         walls.smooth(0.7);
         self.faces.extend(sunk.faces);
@@ -228,27 +234,27 @@ impl Skin {
     /// Everything and its image on the other side of the plane y = 0.
     pub fn doubled(mut self) -> Self {
         let flip = |p: Vec3| Vec3::new(p.x, -p.y, p.z);
-        let corner = |c: Corner| Corner { flat: flip(c.flat), at: flip(c.at), normal: flip(c.normal) };
-        let image = |face: &Face| {
+        let corner = |c: FaceCorner| FaceCorner { flat: flip(c.flat), at: flip(c.at), normal: flip(c.normal) };
+        let image = |face: &BodyFace| {
             let [a, b, c] = face.corners;
-            Face { corners: [a, c, b].map(corner), finish: face.finish }
+            BodyFace { corners: [a, c, b].map(corner), finish: face.finish }
         };
-        let other: Vec<Face> = self.faces.iter().map(image).collect();
+        let other: Vec<BodyFace> = self.faces.iter().map(image).collect();
         self.faces.extend(other);
         self
     }
 
     /// The faces for which `wanted` holds, seen from inside.
-    pub fn lining(&self, finish: Finish, wanted: impl Fn(&Face) -> bool) -> Self {
-        let turned = |face: &Face| {
-            let [a, b, c] = face.corners.map(|corner| Corner { normal: -corner.normal, ..corner });
-            Face { corners: [a, c, b], finish }
+    pub fn lining(&self, finish: SurfaceFinish, wanted: impl Fn(&BodyFace) -> bool) -> Self {
+        let turned = |face: &BodyFace| {
+            let [a, b, c] = face.corners.map(|corner| FaceCorner { normal: -corner.normal, ..corner });
+            BodyFace { corners: [a, c, b], finish }
         };
         Self { faces: self.faces.iter().filter(|face| wanted(face)).map(turned).collect() }
     }
 
     /// Takes the faces for which `wanted` holds.
-    pub fn take(&mut self, wanted: impl Fn(&Face) -> bool) -> Self {
+    pub fn take(&mut self, wanted: impl Fn(&BodyFace) -> bool) -> Self {
         let (taken, kept) = std::mem::take(&mut self.faces).into_iter().partition(|face| wanted(face));
         self.faces = kept;
         Self { faces: taken }
@@ -256,18 +262,18 @@ impl Skin {
 
     /// Closes the seams that cutting one of two neighbours leaves: a corner that lies on another face's edge becomes a
     /// corner of that face.
-    pub fn heal(&mut self) {
+    pub fn close_seams(&mut self) {
         self.weld();
         let key = |p: Vec3| p.to_array().map(f32::to_bits);
         let mut edges: BTreeMap<[[u32; 3]; 2], i32> = BTreeMap::new();
-        let ends = |face: &Face, k: usize| [face.corners[k].at, face.corners[(k + 1) % 3].at];
+        let ends = |face: &BodyFace, k: usize| [face.corners[k].at, face.corners[(k + 1) % 3].at];
         for face in &self.faces {
             for k in 0..3 {
                 let [a, b] = ends(face, k).map(key);
                 *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
             }
         }
-        let open = |face: &Face, k: usize| {
+        let open = |face: &BodyFace, k: usize| {
             let [a, b] = ends(face, k).map(key);
             edges.get(&[a.min(b), a.max(b)]).is_some_and(|count| *count != 0)
         };
@@ -300,7 +306,7 @@ impl Skin {
                         })
                         .collect();
                     on.sort_by(|a, b| a.0.total_cmp(&b.0));
-                    outline.extend(on.iter().map(|&(t, at)| Corner { at, ..from.mix(&to, t) }));
+                    outline.extend(on.iter().map(|&(t, at)| FaceCorner { at, ..from.mix(&to, t) }));
                 }
             }
             if outline.len() == 3 {
@@ -313,7 +319,7 @@ impl Skin {
             middle.at = (a.at + b.at + c.at) * third;
             for k in 0..outline.len() {
                 let corners = [outline[k], outline[(k + 1) % outline.len()], middle];
-                whole.push(Face { corners, finish: face.finish });
+                whole.push(BodyFace { corners, finish: face.finish });
             }
         }
         self.faces = whole;
@@ -352,10 +358,10 @@ impl Skin {
         });
     }
 
-    /// A mesh with shared corners; call [`Skin::heal`] before.
+    /// A mesh with shared corners; call [`PanelSkin::heal`] before.
     pub fn mesh(&self) -> Mesh {
         let mut mesh = Mesh::default();
-        let mut shared: BTreeMap<Shared, u32> = BTreeMap::new();
+        let mut shared: BTreeMap<CornerKey, u32> = BTreeMap::new();
         for face in &self.faces {
             let [r, g, b] = face.finish.colour;
             let look = [r.to_bits(), g.to_bits(), b.to_bits(), face.finish.material as u32];
@@ -374,7 +380,7 @@ impl Skin {
 }
 
 /// What makes two corners of a mesh one: place, normal, colour and material.
-type Shared = ([u32; 3], [i32; 3], [u32; 4]);
+type CornerKey = ([u32; 3], [i32; 3], [u32; 4]);
 
 /// Corners closer than this are one, metres.
 const WELD_M: f32 = 6e-5;
@@ -382,8 +388,8 @@ const WELD_M: f32 = 6e-5;
 const SEAM_M: f32 = 2.5e-4;
 
 /// The parts of a convex polygon on either side of a plane.
-fn part(polygon: &[Corner], normal: Vec3, reach: f32) -> (Vec<Corner>, Vec<Corner>) {
-    let side = |corner: &Corner| {
+fn part(polygon: &[FaceCorner], normal: Vec3, reach: f32) -> (Vec<FaceCorner>, Vec<FaceCorner>) {
+    let side = |corner: &FaceCorner| {
         let off = normal.dot(corner.flat) - reach;
         if off.abs() < 1e-6 { 0.0 } else { off }
     };
@@ -405,14 +411,14 @@ fn part(polygon: &[Corner], normal: Vec3, reach: f32) -> (Vec<Corner>, Vec<Corne
             beyond.push(cut);
         }
     }
-    let real = |part: &Vec<Corner>| part.iter().any(|c| side(c) != 0.0);
+    let real = |part: &Vec<FaceCorner>| part.iter().any(|c| side(c) != 0.0);
     (if real(&within) { within } else { Vec::new() }, if real(&beyond) { beyond } else { Vec::new() })
 }
 
 /// Triangles of a convex polygon.
-fn fan(polygon: &[Corner], finish: Finish, into: &mut Vec<Face>) {
+fn fan(polygon: &[FaceCorner], finish: SurfaceFinish, into: &mut Vec<BodyFace>) {
     for k in 1..polygon.len().saturating_sub(1) {
-        into.push(Face { corners: [polygon[0], polygon[k], polygon[k + 1]], finish });
+        into.push(BodyFace { corners: [polygon[0], polygon[k], polygon[k + 1]], finish });
     }
 }
 
@@ -423,13 +429,13 @@ mod tests {
     use crate::scene::mesh::TriangleSoup;
     use crate::scene::mesh::tests::{check, open_edges, volume_m3};
 
-    fn cube() -> Skin {
+    fn cube() -> PanelSkin {
         let mut soup = TriangleSoup::default();
-        soup.cuboid(Vec3::new(0.0, 2.0, 0.0), Vec3::ONE, Finish::grey(Material::Paint, 1.0));
-        let mut skin = Skin::default();
+        soup.cuboid(Vec3::new(0.0, 2.0, 0.0), Vec3::ONE, SurfaceFinish::grey(Material::Paint, 1.0));
+        let mut skin = PanelSkin::default();
         for corners in soup.corners() {
             let [a, b, c] = corners;
-            skin.quad([a, b, c, c], |p| p, Finish::grey(Material::Paint, 1.0));
+            skin.quad([a, b, c, c], |p| p, SurfaceFinish::grey(Material::Paint, 1.0));
         }
         skin.smooth(0.7);
         skin
@@ -439,8 +445,8 @@ mod tests {
     fn a_cut_body_stays_closed_and_keeps_its_volume() {
         let hexagon: Vec<Vec2> = (0..6).map(|k| Vec2::from_angle(k as f32) * 0.6).collect();
         let mut skin = cube();
-        skin.paint(&Cell::seen_along(1, &hexagon).facing(Vec3::Y, 0.5), Finish::grey(Material::Glass, 0.1));
-        skin.heal();
+        skin.paint(&CutRegion::seen_along(1, &hexagon).facing(Vec3::Y, 0.5), SurfaceFinish::grey(Material::Glass, 0.1));
+        skin.close_seams();
         let mesh = skin.mesh();
         check(&mesh, "cut");
         assert_eq!(open_edges(&mesh), 0);
@@ -450,12 +456,12 @@ mod tests {
     #[test]
     fn a_recess_takes_its_depth_times_its_area_from_the_body() {
         let square = [Vec2::new(-0.5, -0.5), Vec2::new(0.5, -0.5), Vec2::new(0.5, 0.5), Vec2::new(-0.5, 0.5)];
-        let dark = Finish::grey(Material::Matt, 0.1);
+        let dark = SurfaceFinish::grey(Material::Matt, 0.1);
         let mut skin = cube();
-        let cell = Cell::seen_along(1, &square).facing(Vec3::Y, 0.5);
+        let cell = CutRegion::seen_along(1, &square).facing(Vec3::Y, 0.5);
         let inside = skin.recess(&cell, |p| p - Vec3::Y * 0.2, dark, dark);
         assert!(!inside.is_empty());
-        skin.heal();
+        skin.close_seams();
         let mesh = skin.mesh();
         check(&mesh, "recess");
         assert_eq!(open_edges(&mesh), 0);

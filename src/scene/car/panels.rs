@@ -2,11 +2,11 @@
 //! Out: the same in its materials, and the clear covers over its lamps. Metres; places are those before bending.
 
 use super::{
-    body_profile::{self, CABIN_FRONT_M, Lines},
-    materials::{ARCH_RADIUS_M, CHROME, DARK, GLASS, GLOSS, Level, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
-    panel_cutting::{Cell, Skin},
+    body_profile::{self, BodyLines, CABIN_FRONT_M},
+    materials::{ARCH_RADIUS_M, CHROME, DARK, GLASS, GLOSS, LampLevel, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
+    panel_cutting::{CutRegion, PanelSkin},
 };
-use crate::scene::{Material, mesh::Finish};
+use crate::scene::{Material, mesh::SurfaceFinish};
 use glam::{Vec2, Vec3};
 
 /// Inner wall of the wheel houses.
@@ -14,92 +14,92 @@ const ARCH_DEPTH_M: f32 = 0.58;
 /// Door edges along x at the belt.
 const DOORS: [f32; 2] = [-0.01, 0.96];
 /// Clear plastic: the darker a pane, the less is seen through it.
-const CLEAR: Finish = Finish::new(Material::Glass, [0.002, 0.002, 0.002]);
+const CLEAR: SurfaceFinish = SurfaceFinish::new(Material::Glass, [0.002, 0.002, 0.002]);
 /// A gap between panels: dark paint, which the shader makes paler where a pixel is wider than the gap (`car.wgsl`).
-const GAP: Finish = Finish::grey(Material::Paint, 0.02);
+const GAP: SurfaceFinish = SurfaceFinish::grey(Material::Paint, 0.02);
 /// What a lamp with depth amounts to from afar.
-const HEAD: Finish = Finish::grey(Material::Lamp, 0.16);
-const DAYLIGHT: Finish = Finish::grey(Material::Lamp, 0.90);
-const AMBER: Finish = Finish::new(Material::Lamp, [0.45, 0.10, 0.012]);
-const WHITE: Finish = Finish::grey(Material::Lamp, 0.42);
-const REFLECTOR: Finish = Finish::new(Material::Lamp, [0.16, 0.004, 0.004]);
+const HEAD: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.16);
+const DAYLIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.90);
+const AMBER: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.45, 0.10, 0.012]);
+const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.42);
+const REFLECTOR: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.16, 0.004, 0.004]);
 /// The frame of light around a rear lamp, and the lamp inside.
-const RUNNING: Finish = Finish::new(Material::BrakeLamp, [0.34, 1.0, 0.55]);
-const STOP: Finish = Finish::new(Material::BrakeLamp, [0.16, 0.10, 1.0]);
+const RUNNING: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.34, 1.0, 0.55]);
+const STOP: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.16, 0.10, 1.0]);
 
 fn points<const N: usize>(list: [(f32, f32); N]) -> [Vec2; N] {
     list.map(Vec2::from)
 }
 
-fn across<const N: usize>(list: [(f32, f32); N]) -> Cell {
-    Cell::seen_along(0, &points(list))
+fn across<const N: usize>(list: [(f32, f32); N]) -> CutRegion {
+    CutRegion::seen_along(0, &points(list))
 }
 
 /// A gap between panels, 5 mm wide, from `a` to `b`: as wide as they are built; wider ones look like sticks from close by.
-fn gap(axis: usize, a: (f32, f32), b: (f32, f32)) -> Cell {
+fn gap(axis: usize, a: (f32, f32), b: (f32, f32)) -> CutRegion {
     let (a, b) = (Vec2::from(a), Vec2::from(b));
     let aside = (b - a).perp().normalize() * 0.0025;
-    Cell::seen_along(axis, &[a - aside, b - aside, b + aside, a + aside])
+    CutRegion::seen_along(axis, &[a - aside, b - aside, b + aside, a + aside])
 }
 
 /// Dresses a half body. Returns the covers of its lamps.
-pub(in crate::scene) fn dress(skin: &mut Skin, lines: &Lines, level: Level) -> Skin {
-    let mut covers = Skin::default();
+pub(in crate::scene) fn add_details(skin: &mut PanelSkin, lines: &BodyLines, level: LampLevel) -> PanelSkin {
+    let mut covers = PanelSkin::default();
     arches(skin, level);
     windows(skin, lines, level);
     front(skin, &mut covers, level);
     rear(skin, level);
-    if level == Level::Near {
+    if level == LampLevel::Near {
         gaps(skin, lines);
     }
     covers
 }
 
 /// The wheel houses, and the black sill between them.
-fn arches(skin: &mut Skin, level: Level) {
+fn arches(skin: &mut PanelSkin, level: LampLevel) {
     let sides = match level {
-        Level::Near => 30,
-        Level::Mid => 16,
-        Level::Far => 10,
+        LampLevel::Near => 30,
+        LampLevel::Mid => 16,
+        LampLevel::Far => 10,
     };
     for hub in [-WHEELBASE_M / 2.0, WHEELBASE_M / 2.0] {
         let circle: Vec<Vec2> = (0..sides)
             .map(|k| Vec2::from_angle(std::f32::consts::TAU * k as f32 / sides as f32) * ARCH_RADIUS_M)
             .map(|p| p + Vec2::new(hub, WHEEL_RADIUS_M))
             .collect();
-        let house = Cell::seen_along(1, &circle).within(-Vec3::Y, -ARCH_DEPTH_M);
+        let house = CutRegion::seen_along(1, &circle).within(-Vec3::Y, -ARCH_DEPTH_M);
         skin.recess(&house, |p| p.with_y(ARCH_DEPTH_M), DARK, DARK);
     }
-    if level != Level::Far {
-        let sill = Cell::seen_along(1, &points([(-1.3, 0.1), (1.3, 0.1), (1.3, 0.250), (-1.3, 0.262)]));
+    if level != LampLevel::Far {
+        let sill = CutRegion::seen_along(1, &points([(-1.3, 0.1), (1.3, 0.1), (1.3, 0.250), (-1.3, 0.262)]));
         skin.paint(&sill.within(-Vec3::Y, -0.72).facing(Vec3::Y, 0.1), TRIM);
     }
 }
 
-fn windows(skin: &mut Skin, lines: &Lines, level: Level) {
+fn windows(skin: &mut PanelSkin, lines: &BodyLines, level: LampLevel) {
     let outline: Vec<Vec2> = lines.side_glass.iter().copied().map(Vec2::from).collect();
-    let side = Cell::seen_along(1, &outline).within(-Vec3::Y, -0.3).facing(Vec3::Y, 0.28);
+    let side = CutRegion::seen_along(1, &outline).within(-Vec3::Y, -0.3).facing(Vec3::Y, 0.28);
     // Windscreen and rear window stand between the pillars, whose inner edges are straight from above.
     let framed = |[rear, front]: [f32; 2], least_z: f32, up: f32| {
         let width = |x: f32| body_profile::at(lines, x).roof_y - 0.042;
         let [a, b] = [width(rear), width(front)];
         let corners = [(rear, -1.0), (front, -1.0), (front, b - 0.06), (front - 0.05 * (front - rear).signum(), b)];
         let polygon = points([corners[0], corners[1], corners[2], corners[3], (rear + 0.03, a), (rear, a - 0.06)]);
-        Cell::seen_along(2, &polygon).within(-Vec3::Z, -least_z).facing(Vec3::Z, up)
+        CutRegion::seen_along(2, &polygon).within(-Vec3::Z, -least_z).facing(Vec3::Z, up)
     };
     let screen = framed([0.265, CABIN_FRONT_M - 0.045], 0.93, 0.2);
     let back = framed(lines.rear_glass, 0.99, 0.1);
-    if level != Level::Far {
+    if level != LampLevel::Far {
         skin.paint(&side.clone().grown(0.016), GLOSS);
     }
-    if level == Level::Near {
+    if level == LampLevel::Near {
         skin.paint(&screen.clone().grown(0.020), GLOSS);
         skin.paint(&back.clone().grown(0.020), GLOSS);
     }
     for pane in [&side, &screen, &back] {
         skin.paint(pane, GLASS);
     }
-    if level == Level::Far {
+    if level == LampLevel::Far {
         return;
     }
     let mut bar = |x: f32, lean: f32, half: f32| {
@@ -110,14 +110,14 @@ fn windows(skin: &mut Skin, lines: &Lines, level: Level) {
     };
     // The pillar between the doors; the window's own division behind.
     bar(-0.01, 0.03, 0.050);
-    if level == Level::Near {
+    if level == LampLevel::Near {
         bar(lines.side_glass[9].0 + 0.52, 0.06, 0.016);
     }
 }
 
 /// Grille, intakes and head lamps.
-fn front(skin: &mut Skin, covers: &mut Skin, level: Level) {
-    let ahead = |cell: Cell, x: f32| cell.within(-Vec3::X, -x);
+fn front(skin: &mut PanelSkin, covers: &mut PanelSkin, level: LampLevel) {
+    let ahead = |cell: CutRegion, x: f32| cell.within(-Vec3::X, -x);
     let back = |depth: f32| move |p: Vec3| p - Vec3::X * depth;
     let grille = ahead(
         across([
@@ -133,11 +133,11 @@ fn front(skin: &mut Skin, covers: &mut Skin, level: Level) {
     );
     let intake = ahead(across([(-0.1, 0.283), (0.46, 0.283), (0.54, 0.312), (0.52, 0.374), (-0.1, 0.384)]), 2.3);
     let vent = ahead(across([(0.62, 0.305), (0.71, 0.325), (0.70, 0.440), (0.655, 0.455), (0.625, 0.400)]), 2.2);
-    if level != Level::Far {
+    if level != LampLevel::Far {
         skin.paint(&ahead(across([(-1.0, 0.1), (1.0, 0.1), (1.0, 0.255), (-1.0, 0.268)]), 1.78), TRIM);
-        skin.paint(&grille.clone().grown(0.011), if level == Level::Near { CHROME } else { GLOSS });
+        skin.paint(&grille.clone().grown(0.011), if level == LampLevel::Near { CHROME } else { GLOSS });
     }
-    if level == Level::Near {
+    if level == LampLevel::Near {
         for (cell, depth) in [(&grille, 0.030), (&intake, 0.045), (&vent, 0.030)] {
             skin.recess(cell, back(depth), DARK, GLOSS);
         }
@@ -145,7 +145,7 @@ fn front(skin: &mut Skin, covers: &mut Skin, level: Level) {
         skin.paint(&grille, DARK);
         skin.paint(&intake, DARK);
         // 3 pixels by 1 where a car becomes far.
-        if level == Level::Mid {
+        if level == LampLevel::Mid {
             skin.paint(&vent, DARK);
         }
     }
@@ -156,22 +156,24 @@ fn front(skin: &mut Skin, covers: &mut Skin, level: Level) {
         .within(-Vec3::X, -2.14);
     let strip = lamp.clone().within(Vec3::new(0.30, 0.0, 1.0), 0.592 + 0.30 * 2.5);
     match level {
-        Level::Near => {
+        LampLevel::Near => {
             let inside = skin.recess(&lamp, |p| p - Vec3::new(0.060, 0.022, 0.0), GLOSS, GLOSS);
-            covers.faces.extend(inside.into_iter().map(|face| super::panel_cutting::Face { finish: CLEAR, ..face }));
+            covers
+                .faces
+                .extend(inside.into_iter().map(|face| super::panel_cutting::BodyFace { finish: CLEAR, ..face }));
             skin.paint(&strip.facing(Vec3::new(0.7, 0.7, 0.0), 0.2), DAYLIGHT);
         }
-        Level::Mid => {
+        LampLevel::Mid => {
             skin.paint(&lamp, HEAD);
             skin.paint(&strip, DAYLIGHT);
         }
-        Level::Far => skin.paint(&lamp, Finish::grey(Material::Lamp, 0.30)),
+        LampLevel::Far => skin.paint(&lamp, SurfaceFinish::grey(Material::Lamp, 0.30)),
     }
 }
 
 /// Rear lamps, the place of the plate, the bumper's lower part.
-fn rear(skin: &mut Skin, level: Level) {
-    let behind = |cell: Cell, x: f32| cell.within(Vec3::X, x);
+fn rear(skin: &mut PanelSkin, level: LampLevel) {
+    let behind = |cell: CutRegion, x: f32| cell.within(Vec3::X, x);
     let lamp = behind(
         across([(0.37, 0.774), (0.43, 0.760), (0.98, 0.752), (0.98, 0.880), (0.45, 0.872), (0.37, 0.852)]),
         -2.30,
@@ -184,8 +186,8 @@ fn rear(skin: &mut Skin, level: Level) {
     let valance = behind(across([(-1.0, 0.1), (1.0, 0.1), (1.0, 0.360), (-1.0, 0.372)]), -1.8);
     skin.paint(&valance, TRIM);
     let reflector = behind(across([(0.55, 0.418), (0.755, 0.428), (0.75, 0.456), (0.56, 0.446)]), -2.3);
-    if level == Level::Far {
-        skin.paint(&lamp, Finish::new(Material::BrakeLamp, [0.20, 0.35, 0.75]));
+    if level == LampLevel::Far {
+        skin.paint(&lamp, SurfaceFinish::new(Material::BrakeLamp, [0.20, 0.35, 0.75]));
         return;
     }
     skin.paint(&lamp.clone().grown(0.006), GLOSS);
@@ -200,7 +202,7 @@ fn rear(skin: &mut Skin, level: Level) {
     // A dark blade from lamp to lamp over the plate.
     skin.paint(&behind(across([(-0.1, 0.792), (0.35, 0.792), (0.35, 0.828), (-0.1, 0.828)]), -2.3), GLOSS);
     let pipe = behind(across([(0.47, 0.312), (0.63, 0.312), (0.655, 0.355), (0.455, 0.355)]), -2.2);
-    if level == Level::Near {
+    if level == LampLevel::Near {
         let ahead = |depth: f32| move |p: Vec3| p + Vec3::X * depth;
         skin.paint(&behind(across([(-0.1, 0.827), (0.35, 0.827), (0.35, 0.833), (-0.1, 0.833)]), -2.3), CHROME);
         skin.recess(&plate, ahead(0.034), PAINT, PAINT);
@@ -218,16 +220,16 @@ fn rear(skin: &mut Skin, level: Level) {
 }
 
 /// Doors, bonnet and boot lid.
-fn gaps(skin: &mut Skin, lines: &Lines) {
+fn gaps(skin: &mut PanelSkin, lines: &BodyLines) {
     let (seat, tail) = (lines.cabin_rear_m, lines.side_glass[9].0);
-    let mut draw = |cell: Cell| {
+    let mut draw = |cell: CutRegion| {
         for face in skin.cut(&cell) {
             let finish = match face.finish.material {
                 Material::Paint => GAP,
                 Material::BrakeLamp => DARK,
                 _ => face.finish,
             };
-            skin.faces.push(super::panel_cutting::Face { finish, ..face });
+            skin.faces.push(super::panel_cutting::BodyFace { finish, ..face });
         }
     };
     let door = |a, b| gap(1, a, b).within(-Vec3::Y, -0.6).facing(Vec3::Y, 0.3);

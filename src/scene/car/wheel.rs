@@ -1,10 +1,10 @@
 //! One wheel: tyre and a rim of five spokes, so that turning is seen. Axle along y through the origin, outer side towards
 //! +y, metres.
 
-use super::materials::{Level, WHEEL_RADIUS_M};
+use super::materials::{LampLevel, WHEEL_RADIUS_M};
 use crate::scene::{
     Material, Mesh,
-    mesh::{Finish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleSoup},
 };
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -16,25 +16,25 @@ pub const WHEEL_WIDTH_M: f32 = 0.22;
 
 /// The wheel at each level of detail, closed.
 pub fn wheels() -> [Mesh; 3] {
-    [Level::Near, Level::Mid, Level::Far].map(wheel)
+    [LampLevel::Near, LampLevel::Mid, LampLevel::Far].map(wheel)
 }
 
-fn wheel(level: Level) -> Mesh {
+fn wheel(level: LampLevel) -> Mesh {
     let mut soup = TriangleSoup::default();
     // 40 corners leave 1 mm between chord and circle, 10 leave 16.
     let sides = match level {
-        Level::Near => 40,
-        Level::Mid => 18,
-        Level::Far => 10,
+        LampLevel::Near => 40,
+        LampLevel::Mid => 18,
+        LampLevel::Far => 10,
     };
     let half = WHEEL_WIDTH_M / 2.0;
     let r = WHEEL_RADIUS_M;
-    let tyre = Finish::grey(Material::Tyre, 0.022);
-    let rim = Finish::grey(Material::Metal, 0.46);
+    let tyre = SurfaceFinish::grey(Material::Tyre, 0.022);
+    let rim = SurfaceFinish::grey(Material::Metal, 0.46);
     // Painted, not polished: spokes have to be seen turning in any light.
-    let alloy = Finish::grey(Material::Matt, 0.24);
-    let well = Finish::grey(Material::Matt, 0.02);
-    let inside = Finish::grey(Material::Matt, 0.015);
+    let alloy = SurfaceFinish::grey(Material::Matt, 0.24);
+    let well = SurfaceFinish::grey(Material::Matt, 0.02);
+    let inside = SurfaceFinish::grey(Material::Matt, 0.015);
     // From the middle of the inner side over the tread into the dish of the rim: (y, radius), finish up to the next.
     let profile = [
         (-0.085, 0.0, inside),
@@ -52,29 +52,30 @@ fn wheel(level: Level) -> Mesh {
     ];
     // Far away: tread, two sides, a bright disc.
     let flat = [(-half, 0.0, tyre), (-half, r, tyre), (half, r, tyre), (half, 0.215, rim), (half, 0.0, rim)];
-    let profile = if level == Level::Far { &flat[..] } else { &profile };
+    let profile = if level == LampLevel::Far { &flat[..] } else { &profile };
     for pair in profile.windows(2) {
         for k in 0..sides {
-            let at =
-                |(y, radius, _): (f32, f32, Finish), k: usize| around(radius, (k % sides) as f32 / sides as f32, y);
+            let at = |(y, radius, _): (f32, f32, SurfaceFinish), k: usize| {
+                around(radius, (k % sides) as f32 / sides as f32, y)
+            };
             soup.quad([at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)], pair[0].2);
         }
     }
-    if level == Level::Far {
+    if level == LampLevel::Far {
         return soup.into_mesh(40f32.to_radians());
     }
     for k in 0..SPOKES {
         let turn = k as f32 / SPOKES as f32;
-        if level == Level::Near {
+        if level == LampLevel::Near {
             // Each spoke is forked.
             [-0.026, 0.026].into_iter().for_each(|aside| spoke(&mut soup, turn + aside, 0.55, alloy));
         } else {
             spoke(&mut soup, turn, 1.0, alloy);
         }
     }
-    if level == Level::Near {
+    if level == LampLevel::Near {
         // Brake disc behind the spokes, bolts in front.
-        let disc = Finish::grey(Material::Metal, 0.30);
+        let disc = SurfaceFinish::grey(Material::Metal, 0.30);
         soup.ellipsoid(Vec3::new(0.0, half - 0.072, 0.0), Vec3::new(0.15, 0.012, 0.15), [4, 24], |_| disc);
         for k in 0..5 {
             let at = around(0.036, (k as f32 + 0.5) / 5.0, half - 0.020);
@@ -93,7 +94,7 @@ fn around(radius: f32, turn: f32, y: f32) -> Vec3 {
 }
 
 /// A tapered bar from the cap to the rim, its face slightly domed outwards.
-fn spoke(soup: &mut TriangleSoup, turn: f32, width: f32, finish: Finish) {
+fn spoke(soup: &mut TriangleSoup, turn: f32, width: f32, finish: SurfaceFinish) {
     let half = WHEEL_WIDTH_M / 2.0;
     // Half widths in turns: 34 mm at the cap, 22 mm at the rim.
     let ring = |radius: f32, half_width_m: f32, y_face: f32| {

@@ -4,7 +4,7 @@
 use crate::scene::{
     Material,
     car::materials::DARK,
-    mesh::{Finish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleSoup},
 };
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -19,9 +19,9 @@ const UP: Vec3 = Vec3::new(0.277, 0.0, 0.961);
 /// Half the width and height of the face, metres.
 const HALF_M: Vec2 = Vec2::new(0.088, 0.0715);
 /// Leather over the hood, its seam along the lip, the walls inside it.
-const HOOD: Finish = Finish::new(Material::Matt, [0.058, 0.054, 0.049]);
-const LIP: Finish = Finish::grey(Material::Matt, 0.13);
-const WALL: Finish = Finish::grey(Material::Matt, 0.024);
+const HOOD: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.058, 0.054, 0.049]);
+const LIP: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.13);
+const WALL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.024);
 
 /// The housing: from the dashboard to the hood's lip, back to the face.
 pub(in crate::scene) fn binnacle() -> TriangleSoup {
@@ -47,7 +47,7 @@ pub(in crate::scene) fn binnacle() -> TriangleSoup {
     };
     let mut all = TriangleSoup::default();
     // Open at both ends: the back is in the dashboard, and one looks into the front.
-    let mut wall = |rings: Vec<Vec<Vec3>>, finish: Finish| {
+    let mut wall = |rings: Vec<Vec<Vec3>>, finish: SurfaceFinish| {
         for pair in rings.windows(2) {
             for (k, next) in (0..CORNERS).map(|k| (k, (k + 1) % CORNERS)) {
                 all.quad([pair[0][k], pair[1][k], pair[1][next], pair[0][next]], finish);

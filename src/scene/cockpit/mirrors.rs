@@ -1,12 +1,12 @@
 //! The three mirrors of the full cockpit: the flat one at the windscreen's upper edge and a convex one on each door. In: the
-//! driver's eye, the body's place, the picture's angle. Out: [`Pane`]s, a glass in the world with the camera behind it, and
+//! driver's eye, the body's place, the picture's angle. Out: [`MirrorPane`]s, a glass in the world with the camera behind it, and
 //! the housings around them as meshes: origin in the middle of the glass, x towards the driver, y to the driver's right, z
 //! up, metres.
 
 use crate::scene::{
     Camera, Lens, Mesh, ViewOptions,
     car::materials::{GLOSS, PAINT, TRIM},
-    mesh::{Finish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleSoup},
 };
 use glam::{Affine3A, Mat3A, Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -32,7 +32,7 @@ const MARGIN_RAD: f32 = 0.020;
 
 /// A mirror's glass and what is seen in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pane {
+pub struct MirrorPane {
     /// Upper left, upper right and lower left corner as the driver sees them, world axes.
     pub corners: [Vec3; 3],
     /// The housing's frame in the body.
@@ -50,9 +50,9 @@ pub struct Pane {
 }
 
 /// The rear-view mirror with `rear` behind it, the left and the right one, of a car whose body is at `world_from_body`.
-pub(in crate::scene) fn panes(world_from_body: Affine3A, rear: Camera, options: &ViewOptions) -> [Pane; 3] {
+pub(in crate::scene) fn panes(world_from_body: Affine3A, rear: Camera, options: &ViewOptions) -> [MirrorPane; 3] {
     let eye = options.eye;
-    let first = Place::new(REAR_PLACE_M, REAR_M, options).pane(world_from_body, rear, options.mirror.bend(eye));
+    let first = GlassPlace::new(REAR_PLACE_M, REAR_M, options).pane(world_from_body, rear, options.mirror.bend(eye));
     let [left, right] = [1.0, -1.0].map(|side| {
         let home = SIDE_PLACE_M * Vec3::new(1.0, side, 1.0);
         let turn = Quat::from_rotation_z(-side * SIDE_YAW_RAD) * Quat::from_rotation_y(SIDE_PITCH_RAD);
@@ -62,20 +62,20 @@ pub(in crate::scene) fn panes(world_from_body: Affine3A, rear: Camera, options: 
             up: world_from_body.transform_vector3(turn * Vec3::Z),
             lens: Lens::Perspective { fov_x_rad: 2.0 * (SIDE_M.x / eye.distance(home)).atan() },
         };
-        Place::new(home, SIDE_M, options).pane(world_from_body, camera, eye.distance(home) / SIDE_RADIUS_M)
+        GlassPlace::new(home, SIDE_M, options).pane(world_from_body, camera, eye.distance(home) / SIDE_RADIUS_M)
     });
     [first, left, right]
 }
 
 /// Where a glass is in the body.
-struct Place {
+struct GlassPlace {
     body_from_glass: Affine3A,
     half_m: Vec2,
     width_share: f32,
     at_home: bool,
 }
 
-impl Place {
+impl GlassPlace {
     fn new(home: Vec3, half_m: Vec2, options: &ViewOptions) -> Self {
         let (eye, fov_x_rad) = (options.eye, options.fov_x_rad());
         let off = home - eye;
@@ -99,11 +99,11 @@ impl Place {
         }
     }
 
-    fn pane(&self, world_from_body: Affine3A, camera: Camera, bend: f32) -> Pane {
+    fn pane(&self, world_from_body: Affine3A, camera: Camera, bend: f32) -> MirrorPane {
         let world = world_from_body * self.body_from_glass;
         let corner =
             |right: f32, up: f32| world.transform_point3(Vec3::new(0.0, right * self.half_m.x, up * self.half_m.y));
-        Pane {
+        MirrorPane {
             corners: [corner(-1.0, 1.0), corner(1.0, 1.0), corner(-1.0, -1.0)],
             body_from_glass: self.body_from_glass,
             width_share: self.width_share,
@@ -144,7 +144,7 @@ pub(in crate::scene) fn housings() -> [Mesh; 4] {
 }
 
 /// A housing so deep, with a rim so wide around a glass of `half_m`.
-fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: Finish) -> TriangleSoup {
+fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: SurfaceFinish) -> TriangleSoup {
     const CORNERS: usize = 40;
     let ring = |x: f32, grown: f32| -> Vec<Vec3> {
         let corner = |k: usize| {
@@ -172,7 +172,7 @@ fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: Finish) -> TriangleSoup 
 }
 
 /// A round bar through three places.
-fn tube(all: &mut TriangleSoup, way: [Vec3; 3], radius_m: f32, finish: Finish) {
+fn tube(all: &mut TriangleSoup, way: [Vec3; 3], radius_m: f32, finish: SurfaceFinish) {
     const PLACES: usize = 9;
     let at = |t: f32| {
         // A parabola through the ends that bends towards the middle (Bézier).
@@ -196,7 +196,7 @@ mod tests {
     use super::*;
     use crate::scene::mesh::tests::{check, has_coat, open_edges};
 
-    fn pictured(screen_width_m: f32) -> ([Pane; 3], Camera, ViewOptions) {
+    fn pictured(screen_width_m: f32) -> ([MirrorPane; 3], Camera, ViewOptions) {
         let options = ViewOptions { screen_width_m, ..Default::default() };
         let lens = Lens::Perspective { fov_x_rad: options.fov_x_rad() };
         let camera = Camera { eye: options.eye, forward: Vec3::X, up: Vec3::Z, lens };
@@ -235,7 +235,7 @@ mod tests {
         for (pane, side) in panes[1..].iter().zip([1.0f32, -1.0]) {
             let Lens::Perspective { fov_x_rad } = pane.camera.lens else { panic!("a perspective") };
             let seen = |point: Vec3| {
-                // Where the glass shows it: a place of the flat picture, moved in by the curve (`render/develop.rs`).
+                // Where the glass shows it: a place of the flat picture, moved in by the curve (`render/post/tonemap.rs`).
                 let wide = Camera { lens: Lens::Perspective { fov_x_rad: 2.5 }, ..pane.camera };
                 let at = wide.project(point, 1.0).expect("behind the car");
                 let off = (at - 0.5) * 2.0 * 1.25f32.tan();

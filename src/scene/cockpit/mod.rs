@@ -8,25 +8,25 @@ pub(super) mod mirrors;
 use super::{
     Material, Mesh,
     car::{
-        Parts,
+        BodyParts,
         body_profile::{self, CABIN_FRONT_M, STYLES},
-        materials::{CHROME, CREASE_RAD, DARK, GLOSS, Level, TRIM},
-        panel_cutting::Skin,
+        materials::{CHROME, CREASE_RAD, DARK, GLOSS, LampLevel, TRIM},
+        panel_cutting::PanelSkin,
     },
-    mesh::{Finish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleSoup},
 };
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// Padded, grained plastic, and the dashboard's top with the faint sheen of a skin over foam.
-const PADDED: Finish = Finish::grey(Material::Matt, 0.034);
-const TOPPED: Finish = Finish::new(Material::Tyre, [0.058, 0.054, 0.049]);
+const PADDED: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.034);
+const TOPPED: SurfaceFinish = SurfaceFinish::new(Material::Tyre, [0.058, 0.054, 0.049]);
 /// A fin of a vent.
-const FIN: Finish = Finish::grey(Material::Matt, 0.050);
+const FIN: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.050);
 /// Side of the square over which the grain of plastic repeats, metres.
 const GRAIN_M: f32 = 0.26;
-const LINING: Finish = Finish::grey(Material::Matt, 0.070);
-const LEATHER: Finish = Finish::grey(Material::Tyre, 0.020);
+const LINING: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.070);
+const LEATHER: SurfaceFinish = SurfaceFinish::grey(Material::Tyre, 0.020);
 /// Where the steering wheel's hub is, metres: the rim stays below the instrument.
 const HUB_M: Vec3 = Vec3::new(0.56, 0.36, 0.786);
 /// Rear end of the wings, where the doors begin.
@@ -50,7 +50,7 @@ pub struct Cockpit {
     pub cabin: Mesh,
     /// Steering wheel, see [`Cockpit::body_from_wheel`].
     pub wheel: Mesh,
-    /// Housings of mirrors, see [`Pane::body_from_glass`](super::Pane::body_from_glass): the rear-view mirror's with its
+    /// Housings of mirrors, see [`Pane::body_from_glass`](super::MirrorPane::body_from_glass): the rear-view mirror's with its
     /// stalk, and those with their foot at the right, at the left and below.
     pub housings: [Mesh; 4],
 }
@@ -71,7 +71,7 @@ impl Cockpit {
 
 fn bonnet() -> Mesh {
     let lines = STYLES[0];
-    let mut shell = Parts::new(lines, Level::Near).shell;
+    let mut shell = BodyParts::new(lines, LampLevel::Near).shell;
     // What of the body lies before the windscreen or beside the dashboard and can be seen from above.
     let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > DOOR_M && p.z < 0.93));
     let mut sheet = shell.take(|face| face.corners.iter().all(|c| seen(c.flat)));
@@ -132,11 +132,11 @@ fn shelf() -> Mesh {
 }
 
 /// The doors below their windows, seen from within: they hide the road beside the scuttle.
-fn doors() -> Skin {
+fn doors() -> PanelSkin {
     const PARTS: usize = 8;
     const REAR_M: f32 = 0.40;
     let lines = STYLES[0];
-    let mut skin = Skin::default();
+    let mut skin = PanelSkin::default();
     for side in [-1.0, 1.0] {
         // From the belt inwards, then down.
         let place = |i: usize, row: usize| {
@@ -180,7 +180,7 @@ const VENT: [(f32, f32); 2] = [(0.040, -0.052), (0.082, -0.064)];
 
 /// From the foot of the windscreen to below the picture: a dark sill, the vents of the defroster, a padded shelf with a
 /// seam, rolled at its edges.
-fn scuttle() -> Skin {
+fn scuttle() -> PanelSkin {
     const COLUMNS: usize = 32;
     let rows = [
         ((-0.28, -0.090), DARK),
@@ -209,7 +209,7 @@ fn scuttle() -> Skin {
         let (width, up) = if back < 0.0 { (1.52, up - 0.004) } else { (1.70, up) };
         on_shelf((back, up), width * (column as f32 / COLUMNS as f32 - 0.5))
     };
-    let mut skin = Skin::default();
+    let mut skin = PanelSkin::default();
     for pair in rows.windows(2) {
         for column in 0..COLUMNS {
             let ([(a, finish), (b, _)], next) = ([pair[0], pair[1]], column + 1);
@@ -235,7 +235,7 @@ fn fins() -> TriangleSoup {
 }
 
 fn cabin() -> Mesh {
-    let mut skin = Skin::default();
+    let mut skin = PanelSkin::default();
     let lines = STYLES[0];
     // The doors' upper edges, from the dashboard to beside the eye.
     for side in [-1.0f32, 1.0] {
@@ -319,7 +319,7 @@ fn wheel() -> Mesh {
         };
         (0..14).map(corner).collect()
     };
-    soup.bar(5, mark, Finish::grey(Material::Tyre, 0.28));
+    soup.bar(5, mark, SurfaceFinish::grey(Material::Tyre, 0.28));
     // Hub and three spokes.
     soup.ellipsoid(Vec3::new(-0.012, 0.0, -0.005), Vec3::new(0.030, 0.078, 0.070), [14, 20], |_| LEATHER);
     soup.ellipsoid(Vec3::new(0.016, 0.0, 0.0), Vec3::new(0.008, 0.022, 0.016), [8, 14], |_| CHROME);

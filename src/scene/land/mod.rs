@@ -8,7 +8,7 @@ pub(super) mod verge;
 
 use self::{
     noise::{mix, shade, smoothstep},
-    road_distance::Near,
+    road_distance::RoadDistance,
 };
 use super::{Material, Mesh, Vertex};
 use glam::{IVec2, Vec2, Vec3};
@@ -27,13 +27,13 @@ const RANGES_M: f32 = 9000.0;
 
 /// The shape of the ground.
 pub(in crate::scene) struct Relief<'a> {
-    near: &'a Near,
+    near: &'a RoadDistance,
     seed: u64,
 }
 
 impl<'a> Relief<'a> {
     /// Ground around a road.
-    pub fn new(near: &'a Near, seed: u64) -> Self {
+    pub fn new(near: &'a RoadDistance, seed: u64) -> Self {
         Self { near, seed }
     }
 
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn the_land_never_covers_the_road() {
         for map in [ring(250.0), ring(1500.0), circuit()] {
-            let near = Near::new(&map.route);
+            let near = RoadDistance::new(&map.route);
             let mesh = ground(&Relief::new(&near, 5));
             check(&mesh, "land");
             for (corners, face) in faces(&mesh) {
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn the_ground_has_no_cracks_and_reaches_the_horizon() {
         let map = ring(250.0);
-        let near = Near::new(&map.route);
+        let near = RoadDistance::new(&map.route);
         let mesh = ground(&Relief::new(&near, 5));
         assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
         // Inside, every edge belongs to two triangles: open edges lie on the rim only.
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn hills_stand_above_the_eye_all_around() {
         let map = ring(250.0);
-        let near = Near::new(&map.route);
+        let near = RoadDistance::new(&map.route);
         let relief = Relief::new(&near, 5);
         for degrees in 0..360 {
             let direction = Vec2::from_angle((degrees as f32).to_radians());

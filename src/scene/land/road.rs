@@ -26,16 +26,16 @@ const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
 const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
 
 /// One strip between two columns: offset from the lane's edge (negative inside the lane as a fraction of the half width,
-/// see `Column`), height and colour at both.
-struct Strip {
+/// see `RoadColumn`), height and colour at both.
+struct RoadStrip {
     material: Material,
-    from: Column,
-    to: Column,
+    from: RoadColumn,
+    to: RoadColumn,
 }
 
 /// A line of corners along the road.
 #[derive(Clone, Copy)]
-struct Column {
+struct RoadColumn {
     /// Offset from the centre line in half lane widths.
     halves: f32,
     /// Plus this many metres outwards.
@@ -46,12 +46,12 @@ struct Column {
     ragged_m: f32,
 }
 
-fn column(halves: f32, beyond_m: f32, colour: [f32; 3]) -> Column {
-    Column { halves, beyond_m, z_m: 0.0, colour, ragged_m: 0.0 }
+fn column(halves: f32, beyond_m: f32, colour: [f32; 3]) -> RoadColumn {
+    RoadColumn { halves, beyond_m, z_m: 0.0, colour, ragged_m: 0.0 }
 }
 
 /// The road's right half from the middle outwards is the mirror image of its left half.
-fn left_half() -> Vec<Strip> {
+fn left_half() -> Vec<RoadStrip> {
     // Tyres polish and darken two tracks; the middle keeps a film of oil.
     let middle = column(0.0, 0.0, shade(ASPHALT, 0.93));
     let track = column(0.45, 0.0, shade(ASPHALT, 0.88));
@@ -61,9 +61,9 @@ fn left_half() -> Vec<Strip> {
     let shoulder = column(1.0, LINE_STRIP_M[1], shade(ASPHALT, 1.10));
     let asphalt_end = column(1.0, SHOULDER_M, shade(ASPHALT, 1.22));
     // The colour of the grass that grows there is the land's own; the shader knows that of gravel.
-    let gravel_end = Column { z_m: -0.02, ragged_m: 0.16, ..column(1.0, SHOULDER_M + 0.42, [0.0; 3]) };
-    let under = Column { z_m: -0.14, ..column(1.0, SHOULDER_M + VERGE_M, [0.0; 3]) };
-    let strip = |material, from, to| Strip { material, from, to };
+    let gravel_end = RoadColumn { z_m: -0.02, ragged_m: 0.16, ..column(1.0, SHOULDER_M + 0.42, [0.0; 3]) };
+    let under = RoadColumn { z_m: -0.14, ..column(1.0, SHOULDER_M + VERGE_M, [0.0; 3]) };
+    let strip = |material, from, to| RoadStrip { material, from, to };
     vec![
         strip(Material::Asphalt, middle, track),
         strip(Material::Asphalt, track, outside),
@@ -102,7 +102,7 @@ fn corner(
     route: &Route,
     relief: &Relief,
     s_m: f64,
-    column: &Column,
+    column: &RoadColumn,
     side: f32,
     material: Material,
     seed: u64,
@@ -159,7 +159,7 @@ fn rows(route: &Route) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::land::road_distance::Near;
+    use crate::scene::land::road_distance::RoadDistance;
     use crate::scene::mesh::tests::{check, faces};
     use crate::scene::static_scene::tests::{circuit, ring};
 
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn the_road_faces_up_and_closes() {
         for map in [ring(250.0), circuit()] {
-            let near = Near::new(&map.route);
+            let near = RoadDistance::new(&map.route);
             let mesh = road(&map.route, &Relief::new(&near, 1), 1);
             check(&mesh, "road");
             assert!(faces(&mesh).all(|(_, face)| face.z > 0.0));
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn asphalt_covers_the_lane_and_lines_stand_at_its_edges() {
         for map in [ring(250.0), ring(641.0), circuit()] {
-            let near = Near::new(&map.route);
+            let near = RoadDistance::new(&map.route);
             let mesh = road(&map.route, &Relief::new(&near, 1), 1);
             let mut s_m = 0.0;
             while s_m < map.route.length_m() {

@@ -10,7 +10,7 @@ const FINE_M: f64 = 0.5;
 const FINE_PER_COARSE: usize = 32;
 
 /// The centre line as points, with every 32nd as a first look.
-pub(in crate::scene) struct Near {
+pub(in crate::scene) struct RoadDistance {
     fine: Vec<Vec2>,
     /// Largest half lane width, metres.
     half_lane_m: f32,
@@ -18,7 +18,7 @@ pub(in crate::scene) struct Near {
     radius_m: f32,
 }
 
-impl Near {
+impl RoadDistance {
     /// Samples the route.
     pub fn new(route: &Route) -> Self {
         let n = (route.length_m() / FINE_M).ceil().max(1.0) as usize;
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn distances_are_those_of_the_route() {
         let map = ring(250.0);
-        let near = Near::new(&map.route);
+        let near = RoadDistance::new(&map.route);
         let mut random = rng::stream(1, "test");
         for _ in 0..500 {
             let point = Vec2::new(random.uniform(-150.0, 150.0) as f32, random.uniform(-150.0, 150.0) as f32);

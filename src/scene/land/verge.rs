@@ -5,14 +5,14 @@ use super::{
     Relief,
     noise::{self, shade, smoothstep},
     road::{self, SHOULDER_M},
-    road_distance::Near,
+    road_distance::RoadDistance,
 };
 use crate::{
     map::Route,
     rng,
     scene::{
         Material, Mesh, TreePlace, Vertex,
-        mesh::{Finish, TriangleSoup},
+        mesh::{SurfaceFinish, TriangleSoup},
         trees::leaf_cards::VARIANTS,
     },
 };
@@ -67,7 +67,7 @@ pub(in crate::scene) fn tuft(seed: u64) -> Mesh {
 }
 
 /// Where tufts grow: densest at the edge of the gravel, in drifts further out.
-pub(in crate::scene) fn sow(near: &Near, relief: &Relief, seed: u64) -> Vec<TreePlace> {
+pub(in crate::scene) fn sow(near: &RoadDistance, relief: &Relief, seed: u64) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "tufts");
     let mut draw = |high: f32| random.uniform(0.0, f64::from(high)) as f32;
     let reach = ((near.radius_m() + SHOULDER_M + TUFTS_M) / TUFT_EVERY_M).ceil() as i32;
@@ -139,8 +139,8 @@ pub(in crate::scene) fn posts(route: &Route) -> Mesh {
 
 /// One post: white, a black band near its top, in it a reflector to either side. Front towards -x.
 fn post() -> Mesh {
-    let white = Finish::grey(Material::Matt, 0.72);
-    let black = Finish::grey(Material::Matt, 0.015);
+    let white = SurfaceFinish::grey(Material::Matt, 0.72);
+    let black = SurfaceFinish::grey(Material::Matt, 0.015);
     let mut soup = TriangleSoup::default();
     // A triangle with blunt corners, as moulded posts have; its edge points away from the road.
     let outline = [(-0.045, 0.055), (-0.012, -0.055), (0.012, -0.055), (0.045, 0.055), (0.03, 0.065), (-0.03, 0.065)];
@@ -161,7 +161,7 @@ fn post() -> Mesh {
         soup.cuboid(
             Vec3::new(side * 0.034, 0.022, 0.765),
             Vec3::new(0.008, 0.016, 0.075),
-            Finish::grey(Material::Lamp, 0.8),
+            SurfaceFinish::grey(Material::Lamp, 0.8),
         );
     }
     soup.into_mesh(0.5)
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn tufts_grow_beside_the_road_only() {
         for map in [ring(250.0), circuit()] {
-            let near = Near::new(&map.route);
+            let near = RoadDistance::new(&map.route);
             let places = sow(&near, &Relief::new(&near, 3), 3);
             assert!((2000..=MOST_TUFTS).contains(&places.len()), "{}", places.len());
             for place in &places {

@@ -8,7 +8,7 @@ use crate::{
         land::{
             Relief,
             noise::{self, smoothstep},
-            road_distance::Near,
+            road_distance::RoadDistance,
         },
         trees,
     },
@@ -39,7 +39,13 @@ struct Seedling {
 }
 
 /// Plants at most `most` trees.
-pub(in crate::scene) fn plant(near: &Near, relief: &Relief, models: &[Mesh], seed: u64, most: usize) -> Vec<TreePlace> {
+pub(in crate::scene) fn plant(
+    near: &RoadDistance,
+    relief: &Relief,
+    models: &[Mesh],
+    seed: u64,
+    most: usize,
+) -> Vec<TreePlace> {
     let crowns: Vec<f32> = models.iter().map(crown_radius_m).collect();
     let mut random = rng::stream(seed, "trees");
     let reach = ((near.radius_m() + FOREST_M) / SEEDLING_M).ceil() as i32;
@@ -64,7 +70,14 @@ pub(in crate::scene) fn crown_radius_m(model: &Mesh) -> f32 {
     model.vertices.iter().map(|v| Vec3::from(v.position).truncate().length()).fold(0.0, f32::max)
 }
 
-fn seedling(near: &Near, relief: &Relief, crowns: &[f32], seed: u64, point: Vec2, draw: &[f32; 6]) -> Option<Seedling> {
+fn seedling(
+    near: &RoadDistance,
+    relief: &Relief,
+    crowns: &[f32],
+    seed: u64,
+    point: Vec2,
+    draw: &[f32; 6],
+) -> Option<Seedling> {
     let distance = near.distance_m(point);
     if distance > FOREST_M || distance < near.half_lane_m() + TRUNK_FREE_M {
         return None;
@@ -128,7 +141,7 @@ pub(in crate::scene) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Ve
 }
 
 /// Woods on the hills around, in drifts with open land between them; none where a stage has no trees at all.
-pub(in crate::scene) fn horizon(near: &Near, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
+pub(in crate::scene) fn horizon(near: &RoadDistance, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "horizon");
     let mut places = Vec::new();
     for _ in 0..MOST_DISTANT * 10 {
@@ -170,8 +183,8 @@ mod tests {
     use crate::scene::static_scene::tests::{circuit, ring};
     use crate::scene::{StaticScene, land::road};
 
-    fn stage(map: &RoadMap) -> (StaticScene, Near) {
-        (StaticScene::build(map, 1), Near::new(&map.route))
+    fn stage(map: &RoadMap) -> (StaticScene, RoadDistance) {
+        (StaticScene::build(map, 1), RoadDistance::new(&map.route))
     }
 
     #[test]

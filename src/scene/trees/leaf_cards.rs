@@ -1,7 +1,7 @@
 //! Leaf cards: flat pieces that the tree shader cuts into leaves or needles. In: where a card lies and how large
 //! it is. Out: two triangles a card, lit as a part of its crown. Metres.
 //!
-//! The texture coordinates carry more than a place on the card: the whole part of half of `v` is the card's [`Cut`],
+//! The texture coordinates carry more than a place on the card: the whole part of half of `v` is the card's [`CardCut`],
 //! that of half of `u` a number by which two cards of one cut differ; what is left over is the place, 0 to 1.
 
 use crate::scene::{Material, Mesh, Vertex, land::noise::shade};
@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 
 /// How much a model shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::scene) enum Detail {
+pub(in crate::scene) enum ModelDetail {
     /// Every twig: at most 1500 triangles.
     Near,
     /// Boughs: at most 400.
@@ -21,7 +21,7 @@ pub(in crate::scene) enum Detail {
 /// What the shader cuts out of a card (`render/leaves.rs` has the same numbers).
 #[repr(u8)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::scene) enum Cut {
+pub(in crate::scene) enum CardCut {
     /// A spray of some twenty leaves.
     Spray = 0,
     /// The same with leaves half as large, on cards twice as large.
@@ -37,7 +37,7 @@ pub(in crate::scene) const VARIANTS: usize = 8;
 
 /// A flat piece: middle, half sides.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct Card {
+pub(in crate::scene) struct LeafCard {
     /// Middle.
     pub at: Vec3,
     /// From the middle to the edge where `u` is 1.
@@ -49,19 +49,19 @@ pub(in crate::scene) struct Card {
     /// Which of the [`VARIANTS`].
     pub variant: usize,
     /// What is cut out.
-    pub cut: Cut,
+    pub cut: CardCut,
 }
 
 /// Where a crown is, for the light on its leaves.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct Crown {
+pub(in crate::scene) struct TreeCrown {
     /// Middle.
     pub middle: Vec3,
     /// Half axes.
     pub half: Vec3,
 }
 
-impl Crown {
+impl TreeCrown {
     /// How far out a point is: 0 the middle, 1 the hull.
     pub fn outside(&self, position: Vec3) -> f32 {
         ((position - self.middle) / self.half).length()
@@ -78,14 +78,14 @@ impl Crown {
     }
 }
 
-impl Card {
+impl LeafCard {
     /// Texture coordinates of the place (0..1, 0..1).
     pub fn uv(&self, place: Vec2) -> Vec2 {
         place + 2.0 * Vec2::new(self.variant as f32, self.cut as u8 as f32)
     }
 
     /// The card `times` as large, drawn into its crown by a share of what it has grown, so that the outline stays.
-    pub fn grown(&self, times: f32, inwards: f32, crown: &Crown) -> Self {
+    pub fn grown(&self, times: f32, inwards: f32, crown: &TreeCrown) -> Self {
         let grown = (self.across.length() + self.along.length()) / 2.0 * (times - 1.0);
         let out = (self.at - crown.middle).normalize_or_zero();
         let at = self.at - out * grown * inwards;
@@ -93,7 +93,7 @@ impl Card {
     }
 
     /// Adds the card to a mesh.
-    pub fn draw(&self, mesh: &mut Mesh, crown: &Crown) {
+    pub fn draw(&self, mesh: &mut Mesh, crown: &TreeCrown) {
         let first = mesh.vertices.len() as u32;
         for place in [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y] {
             let from_middle = self.across * (2.0 * place.x - 1.0) + self.along * (2.0 * place.y - 1.0);
@@ -107,14 +107,14 @@ impl Card {
 
 /// One card for every so many that are next to each other, in their middle and of their mean colour, and for how many of
 /// them it stands (k-means from every so many-th card on; Lloyd 1982).
-pub(in crate::scene) fn gathered(cards: &[Card], every: usize) -> Vec<(Card, usize)> {
+pub(in crate::scene) fn gathered(cards: &[LeafCard], every: usize) -> Vec<(LeafCard, usize)> {
     const ROUNDS: usize = 4;
-    let mut seeds: Vec<Card> = cards.iter().step_by(every).copied().collect();
+    let mut seeds: Vec<LeafCard> = cards.iter().step_by(every).copied().collect();
     let mut groups = Vec::new();
     for _ in 0..ROUNDS {
         groups = vec![(Vec3::ZERO, Vec3::ZERO, 0); seeds.len()];
         for card in cards {
-            let distance = |seed: &Card| seed.at.distance_squared(card.at);
+            let distance = |seed: &LeafCard| seed.at.distance_squared(card.at);
             let nearest = (0..seeds.len()).min_by(|&a, &b| distance(&seeds[a]).total_cmp(&distance(&seeds[b])));
             let (at, colour, count) = &mut groups[nearest.expect("a seed for every so many cards")];
             *at += card.at;

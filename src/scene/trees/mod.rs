@@ -1,12 +1,12 @@
 //! Tree models, foot at the origin, metres: an oak, a maple, a birch, a spruce and a hazel bush, each grown once and drawn
-//! at three [`Detail`]s from the same boughs, so that near and far trees have one shape. Broad-leaved trees: a wandering
+//! at three [`ModelDetail`]s from the same boughs, so that near and far trees have one shape. Broad-leaved trees: a wandering
 //! stem, boughs by the golden angle whose reach follows the species' outline, twigs on them, leaf cards along the twigs.
 
 pub(super) mod forest;
 pub(super) mod leaf_cards;
 pub(super) mod spruce;
 
-use self::leaf_cards::{Card, Crown, Cut, Detail, VARIANTS, gathered, stem};
+use self::leaf_cards::{CardCut, LeafCard, ModelDetail, TreeCrown, VARIANTS, gathered, stem};
 use super::{
     Material, Mesh, Vertex,
     land::noise::{mix, shade},
@@ -24,13 +24,13 @@ pub(in crate::scene) const BUSH: usize = 4;
 pub(in crate::scene) const SPRUCE: usize = 3;
 
 /// All models in a fixed order.
-pub(in crate::scene) fn models(seed: u64, detail: Detail) -> Vec<Mesh> {
-    let broad = |kind| Grown::new(kind, seed).draw(detail);
+pub(in crate::scene) fn models(seed: u64, detail: ModelDetail) -> Vec<Mesh> {
+    let broad = |kind| TreeSkeleton::new(kind, seed).draw(detail);
     vec![broad(&OAK), broad(&MAPLE), broad(&BIRCH), spruce::spruce(seed, detail), broad(&HAZEL)]
 }
 
 /// The measures of a broad-leaved tree.
-struct Broad {
+struct BroadLeafMeasures {
     name: &'static str,
     height_m: f32,
     width_m: f32,
@@ -50,12 +50,12 @@ struct Broad {
     /// Half the side of a leaf card, metres.
     card_m: f32,
     /// What is cut out of the cards near by.
-    cut: Cut,
+    cut: CardCut,
     bark: [f32; 3],
     leaf: [f32; 3],
 }
 
-const OAK: Broad = Broad {
+const OAK: BroadLeafMeasures = BroadLeafMeasures {
     name: "oak",
     height_m: 10.8,
     width_m: 8.8,
@@ -68,11 +68,11 @@ const OAK: Broad = Broad {
     droop: -0.10,
     cards: 560,
     card_m: 0.60,
-    cut: Cut::Spray,
+    cut: CardCut::Spray,
     bark: [0.175, 0.145, 0.114],
     leaf: [0.084, 0.124, 0.037],
 };
-const MAPLE: Broad = Broad {
+const MAPLE: BroadLeafMeasures = BroadLeafMeasures {
     name: "maple",
     height_m: 9.4,
     width_m: 6.4,
@@ -85,11 +85,11 @@ const MAPLE: Broad = Broad {
     droop: 0.05,
     cards: 520,
     card_m: 0.50,
-    cut: Cut::Spray,
+    cut: CardCut::Spray,
     bark: [0.200, 0.172, 0.142],
     leaf: [0.100, 0.142, 0.044],
 };
-const BIRCH: Broad = Broad {
+const BIRCH: BroadLeafMeasures = BroadLeafMeasures {
     name: "birch",
     height_m: 12.0,
     width_m: 4.8,
@@ -102,11 +102,11 @@ const BIRCH: Broad = Broad {
     droop: 0.42,
     cards: 480,
     card_m: 0.44,
-    cut: Cut::Fine,
+    cut: CardCut::Fine,
     bark: [0.52, 0.50, 0.46],
     leaf: [0.118, 0.156, 0.060],
 };
-const HAZEL: Broad = Broad {
+const HAZEL: BroadLeafMeasures = BroadLeafMeasures {
     name: "hazel",
     height_m: 2.7,
     width_m: 3.2,
@@ -119,7 +119,7 @@ const HAZEL: Broad = Broad {
     droop: 0.15,
     cards: 330,
     card_m: 0.27,
-    cut: Cut::Fine,
+    cut: CardCut::Fine,
     bark: [0.14, 0.115, 0.088],
     leaf: [0.092, 0.132, 0.044],
 };
@@ -133,11 +133,11 @@ struct Limb {
 }
 
 /// A tree before it is drawn.
-struct Grown {
-    kind: &'static Broad,
+struct TreeSkeleton {
+    kind: &'static BroadLeafMeasures,
     limbs: Vec<Limb>,
-    cards: Vec<Card>,
-    crown: Crown,
+    cards: Vec<LeafCard>,
+    crown: TreeCrown,
     lumps: Vec<(Vec3, f32)>,
 }
 
@@ -151,7 +151,7 @@ fn any_direction(random: &mut Stream) -> Vec3 {
     (Vec2::from_angle(draw(random, 0.0, TAU)) * (1.0 - z * z).sqrt()).extend(z)
 }
 
-impl Broad {
+impl BroadLeafMeasures {
     /// Reach of the crown at the height `t` in it (0 its foot, 1 its top), as a fraction of half its width.
     fn outline(&self, t: f32) -> f32 {
         let d = if t < self.widest {
@@ -182,12 +182,12 @@ impl Limb {
     }
 }
 
-impl Grown {
-    fn new(kind: &'static Broad, seed: u64) -> Self {
+impl TreeSkeleton {
+    fn new(kind: &'static BroadLeafMeasures, seed: u64) -> Self {
         let mut random = rng::stream(seed, kind.name);
         let random = &mut random;
         let crown_low = kind.height_m * kind.crown_from;
-        let crown = Crown {
+        let crown = TreeCrown {
             middle: Vec3::Z * (crown_low + (kind.height_m - crown_low) * (0.35 + 0.3 * kind.widest)),
             half: Vec3::new(kind.width_m, kind.width_m, kind.height_m - crown_low) / 2.0,
         };
@@ -209,31 +209,31 @@ impl Grown {
         Self { kind, limbs, cards, crown, lumps }
     }
 
-    fn draw(&self, detail: Detail) -> Mesh {
+    fn draw(&self, detail: ModelDetail) -> Mesh {
         let mut mesh = Mesh::default();
         // Sides of a limb by its order; none is left out.
         let sides: [u32; 3] = match detail {
-            Detail::Near => [8, 3, 0],
-            Detail::Mid => [5, 0, 0],
-            Detail::Shade => [3, 0, 0],
+            ModelDetail::Near => [8, 3, 0],
+            ModelDetail::Mid => [5, 0, 0],
+            ModelDetail::Shade => [3, 0, 0],
         };
         for limb in self.limbs.iter().filter(|limb| sides[limb.order] > 0) {
             // In the shade, of several stems only one is seen.
-            if matches!(detail, Detail::Near | Detail::Mid) || mesh.vertices.is_empty() {
+            if matches!(detail, ModelDetail::Near | ModelDetail::Mid) || mesh.vertices.is_empty() {
                 stem(&mut mesh, &limb.path, &limb.radii, sides[limb.order], self.kind.bark);
             }
         }
         let mut cards = match detail {
-            Detail::Near => self.cards.clone(),
-            Detail::Mid => {
+            ModelDetail::Near => self.cards.clone(),
+            ModelDetail::Mid => {
                 // One for four stands closer to the middle of the crown than the outermost of them did.
-                let merged = |(card, count): (Card, usize)| {
+                let merged = |(card, count): (LeafCard, usize)| {
                     let times = 1.85 * (count as f32 / 4.0).sqrt().clamp(0.6, 1.4);
-                    Card { cut: Cut::Mass, ..card.grown(times, 0.2, &self.crown) }
+                    LeafCard { cut: CardCut::Mass, ..card.grown(times, 0.2, &self.crown) }
                 };
                 gathered(&self.cards, 4).into_iter().map(merged).collect()
             }
-            Detail::Shade => {
+            ModelDetail::Shade => {
                 let mut random = rng::stream(0, self.kind.name);
                 self.lumps.iter().for_each(|&(at, size)| lump(&mut mesh, &mut random, at, size));
                 return mesh;
@@ -247,7 +247,7 @@ impl Grown {
 }
 
 /// The `k`th stem from the ground to near the top.
-fn stem_of(kind: &Broad, k: usize, random: &mut Stream) -> Limb {
+fn stem_of(kind: &BroadLeafMeasures, k: usize, random: &mut Stream) -> Limb {
     let spread = if kind.stems == 1 { 0.035 } else { 0.22 };
     let lean = Vec2::from_angle(TAU * k as f32 / kind.stems as f32 + draw(random, -0.4, 0.4)) * spread * kind.height_m;
     let mut wander = || Vec2::new(draw(random, -1.0, 1.0), draw(random, -1.0, 1.0)) * 0.02 * kind.height_m;
@@ -263,7 +263,7 @@ fn stem_of(kind: &Broad, k: usize, random: &mut Stream) -> Limb {
 }
 
 /// A bough from the height `t` of the crown outwards.
-fn bough_of(kind: &Broad, stem: &Limb, t: f32, azimuth: f32, random: &mut Stream) -> Limb {
+fn bough_of(kind: &BroadLeafMeasures, stem: &Limb, t: f32, azimuth: f32, random: &mut Stream) -> Limb {
     let crown_m = kind.height_m * (1.0 - kind.crown_from);
     // It leaves the stem below the height where its end will be.
     let from = (kind.crown_from * 0.9 + (1.0 - kind.crown_from) * t * 0.86).clamp(0.03, 0.97);
@@ -300,7 +300,7 @@ fn twig_of(bough: &Limb, from: f32, side: f32, random: &mut Stream) -> Limb {
 }
 
 /// Leaf cards along the outer part of boughs and twigs and about the tips of the stems.
-fn leaves(kind: &Broad, limbs: &[Limb], random: &mut Stream) -> Vec<Card> {
+fn leaves(kind: &BroadLeafMeasures, limbs: &[Limb], random: &mut Stream) -> Vec<LeafCard> {
     // Longer limbs bear more.
     let bears = |limb: &Limb| limb.length_m() * if limb.order == 0 { 0.16 * kind.crown_from + 0.10 } else { 1.0 } + 0.2;
     let weights: Vec<f32> = limbs.iter().map(bears).collect();
@@ -325,7 +325,7 @@ fn leaves(kind: &Broad, limbs: &[Limb], random: &mut Stream) -> Vec<Card> {
         let (x, y) = face.any_orthonormal_pair();
         let (sin, cos) = draw(random, 0.0, TAU).sin_cos();
         let tint = 0.6 * tints[index] + 0.4 * draw(random, 0.0, 1.0);
-        cards.push(Card {
+        cards.push(LeafCard {
             at: at.max(Vec3::new(f32::MIN, f32::MIN, size * 0.4)),
             across: (x * cos + y * sin) * size,
             along: (y * cos - x * sin) * size,
@@ -389,9 +389,9 @@ mod tests {
 
     #[test]
     fn trees_are_sound_and_as_small_as_their_distance_allows() {
-        let near = models(1, Detail::Near);
+        let near = models(1, ModelDetail::Near);
         assert_eq!(near.len(), KINDS);
-        let levels = [(Detail::Near, 500, 1500), (Detail::Mid, 100, 400), (Detail::Shade, 60, 450)];
+        let levels = [(ModelDetail::Near, 500, 1500), (ModelDetail::Mid, 100, 400), (ModelDetail::Shade, 60, 450)];
         for (detail, least, most) in levels {
             for (kind, (mesh, near)) in models(1, detail).iter().zip(&near).enumerate() {
                 check(mesh, "tree");
@@ -406,7 +406,7 @@ mod tests {
 
     #[test]
     fn a_card_says_its_cut_its_variant_and_its_place() {
-        for mesh in models(1, Detail::Near).iter().chain(&models(1, Detail::Mid)) {
+        for mesh in models(1, ModelDetail::Near).iter().chain(&models(1, ModelDetail::Mid)) {
             for v in mesh.vertices.iter().filter(|v| v.material == Material::Leaves as u32) {
                 let [variant, cut] = v.uv.map(|c| (c / 2.0).floor());
                 assert!((0.0..VARIANTS as f32).contains(&variant) && (0.0..=4.0).contains(&cut), "{v:?}");
@@ -420,7 +420,7 @@ mod tests {
     #[test]
     fn crowns_are_irregular() {
         // Seen from above, the outline's radius varies by more than a tenth of itself: no lollipops.
-        for (kind, mesh) in models(1, Detail::Near).iter().enumerate() {
+        for (kind, mesh) in models(1, ModelDetail::Near).iter().enumerate() {
             let mut reach = [0f32; 24];
             for v in mesh.vertices.iter().filter(|v| v.material == Material::Leaves as u32) {
                 let p = Vec3::from(v.position).truncate();

@@ -1,7 +1,7 @@
 //! The spruce: whorls of drooping boughs up a straight stem, long below, short above. In: a seed and a detail. Out: a mesh,
 //! foot at the origin, metres. Every bough is a bent strip of leaf cards with a second one hanging under it.
 
-use super::leaf_cards::{Card, Crown, Cut, Detail, VARIANTS, stem};
+use super::leaf_cards::{CardCut, LeafCard, ModelDetail, TreeCrown, VARIANTS, stem};
 use crate::{
     rng,
     scene::{
@@ -21,21 +21,21 @@ const ON_GROUND: Vec3 = Vec3::new(f32::MIN, f32::MIN, 0.0);
 const BARK: [f32; 3] = [0.155, 0.118, 0.092];
 
 /// Whorls, boughs in a whorl and width of a bough as a fraction of its length.
-fn counts(detail: Detail) -> (usize, usize, f32) {
+fn counts(detail: ModelDetail) -> (usize, usize, f32) {
     match detail {
-        Detail::Near => (20, 9, 0.36),
-        Detail::Mid => (16, 6, 0.56),
-        Detail::Shade => (5, 7, 0.0),
+        ModelDetail::Near => (20, 9, 0.36),
+        ModelDetail::Mid => (16, 6, 0.56),
+        ModelDetail::Shade => (5, 7, 0.0),
     }
 }
 
 /// The spruce at a detail.
-pub(in crate::scene) fn spruce(seed: u64, detail: Detail) -> Mesh {
+pub(in crate::scene) fn spruce(seed: u64, detail: ModelDetail) -> Mesh {
     let mut random = rng::stream(seed, "spruce");
     let mut draw = |low: f32, high: f32| random.uniform(f64::from(low), f64::from(high)) as f32;
     let mut mesh = Mesh::default();
     let (whorls, boughs, wide) = counts(detail);
-    let sides = if detail == Detail::Near { 7 } else { 3 };
+    let sides = if detail == ModelDetail::Near { 7 } else { 3 };
     let path = [Vec3::Z * -0.1, Vec3::Z * HEIGHT_M * 0.5, Vec3::Z * (HEIGHT_M - 0.3)];
     stem(&mut mesh, &path, &[0.20, 0.10, 0.012], sides, BARK);
     for whorl in (0..whorls).rev() {
@@ -43,7 +43,7 @@ pub(in crate::scene) fn spruce(seed: u64, detail: Detail) -> Mesh {
         let z = FOOT_M + (HEIGHT_M - FOOT_M) * t.powf(0.93);
         let radius = RADIUS_M * (1.0 - t).powf(0.82) * draw(0.9, 1.06) + 0.18;
         let turn = draw(0.0, TAU);
-        if detail == Detail::Shade {
+        if detail == ModelDetail::Shade {
             skirt(&mut mesh, z - radius * 0.25, (z + HEIGHT_M * 0.30).min(HEIGHT_M), radius * 0.9, turn, boughs);
             continue;
         }
@@ -59,7 +59,7 @@ pub(in crate::scene) fn spruce(seed: u64, detail: Detail) -> Mesh {
             bough(&mut mesh, &Bough { foot, azimuth, pitch, length, wide, colour, variant }, detail);
         }
     }
-    if detail != Detail::Shade {
+    if detail != ModelDetail::Shade {
         leader(&mut mesh);
     }
     mesh
@@ -77,7 +77,7 @@ struct Bough {
 }
 
 /// A strip from the stem outwards, near by bent in the middle, with a curtain of twigs under it.
-fn bough(mesh: &mut Mesh, bough: &Bough, detail: Detail) {
+fn bough(mesh: &mut Mesh, bough: &Bough, detail: ModelDetail) {
     let out = Vec2::from_angle(bough.azimuth);
     let point = |share: f32| {
         // Down, and up again at its end.
@@ -85,7 +85,7 @@ fn bough(mesh: &mut Mesh, bough: &Bough, detail: Detail) {
         bough.foot + (out * bough.length * share).extend(up)
     };
     let aside = out.perp().extend(0.0) * bough.length * bough.wide;
-    let shares: &[f32] = if detail == Detail::Near { &[0.02, 0.5, 1.0] } else { &[0.02, 1.0] };
+    let shares: &[f32] = if detail == ModelDetail::Near { &[0.02, 0.5, 1.0] } else { &[0.02, 1.0] };
     let mut strip = |aside: Vec3, drop: f32, light: f32| {
         let first = mesh.vertices.len() as u32;
         for &share in shares {
@@ -97,7 +97,7 @@ fn bough(mesh: &mut Mesh, bough: &Bough, detail: Detail) {
                 // Dark at the stem, light at the young tips.
                 let light = light * (0.42 + 0.85 * share) * if hang == Vec3::ZERO { 1.0 } else { 0.7 };
                 let uv = Vec2::new(0.5 + 0.5 * side, share)
-                    + 2.0 * Vec2::new(bough.variant as f32, f32::from(Cut::Bough as u8));
+                    + 2.0 * Vec2::new(bough.variant as f32, f32::from(CardCut::Bough as u8));
                 mesh.vertex(Vertex::new(position, normal, shade(bough.colour, light), uv, Material::Leaves));
             }
         }
@@ -108,20 +108,20 @@ fn bough(mesh: &mut Mesh, bough: &Bough, detail: Detail) {
     };
     strip(aside, 0.0, 1.0);
     // Fewer boughs have more under them.
-    strip(aside * 0.18, if detail == Detail::Near { 0.30 } else { 0.50 }, 0.85);
+    strip(aside * 0.18, if detail == ModelDetail::Near { 0.30 } else { 0.50 }, 0.85);
 }
 
 /// The tip: two upright cards that cross.
 fn leader(mesh: &mut Mesh) {
-    let crown = Crown { middle: Vec3::Z * (HEIGHT_M - 2.0), half: Vec3::splat(2.0) };
+    let crown = TreeCrown { middle: Vec3::Z * (HEIGHT_M - 2.0), half: Vec3::splat(2.0) };
     for across in [Vec3::X, Vec3::Y] {
-        let card = Card {
+        let card = LeafCard {
             at: Vec3::Z * (HEIGHT_M - 0.5),
             across: across * 0.26,
             along: Vec3::Z * 0.62,
             colour: [0.046, 0.072, 0.036],
             variant: 1,
-            cut: Cut::Bough,
+            cut: CardCut::Bough,
         };
         card.draw(mesh, &crown);
     }

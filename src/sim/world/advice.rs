@@ -25,7 +25,7 @@ pub struct ExpectedSpeeds {
 /// The policy that advises, and its next advice.
 pub(super) struct AdviceSource {
     /// The policy's name, and how it came to that one.
-    pub policy: policy::Resolved,
+    pub policy: policy::ResolvedPolicy,
     pub expected: ExpectedSpeeds,
     advisor: Advisor,
     /// Shown when the step begins that it was asked for.

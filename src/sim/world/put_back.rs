@@ -4,7 +4,7 @@
 
 use super::{World, WorldError, car_params};
 use crate::{
-    ego::Ego,
+    ego::EgoCar,
     sim::{Event, EventKind},
     space::CAR_LENGTH_M,
     time::Tick,
@@ -58,7 +58,7 @@ impl World {
         }
         let Some((s_m, speed_mps)) = self.room() else { return Ok(()) };
         let pose = self.map.route.pose_of_front(s_m, CAR_LENGTH_M);
-        self.ego = Ego::new(&car_params(&self.scenario), pose, speed_mps, self.snapshot.cars.len())?;
+        self.ego = EgoCar::new(&car_params(&self.scenario), pose, speed_mps, self.snapshot.cars.len())?;
         self.snapshot.ego_s_m = s_m;
         let tick = Tick(self.snapshot.tick.0 + 1);
         self.events.push(Event { tick, kind: EventKind::PutBack { s_m } });

@@ -3,7 +3,7 @@
 //! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
 
 use crate::{
-    ego::{Ego, Obstacle},
+    ego::{EgoCar, Obstacle},
     map::{RoadMap, Route},
     scenario::{Scenario, StartLayout},
     sim::snapshot::VehicleSnapshot,
@@ -67,7 +67,7 @@ impl TrafficCoupling {
     }
 
     /// Asks the engine for the next step, and tells it where the ego is and where it will be at its end.
-    pub fn ask(&mut self, ego: &Ego, step_s: f64) -> Result<(), TrafficError> {
+    pub fn ask(&mut self, ego: &EgoCar, step_s: f64) -> Result<(), TrafficError> {
         let (pose, speed_mps) = ego.predict(0.0);
         let (next_pose, next_speed_mps) = ego.predict(step_s);
         // Engines know no reverse gear: a car that rolls backwards stands for them.

@@ -2,7 +2,7 @@
 //! columns as have room for the longest name.
 
 use super::{
-    plot::{Line, Style},
+    chart::{LineStyle, PlotLine},
     shape::ColourKey,
     text::{LINE, SIZE, escaped, width, wrapped},
 };
@@ -15,20 +15,20 @@ const SAMPLE: f64 = 32.0;
 
 /// Entries in rows; names that are wider than the field in several lines.
 pub(super) struct Legend<'a> {
-    rows: Vec<Vec<(&'a Line, Vec<String>)>>,
+    rows: Vec<Vec<(&'a PlotLine, Vec<String>)>>,
     column: f64,
 }
 
 impl<'a> Legend<'a> {
-    pub fn of(named: Vec<&'a Line>, field: f64) -> Self {
+    pub fn of(named: Vec<&'a PlotLine>, field: f64) -> Self {
         let longest = named.iter().map(|line| width(&line.name, SIZE)).fold(0.0, f64::max);
         let columns = ((field / (longest + SAMPLE + 14.0)) as usize).clamp(1, named.len().max(1));
         let column = field / columns as f64;
-        let entry = |line: &&'a Line| (*line, wrapped(&line.name, column - SAMPLE, SIZE));
+        let entry = |line: &&'a PlotLine| (*line, wrapped(&line.name, column - SAMPLE, SIZE));
         Self { rows: named.chunks(columns).map(|row| row.iter().map(entry).collect()).collect(), column }
     }
 
-    fn row_height(row: &[(&Line, Vec<String>)]) -> f64 {
+    fn row_height(row: &[(&PlotLine, Vec<String>)]) -> f64 {
         2.5 + LINE * row.iter().map(|entry| entry.1.len()).max().unwrap_or(0) as f64
     }
 
@@ -48,8 +48,8 @@ impl<'a> Legend<'a> {
     }
 }
 
-fn entry(out: &mut String, line: &Line, words: &[String], [x, y]: [f64; 2]) {
-    let Style { colour, width, dash, dots } = line.style;
+fn entry(out: &mut String, line: &PlotLine, words: &[String], [x, y]: [f64; 2]) {
+    let LineStyle { colour, width, dash, dots } = line.style;
     let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
     if !line.band.is_empty() {
         let top = y - 5.0;

@@ -24,7 +24,7 @@ fn assert_texts_have_room(svg: &str) {
 fn a_line_or_a_band_without_length_is_not_drawn() {
     let chart = |points: Vec<[f64; 2]>, band: Vec<[f64; 2]>| {
         let mut chart = unit_chart();
-        chart.lines.push(Line { name: String::new(), style: Style::solid(COLOURS[0]), points, band });
+        chart.lines.push(PlotLine { name: String::new(), style: LineStyle::solid(COLOURS[0]), points, band });
         let text = picture(&[chart], "");
         (text.contains("<polyline"), text.contains("<polygon"))
     };
@@ -35,7 +35,7 @@ fn a_line_or_a_band_without_length_is_not_drawn() {
     assert_eq!(chart(vec![], vec![]), (false, false));
     let mut chart = unit_chart();
     let colour = "#123456".to_owned();
-    chart.shapes.push(Shape::Pieces { pieces: vec![[[0.5, 0.5], [0.5, 0.5]]], colour, width: 1.0 });
+    chart.shapes.push(PlotShape::Pieces { pieces: vec![[[0.5, 0.5], [0.5, 0.5]]], colour, width: 1.0 });
     assert!(!picture(&[chart], "").contains("#123456"));
 }
 
@@ -44,8 +44,8 @@ fn a_picture_is_well_formed_and_points_lie_where_they_should() {
     let mut chart = Chart::new("a < b", Axis::ratios("s", [0.1, 10.0]), Axis::even("y", [0.0, 1.0]), 100.0);
     let points = vec![[0.1, 0.0], [10.0, 1.0]];
     let band = vec![[0.0, 0.1], [0.9, 1.0]];
-    chart.lines.push(Line { name: "one & two".into(), style: Style::solid(COLOURS[0]), points, band });
-    let layout = Layout::of(&chart, 40.0, 240.0);
+    chart.lines.push(PlotLine { name: "one & two".into(), style: LineStyle::solid(COLOURS[0]), points, band });
+    let layout = ChartLayout::of(&chart, 40.0, 240.0);
     let [x, y] = layout.place([1.0, 0.5]);
     assert!((x - layout.field[0] / 2.0).abs() < 1e-9 && y == 50.0);
     let text = picture(&[chart.clone(), chart], "a note\nof two lines");
@@ -65,7 +65,7 @@ fn labels_and_names_of_any_length_and_number_stay_within_the_picture_and_apart()
         };
         (0..n).map(name).collect()
     };
-    for width in [Width::Column, Width::Page] {
+    for width in [PrintWidth::Column, PrintWidth::Page] {
         for n in [1, 3, 8, 30] {
             let mut chart = Chart::new(
                 "A title that is far too long for a single line of a figure as wide as a column of a journal is",
@@ -77,24 +77,26 @@ fn labels_and_names_of_any_length_and_number_stay_within_the_picture_and_apart()
                 110.0,
             );
             for name in names(n) {
-                let (style, points) = (Style::solid(COLOURS[0]), vec![[0.0, 0.0], [123_456.0, 0.04]]);
-                chart.lines.push(Line { name, style, points, band: vec![[0.0, 0.01]; 2] });
+                let (style, points) = (LineStyle::solid(COLOURS[0]), vec![[0.0, 0.0], [123_456.0, 0.04]]);
+                chart.lines.push(PlotLine { name, style, points, band: vec![[0.0, 0.01]; 2] });
             }
             for i in 0..3 {
-                chart.marks.push(Mark { at: [120_000.0, 0.045], text: format!("{i} of 20 crashed") });
+                chart.marks.push(PlotMark { at: [120_000.0, 0.045], text: format!("{i} of 20 crashed") });
             }
             let key = ColourKey::up_to("speed, m/s", 8.7);
             let note = "a note that is longer than the picture is wide, by a good deal, and so is broken, ".repeat(3);
             let charts = [chart.clone(), chart];
-            assert_texts_have_room(&Picture { charts: &charts, width, key: Some(&key), note: &note }.svg());
+            assert_texts_have_room(&ChartSheet { charts: &charts, width, key: Some(&key), note: &note }.svg());
 
             let y = Axis::even("Mean absolute speed error of the participant, m/s", [-4.0, 12_345.0]);
             let by_name = Chart::new("", Axis::names(names(n)), y, 150.0).transposed();
-            assert_texts_have_room(&Picture { charts: &[by_name], width: Width::Page, key: None, note: "" }.svg());
+            assert_texts_have_room(
+                &ChartSheet { charts: &[by_name], width: PrintWidth::Page, key: None, note: "" }.svg(),
+            );
         }
         let three = ["narrow", "few-cars", "wide"].map(str::to_owned).to_vec();
         let chart = Chart::new("", Axis::names(three), Axis::even("s", [0.0, 3.0]), 100.0);
-        let svg = Picture { charts: &[chart], width, key: None, note: "" }.svg();
+        let svg = ChartSheet { charts: &[chart], width, key: None, note: "" }.svg();
         assert_texts_have_room(&svg);
         // As wide in print as the journal asks, in pixels of CSS.
         assert!((f64::from(texts(&svg).1[0]) - width.mm() / 25.4 * 96.0).abs() < 0.5);
@@ -104,7 +106,7 @@ fn labels_and_names_of_any_length_and_number_stay_within_the_picture_and_apart()
 #[test]
 fn lying_on_its_side_a_chart_has_its_names_from_top_to_bottom_and_its_numbers_from_left_to_right() {
     let mut chart = Chart::new("", Axis::names(vec!["a".into(), "b".into()]), Axis::even("m", [0.0, 10.0]), 100.0);
-    let dot = |at| Shape::Dot { at, radius: 3.0, colour: "#000000".into(), has_edge: false };
+    let dot = |at| PlotShape::Dot { at, radius: 3.0, colour: "#000000".into(), has_edge: false };
     chart.shapes = vec![dot([1.0, 2.0]), dot([2.0, 8.0])];
     let svg = picture(&[chart.transposed()], "");
     let document = roxmltree::Document::parse(&svg).unwrap();

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 /// Something drawn under the lines of a chart.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum PlotShape {
     /// Straight pieces of one colour.
     Pieces {
         /// From where to where.
@@ -29,7 +29,7 @@ pub enum Shape {
     },
 }
 
-impl Shape {
+impl PlotShape {
     /// As SVG, where `place` tells where a point of the axes lies.
     pub(super) fn draw(&self, out: &mut String, place: impl Fn([f64; 2]) -> [f64; 2]) {
         match self {

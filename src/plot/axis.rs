@@ -5,7 +5,7 @@ use super::text::{LINE, SIZE, minus, width, wrapped};
 
 /// How values lie along an axis.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Scale {
+pub enum AxisScale {
     /// Even differences.
     Even,
     /// Even ratios.
@@ -22,12 +22,12 @@ pub struct Axis {
     /// First and last value shown.
     pub range: [f64; 2],
     /// How values lie along it.
-    pub scale: Scale,
+    pub scale: AxisScale,
 }
 
 /// A tick of an axis.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tick {
+pub(super) struct AxisTick {
     /// Where.
     pub at: f64,
     /// What it says, line by line.
@@ -36,7 +36,7 @@ pub(super) struct Tick {
 
 /// Where an axis is drawn, and the room for a name, in the units of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Side {
+pub(super) enum AxisSide {
     Bottom,
     Left { names: f64 },
 }
@@ -44,49 +44,49 @@ pub(super) enum Side {
 impl Axis {
     /// An axis of even differences.
     pub fn even(label: &str, range: [f64; 2]) -> Self {
-        Self { label: label.into(), range: widened(range), scale: Scale::Even }
+        Self { label: label.into(), range: widened(range), scale: AxisScale::Even }
     }
 
     /// An axis of even ratios with a margin at either end; `range` is above 0.
     pub fn ratios(label: &str, [low, high]: [f64; 2]) -> Self {
         let margin = (high / low).powf(0.03);
-        Self { label: label.into(), range: [low / margin, high * margin], scale: Scale::Ratios }
+        Self { label: label.into(), range: [low / margin, high * margin], scale: AxisScale::Ratios }
     }
 
     /// An axis of names.
     pub fn names(names: Vec<String>) -> Self {
         let range = [0.5, names.len() as f64 + 0.5];
-        Self { label: String::new(), range, scale: Scale::Names(names) }
+        Self { label: String::new(), range, scale: AxisScale::Names(names) }
     }
 
     /// Where a value lies: 0 at the beginning of the axis, 1 at its end.
     pub(super) fn share(&self, x: f64) -> f64 {
-        let of = |x: f64| if self.scale == Scale::Ratios { x.max(1e-12).ln() } else { x };
+        let of = |x: f64| if self.scale == AxisScale::Ratios { x.max(1e-12).ln() } else { x };
         let [low, high] = self.range.map(of);
         (of(x) - low) / (high - low)
     }
 
     /// Ticks of the axis where it is `length` units long: as many as have room.
-    pub(super) fn ticks(&self, length: f64, side: Side) -> Vec<Tick> {
-        if let Scale::Names(names) = &self.scale {
+    pub(super) fn ticks(&self, length: f64, side: AxisSide) -> Vec<AxisTick> {
+        if let AxisScale::Names(names) = &self.scale {
             let room = match side {
-                Side::Bottom => length / names.len().max(1) as f64 - 6.0,
-                Side::Left { names } => names,
+                AxisSide::Bottom => length / names.len().max(1) as f64 - 6.0,
+                AxisSide::Left { names } => names,
             };
-            let tick = |(i, name): (usize, &String)| Tick { at: i as f64 + 1.0, lines: wrapped(name, room, SIZE) };
+            let tick = |(i, name): (usize, &String)| AxisTick { at: i as f64 + 1.0, lines: wrapped(name, room, SIZE) };
             return names.iter().enumerate().map(tick).collect();
         }
-        let has_room = |ticks: &[Tick]| {
+        let has_room = |ticks: &[AxisTick]| {
             ticks.windows(2).all(|pair| {
                 let apart = (self.share(pair[1].at) - self.share(pair[0].at)).abs() * length;
                 let least = match side {
-                    Side::Bottom => pair.iter().map(|tick| width(&tick.lines[0], SIZE)).sum::<f64>() / 2.0 + 8.0,
-                    Side::Left { .. } => 1.4 * LINE,
+                    AxisSide::Bottom => pair.iter().map(|tick| width(&tick.lines[0], SIZE)).sum::<f64>() / 2.0 + 8.0,
+                    AxisSide::Left { .. } => 1.4 * LINE,
                 };
                 apart >= least
             })
         };
-        let found = if self.scale == Scale::Ratios {
+        let found = if self.scale == AxisScale::Ratios {
             (0..8).map(|coarser| numbered(&self.ratio_ticks(coarser))).find(|ticks| has_room(ticks))
         } else {
             let steps = steps_from((self.range[1] - self.range[0]) / 8.0);
@@ -135,9 +135,9 @@ pub fn round_step(least: f64) -> f64 {
 }
 
 /// Ticks that say these numbers, each with the decimals of the one that needs most.
-fn numbered(numbers: &[f64]) -> Vec<Tick> {
+fn numbered(numbers: &[f64]) -> Vec<AxisTick> {
     let decimals = decimals(numbers);
-    numbers.iter().map(|at| Tick { at: *at, lines: vec![number(*at, decimals)] }).collect()
+    numbers.iter().map(|at| AxisTick { at: *at, lines: vec![number(*at, decimals)] }).collect()
 }
 
 /// Decimals that all these numbers need.
@@ -162,7 +162,7 @@ pub fn number(x: f64, decimals: usize) -> String {
 mod tests {
     use super::*;
 
-    fn words(ticks: &[Tick]) -> Vec<&str> {
+    fn words(ticks: &[AxisTick]) -> Vec<&str> {
         ticks.iter().map(|tick| tick.lines[0].as_str()).collect()
     }
 
@@ -171,7 +171,9 @@ mod tests {
         for range in
             [[0.0, 10.0], [-0.34, 0.07], [3.98, 4.41], [0.0, 4.87], [0.0, 59.4], [0.96, 1.003], [0.0, 86_400.0]]
         {
-            for (length, side) in [(210.0, Side::Left { names: 0.0 }), (300.0, Side::Bottom), (700.0, Side::Bottom)] {
+            for (length, side) in
+                [(210.0, AxisSide::Left { names: 0.0 }), (300.0, AxisSide::Bottom), (700.0, AxisSide::Bottom)]
+            {
                 let ticks = Axis::even("", range).ticks(length, side);
                 assert!((2..=9).contains(&ticks.len()), "{range:?} {length}: {ticks:?}");
                 let step = ticks[1].at - ticks[0].at;
@@ -190,7 +192,7 @@ mod tests {
                 }
             }
         }
-        let ticks = Axis::even("", [-0.3, 0.1]).ticks(110.0, Side::Left { names: 0.0 });
+        let ticks = Axis::even("", [-0.3, 0.1]).ticks(110.0, AxisSide::Left { names: 0.0 });
         assert_eq!(words(&ticks), ["−0.3", "−0.2", "−0.1", "0.0", "0.1"]);
         assert_eq!(Axis::even("", [3.0, 3.0]).range, [2.5, 3.5]);
     }
@@ -198,15 +200,18 @@ mod tests {
     #[test]
     fn ticks_of_even_ratios_are_1_2_and_5_and_fewer_where_there_is_no_room() {
         let axis = Axis::ratios("", [0.1, 30.0]);
-        assert_eq!(words(&axis.ticks(700.0, Side::Bottom)), ["0.1", "0.2", "0.5", "1.0", "2.0", "5.0", "10.0", "20.0"]);
-        assert_eq!(words(&axis.ticks(120.0, Side::Bottom)), ["0.1", "1.0", "10.0"]);
+        assert_eq!(
+            words(&axis.ticks(700.0, AxisSide::Bottom)),
+            ["0.1", "0.2", "0.5", "1.0", "2.0", "5.0", "10.0", "20.0"]
+        );
+        assert_eq!(words(&axis.ticks(120.0, AxisSide::Bottom)), ["0.1", "1.0", "10.0"]);
         assert!((axis.share(3f64.sqrt()) - 0.5).abs() < 1e-9);
     }
 
     #[test]
     fn names_stand_evenly_at_whole_numbers_within_their_room() {
         let axis = Axis::names(vec!["few-vehicles-on-the-road".into(), "many".into()]);
-        let ticks = axis.ticks(200.0, Side::Bottom);
+        let ticks = axis.ticks(200.0, AxisSide::Bottom);
         assert_eq!((ticks[0].at, ticks[1].at, axis.range), (1.0, 2.0, [0.5, 2.5]));
         assert!(ticks[0].lines.len() > 1 && ticks[0].lines.iter().all(|line| width(line, SIZE) <= 94.0));
     }

@@ -3,16 +3,16 @@
 //! ([`train::figures`](crate::train::figures), [`analysis`](crate::analysis)).
 
 mod axis;
+mod chart;
 mod legend;
-mod plot;
 mod png;
 mod shape;
 mod text;
 
-pub use axis::{Axis, Scale};
-pub use plot::{COLOURS, Chart, Line, Mark, Picture, Style, Width, picture};
+pub use axis::{Axis, AxisScale};
+pub use chart::{COLOURS, Chart, ChartSheet, LineStyle, PlotLine, PlotMark, PrintWidth, picture};
 pub use png::{PNG_SCALE, is_font, png};
-pub use shape::{ColourKey, Shape};
+pub use shape::{ColourKey, PlotShape};
 pub use text::{escaped, lines_needed, minus};
 
 #[cfg(test)]

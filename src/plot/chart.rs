@@ -3,9 +3,9 @@
 //! drawn. Colours are those of Okabe and Ito (2008), told apart by colour-blind readers too.
 
 use super::{
-    axis::{Axis, Scale, Side, Tick},
+    axis::{Axis, AxisScale, AxisSide, AxisTick},
     legend,
-    shape::{ColourKey, Shape},
+    shape::{ColourKey, PlotShape},
     text::{LINE, SIZE, escaped, width, wrapped},
 };
 use std::fmt::Write;
@@ -15,7 +15,7 @@ pub const COLOURS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Style {
+pub struct LineStyle {
     /// Colour.
     pub colour: &'static str,
     /// Width.
@@ -26,7 +26,7 @@ pub struct Style {
     pub dots: bool,
 }
 
-impl Style {
+impl LineStyle {
     /// A solid line.
     pub fn solid(colour: &'static str) -> Self {
         Self { colour, width: 1.8, dash: "", dots: false }
@@ -35,11 +35,11 @@ impl Style {
 
 /// A line through points, with an interval around it where there is one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct PlotLine {
     /// Name in the legend; empty has none.
     pub name: String,
     /// How it is drawn.
-    pub style: Style,
+    pub style: LineStyle,
     /// Points.
     pub points: Vec<[f64; 2]>,
     /// For each point the ends of its interval; empty if there are none.
@@ -48,7 +48,7 @@ pub struct Line {
 
 /// A warning at a point: a red cross with words beside it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
+pub struct PlotMark {
     /// Where, in the units of the axes.
     pub at: [f64; 2],
     /// What it says.
@@ -67,11 +67,11 @@ pub struct Chart {
     /// Height of the field between the axes.
     pub height: f64,
     /// Lines, drawn in order.
-    pub lines: Vec<Line>,
+    pub lines: Vec<PlotLine>,
     /// What is drawn below the lines.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<PlotShape>,
     /// Warnings, above all else.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<PlotMark>,
 }
 
 impl Chart {
@@ -85,11 +85,11 @@ impl Chart {
     pub fn transposed(self) -> Self {
         let (mut y, x) = (self.x, self.y);
         y.range.reverse();
-        let rows = y.ticks(0.0, Side::Left { names: NAMES });
+        let rows = y.ticks(0.0, AxisSide::Left { names: NAMES });
         let tallest = rows.iter().map(|tick| tick.lines.len()).max().unwrap_or(1).max(3) as f64;
         Self {
             height: rows.len() as f64 * (tallest * LINE + 8.0),
-            shapes: self.shapes.into_iter().map(Shape::transposed).collect(),
+            shapes: self.shapes.into_iter().map(PlotShape::transposed).collect(),
             ..Self::new(&self.title, x, y, 0.0)
         }
     }
@@ -100,14 +100,14 @@ const NAMES: f64 = 230.0;
 
 /// How wide a picture is in print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
+pub enum PrintWidth {
     /// A column of a journal: 89 mm.
     Column,
     /// A page of a journal: 183 mm.
     Page,
 }
 
-impl Width {
+impl PrintWidth {
     /// In millimetres.
     pub fn mm(self) -> f64 {
         match self {
@@ -126,11 +126,11 @@ const UNITS_PER_MM: f64 = 4.24;
 
 /// Charts one above the other, a key to colours and a note under them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture<'a> {
+pub struct ChartSheet<'a> {
     /// From top to bottom.
     pub charts: &'a [Chart],
     /// How wide it is.
-    pub width: Width,
+    pub width: PrintWidth,
     /// What colours stand for.
     pub key: Option<&'a ColourKey>,
     /// Said below, line by line.
@@ -139,18 +139,19 @@ pub struct Picture<'a> {
 
 /// Charts one above the other, as wide as a page, and a note under them.
 pub fn picture(charts: &[Chart], note: &str) -> String {
-    Picture { charts, width: Width::Page, key: None, note }.svg()
+    ChartSheet { charts, width: PrintWidth::Page, key: None, note }.svg()
 }
 
-impl Picture<'_> {
+impl ChartSheet<'_> {
     /// As SVG.
     pub fn svg(&self) -> String {
         let total = self.width.units();
         let left = self.charts.iter().map(left_of).fold(0.0, f64::max);
-        let layouts: Vec<Layout> = self.charts.iter().map(|chart| Layout::of(chart, left, total)).collect();
+        let layouts: Vec<ChartLayout> = self.charts.iter().map(|chart| ChartLayout::of(chart, left, total)).collect();
         let key_height = self.key.map_or(0.0, |key| legend::key_height(key, total - left - 8.0));
         let notes: Vec<String> = self.note.lines().flat_map(|line| wrapped(line, total - left - 8.0, NOTE)).collect();
-        let height = layouts.iter().map(Layout::height).sum::<f64>() + key_height + LINE * notes.len() as f64 + 6.0;
+        let height =
+            layouts.iter().map(ChartLayout::height).sum::<f64>() + key_height + LINE * notes.len() as f64 + 6.0;
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {total:.0} {height:.0}\" width=\"{}mm\" \
              height=\"{:.1}mm\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"{SIZE:.0}\" fill=\"#222\">\n\
@@ -184,7 +185,7 @@ const NOTE: f64 = 11.0;
 
 /// Room that a chart needs at the left of its field: the label, the ticks.
 fn left_of(chart: &Chart) -> f64 {
-    let ticks = chart.y.ticks(chart.height, Side::Left { names: NAMES });
+    let ticks = chart.y.ticks(chart.height, AxisSide::Left { names: NAMES });
     label_room(&wrapped(&chart.y.label, chart.height, SIZE)) + widest(&ticks) + 10.0
 }
 
@@ -192,19 +193,19 @@ fn label_room(lines: &[String]) -> f64 {
     if lines.iter().all(String::is_empty) { 2.0 } else { 8.0 + LINE * lines.len() as f64 }
 }
 
-fn widest(ticks: &[Tick]) -> f64 {
+fn widest(ticks: &[AxisTick]) -> f64 {
     ticks.iter().flat_map(|tick| &tick.lines).map(|line| width(line, SIZE)).fold(0.0, f64::max)
 }
 
 /// Where everything of a chart stands.
-struct Layout<'a> {
+struct ChartLayout<'a> {
     chart: &'a Chart,
     /// Upper left corner of the field, and its size.
     at: [f64; 2],
     field: [f64; 2],
     title: Vec<String>,
-    x_ticks: Vec<Tick>,
-    y_ticks: Vec<Tick>,
+    x_ticks: Vec<AxisTick>,
+    y_ticks: Vec<AxisTick>,
     x_label: Vec<String>,
     y_label: Vec<String>,
     /// From the field to the legend.
@@ -212,22 +213,22 @@ struct Layout<'a> {
     legend: legend::Legend<'a>,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> ChartLayout<'a> {
     fn of(chart: &'a Chart, left: f64, total: f64) -> Self {
         let named = chart.lines.iter().filter(|line| !line.name.is_empty());
         // The last tick's label reaches beyond the axis.
         let mut right = 8.0;
         for _ in 0..3 {
             let length = total - left - right;
-            let reach = |tick: &Tick| {
+            let reach = |tick: &AxisTick| {
                 let half = tick.lines.iter().map(|line| width(line, SIZE)).fold(0.0, f64::max) / 2.0;
                 chart.x.share(tick.at) * length + half - length
             };
-            let over = chart.x.ticks(length, Side::Bottom).iter().map(reach).fold(0.0, f64::max);
+            let over = chart.x.ticks(length, AxisSide::Bottom).iter().map(reach).fold(0.0, f64::max);
             right = over.max(6.0) + 2.0;
         }
         let field = [total - left - right, chart.height];
-        let x_ticks = chart.x.ticks(field[0], Side::Bottom);
+        let x_ticks = chart.x.ticks(field[0], AxisSide::Bottom);
         let tick_lines = x_ticks.iter().map(|tick| tick.lines.len()).max().unwrap_or(0) as f64;
         let x_label: Vec<String> =
             wrapped(&chart.x.label, field[0], SIZE).into_iter().filter(|line| !line.is_empty()).collect();
@@ -241,7 +242,7 @@ impl<'a> Layout<'a> {
             title,
             below: 8.0 + LINE * tick_lines + (LINE + 1.0) * x_label.len() as f64 + 6.0,
             x_ticks,
-            y_ticks: chart.y.ticks(chart.height, Side::Left { names: NAMES }),
+            y_ticks: chart.y.ticks(chart.height, AxisSide::Left { names: NAMES }),
             x_label,
             y_label: wrapped(&chart.y.label, chart.height, SIZE),
             legend: legend::Legend::of(named.collect(), field[0]),
@@ -309,7 +310,7 @@ impl<'a> Layout<'a> {
 
     fn grid(&self, out: &mut String) {
         let [w, h] = self.field;
-        let is_named = |axis: &Axis| matches!(axis.scale, Scale::Names(_));
+        let is_named = |axis: &Axis| matches!(axis.scale, AxisScale::Names(_));
         for tick in &self.x_ticks {
             let x = self.chart.x.share(tick.at) * w;
             // Names have a tick, numbers a line of the grid.
@@ -353,7 +354,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    fn band(&self, out: &mut String, line: &Line) {
+    fn band(&self, out: &mut String, line: &PlotLine) {
         if line.band.is_empty() {
             return;
         }
@@ -366,8 +367,8 @@ impl<'a> Layout<'a> {
         }
     }
 
-    fn line(&self, out: &mut String, line: &Line) {
-        let Style { colour, width, dash, dots } = line.style;
+    fn line(&self, out: &mut String, line: &PlotLine) {
+        let LineStyle { colour, width, dash, dots } = line.style;
         let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
         let points = self.points(&line.points);
         if has_length(&points) {
@@ -400,5 +401,5 @@ fn has_length(points: &str) -> bool {
 }
 
 #[cfg(test)]
-#[path = "plot_tests.rs"]
+#[path = "chart_tests.rs"]
 mod tests;

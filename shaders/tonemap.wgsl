@@ -62,7 +62,7 @@ fn seen(colour: vec3f) -> f32 {
 }
 
 // Where the picture behind a curved glass shows what is seen at `uv`: the angle off the middle grows by twice the turn
-// of the glass there (law of reflection; `Glass` in develop.rs).
+// of the glass there (law of reflection; `Glass` in post/tonemap.rs).
 fn behind_glass(uv: vec2f, bend: f32) -> vec2f {
     if bend <= 0.0 {
         return uv;
@@ -110,7 +110,7 @@ fn fragment(in: Point) -> @location(0) vec4f {
         colour = smoothed(uv, colour);
     }
     let spread = textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
-    colour += print.glow * spread * spread;
+    colour += print.bloom * spread * spread;
     // Before edges are looked for, noise would make some.
     let picture = tone(colour) + select(dither(in.clip.xy), 0.0, print.soften > 0.5);
     if MIRROR {
