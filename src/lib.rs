@@ -58,14 +58,19 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod analysis;
+#[cfg(feature = "desktop")]
 pub mod audio;
+#[cfg(feature = "desktop")]
 pub mod bench;
 pub mod cli;
 pub mod controls;
 pub mod data_folders;
+#[cfg(feature = "desktop")]
 pub mod desktop;
+#[cfg(feature = "desktop")]
 pub mod doctor;
 pub mod drive_loop;
+#[cfg(feature = "desktop")]
 pub mod drive_window;
 pub mod driver;
 pub mod ego;
@@ -73,19 +78,25 @@ pub mod file;
 pub mod foreign;
 pub mod hud;
 pub mod idm;
+#[cfg(feature = "desktop")]
 pub mod input;
+#[cfg(feature = "desktop")]
 pub mod live_drive;
 pub mod map;
+#[cfg(feature = "desktop")]
 pub mod panel;
 pub mod plot;
 pub mod policy;
 pub mod private;
 pub mod record;
+#[cfg(feature = "desktop")]
 pub mod render;
 pub mod replay;
 pub mod rng;
 pub mod scenario;
+#[cfg(feature = "desktop")]
 pub mod scene;
+#[cfg(feature = "desktop")]
 pub mod session;
 pub mod settings;
 pub mod sim;

@@ -68,14 +68,16 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     made.figures.par_iter().try_for_each(|(name, svg)| {
         put(&format!("figures/{name}"), svg)?;
         let path = out.join("figures").join(name).with_extension("png");
-        let png = plot::png(svg).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
-        Ok::<(), CliError>(record::replace(&path, &png)?)
+        let Some(png) = super::desktop::png(svg) else { return Ok::<(), CliError>(()) };
+        let png = png.map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
+        Ok(record::replace(&path, &png)?)
     })?;
     put("methods.txt", &made.methods)?;
     put("report.html", &made.html)?;
     out::line(format_args!(
-        "{}: report.html, methods.txt, tables (CSV) and figures (SVG, PNG) of {}",
+        "{}: report.html, methods.txt, tables (CSV) and figures ({}) of {}",
         out.display(),
+        super::desktop::FIGURES,
         report::count(drives.len())
     ))?;
     Ok(())

@@ -2,18 +2,18 @@
 //! what is wrong and what is allowed; 141 (as of a program that SIGPIPE ended) nobody reads on.
 
 mod analyse;
-mod bench;
-mod calibrate;
 mod check_network;
-mod doctor;
-mod drive;
+#[cfg(feature = "desktop")]
+mod desktop;
+#[cfg(not(feature = "desktop"))]
+#[path = "headless.rs"]
+mod desktop;
 mod environment;
 mod evaluate;
 mod flags;
 mod map;
 mod out;
 mod recover;
-mod render;
 mod replay;
 mod run;
 mod study;
@@ -83,21 +83,17 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         return tell(&CliError::Input(why));
     }
     let done = match matches.subcommand() {
-        Some(("drive", m)) => drive::main(m),
         Some(("run", m)) => run::main(m),
-        Some(("render", m)) => render::main(m),
         Some(("study", m)) => study::main(m),
         Some(("analyse", m)) => analyse::main(m),
         Some(("replay", m)) => replay::main(m),
         Some(("recover", m)) => recover::main(m),
         Some(("map", m)) => map::main(m),
-        Some(("bench", m)) => bench::main(m),
         Some((check_network::NAME, m)) => check_network::main(m),
-        Some(("calibrate", m)) => calibrate::main(m),
-        Some(("doctor", m)) => doctor::main(m),
         Some(("train", m)) => train::main(m),
         Some(("evaluate", m)) => evaluate::main(m),
-        _ => unreachable!("clap requires a command and with_default_command adds one"),
+        Some((name, m)) => desktop::run(name, m).unwrap_or_else(|| unreachable!("clap knows the commands")),
+        None => unreachable!("clap requires a command and with_default_command adds one"),
     };
     match done {
         Ok(()) => 0,
@@ -152,9 +148,7 @@ pub fn command(listing: HelpListing) -> Command {
                 "Folder with the program's maps and assets [default: found by itself; codrive doctor says where]",
             ),
         )
-        .subcommand(add(drive::command()))
         .subcommand(add(run::command()))
-        .subcommand(add(render::command()))
         .subcommand(study::command())
         .subcommand(analyse::command())
         .subcommand(replay::command())
@@ -162,10 +156,8 @@ pub fn command(listing: HelpListing) -> Command {
         .subcommand(train::command())
         .subcommand(evaluate::command())
         .subcommand(map::command())
-        .subcommand(calibrate::command())
         .subcommand(check_network::command())
-        .subcommand(add(doctor::command()))
-        .subcommand(add(bench::command()));
+        .subcommands(desktop::commands(listing));
     let groups = groups(&command);
     command.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{groups}\nOptions:\n{{options}}{{after-help}}"
@@ -174,12 +166,13 @@ pub fn command(listing: HelpListing) -> Command {
 
 /// The list of commands under their headings.
 fn groups(command: &Command) -> String {
-    let line = |name: &str| {
-        let about = command.find_subcommand(name).and_then(Command::get_about).map(ToString::to_string);
-        format!("  {name:<10} {}\n", about.unwrap_or_default())
+    let line = |name: &&str| {
+        let shown = command.find_subcommand(name).filter(|command| !command.is_hide_set())?;
+        let about = shown.get_about().map(ToString::to_string).unwrap_or_default();
+        Some(format!("  {name:<10} {about}\n"))
     };
     let group = |(title, names): &(&str, &[&str])| {
-        let lines: String = names.iter().map(|name| line(name)).collect();
+        let lines: String = names.iter().filter_map(line).collect();
         format!("\n{title}:\n{lines}")
     };
     GROUPS.iter().map(group).collect()

@@ -1,14 +1,8 @@
 //! `codrive study`: a whole study from one file: its plan, a participant's session, or a rehearsal of it.
 
-use super::{
-    CliError,
-    drive::{place, place_arguments},
-    out, stop_on_ctrl_c,
-};
+use super::{CliError, desktop::session as desktop, out, stop_on_ctrl_c};
 use crate::{
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
-    input::profiles,
-    session::window::{self, SessionOptions, SessionOutcome},
     study::{Completion, DataSet, ParticipantCode, Study, StudyError},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
@@ -30,32 +24,7 @@ pub(super) fn command() -> Command {
                 .action(ArgAction::SetTrue)
                 .help("Check every scenario and questionnaire in it and print each participant's order of conditions"),
         )
-        .arg(
-            Arg::new("participant")
-                .long("participant")
-                .value_name("CODE")
-                .requires("out")
-                .conflicts_with_all(["check", "rehearse", "participants"])
-                .help(
-                    "Lead this participant through the whole plan, in a window for them and one for the experimenter; a code \
-                     of letters and digits, never a name. After a closed window or a crash, run the same command to resume",
-                ),
-        )
-        .arg(
-            Arg::new("fullscreen")
-                .long("fullscreen")
-                .action(ArgAction::SetTrue)
-                .requires("participant")
-                .help("Fill the participant's screen"),
-        )
-        .args(place_arguments().map(|arg| arg.requires("participant")))
-        .arg(
-            Arg::new("wheel")
-                .long("wheel")
-                .value_name("NAME|FILE.toml")
-                .requires("participant")
-                .help("Profile of the steering wheel, as in codrive drive"),
-        )
+        .args(desktop::arguments())
         .arg(
             Arg::new("rehearse").long("rehearse").action(ArgAction::SetTrue).requires("out").conflicts_with("check").help(
                 "Take simulated participants through the whole plan at full speed, questions and baselines included; \
@@ -111,8 +80,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
     let study = Study::load(file)?;
-    if let (Some(code), Some(root)) = (matches.get_one::<String>("participant"), matches.get_one::<PathBuf>("out")) {
-        return lead_session(study, code, root, matches);
+    if let Some(code) = matches.get_one::<String>("participant") {
+        let root = matches.get_one::<PathBuf>("out").map_or(Path::new(""), PathBuf::as_path);
+        let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
+        return desktop::lead(study, code, root, matches);
     }
     if let (Some(code), Some(root)) = (matches.get_one::<String>("exclude"), matches.get_one::<PathBuf>("out")) {
         let reason = matches.get_one::<String>("reason").map_or("", String::as_str);
@@ -126,26 +97,6 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             Ok(())
         }
     }
-}
-
-fn lead_session(study: Study, code: &str, root: &Path, matches: &ArgMatches) -> Result<(), CliError> {
-    let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
-    let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name)).transpose();
-    let left = window::run(SessionOptions {
-        study,
-        out: root.into(),
-        code: code.clone(),
-        place: place(matches, matches.get_flag("fullscreen"))?,
-        wheel: wheel.map_err(|error| CliError::Input(error.to_string()))?,
-        stop: stop_on_ctrl_c(),
-    })?;
-    let state = match left {
-        SessionOutcome::Over(completion) => format!("{}: {}", completion.word(), completion.meaning()),
-        SessionOutcome::Open(item) => format!("is at {item}: run the same command to resume"),
-    };
-    out::line(format_args!("{}: participant {code} {state}", root.display()))?;
-    out::line(format_args!("look at the data with: codrive analyse {}", root.display()))?;
-    Ok(())
 }
 
 fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {

@@ -73,6 +73,7 @@ pub enum RunError {
     #[error("{0} ended before its time")]
     Ended(String),
     /// No graphics device, or it was lost.
+    #[cfg(feature = "desktop")]
     #[error(transparent)]
     Gpu(#[from] crate::render::GpuError),
 }

@@ -5,15 +5,17 @@
 mod axis;
 mod chart;
 mod legend;
+#[cfg(feature = "desktop")]
 mod png;
 mod shape;
 mod text;
 
 pub use axis::{Axis, AxisScale};
 pub use chart::{COLOURS, Chart, ChartSheet, LineStyle, PlotLine, PlotMark, PrintWidth, picture};
-pub use png::{PNG_SCALE, is_font, png};
+#[cfg(feature = "desktop")]
+pub use png::{PNG_SCALE, png};
 pub use shape::{ColourKey, PlotShape};
-pub use text::{escaped, lines_needed, minus};
+pub use text::{escaped, is_font, lines_needed, minus};
 
-#[cfg(test)]
+#[cfg(all(test, feature = "desktop"))]
 pub use png::texts;

@@ -40,13 +40,6 @@ fn options() -> &'static Options<'static> {
     })
 }
 
-/// True if text can be set in this font file's bytes.
-pub fn is_font(bytes: &[u8]) -> bool {
-    let mut fonts = fontdb::Database::new();
-    fonts.load_font_data(bytes.to_vec());
-    fonts.faces().next().is_some()
-}
-
 /// Every text of a picture with its left, upper, right and lower end in pixels of CSS, as it is set here; and the picture's size.
 #[cfg(test)]
 pub fn texts(svg: &str) -> (Vec<(String, [f32; 4])>, [f32; 2]) {

@@ -41,7 +41,7 @@ fn helvetica(sign: char) -> f64 {
 fn own(sign: char) -> f64 {
     static ASCII: OnceLock<Vec<f64>> = OnceLock::new();
     let measured = |sign: char| {
-        let font = FontRef::new(own_font()).ok()?;
+        let font = FontRef::new(epaint_default_fonts::UBUNTU_LIGHT).ok()?;
         let glyph = font.charmap().map(sign)?;
         Some(f64::from(font.glyph_metrics(Size::new(1.0), LocationRef::default()).advance_width(glyph)?))
     };
@@ -49,14 +49,9 @@ fn own(sign: char) -> f64 {
     ascii.get(sign as usize).copied().unwrap_or_else(|| measured(sign).unwrap_or(1.0))
 }
 
-/// The font that the program brings along for its panels.
-fn own_font() -> &'static [u8] {
-    static FONT: OnceLock<Vec<u8>> = OnceLock::new();
-    FONT.get_or_init(|| {
-        let own = egui::FontDefinitions::default();
-        let first = own.families.get(&egui::FontFamily::Proportional).and_then(|names| names.first());
-        first.and_then(|name| own.font_data.get(name)).map(|data| (*data.font).as_ref().to_vec()).unwrap_or_default()
-    })
+/// True if text can be set in this font file's bytes.
+pub fn is_font(bytes: &[u8]) -> bool {
+    FontRef::from_index(bytes, 0).is_ok_and(|font| font.charmap().has_map())
 }
 
 /// Lines of text none of which is wider than `limit`: broken after spaces and signs that join words, and within a word that

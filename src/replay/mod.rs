@@ -1,24 +1,26 @@
 //! A recorded drive once more. In: a recording. Out: the same world tick by tick, with the proof that it is the same: the
 //! fingerprint of every snapshot; in a [`window`], too, or with something changed ([`what_if`]).
 
+#[cfg(feature = "desktop")]
+mod renderer;
 pub mod snapshot_timeline;
+#[cfg(feature = "desktop")]
 mod sound_track;
 mod verifier;
 mod what_if;
+#[cfg(feature = "desktop")]
 pub mod window;
 
-pub use sound_track::SoundTrack;
+#[cfg(feature = "desktop")]
+pub use {renderer::ReplayRenderer, sound_track::SoundTrack};
 pub use verifier::{ReplayHeader, VerificationProgress, Verifier};
 pub use what_if::{WhatIfComparison, changes, what_if, words};
 
 use crate::{
     controls::Controls,
     drive_loop::{Drive, RunError},
-    hud::Speedometer,
     record::{self, AlteredFile, CellDifference, Table, TableComparison, TableReader, tables::PUT_BACK},
-    render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
-    scenario::{QualityLevel, Scenario},
-    scene::{self, StaticScene, ViewKind, view_options},
+    scenario::Scenario,
     sim::World,
     time::{Pace, Tick},
     traffic::EngineChoice,
@@ -172,47 +174,6 @@ fn scenario_here(recording: &Path) -> Result<Scenario, RunError> {
         scenario.traffic = stand_in.to_string();
     }
     Ok(scenario)
-}
-
-/// Draws a replay.
-pub struct ReplayRenderer {
-    gpu: Gpu,
-    stage: StaticScene,
-    renderer: Renderer,
-    instruments: Speedometer,
-    kind: ViewKind,
-    size: [u32; 2],
-}
-
-impl ReplayRenderer {
-    /// For one view at one size, in the quality that the scenario names (medium for auto: nobody waits).
-    ///
-    /// # Errors
-    /// No graphics adapter.
-    pub fn new(replay: &Replay, kind: ViewKind, size: [u32; 2]) -> Result<Self, RunError> {
-        let world = replay.world();
-        let gpu = Gpu::headless()?;
-        let stage = StaticScene::build(world.map(), world.scenario().seed);
-        let level = match world.scenario().quality {
-            QualityLevel::Auto => QualityLevel::Medium,
-            level => level,
-        };
-        let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(level, &gpu));
-        let instruments = Speedometer::new(world);
-        Ok(Self { gpu, stage, renderer, instruments, kind, size })
-    }
-
-    /// The picture of the present tick.
-    ///
-    /// # Errors
-    /// The device is lost.
-    pub fn draw(&mut self, replay: &Replay) -> Result<image::RgbaImage, RunError> {
-        let world = replay.world();
-        let options = view_options(world.scenario());
-        let mut view = scene::view(world.snapshot(), 1.0, self.kind, &options, &self.stage);
-        view.dial = self.kind.has_dial().then(|| self.instruments.read(world.snapshot()));
-        Ok(render_to_image(&self.gpu, &mut self.renderer, &view, self.size)?)
-    }
 }
 
 #[cfg(test)]

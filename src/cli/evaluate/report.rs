@@ -169,8 +169,9 @@ pub fn write(dir: &Path, plan: &EvaluationPlan, config: &TrainConfig, rows: &[Ev
         put(&name, &text)?;
         let path = dir.join(name).with_extension("png");
         let failed = |why: String| CliError::Failed(format!("{}: {why}", path.display()));
-        let png = plot::png(&text).map_err(failed)?;
-        private::replace(&path, &png).map_err(|e| failed(e.to_string()))?;
+        if let Some(png) = crate::cli::desktop::png(&text) {
+            private::replace(&path, &png.map_err(failed)?).map_err(|e| failed(e.to_string()))?;
+        }
     }
     Ok(())
 }

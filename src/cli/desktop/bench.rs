@@ -1,9 +1,9 @@
 //! `codrive bench`: measurements of this program on this machine.
 
-use super::{CliError, flags, out};
 use crate::bench::{
     self, CostGrowth, DriveTimes, ForceTimes, FrameTimes, LearningTimes, SimulationReport, StartupTimes, TimeStatistics,
 };
+use crate::cli::{CliError, flags, out};
 use crate::scene::ViewKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
@@ -91,7 +91,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 
 /// Drives on, with a bar where someone watches.
 fn drive(picture: &mut bench::DrawnDrive, minutes: u32, size: [u32; 2]) -> Result<DriveTimes, CliError> {
-    let bar = super::progress(1000, format!("{minutes} min of driving"));
+    let bar = crate::cli::progress(1000, format!("{minutes} min of driving"));
     let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
     bar.finish_and_clear();
     Ok(drive)

@@ -1,8 +1,8 @@
 //! `codrive calibrate`: learns a wheel by asking, with wheel and pedals alone, and saves its profile.
 
-use super::CliError;
+use crate::cli::CliError;
 #[cfg(target_os = "linux")]
-use super::out;
+use crate::cli::out;
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! `codrive drive`: the window.
 
-use super::{CliError, flags, out, stop_on_ctrl_c};
+use crate::cli::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{desktop::display::WindowPlacement, drive_window, input::profiles};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! `codrive render`: one picture of a drive, without a window.
 
-use super::{CliError, flags, out};
+use crate::cli::{CliError, flags, out};
 use crate::{
     drive_loop::offline::OfflineDrive,
     hud::Speedometer,

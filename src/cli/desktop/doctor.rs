@@ -1,6 +1,7 @@
 //! `codrive doctor`: is this rig fit for a study, on one page.
 
-use super::{CliError, drive, flags, out};
+use super::drive;
+use crate::cli::{CliError, flags, out};
 use crate::{
     desktop::display,
     doctor::{self, DoctorOptions, FindingGrade},

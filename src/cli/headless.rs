@@ -1,0 +1,101 @@
+//! What stands in the place of the commands that need a window, a graphics card or devices in a program that is built without
+//! the feature `desktop`. In: arguments. Out: a refusal that names the remedy.
+
+use super::{CliError, Listing};
+use clap::{Arg, ArgAction, ArgMatches, Command};
+
+/// What is refused, in words.
+fn refusal(what: &str) -> CliError {
+    CliError::Input(format!(
+        "{what} needs what this program was built without: windows, pictures and devices (the cargo feature `desktop`)\n  \
+         remedy: build it with cargo build --release; codrive --help lists what this one can do"
+    ))
+}
+
+/// Kinds of files that a figure becomes.
+pub(super) const FIGURES: &str = "SVG";
+
+/// The commands by name, so that whoever names one is told why it is not here.
+pub(super) fn commands(_: Listing) -> Vec<Command> {
+    let anything = || Arg::new("anything").num_args(0..).trailing_var_arg(true).allow_hyphen_values(true);
+    let command = |name| Command::new(name).hide(true).disable_help_flag(true).arg(anything());
+    ["drive", "render", "calibrate", "doctor", "bench"].map(command).into()
+}
+
+/// Refuses a command, if it is one of these.
+pub(super) fn run(name: &str, _: &ArgMatches) -> Option<Result<(), CliError>> {
+    commands(Listing::All).iter().any(|command| command.get_name() == name).then(|| Err(refusal(&format!("codrive {name}"))))
+}
+
+/// No figure is drawn as PNG: the SVG says the same.
+pub(super) fn png(_: &str) -> Option<Result<Vec<u8>, String>> {
+    None
+}
+
+/// Flags that are taken to be refused.
+fn flags(names: &[&'static str]) -> Vec<Arg> {
+    let flag = |name: &&'static str| {
+        Arg::new(*name).long(*name).hide(true).num_args(0..=1).allow_hyphen_values(true).action(ArgAction::Append)
+    };
+    names.iter().map(flag).collect()
+}
+
+fn refuse(names: &[&'static str], matches: &ArgMatches) -> Result<(), CliError> {
+    let given = |name: &&&'static str| matches.value_source(name) == Some(clap::parser::ValueSource::CommandLine);
+    names.iter().find(given).map_or(Ok(()), |name| Err(refusal(&format!("--{name}"))))
+}
+
+/// What `codrive replay` would show and write beside the proof.
+pub(super) mod replay {
+    use super::{ArgMatches, CliError};
+    use crate::replay::{Replay, ReplayReport};
+    use clap::Arg;
+    use std::path::Path;
+
+    const FLAGS: [&str; 9] = ["window", "png", "frames", "video", "sound", "at", "view", "size", "rate"];
+
+    pub(in crate::cli) fn arguments() -> Vec<Arg> {
+        super::flags(&FLAGS)
+    }
+
+    pub(in crate::cli) fn play(_: &Path, matches: &ArgMatches) -> Option<Result<(ReplayReport, u64), CliError>> {
+        super::refuse(&FLAGS, matches).err().map(Err)
+    }
+
+    /// Nothing is written beside the proof.
+    pub(in crate::cli) struct Outputs;
+
+    impl Outputs {
+        pub(in crate::cli) fn begin(_: &Path, _: &Replay, matches: &ArgMatches) -> Result<Self, CliError> {
+            super::refuse(&FLAGS, matches).map(|()| Self)
+        }
+
+        #[allow(clippy::unused_self, clippy::unnecessary_wraps, reason = "stands in for the desktop's")]
+        pub(in crate::cli) fn tick(&mut self, _: &Replay) -> Result<(), CliError> {
+            Ok(())
+        }
+
+        #[allow(clippy::unused_self, clippy::unnecessary_wraps, reason = "stands in for the desktop's")]
+        pub(in crate::cli) fn end(self, _: &Replay) -> Result<(), CliError> {
+            Ok(())
+        }
+    }
+}
+
+/// A participant's session.
+pub(super) mod session {
+    use super::{ArgMatches, CliError};
+    use crate::study::{ParticipantCode, Study};
+    use clap::Arg;
+    use std::path::Path;
+
+    const FLAGS: [&str; 5] = ["participant", "fullscreen", "monitor", "refresh", "wheel"];
+
+    pub(in crate::cli) fn arguments() -> Vec<Arg> {
+        super::flags(&FLAGS)
+    }
+
+    pub(in crate::cli) fn lead(_: Study, _: ParticipantCode, _: &Path, _: &ArgMatches) -> Result<(), CliError> {
+        Err(super::refusal("--participant"))
+    }
+}

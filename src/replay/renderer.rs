@@ -1,0 +1,51 @@
+//! Pictures of a replay without a window. In: a [`Replay`] at some tick. Out: the picture of one view.
+
+use super::Replay;
+use crate::{
+    drive_loop::RunError,
+    hud::Speedometer,
+    render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
+    scenario::QualityLevel,
+    scene::{self, StaticScene, ViewKind, view_options},
+};
+
+/// Draws a replay.
+pub struct ReplayRenderer {
+    gpu: Gpu,
+    stage: StaticScene,
+    renderer: Renderer,
+    instruments: Speedometer,
+    kind: ViewKind,
+    size: [u32; 2],
+}
+
+impl ReplayRenderer {
+    /// For one view at one size, in the quality that the scenario names (medium for auto: nobody waits).
+    ///
+    /// # Errors
+    /// No graphics adapter.
+    pub fn new(replay: &Replay, kind: ViewKind, size: [u32; 2]) -> Result<Self, RunError> {
+        let world = replay.world();
+        let gpu = Gpu::headless()?;
+        let stage = StaticScene::build(world.map(), world.scenario().seed);
+        let level = match world.scenario().quality {
+            QualityLevel::Auto => QualityLevel::Medium,
+            level => level,
+        };
+        let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(level, &gpu));
+        let instruments = Speedometer::new(world);
+        Ok(Self { gpu, stage, renderer, instruments, kind, size })
+    }
+
+    /// The picture of the present tick.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn draw(&mut self, replay: &Replay) -> Result<image::RgbaImage, RunError> {
+        let world = replay.world();
+        let options = view_options(world.scenario());
+        let mut view = scene::view(world.snapshot(), 1.0, self.kind, &options, &self.stage);
+        view.dial = self.kind.has_dial().then(|| self.instruments.read(world.snapshot()));
+        Ok(render_to_image(&self.gpu, &mut self.renderer, &view, self.size)?)
+    }
+}
