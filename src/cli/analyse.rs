@@ -8,7 +8,7 @@ use crate::{
         find, glossary, report, tables,
     },
     drive_loop::RunError,
-    plot, record,
+    record,
     study::{bids, checksums},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};

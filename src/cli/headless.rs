@@ -24,7 +24,10 @@ pub(super) fn commands(_: Listing) -> Vec<Command> {
 
 /// Refuses a command, if it is one of these.
 pub(super) fn run(name: &str, _: &ArgMatches) -> Option<Result<(), CliError>> {
-    commands(Listing::All).iter().any(|command| command.get_name() == name).then(|| Err(refusal(&format!("codrive {name}"))))
+    commands(Listing::All)
+        .iter()
+        .any(|command| command.get_name() == name)
+        .then(|| Err(refusal(&format!("codrive {name}"))))
 }
 
 /// No figure is drawn as PNG: the SVG says the same.

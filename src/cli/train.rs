@@ -4,7 +4,7 @@
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     file::read_text,
-    policy, private,
+    private,
     settings::{self, fields_of},
     train::{Learner, Row, TrainConfig, learning_curve},
 };
@@ -22,6 +22,7 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 const CHECKPOINT_BYTES: u64 = 64 << 20;
 /// Files of a training.
 const POLICY: &str = "policy.toml";
+/// Written where the program reads such files, too.
 const ONNX: &str = "policy.onnx";
 const CONFIG: &str = "train.toml";
 const CHECKPOINT: &str = "checkpoint.json";
@@ -138,7 +139,8 @@ fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
     let checkpoint = serde_json::to_string(learner).map_err(|e| CliError::Failed(e.to_string()))?;
     write(dir, CHECKPOINT, checkpoint.as_bytes())?;
     write(dir, POLICY, network.to_toml().as_bytes())?;
-    write(dir, ONNX, &policy::onnx::write(&network))?;
+    #[cfg(feature = "onnx")]
+    write(dir, ONNX, &crate::policy::onnx::write(&network))?;
     write(dir, CURVE_CSV, learning_curve::csv(rows).as_bytes())?;
     write(dir, CURVE_SVG, learning_curve::svg(rows, &title).as_bytes())
 }

@@ -5,6 +5,10 @@ mod follower_stopper;
 mod hold;
 mod network;
 mod observe;
+#[cfg(feature = "onnx")]
+pub mod onnx;
+#[cfg(not(feature = "onnx"))]
+#[path = "without_onnx.rs"]
 pub mod onnx;
 mod open_loop;
 mod pi_saturation;

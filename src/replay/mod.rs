@@ -11,10 +11,10 @@ mod what_if;
 #[cfg(feature = "desktop")]
 pub mod window;
 
-#[cfg(feature = "desktop")]
-pub use {renderer::ReplayRenderer, sound_track::SoundTrack};
 pub use verifier::{ReplayHeader, VerificationProgress, Verifier};
 pub use what_if::{WhatIfComparison, changes, what_if, words};
+#[cfg(feature = "desktop")]
+pub use {renderer::ReplayRenderer, sound_track::SoundTrack};
 
 use crate::{
     controls::Controls,

@@ -49,8 +49,12 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
 pub(in crate::cli) fn play(recording: &Path, matches: &ArgMatches) -> Option<Result<(ReplayReport, u64), CliError>> {
     matches.get_flag("window").then(|| {
         let at_s = matches.get_one::<f64>("at").copied().unwrap_or_default();
-        let options =
-            window::ReplayOptions { recording: recording.to_owned(), kind: view_kind(matches), at_s, stop: stop_on_ctrl_c() };
+        let options = window::ReplayOptions {
+            recording: recording.to_owned(),
+            kind: view_kind(matches),
+            at_s,
+            stop: stop_on_ctrl_c(),
+        };
         Ok(window::run(&options)?)
     })
 }

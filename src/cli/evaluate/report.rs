@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     driver::NamedDriver,
-    plot, private,
+    private,
     train::{Estimate, EvaluationResult, TrainConfig, evaluate, figures, trace},
 };
 use serde_json::{Value, json};
