@@ -1,7 +1,7 @@
 //! What stands in the place of the commands that need a window, a graphics card or devices in a program that is built without
 //! the feature `desktop`. In: arguments. Out: a refusal that names the remedy.
 
-use super::{CliError, Listing};
+use super::{CliError, HelpListing};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
 /// What is refused, in words.
@@ -16,7 +16,7 @@ fn refusal(what: &str) -> CliError {
 pub(super) const FIGURES: &str = "SVG";
 
 /// The commands by name, so that whoever names one is told why it is not here.
-pub(super) fn commands(_: Listing) -> Vec<Command> {
+pub(super) fn commands(_: HelpListing) -> Vec<Command> {
     let anything = || Arg::new("anything").num_args(0..).trailing_var_arg(true).allow_hyphen_values(true);
     let command = |name| Command::new(name).hide(true).disable_help_flag(true).arg(anything());
     ["drive", "render", "calibrate", "doctor", "bench"].map(command).into()
@@ -24,7 +24,7 @@ pub(super) fn commands(_: Listing) -> Vec<Command> {
 
 /// Refuses a command, if it is one of these.
 pub(super) fn run(name: &str, _: &ArgMatches) -> Option<Result<(), CliError>> {
-    commands(Listing::All)
+    commands(HelpListing::All)
         .iter()
         .any(|command| command.get_name() == name)
         .then(|| Err(refusal(&format!("codrive {name}"))))

@@ -9,14 +9,14 @@ mod render;
 pub(super) mod replay;
 pub(super) mod session;
 
-use super::{CliError, Listing, flags};
+use super::{CliError, HelpListing, flags};
 use clap::{ArgMatches, Command};
 
 /// Kinds of files that a figure becomes.
 pub(super) const FIGURES: &str = "SVG, PNG";
 
 /// The commands, in the order of the help.
-pub(super) fn commands(listing: Listing) -> Vec<Command> {
+pub(super) fn commands(listing: HelpListing) -> Vec<Command> {
     let add = |command: Command| flags::add(command, listing);
     vec![
         add(drive::command()),

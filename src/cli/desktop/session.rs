@@ -39,7 +39,12 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
 }
 
 /// Leads a participant through the study, and says where it ended.
-pub(in crate::cli) fn lead(study: Study, code: ParticipantCode, root: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+pub(in crate::cli) fn lead(
+    study: Study,
+    code: ParticipantCode,
+    root: &Path,
+    matches: &ArgMatches,
+) -> Result<(), CliError> {
     let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name)).transpose();
     let left = window::run(SessionOptions {
         study,
