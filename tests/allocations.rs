@@ -148,11 +148,11 @@ fn drive(scenario: &Scenario) -> [Ticks; 2] {
 #[test]
 fn a_tick_of_the_world_asks_for_no_more_memory_than_its_physics_library() {
     let _guard = alone();
-    for traffic in ["native", "sumo"] {
+    for traffic in [EngineChoice::Native, EngineChoice::Sumo] {
         for policy in ["none", "constant", "auto", "two-phase", "follower-stopper", "pi"] {
             // 30 m for each car.
             let scenario = Scenario {
-                traffic: traffic.into(),
+                traffic: traffic.clone(),
                 policy: policy.into(),
                 map: "ring-641".into(),
                 vehicles: 21,
@@ -173,6 +173,6 @@ fn a_tick_of_the_world_asks_for_no_more_memory_than_its_physics_library() {
 #[test]
 fn cars_that_are_far_from_the_ego_cost_its_physics_nothing() {
     // The paper's ring: two to four others near by, seventeen or more beyond. One comes or goes in less than 1 of 100 ticks.
-    let [_, near] = drive(&Scenario { traffic: "native".into(), duration_s: 0.0, ..Scenario::default() });
+    let [_, near] = drive(&Scenario { traffic: EngineChoice::Native, duration_s: 0.0, ..Scenario::default() });
     assert!(near.all > SETTLING_TICKS && 100 * near.more <= near.all, "{near:?}");
 }

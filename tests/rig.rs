@@ -12,8 +12,9 @@ use codrive::{
         wheel::{FoundWheel, WheelMessage},
     },
     live_drive::LiveDrive,
-    scenario::Scenario,
+    scenario::{DisplaySettings, Scenario},
     time::Pace,
+    traffic::EngineChoice,
 };
 use std::{
     io,
@@ -118,12 +119,12 @@ impl Seat {
         let desk = Desk { plugged: Arc::clone(&plugged), events, motor: motor.clone(), profile };
         let (thread, told) = ReadingThread::start(desk).unwrap();
         let scenario = Scenario {
-            traffic: "native".into(),
+            traffic: EngineChoice::Native,
             policy: "none".into(),
             vehicles: 6,
             warm_up_s: 5.0,
             duration_s: 0.0,
-            trees: 0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
         let live = LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap();

@@ -102,8 +102,9 @@ fn all_trials_have_one_full_scale_of_the_speedometer() {
         Study::parse(text, Path::new("dial.toml")).unwrap_or_else(|e| panic!("{e}"))
     };
     let scales = |more: &str| -> Vec<f64> {
-        let full =
-            |item: PlanItem| if let PlanItem::Drive { scenario, .. } = item { Some(scenario.dial_full) } else { None };
+        let full = |item: PlanItem| {
+            if let PlanItem::Drive { scenario, .. } = item { Some(scenario.display.dial_full) } else { None }
+        };
         study(more).plan(0).items.into_iter().filter_map(|planned| full(planned.item)).collect()
     };
     // The practice keeps what suits it; 15 % more than 2.2 times the even flow of five cars, at most the road's limit.

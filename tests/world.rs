@@ -3,7 +3,7 @@
 use codrive::{
     controls::Controls,
     driver::{SimulatedDriver, preset},
-    scenario::{OnContact, Scenario},
+    scenario::{DisplaySettings, OnContact, Scenario},
     sim::{EndReason, EventKind, NotPutBack, Snapshot, World},
     space::CAR_LENGTH_M,
 };
@@ -17,7 +17,7 @@ fn one_at_a_time() -> MutexGuard<'static, ()> {
 }
 
 fn scenario(traffic: &str) -> Scenario {
-    Scenario { traffic: traffic.into(), duration_s: 0.0, ..Scenario::default() }
+    Scenario { traffic: traffic.parse().unwrap(), duration_s: 0.0, ..Scenario::default() }
 }
 
 const STANDING: Controls =
@@ -39,7 +39,12 @@ fn drive(scenario: &Scenario, seconds: f64) -> Vec<Snapshot> {
 
 #[test]
 fn a_car_beside_the_road_or_turned_around_is_put_back_into_the_gap_where_it_left_and_no_other_car_is_touched() {
-    let mut world = World::new(&Scenario { vehicles: 8, trees: 0, ..scenario("native") }).unwrap();
+    let mut world = World::new(&Scenario {
+        vehicles: 8,
+        display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+        ..scenario("native")
+    })
+    .unwrap();
     assert_eq!(world.put_back(), Err(NotPutBack::OnLane));
     let away = Controls { throttle: 0.6, steering_wheel_rad: 4.0, ..Controls::default() };
     for _ in 0..3000 {

@@ -200,9 +200,14 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
         joined_values(advised.iter().map(|d| SetupValue::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
     let dial = words(&advised, |drive| match &drive.setup.manifest.dial {
         Some(dial) => {
-            format!("{} (full scale {} {})", drive.setup.scenario.units.label(), number_text(dial.full), dial.unit)
+            format!(
+                "{} (full scale {} {})",
+                drive.setup.scenario.display.units.label(),
+                number_text(dial.full),
+                dial.unit
+            )
         }
-        None => drive.setup.scenario.units.label().into(),
+        None => drive.setup.scenario.display.units.label().into(),
     });
     let mut text = format!(
         "A speed was advised by the policy {}{sum}{asked}; an advice was held for {}. The acceptable range reached {} ({mps}) to either \

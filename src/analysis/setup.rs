@@ -48,7 +48,7 @@ const FACTS: [SetupFact; 17] = [
     ("warm-up", |s| SetupValue::Number(s.scenario.warm_up_s, "s")),
     ("planned duration", |s| SetupValue::Number(s.scenario.duration_s, "s")),
     ("delay of the controls", |s| SetupValue::Number(s.scenario.extra_delay_s, "s")),
-    ("unit of the speedometer", |s| SetupValue::Word(s.scenario.units.label().into())),
+    ("unit of the speedometer", |s| SetupValue::Word(s.scenario.display.units.label().into())),
 ];
 
 impl DriveSetup {

@@ -6,6 +6,7 @@ use crate::{
     ego::{CarParams, GroundSurface},
     scenario::{Scenario, SoundLevels, sound::SILENT_DB},
     sim::World,
+    traffic::EngineChoice,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -280,7 +281,8 @@ fn listened(scenario: &Scenario, ticks: usize) -> Vec<SoundScene> {
 
 #[test]
 fn a_drive_is_heard_speed_engine_cars_contact_and_only_changed_advice() {
-    let scenario = Scenario { traffic: "native".into(), policy: "constant".into(), hold_s: 0.1, ..Scenario::default() };
+    let scenario =
+        Scenario { traffic: EngineChoice::Native, policy: "constant".into(), hold_s: 0.1, ..Scenario::default() };
     let with_tone = listened(&Scenario { advice_tone: true, ..scenario.clone() }, 700);
     let last = with_tone.last().unwrap();
     assert!(with_tone.iter().any(|h| h.speed_mps > 4.0 && h.engine_rpm > 1500.0 && h.throttle == 1.0));
@@ -295,7 +297,7 @@ fn a_drive_is_heard_speed_engine_cars_contact_and_only_changed_advice() {
 
 #[test]
 fn a_car_keeps_its_place_among_those_that_are_heard() {
-    let scenario = Scenario { traffic: "native".into(), ..Scenario::default() };
+    let scenario = Scenario { traffic: EngineChoice::Native, ..Scenario::default() };
     let heard = listened(&scenario, 600);
     // A car moves by less than a metre in a tick; another one in its place would be a jump.
     for pair in heard.windows(2) {
@@ -309,7 +311,7 @@ fn a_car_keeps_its_place_among_those_that_are_heard() {
 
 #[test]
 fn wheels_on_grass_are_heard_by_their_share() {
-    let scenario = Scenario { traffic: "native".into(), ..Scenario::default() };
+    let scenario = Scenario { traffic: EngineChoice::Native, ..Scenario::default() };
     let world = World::new(&scenario).unwrap();
     let mut snapshot = world.snapshot().clone();
     snapshot.ego.wheels[1].surface = GroundSurface::Grass;

@@ -6,8 +6,9 @@ use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     hud::Speedometer,
     render::{Gpu, OFFSCREEN, Renderer, canvas, quality_for},
-    scenario::{QualityLevel, Scenario},
+    scenario::{DisplaySettings, QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, view_options},
+    traffic::EngineChoice,
 };
 use serde::Serialize;
 use std::time::Duration;
@@ -96,8 +97,15 @@ pub struct CostGrowth {
 /// As [`startup`] and [`DrawnDrive::frames`].
 pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<CostGrowth>, RunError> {
     let place = |map: &str, vehicles, trees| {
-        let (map, traffic) = (map.into(), "native".into());
-        startup(&Scenario { map, vehicles, trees, traffic, ..scenario.clone() }).map(|(_, picture)| picture)
+        let (map, traffic) = (map.into(), EngineChoice::Native);
+        startup(&Scenario {
+            map,
+            vehicles,
+            traffic,
+            display: DisplaySettings { trees, ..scenario.display.clone() },
+            ..scenario.clone()
+        })
+        .map(|(_, picture)| picture)
     };
     let mut places = [place("ring-250", 22, 1000)?, place("ring-641", 40, 5000)?];
     let mut rows = Vec::new();
@@ -134,9 +142,9 @@ pub fn startup(scenario: &Scenario) -> Result<(StartupTimes, DrawnDrive), RunErr
     laps.push(now());
     let gpu = Gpu::headless()?;
     laps.push(now());
-    let stage = StaticScene::with_trees(run.world().map(), scenario.seed, scenario.trees as usize);
+    let stage = StaticScene::with_trees(run.world().map(), scenario.seed, scenario.display.trees as usize);
     laps.push(now());
-    let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.quality, &gpu));
+    let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.display.quality, &gpu));
     laps.push(now());
     let instruments = Speedometer::new(run.world());
     let mut picture = DrawnDrive { gpu, run, stage, renderer, instruments, target: None };
@@ -176,7 +184,7 @@ impl DrawnDrive {
                     times.push(self.draw(kind, size)?);
                 }
                 let passes = self.renderer.pass_times().map(|p| [p.shadow_ms, p.main_ms, p.mirror_ms, p.tonemap_ms]);
-                let quality = self.run.world().scenario().quality;
+                let quality = self.run.world().scenario().display.quality;
                 let device_mb = self.gpu.memory_mb();
                 rows.push(FrameTimes { view, size, quality, times: TimeStatistics::of(times), passes, device_mb });
             }
@@ -243,7 +251,12 @@ mod tests {
 
     #[test]
     fn a_drive_of_minutes_lasts_longer_than_a_scenario() {
-        let scenario = Scenario { traffic: "native".into(), trees: 20, duration_s: 0.2, ..Scenario::default() };
+        let scenario = Scenario {
+            traffic: EngineChoice::Native,
+            duration_s: 0.2,
+            display: DisplaySettings { trees: 20, ..DisplaySettings::default() },
+            ..Scenario::default()
+        };
         let (_, mut picture) = startup(&scenario).unwrap();
         let mut shares = Vec::new();
         let drive = picture.drive(1.0, [64, 36], |share| shares.push(share)).unwrap();

@@ -8,6 +8,7 @@ use crate::{
     record::{Recorder, tables::FrameRow},
     scenario::Scenario,
     sim::{SummaryAccumulator, World},
+    traffic::EngineChoice,
 };
 use std::time::Duration;
 
@@ -23,7 +24,7 @@ const BATCH: u64 = 40;
 /// # Errors
 /// The scenario cannot be simulated, or the folder for temporary files refuses.
 pub fn recording(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
-    let native = Scenario { traffic: "native".into(), ..scenario.clone() };
+    let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
     let mut world = World::new(&native)?;
     let folder = std::env::temp_dir().join(format!("codrive-bench-{}", std::process::id()));
     let times = record(&mut world, &folder);

@@ -9,6 +9,7 @@ use crate::{
     map::RoadMap,
     scenario::Scenario,
     sim::WorldError,
+    traffic::EngineChoice,
     traffic::{NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},
 };
 use serde::Serialize;
@@ -47,7 +48,7 @@ pub struct SimulationReport {
 /// # Errors
 /// The scenario cannot be simulated.
 pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
-    let native = Scenario { traffic: "native".into(), ..scenario.clone() };
+    let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
     let sumo_step = match sumo(scenario) {
         Ok(times) => Some(times),
         Err(WorldError::Traffic(TrafficError::Absent(why))) => {

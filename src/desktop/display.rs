@@ -174,8 +174,8 @@ pub fn monitors() -> Result<Vec<MonitorInfo>, RunError> {
 /// No display, no such monitor, no graphics.
 pub fn check(scenario: &Scenario, place: WindowPlacement) -> Result<(), RunError> {
     let truth = DisplayTruth {
-        screen_width_m: scenario.screen_width_m,
-        eye_distance_m: scenario.eye_distance_m,
+        screen_width_m: scenario.display.screen_width_m,
+        eye_distance_m: scenario.display.eye_distance_m,
         screen: Vec::new(),
     };
     let (_, ended) = event_loop::run::<CheckWindow>(event_loop::event_loop()?, (truth, place), &AtomicBool::new(false));

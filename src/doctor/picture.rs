@@ -7,6 +7,7 @@ use crate::{
     scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, ViewOptions},
     sim::World,
+    traffic::EngineChoice,
 };
 
 /// Pictures that are measured, after one that makes what is made at a first use.
@@ -18,11 +19,11 @@ const LONGEST_MS: f64 = 1000.0 / 30.0;
 
 pub(super) fn examine(options: &DoctorOptions) -> Vec<Finding> {
     let mut lines = Vec::new();
-    let sumo = World::new(&Scenario { traffic: "sumo".into(), ..options.scenario.clone() });
+    let sumo = World::new(&Scenario { traffic: EngineChoice::Sumo, ..options.scenario.clone() });
     let (sumo, world) = match sumo {
         Ok(world) => (Finding::ok("SUMO", world.traffic_engine()), Ok(world)),
         Err(error) => {
-            let native = Scenario { traffic: "native".into(), ..options.scenario.clone() };
+            let native = Scenario { traffic: EngineChoice::Native, ..options.scenario.clone() };
             (Finding::told("SUMO", FindingGrade::Fault, &error.to_string()), World::new(&native))
         }
     };
@@ -48,7 +49,7 @@ pub(super) fn examine(options: &DoctorOptions) -> Vec<Finding> {
 
 /// What is set of the picture's size, which only a tape can judge.
 pub(super) fn display(scenario: &Scenario) -> Finding {
-    let (width_m, eye_m) = (scenario.screen_width_m, scenario.eye_distance_m);
+    let (width_m, eye_m) = (scenario.display.screen_width_m, scenario.display.eye_distance_m);
     let angle_deg = 2.0 * (width_m / 2.0 / eye_m).atan().to_degrees();
     Finding::ok(
         "display",
@@ -88,8 +89,8 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
 /// Times of pictures of the driver's view, milliseconds, shortest first.
 fn frames(gpu: &Gpu, world: &World, options: &DoctorOptions) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
-    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.trees as usize);
-    let quality = match scenario.quality {
+    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
+    let quality = match scenario.display.quality {
         QualityLevel::Auto | QualityLevel::Low if gpu.is_software() => Quality::LOW,
         QualityLevel::Low => Quality::LOW,
         QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,
@@ -98,9 +99,9 @@ fn frames(gpu: &Gpu, world: &World, options: &DoctorOptions) -> Result<Vec<f64>,
     };
     let mut renderer = Renderer::new(gpu, &stage, OFFSCREEN, quality);
     let view_options = ViewOptions {
-        screen_width_m: scenario.screen_width_m as f32,
-        eye_distance_m: scenario.eye_distance_m as f32,
-        cockpit: scenario.cockpit,
+        screen_width_m: scenario.display.screen_width_m as f32,
+        eye_distance_m: scenario.display.eye_distance_m as f32,
+        cockpit: scenario.display.cockpit,
         ..ViewOptions::default()
     };
     let view = scene::view(world.snapshot(), 0.0, ViewKind::Driver, &view_options, &stage);

@@ -72,6 +72,7 @@ impl Drive {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::traffic::EngineChoice;
     use crate::traffic::{CarState, ExternalVehicleState, Traffic};
 
     /// Cars that stand, of an engine that does not answer in time for so many questions.
@@ -102,7 +103,7 @@ mod tests {
 
     /// A drive of `duration_s` in real time that waits for such an engine from its first tick on.
     fn drive(duration_s: f64, questions: u32) -> Drive {
-        let scenario = Scenario { traffic: "native".into(), vehicles: 2, duration_s, ..Scenario::default() };
+        let scenario = Scenario { traffic: EngineChoice::Native, vehicles: 2, duration_s, ..Scenario::default() };
         let mut drive = Drive::new(&scenario, Pace::RealTime).unwrap();
         let other = drive.world.snapshot().cars[0];
         let stands = CarState { id: other.id, s_m: other.s_m, pose: other.pose, ..CarState::default() };

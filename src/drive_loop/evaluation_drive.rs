@@ -32,17 +32,19 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::DisplaySettings;
+    use crate::traffic::EngineChoice;
 
     #[test]
     fn a_short_drive_behind_others_is_judged_by_what_was_driven() {
         let scenario = Scenario {
-            traffic: "native".into(),
+            traffic: EngineChoice::Native,
             policy: "none".into(),
             driver: "perfect".into(),
             vehicles: 4,
             warm_up_s: 1.0,
             duration_s: 10.0,
-            trees: 0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
         let verdict = evaluate(&scenario).unwrap();
@@ -55,13 +57,13 @@ mod tests {
     #[test]
     fn a_car_that_drives_into_another_has_crashed_and_stands_from_then_on() {
         let scenario = Scenario {
-            traffic: "native".into(),
+            traffic: EngineChoice::Native,
             policy: "constant".into(),
             policy_speed_mps: 15.0,
             driver: "exact".into(),
             vehicles: 10,
             duration_s: 40.0,
-            trees: 0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
         let verdict = evaluate(&scenario).unwrap();

@@ -29,9 +29,9 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         began: now(),
         machine: machine(),
         graphics,
-        display_m: [scenario.screen_width_m, scenario.eye_distance_m],
+        display_m: [scenario.display.screen_width_m, scenario.display.eye_distance_m],
         screen: None,
-        dial: Some(DialScale { full: Speedometer::scale(world).full, unit: scenario.units.label().into() }),
+        dial: Some(DialScale { full: Speedometer::scale(world).full, unit: scenario.display.units.label().into() }),
         state: None,
         ended: None,
         hash: None,
@@ -80,6 +80,8 @@ fn machine() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::{DisplaySettings, Scenario};
+    use crate::traffic::EngineChoice;
     use std::time::Duration;
 
     #[test]
@@ -95,12 +97,11 @@ mod tests {
 
     #[test]
     fn a_manifest_tells_what_was_driven_by_whom_and_on_what() {
-        let scenario = crate::scenario::Scenario {
-            traffic: "native".into(),
+        let scenario = Scenario {
+            traffic: EngineChoice::Native,
             policy: "constant".into(),
             seed: 42,
-            screen_width_m: 1.25,
-            eye_distance_m: 0.75,
+            display: DisplaySettings { screen_width_m: 1.25, eye_distance_m: 0.75, ..Default::default() },
             ..Default::default()
         };
         let world = World::new(&scenario).unwrap();

@@ -19,7 +19,6 @@ use crate::{
 use rayon::prelude::*;
 use std::{
     path::Path,
-    str::FromStr,
     sync::atomic::{AtomicBool, Ordering},
 };
 
@@ -79,7 +78,7 @@ impl<'a> Rehearsal<'a> {
     pub fn run(&self, stop: &AtomicBool, driven: &(impl Fn(u64) + Sync)) -> Result<RehearsalProgress, RunError> {
         let one = |index: usize| self.participant(index, stop, driven);
         let native = self.study.plan(0).items.iter().all(|planned| match &planned.item {
-            PlanItem::Drive { scenario, .. } => scenario.traffic == "native",
+            PlanItem::Drive { scenario, .. } => scenario.traffic == EngineChoice::Native,
             _ => true,
         });
         let complete: Vec<bool> = if native {
@@ -191,8 +190,7 @@ pub fn baseline(
         std::fs::remove_dir_all(&folder).map_err(|why| RecordError::File { path: folder.clone(), why })?;
     }
     // Made after the session, when a SUMO elsewhere may be gone; in this program cars move alike.
-    let stand_in = EngineChoice::from_str(&scenario.traffic).ok().and_then(|engine| engine.stand_in());
-    let traffic = stand_in.map_or(scenario.traffic.clone(), |engine| engine.to_string());
+    let traffic = scenario.traffic.stand_in().unwrap_or_else(|| scenario.traffic.clone());
     let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
     let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;

@@ -4,7 +4,7 @@ use crate::{scenario::Scenario, sim::Summary, units::SpeedUnit};
 
 /// The summary of a drive, a line a figure; `who` drove, advised by `policy`.
 pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summary: &Summary) -> String {
-    let unit = scenario.units;
+    let unit = scenario.display.units;
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
     let in_range = summary.time_in_range.map_or("- (no advice)".into(), |share| format!("{:.1} %", 100.0 * share));
     let mut lines = vec![
@@ -40,11 +40,17 @@ fn both(speed_mps: f64, unit: SpeedUnit) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::DisplaySettings;
     use crate::sim::{ContactRecord, EndReason, SummaryAccumulator};
 
     #[test]
     fn a_drive_is_told_line_by_line_in_the_units_of_its_scenario() {
-        let scenario = Scenario { units: SpeedUnit::Mph, policy: "pi".into(), vehicles: 5, ..Scenario::default() };
+        let scenario = Scenario {
+            policy: "pi".into(),
+            vehicles: 5,
+            display: DisplaySettings { units: SpeedUnit::Mph, ..DisplaySettings::default() },
+            ..Scenario::default()
+        };
         let whole = Summary {
             window_s: [10.0, 60.0],
             // 10 m/s are 36000 m an hour, or 22.37 miles of 1609.344 m.
@@ -73,7 +79,7 @@ contacts, off the road   0, 2
 
         // Without advice and without a car ahead; stopped after a contact.
         let contact = ContactRecord { time_s: 5.25, car: 3, ego_speed_mps: 4.0, car_speed_mps: 1.0, closing_mps: 3.0 };
-        let kmh = Scenario { units: SpeedUnit::Kmh, ..scenario };
+        let kmh = Scenario { display: DisplaySettings { units: SpeedUnit::Kmh, ..scenario.display }, ..scenario };
         let stopped = Summary {
             time_in_range: None,
             min_gap_m: None,

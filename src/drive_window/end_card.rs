@@ -1,7 +1,12 @@
 //! What a driver reads after a free drive. In: a drive that is over. Out: lines: time in range, mean speed of all, and the same
 //! traffic without advice, which is driven beside the window meanwhile.
 
-use crate::{drive_loop::offline::OfflineDrive, scenario::Scenario, sim::Summary};
+use crate::{
+    drive_loop::offline::OfflineDrive,
+    scenario::{DisplaySettings, Scenario},
+    sim::Summary,
+    traffic::EngineChoice,
+};
 use std::thread::JoinHandle;
 
 /// A shorter drive says nothing about traffic, seconds.
@@ -17,18 +22,18 @@ pub struct EndCard {
 }
 
 /// Which engine drives the same traffic without advice.
-const ENGINE: &str = "native";
+const ENGINE: EngineChoice = EngineChoice::Native;
 
 impl EndCard {
     /// Of a drive that is over. The same seed without advice begins on a thread of its own, on the native engine: SUMO runs
     /// once a process. Where that cannot drive the road, and after a drive without advice, its line is left out.
     pub fn begin(scenario: &Scenario, summary: &Summary) -> Self {
         let same = Scenario {
-            traffic: ENGINE.into(),
+            traffic: ENGINE,
             policy: "none".into(),
             driver: "idm".into(),
             duration_s: summary.duration_s,
-            trees: 0,
+            display: DisplaySettings { trees: 0, ..scenario.display.clone() },
             ..scenario.clone()
         };
         let worth = summary.advices > 0 && summary.duration_s >= LEAST_S;
@@ -53,7 +58,7 @@ impl EndCard {
             // A panic was printed already.
             self.without_mps = done.join().ok().flatten();
         }
-        let unit = self.scenario.units;
+        let unit = self.scenario.display.units;
         let speed = |mps: f64| format!("{:.1} {} ({mps:.2} m/s)", unit.from_mps(mps), unit.label());
         let mut lines = Vec::new();
         lines.extend(self.in_range.map(|share| format!("Time in range: {:.0} %", 100.0 * share)));
@@ -79,10 +84,10 @@ mod tests {
     #[expect(clippy::disallowed_methods, reason = "waits for another thread")]
     fn the_card_has_the_drives_own_numbers_and_those_of_the_same_seed_without_advice() {
         let scenario = Scenario {
-            traffic: "native".into(),
+            traffic: EngineChoice::Native,
             driver: "perfect".into(),
             duration_s: 60.0,
-            trees: 0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
         let drive = |scenario: &Scenario| {
@@ -108,7 +113,7 @@ mod tests {
         }
         assert!(words.lines().last().is_some_and(|line| line.starts_with("Without advice") && line.ends_with(&other)));
         // Two SUMOs do not run in one process: another engine is named.
-        card.scenario.traffic = "sumo".into();
+        card.scenario.traffic = EngineChoice::Sumo;
         assert!(card.words().ends_with(&format!("{other}, native traffic")));
         // Nobody advised: there is nothing to compare with.
         assert!(!EndCard::begin(&scenario, &without).words().contains("Without advice"));

@@ -117,7 +117,7 @@ impl Windows for DriveWindows {
         let mut picture = DriverWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
         let view = live.view();
-        picture.stage(&live.picture.stage, &view, options.scenario.quality)?;
+        picture.stage(&live.picture.stage, &view, options.scenario.display.quality)?;
         live.open_sound();
         live.set_screen(picture.screen());
         let mut recordings = RecordingFolders::new(options.out);
@@ -286,7 +286,7 @@ impl DriveWindows {
     fn new_stage(&mut self) -> Result<(), RunError> {
         let view = self.live.view();
         let scenario = self.live.drive.world.scenario();
-        self.picture.stage(&self.live.picture.stage, &view, scenario.quality)?;
+        self.picture.stage(&self.live.picture.stage, &view, scenario.display.quality)?;
         self.picture.window().set_title(&format!("codrive: {}", scenario.map));
         self.last = None;
         Ok(())

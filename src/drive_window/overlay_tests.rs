@@ -5,11 +5,13 @@ use crate::{
     input::{Devices, Rig},
     record::{Table, TableReader},
     render::Gpu,
+    scenario::DisplaySettings,
+    traffic::EngineChoice,
 };
 
 fn scenario() -> Scenario {
-    let usual = Scenario { traffic: "native".into(), vehicles: 6, warm_up_s: 0.0, ..Scenario::default() };
-    Scenario { trees: 0, duration_s: 0.5, policy: "none".into(), ..usual }
+    let usual = Scenario { traffic: EngineChoice::Native, vehicles: 6, warm_up_s: 0.0, ..Scenario::default() };
+    Scenario { duration_s: 0.5, policy: "none".into(), display: DisplaySettings { trees: 0, ..usual.display }, ..usual }
 }
 
 fn sit(attended: bool) -> (LiveDrive, DriveOverlay) {
@@ -149,7 +151,7 @@ fn begun(live: &mut LiveDrive, overlay: &mut DriveOverlay) -> bool {
 /// A SUMO that takes connections and says nothing, and the scenario of a drive on it.
 fn silent() -> (std::net::TcpListener, Scenario) {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let traffic = listener.local_addr().unwrap().to_string();
+    let traffic = listener.local_addr().unwrap().to_string().parse().unwrap();
     (listener, Scenario { traffic, traffic_timeout_s: 600.0, ..scenario() })
 }
 
@@ -178,7 +180,7 @@ fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
         // Another wish takes the place of the first, which lets go at once; the pace is that of before.
         overlay.handle_panel_command(PanelCommand::Restart(Box::new(scenario())), &mut live);
         assert!(!begun(&mut live, &mut overlay));
-        assert_eq!((phase(&live), live.drive.world.scenario().traffic.as_str()), (DrivePhase::Running, "native"));
+        assert_eq!((phase(&live), &live.drive.world.scenario().traffic), (DrivePhase::Running, &EngineChoice::Native));
         assert!(frame(&mut live, &mut overlay) > 0);
     }
 }

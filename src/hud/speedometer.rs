@@ -19,17 +19,17 @@ pub struct Speedometer {
 impl Speedometer {
     /// The speedometer of this drive; its scale stays as it is to the end.
     pub fn new(world: &World) -> Self {
-        Self { unit: world.scenario().units, scale: Self::scale(world), filter: NumberFilter::default() }
+        Self { unit: world.scenario().display.units, scale: Self::scale(world), filter: NumberFilter::default() }
     }
 
     /// The scale that the scenario names, or one that suits the drive.
     pub fn scale(world: &World) -> DialScale {
         let (scenario, expected) = (world.scenario(), world.expected_speeds());
-        if scenario.dial_full > 0.0 {
-            return DialScale::up_to(scenario.dial_full);
+        if scenario.display.dial_full > 0.0 {
+            return DialScale::up_to(scenario.display.dial_full);
         }
         let top_mps = hud::expected_top_mps(expected.equilibrium_mps, expected.advised_mps, expected.limit_mps);
-        DialView::scale_for(top_mps, scenario.units)
+        DialView::scale_for(top_mps, scenario.display.units)
     }
 
     /// The dial at this frame.

@@ -68,15 +68,19 @@ impl ContactCount {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{controls::Controls, scenario::Scenario};
+    use crate::{
+        controls::Controls,
+        scenario::{DisplaySettings, Scenario},
+        traffic::EngineChoice,
+    };
 
     /// A world whose driver has just run into the car ahead, and what was seen of it at every tick.
     fn crashed() -> (World, ContactCount) {
         let scenario = Scenario {
-            traffic: "native".into(),
+            traffic: EngineChoice::Native,
             policy: "none".into(),
             lane_help: false,
-            trees: 0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
         let (mut world, mut contacts) = (World::new(&scenario).unwrap(), ContactCount::default());

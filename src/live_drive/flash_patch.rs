@@ -60,12 +60,18 @@ impl FlashTrigger {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Scenario;
+    use crate::scenario::{DisplaySettings, Scenario};
+    use crate::traffic::EngineChoice;
 
     /// Frames of three ticks with these pedals: which are white.
     fn frames(on: FlashPatch, policy: &str, pedals: &[[f32; 2]]) -> Vec<Option<bool>> {
-        let scenario =
-            Scenario { traffic: "native".into(), policy: policy.into(), hold_s: 0.1, trees: 0, ..Scenario::default() };
+        let scenario = Scenario {
+            traffic: EngineChoice::Native,
+            policy: policy.into(),
+            hold_s: 0.1,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+            ..Scenario::default()
+        };
         let mut world = World::new(&scenario).unwrap();
         let mut flash = FlashTrigger::new(on);
         let frame = |[throttle, brake]: &[f32; 2]| {

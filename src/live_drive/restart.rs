@@ -20,7 +20,7 @@ pub struct RestartOutcome {
 
 /// True if what stands still is the same in both.
 fn has_stage_of(one: &Scenario, other: &Scenario) -> bool {
-    (&one.map, one.seed, one.trees) == (&other.map, other.seed, other.trees)
+    (&one.map, one.seed, one.display.trees) == (&other.map, other.seed, other.display.trees)
 }
 
 impl LiveDrive {
@@ -82,7 +82,7 @@ impl LiveDrive {
         let ReadyDrive { mut drive, stage } = started;
         let old = self.drive.world.scenario().clone();
         let scenario = drive.world.scenario();
-        let redraw = stage.is_some() || old.quality != scenario.quality;
+        let redraw = stage.is_some() || old.display.quality != scenario.display.quality;
         self.tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
         self.lane_help = scenario.lane_help;
         if old.rev_lamps {

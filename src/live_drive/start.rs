@@ -88,5 +88,5 @@ fn start(scenario: &Scenario, with_stage: bool) -> Result<ReadyDrive, RunError> 
 /// What stands still in a world.
 pub fn stage(world: &World) -> StaticScene {
     let scenario = world.scenario();
-    StaticScene::with_trees(world.map(), scenario.seed, scenario.trees as usize)
+    StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize)
 }

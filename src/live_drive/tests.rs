@@ -12,8 +12,9 @@ use crate::{
     },
     panel::{calibration::CalibrationCommand, experimenter::WheelHealth},
     record::{Manifest, Recorder, Table, TableReader},
-    scenario::FlashPatch,
+    scenario::{DisplaySettings, FlashPatch},
     scene::ViewKind,
+    traffic::EngineChoice,
 };
 use std::{fs, io, sync::Arc, sync::mpsc::Sender};
 
@@ -31,7 +32,11 @@ impl ForceDevice for Motor {
 /// A drive on the native engine and the other end of its wheel's reader.
 fn show(scenario: Scenario) -> (LiveDrive, Sender<WheelMessage>) {
     let (to, told) = std::sync::mpsc::channel();
-    let scenario = Scenario { traffic: "native".into(), trees: 0, ..scenario };
+    let scenario = Scenario {
+        traffic: EngineChoice::Native,
+        display: DisplaySettings { trees: 0, ..scenario.display },
+        ..scenario
+    };
     (LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap(), to)
 }
 
@@ -321,7 +326,11 @@ fn buttons_do_what_they_stand_for_and_in_a_session_they_only_ask() {
 
     let (sender, told) = std::sync::mpsc::channel();
     let mut devices = Some(Devices::with_rig(Rig::fed_by(told)));
-    let scenario = Scenario { traffic: "native".into(), trees: 0, ..Scenario::default() };
+    let scenario = Scenario {
+        traffic: EngineChoice::Native,
+        display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+        ..Scenario::default()
+    };
     let mut led = LiveDrive::with_devices(&scenario, &mut devices).unwrap();
     assert!(devices.is_none() && led.drive.clock.pace() == Pace::Paused);
     sender.send(g29(Lamps::default(), false)).unwrap();

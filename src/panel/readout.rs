@@ -66,7 +66,7 @@ pub fn all_numbers(ui: &mut Ui, state: &PanelState<'_>) {
 
 /// The numbers of the drive.
 pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
-    let unit = state.scenario.units;
+    let unit = state.scenario.display.units;
     egui::Grid::new("readings").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
         let Some(now) = state.readings else {
             row(ui, "Time", "not started", theme::DIM);

@@ -5,13 +5,14 @@ use crate::{
     record::{AlteredFile, Manifest, Recorder, TableReader, changes},
     scenario::Scenario,
     sim::SummaryAccumulator,
+    traffic::EngineChoice,
 };
 
 const TICKS: u64 = 120;
 
 fn world() -> World {
     let scenario = Scenario {
-        traffic: "native".into(),
+        traffic: EngineChoice::Native,
         policy: "constant".into(),
         vehicles: 3,
         hold_s: 0.5,

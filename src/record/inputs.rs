@@ -120,6 +120,7 @@ pub fn last(name: &str) -> &str {
 mod tests {
     use super::*;
     use crate::data_folders;
+    use crate::traffic::EngineChoice;
     use std::path::PathBuf;
 
     /// A map of the author's own: the shipped ring under another name, as a folder or as a bare network.
@@ -133,7 +134,7 @@ mod tests {
 
     fn world(map: &Path, policy: &str) -> World {
         let scenario = Scenario {
-            traffic: "native".into(),
+            traffic: EngineChoice::Native,
             map: map.to_str().expect("a name").into(),
             policy: policy.into(),
             ..Scenario::default()

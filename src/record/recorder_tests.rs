@@ -4,6 +4,7 @@ use super::{super::tables, *};
 use crate::{
     record::{TableReader, table},
     sim::SummaryAccumulator,
+    traffic::EngineChoice,
 };
 use arrow_ipc::{
     CompressionType,
@@ -19,7 +20,7 @@ fn manifest() -> Manifest {
 }
 
 fn world() -> World {
-    World::new(&Scenario { traffic: "native".into(), ..Scenario::default() }).expect("a world")
+    World::new(&Scenario { traffic: EngineChoice::Native, ..Scenario::default() }).expect("a world")
 }
 
 /// Drives `ticks` and hands them over.

@@ -23,9 +23,8 @@ use crate::{
     scenario::Scenario,
     sim::World,
     time::{Pace, Tick},
-    traffic::EngineChoice,
 };
-use std::{path::Path, str::FromStr, time::Duration};
+use std::{path::Path, time::Duration};
 
 /// What a replay found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -166,12 +165,12 @@ fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
 fn scenario_here(recording: &Path) -> Result<Scenario, RunError> {
     record::open(recording)?;
     let mut scenario = record::inputs::scenario(recording)?;
-    if let Some(stand_in) = EngineChoice::from_str(&scenario.traffic).ok().and_then(|engine| engine.stand_in()) {
+    if let Some(stand_in) = scenario.traffic.stand_in() {
         let (folder, there) = (recording.display(), &scenario.traffic);
         log::warn!(
             "{folder}: driven on the SUMO at {there}; driven again on SUMO in this program, where cars move alike"
         );
-        scenario.traffic = stand_in.to_string();
+        scenario.traffic = stand_in;
     }
     Ok(scenario)
 }
@@ -180,13 +179,19 @@ fn scenario_here(recording: &Path) -> Result<Scenario, RunError> {
 mod tests {
     use super::*;
     use crate::drive_loop::recording_manifest;
+    use crate::{scenario::DisplaySettings, traffic::EngineChoice};
 
     #[test]
     fn a_car_that_was_put_back_on_its_lane_is_put_back_at_the_same_tick_again() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive");
-        let scenario =
-            Scenario { traffic: "native".into(), vehicles: 6, trees: 0, duration_s: 12.0, ..Scenario::default() };
+        let scenario = Scenario {
+            traffic: EngineChoice::Native,
+            vehicles: 6,
+            duration_s: 12.0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+            ..Scenario::default()
+        };
         let mut world = World::new(&scenario).unwrap();
         let mut tally = crate::sim::SummaryAccumulator::new([0.0, f64::INFINITY]);
         let mut recorder =

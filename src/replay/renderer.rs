@@ -28,7 +28,7 @@ impl ReplayRenderer {
         let world = replay.world();
         let gpu = Gpu::headless()?;
         let stage = StaticScene::build(world.map(), world.scenario().seed);
-        let level = match world.scenario().quality {
+        let level = match world.scenario().display.quality {
             QualityLevel::Auto => QualityLevel::Medium,
             level => level,
         };

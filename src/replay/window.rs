@@ -145,7 +145,7 @@ impl ReplayedDrive {
             known_s: 0.0,
             playback,
             marks,
-            stage: StaticScene::with_trees(&map, scenario.seed, scenario.trees as usize),
+            stage: StaticScene::with_trees(&map, scenario.seed, scenario.display.trees as usize),
             options: view_options(&scenario),
             scenario,
             instruments,
@@ -291,7 +291,7 @@ impl<'a> Windows for ReplayWindows<'a> {
         let mut picture = DriverWindow::open(event_loop, &WindowSetup { title, ..WindowSetup::default() })?;
         theme::apply(picture.ctx());
         let view = live.view();
-        picture.stage(&live.stage, &view, live.scenario.quality)?;
+        picture.stage(&live.stage, &view, live.scenario.display.quality)?;
         Ok(Self { live, picture, last: now(), modifiers: ModifiersState::default(), help_open: false })
     }
 

@@ -56,13 +56,14 @@ impl Settings for Scenario {
             );
             return Err(("hold_s", text));
         }
-        for (key, value) in [("ego_colour", &self.ego_colour), ("traffic_colour", &self.traffic_colour)] {
+        for (key, value) in [("ego_colour", &self.display.ego_colour), ("traffic_colour", &self.display.traffic_colour)]
+        {
             if let Err(allowed) = colour::srgb(value) {
                 return Err((key, format!("{key} is \"{value}\"; allowed: {allowed}")));
             }
         }
-        if self.mirror_radius_m > 0.0 && self.mirror_radius_m < 0.8 {
-            let text = format!("mirror_radius_m is {}; allowed: 0 (flat) or 0.8 to 20 m", self.mirror_radius_m);
+        if self.display.mirror_radius_m > 0.0 && self.display.mirror_radius_m < 0.8 {
+            let text = format!("mirror_radius_m is {}; allowed: 0 (flat) or 0.8 to 20 m", self.display.mirror_radius_m);
             return Err(("mirror_radius_m", text));
         }
         Ok(())
@@ -72,6 +73,7 @@ impl Settings for Scenario {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::DisplaySettings;
 
     fn fault(text: &str) -> String {
         Scenario::from_toml(text, "trial.toml").unwrap_err().message
@@ -149,6 +151,34 @@ mod tests {
         assert!(
             fault("vehicles = 1").starts_with("trial.toml:1:12: vehicles is 1; allowed: a whole number from 2 to 1000")
         );
+    }
+
+    #[test]
+    fn an_engine_that_does_not_exist_is_named_where_it_stands() {
+        let text = fault("seed = 1\ntraffic = \"sumoo\"");
+        assert!(
+            text.starts_with("trial.toml:2:11: unknown traffic engine \"sumoo\": allowed are sumo, native"),
+            "{text}"
+        );
+        let field = |path: &str| Scenario::fields().into_iter().find(|f| f.path == path).expect("a setting");
+        let error = Scenario::default()
+            .with(&[(field("seed"), 2.into()), (field("traffic"), "host:0".into())])
+            .expect_err("no port 0");
+        assert_eq!(error.key, "traffic");
+        assert!(error.message.starts_with("unknown traffic engine \"host:0\""), "{}", error.message);
+    }
+
+    #[test]
+    fn the_file_knows_nothing_of_the_groups() {
+        let display = DisplaySettings { trees: 7, ..DisplaySettings::default() };
+        let text = Scenario { display, ..Scenario::default() }.to_toml();
+        assert!(text.contains("\ntrees = 7\n") && !text.contains("display"), "{text}");
+        assert_eq!(Scenario::from_toml(&text, "x").expect("its own file").display.trees, 7);
+        assert!(fault("[display]\ntrees = 7").starts_with("trial.toml:1:2: unknown key `display`"));
+        // What a group holds stands where it always stood: between what is above and below it in the struct.
+        let paths: Vec<String> = Scenario::fields().into_iter().map(|f| f.path).collect();
+        let place = |path: &str| paths.iter().position(|p| p == path).expect("a setting");
+        assert!(place("range_mph") + 1 == place("units") && place("quality") + 1 == place("sound.master_db"));
     }
 
     #[test]

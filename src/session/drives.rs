@@ -145,7 +145,7 @@ impl DriveBackend for WindowBackend<'_> {
         let mut live = LiveDrive::led_from(started?, resources.devices.take().unwrap_or_else(Devices::open));
         (resources.in_range_s, resources.began) = (0.0, false);
         let view = live.view();
-        let staged = self.picture.stage(&live.picture.stage, &view, scenario.quality);
+        let staged = self.picture.stage(&live.picture.stage, &view, scenario.display.quality);
         live.open_sound();
         live.set_screen(self.picture.screen());
         resources.live = Some(live);
@@ -197,7 +197,7 @@ impl DriveBackend for WindowBackend<'_> {
             duration_s: world.scenario().duration_s,
             in_range_s: self.resources.in_range_s,
             speed_mps: world.snapshot().ego.speed_mps,
-            unit: world.scenario().units,
+            unit: world.scenario().display.units,
             ended: world.ended().is_some(),
             held: self.resources.began && live.drive.clock.pace() == Pace::Paused,
         }

@@ -3,8 +3,10 @@
 //! file, line, column, value and what is allowed.
 
 mod field;
+mod flat;
 
 pub use field::{Field, Kind, fields_of};
+pub(crate) use flat::flat_settings;
 
 use crate::{
     file::{SETTINGS_BYTES, read_text},
@@ -79,8 +81,16 @@ pub fn changed<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, S
         }
         field.set(&mut json, value.clone());
     }
-    let settings: T = serde_json::from_value(json)
-        .map_err(|error| SettingsError { key: String::new(), message: error.to_string() })?;
+    let settings: T = serde_json::from_value(json).map_err(|error| {
+        let alone = |field: &Field, value: &Value| {
+            let mut json = serde_json::to_value(base).unwrap_or_default();
+            field.set(&mut json, value.clone());
+            serde_json::from_value::<T>(json).is_err()
+        };
+        let at_fault = changes.iter().find(|(field, value)| alone(field, value));
+        let key = at_fault.map_or_else(String::new, |(field, _)| field.path.clone());
+        SettingsError { key, message: error.to_string() }
+    })?;
     settings.check().map_err(|(key, message)| SettingsError { key: key.to_owned(), message })?;
     Ok(settings)
 }

@@ -1,11 +1,6 @@
 //! Why a drive cannot start, and which settings decide on it.
 
-use crate::{
-    ego::EgoError,
-    map::MapError,
-    policy::PolicyError,
-    traffic::{TrafficError, UnknownEngine},
-};
+use crate::{ego::EgoError, map::MapError, policy::PolicyError, traffic::TrafficError};
 
 /// Why a drive cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -19,9 +14,6 @@ pub enum WorldError {
     /// The policy is unknown or its file cannot be used.
     #[error(transparent)]
     Policy(#[from] PolicyError),
-    /// The traffic engine's name cannot be read.
-    #[error(transparent)]
-    Engine(#[from] UnknownEngine),
     /// The ego cannot be built.
     #[error(transparent)]
     Ego(#[from] EgoError),
@@ -33,7 +25,6 @@ impl WorldError {
         match self {
             Self::Map(_) => &["map"],
             Self::Policy(_) => &["policy"],
-            Self::Engine(_) => &["traffic"],
             Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
             Self::Traffic(_) => &["traffic"],
             Self::Ego(_) => &[],

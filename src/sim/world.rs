@@ -24,7 +24,6 @@ use crate::{
     scenario::{OnContact, Scenario},
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
-    traffic::EngineChoice,
 };
 use advice::AdviceSource;
 use contacts::ContactTracker;
@@ -57,9 +56,8 @@ impl World {
     /// See [`WorldError`]; the messages name the remedy.
     pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
         let map = Arc::new(RoadMap::load(&scenario.map)?);
-        let engine: EngineChoice = scenario.traffic.parse()?;
         let advice = AdviceSource::new(scenario, &map)?;
-        let traffic = TrafficCoupling::start(&engine, scenario, &map)?;
+        let traffic = TrafficCoupling::start(scenario, &map)?;
         let (start, others) = traffic.at_next_step();
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
         let ego = EgoCar::new(&car_params(scenario), pose, start.speed_mps, others.len())?;

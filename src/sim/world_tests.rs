@@ -5,10 +5,11 @@ use super::{
     perception::LANE_HINT_SPAN_M,
     *,
 };
+use crate::traffic::EngineChoice;
 use std::f64::consts::{PI, TAU};
 
 fn ring() -> World {
-    World::new(&Scenario { traffic: "native".into(), ..Scenario::default() }).expect("the shipped ring")
+    World::new(&Scenario { traffic: EngineChoice::Native, ..Scenario::default() }).expect("the shipped ring")
 }
 
 fn drive(world: &mut World, ticks: usize) {
@@ -55,8 +56,9 @@ fn lane_help_sees_the_bend_that_comes_and_how_the_car_stands_in_its_lane() {
 
 #[test]
 fn lane_help_looks_a_fifth_of_a_second_ahead() {
-    let mut world = World::new(&Scenario { traffic: "native".into(), map: "practice".into(), ..Scenario::default() })
-        .expect("the shipped circuit");
+    let mut world =
+        World::new(&Scenario { traffic: EngineChoice::Native, map: "practice".into(), ..Scenario::default() })
+            .expect("the shipped circuit");
     let route = Arc::clone(&world.map).route.clone();
     // The place where the first bend begins: before it the road is straight, after it bent.
     let bent = |s_m: f64| route.curvature_at(s_m, LANE_HINT_SPAN_M).abs() > 0.01;
@@ -90,12 +92,12 @@ fn an_engine_that_was_let_go_keeps_its_cars_and_drives_no_further() {
 
 #[test]
 fn only_a_drive_that_has_an_end_can_be_made_longer() {
-    let mut world =
-        World::new(&Scenario { traffic: "native".into(), duration_s: 60.0, ..Scenario::default() }).expect("a world");
+    let mut world = World::new(&Scenario { traffic: EngineChoice::Native, duration_s: 60.0, ..Scenario::default() })
+        .expect("a world");
     world.extend(30.0);
     assert_eq!(world.scenario().duration_s, 90.0);
-    let mut endless =
-        World::new(&Scenario { traffic: "native".into(), duration_s: 0.0, ..Scenario::default() }).expect("a world");
+    let mut endless = World::new(&Scenario { traffic: EngineChoice::Native, duration_s: 0.0, ..Scenario::default() })
+        .expect("a world");
     endless.extend(30.0);
     assert_eq!(endless.scenario().duration_s, 0.0, "0 is without an end");
 }

@@ -243,10 +243,11 @@ mod tests {
             scenario::Scenario,
             sim::{SummaryAccumulator, World},
             time::Tick,
+            traffic::EngineChoice,
         };
         let folder = tempfile::tempdir().unwrap();
         let scenario = Scenario {
-            traffic: "native".into(),
+            traffic: EngineChoice::Native,
             policy: "constant".into(),
             policy_speed_mps: 4.0,
             range_mph: 1.0,

@@ -97,9 +97,7 @@ impl Study {
     fn begin(&self, segment: usize, condition: Option<&Condition>, scenario: &Scenario) -> Result<World, WrongSetting> {
         let wrong = |keys: &[&str], message: String| self.wrong(segment, condition, keys, message);
         driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
-        let engine = scenario.traffic.parse::<EngineChoice>();
-        engine.map_err(|error| wrong(&["traffic"], error.to_string()))?;
-        let quiet = Scenario { traffic: "native".into(), warm_up_s: 0.0, ..scenario.clone() };
+        let quiet = Scenario { traffic: EngineChoice::Native, warm_up_s: 0.0, ..scenario.clone() };
         World::new(&quiet).map_err(|error| wrong(error.settings(), error.to_string()))
     }
 

@@ -4,7 +4,7 @@
 use super::Study;
 use crate::{
     hud::{self, DialView},
-    scenario::Scenario,
+    scenario::{DisplaySettings, Scenario},
     sim::ExpectedSpeeds,
 };
 
@@ -16,9 +16,15 @@ pub(super) fn top_mps(expected: &ExpectedSpeeds) -> f64 {
 impl Study {
     /// A trial with the scale of all trials, unless its own settings name one.
     pub(super) fn with_dial(&self, trial: Scenario) -> Scenario {
-        if trial.dial_full > 0.0 {
+        if trial.display.dial_full > 0.0 {
             return trial;
         }
-        Scenario { dial_full: DialView::scale_for(self.expected.top_mps, trial.units).full, ..trial }
+        Scenario {
+            display: DisplaySettings {
+                dial_full: DialView::scale_for(self.expected.top_mps, trial.display.units).full,
+                ..trial.display
+            },
+            ..trial
+        }
     }
 }

@@ -133,7 +133,7 @@ name = "trial"
     let scales = |own: &str| -> Vec<f64> {
         let study = Study::parse(text(own), Path::new("density.toml")).unwrap_or_else(|e| panic!("{e}"));
         let full = |planned: PlannedItem| match planned.item {
-            PlanItem::Drive { scenario, .. } => Some(scenario.dial_full),
+            PlanItem::Drive { scenario, .. } => Some(scenario.display.dial_full),
             _ => None,
         };
         study.plan(0).items.into_iter().filter_map(full).collect()

@@ -11,17 +11,23 @@ use codrive::{
     record::{Table, TableReader},
     render::Gpu,
     replay::Replay,
-    scenario::Scenario,
+    scenario::{DisplaySettings, Scenario},
     session::drives::SessionResources,
     study::ParticipantCode,
     time::Pace,
+    traffic::EngineChoice,
 };
 use std::time::Duration;
 
 #[test]
 fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
     let gpu = Gpu::shared().expect("a graphics adapter is needed");
-    let scenario = Scenario { traffic: "native".into(), duration_s: 1.0, trees: 0, ..Scenario::default() };
+    let scenario = Scenario {
+        traffic: EngineChoice::Native,
+        duration_s: 1.0,
+        display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+        ..Scenario::default()
+    };
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("trial");
     let mut devices = Some(Devices::with_rig(Rig::fed_by(std::sync::mpsc::channel().1)));
@@ -63,7 +69,12 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
     wheel.poll();
     assert_eq!(wheel.controls(0.0, None).selector, codrive::controls::Selector::Reverse);
     let mut devices = Some(wheel);
-    let scenario = Scenario { traffic: "native".into(), duration_s: 5.0, trees: 0, ..Scenario::default() };
+    let scenario = Scenario {
+        traffic: EngineChoice::Native,
+        duration_s: 5.0,
+        display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+        ..Scenario::default()
+    };
     let mut live = LiveDrive::with_devices(&scenario, &mut devices).unwrap();
     assert_eq!(live.devices.controls(0.0, None).selector, codrive::controls::Selector::Drive);
     for code in [297, 292, 296] {
@@ -77,9 +88,8 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
 #[test]
 fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
     let wide = Scenario {
-        traffic: "native".into(),
+        traffic: EngineChoice::Native,
         duration_s: 8.0,
-        trees: 0,
         policy: "constant".into(),
         hold_s: 1.0,
         // The car rolls out from 4.6 m/s with no foot on a pedal: into the range, and out of it below.
@@ -87,6 +97,7 @@ fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
         warm_up_s: 5.0,
         policy_speed_mps: 3.8,
         range_mph: 1.0,
+        display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
         ..Scenario::default()
     };
     let gpu = Gpu::shared().expect("a graphics adapter is needed");

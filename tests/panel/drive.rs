@@ -7,6 +7,7 @@ use codrive::{
     policy::{Action, Advice},
     scenario::Scenario,
     time::Tick,
+    traffic::EngineChoice,
     units::SpeedUnit,
 };
 use egui::accesskit::Role;
@@ -187,10 +188,10 @@ fn what_is_not_in_the_list_can_be_typed() {
     harness.get_by_label("Traffic").type_text("rig:8813");
     harness.run();
     let commands = press(&mut harness, "Restart");
-    assert_eq!(restarted(&commands).traffic, "rig:8813");
+    assert_eq!(restarted(&commands).traffic.to_string(), "rig:8813");
     press(&mut harness, "list");
     let commands = press(&mut harness, "Restart");
-    assert_eq!(restarted(&commands).traffic, "sumo");
+    assert_eq!(restarted(&commands).traffic, EngineChoice::Sumo);
 }
 
 #[test]
@@ -259,7 +260,7 @@ fn the_readings_are_those_of_the_drive() {
     for text in ["2:29.9", "10.0 mph    4.45 m/s", "9.6 mph    4.30 m/s", "8.6 – 10.6 mph  in range", "6.3 m"] {
         shows(&harness, text);
     }
-    harness.state_mut().scenario.units = SpeedUnit::Kmh;
+    harness.state_mut().scenario.display.units = SpeedUnit::Kmh;
     harness.state_mut().readings.as_mut().expect("readings").speed_mps = 5.0;
     harness.run();
     shows(&harness, "18.0 km/h    5.00 m/s");
@@ -365,7 +366,7 @@ fn picture_with(open: bool) -> image::RgbaImage {
     };
     const SIZE: [u32; 2] = [320, 180];
     let gpu = Gpu::shared().expect("a graphics adapter is needed");
-    let world = World::new(&Scenario { traffic: "native".into(), ..Scenario::default() }).unwrap();
+    let world = World::new(&Scenario { traffic: EngineChoice::Native, ..Scenario::default() }).unwrap();
     let stage = StaticScene::build(world.map(), 1);
     let mut renderer = Renderer::new(gpu, &stage, OFFSCREEN, Quality::LOW);
     let view = view(world.snapshot(), 1.0, ViewKind::Driver, &view_options(world.scenario()), &stage);

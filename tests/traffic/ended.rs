@@ -180,7 +180,7 @@ fn a_trial_on_a_remote_sumo_that_is_gone_has_its_baseline_in_process() {
     let trial = folder.path().join("trial");
     let scenario = codrive::scenario::Scenario {
         // A port at which nobody listens.
-        traffic: format!("127.0.0.1:{}", TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()),
+        traffic: TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string().parse().unwrap(),
         duration_s: 2.0,
         warm_up_s: 0.0,
         ..codrive::scenario::Scenario::default()

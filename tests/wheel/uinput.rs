@@ -4,8 +4,9 @@ use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, sprea
 use codrive::{
     input::{ButtonAction, Devices, ForceInput, RigEvent, TimeStamp, linux},
     live_drive::LiveDrive,
-    scenario::Scenario,
+    scenario::{DisplaySettings, Scenario},
     time::Pace,
+    traffic::EngineChoice,
 };
 use evdev::{
     AbsInfo, AbsoluteAxisCode, AttributeSet, BusType, EventSummary, FFEffectCode, FFEffectData, FFEffectKind,
@@ -262,8 +263,14 @@ fn a_drive_pushes_against_the_hand_but_not_in_a_pause_or_after_a_panic() {
     let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let wheel = Wheel::plug();
     let devices = Devices::open_with(Some(kernel::profile()));
-    let scenario = Scenario { traffic: "native".into(), policy: "none".into(), vehicles: 6, ..Scenario::default() };
-    let scenario = Scenario { warm_up_s: 5.0, duration_s: 0.0, trees: 0, ..scenario };
+    let scenario =
+        Scenario { traffic: EngineChoice::Native, policy: "none".into(), vehicles: 6, ..Scenario::default() };
+    let scenario = Scenario {
+        warm_up_s: 5.0,
+        duration_s: 0.0,
+        display: DisplaySettings { trees: 0, ..scenario.display },
+        ..scenario
+    };
     let mut live = LiveDrive::new(&scenario, Pace::RealTime, devices).unwrap();
     let frames = |live: &mut LiveDrive, count: usize| {
         for _ in 0..count {

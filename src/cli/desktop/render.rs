@@ -92,14 +92,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let gpu = Gpu::headless().map_err(crate::drive_loop::RunError::from)?;
     // The picture is wanted even after the drive's own end, and nobody waits for its frames.
     scenario.duration_s = 0.0;
-    if scenario.quality == QualityLevel::Auto {
-        scenario.quality = QualityLevel::Medium;
+    if scenario.display.quality == QualityLevel::Auto {
+        scenario.display.quality = QualityLevel::Medium;
     }
     let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
     run.until(at_s)?;
     let world = run.world();
-    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.trees as usize);
-    let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.quality, &gpu));
+    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
+    let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.display.quality, &gpu));
     let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(&scenario), &stage);
     if kind.has_dial() {
         view.dial = Some(Speedometer::new(world).read(world.snapshot()));

@@ -12,11 +12,12 @@ use crate::{
     scenario::{Scenario, StartLayout},
     settings::{self, fields_of},
     space::CAR_LENGTH_M,
+    traffic::EngineChoice,
     train::{EvaluationResult, TrainConfig, evaluate},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
-use plan::{EvaluationCase, FollowingDriver};
+use plan::{Engine, EvaluationCase, FollowingDriver};
 use rayon::prelude::*;
 use report::EvaluationRow;
 use std::{io::Write, path::PathBuf, sync::atomic::Ordering};
@@ -155,13 +156,13 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
         if stop.load(Ordering::Relaxed) {
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
-        if plan.engine == "ring" {
+        let Engine::Traffic(traffic) = &plan.engine else {
             let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
             bar.inc(plan.rings as u64);
             return Ok(verdicts);
-        }
+        };
         let ring = |ring| {
-            let verdict = whole(plan, config, case, ring);
+            let verdict = whole(traffic, plan, config, case, ring);
             bar.inc(1);
             verdict
         };
@@ -178,6 +179,7 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
 
 /// One whole drive. SUMO runs once a process, so that its drives are given to workers, which are this program again.
 fn whole(
+    traffic: &EngineChoice,
     plan: &plan::EvaluationPlan,
     config: &TrainConfig,
     case: &EvaluationCase,
@@ -185,7 +187,7 @@ fn whole(
 ) -> Result<EvaluationResult, CliError> {
     let scenario = Scenario {
         map: plan.map.clone(),
-        traffic: plan.engine.clone(),
+        traffic: traffic.clone(),
         vehicles: config.vehicles_min,
         idm: config.idm,
         start: if config.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
@@ -203,7 +205,7 @@ fn whole(
         },
         ..Scenario::default()
     };
-    if plan.engine == "native" {
+    if *traffic == EngineChoice::Native {
         return Ok(evaluation_drive::evaluate(&scenario)?);
     }
     let failed = |e: &dyn std::fmt::Display| CliError::Failed(format!("a drive on SUMO: {e}"));

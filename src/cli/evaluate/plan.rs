@@ -7,10 +7,29 @@ use crate::{
     map::RoadMap,
     policy::{self, PolicySettings, ResolvedPolicy},
     settings::{Settings, fields_of},
+    traffic::{EngineChoice, UnknownEngine},
     train::TrainConfig,
 };
 use clap::ArgMatches;
 use std::path::PathBuf;
+
+/// What moves the cars of an evaluation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// The ring that policies are trained on.
+    FastRing,
+    /// Whole drives, on this engine.
+    Traffic(EngineChoice),
+}
+
+impl std::fmt::Display for Engine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::FastRing => f.write_str("ring"),
+            Self::Traffic(engine) => engine.fmt(f),
+        }
+    }
+}
 
 /// Who follows the advice.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,8 +117,8 @@ pub struct EvaluationPlan {
     pub holds_s: Vec<f64>,
     /// Who follows.
     pub drivers: Vec<FollowingDriver>,
-    /// ring, native or sumo.
-    pub engine: String,
+    /// What moves the cars.
+    pub engine: Engine,
     /// Road of whole drives.
     pub map: String,
     /// How many rings for each case.
@@ -127,14 +146,17 @@ impl EvaluationPlan {
             let changed = TrainConfig { hold_s: *hold_s, hold_max_s: 0.0, ..config.clone() };
             changed.check().map_err(|(_, fault)| CliError::Input(fault))?;
         }
-        let engine = matches.get_one::<String>("engine").cloned().unwrap_or_default();
+        let engine = match matches.get_one::<String>("engine").map_or("ring", String::as_str) {
+            "ring" => Engine::FastRing,
+            traffic => Engine::Traffic(traffic.parse().map_err(|e: UnknownEngine| CliError::Input(e.to_string()))?),
+        };
         let drivers = matches.get_many::<FollowingDriver>("driver").map(|d| d.cloned().collect::<Vec<_>>());
         let says_who = |field: &str| WHO.contains(&field);
         let is_configured = matches.contains_id("config")
             || flags::changes(matches, &fields_of::<TrainConfig>()).iter().any(|(field, _)| says_who(&field.path));
         let drivers = match drivers {
             Some(drivers) => drivers,
-            None if is_configured && engine == "ring" => vec![FollowingDriver::Configured],
+            None if is_configured && engine == Engine::FastRing => vec![FollowingDriver::Configured],
             // Whole drives take one driver for all.
             None if is_configured => vec![FollowingDriver::Named(Box::new(config.driver().ok_or_else(|| {
                 CliError::Input(format!(
@@ -187,7 +209,7 @@ impl EvaluationPlan {
         let mut same = case.clone();
         if case.policy == "none" {
             same.hold_s = self.holds_s[0];
-            if self.engine == "ring" {
+            if self.engine == Engine::FastRing {
                 same.driver = self.drivers[0].clone();
             }
         }

@@ -3,7 +3,7 @@
 
 use super::{
     CliError,
-    plan::{EvaluationCase, EvaluationPlan, FollowingDriver},
+    plan::{Engine, EvaluationCase, EvaluationPlan, FollowingDriver},
 };
 use crate::{
     driver::NamedDriver,
@@ -129,7 +129,7 @@ pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     };
     json!({
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
-        "engine": plan.engine,
+        "engine": plan.engine.to_string(),
         "resolved": plan.resolved.iter().filter_map(|r| Some(json!({ "name": r.name, "why": r.why.as_ref()? }))).collect::<Vec<_>>(),
         "aim_mps": plan.settings.aim_or_automatic_mps(),
         "config": config,
@@ -232,7 +232,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &note);
         out.push(("speed-against-hold.svg".into(), text));
     }
-    if plan.engine != "ring" {
+    if plan.engine != Engine::FastRing {
         return out;
     }
     // Of the holds the middle one: others are seen by asking for them alone.
@@ -268,9 +268,9 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
 fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let span = |a: f64, b: f64| if a == b { format!("{a}") } else { format!("{a} to {b}") };
     let cars = span(f64::from(config.vehicles_min), f64::from(config.vehicles_max));
-    let length = match plan.engine.as_str() {
-        "ring" => format!("{} m", span(config.circumference_min_m, config.circumference_max_m)),
-        engine => format!("{} on {engine}", plan.map),
+    let length = match &plan.engine {
+        Engine::FastRing => format!("{} m", span(config.circumference_min_m, config.circumference_max_m)),
+        Engine::Traffic(engine) => format!("{} on {engine}", plan.map),
     };
     format!(
         "{cars} cars on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
@@ -284,11 +284,11 @@ fn by_hold(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series
     for row in rows {
         // Without advice all drivers are alike on the ring.
         let is_none = row.case.policy == "none";
-        if is_none && plan.engine == "ring" && row.case.driver != plan.drivers[0] {
+        if is_none && plan.engine == Engine::FastRing && row.case.driver != plan.drivers[0] {
             continue;
         }
         let name = match plan.drivers.len() {
-            _ if is_none && plan.engine == "ring" => "no advice".into(),
+            _ if is_none && plan.engine == Engine::FastRing => "no advice".into(),
             1 if is_none => "no advice".into(),
             1 => row.case.label(),
             _ => format!("{}, {}", row.case.label(), row.case.driver.label()),

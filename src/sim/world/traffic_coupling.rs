@@ -9,9 +9,7 @@ use crate::{
     sim::snapshot::VehicleSnapshot,
     space::CAR_LENGTH_M,
     time::TICK_S,
-    traffic::{
-        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, Traffic, TrafficError, TrafficSetup,
-    },
+    traffic::{self, CarState, ExternalVehicleState, InitialVehicle, Traffic, TrafficError, TrafficSetup},
 };
 use std::{sync::Arc, time::Duration};
 
@@ -37,7 +35,7 @@ enum Answer {
 
 impl TrafficCoupling {
     /// Starts the engine with all cars where the scenario has them, and lets it run for the scenario's warm-up.
-    pub fn start(engine: &EngineChoice, scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, TrafficError> {
+    pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, TrafficError> {
         let setup = TrafficSetup {
             cars: start_cars(scenario, &map.route)?,
             map: Arc::clone(map),
@@ -47,7 +45,7 @@ impl TrafficCoupling {
             timeout_s: scenario.traffic_timeout_s,
             lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
         };
-        let mut engine = traffic::start(engine, setup)?;
+        let mut engine = traffic::start(&scenario.traffic, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
             engine.step(None)?;
         }
