@@ -83,6 +83,7 @@ pub mod input;
 #[cfg(feature = "desktop")]
 pub mod live_drive;
 pub mod map;
+pub mod metrics;
 #[cfg(feature = "desktop")]
 pub mod panel;
 pub mod plot;

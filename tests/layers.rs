@@ -13,7 +13,7 @@ const ROWS: [&[&str]; 15] = [
     &["data_folders", "settings"],
     &["map"],
     &["ego", "policy"],
-    &["input", "traffic", "driver"],
+    &["input", "traffic", "driver", "metrics"],
     &["scenario"],
     &["sim", "train"],
     &["hud"],

@@ -2,9 +2,10 @@
 //! trained policies of `assets/policies`, on rings that neither has seen. 800 s after the warm-up, transients included.
 
 use codrive::{
+    metrics::EvaluationResult,
     policy::{self, Network, Policy, PolicySettings, onnx},
     settings::Settings,
-    train::{EvaluationResult, FollowKind, TrainConfig, evaluate},
+    train::{FollowKind, TrainConfig, evaluate},
 };
 use std::{
     fs,
@@ -154,7 +155,7 @@ fn speed_advice_reaches_4_2_at_every_hold_up_to_30_s() {
 
 #[test]
 fn to_the_letter_speed_advice_exceeds_the_published_series_at_every_hold() {
-    for [hold_s, published_mps] in codrive::train::figures::PUBLISHED.into_iter().filter(|p| p[0] <= 24.0) {
+    for [hold_s, published_mps] in codrive::metrics::figures::PUBLISHED.into_iter().filter(|p| p[0] <= 24.0) {
         let speed = mean(&driven_by("ring-250-speed-exact", &paper_ring(hold_s)), |v| v.mean_mps);
         assert!(speed >= published_mps, "hold {hold_s} s: {speed}, published {published_mps}");
     }

@@ -7,8 +7,8 @@ use super::{
     traces::DriveTraces,
 };
 use crate::{
+    metrics::{Estimate, figures},
     plot::{Axis, COLOURS, Chart, ChartSheet, LineStyle, PlotLine, PlotShape, PrintWidth, lines_needed, picture},
-    train::{Estimate, figures},
 };
 
 /// What the time of a drive counts from.

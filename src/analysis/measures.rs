@@ -2,7 +2,7 @@
 //! is over the whole trial unless its row in [`MEASURES`] says otherwise; that list is the only place that names them.
 
 use super::{RecordedTrial, glossary::unit_text, response::AdviceResponse, totals::DriveTotals};
-use crate::train::FlowTotals;
+use crate::metrics::FlowTotals;
 
 /// A drive in numbers; `None` where there is nothing to measure.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -9,7 +9,7 @@ use super::{
     setup::{SetupValue, condition_differences, fact, joined_values, joined_words, number_text},
     tables::conditions,
 };
-use crate::{time::TICK_S, train::Estimate, units::MPS_PER_MPH};
+use crate::{metrics::Estimate, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What an interval is, wherever one is shown.

@@ -256,13 +256,13 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
     );
 
     let times_s: Vec<f64> = (0..40).map(f64::from).collect();
-    let ring = crate::train::Trace {
+    let ring = crate::metrics::Trace {
         circumference_m: 250.0,
         way_m: vec![vec![0.0, -10.0]; 40],
         speed_mps: vec![vec![4.0, 5.0]; 40],
         shown_mps: vec![None; 40],
         time_s: times_s,
-        ..crate::train::Trace::default()
+        ..crate::metrics::Trace::default()
     };
     let traces =
         DriveTraces { ways: ring.clone(), ways_end_s: None, speeds: ring, median_speed_mps: Some(4.0), range_mps: 0.0 };

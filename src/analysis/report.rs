@@ -10,8 +10,8 @@ use super::{
     traces::DriveTraces,
 };
 use crate::{
+    metrics::Estimate,
     plot::{escaped, minus},
-    train::Estimate,
 };
 use std::path::PathBuf;
 

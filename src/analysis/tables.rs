@@ -7,7 +7,7 @@ use super::{
     glossary::names,
     measures::{deviation, median},
 };
-use crate::train::Estimate;
+use crate::metrics::Estimate;
 use std::collections::BTreeSet;
 
 /// A number, or nothing.

@@ -10,9 +10,9 @@ use super::{
     trial::{EgoSample, TrafficStep},
 };
 use crate::{
+    metrics::FlowTotals,
     sim::is_in_lane,
     time::{TICK_S, TICKS_PER_S, Tick},
-    train::FlowTotals,
 };
 
 /// Gap size of a steering reversal, degrees of the steering wheel (SAE J2944, 11.6).

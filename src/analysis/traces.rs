@@ -10,7 +10,7 @@ use super::{
     measures::median,
     trial::{EgoSample, ThinnedValues, TrafficStep},
 };
-use crate::{time::Tick, train::Trace};
+use crate::{metrics::Trace, time::Tick};
 
 /// Speeds of all cars that are kept at the most: those of 22 cars over 2.5 h at steps of 0.1 s, 8 MB.
 pub const MOST_VALUES: usize = 2_000_000;

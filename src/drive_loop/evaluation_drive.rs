@@ -3,8 +3,8 @@
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{
+    metrics::{EpisodeMetrics, EvaluationResult},
     scenario::Scenario,
-    train::{EpisodeMetrics, EvaluationResult},
 };
 
 /// Drives the scenario to its end; its warm-up does not count. From the first contact on all cars count as standing, as on

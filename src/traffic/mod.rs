@@ -23,6 +23,10 @@ use std::{sync::Arc, time::Duration};
 /// `b` (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops dead.
 pub const EMERGENCY_BRAKING_MPS2: f64 = 9.0;
 
+/// A speed that an acceleration below this leads to is none, m/s2: SUMO rounds such creeping to a stop. Without it the two
+/// engines agree to 1e-5 m/s instead of 1e-11 once a queue moves up by hairs.
+pub const CREEP_MPS2: f64 = 1e-4;
+
 /// Number of a car: the ego is 0, car 1 starts ahead of it (its leader), and so on in driving direction, so that the last is
 /// the ego's follower.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]

@@ -8,7 +8,9 @@
 //! elsewhere: SUMO brakes before a lane with a lower limit, and it sees a leader on the lane after the next only within
 //! its braking distance, where this engine always sees it.
 
-use super::{CarState, EMERGENCY_BRAKING_MPS2, ExternalVehicleState, Traffic, TrafficError, TrafficSetup, VehicleId};
+use super::{
+    CREEP_MPS2, CarState, EMERGENCY_BRAKING_MPS2, ExternalVehicleState, Traffic, TrafficError, TrafficSetup, VehicleId,
+};
 use super::{bends::BendSpeeds, ego, motion::SpeedStep, noise::Noise};
 use crate::{
     idm::IdmParams,
@@ -16,10 +18,6 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
 };
 use std::sync::Arc;
-
-/// A speed that an acceleration below this leads to is none, m/s2: SUMO rounds such creeping to a stop. Without it the two
-/// engines agree to 1e-5 m/s instead of 1e-11 once a queue moves up by hairs.
-const CREEP_MPS2: f64 = 1e-4;
 
 /// The native IDM ring. Nothing is allocated after the start.
 #[derive(Clone, Debug)]

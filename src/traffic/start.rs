@@ -24,10 +24,15 @@ pub fn even(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<In
 /// As [`even`].
 pub fn bunched(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<InitialVehicle>, TrafficError> {
     check_count(n, length_m, s0_m)?;
-    let spacing_m = (length_m * (1.0 - HOLE_SHARE) / n as f64).max(CAR_LENGTH_M + s0_m);
+    let spacing_m = bunch_spacing_m(n, length_m, s0_m);
     let hole_m = length_m - spacing_m * n as f64;
     let place = |i: usize| i as f64 * spacing_m + if i > n / 2 { hole_m } else { 0.0 };
     Ok((0..n).map(|i| InitialVehicle { s_m: place(i), speed_mps }).collect())
+}
+
+/// How far apart the cars of a bunch stand, front to front, metres; what is left of `length_m` is their hole.
+pub fn bunch_spacing_m(n: usize, length_m: f64, s0_m: f64) -> f64 {
+    (length_m * (1.0 - HOLE_SHARE) / n as f64).max(CAR_LENGTH_M + s0_m)
 }
 
 fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {

@@ -2,26 +2,14 @@
 //! [`EvaluationResult`] on each: the whole horizon, transients included; or a [`Trace`] of one. The policy acts through the drive's
 //! own [`Advisor`], so that hold and observation are those of a drive.
 
-use super::{
-    config::TrainConfig,
-    environment::VecEnv,
-    episode_metrics::{EpisodeMetrics, EvaluationResult},
-    simd::LANES,
-};
+use super::{config::TrainConfig, environment::VecEnv, simd::LANES};
 use crate::{
+    metrics::{EpisodeMetrics, EvaluationResult, Trace},
     policy::{Action, Advisor, Policy},
     space::CAR_LENGTH_M,
     time::Tick,
 };
 use rayon::prelude::*;
-
-/// Mean over rings and its 95 % interval (1.96 standard errors), m/s.
-pub fn mean_and_interval(verdicts: &[EvaluationResult]) -> (f64, f64) {
-    let n = verdicts.len() as f64;
-    let mean = verdicts.iter().map(|v| v.mean_mps).sum::<f64>() / n;
-    let square = verdicts.iter().map(|v| (v.mean_mps - mean).powi(2)).sum::<f64>();
-    (mean, 1.96 * (square / (n - 1.0).max(1.0) / n).sqrt())
-}
 
 /// Drives `rings` rings drawn from `config` by the random numbers named `stream`, each with a policy of its own from
 /// `make` (`None`: the ego's model drives).
@@ -92,33 +80,6 @@ impl Advisors {
                 block.advise(l, within, block.hold_s());
             }
         }
-    }
-}
-
-/// One ring, step by step.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Trace {
-    /// Length of the ring, metres.
-    pub circumference_m: f64,
-    /// Seconds; the first advice is at 0.
-    pub time_s: Vec<f64>,
-    /// Way of each car, the ego first, then backwards, metres, not wrapped; a row a step.
-    pub way_m: Vec<Vec<f32>>,
-    /// Their speeds, m/s.
-    pub speed_mps: Vec<Vec<f32>>,
-    /// The speed that is shown to the ego's driver, m/s.
-    pub shown_mps: Vec<Option<f64>>,
-    /// When cars collided, seconds; the trace ends there.
-    pub crash_s: Option<f64>,
-    /// First and last second that were to be driven, where that is known.
-    pub span_s: Option<[f64; 2]>,
-}
-
-impl Trace {
-    /// When the drive, whole or not, began, rounded down to a second, and when it ended.
-    pub fn span_s(&self) -> [f64; 2] {
-        let ends = || Some([self.time_s.first()?.floor(), *self.time_s.last()?]);
-        self.span_s.or_else(ends).unwrap_or([0.0, 1.0])
     }
 }
 

@@ -8,13 +8,14 @@ use super::{
     config::{ActionKind, TrainConfig},
     distribution::Family,
     environment::{Ending, Outcome, VecEnv},
-    evaluation::{evaluate, mean_and_interval},
+    evaluation::evaluate,
     net::Shape,
     simd::{LANES, LaneRng},
     trpo::{Batch, Decision, PolicyShape, TrustRegion, advantages},
     value::{Fit, Value},
 };
 use crate::{
+    metrics::mean_and_interval,
     policy::{Action, FORMAT, Network, NetworkInput, NetworkLayer, NetworkOutput, bounded},
     rng,
 };

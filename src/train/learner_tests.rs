@@ -1,10 +1,10 @@
 //! The loop: it learns, its bits depend on nothing but the seed, and a copy through a file goes on alike.
 
-use super::{
-    ActionKind, FollowKind, Learner, TrainConfig,
-    evaluation::{evaluate, mean_and_interval},
+use super::{ActionKind, FollowKind, Learner, TrainConfig, evaluation::evaluate};
+use crate::{
+    metrics::mean_and_interval,
+    policy::{self, PolicySettings},
 };
-use crate::policy::{self, PolicySettings};
 
 /// A training small enough for a test: rings of 8 cars on 100 m, episodes of a minute.
 fn small() -> TrainConfig {

@@ -9,10 +9,7 @@ pub mod config;
 pub mod distribution;
 pub mod driver;
 pub mod environment;
-pub mod episode_metrics;
 pub mod evaluation;
-pub mod figures;
-pub mod fuel;
 pub mod learner;
 pub mod learning_curve;
 pub mod matrix;
@@ -20,15 +17,12 @@ pub mod net;
 pub mod ring;
 pub mod scalar;
 pub mod simd;
-pub mod stats;
 pub mod trpo;
 pub mod value;
 
 pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
-pub use episode_metrics::{EpisodeMetrics, EvaluationResult, FlowTotals};
-pub use evaluation::{Trace, evaluate, mean_and_interval, trace};
+pub use evaluation::{evaluate, trace};
 pub use learner::{Learner, Row};
-pub use stats::Estimate;
 
 #[cfg(test)]
 mod environment_tests;

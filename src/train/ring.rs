@@ -7,13 +7,12 @@
 //! cars share one loop: slots beyond a ring's last car hold ghosts that follow it and that nobody sees.
 
 use super::simd::{LANES, LaneRng, SimdLanes, lane, splat};
-use crate::{idm::IdmParams, space::CAR_LENGTH_M};
+use crate::{idm::IdmParams, space::CAR_LENGTH_M, traffic};
 use serde::{Deserialize, Serialize};
 
-/// The hardest that any car brakes, m/s2, and the acceleration below which a car does not start to move; both as in
-/// `traffic::native`.
-const EMERGENCY_BRAKING_MPS2: f32 = 9.0;
-const CREEP_MPS2: f32 = 1e-4;
+/// The native engine's bounds, in this ring's precision.
+const EMERGENCY_BRAKING_MPS2: f32 = traffic::EMERGENCY_BRAKING_MPS2 as f32;
+const CREEP_MPS2: f32 = traffic::CREEP_MPS2 as f32;
 /// Ghosts stay this far behind, metres.
 const GHOST_GAP_M: f32 = 100.0;
 
@@ -35,10 +34,9 @@ impl RingStart {
         Self { gaps_m: vec![gap_m; cars], idm, seed }
     }
 
-    /// `cars` close together with one hole of a fifth of the road half-way round from the ego (smaller where cars are
-    /// many): the wave is there within 75 s on the paper's ring (docs/references.md: ring).
+    /// `cars` close together with one hole half-way round from the ego, as [`traffic::start::bunched`] has them.
     pub fn bunched(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
-        let spacing_m = (0.8 * length_m / cars as f64).max(CAR_LENGTH_M + idm.s0).min(length_m / cars as f64);
+        let spacing_m = traffic::start::bunch_spacing_m(cars, length_m, idm.s0).min(length_m / cars as f64);
         let mut gaps_m = vec![(spacing_m - CAR_LENGTH_M) as f32; cars];
         gaps_m[cars / 2] += (length_m - spacing_m * cars as f64) as f32;
         Self { gaps_m, idm, seed }

@@ -5,10 +5,11 @@
 use super::{codrive, said};
 use codrive::{
     driver::named,
+    metrics::EvaluationResult,
     record::{Manifest, inputs},
     replay, settings,
     study::Study,
-    train::{EvaluationResult, TrainConfig},
+    train::TrainConfig,
 };
 use std::{
     fs,

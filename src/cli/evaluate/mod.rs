@@ -8,12 +8,13 @@ use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     drive_loop::evaluation_drive,
     file,
+    metrics::EvaluationResult,
     policy::{self, Policy, PolicySettings},
     scenario::{Scenario, StartLayout},
     settings::{self, fields_of},
     space::CAR_LENGTH_M,
     traffic::EngineChoice,
-    train::{EvaluationResult, TrainConfig, evaluate},
+    train::{TrainConfig, evaluate},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -7,8 +7,9 @@ use super::{
 };
 use crate::{
     driver::NamedDriver,
+    metrics::{Estimate, EvaluationResult, figures},
     private,
-    train::{Estimate, EvaluationResult, TrainConfig, evaluate, figures, trace},
+    train::{TrainConfig, evaluate, trace},
 };
 use serde_json::{Value, json};
 use std::{fmt::Write, path::Path};

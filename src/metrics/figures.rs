@@ -1,7 +1,7 @@
 //! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
 //! those of docs/references.md: holds.
 
-use super::{evaluation::Trace, stats::Estimate};
+use super::{Estimate, Trace};
 use crate::plot::{
     Axis, COLOURS, Chart, ChartSheet, ColourKey, LineStyle, PlotLine, PlotMark, PlotShape, PrintWidth, picture,
 };

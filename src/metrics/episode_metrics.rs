@@ -229,6 +229,14 @@ impl EpisodeMetrics {
     }
 }
 
+/// Mean over rings and its 95 % interval (1.96 standard errors), m/s.
+pub fn mean_and_interval(verdicts: &[EvaluationResult]) -> (f64, f64) {
+    let n = verdicts.len() as f64;
+    let mean = verdicts.iter().map(|v| v.mean_mps).sum::<f64>() / n;
+    let square = verdicts.iter().map(|v| (v.mean_mps - mean).powi(2)).sum::<f64>();
+    (mean, 1.96 * (square / (n - 1.0).max(1.0) / n).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,12 @@
+//! What a drive comes to in numbers. In: speeds, gaps and advice at each step, of the fast ring and of whole drives alike. Out:
+//! results of a drive, means with their intervals, fuel, and the figures that show them. SI units.
+
+mod episode_metrics;
+mod estimate;
+pub mod figures;
+pub mod fuel;
+mod trace;
+
+pub use episode_metrics::{EpisodeMetrics, EvaluationResult, FlowTotals, mean_and_interval};
+pub use estimate::Estimate;
+pub use trace::Trace;
