@@ -5,7 +5,7 @@ use codrive::{
     metrics::EvaluationResult,
     policy::{self, Network, Policy, PolicySettings, onnx},
     settings::Settings,
-    train::{FollowKind, TrainConfig, evaluate},
+    train::{AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, evaluate},
 };
 use std::{
     fs,
@@ -15,17 +15,25 @@ use std::{
 /// The paper's ring with the wave on it; the ego follows to the letter but brakes where it must.
 fn paper_ring(hold_s: f64) -> TrainConfig {
     TrainConfig {
-        circumference_min_m: 250.0,
-        circumference_max_m: 250.0,
-        hold_s,
-        brakes_for_leader: true,
+        ring: RingConfig { circumference_min_m: 250.0, circumference_max_m: 250.0, ..RingConfig::default() },
+        advice: AdviceConfig { hold_s, ..AdviceConfig::default() },
+        driver: DriverConfig { brakes_for_leader: true, ..DriverConfig::default() },
         ..TrainConfig::default()
     }
 }
 
 /// The same with a driver.
 fn driven(hold_s: f64, reaction_s: f64, error_mps: f64) -> TrainConfig {
-    TrainConfig { follow: FollowKind::Driver, random_driver: false, reaction_s, error_mps, ..paper_ring(hold_s) }
+    TrainConfig {
+        driver: DriverConfig {
+            follow: FollowKind::Driver,
+            random_driver: false,
+            reaction_s,
+            error_mps,
+            ..paper_ring(hold_s).driver
+        },
+        ..paper_ring(hold_s)
+    }
 }
 
 fn mean(verdicts: &[EvaluationResult], of: fn(&EvaluationResult) -> f64) -> f64 {
@@ -35,7 +43,7 @@ fn mean(verdicts: &[EvaluationResult], of: fn(&EvaluationResult) -> f64) -> f64 
 /// A policy known by name at the saturated wave: 20 rings.
 fn baseline(name: &str, aim_mps: f64, change: TrainConfig) -> Vec<EvaluationResult> {
     let settings = PolicySettings { aim_mps, equilibrium_mps: 4.362, step_s: 0.1 };
-    let config = TrainConfig { warm_up_s: 600.0, ..change };
+    let config = TrainConfig { ring: RingConfig { warm_up_s: 600.0, ..change.ring }, ..change };
     evaluate(&config, "baseline", 20, || policy::build(name, &settings).unwrap())
 }
 
@@ -62,7 +70,10 @@ fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
 fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
     // docs/references.md: follower-stopper: 4.0 calm in 116 s, 4.3 in 159 s. With a car that pulls away at 0.3 m/s2; at
     // 1.5 m/s2 it chases the gaps that its own stops make and 4.3 fails.
-    let gentle = TrainConfig { ego_accel_mps2: 0.3, brakes_for_leader: false, ..paper_ring(0.1) };
+    let gentle = TrainConfig {
+        driver: DriverConfig { ego_accel_mps2: 0.3, brakes_for_leader: false, ..paper_ring(0.1).driver },
+        ..paper_ring(0.1)
+    };
     for (aim_mps, latest_s) in [(4.0, 160.0), (4.3, 170.0)] {
         let verdicts = baseline("follower-stopper", aim_mps, gentle.clone());
         assert_eq!(calm(&verdicts), 20, "{aim_mps}");
@@ -70,7 +81,7 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
         assert!((settled - aim_mps).abs() < 0.02, "{aim_mps}: {settled}");
         assert!(after < latest_s, "{aim_mps}: {after} s");
     }
-    let brisk = TrainConfig { ego_accel_mps2: 1.5, ..gentle };
+    let brisk = TrainConfig { driver: DriverConfig { ego_accel_mps2: 1.5, ..gentle.driver }, ..gentle };
     assert_eq!(calm(&baseline("follower-stopper", 4.3, brisk)), 0);
 }
 
@@ -88,7 +99,11 @@ fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
         calmed.len()
     };
     assert_eq!(settled(&baseline("pi", 0.0, driven(0.1, 0.0, 0.0))), 20);
-    let calmed = settled(&baseline("pi", 0.0, TrainConfig { ego_response_s: 1.0, ..paper_ring(0.1) }));
+    let calmed = settled(&baseline(
+        "pi",
+        0.0,
+        TrainConfig { driver: DriverConfig { ego_response_s: 1.0, ..paper_ring(0.1).driver }, ..paper_ring(0.1) },
+    ));
     assert!(calmed >= 18, "{calmed}");
     // To the letter and at once it copies its leader for ever (docs/references.md: pi: 3.13 in the jam).
     assert_eq!(calm(&baseline("pi", 0.0, paper_ring(0.1))), 0);
@@ -168,7 +183,7 @@ fn acceleration_advice_lets_nobody_stand_for_good() {
         for config in [driven(hold_s, 0.0, 0.0), driven(hold_s, 1.0, 0.5), driven(hold_s, 2.0, 0.5)] {
             let verdicts = driven_by("ring-250-acceleration", &config);
             let slowest = verdicts.iter().map(|v| v.settled_mps).fold(f64::INFINITY, f64::min);
-            assert!(slowest > 3.0, "hold {hold_s} s, reaction {} s: {slowest}", config.reaction_s);
+            assert!(slowest > 3.0, "hold {hold_s} s, reaction {} s: {slowest}", config.driver.reaction_s);
         }
     }
 }
@@ -188,10 +203,13 @@ fn shipped_policies_help_on_other_rings_without_training_anew() {
 /// A ring of this length with so many cars.
 fn ring_of(length_m: f64, cars: u32, base: TrainConfig) -> TrainConfig {
     TrainConfig {
-        circumference_min_m: length_m,
-        circumference_max_m: length_m,
-        vehicles_min: cars,
-        vehicles_max: cars,
+        ring: RingConfig {
+            circumference_min_m: length_m,
+            circumference_max_m: length_m,
+            vehicles_min: cars,
+            vehicles_max: cars,
+            ..base.ring
+        },
         ..base
     }
 }
@@ -239,7 +257,10 @@ fn on_the_long_ring_its_policies_win_back_more_than_half_of_what_the_wave_takes(
     // docs/references.md: ring: 640.9 m, 40 cars, 17.88 m/s: 6.05 m/s in the wave, 8.956 m/s in an even flow.
     let (wave_mps, even_mps) = (6.05, 8.956);
     for (hold_s, reaction_s, error_mps) in [(4.0, 1.0, 0.5), (10.0, 0.0, 0.0), (30.0, 1.0, 0.5)] {
-        let base = TrainConfig { warm_up_s: 600.0, ..driven(hold_s, reaction_s, error_mps) };
+        let base = TrainConfig {
+            ring: RingConfig { warm_up_s: 600.0, ..driven(hold_s, reaction_s, error_mps).ring },
+            ..driven(hold_s, reaction_s, error_mps)
+        };
         let mut ring = ring_of(640.9, 40, base);
         ring.idm.v0 = 17.88;
         let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_mps);

@@ -86,12 +86,16 @@ fn update(n: usize) -> TimeStatistics {
     theta.resize(shape.parameters(), 0.0);
     let mut value = Value::new(&value_shape, &mut stream);
     let region = TrustRegion {
-        max_kl: config.max_kl,
-        cg_steps: config.cg_steps,
-        damping: config.damping,
-        backtracks: config.backtracks,
+        max_kl: config.optimiser.max_kl,
+        cg_steps: config.optimiser.cg_steps,
+        damping: config.optimiser.damping,
+        backtracks: config.optimiser.backtracks,
     };
-    let how = Fit { rate: config.value_rate, epochs: config.value_epochs, batch: config.value_batch as usize };
+    let how = Fit {
+        rate: config.optimiser.value_rate,
+        epochs: config.optimiser.value_epochs,
+        batch: config.optimiser.value_batch as usize,
+    };
     let mut times = Vec::new();
     for _ in 0..n {
         let mut normals = |n: usize| (0..n).map(|_| stream.normal()).collect::<Vec<f64>>();

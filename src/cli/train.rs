@@ -52,7 +52,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let stop = stop_on_ctrl_c();
     let bar = progress(&learner);
     let mut written = bar.elapsed();
-    while learner.iteration() < learner.config().iterations && !stop.load(Ordering::Relaxed) {
+    while learner.iteration() < learner.config().run.iterations && !stop.load(Ordering::Relaxed) {
         let row = learner.iterate();
         bar.set_message(words(&row, learner.best().2));
         bar.set_position(u64::from(row.iteration));
@@ -115,7 +115,7 @@ fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
 
 fn progress(learner: &Learner) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed} {msg}  {eta} left");
-    let bar = ProgressBar::new(u64::from(learner.config().iterations));
+    let bar = ProgressBar::new(u64::from(learner.config().run.iterations));
     bar.set_position(u64::from(learner.iteration()));
     bar.reset_eta();
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
@@ -146,7 +146,10 @@ fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
 }
 
 fn action(learner: &Learner) -> String {
-    serde_json::to_value(learner.config().action).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+    serde_json::to_value(learner.config().advice.action)
+        .ok()
+        .and_then(|v| v.as_str().map(str::to_owned))
+        .unwrap_or_default()
 }
 
 /// Writes beside and then renames: a full disk or a cut leaves the old file whole.

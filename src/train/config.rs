@@ -4,177 +4,198 @@
 use crate::{
     idm::IdmParams,
     policy::{Feature, NetworkInput},
-    settings::Settings,
+    settings::{Settings, flat_settings},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One training, complete.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct TrainConfig {
-    /// What the policy puts out
-    pub action: ActionKind,
-    /// Number of levels between the limits of the action; 0 is continuous
-    #[schemars(range(min = 0, max = 1000))]
-    pub levels: u32,
-    /// Largest acceleration, either way, of acceleration advice
-    #[schemars(range(min = 0.05, max = 5.0), extend("unit" = "m/s2"))]
-    pub accel_limit_mps2: f64,
-    /// Highest speed of speed advice; the lowest is 0
-    #[schemars(range(min = 1.0, max = 60.0), extend("unit" = "m/s"))]
-    pub top_speed_mps: f64,
-    /// Largest change of speed, either way, that an acceleration leads to in one hold; 0 sets no bound
-    #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
-    pub speed_change_mps: f64,
-    /// How long one action stands, a whole number of steps
-    #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
-    pub hold_s: f64,
-    /// Longest hold: blocks of rings then have holds from hold_s to this, in even ratios; 0 is hold_s
-    #[schemars(range(min = 0.0, max = 600.0), extend("unit" = "s"))]
-    pub hold_max_s: f64,
-
-    /// Fewest cars of a ring, the ego included
-    #[schemars(range(min = 2, max = 200))]
-    pub vehicles_min: u32,
-    /// Most cars of a ring
-    #[schemars(range(min = 2, max = 200))]
-    pub vehicles_max: u32,
-    /// Shortest ring
-    #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
-    pub circumference_min_m: f64,
-    /// Longest ring
-    #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
-    pub circumference_max_m: f64,
-    /// Road for each car below which the policy stays silent, because advice would slow the ring; such rings are drawn longer
-    #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
-    pub least_spacing_m: f64,
-    /// Car-following model of the other cars
-    pub idm: IdmParams,
-    /// Share by which the model's parameters differ from ring to ring, either way
-    #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
-    pub idm_spread: f64,
-    /// Share of the rings whose cars start close together, so that the wave is there after the warm-up
-    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
-    pub bunched_share: f64,
-    /// Length of a step
-    #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
-    pub step_s: f64,
-    /// Traffic runs this long before the policy acts
-    #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
-    pub warm_up_s: f64,
-    /// Length of an episode, the warm-up not included
-    #[schemars(range(min = 1.0, max = 36000.0), extend("unit" = "s"))]
-    pub horizon_s: f64,
-
-    /// Whose speed is the reward
-    pub reward: RewardKind,
-    /// Taken from the reward for each unit of action (a share of its limit)
-    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
-    pub action_penalty: f64,
-    /// Taken from the reward in proportion to the missing part of a time gap of 1 s
-    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
-    pub headway_penalty: f64,
-    /// Taken from the reward for each m/s by which the ego misses the range of the advised speed
-    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
-    pub range_penalty: f64,
-    /// Half width of that range
-    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m/s"))]
-    pub range_mps: f64,
-    /// Taken once when cars collide; from then on all stand
-    #[schemars(range(min = 0.0, max = 10000.0), extend("unit" = "m/s"))]
-    pub collision_penalty: f64,
-
-    /// How the ego follows the advice
-    pub follow: FollowKind,
-    /// Most acceleration that the ego uses to reach an advised speed
-    #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
-    pub ego_accel_mps2: f64,
-    /// Most deceleration that it uses
-    #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
-    pub ego_decel_mps2: f64,
-    /// Time in which an ego that follows to the letter closes a difference to the advised speed; 0 is one step
-    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "s"))]
-    pub ego_response_s: f64,
-    /// The ego brakes before it would hit its leader, whatever the advice (a simulated driver always keeps its distance)
-    pub brakes_for_leader: bool,
-    /// Simulated driver: time from a new advice to the first response
-    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "s"))]
-    pub reaction_s: f64,
-    /// Simulated driver: standard deviation of the speed around the target
-    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s"))]
-    pub error_mps: f64,
-    /// Simulated driver: time constant of that error
-    #[schemars(range(min = 0.1, max = 100.0), extend("unit" = "s"))]
-    pub error_time_s: f64,
-    /// Simulated driver: constant deviation from the target
-    #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s", "formerly" = "trait_mps"))]
-    #[serde(alias = "trait_mps")]
-    pub speed_bias_mps: f64,
-    /// Simulated driver: content with any speed this close to the target
-    #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s", "formerly" = "slack_mps"))]
-    #[serde(alias = "slack_mps")]
-    pub deadband_mps: f64,
-    /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
-    pub random_driver: bool,
-
-    /// What the policy sees, of speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
-    /// log_hold
-    pub sees: String,
-    /// How it is scaled
-    pub scaling: Scaling,
-    /// Units of each hidden layer
-    #[schemars(range(min = 1, max = 1024))]
-    pub hidden_width: u32,
-    /// Hidden layers
-    #[schemars(range(min = 1, max = 8))]
-    pub hidden_layers: u32,
-
-    /// Updates of the policy
-    #[schemars(range(min = 1, max = 1000000))]
-    pub iterations: u32,
-    /// Decisions an update
-    #[schemars(range(min = 64, max = 10000000))]
-    pub batch: u32,
-    /// Rings side by side, a multiple of 16
-    #[schemars(range(min = 16, max = 65536))]
-    pub rings: u32,
-    /// Time after which a reward counts 1/e: the paper's gamma of 0.999 a step of 0.1 s is 100 s
-    #[schemars(range(min = 1.0, max = 100000.0), extend("unit" = "s"))]
-    pub discount_s: f64,
-    /// Lambda of generalised advantage estimation
-    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
-    pub gae_lambda: f64,
-    /// Bound on the mean KL divergence of an update
-    #[schemars(range(min = 0.000001, max = 1.0), extend("unit" = "nat"))]
-    pub max_kl: f64,
-    /// Steps of the conjugate gradient
-    #[schemars(range(min = 1, max = 100))]
-    pub cg_steps: u32,
-    /// Damping of the Fisher matrix
-    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ""))]
-    pub damping: f64,
-    /// Halvings that the line search tries
-    #[schemars(range(min = 1, max = 50))]
-    pub backtracks: u32,
-    /// Standard deviation of the first policy, as a share of the limit of a continuous action
-    #[schemars(range(min = 0.01, max = 10.0), extend("unit" = ""))]
-    pub first_sd: f64,
-    /// Step of Adam for the value
-    #[schemars(range(min = 0.0000001, max = 1.0), extend("unit" = ""))]
-    pub value_rate: f64,
-    /// Passes over the batch for the value
-    #[schemars(range(min = 1, max = 1000))]
-    pub value_epochs: u32,
-    /// Decisions a step of Adam
-    #[schemars(range(min = 16, max = 1000000))]
-    pub value_batch: u32,
-    /// The policy is judged without noise, on rings of its own, every so many updates
-    #[schemars(range(min = 1, max = 1000000))]
-    pub judge_every: u32,
-    /// Seed of everything random
-    #[schemars(range(min = 0, max = 9007199254740991_u64))]
-    pub seed: u64,
+flat_settings! {
+    /// One training, complete.
+    pub struct TrainConfig, written as config_file {
+        fields {}
+        /// What the policy puts out, and how long it stands.
+        group advice: AdviceConfig {
+            /// What the policy puts out
+            action: ActionKind = ActionKind::Acceleration,
+            /// Number of levels between the limits of the action; 0 is continuous
+            #[schemars(range(min = 0, max = 1000))]
+            levels: u32 = 0,
+            /// Largest acceleration, either way, of acceleration advice
+            #[schemars(range(min = 0.05, max = 5.0), extend("unit" = "m/s2"))]
+            accel_limit_mps2: f64 = 0.5,
+            /// Highest speed of speed advice; the lowest is 0
+            #[schemars(range(min = 1.0, max = 60.0), extend("unit" = "m/s"))]
+            top_speed_mps: f64 = 10.0,
+            /// Largest change of speed, either way, that an acceleration leads to in one hold; 0 sets no bound
+            #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
+            speed_change_mps: f64 = 0.0,
+            /// How long one action stands, a whole number of steps
+            #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
+            hold_s: f64 = 1.0,
+            /// Longest hold: blocks of rings then have holds from hold_s to this, in even ratios; 0 is hold_s
+            #[schemars(range(min = 0.0, max = 600.0), extend("unit" = "s"))]
+            hold_max_s: f64 = 0.0,
+        }
+        /// The rings that are drawn, and an episode on one.
+        group ring: RingConfig {
+            /// Fewest cars of a ring, the ego included
+            #[schemars(range(min = 2, max = 200))]
+            vehicles_min: u32 = 22,
+            /// Most cars of a ring
+            #[schemars(range(min = 2, max = 200))]
+            vehicles_max: u32 = 22,
+            /// Shortest ring
+            #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
+            circumference_min_m: f64 = 200.0,
+            /// Longest ring
+            #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
+            circumference_max_m: f64 = 300.0,
+            /// Road for each car below which the policy stays silent, because advice would slow the ring; such rings are drawn longer
+            #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
+            least_spacing_m: f64 = 0.0,
+            /// Car-following model of the other cars
+            idm: IdmParams = IdmParams::default(),
+            /// Share by which the model's parameters differ from ring to ring, either way
+            #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
+            idm_spread: f64 = 0.0,
+            /// Share of the rings whose cars start close together, so that the wave is there after the warm-up
+            #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
+            bunched_share: f64 = 1.0,
+            /// Length of a step
+            #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
+            step_s: f64 = 0.1,
+            /// Traffic runs this long before the policy acts
+            #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
+            warm_up_s: f64 = 120.0,
+            /// Length of an episode, the warm-up not included
+            #[schemars(range(min = 1.0, max = 36000.0), extend("unit" = "s"))]
+            horizon_s: f64 = 800.0,
+        }
+        /// What is rewarded and what is taken from it.
+        group reward: RewardConfig {
+            /// Whose speed is the reward
+            #[serde(rename = "reward")]
+            kind: RewardKind = RewardKind::All,
+            /// Taken from the reward for each unit of action (a share of its limit)
+            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
+            action_penalty: f64 = 0.0,
+            /// Taken from the reward in proportion to the missing part of a time gap of 1 s
+            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
+            headway_penalty: f64 = 0.0,
+            /// Taken from the reward for each m/s by which the ego misses the range of the advised speed
+            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
+            range_penalty: f64 = 0.0,
+            /// Half width of that range
+            #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m/s"))]
+            // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
+            range_mps: f64 = 0.447,
+            /// Taken once when cars collide; from then on all stand
+            #[schemars(range(min = 0.0, max = 10000.0), extend("unit" = "m/s"))]
+            collision_penalty: f64 = 100.0,
+        }
+        /// Who follows the advice.
+        group driver: DriverConfig {
+            /// How the ego follows the advice
+            follow: FollowKind = FollowKind::Exact,
+            /// Most acceleration that the ego uses to reach an advised speed
+            #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
+            ego_accel_mps2: f64 = 1.5,
+            /// Most deceleration that it uses
+            #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
+            ego_decel_mps2: f64 = 4.5,
+            /// Time in which an ego that follows to the letter closes a difference to the advised speed; 0 is one step
+            #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "s"))]
+            ego_response_s: f64 = 0.0,
+            /// The ego brakes before it would hit its leader, whatever the advice (a simulated driver always keeps its distance)
+            brakes_for_leader: bool = false,
+            /// Simulated driver: time from a new advice to the first response
+            #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "s"))]
+            reaction_s: f64 = 1.0,
+            /// Simulated driver: standard deviation of the speed around the target
+            #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s"))]
+            error_mps: f64 = 0.5,
+            /// Simulated driver: time constant of that error
+            #[schemars(range(min = 0.1, max = 100.0), extend("unit" = "s"))]
+            error_time_s: f64 = 5.0,
+            /// Simulated driver: constant deviation from the target
+            #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s", "formerly" = "trait_mps"))]
+            #[serde(alias = "trait_mps")]
+            speed_bias_mps: f64 = 0.0,
+            /// Simulated driver: content with any speed this close to the target
+            #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s", "formerly" = "slack_mps"))]
+            #[serde(alias = "slack_mps")]
+            deadband_mps: f64 = 0.0,
+            /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
+            random_driver: bool = true,
+        }
+        /// What the policy sees, and the network that it is.
+        group network: NetworkConfig {
+            /// What the policy sees, of speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
+            /// log_hold
+            sees: String = "speed,leader_speed,gap,circumference".into(),
+            /// How it is scaled
+            scaling: Scaling = Scaling::default(),
+            /// Units of each hidden layer
+            #[schemars(range(min = 1, max = 1024))]
+            hidden_width: u32 = 64,
+            /// Hidden layers
+            #[schemars(range(min = 1, max = 8))]
+            hidden_layers: u32 = 2,
+        }
+        /// How much is driven and learned from.
+        group run: RunConfig {
+            /// Updates of the policy
+            #[schemars(range(min = 1, max = 1000000))]
+            iterations: u32 = 500,
+            /// Decisions an update
+            #[schemars(range(min = 64, max = 10000000))]
+            batch: u32 = 16_000,
+            /// Rings side by side, a multiple of 16
+            #[schemars(range(min = 16, max = 65536))]
+            rings: u32 = 64,
+        }
+        /// How it is learned: TRPO for the policy, Adam for the value.
+        group optimiser: OptimiserConfig {
+            /// Time after which a reward counts 1/e: the paper's gamma of 0.999 a step of 0.1 s is 100 s
+            #[schemars(range(min = 1.0, max = 100000.0), extend("unit" = "s"))]
+            discount_s: f64 = 100.0,
+            /// Lambda of generalised advantage estimation
+            #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
+            gae_lambda: f64 = 1.0,
+            /// Bound on the mean KL divergence of an update
+            #[schemars(range(min = 0.000001, max = 1.0), extend("unit" = "nat"))]
+            max_kl: f64 = 0.01,
+            /// Steps of the conjugate gradient
+            #[schemars(range(min = 1, max = 100))]
+            cg_steps: u32 = 10,
+            /// Damping of the Fisher matrix
+            #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ""))]
+            damping: f64 = 0.1,
+            /// Halvings that the line search tries
+            #[schemars(range(min = 1, max = 50))]
+            backtracks: u32 = 10,
+            /// Standard deviation of the first policy, as a share of the limit of a continuous action
+            #[schemars(range(min = 0.01, max = 10.0), extend("unit" = ""))]
+            first_sd: f64 = 1.0,
+            /// Step of Adam for the value
+            #[schemars(range(min = 0.0000001, max = 1.0), extend("unit" = ""))]
+            value_rate: f64 = 1e-3,
+            /// Passes over the batch for the value
+            #[schemars(range(min = 1, max = 1000))]
+            value_epochs: u32 = 5,
+            /// Decisions a step of Adam
+            #[schemars(range(min = 16, max = 1000000))]
+            value_batch: u32 = 1000,
+        }
+        fields {
+            /// The policy is judged without noise, on rings of its own, every so many updates
+            #[schemars(range(min = 1, max = 1000000))]
+            judge_every: u32 = 10,
+            /// Seed of everything random
+            #[schemars(range(min = 0, max = 9007199254740991_u64))]
+            seed: u64 = 1,
+        }
+    }
 }
 
 /// What becomes 1 in the network's input (and -1, where it is not 0).
@@ -251,112 +272,50 @@ pub enum FollowKind {
     Ignore,
 }
 
-impl Default for TrainConfig {
-    fn default() -> Self {
-        Self {
-            action: ActionKind::Acceleration,
-            levels: 0,
-            accel_limit_mps2: 0.5,
-            top_speed_mps: 10.0,
-            speed_change_mps: 0.0,
-            hold_s: 1.0,
-            hold_max_s: 0.0,
-            vehicles_min: 22,
-            vehicles_max: 22,
-            circumference_min_m: 200.0,
-            circumference_max_m: 300.0,
-            least_spacing_m: 0.0,
-            idm: IdmParams::default(),
-            idm_spread: 0.0,
-            bunched_share: 1.0,
-            step_s: 0.1,
-            warm_up_s: 120.0,
-            horizon_s: 800.0,
-            reward: RewardKind::All,
-            action_penalty: 0.0,
-            headway_penalty: 0.0,
-            range_penalty: 0.0,
-            // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
-            range_mps: 0.447,
-            collision_penalty: 100.0,
-            follow: FollowKind::Exact,
-            ego_accel_mps2: 1.5,
-            ego_decel_mps2: 4.5,
-            ego_response_s: 0.0,
-            brakes_for_leader: false,
-            reaction_s: 1.0,
-            error_mps: 0.5,
-            error_time_s: 5.0,
-            speed_bias_mps: 0.0,
-            deadband_mps: 0.0,
-            random_driver: true,
-            sees: "speed,leader_speed,gap,circumference".into(),
-            scaling: Scaling::default(),
-            hidden_width: 64,
-            hidden_layers: 2,
-            iterations: 500,
-            batch: 16_000,
-            rings: 64,
-            discount_s: 100.0,
-            gae_lambda: 1.0,
-            max_kl: 0.01,
-            cg_steps: 10,
-            damping: 0.1,
-            backtracks: 10,
-            first_sd: 1.0,
-            value_rate: 1e-3,
-            value_epochs: 5,
-            value_batch: 1000,
-            judge_every: 10,
-            seed: 1,
-        }
-    }
-}
-
 impl TrainConfig {
     /// Steps in the shortest hold.
     pub fn hold_steps(&self) -> u32 {
-        (self.hold_s / self.step_s).round().max(1.0) as u32
+        (self.advice.hold_s / self.ring.step_s).round().max(1.0) as u32
     }
 
     /// Shortest and longest hold, seconds.
     pub fn holds_s(&self) -> [f64; 2] {
-        [self.hold_s, self.hold_max_s.max(self.hold_s)]
+        [self.advice.hold_s, self.advice.hold_max_s.max(self.advice.hold_s)]
     }
 
     /// Steps in a hold of block `index` of so many.
     pub fn hold_steps_of(&self, index: usize, blocks: usize) -> u32 {
         let [low, high] = self.holds_s();
         let share = index as f64 / (blocks as f64 - 1.0).max(1.0);
-        ((low * (high / low).powf(share) / self.step_s).round() as u32).max(1)
+        ((low * (high / low).powf(share) / self.ring.step_s).round() as u32).max(1)
     }
 
     /// Decisions of each ring in a batch, at least 1.
     pub fn decisions(&self) -> usize {
-        ((self.batch as f64 / f64::from(self.rings)).round() as usize).max(1)
+        ((self.run.batch as f64 / f64::from(self.run.rings)).round() as usize).max(1)
     }
 
     /// Decisions in an episode of such holds, at least 1.
     pub fn horizon_decisions(&self, hold_steps: u32) -> u32 {
-        (self.horizon_s / (f64::from(hold_steps) * self.step_s)).round().max(1.0) as u32
+        (self.ring.horizon_s / (f64::from(hold_steps) * self.ring.step_s)).round().max(1.0) as u32
     }
 
     /// Discount of a hold of so many seconds.
     pub fn gamma(&self, hold_s: f64) -> f64 {
-        (-hold_s / self.discount_s).exp()
+        (-hold_s / self.optimiser.discount_s).exp()
     }
 
     /// Lowest and highest action, m/s2 or m/s.
     pub fn action_limits(&self) -> [f64; 2] {
-        match self.action {
-            ActionKind::Acceleration => [-self.accel_limit_mps2, self.accel_limit_mps2],
-            ActionKind::Speed => [0.0, self.top_speed_mps],
+        match self.advice.action {
+            ActionKind::Acceleration => [-self.advice.accel_limit_mps2, self.advice.accel_limit_mps2],
+            ActionKind::Speed => [0.0, self.advice.top_speed_mps],
         }
     }
 
     /// What the policy sees, scaled; unknown names are left out ([`TrainConfig::check`] refuses them).
     pub fn inputs(&self) -> Vec<NetworkInput> {
-        let s = &self.scaling;
+        let s = &self.network.scaling;
         let input = |feature| {
             let (from, to) = match feature {
                 Feature::Speed | Feature::LeaderSpeed | Feature::MeanSpeed => (0.0, s.speed_to_mps),
@@ -369,12 +328,12 @@ impl TrainConfig {
             };
             NetworkInput { feature, from, to }
         };
-        self.sees.split(',').filter_map(|name| Feature::named(name.trim())).map(input).collect()
+        self.network.sees.split(',').filter_map(|name| Feature::named(name.trim())).map(input).collect()
     }
 
     /// Sizes of a network's layers with `outputs` outputs.
     pub fn layers(&self, outputs: usize) -> Vec<usize> {
-        let hidden = vec![self.hidden_width as usize; self.hidden_layers as usize];
+        let hidden = vec![self.network.hidden_width as usize; self.network.hidden_layers as usize];
         [vec![self.inputs().len()], hidden, vec![outputs]].concat()
     }
 }
@@ -382,57 +341,82 @@ impl TrainConfig {
 impl Settings for TrainConfig {
     fn check(&self) -> Result<(), (&'static str, String)> {
         let multiple = |value: f64, of: f64| ((value / of).round() * of - value).abs() < 1e-9 && value > of / 2.0;
-        if !multiple(self.hold_s, self.step_s) {
-            let text = format!("hold_s is {}; allowed: a whole number of steps of {} s", self.hold_s, self.step_s);
+        if !multiple(self.advice.hold_s, self.ring.step_s) {
+            let text =
+                format!("hold_s is {}; allowed: a whole number of steps of {} s", self.advice.hold_s, self.ring.step_s);
             return Err(("hold_s", text));
         }
-        if self.holds_s()[1] > self.horizon_s {
-            let text = format!("holds of {} s; the horizon is {} s", self.holds_s()[1], self.horizon_s);
+        if self.holds_s()[1] > self.ring.horizon_s {
+            let text = format!("holds of {} s; the horizon is {} s", self.holds_s()[1], self.ring.horizon_s);
             return Err(("hold_s", text));
         }
-        if let Some(name) = self.sees.split(',').map(str::trim).find(|name| Feature::named(name).is_none()) {
+        if let Some(name) = self.network.sees.split(',').map(str::trim).find(|name| Feature::named(name).is_none()) {
             let known: Vec<&str> = crate::policy::FEATURES.iter().map(|f| f.name()).collect();
             return Err(("sees", format!("sees names `{name}`; allowed: {}", known.join(", "))));
         }
-        if self.levels == 1 {
+        if self.advice.levels == 1 {
             return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
         }
-        if self.vehicles_max < self.vehicles_min {
-            let text =
-                format!("vehicles_max is {}; allowed: from vehicles_min, {}", self.vehicles_max, self.vehicles_min);
+        if self.ring.vehicles_max < self.ring.vehicles_min {
+            let text = format!(
+                "vehicles_max is {}; allowed: from vehicles_min, {}",
+                self.ring.vehicles_max, self.ring.vehicles_min
+            );
             return Err(("vehicles_max", text));
         }
-        if self.circumference_max_m < self.circumference_min_m {
+        if self.ring.circumference_max_m < self.ring.circumference_min_m {
             let text = format!(
                 "circumference_max_m is {}; allowed: from circumference_min_m, {}",
-                self.circumference_max_m, self.circumference_min_m
+                self.ring.circumference_max_m, self.ring.circumference_min_m
             );
             return Err(("circumference_max_m", text));
         }
-        let car_m = crate::space::CAR_LENGTH_M + self.idm.s0 * (1.0 + self.idm_spread);
-        if self.circumference_min_m < f64::from(self.vehicles_max) * car_m {
-            let most = (self.circumference_min_m / car_m).floor();
+        let car_m = crate::space::CAR_LENGTH_M + self.ring.idm.s0 * (1.0 + self.ring.idm_spread);
+        if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
+            let most = (self.ring.circumference_min_m / car_m).floor();
             let text = format!(
                 "vehicles_max is {}; allowed: at most {most}, which is what fits on {} m",
-                self.vehicles_max, self.circumference_min_m
+                self.ring.vehicles_max, self.ring.circumference_min_m
             );
             return Err(("vehicles_max", text));
         }
-        if self.circumference_max_m < f64::from(self.vehicles_max) * self.least_spacing_m {
+        if self.ring.circumference_max_m < f64::from(self.ring.vehicles_max) * self.ring.least_spacing_m {
             let text = format!(
                 "least_spacing_m is {}; allowed: at most {:.2}, what circumference_max_m leaves {} cars",
-                self.least_spacing_m,
-                self.circumference_max_m / f64::from(self.vehicles_max),
-                self.vehicles_max
+                self.ring.least_spacing_m,
+                self.ring.circumference_max_m / f64::from(self.ring.vehicles_max),
+                self.ring.vehicles_max
             );
             return Err(("least_spacing_m", text));
         }
-        if !self.rings.is_multiple_of(super::simd::LANES as u32) {
-            return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.rings)));
+        if !self.run.rings.is_multiple_of(super::simd::LANES as u32) {
+            return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.run.rings)));
         }
         if !self.inputs().iter().all(NetworkInput::is_sound) {
             return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings;
+
+    #[test]
+    fn the_file_knows_nothing_of_the_groups() {
+        let reward = RewardConfig { kind: RewardKind::Ego, ..RewardConfig::default() };
+        let text = toml::to_string(&TrainConfig { reward, ..TrainConfig::default() }).expect("a file");
+        let tables: Vec<&str> = text.lines().filter(|line| line.starts_with('[')).collect();
+        assert_eq!(tables, ["[idm]", "[scaling]"]);
+        assert!(text.starts_with("action = \"acceleration\"\nlevels = 0\n"), "{text}");
+        assert!(text.contains("\nreward = \"ego\"\naction_penalty = 0.0\n"), "{text}");
+        let read: TrainConfig = settings::from_toml(&text, "train.toml").expect("its own file");
+        assert_eq!(read.reward.kind, RewardKind::Ego);
+        let refused = |text: &str| settings::from_toml::<TrainConfig>(text, "train.toml").expect_err(text).message;
+        assert!(refused("seed = 1\n[ring]\n").starts_with("train.toml:2:2: unknown key `ring`; did you mean `rings`?"));
+        assert!(refused("kind = \"ego\"").starts_with("train.toml:1:1: unknown key `kind`"));
+        assert!(refused("\nhold_s = 0.25").starts_with("train.toml:2:10: hold_s is 0.25; allowed: a whole number"));
     }
 }

@@ -72,7 +72,7 @@ impl TrainConfig {
             LeaderRule::Model => FollowKind::Driver,
             LeaderRule::Guard | LeaderRule::Ignore => FollowKind::Exact,
         };
-        Self {
+        let driver = DriverConfig {
             follow,
             brakes_for_leader,
             random_driver: false,
@@ -81,20 +81,26 @@ impl TrainConfig {
             error_time_s: driver.error_time_s,
             speed_bias_mps: driver.speed_bias_mps,
             deadband_mps: driver.deadband_mps,
-            ..self.clone()
-        }
+            ..self.driver.clone()
+        };
+        Self { driver, ..self.clone() }
     }
 
     /// The driver of these rings by name, where they all have the same.
-    pub fn driver(&self) -> Option<NamedDriver> {
-        match self.follow {
+    pub fn named_driver(&self) -> Option<NamedDriver> {
+        let driver = &self.driver;
+        match driver.follow {
             FollowKind::Ignore => named("idm").ok(),
-            FollowKind::Exact if self.brakes_for_leader => named("guarded").ok(),
+            FollowKind::Exact if driver.brakes_for_leader => named("guarded").ok(),
             FollowKind::Exact => named("exact").ok(),
-            FollowKind::Driver if self.random_driver => None,
-            FollowKind::Driver => {
-                NamedDriver::of_numbers([self.reaction_s, self.error_mps, self.speed_bias_mps, self.deadband_mps]).ok()
-            }
+            FollowKind::Driver if driver.random_driver => None,
+            FollowKind::Driver => NamedDriver::of_numbers([
+                driver.reaction_s,
+                driver.error_mps,
+                driver.speed_bias_mps,
+                driver.deadband_mps,
+            ])
+            .ok(),
         }
     }
 }
@@ -102,16 +108,17 @@ impl TrainConfig {
 impl AdviceFollower {
     /// Followers without habits; [`AdviceFollower::draw`] gives them some.
     pub fn new(config: &TrainConfig) -> Self {
-        let longest = (config.reaction_s / config.step_s).round() as usize;
+        let driver = &config.driver;
+        let longest = (driver.reaction_s / config.ring.step_s).round() as usize;
         Self {
-            step_s: config.step_s as f32,
-            is_driver: config.follow == FollowKind::Driver,
-            ignores: config.follow == FollowKind::Ignore,
-            brakes: config.brakes_for_leader,
-            accel_mps2: config.ego_accel_mps2 as f32,
-            decel_mps2: config.ego_decel_mps2 as f32,
-            deadband_mps: config.deadband_mps as f32,
-            response_s: config.ego_response_s.max(config.step_s) as f32,
+            step_s: config.ring.step_s as f32,
+            is_driver: driver.follow == FollowKind::Driver,
+            ignores: driver.follow == FollowKind::Ignore,
+            brakes: driver.brakes_for_leader,
+            accel_mps2: driver.ego_accel_mps2 as f32,
+            decel_mps2: driver.ego_decel_mps2 as f32,
+            deadband_mps: driver.deadband_mps as f32,
+            response_s: driver.ego_response_s.max(config.ring.step_s) as f32,
             mode: [Mode::Model; LANES],
             advised: splat(0.0),
             shown_mps: vec![splat(-1.0); longest + 1],
@@ -119,7 +126,7 @@ impl AdviceFollower {
             delay: [0; LANES],
             habit_mps: splat(0.0),
             error_mps: splat(0.0),
-            keep: (-config.step_s / config.error_time_s).exp() as f32,
+            keep: (-config.ring.step_s / driver.error_time_s).exp() as f32,
             fresh_mps: splat(0.0),
             rng: LaneRng::new(),
         }
@@ -127,12 +134,13 @@ impl AdviceFollower {
 
     /// A new driver in lane `l`.
     pub fn draw(&mut self, l: usize, config: &TrainConfig, stream: &mut Stream) {
-        let mut share = |low: f64| if config.random_driver { stream.uniform(low, 1.0) } else { 1.0 };
+        let driver = &config.driver;
+        let mut share = |low: f64| if driver.random_driver { stream.uniform(low, 1.0) } else { 1.0 };
         let (reaction_s, error_mps, habit_mps) =
-            (config.reaction_s * share(0.0), config.error_mps * share(0.0), config.speed_bias_mps * share(-1.0));
+            (driver.reaction_s * share(0.0), driver.error_mps * share(0.0), driver.speed_bias_mps * share(-1.0));
         self.mode[l] = Mode::Model;
         self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
-        self.delay[l] = (reaction_s / config.step_s).round() as u32;
+        self.delay[l] = (reaction_s / config.ring.step_s).round() as u32;
         self.habit_mps[l] = habit_mps as f32;
         self.error_mps[l] = (error_mps * stream.normal()) as f32;
         let keep = f64::from(self.keep);

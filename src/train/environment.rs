@@ -68,8 +68,8 @@ impl VecEnv {
     /// Block `index` of those of `config`, every ring at the end of its warm-up. `stream` names the random numbers:
     /// training and judging have rings of their own. An action stands for `hold_steps`.
     pub fn new(config: &TrainConfig, stream: &str, index: usize, hold_steps: u32) -> Self {
-        let room = config.vehicles_max as usize;
-        let ring = VectorizedRing::new(room, config.step_s);
+        let room = config.ring.vehicles_max as usize;
+        let ring = VectorizedRing::new(room, config.ring.step_s);
         let follower = AdviceFollower::new(config);
         let mut block = Self {
             config: config.clone(),
@@ -119,12 +119,12 @@ impl VecEnv {
 
     /// The same in seconds.
     pub fn hold_s(&self) -> f64 {
-        f64::from(self.hold_steps) * self.config.step_s
+        f64::from(self.hold_steps) * self.config.ring.step_s
     }
 
     /// The configuration that the block keeps says so too.
     pub(super) fn set_iterations(&mut self, iterations: u32) {
-        self.config.iterations = iterations;
+        self.config.run.iterations = iterations;
     }
 
     /// The rings themselves.
@@ -149,8 +149,8 @@ impl VecEnv {
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
         let (steps, hold_s) = (self.hold_steps, self.hold_s());
         (0..LANES).for_each(|l| self.advise(l, actions[l], hold_s));
-        let range_mps = self.config.range_mps as f32;
-        let fresh = MeanSpeed::share(self.config.step_s) as f32;
+        let range_mps = self.config.reward.range_mps as f32;
+        let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
         let totals = wide(self, |block| {
             let mut totals = Totals::default();
             for _ in 0..steps {
@@ -179,12 +179,12 @@ impl VecEnv {
                 Ending::None
             };
             let mean_mps = totals.mean_mps[l] * share;
-            let speed = if self.config.reward == RewardKind::All { mean_mps } else { totals.ego_mps[l] * share };
-            let headway = self.config.headway_penalty as f32 * totals.short_headway[l] * share;
-            let missed = self.config.range_penalty as f32 * totals.missed_mps[l] * share;
+            let speed = if self.config.reward.kind == RewardKind::All { mean_mps } else { totals.ego_mps[l] * share };
+            let headway = self.config.reward.headway_penalty as f32 * totals.short_headway[l] * share;
+            let missed = self.config.reward.range_penalty as f32 * totals.missed_mps[l] * share;
             let mut reward = speed - headway - missed - self.action_penalty(actions[l]);
             if ending == Ending::Crash {
-                reward -= self.config.collision_penalty as f32;
+                reward -= self.config.reward.collision_penalty as f32;
             }
             let last_seen = self.observe(l);
             if ending != Ending::None {
@@ -196,10 +196,10 @@ impl VecEnv {
 
     fn action_penalty(&self, action: Action) -> f32 {
         let size = match action {
-            Action::Acceleration(a) => a.abs() / self.config.accel_limit_mps2,
+            Action::Acceleration(a) => a.abs() / self.config.advice.accel_limit_mps2,
             Action::Speed(_) => 0.0,
         };
-        (self.config.action_penalty * size) as f32
+        (self.config.reward.action_penalty * size) as f32
     }
 
     /// A fresh episode for lane `l`.
@@ -225,7 +225,7 @@ impl VecEnv {
             self.stock_m[l] = length_m as f32;
             self.stock_follower.draw(l, &self.config, &mut stream);
         }
-        let steps = (self.config.warm_up_s / self.config.step_s).round() as usize;
+        let steps = (self.config.ring.warm_up_s / self.config.ring.step_s).round() as usize;
         self.stock.run(steps);
         self.used = 0;
         self.batches += 1;
@@ -276,13 +276,14 @@ impl Totals {
 
 /// A ring drawn from the configuration, and its length in metres.
 fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> (RingStart, f64) {
-    let span = (config.vehicles_max - config.vehicles_min + 1) as usize;
-    let cars = config.vehicles_min as usize + stream.index(span);
-    let drawn_m = stream.uniform(config.circumference_min_m, config.circumference_max_m);
+    let rings = &config.ring;
+    let span = (rings.vehicles_max - rings.vehicles_min + 1) as usize;
+    let cars = rings.vehicles_min as usize + stream.index(span);
+    let drawn_m = stream.uniform(rings.circumference_min_m, rings.circumference_max_m);
     // There is nothing to learn where the policy will be silent.
-    let length_m = drawn_m.max(cars as f64 * config.least_spacing_m);
-    let mut vary = |x: f64| x * (1.0 + config.idm_spread * stream.uniform(-1.0, 1.0));
-    let i = config.idm;
+    let length_m = drawn_m.max(cars as f64 * rings.least_spacing_m);
+    let mut vary = |x: f64| x * (1.0 + rings.idm_spread * stream.uniform(-1.0, 1.0));
+    let i = rings.idm;
     let idm = IdmParams {
         v0: vary(i.v0),
         t: vary(i.t),
@@ -292,7 +293,7 @@ fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> (RingStart, f64) {
         noise: vary(i.noise),
         delta: i.delta,
     };
-    let layout = if stream.uniform(0.0, 1.0) < config.bunched_share { RingStart::bunched } else { RingStart::even };
+    let layout = if stream.uniform(0.0, 1.0) < rings.bunched_share { RingStart::bunched } else { RingStart::even };
     let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
     (layout(cars, length_m, idm, seed), length_m)
 }

@@ -1,14 +1,14 @@
 //! Episodes, rewards and followers of advice.
 
 use super::{
-    ActionKind, FollowKind, RewardKind, TrainConfig,
+    ActionKind, AdviceConfig, DriverConfig, FollowKind, RewardConfig, RewardKind, RingConfig, TrainConfig,
     environment::{Ending, Outcome, VecEnv},
     simd::LANES,
 };
 use crate::policy::Action;
 
 fn config() -> TrainConfig {
-    TrainConfig { horizon_s: 60.0, ..TrainConfig::default() }
+    TrainConfig { ring: RingConfig { horizon_s: 60.0, ..RingConfig::default() }, ..TrainConfig::default() }
 }
 
 fn block(config: &TrainConfig) -> VecEnv {
@@ -31,8 +31,11 @@ fn an_acceleration_is_kept_to_the_letter_for_the_hold() {
 
 #[test]
 fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
-    let dense = TrainConfig { vehicles_min: 18, vehicles_max: 26, horizon_s: 60.0, warm_up_s: 1.0, ..config() };
-    let bounded = TrainConfig { least_spacing_m: 9.6, ..dense.clone() };
+    let dense = TrainConfig {
+        ring: RingConfig { vehicles_min: 18, vehicles_max: 26, horizon_s: 60.0, warm_up_s: 1.0, ..config().ring },
+        ..config()
+    };
+    let bounded = TrainConfig { ring: RingConfig { least_spacing_m: 9.6, ..dense.ring.clone() }, ..dense.clone() };
     let mut longer = 0;
     for index in 0..4 {
         let [free, bounded] = [&dense, &bounded].map(|config| VecEnv::new(config, "test", index, 10));
@@ -49,7 +52,11 @@ fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
 
 #[test]
 fn a_speed_is_reached_within_the_egos_acceleration() {
-    let config = TrainConfig { action: ActionKind::Speed, ego_accel_mps2: 1.5, ..config() };
+    let config = TrainConfig {
+        advice: AdviceConfig { action: ActionKind::Speed, ..config().advice },
+        driver: DriverConfig { ego_accel_mps2: 1.5, ..config().driver },
+        ..config()
+    };
     let mut block = block(&config);
     let before: Vec<f64> = (0..LANES).map(|l| block.observe(l).speed_mps).collect();
     let outcomes = block.hold(&all(Action::Speed(before[5] + 1.0)));
@@ -61,7 +68,8 @@ fn a_speed_is_reached_within_the_egos_acceleration() {
 #[test]
 fn whoever_stands_is_followed_and_whoever_charges_crashes_unless_the_ego_is_guarded() {
     let endings = |brakes_for_leader: bool, action: Action| {
-        let mut block = block(&TrainConfig { brakes_for_leader, ..config() });
+        let mut block =
+            block(&TrainConfig { driver: DriverConfig { brakes_for_leader, ..config().driver }, ..config() });
         let run = |_| block.hold(&all(action)).map(|o| o.ending);
         (0..40).flat_map(run).collect::<Vec<Ending>>()
     };
@@ -89,28 +97,38 @@ fn the_reward_is_the_speed_less_the_penalties() {
     let reward = |change: TrainConfig, action: Action| -> Outcome { block(&change).hold(&all(action))[0] };
     let plain = reward(config(), Action::Acceleration(0.25));
     assert_eq!(plain.reward, plain.mean_mps);
-    let penalised = reward(TrainConfig { action_penalty: 2.0, ..config() }, Action::Acceleration(0.25));
+    let penalised = reward(
+        TrainConfig { reward: RewardConfig { action_penalty: 2.0, ..config().reward }, ..config() },
+        Action::Acceleration(0.25),
+    );
     assert!((plain.reward - penalised.reward - 1.0).abs() < 1e-6);
-    let ego = reward(TrainConfig { reward: RewardKind::Ego, ..config() }, Action::Acceleration(0.0));
+    let ego = reward(
+        TrainConfig { reward: RewardConfig { kind: RewardKind::Ego, ..config().reward }, ..config() },
+        Action::Acceleration(0.0),
+    );
     assert!((f64::from(ego.reward) - ego.last_seen.speed_mps).abs() < 1e-5);
-    let headway = reward(TrainConfig { headway_penalty: 1.0, ..config() }, Action::Acceleration(0.25));
+    let headway = reward(
+        TrainConfig { reward: RewardConfig { headway_penalty: 1.0, ..config().reward }, ..config() },
+        Action::Acceleration(0.25),
+    );
     assert!(headway.reward <= plain.reward);
 }
 
 /// Speeds of ring 0's ego under one speed advice, step by step as holds of 0.1 s.
 fn driven(change: TrainConfig, advice_mps: f64, steps: usize) -> Vec<f64> {
     let base = TrainConfig {
-        action: ActionKind::Speed,
-        follow: FollowKind::Driver,
-        random_driver: false,
-        // Two cars on a long ring: nobody is in the way.
-        vehicles_min: 2,
-        vehicles_max: 2,
-        circumference_min_m: 1000.0,
-        circumference_max_m: 1000.0,
-        warm_up_s: 0.0,
-        hold_s: 0.1,
-        horizon_s: 3000.0,
+        advice: AdviceConfig { action: ActionKind::Speed, hold_s: 0.1, ..change.advice },
+        driver: DriverConfig { follow: FollowKind::Driver, random_driver: false, ..change.driver },
+        ring: RingConfig {
+            // Two cars on a long ring: nobody is in the way.
+            vehicles_min: 2,
+            vehicles_max: 2,
+            circumference_min_m: 1000.0,
+            circumference_max_m: 1000.0,
+            warm_up_s: 0.0,
+            horizon_s: 3000.0,
+            ..change.ring
+        },
         ..change
     };
     let mut block = block(&base);
@@ -119,7 +137,8 @@ fn driven(change: TrainConfig, advice_mps: f64, steps: usize) -> Vec<f64> {
 
 #[test]
 fn a_simulated_driver_responds_after_the_reaction_time() {
-    let change = TrainConfig { reaction_s: 1.5, error_mps: 0.0, ..config() };
+    let change =
+        TrainConfig { driver: DriverConfig { reaction_s: 1.5, error_mps: 0.0, ..config().driver }, ..config() };
     let speeds = driven(change.clone(), 0.0, 400);
     // Until the advice to stand is perceived the model drives: 15 steps.
     let fastest = speeds.iter().position(|v| *v >= speeds[14] - 1e-9).unwrap();
@@ -129,7 +148,16 @@ fn a_simulated_driver_responds_after_the_reaction_time() {
 
 #[test]
 fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
-    let change = TrainConfig { error_mps: 0.4, speed_bias_mps: 0.5, error_time_s: 5.0, reaction_s: 0.0, ..config() };
+    let change = TrainConfig {
+        driver: DriverConfig {
+            error_mps: 0.4,
+            speed_bias_mps: 0.5,
+            error_time_s: 5.0,
+            reaction_s: 0.0,
+            ..config().driver
+        },
+        ..config()
+    };
     let speeds = driven(change, 5.0, 20_000);
     let settled = &speeds[500..];
     let mean = settled.iter().sum::<f64>() / settled.len() as f64;
@@ -141,7 +169,11 @@ fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
 
 #[test]
 fn drivers_differ_from_ring_to_ring_where_they_are_drawn() {
-    let config = TrainConfig { follow: FollowKind::Driver, action: ActionKind::Speed, speed_bias_mps: 1.0, ..config() };
+    let config = TrainConfig {
+        driver: DriverConfig { follow: FollowKind::Driver, speed_bias_mps: 1.0, ..config().driver },
+        advice: AdviceConfig { action: ActionKind::Speed, ..config().advice },
+        ..config()
+    };
     let mut block = block(&config);
     let mut outcomes = block.hold(&all(Action::Speed(2.0)));
     (0..20).for_each(|_| outcomes = block.hold(&all(Action::Speed(2.0))));

@@ -2,7 +2,11 @@
 //! [`EvaluationResult`] on each: the whole horizon, transients included; or a [`Trace`] of one. The policy acts through the drive's
 //! own [`Advisor`], so that hold and observation are those of a drive.
 
-use super::{config::TrainConfig, environment::VecEnv, simd::LANES};
+use super::{
+    config::{RingConfig, TrainConfig},
+    environment::VecEnv,
+    simd::LANES,
+};
 use crate::{
     metrics::{EpisodeMetrics, EvaluationResult, Trace},
     policy::{Action, Advisor, Policy},
@@ -34,9 +38,9 @@ fn evaluate_block(
 ) -> Vec<EvaluationResult> {
     let mut block = VecEnv::new(config, stream, index, hold_steps);
     let mut drivers = Advisors::new(config, hold_steps, make);
-    let tally = |l| EpisodeMetrics::new(config.step_s, block.observe(l).circumference_m);
+    let tally = |l| EpisodeMetrics::new(config.ring.step_s, block.observe(l).circumference_m);
     let mut tallies: Vec<EpisodeMetrics> = (0..LANES).map(tally).collect();
-    for step in 0..steps(config, config.horizon_s) {
+    for step in 0..steps(config, config.ring.horizon_s) {
         drivers.advise(&mut block, step);
         block.step();
         let ring = block.rings();
@@ -49,7 +53,7 @@ fn evaluate_block(
 }
 
 fn steps(config: &TrainConfig, time_s: f64) -> u64 {
-    (time_s / config.step_s).round() as u64
+    (time_s / config.ring.step_s).round() as u64
 }
 
 /// An advisor for each ring of a block.
@@ -61,11 +65,11 @@ struct Advisors {
 
 impl Advisors {
     fn new(config: &TrainConfig, hold_steps: u32, make: &impl Fn() -> Option<Box<dyn Policy>>) -> Self {
-        let advisor = |_| Advisor::new(make(), config.step_s, hold_steps, config.range_mps);
+        let advisor = |_| Advisor::new(make(), config.ring.step_s, hold_steps, config.reward.range_mps);
         Self {
             of: (0..LANES).map(advisor).collect(),
-            ticks: (config.step_s / crate::time::TICK_S).round() as u64,
-            limit_mps: config.idm.v0,
+            ticks: (config.ring.step_s / crate::time::TICK_S).round() as u64,
+            limit_mps: config.ring.idm.v0,
         }
     }
 
@@ -90,16 +94,21 @@ pub fn trace(
     [before_s, after_s]: [f64; 2],
     make: impl Fn() -> Option<Box<dyn Policy>>,
 ) -> Trace {
-    let warm_up_s = (config.warm_up_s - before_s).max(0.0);
+    let warm_up_s = (config.ring.warm_up_s - before_s).max(0.0);
     let hold_steps = config.hold_steps();
-    let mut block = VecEnv::new(&TrainConfig { warm_up_s, ..config.clone() }, stream, 0, hold_steps);
+    let mut block = VecEnv::new(
+        &TrainConfig { ring: RingConfig { warm_up_s, ..config.ring.clone() }, ..config.clone() },
+        stream,
+        0,
+        hold_steps,
+    );
     let mut drivers = Advisors::new(config, hold_steps, &make);
     let mut trace = Trace {
         circumference_m: block.observe(0).circumference_m,
-        span_s: Some([warm_up_s - config.warm_up_s, after_s]),
+        span_s: Some([warm_up_s - config.ring.warm_up_s, after_s]),
         ..Trace::default()
     };
-    let before = steps(config, config.warm_up_s - warm_up_s);
+    let before = steps(config, config.ring.warm_up_s - warm_up_s);
     let mut ego_m = 0.0;
     for step in 0..before + steps(config, after_s) {
         if step >= before {
@@ -107,7 +116,7 @@ pub fn trace(
         }
         block.step();
         let ring = block.rings();
-        ego_m += ring.ego_mps()[0] * config.step_s as f32;
+        ego_m += ring.ego_mps()[0] * config.ring.step_s as f32;
         let mut place_m = ego_m;
         let place = |k: usize| {
             if k > 0 {
@@ -117,7 +126,7 @@ pub fn trace(
         };
         trace.way_m.push((0..ring.cars(0)).map(place).collect());
         trace.speed_mps.push(ring.speeds_mps(0).collect());
-        trace.time_s.push((step + 1) as f64 * config.step_s - before as f64 * config.step_s);
+        trace.time_s.push((step + 1) as f64 * config.ring.step_s - before as f64 * config.ring.step_s);
         trace.shown_mps.push(drivers.of[0].standing().map(|advice| advice.target_mps));
         if ring.gap_m()[0].min(ring.gap_behind_m()[0]) <= 0.0 {
             trace.crash_s = trace.time_s.last().copied();

@@ -92,9 +92,9 @@ impl Learner {
         let shape = policy_shape(config);
         let mut stream = rng::stream(config.seed, "train/first weights");
         let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
-        theta.resize(shape.parameters(), config.first_sd.ln() as f32);
+        theta.resize(shape.parameters(), config.optimiser.first_sd.ln() as f32);
         let value = Value::new(&value_shape(config), &mut stream);
-        let count = config.rings as usize / LANES;
+        let count = config.run.rings as usize / LANES;
         let blocks = (0..count).into_par_iter().map(|index| {
             let mut env = VecEnv::new(config, "train", index, config.hold_steps_of(index, count));
             env.spread();
@@ -126,7 +126,7 @@ impl Learner {
 
     /// Goes on for so many updates in all; the rest of a configuration cannot change under way.
     pub fn set_iterations(&mut self, iterations: u32) {
-        self.config.iterations = iterations;
+        self.config.run.iterations = iterations;
         self.blocks.iter_mut().for_each(|actor| actor.env.set_iterations(iterations));
     }
 
@@ -142,11 +142,16 @@ impl Learner {
         let (mean_mps, reward) = (mean(|o| o.mean_mps), mean(|o| o.reward));
         let centre_mps = *self.centre_mps.get_or_insert(reward);
         let (batch, returns) = self.batch(&tracks, centre_mps);
-        let c = &self.config;
-        let region =
-            TrustRegion { max_kl: c.max_kl, cg_steps: c.cg_steps, damping: c.damping, backtracks: c.backtracks };
+        let (c, optimiser) = (&self.config, &self.config.optimiser);
+        let region = TrustRegion {
+            max_kl: optimiser.max_kl,
+            cg_steps: optimiser.cg_steps,
+            damping: optimiser.damping,
+            backtracks: optimiser.backtracks,
+        };
         let update = shape.update(&mut self.theta, &batch, &region);
-        let how = Fit { rate: c.value_rate, epochs: c.value_epochs, batch: c.value_batch as usize };
+        let how =
+            Fit { rate: optimiser.value_rate, epochs: optimiser.value_epochs, batch: optimiser.value_batch as usize };
         let iteration = self.iteration() + 1;
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
         let value_error = self.value.fit(&value_shape(c), &batch.inputs, &returns, &how, &mut stream);
@@ -159,7 +164,8 @@ impl Learner {
             kl: update.kl,
             entropy: update.entropy,
             value_error,
-            judged_mps: (iteration.is_multiple_of(c.judge_every) || iteration == c.iterations).then(|| self.evaluate()),
+            judged_mps: (iteration.is_multiple_of(c.judge_every) || iteration == c.run.iterations)
+                .then(|| self.evaluate()),
         };
         self.keep_best(&row);
         self.curve.push(row);
@@ -203,7 +209,7 @@ impl Learner {
         let mut batch = Batch { inputs: Vec::new(), actions: Vec::new(), advantages: Vec::new() };
         let mut returns = Vec::new();
         for track in tracks {
-            let gamma = config.gamma(f64::from(track.hold_steps) * config.step_s);
+            let gamma = config.gamma(f64::from(track.hold_steps) * config.ring.step_s);
             let values = self.value.estimate(&shape, &[&track.inputs[..], &track.after[..]].concat());
             let last_inputs: Vec<f32> =
                 track.outcomes.iter().flat_map(|o| inputs.iter().map(|input| input.scaled(&o.last_seen))).collect();
@@ -226,14 +232,14 @@ impl Learner {
                     }
                 };
                 let decisions: Vec<Decision> = (l..rows).step_by(LANES).map(decision).collect();
-                let advantages = advantages(&decisions, gamma, config.gae_lambda);
+                let advantages = advantages(&decisions, gamma, config.optimiser.gae_lambda);
                 (l..rows).step_by(LANES).zip(advantages).for_each(|(row, a)| of_rows[row] = a);
             }
             returns.extend(of_rows.iter().zip(&values).map(|(a, v)| *a as f32 + v));
             batch.inputs.extend_from_slice(&track.inputs);
             batch.actions.extend_from_slice(&track.actions);
             // A long hold does more than a short one: each block's advantages are brought to one size.
-            if config.hold_max_s > config.hold_s {
+            if config.advice.hold_max_s > config.advice.hold_s {
                 standardise(&mut of_rows);
             }
             batch.advantages.extend(of_rows);
@@ -285,16 +291,16 @@ impl Actor {
 
 /// The action that the policy's family calls `drawn`, to stand for `hold_s`.
 fn action(config: &TrainConfig, drawn: f32, hold_s: f64) -> Action {
-    let [low, high] = match config.action {
-        ActionKind::Acceleration => bounded(config.action_limits(), config.speed_change_mps, hold_s),
+    let [low, high] = match config.advice.action {
+        ActionKind::Acceleration => bounded(config.action_limits(), config.advice.speed_change_mps, hold_s),
         ActionKind::Speed => config.action_limits(),
     };
-    let share = match config.levels {
+    let share = match config.advice.levels {
         0 => (f64::from(drawn).clamp(-1.0, 1.0) + 1.0) / 2.0,
         levels => f64::from(drawn) / f64::from(levels - 1),
     };
     let value = low + (high - low) * share;
-    match config.action {
+    match config.advice.action {
         ActionKind::Acceleration => Action::Acceleration(value),
         ActionKind::Speed => Action::Speed(value),
     }
@@ -302,7 +308,7 @@ fn action(config: &TrainConfig, drawn: f32, hold_s: f64) -> Action {
 
 /// The shape of the policy that a configuration asks for.
 pub fn policy_shape(config: &TrainConfig) -> PolicyShape {
-    let family = if config.levels == 0 { Family::Normal } else { Family::Levels(config.levels as usize) };
+    let family = if config.advice.levels == 0 { Family::Normal } else { Family::Levels(config.advice.levels as usize) };
     PolicyShape { net: Shape::new(&config.layers(family.outputs())), family }
 }
 
@@ -319,14 +325,14 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
     });
     Network {
         format: FORMAT.into(),
-        action: match config.action {
+        action: match config.advice.action {
             ActionKind::Acceleration => NetworkOutput::Acceleration,
             ActionKind::Speed => NetworkOutput::Speed,
         },
         limits: config.action_limits(),
-        levels: config.levels,
-        speed_change_mps: config.speed_change_mps,
-        least_spacing_m: config.least_spacing_m,
+        levels: config.advice.levels,
+        speed_change_mps: config.advice.speed_change_mps,
+        least_spacing_m: config.ring.least_spacing_m,
         holds_s: config.holds_s(),
         inputs: config.inputs(),
         layers: layers.collect(),

@@ -1,6 +1,9 @@
 //! The loop: it learns, its bits depend on nothing but the seed, and a copy through a file goes on alike.
 
-use super::{ActionKind, FollowKind, Learner, TrainConfig, evaluation::evaluate};
+use super::{
+    ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, OptimiserConfig, RewardConfig,
+    RingConfig, RunConfig, TrainConfig, evaluation::evaluate,
+};
 use crate::{
     metrics::mean_and_interval,
     policy::{self, PolicySettings},
@@ -9,17 +12,18 @@ use crate::{
 /// A training small enough for a test: rings of 8 cars on 100 m, episodes of a minute.
 fn small() -> TrainConfig {
     TrainConfig {
-        vehicles_min: 7,
-        vehicles_max: 8,
-        circumference_min_m: 95.0,
-        circumference_max_m: 105.0,
-        warm_up_s: 20.0,
-        horizon_s: 60.0,
-        hidden_width: 16,
-        batch: 1600,
-        rings: 32,
         judge_every: 2,
-        iterations: 3,
+        ring: RingConfig {
+            vehicles_min: 7,
+            vehicles_max: 8,
+            circumference_min_m: 95.0,
+            circumference_max_m: 105.0,
+            warm_up_s: 20.0,
+            horizon_s: 60.0,
+            ..RingConfig::default()
+        },
+        network: NetworkConfig { hidden_width: 16, ..NetworkConfig::default() },
+        run: RunConfig { batch: 1600, rings: 32, iterations: 3 },
         ..TrainConfig::default()
     }
 }
@@ -50,7 +54,12 @@ fn a_training_has_the_same_bits_whatever_the_number_of_threads() {
 fn a_training_resumed_from_its_file_goes_on_with_the_same_bits() {
     for config in [
         small(),
-        TrainConfig { follow: FollowKind::Driver, action: ActionKind::Speed, levels: 5, idm_spread: 0.1, ..small() },
+        TrainConfig {
+            driver: DriverConfig { follow: FollowKind::Driver, ..small().driver },
+            advice: AdviceConfig { action: ActionKind::Speed, levels: 5, ..small().advice },
+            ring: RingConfig { idm_spread: 0.1, ..small().ring },
+            ..small()
+        },
     ] {
         let mut through: Learner = serde_json::from_str(&bits(&trained(&config, 2))).unwrap();
         through.iterate();
@@ -71,11 +80,10 @@ fn every_update_keeps_its_bound_and_the_best_is_kept() {
 fn learning_makes_the_ego_faster_where_its_own_speed_is_the_reward() {
     // Few cars and much room: whoever learns at all learns to use it.
     let config = TrainConfig {
-        vehicles_min: 2,
-        vehicles_max: 2,
-        reward: super::RewardKind::Ego,
-        discount_s: 20.0,
-        brakes_for_leader: true,
+        ring: RingConfig { vehicles_min: 2, vehicles_max: 2, ..small().ring },
+        reward: RewardConfig { kind: super::RewardKind::Ego, ..small().reward },
+        optimiser: OptimiserConfig { discount_s: 20.0, ..small().optimiser },
+        driver: DriverConfig { brakes_for_leader: true, ..small().driver },
         ..small()
     };
     let learner = trained(&config, 25);
@@ -86,11 +94,14 @@ fn learning_makes_the_ego_faster_where_its_own_speed_is_the_reward() {
 /// A baseline on the paper's ring, 16 rings over the whole horizon.
 fn baseline(name: &str) -> (f64, bool) {
     let config = TrainConfig {
-        circumference_min_m: 250.0,
-        circumference_max_m: 250.0,
-        bunched_share: 1.0,
-        warm_up_s: 600.0,
-        hold_s: 0.1,
+        ring: RingConfig {
+            circumference_min_m: 250.0,
+            circumference_max_m: 250.0,
+            bunched_share: 1.0,
+            warm_up_s: 600.0,
+            ..RingConfig::default()
+        },
+        advice: AdviceConfig { hold_s: 0.1, ..AdviceConfig::default() },
         ..TrainConfig::default()
     };
     let settings = PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.362, step_s: 0.1 };

@@ -20,7 +20,10 @@ pub mod simd;
 pub mod trpo;
 pub mod value;
 
-pub use config::{ActionKind, FollowKind, RewardKind, TrainConfig};
+pub use config::{
+    ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
+    RingConfig, RunConfig, TrainConfig,
+};
 pub use evaluation::{evaluate, trace};
 pub use learner::{Learner, Row};
 

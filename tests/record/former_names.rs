@@ -70,7 +70,7 @@ fn walk(folder: &Path) -> Vec<String> {
 #[test]
 fn a_training_of_2026_has_the_driver_that_it_names_and_its_flags_are_taken() {
     let config: TrainConfig = settings::from_file(&earlier("train.toml")).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((config.speed_bias_mps, config.deadband_mps), (0.3, 0.1));
+    assert_eq!((config.driver.speed_bias_mps, config.driver.deadband_mps), (0.3, 0.1));
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("judged");
     let (old, out) = (earlier("train.toml"), out.to_str().unwrap());

@@ -14,7 +14,7 @@ use crate::{
     settings::{self, fields_of},
     space::CAR_LENGTH_M,
     traffic::EngineChoice,
-    train::{TrainConfig, evaluate},
+    train::{RingConfig, TrainConfig, evaluate},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -100,7 +100,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return worker();
     }
     let base = match matches.get_one::<PathBuf>("config") {
-        Some(path) => TrainConfig { hold_max_s: 0.0, ..settings::from_file(path)? },
+        Some(path) => {
+            let mut config: TrainConfig = settings::from_file(path)?;
+            config.advice.hold_max_s = 0.0;
+            config
+        }
         None => paper_ring(),
     };
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
@@ -129,15 +133,23 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 
 /// HC22's ring with the wave on it, for an evaluation that names no configuration.
 fn paper_ring() -> TrainConfig {
-    TrainConfig { circumference_min_m: 250.0, circumference_max_m: 250.0, bunched_share: 1.0, ..TrainConfig::default() }
+    TrainConfig {
+        ring: RingConfig {
+            circumference_min_m: 250.0,
+            circumference_max_m: 250.0,
+            bunched_share: 1.0,
+            ..RingConfig::default()
+        },
+        ..TrainConfig::default()
+    }
 }
 
 /// What the built-in policies are built from: the middle of the configuration's rings.
 fn settings(config: &TrainConfig, aim_mps: f64) -> PolicySettings {
-    let length_m = (config.circumference_min_m + config.circumference_max_m) / 2.0;
-    let cars = f64::from(config.vehicles_min + config.vehicles_max) / 2.0;
-    let equilibrium_mps = config.idm.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M);
-    PolicySettings { aim_mps, equilibrium_mps, step_s: config.step_s }
+    let length_m = (config.ring.circumference_min_m + config.ring.circumference_max_m) / 2.0;
+    let cars = f64::from(config.ring.vehicles_min + config.ring.vehicles_max) / 2.0;
+    let equilibrium_mps = config.ring.idm.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M);
+    PolicySettings { aim_mps, equilibrium_mps, step_s: config.ring.step_s }
 }
 
 /// Drives all cases, in parallel; Ctrl-C ends it with what is done thrown away.
@@ -189,17 +201,17 @@ fn whole(
     let scenario = Scenario {
         map: plan.map.clone(),
         traffic: traffic.clone(),
-        vehicles: config.vehicles_min,
-        idm: config.idm,
-        start: if config.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
-        warm_up_s: config.warm_up_s,
-        duration_s: config.horizon_s,
-        step_s: config.step_s,
+        vehicles: config.ring.vehicles_min,
+        idm: config.ring.idm,
+        start: if config.ring.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
+        warm_up_s: config.ring.warm_up_s,
+        duration_s: config.ring.horizon_s,
+        step_s: config.ring.step_s,
         seed: config.seed + ring as u64,
         policy: case.policy.clone(),
         policy_speed_mps: plan.settings.aim_mps,
         hold_s: case.hold_s,
-        range_mph: config.range_mps / crate::units::MPS_PER_MPH,
+        range_mph: config.reward.range_mps / crate::units::MPS_PER_MPH,
         driver: match &case.driver {
             FollowingDriver::Named(named) => named.text.clone(),
             FollowingDriver::Configured => Scenario::default().driver,

@@ -92,7 +92,7 @@ pub struct EvaluationCase {
 impl EvaluationCase {
     /// The configuration of its rings.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
-        TrainConfig { hold_s: self.hold_s, hold_max_s: 0.0, ..self.driver.of(config) }
+        held(&self.driver.of(config), self.hold_s)
     }
 
     /// All of it, for people.
@@ -105,6 +105,13 @@ impl EvaluationCase {
         let bare = self.policy.trim_end_matches("/policy.toml").trim_end_matches("/policy.onnx");
         bare.rsplit('/').next().unwrap_or(bare).to_owned()
     }
+}
+
+/// The configuration with this one hold, seconds.
+fn held(config: &TrainConfig, hold_s: f64) -> TrainConfig {
+    let mut config = config.clone();
+    (config.advice.hold_s, config.advice.hold_max_s) = (hold_s, 0.0);
+    config
 }
 
 /// All of it.
@@ -140,11 +147,10 @@ impl EvaluationPlan {
         let list = |id: &str| matches.get_many::<String>(id).map(|names| names.cloned().collect::<Vec<_>>());
         let holds_s: Vec<f64> = match matches.get_many::<f64>("holds") {
             Some(holds) => holds.copied().collect(),
-            None => vec![config.hold_s],
+            None => vec![config.advice.hold_s],
         };
         for hold_s in &holds_s {
-            let changed = TrainConfig { hold_s: *hold_s, hold_max_s: 0.0, ..config.clone() };
-            changed.check().map_err(|(_, fault)| CliError::Input(fault))?;
+            held(config, *hold_s).check().map_err(|(_, fault)| CliError::Input(fault))?;
         }
         let engine = match matches.get_one::<String>("engine").map_or("ring", String::as_str) {
             "ring" => Engine::FastRing,
@@ -158,7 +164,7 @@ impl EvaluationPlan {
             Some(drivers) => drivers,
             None if is_configured && engine == Engine::FastRing => vec![FollowingDriver::Configured],
             // Whole drives take one driver for all.
-            None if is_configured => vec![FollowingDriver::Named(Box::new(config.driver().ok_or_else(|| {
+            None if is_configured => vec![FollowingDriver::Named(Box::new(config.named_driver().ok_or_else(|| {
                 CliError::Input(format!(
                     "the configuration draws a driver for each ring (random_driver); engine {engine} needs one for all\n  \
                      remedy: name one with --driver, or random_driver = false"

@@ -188,8 +188,14 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
         for (ring, verdict) in row.verdicts.iter().enumerate() {
             let values: Vec<String> =
                 MEASURES.iter().map(|(_, of)| of(verdict).map_or(String::new(), |x| x.to_string())).collect();
-            let _ =
-                writeln!(text, "{},{},{ring},0,{},{}", key(row, plan), config.seed, config.horizon_s, values.join(","));
+            let _ = writeln!(
+                text,
+                "{},{},{ring},0,{},{}",
+                key(row, plan),
+                config.seed,
+                config.ring.horizon_s,
+                values.join(",")
+            );
         }
     }
     text
@@ -211,7 +217,7 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
             key(row, plan),
             config.seed,
             row.verdicts.len(),
-            config.horizon_s,
+            config.ring.horizon_s,
             values.join(",")
         );
     }
@@ -226,9 +232,9 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     };
     if plan.holds_s.len() > 1 {
         let equilibrium_mps = plan.settings.equilibrium_mps;
-        let is_paper_ring = config.circumference_min_m == 250.0
-            && config.circumference_max_m == 250.0
-            && (config.vehicles_min, config.vehicles_max) == (22, 22);
+        let is_paper_ring = config.ring.circumference_min_m == 250.0
+            && config.ring.circumference_max_m == 250.0
+            && (config.ring.vehicles_min, config.ring.vehicles_max) == (22, 22);
         let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash);
         let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &note);
         out.push(("speed-against-hold.svg".into(), text));
@@ -240,8 +246,8 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     let hold_s = plan.holds_s[plan.holds_s.len() / 2];
     for case in plan.cases().iter().filter(|case| case.policy != "none" && case.hold_s == hold_s) {
         let of_case = case.config(config);
-        let before_s = 100.0_f64.min(config.warm_up_s);
-        let after_s = 500.0_f64.min(config.horizon_s);
+        let before_s = 100.0_f64.min(config.ring.warm_up_s);
+        let after_s = 500.0_f64.min(config.ring.horizon_s);
         let trace_of = |name: &str| trace(&of_case, "evaluate", [before_s, after_s], || plan.build(name));
         let (without, with) = (trace_of("none"), trace_of(&case.policy));
         let title = case.words();
@@ -256,7 +262,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         ));
         out.push((
             format!("speeds-{file}.svg"),
-            figures::speeds(&title, &with, config.range_mps, figures::SINCE_ADVICE, &note, Vec::new()),
+            figures::speeds(&title, &with, config.reward.range_mps, figures::SINCE_ADVICE, &note, Vec::new()),
         ));
     }
     if plan.adherence {
@@ -268,15 +274,15 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
 /// What was driven, for the foot of a figure.
 fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let span = |a: f64, b: f64| if a == b { format!("{a}") } else { format!("{a} to {b}") };
-    let cars = span(f64::from(config.vehicles_min), f64::from(config.vehicles_max));
+    let cars = span(f64::from(config.ring.vehicles_min), f64::from(config.ring.vehicles_max));
     let length = match &plan.engine {
-        Engine::FastRing => format!("{} m", span(config.circumference_min_m, config.circumference_max_m)),
+        Engine::FastRing => format!("{} m", span(config.ring.circumference_min_m, config.ring.circumference_max_m)),
         Engine::Traffic(engine) => format!("{} on {engine}", plan.map),
     };
     format!(
         "{cars} cars on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
          bootstrap",
-        plan.rings, config.seed, config.horizon_s, config.warm_up_s
+        plan.rings, config.seed, config.ring.horizon_s, config.ring.warm_up_s
     )
 }
 
