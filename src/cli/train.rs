@@ -101,7 +101,7 @@ fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let mut learner: Learner = serde_json::from_str(&text)
         .map_err(|e| CliError::Input(format!("{}: is no checkpoint of this version: {e}", path.display())))?;
     let asked = config(matches, learner.config().clone())?;
-    learner.set_iterations(asked.iterations);
+    learner.set_iterations(asked.run.iterations);
     if asked != *learner.config() {
         let (is, was) = (toml::to_string(&asked).unwrap_or_default(), toml::to_string(learner.config()));
         let was = was.unwrap_or_default();

@@ -8,7 +8,7 @@
 //! drives.
 
 use super::{
-    config::{FollowKind, TrainConfig},
+    config::{DriverConfig, FollowKind, TrainConfig},
     ring::VectorizedRing,
     simd::{LANES, LaneRng, SimdLanes, lane, splat},
 };
