@@ -262,7 +262,7 @@ fn on_the_long_ring_its_policies_win_back_more_than_half_of_what_the_wave_takes(
             ..driven(hold_s, reaction_s, error_mps)
         };
         let mut ring = ring_of(640.9, 40, base);
-        ring.idm.v0 = 17.88;
+        ring.ring.idm.v0 = 17.88;
         let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_mps);
         assert!((without - wave_mps).abs() < 0.15, "{without}: that is not the wave");
         for name in ["ring-641-speed", "ring-641-acceleration"] {
