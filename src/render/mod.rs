@@ -11,6 +11,7 @@ pub mod device;
 pub mod dial;
 pub mod instances;
 pub mod level_of_detail;
+pub mod materials;
 pub mod models;
 pub mod offscreen;
 pub mod post;
@@ -34,10 +35,11 @@ use device::pipeline::PipelineBuilder;
 use device::shader::ShaderSources;
 use device::timing::{self, PassTimings, TimedPass};
 use dial::DialPass;
+use materials::MaterialPipelines;
 use post::bloom::{BloomPass, BloomPipelines};
 use post::tonemap::{self, FramedMirror, MirrorGlass, MirrorPlace, ToneMapPass, ToneMapPipeline, mirror_rect};
 use post::ui_pass::{OverlayTarget, UiPass};
-use scene_pass::{EgoVisibility, MaterialPipelines, SceneBindings, ScenePass};
+use scene_pass::{EgoVisibility, SceneBindings, SceneInputs, ScenePass};
 use shadow::{ShadowPass, ShadowPipeline};
 use sky::sky_pass::SkyPass;
 use static_meshes::StaticMeshes;
@@ -175,20 +177,20 @@ impl Renderer {
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
         let e = &mut encoder;
-        let materials = &pipelines.materials;
         let timed = timing.as_ref();
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let mut cost = FrameCost::default();
         let lights;
         (lights, cost.shadow) = shadow.draw(e, stamps(TimedPass::Shadow), &pipelines.shadow, meshes, view, &optics);
         let hidden = back.filter(|_| panes.is_none()).and_then(|_| tonemap::hidden_by_mirror(size, drawn));
-        cost.main = main.draw(e, stamps(TimedPass::Main), materials, meshes, view, &optics, &lights, ego, hidden);
+        let scene = SceneInputs { materials: &pipelines.materials, meshes, view, optics: &optics, lights: &lights };
+        cost.main = main.draw(e, stamps(TimedPass::Main), &scene, ego, hidden);
         if let (Some(camera), Some(glass)) = (back, framed) {
             let optics = ViewFrustum::new(&glass.behind(camera), inset);
             let whole = stamps(TimedPass::Mirror);
             let stamps = if panes.is_some() { whole.as_ref().map(timing::begin_only) } else { whole };
-            cost.mirror =
-                mirror.draw(e, stamps, materials, meshes, view, &optics, &lights, EgoVisibility::Nowhere, None);
+            let scene = SceneInputs { optics: &optics, ..scene };
+            cost.mirror = mirror.draw(e, stamps, &scene, EgoVisibility::Nowhere, None);
         }
         let mut framed = [framed.map(|glass| FramedMirror { glass, lies: MirrorPlace::Inset }), None, None];
         if let Some(panes) = &panes {
@@ -203,8 +205,8 @@ impl Renderer {
                 // The right one is the last of the mirrors; the own flank is at the edge of both.
                 let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(TimedPass::Mirror)).flatten();
                 let stamps = last.as_ref().map(timing::end_only);
-                cost.mirror +=
-                    side.draw(e, stamps, materials, meshes, view, &optics, &lights, EgoVisibility::Outside, None);
+                let scene = SceneInputs { optics: &optics, ..scene };
+                cost.mirror += side.draw(e, stamps, &scene, EgoVisibility::Outside, None);
             }
         }
         let stamp = stamps(TimedPass::ToneMap);

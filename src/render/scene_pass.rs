@@ -1,15 +1,11 @@
 //! Second and third pass: the scene in high dynamic range, once for the main camera, once for the mirror. In: cars,
-//! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`]), one sample a pixel.
+//! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`](super::device::pipeline::HDR)), one sample a pixel.
 
 use super::{
-    device::{
-        cost::PassCost,
-        layout::{Frame, instance_buffer, mesh_buffers},
-        pipeline::{DEPTH, HDR, PipelineBuilder, PipelineDesc},
-        targets::RenderTargets,
-    },
+    device::{cost::PassCost, layout::Frame, pipeline::PipelineBuilder, targets::RenderTargets},
     instances::{InstanceCollector, SceneContents},
-    level_of_detail::{CarDetail, TreeDetail},
+    level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
+    materials::{AFAR_M, MaterialPipelines, MaterialsDesc},
     quality::Quality,
     shadow::ShadowLookup,
     sky::sky_pass::{self, SkyPass},
@@ -18,31 +14,6 @@ use super::{
 };
 use crate::scene::View;
 use glam::Vec3;
-
-/// Width of a pixel from which no blade of grass is seen, metres.
-const AFAR_M: f32 = 0.075;
-
-/// Pipelines by what is drawn. Each has its own short shader: on software rendering a branch that no pixel of a draw
-/// takes still costs its time.
-#[derive(Debug)]
-pub struct MaterialPipelines {
-    hidden: wgpu::RenderPipeline,
-    car: wgpu::RenderPipeline,
-    uncoated: wgpu::RenderPipeline,
-    glass: wgpu::RenderPipeline,
-    /// What there is much of comes twice: for any lens, and for a parallel one from above.
-    road: [wgpu::RenderPipeline; 2],
-    /// Likewise, the second where a pixel is at least [`AFAR_M`] wide.
-    land: [wgpu::RenderPipeline; 2],
-    contact: wgpu::RenderPipeline,
-    root: wgpu::RenderPipeline,
-    cover: wgpu::RenderPipeline,
-    tree: wgpu::RenderPipeline,
-    far_cover: [wgpu::RenderPipeline; 2],
-    impostor: [wgpu::RenderPipeline; 2],
-    grass: wgpu::RenderPipeline,
-    sky: wgpu::RenderPipeline,
-}
 
 /// How the ego is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +35,21 @@ pub struct SceneBindings {
     shadow_sampler: wgpu::Sampler,
     grain_sampler: wgpu::Sampler,
     leaf_sampler: wgpu::Sampler,
+}
+
+/// What one picture of the scene is drawn from.
+#[derive(Clone, Copy)]
+pub struct SceneInputs<'a> {
+    /// The pipelines.
+    pub materials: &'a MaterialPipelines,
+    /// What does not move.
+    pub meshes: &'a StaticMeshes,
+    /// What is to be seen.
+    pub view: &'a View,
+    /// From where.
+    pub optics: &'a ViewFrustum,
+    /// Where to look up shadows.
+    pub lights: &'a ShadowLookup,
 }
 
 /// One picture of the scene: camera, instances and targets of its own.
@@ -159,163 +145,15 @@ impl SceneBindings {
             }),
         }
     }
+}
 
+impl SceneBindings {
     /// All pipelines of the scene.
     ///
     /// # Errors
     /// What is wrong with a shader.
     pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<MaterialPipelines, String> {
-        let depth = |write, bias| wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(write),
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: Default::default(),
-            bias,
-        };
-        let mesh = mesh_buffers();
-        // Programs without sunshine leave the constant alone.
-        let soft = ("SOFT", f64::from(u8::from(quality.fine)));
-        let samples = ("SAMPLES", f64::from(quality.msaa));
-        let afar = ("AFAR_M", f64::from(AFAR_M));
-        let from_above = ("FROM_ABOVE", 1.0);
-        let solid = PipelineDesc {
-            program: "road",
-            layout: &self.pipeline,
-            buffers: &mesh,
-            colour: Some((HDR, None)),
-            depth: Some(depth(true, Default::default())),
-            cull: Some(wgpu::Face::Back),
-            writes: wgpu::ColorWrites::ALL,
-            samples: quality.msaa,
-            cut_out: false,
-            constants: &[soft],
-        };
-        // Depth first, then colour where the depth is the same.
-        let cover = PipelineDesc {
-            program: "cover",
-            writes: wgpu::ColorWrites::empty(),
-            cull: None,
-            constants: &[samples],
-            ..solid.clone()
-        };
-        let covered = PipelineDesc {
-            depth: Some(wgpu::DepthStencilState {
-                depth_compare: Some(wgpu::CompareFunction::Equal),
-                ..depth(false, Default::default())
-            }),
-            cull: None,
-            ..solid.clone()
-        };
-        let shade = wgpu::BlendState::ALPHA_BLENDING;
-        let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
-        let instances = [Some(instance_buffer())];
-        let made = builder.pipelines([
-            PipelineDesc {
-                program: "hidden",
-                buffers: &[],
-                depth: Some(wgpu::DepthStencilState {
-                    depth_compare: Some(wgpu::CompareFunction::Always),
-                    ..depth(true, Default::default())
-                }),
-                writes: wgpu::ColorWrites::empty(),
-                cull: None,
-                constants: &[],
-                ..solid.clone()
-            },
-            PipelineDesc { program: "car", ..solid.clone() },
-            PipelineDesc { program: "car", constants: &[soft, ("COATED", 0.0)], ..solid.clone() },
-            PipelineDesc {
-                program: "car",
-                colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
-                depth: Some(depth(false, Default::default())),
-                constants: &[soft, ("SEEN_THROUGH", 1.0)],
-                ..solid.clone()
-            },
-            PipelineDesc { program: "road", ..solid.clone() },
-            PipelineDesc { program: "road", constants: &[soft, from_above], ..solid.clone() },
-            PipelineDesc { program: "land", constants: &[soft, afar], ..solid.clone() },
-            PipelineDesc { program: "land", constants: &[soft, from_above, afar, ("AFAR", 1.0)], ..solid.clone() },
-            cover.clone(),
-            PipelineDesc { program: "tree", ..covered.clone() },
-            PipelineDesc { program: "far_cover", ..cover.clone() },
-            PipelineDesc { program: "far_cover", constants: &[samples, from_above], ..cover },
-            PipelineDesc { program: "impostor", constants: &[soft, samples], ..covered.clone() },
-            PipelineDesc { program: "impostor", constants: &[soft, samples, from_above], ..covered },
-            PipelineDesc {
-                program: "grass",
-                cull: None,
-                cut_out: quality.msaa > 1,
-                constants: &[
-                    soft,
-                    ("LEAST_COVER", if quality.msaa > 1 { 0.1 } else { 0.5 }),
-                    ("REACH_M", f64::from(quality.grass_m)),
-                ],
-                ..solid.clone()
-            },
-            PipelineDesc {
-                program: "contact",
-                buffers: &instances,
-                colour: Some((HDR, Some(shade))),
-                depth: Some(depth(false, above)),
-                cull: None,
-                constants: &[],
-                ..solid.clone()
-            },
-            PipelineDesc {
-                program: "root",
-                buffers: &instances,
-                colour: Some((HDR, Some(shade))),
-                // Over ground that is not quite the plane under the tree: 1.8 % of the distance nearer.
-                depth: Some(depth(false, wgpu::DepthBiasState { constant: 150_000, ..above })),
-                cull: None,
-                constants: &[],
-                ..solid.clone()
-            },
-            PipelineDesc {
-                program: "sky",
-                layout: &self.sky_pipeline,
-                buffers: &[],
-                depth: Some(depth(false, Default::default())),
-                cull: None,
-                ..solid
-            },
-        ])?;
-        let [
-            hidden,
-            car,
-            uncoated,
-            glass,
-            road,
-            road_from_above,
-            land,
-            land_from_above,
-            cover,
-            tree,
-            far_cover,
-            far_cover_from_above,
-            impostor,
-            impostor_from_above,
-            grass,
-            contact,
-            root,
-            sky,
-        ] = made;
-        Ok(MaterialPipelines {
-            hidden,
-            car,
-            uncoated,
-            glass,
-            road: [road, road_from_above],
-            land: [land, land_from_above],
-            contact,
-            root,
-            cover,
-            tree,
-            far_cover: [far_cover, far_cover_from_above],
-            impostor: [impostor, impostor_from_above],
-            grass,
-            sky,
-        })
+        MaterialsDesc { layout: &self.pipeline, sky_layout: &self.sky_pipeline, quality }.pipelines(builder)
     }
 }
 
@@ -385,31 +223,83 @@ impl ScenePass {
     }
 
     /// Draws the scene but for what is `hidden`: left, top, width and height in pixels.
-    #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         stamps: Option<wgpu::RenderPassTimestampWrites>,
-        materials: &MaterialPipelines,
-        meshes: &StaticMeshes,
-        view: &View,
-        optics: &ViewFrustum,
-        lights: &ShadowLookup,
+        scene: &SceneInputs,
         ego: EgoVisibility,
         hidden: Option<[u32; 4]>,
     ) -> PassCost {
-        let frame = frame(view, optics, lights);
+        let SceneInputs { materials, meshes, optics, .. } = *scene;
+        let frame = frame(scene.view, optics, scene.lights);
         meshes.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        let batches = self.gather(scene, ego);
+        let models = &meshes.models;
+        let seen = |centre: Vec3, radius_m: f32| optics.sees(centre, radius_m);
+        let instances = &self.instances;
+        let clouds = &self.clouds;
+        let mut pass = self.targets.begin(encoder, self.label, stamps);
+        let pass = &mut pass;
+        pass.set_bind_group(0, &self.group, &[]);
+        models.bind(pass);
+        instances.bind(pass, 1);
+        if let Some([left, top, width, height]) = hidden {
+            pass.set_pipeline(&materials.bodies.hidden);
+            pass.set_scissor_rect(left, top, width, height);
+            pass.draw(0..3, 0..1);
+            let [width, height] = self.targets.size;
+            pass.set_scissor_rect(0, 0, width, height);
+        }
+        // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
+        pass.set_pipeline(&materials.bodies.uncoated);
+        models.draw_uncoated(pass, &batches);
+        pass.set_pipeline(&materials.bodies.car);
+        models.draw_cars(pass, &batches);
+        models.posts.draw(pass, seen);
+        pass.set_pipeline(&materials.plants.cover);
+        models.draw_trees(pass, &batches.trees);
+        pass.set_pipeline(&materials.plants.tree);
+        models.draw_trees(pass, &batches.trees);
+        let from_above = optics.from_above();
+        let which = usize::from(from_above);
+        for pipeline in [&materials.plants.far_cover[which], &materials.plants.impostor[which]] {
+            pass.set_pipeline(pipeline);
+            models.draw_far_trees(pass, &batches.trees, from_above);
+        }
+        pass.set_pipeline(&materials.plants.grass);
+        models.tuft.draw(pass, batches.tufts.clone());
+        pass.set_pipeline(&materials.ground.road[which]);
+        models.road.draw(pass, seen);
+        let afar = from_above && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
+        pass.set_pipeline(&materials.ground.land[usize::from(afar)]);
+        models.land.draw(pass, seen);
+        pass.set_pipeline(&materials.ground.contact);
+        instances.bind(pass, 0);
+        pass.draw(0..6, batches.cars.clone());
+        pass.set_pipeline(&materials.ground.root);
+        pass.draw(0..6, batches.roots.clone());
+        pass.set_pipeline(&materials.sky);
+        pass.set_bind_group(1, clouds, &[]);
+        pass.draw(0..3, 0..1);
+        // Windows over everything behind them.
+        pass.set_pipeline(&materials.bodies.glass);
+        models.bind(pass);
+        instances.bind(pass, 1);
+        models.draw_glass(pass, &batches);
+        pass.cost()
+    }
+
+    /// The cars, trees and tufts of grass that are in the picture.
+    fn gather(&mut self, scene: &SceneInputs, ego: EgoVisibility) -> InstanceBatches {
+        let SceneInputs { meshes, view, optics, .. } = *scene;
         let cars = view.cars.iter().filter(|car| ego == EgoVisibility::Outside || !car.is_ego);
         let inside = view.seat.as_ref().filter(|_| ego == EgoVisibility::Inside);
-        let around = SceneContents { forest: Some(&meshes.forest), inside };
-        let gpu = (&meshes.device, &meshes.queue);
-        let models = &meshes.models;
-        let batches = self.instances.gather(
-            gpu,
-            models,
+        self.instances.gather(
+            (&meshes.device, &meshes.queue),
+            &meshes.models,
             cars,
-            around,
+            SceneContents { forest: Some(&meshes.forest), inside },
             |centre, radius_m| CarDetail::seen(optics, centre, radius_m),
             |centre, radius_m| match optics.sees(centre, radius_m) {
                 true => TreeDetail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),
@@ -420,59 +310,7 @@ impl ScenePass {
                 optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
                     && optics.sees(centre, radius_m)
             },
-        );
-        let seen = |centre: Vec3, radius_m: f32| optics.sees(centre, radius_m);
-        let instances = &self.instances;
-        let clouds = &self.clouds;
-        let mut pass = self.targets.begin(encoder, self.label, stamps);
-        let pass = &mut pass;
-        pass.set_bind_group(0, &self.group, &[]);
-        models.bind(pass);
-        instances.bind(pass, 1);
-        if let Some([left, top, width, height]) = hidden {
-            pass.set_pipeline(&materials.hidden);
-            pass.set_scissor_rect(left, top, width, height);
-            pass.draw(0..3, 0..1);
-            let [width, height] = self.targets.size;
-            pass.set_scissor_rect(0, 0, width, height);
-        }
-        // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
-        pass.set_pipeline(&materials.uncoated);
-        models.draw_uncoated(pass, &batches);
-        pass.set_pipeline(&materials.car);
-        models.draw_cars(pass, &batches);
-        models.posts.draw(pass, seen);
-        pass.set_pipeline(&materials.cover);
-        models.draw_trees(pass, &batches.trees);
-        pass.set_pipeline(&materials.tree);
-        models.draw_trees(pass, &batches.trees);
-        let from_above = optics.from_above();
-        let which = usize::from(from_above);
-        for pipeline in [&materials.far_cover[which], &materials.impostor[which]] {
-            pass.set_pipeline(pipeline);
-            models.draw_far_trees(pass, &batches.trees, from_above);
-        }
-        pass.set_pipeline(&materials.grass);
-        models.tuft.draw(pass, batches.tufts.clone());
-        pass.set_pipeline(&materials.road[which]);
-        models.road.draw(pass, seen);
-        let afar = from_above && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
-        pass.set_pipeline(&materials.land[usize::from(afar)]);
-        models.land.draw(pass, seen);
-        pass.set_pipeline(&materials.contact);
-        instances.bind(pass, 0);
-        pass.draw(0..6, batches.cars.clone());
-        pass.set_pipeline(&materials.root);
-        pass.draw(0..6, batches.roots.clone());
-        pass.set_pipeline(&materials.sky);
-        pass.set_bind_group(1, clouds, &[]);
-        pass.draw(0..3, 0..1);
-        // Windows over everything behind them.
-        pass.set_pipeline(&materials.glass);
-        models.bind(pass);
-        instances.bind(pass, 1);
-        models.draw_glass(pass, &batches);
-        pass.cost()
+        )
     }
 }
 

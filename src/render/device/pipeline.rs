@@ -44,17 +44,25 @@ pub struct PipelineBuilder<'a> {
 }
 
 impl PipelineBuilder<'_> {
-    /// A pipeline for each recipe, in their order: side by side where no shader can be wrong. The scope in which a device
+    /// A pipeline for each description, in their order: side by side where no shader can be wrong. The scope in which a device
     /// reports what it refuses is that of one thread.
     ///
     /// # Errors
     /// What is wrong with a shader, with file and line.
-    pub fn pipelines<const N: usize>(&self, recipes: [PipelineDesc; N]) -> Result<[wgpu::RenderPipeline; N], String> {
+    pub fn pipelines<const N: usize>(
+        &self,
+        descriptions: [PipelineDesc; N],
+    ) -> Result<[wgpu::RenderPipeline; N], String> {
         let made: Result<Vec<_>, _> = match self.sources.tested() {
-            true => recipes.par_iter().map(|desc| self.pipeline(desc)).collect(),
-            false => recipes.iter().map(|desc| self.pipeline(desc)).collect(),
+            true => descriptions.par_iter().map(|desc| self.pipeline(desc)).collect(),
+            false => descriptions.iter().map(|desc| self.pipeline(desc)).collect(),
         };
-        made.map(|list| list.try_into().expect("one for each recipe"))
+        made.map(|list| list.try_into().expect("one for each description"))
+    }
+
+    /// Both, side by side under the same condition as [`PipelineBuilder::pipelines`].
+    pub fn both<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+        if self.sources.tested() { rayon::join(a, b) } else { (a(), b()) }
     }
 
     /// A pipeline; entry points are `vertex` and `fragment`.

@@ -1,0 +1,222 @@
+//! Pipelines of the scene by what is drawn. In: the scene's bindings, how finely is drawn. Out: [`MaterialPipelines`]. Each has
+//! its own short shader: on software rendering a branch that no pixel of a draw takes still costs its time.
+
+use super::{
+    device::{
+        layout::{instance_buffer, mesh_buffers},
+        pipeline::{DEPTH, HDR, PipelineBuilder, PipelineDesc},
+    },
+    quality::Quality,
+};
+
+/// Width of a pixel from which no blade of grass is seen, metres.
+pub(super) const AFAR_M: f32 = 0.075;
+
+/// The shader draws for a parallel lens from above.
+const FROM_ABOVE: (&str, f64) = ("FROM_ABOVE", 1.0);
+
+/// All pipelines of the scene.
+#[derive(Debug)]
+pub struct MaterialPipelines {
+    pub(super) bodies: BodyPipelines,
+    pub(super) ground: GroundPipelines,
+    pub(super) plants: PlantPipelines,
+    pub(super) sky: wgpu::RenderPipeline,
+}
+
+/// What the mirror in the picture hides, cars, posts, and their windows.
+#[derive(Debug)]
+pub(super) struct BodyPipelines {
+    pub hidden: wgpu::RenderPipeline,
+    pub car: wgpu::RenderPipeline,
+    pub uncoated: wgpu::RenderPipeline,
+    pub glass: wgpu::RenderPipeline,
+}
+
+/// Road and land, and the shade at the foot of what stands on them. What there is much of comes twice: for any lens, and for a
+/// parallel one from above.
+#[derive(Debug)]
+pub(super) struct GroundPipelines {
+    pub road: [wgpu::RenderPipeline; 2],
+    /// The second where a pixel is at least [`AFAR_M`] wide.
+    pub land: [wgpu::RenderPipeline; 2],
+    pub contact: wgpu::RenderPipeline,
+    pub root: wgpu::RenderPipeline,
+}
+
+/// Trees near by and far off, and grass: depth first (`cover`), then colour where the depth is the same.
+#[derive(Debug)]
+pub(super) struct PlantPipelines {
+    pub cover: wgpu::RenderPipeline,
+    pub tree: wgpu::RenderPipeline,
+    pub far_cover: [wgpu::RenderPipeline; 2],
+    pub impostor: [wgpu::RenderPipeline; 2],
+    pub grass: wgpu::RenderPipeline,
+}
+
+/// What the pipelines are made of.
+pub(super) struct MaterialsDesc<'a> {
+    pub layout: &'a wgpu::PipelineLayout,
+    pub sky_layout: &'a wgpu::PipelineLayout,
+    pub quality: &'a Quality,
+}
+
+impl MaterialsDesc<'_> {
+    /// All of them, side by side where the builder allows it.
+    ///
+    /// # Errors
+    /// What is wrong with a shader.
+    pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<MaterialPipelines, String> {
+        let ((bodies, ground), (plants, sky)) = builder.both(
+            || builder.both(|| self.bodies(builder), || self.ground(builder)),
+            || builder.both(|| self.plants(builder), || self.sky(builder)),
+        );
+        Ok(MaterialPipelines { bodies: bodies?, ground: ground?, plants: plants?, sky: sky? })
+    }
+
+    fn bodies(&self, builder: &PipelineBuilder) -> Result<BodyPipelines, String> {
+        let (mesh, soft) = (mesh_buffers(), self.soft());
+        let soft_alone = [soft];
+        let solid = self.solid(&mesh, &soft_alone);
+        let [hidden, car, uncoated, glass] = builder.pipelines([
+            PipelineDesc {
+                program: "hidden",
+                buffers: &[],
+                depth: Some(wgpu::DepthStencilState {
+                    depth_compare: Some(wgpu::CompareFunction::Always),
+                    ..depth(true, Default::default())
+                }),
+                writes: wgpu::ColorWrites::empty(),
+                cull: None,
+                constants: &[],
+                ..solid.clone()
+            },
+            PipelineDesc { program: "car", ..solid.clone() },
+            PipelineDesc { program: "car", constants: &[soft, ("COATED", 0.0)], ..solid.clone() },
+            PipelineDesc {
+                program: "car",
+                colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
+                depth: Some(depth(false, Default::default())),
+                constants: &[soft, ("SEEN_THROUGH", 1.0)],
+                ..solid
+            },
+        ])?;
+        Ok(BodyPipelines { hidden, car, uncoated, glass })
+    }
+
+    fn ground(&self, builder: &PipelineBuilder) -> Result<GroundPipelines, String> {
+        let (mesh, instances, soft) = (mesh_buffers(), [Some(instance_buffer())], self.soft());
+        let soft_alone = [soft];
+        let afar = ("AFAR_M", f64::from(AFAR_M));
+        let solid = self.solid(&mesh, &soft_alone);
+        let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
+        let shade = |program, bias| PipelineDesc {
+            program,
+            buffers: &instances,
+            colour: Some((HDR, Some(wgpu::BlendState::ALPHA_BLENDING))),
+            depth: Some(depth(false, bias)),
+            cull: None,
+            constants: &[],
+            ..solid.clone()
+        };
+        let [road, road_from_above, land, land_from_above, contact, root] = builder.pipelines([
+            PipelineDesc { program: "road", ..solid.clone() },
+            PipelineDesc { program: "road", constants: &[soft, FROM_ABOVE], ..solid.clone() },
+            PipelineDesc { program: "land", constants: &[soft, afar], ..solid.clone() },
+            PipelineDesc { program: "land", constants: &[soft, FROM_ABOVE, afar, ("AFAR", 1.0)], ..solid.clone() },
+            shade("contact", above),
+            // Over ground that is not quite the plane under the tree: 1.8 % of the distance nearer.
+            shade("root", wgpu::DepthBiasState { constant: 150_000, ..above }),
+        ])?;
+        Ok(GroundPipelines { road: [road, road_from_above], land: [land, land_from_above], contact, root })
+    }
+
+    fn plants(&self, builder: &PipelineBuilder) -> Result<PlantPipelines, String> {
+        let (mesh, soft) = (mesh_buffers(), self.soft());
+        let samples = ("SAMPLES", f64::from(self.quality.msaa));
+        let (soft_alone, samples_alone) = ([soft], [samples]);
+        let solid = self.solid(&mesh, &soft_alone);
+        let cover = PipelineDesc {
+            program: "cover",
+            writes: wgpu::ColorWrites::empty(),
+            cull: None,
+            constants: &samples_alone,
+            ..solid.clone()
+        };
+        let covered = PipelineDesc {
+            depth: Some(wgpu::DepthStencilState {
+                depth_compare: Some(wgpu::CompareFunction::Equal),
+                ..depth(false, Default::default())
+            }),
+            cull: None,
+            ..solid.clone()
+        };
+        let cut_out = self.quality.msaa > 1;
+        let least = ("LEAST_COVER", if cut_out { 0.1 } else { 0.5 });
+        let reach = ("REACH_M", f64::from(self.quality.grass_m));
+        let [cover, tree, far_cover, far_cover_from_above, impostor, impostor_from_above, grass] =
+            builder.pipelines([
+                cover.clone(),
+                PipelineDesc { program: "tree", ..covered.clone() },
+                PipelineDesc { program: "far_cover", ..cover.clone() },
+                PipelineDesc { program: "far_cover", constants: &[samples, FROM_ABOVE], ..cover },
+                PipelineDesc { program: "impostor", constants: &[soft, samples], ..covered.clone() },
+                PipelineDesc { program: "impostor", constants: &[soft, samples, FROM_ABOVE], ..covered },
+                PipelineDesc { program: "grass", cull: None, cut_out, constants: &[soft, least, reach], ..solid },
+            ])?;
+        Ok(PlantPipelines {
+            cover,
+            tree,
+            far_cover: [far_cover, far_cover_from_above],
+            impostor: [impostor, impostor_from_above],
+            grass,
+        })
+    }
+
+    fn sky(&self, builder: &PipelineBuilder) -> Result<wgpu::RenderPipeline, String> {
+        let soft = [self.soft()];
+        let [sky] = builder.pipelines([PipelineDesc {
+            program: "sky",
+            layout: self.sky_layout,
+            depth: Some(depth(false, Default::default())),
+            cull: None,
+            ..self.solid(&[], &soft)
+        }])?;
+        Ok(sky)
+    }
+
+    /// Opaque surfaces seen from in front; what the others are variants of.
+    fn solid<'a>(
+        &'a self,
+        buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+        constants: &'a [(&'static str, f64)],
+    ) -> PipelineDesc<'a> {
+        PipelineDesc {
+            program: "road",
+            layout: self.layout,
+            buffers,
+            colour: Some((HDR, None)),
+            depth: Some(depth(true, Default::default())),
+            cull: Some(wgpu::Face::Back),
+            writes: wgpu::ColorWrites::ALL,
+            samples: self.quality.msaa,
+            cut_out: false,
+            constants,
+        }
+    }
+
+    /// Whether shadows have soft edges; programs without sunshine leave it alone.
+    fn soft(&self) -> (&'static str, f64) {
+        ("SOFT", f64::from(u8::from(self.quality.fine)))
+    }
+}
+
+fn depth(write: bool, bias: wgpu::DepthBiasState) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH,
+        depth_write_enabled: Some(write),
+        depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+        stencil: Default::default(),
+        bias,
+    }
+}
