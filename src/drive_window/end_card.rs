@@ -1,5 +1,5 @@
-//! What a driver reads after a free drive. In: a drive that is over. Out: lines: time in range, mean speed of all, and the same
-//! traffic without advice, which is driven beside the window meanwhile.
+//! The card that a driver sees after a free drive. In: a drive that is over. Out: lines: time in range, mean speed of all,
+//! and the same traffic without advice, which is driven beside the window meanwhile.
 
 use crate::{
     drive_loop::offline::OfflineDrive,

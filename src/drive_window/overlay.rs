@@ -1,5 +1,5 @@
-//! The experimenter's desk: panel, messages, frame times on top of the picture, or all of it in a window of its own. In: the
-//! running [`LiveDrive`]. Out: what is to be seen, and what is asked for.
+//! The experimenter's overlay: panel, messages, frame times on top of the picture, or all of it in a window of its own. In:
+//! the running [`LiveDrive`]. Out: what is to be seen, and what is asked for.
 
 use super::end_card::EndCard;
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
         calibration::CalibrationPage,
         contact_flash, dropped_time,
         experimenter::{DriveLog, ExperimenterCommand, ExperimenterPanel, ExperimenterState},
-        recording,
+        recording_sign,
     },
     policy,
     render::PassTimes,
@@ -49,7 +49,7 @@ pub struct DriveOverlay {
 }
 
 impl DriveOverlay {
-    /// A desk for this drive, its panel on the picture open or not; `attended` if the experimenter has a window.
+    /// An overlay for this drive, its panel on the picture open or not; `attended` if the experimenter has a window.
     pub fn new(live: &LiveDrive, open: bool, attended: bool) -> Self {
         let world = &live.drive.world;
         let mut panel = SettingsPanel::new(world.scenario(), choices());
@@ -295,15 +295,15 @@ fn write_notes(ui: &Ui, notes: &OverlayNotes) {
 
 /// At the upper left, in the participant's window too: that a drive is not recorded is seen before it is over.
 fn write_recording(ui: &Ui, live: &LiveDrive) {
-    let (text, colour) = recording::words(live.recorded_in());
+    let (text, colour) = recording_sign::words(live.recorded_in());
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), colour);
-    let lamp = if live.recorded_in().is_some() { 2.0 * recording::LAMP + 6.0 } else { 0.0 };
+    let lamp = if live.recorded_in().is_some() { 2.0 * recording_sign::LAMP + 6.0 } else { 0.0 };
     let corner = ui.ctx().content_rect().left_top() + egui::vec2(16.0, 12.0);
     let rect = Align2::LEFT_TOP.anchor_size(corner, galley.size() + egui::vec2(lamp, 0.0));
     painter.rect_filled(rect.expand2(egui::vec2(6.0, 3.0)), 4.0, Color32::from_black_alpha(150));
     if lamp > 0.0 {
-        painter.circle_filled(rect.left_center() + egui::vec2(recording::LAMP, 0.0), recording::LAMP, colour);
+        painter.circle_filled(rect.left_center() + egui::vec2(recording_sign::LAMP, 0.0), recording_sign::LAMP, colour);
     }
     painter.galley(rect.min + egui::vec2(lamp, 0.0), galley, colour);
 }

@@ -1,4 +1,4 @@
-//! The desk over a drive without a window: keys, words on the picture, what the experimenter asks for.
+//! The overlay over a drive without a window: keys, words on the picture, what the experimenter asks for.
 
 use super::*;
 use crate::{

@@ -1,37 +1,33 @@
 //! The experimenter's panel. In: a [`PanelState`], what there is to show. Out: [`PanelCommand`]s. It owns no part of the
 //! simulation, and nothing that a participant sees depends on it.
 
-pub mod calibration;
-mod check;
-mod contact;
-mod editor;
 pub mod experimenter;
-mod help;
 mod history;
-mod presets;
+pub mod overlay;
 mod readout;
-pub mod recording;
+pub mod rig;
 pub mod screens;
-pub mod seek_bar;
 pub mod session;
+mod settings;
 pub mod theme;
 
-pub use check::{DisplayTruth, show as check};
-pub use contact::contact_flash;
-pub use editor::SettingChoices;
-pub use help::show as key_list;
 pub use history::{SpeedHistory, SpeedSample};
-pub use presets::{PresetError, PresetList};
+pub use overlay::{contact_flash::contact_flash, key_list::show as key_list, recording_sign, seek_bar};
 pub use readout::{Readings, dropped_time};
+pub use rig::{
+    calibration,
+    display_check::{DisplayTruth, show as check},
+};
 pub use screens::{ParticipantScreen, SCREEN_KEYS, ScreenPainter, ScreenState};
 pub use session::{ItemState, SessionCommand, SessionItem, SessionPanel, SessionPanelState, SessionPhase};
+pub use settings::{PresetError, PresetList, SettingChoices};
 
 use std::{path::Path, time::Duration};
 
 use egui::{Button, Color32, RichText, Ui};
 
 use crate::scenario::Scenario;
-use editor::ScenarioEditor;
+use settings::ScenarioEditor;
 
 /// What the panel shows in one frame.
 #[derive(Clone, Copy, Debug)]
@@ -173,7 +169,7 @@ impl SettingsPanel {
             });
         }
         if self.help_open {
-            help::show(ui.ctx(), keys);
+            key_list(ui.ctx(), keys);
         }
         commands
     }
@@ -195,7 +191,7 @@ impl SettingsPanel {
                 if wheel.clicked() {
                     commands.push(PanelCommand::Wheel);
                 }
-                recording::show(ui, state.recorded_in);
+                recording_sign::show(ui, state.recorded_in);
             });
         });
         let edited = self.editor.scenario();

@@ -189,7 +189,7 @@ pub fn keys() -> Vec<(String, &'static str)> {
     let mut keys = vec![("F1".to_owned(), "this list")];
     keys.extend(PLAIN.map(|(key, what)| (ctrl(key), what)));
     keys.extend(ACTS.map(|(_, _, key, what, ..)| (ctrl(key), what)));
-    let (full_screen, what) = super::help::FULL_SCREEN;
+    let (full_screen, what) = super::overlay::key_list::FULL_SCREEN;
     keys.push((full_screen.into(), what));
     keys.push(("Ctrl+1 to Ctrl+4".into(), "turn the pages of a narrow window"));
     keys

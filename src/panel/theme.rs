@@ -1,4 +1,4 @@
-//! How the panel looks: dark and calm, so that a laptop beside the rig does not light the room.
+//! Colours and sizes of the panel: dark, so that a laptop beside the rig does not light the room.
 
 use egui::{
     Color32, CornerRadius, FontData, FontFamily, FontId, Margin, Stroke, TextStyle,

@@ -1,5 +1,5 @@
-//! Is all well? In: measured facts ([`DriveHealth`]). Out: lamps, green, amber or red, each with words and, where it is not
-//! green, what to do. The limits stand here.
+//! Warning lamps of the experimenter's window. In: measured facts ([`DriveHealth`]). Out: lamps, green, amber or red, each
+//! with words and, where it is not green, what to do. The limits stand here.
 
 use crate::{panel::theme, record};
 use egui::{Color32, RichText, Sense, Ui, vec2};

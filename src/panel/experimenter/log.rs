@@ -1,5 +1,5 @@
-//! What has been seen of the present drive, for plots and maps. In: the world after each tick. Out: speeds over time, the
-//! space-time diagram, the share of time in range; bounded, however long the drive. Seconds, metres, m/s.
+//! Data of the present drive for plots and maps. In: the world after each tick. Out: speeds over time, the space-time
+//! diagram, the share of time in range; bounded, however long the drive. Seconds, metres, m/s.
 
 use super::space_time::{SpaceTime, WINDOW_S};
 use crate::{

@@ -1,6 +1,6 @@
-//! The experimenter's window: what runs, how it goes, whether all is well. In: an [`ExperimenterState`], what there is to
-//! show; in a study a closure that shows the session's plan. Out: [`ExperimenterCommand`]s. It owns no part of the
-//! simulation, and nothing that a participant sees depends on it.
+//! The experimenter's window: what runs, how it goes, and warnings. In: an [`ExperimenterState`], what there is to show; in
+//! a study a closure that shows the session's plan. Out: [`ExperimenterCommand`]s. It owns no part of the simulation, and
+//! nothing that a participant sees depends on it.
 //!
 //! * [`log`]: the drive so far, fed with the world after each tick.
 //! * [`map`], [`space_time`], [`plots`]: the drive as pictures.
@@ -20,7 +20,7 @@ pub mod space_time;
 pub use lamps::{ContactHealth, DriveHealth, Lamp, LampColour, RecordingHealth, WheelHealth};
 pub use log::DriveLog;
 
-use super::{DrivePhase, PanelCommand, PanelState, SettingsPanel, help, readout, theme};
+use super::{DrivePhase, PanelCommand, PanelState, SettingsPanel, overlay::key_list, readout, theme};
 use crate::sim::Snapshot;
 use egui::{Event, Key, Modifiers, RichText, ScrollArea, TextureId, Ui, Vec2, vec2};
 use notes::SessionNotes;
@@ -33,7 +33,7 @@ pub const KEYS: [(&str, &str); 8] = [
     ("Ctrl+N", "write a note"),
     ("Ctrl+1 to Ctrl+4", "turn the pages of a narrow window"),
     ("Ctrl+Plus, Minus, 0", "larger, smaller, as it was"),
-    help::FULL_SCREEN,
+    key_list::FULL_SCREEN,
     ("Ctrl+Q", "end"),
 ];
 
@@ -115,8 +115,8 @@ impl ExperimenterPanel {
         };
         let lamps = lamps::lamps(state.health);
         match (self.help_open, may_drive) {
-            (true, true) => help::show(ui.ctx(), &KEYS),
-            (true, false) => help::show(ui.ctx(), &super::session::keys()),
+            (true, true) => key_list::show(ui.ctx(), &KEYS),
+            (true, false) => key_list::show(ui.ctx(), &super::session::keys()),
             (false, _) => {}
         }
         if ui.available_width() >= WIDE {

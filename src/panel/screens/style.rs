@@ -1,4 +1,4 @@
-//! How the participant's screens look: dark, so that a room does not brighten between drives, and large. In: the window's
+//! Style of the participant's screens: dark, so that a room does not brighten between drives, and large. In: the window's
 //! size in points. Out: sizes and colours.
 
 use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle, Ui, Vec2, vec2};
@@ -48,7 +48,7 @@ impl PageStyle {
         Stroke::new((0.12 * self.em).max(1.5), CURSOR)
     }
 
-    /// Dresses what is drawn from here on.
+    /// Sets the style of what is drawn from here on.
     pub fn apply_style(&self, ui: &mut Ui) {
         let style = ui.style_mut();
         let body = self.em;

@@ -1,7 +1,8 @@
-//! Settings kept under a name: ordinary scenario files in one folder, for `codrive drive --scenario` as well. In: a
-//! scenario, a name. Out: files that are never overwritten unasked; scenarios; messages that say what is wrong.
+//! Presets: scenario files in one folder, for `codrive drive --scenario` as well. In: a scenario, a name. Out: files that
+//! are never overwritten unasked; scenarios; messages that say what is wrong.
 
-use super::{editor::ScenarioEditor, theme};
+use super::ScenarioEditor;
+use crate::panel::theme;
 use crate::{
     record::{new_private_dir, replace, write_new},
     scenario::Scenario,
@@ -97,7 +98,7 @@ impl PresetList {
     }
 
     /// Lines to load and to save with, over the settings.
-    pub(super) fn show(&mut self, ui: &mut Ui, editor: &mut ScenarioEditor) {
+    pub(in crate::panel) fn show(&mut self, ui: &mut Ui, editor: &mut ScenarioEditor) {
         ui.horizontal(|ui| {
             let label = ui.label("Preset").on_hover_text(format!("Scenario files in {}", self.folder.display()));
             let shown = if self.names.is_empty() { "none saved yet" } else { &self.chosen };

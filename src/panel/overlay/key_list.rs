@@ -2,10 +2,10 @@
 
 use egui::{Align2, Context, Frame, Label, RichText, vec2};
 
-use super::theme;
+use crate::panel::theme;
 
 /// The key of every window of an experimenter.
-pub(super) const FULL_SCREEN: (&str, &str) = ("F11", "full screen");
+pub(in crate::panel) const FULL_SCREEN: (&str, &str) = ("F11", "full screen");
 
 /// Height of a line and of what is around them, points.
 const LINE: f32 = 22.0;

@@ -1,7 +1,7 @@
-//! A recorded drive under one's hand: play and hold, speed, a line to seek on with what was advised and what happened. In:
-//! a [`SeekBarState`]. Out: [`SeekBarCommand`]s. Times in seconds, speeds in m/s.
+//! The seek bar of a replay: play and pause, speed, a timeline with what was advised and what happened. In: a
+//! [`SeekBarState`]. Out: [`SeekBarCommand`]s. Times in seconds, speeds in m/s.
 
-use super::{readout::time, theme};
+use crate::panel::{readout::time, theme};
 use egui::{Align2, Color32, FontId, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 
 /// Something that happened.

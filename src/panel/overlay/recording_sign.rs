@@ -1,7 +1,7 @@
-//! Whether a drive is recorded, for every window. In: the folder, if there is one. Out: a red REC with its name, or that
+//! Shows in every window whether a drive is recorded. In: the folder, if there is one. Out: a red REC with its name, or that
 //! nothing is recorded.
 
-use super::theme;
+use crate::panel::theme;
 use egui::{Color32, Label, RichText, Ui};
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub fn words(folder: Option<&Path>) -> (String, Color32) {
 }
 
 /// The same in a row from right to left, in what is left of it; the whole path is under the mouse.
-pub(super) fn show(ui: &mut Ui, folder: Option<&Path>) {
+pub(in crate::panel) fn show(ui: &mut Ui, folder: Option<&Path>) {
     let (text, colour) = words(folder);
     let line = ui.add(Label::new(RichText::new(text).color(colour).strong()).truncate());
     match folder {

@@ -3,12 +3,12 @@
 
 use egui::{Button, Color32, DragValue, Rect, RichText, Sense, Stroke, TextEdit, Ui, pos2, vec2};
 
-use super::theme;
 use crate::input::{
     ButtonAction, WheelProfile,
     calibrate::CalibrationStep,
     profile::{Pedal, ProfileError},
 };
+use crate::panel::theme;
 use std::collections::BTreeMap;
 
 /// The wheel that is plugged in, at this moment.

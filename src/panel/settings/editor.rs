@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use egui::{ComboBox, DragValue, Response, RichText, TextEdit, Ui};
 use serde_json::Value;
 
-use super::theme;
+use crate::panel::theme;
 use crate::{
     scenario::Scenario,
-    settings::{Field, Kind, SettingsError},
+    settings::{Field, SettingKind, SettingsError},
 };
 
 /// Sections and the settings in them, in order; a path that ends in a dot is a whole table. What is in none comes last.
@@ -173,20 +173,20 @@ impl ScenarioEditor {
 
     fn widget(&self, ui: &mut Ui, field: &Field, value: &mut Value) -> Response {
         match &field.kind {
-            Kind::Switch => {
+            SettingKind::Switch => {
                 let mut on = value.as_bool().unwrap_or_default();
                 let response = ui.checkbox(&mut on, "");
                 *value = on.into();
                 response
             }
-            Kind::Whole { min, max } => {
+            SettingKind::Whole { min, max } => {
                 let mut number = value.as_u64().unwrap_or(*min);
                 let drag = DragValue::new(&mut number).range(*min..=*max).speed(0.1);
                 let response = ui.add(with_unit(drag, field));
                 *value = number.into();
                 response
             }
-            Kind::Number { min, max } => {
+            SettingKind::Number { min, max } => {
                 let mut number = value.as_f64().unwrap_or(*min);
                 // A hundred pixels of dragging double the number.
                 let speed = 0.01 * number.abs().max(0.02 * (max - min));
@@ -195,8 +195,8 @@ impl ScenarioEditor {
                 *value = number.into();
                 response
             }
-            Kind::Choice(words) => choose(ui, field, words, value, str::to_owned),
-            Kind::Text => match self.choices.0.get(&field.path) {
+            SettingKind::Choice(words) => choose(ui, field, words, value, str::to_owned),
+            SettingKind::Text => match self.choices.0.get(&field.path) {
                 Some((words, None)) => choose(ui, field, words, value, |now| self.shown(field, now)),
                 Some((words, Some(other))) => choose_or_type(ui, field, words, other, value),
                 None => type_in(ui, field, "", value),
@@ -234,7 +234,7 @@ fn tooltip(field: &Field) -> String {
         other => other.to_string(),
     };
     match field.kind {
-        Kind::Switch | Kind::Text => format!("{}.\nDefault {default}.", field.doc),
+        SettingKind::Switch | SettingKind::Text => format!("{}.\nDefault {default}.", field.doc),
         _ => format!("{}.\nAllowed: {}. Default {default}.", field.doc, field.allowed()),
     }
 }

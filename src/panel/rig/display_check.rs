@@ -1,10 +1,10 @@
-//! The check screen: is the picture as large as the scenario says? In: width of the picture and distance of the eyes as they
-//! are set. Out: a ruler in centimetres and inches, a circle of a stated diameter and marks in all corners, to be measured
-//! with a tape, and what to enter where it differs.
+//! The screen that checks the display: is the picture as large as the scenario says? In: width of the picture and distance
+//! of the eyes as they are set. Out: a ruler in centimetres and inches, a circle of a stated diameter and marks in all
+//! corners, to be measured with a tape, and what to enter where it differs.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
 
-use super::theme;
+use crate::panel::theme;
 
 const METRES_PER_INCH: f32 = 0.0254;
 /// Share of the picture's width that the ruler may take, and of its height that the circle may.
