@@ -1,8 +1,9 @@
-//! Mistakes in TOML that a person wrote. In: the text, what it is called, the path of a key. Out: messages that say file,
-//! line and column, show the line with a mark under the key or the value, and name the nearest key that exists.
+//! Mistakes in what a person wrote: in TOML, and in any name. In: the text, what it is called, the path of a key; a name and
+//! those that exist. Out: messages that say file, line and column, show the line with a mark under the key or the value, and
+//! name the nearest that exists.
 
 use serde::de::DeserializeOwned;
-use std::{fmt::Write, ops::Range};
+use std::{fmt::Write, ops::Range, path::Path};
 use toml::de::{DeTable, DeValue};
 
 /// So many keys are still listed beside a suggestion.
@@ -39,6 +40,23 @@ pub fn has(text: &str, key: &str) -> bool {
 /// What is said of a key that does not exist: the nearest that does, and which there are.
 pub fn unknown_key(key: &str, known: &[&str]) -> String {
     format!("unknown key `{key}`{}", advice(key, known))
+}
+
+/// ` (did you mean ...?)` where one of the known names is near, otherwise nothing. Every message about a name that a person
+/// typed has it.
+pub fn did_you_mean(name: &str, known: &[impl AsRef<str>]) -> String {
+    let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+    nearest(name, &known).map_or(String::new(), |near| format!(" (did you mean {near}?)"))
+}
+
+/// The same for a file that is not there: the nearest name of those that lie beside it.
+pub fn did_you_mean_file(path: &Path) -> String {
+    let Some(name) = path.file_name().filter(|_| !path.exists()) else { return String::new() };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    did_you_mean(&name.to_string_lossy(), &names)
 }
 
 /// `; did you mean ...?`, and which words there are where they are few or none is near.
@@ -177,6 +195,15 @@ mod tests {
         ] {
             assert_eq!(nearest(word, &known), meant, "{word}");
         }
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_answered_with_the_nearest_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("trial.toml"), "").unwrap();
+        let told = |name: &str| did_you_mean_file(&folder.path().join(name));
+        assert_eq!(told("trail.toml"), " (did you mean trial.toml?)");
+        assert_eq!([told("trial.toml"), told("something-else.toml"), told("no/trial.toml")], ["", "", ""]);
     }
 
     #[test]

@@ -217,7 +217,10 @@ fn a_persons_own_wheel_profile_is_known_by_its_name() {
     };
     let (code, text) = drive("desk-rik");
     assert_eq!(code, 2, "{text}");
-    assert!(text.contains("\"desk-rik\"; there are g29, g27, g920, g923, desk-rig\n"), "{text}");
+    assert!(
+        text.contains("\"desk-rik\" (did you mean desk-rig?); there are g29, g27, g920, g923, desk-rig\n"),
+        "{text}"
+    );
     // With a name that is known the drive fails for want of a display alone.
     let (code, text) = drive("desk-rig");
     assert!(code == 1 && text.contains("display"), "{text}");
@@ -375,4 +378,106 @@ fn without_a_session_of_the_desktop_a_picture_is_drawn_without_a_complaint() {
         codrive(&["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", file.to_str().unwrap()]);
     let (code, text) = said(command.env_remove("XDG_RUNTIME_DIR"));
     assert_eq!((code, text.as_str()), (0, ""));
+}
+
+/// A drive of a second, where `more` says nothing else.
+fn drive_with(more: &[&str]) -> Vec<String> {
+    let engine: &[&str] = if more.contains(&"--traffic") { &[] } else { &["--traffic", "native"] };
+    [&["run", "--duration", "1"], engine, more].concat().iter().map(|word| (*word).to_owned()).collect()
+}
+
+#[test]
+fn one_wrong_letter_of_any_name_is_answered_with_the_name_that_was_meant() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("trial.toml", "vehicels = 22\n");
+    write("value.toml", "units = \"mhp\"\n");
+    write("train.toml", "hold_max = 3\n");
+    write("inputs.toml", "sees = \"speed,gapp\"\n");
+    let good = "title = \"t\"\nparticipants = 1\n[base]\ntraffic = \"native\"\nduration_s = 1.0\n[[condition]]\nname = \"a\"\n\
+                [[segment]]\nkind = \"trials\"\nname = \"trial\"\n[[segment]]\nkind = \"questions\"\nname = \"load\"\n\
+                questionnaire = \"raw-tlx\"\n";
+    let mistakes = [
+        ("key", "title", "titel", "title"),
+        ("setting", "duration_s = 1.0", "duration_s = 1.0\nvehicels = 3", "vehicles"),
+        ("kind", "\"trials\"", "\"trails\"", "trials"),
+        ("map", "duration_s = 1.0", "duration_s = 1.0\nmap = \"rign-250\"", "ring-250"),
+        ("questionnaire", "raw-tlx", "raw-txl", "raw-tlx"),
+    ];
+    for (name, from, to, _) in mistakes {
+        write(&format!("{name}.toml"), &good.replacen(from, to, 1));
+    }
+    write("good.toml", good);
+    let run = |more: &[&str]| drive_with(more);
+    let mut asked: Vec<(Vec<String>, &str)> = vec![
+        (run(&["--map", "rign-250"]), "ring-250"),
+        (run(&["--map", &path("no/ring.net.xml")]), ""),
+        (run(&["--policy", "folower-stopper"]), "follower-stopper"),
+        (run(&["--policy", "ring-250-sped"]), "ring-250-speed"),
+        (run(&["--driver", "folow"]), "follow"),
+        (run(&["--driver", "eror=1"]), "error"),
+        (run(&["--traffic", "natvie"]), "native"),
+        (run(&["--ego-colour", "rde"]), "red"),
+        (run(&["--units", "mhp"]), "mph"),
+        (run(&["--vehicels", "3"]), "--vehicles"),
+        (run(&["--idm", "nosie=1"]), "noise"),
+        (run(&["--sound", "wind_bd=-6"]), "wind_db"),
+        (run(&["--scenario", &path("trila.toml")]), "trial.toml"),
+        (run(&["--scenario", &path("trial.toml")]), "vehicles"),
+        (run(&["--scenario", &path("value.toml")]), "mph"),
+    ];
+    let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    asked.extend([
+        (words(&["rum"]), "run"),
+        (words(&["map", "lsit"]), "list"),
+        (words(&["train", "--config", &path("train.toml"), "--out", &path("out")]), "hold_max_s"),
+        (words(&["train", "--config", &path("inputs.toml"), "--out", &path("out")]), "gap"),
+        (words(&["evaluate", "--driver", "perfcet"]), "perfect"),
+        (words(&["evaluate", "--policy", "two-phsae"]), "two-phase"),
+        (words(&["drive", "--wheel", "g290"]), "g29"),
+        (words(&["render", "--view", "chsae", "--out", &path("a.png")]), "chase"),
+        (words(&["study", &path("godo.toml"), "--check"]), "good.toml"),
+    ]);
+    asked.extend(
+        mistakes
+            .iter()
+            .map(|(name, _, _, meant)| (words(&["study", &path(&format!("{name}.toml")), "--check"]), *meant)),
+    );
+    for (arguments, meant) in &asked {
+        let (code, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(code, 2, "{arguments:?}: {text}");
+        // clap has words of its own: "a similar argument exists: '--vehicles'".
+        let near =
+            text.lines().find(|line| line.contains("did you mean") || line.contains("similar")).unwrap_or_default();
+        assert!(near.contains(meant) && near.is_empty() == meant.is_empty(), "{arguments:?}: {text}");
+    }
+    // A participant's code, and a setting of a replay.
+    let data = path("data");
+    codrive(&["study", &path("good.toml"), "--rehearse", "--out", &data]).assert().success();
+    assert_input_error(
+        &["study", &path("good.toml"), "--out", &data, "--exclude", "R10", "--reason", "x"],
+        &["there is no participant R10", "(did you mean R01?)"],
+    );
+    let drive = format!("{data}/sourcedata/sub-R01/trial-1-a");
+    assert_input_error(
+        &["replay", &drive, "--what-if", "polcy=none", "--out", &path("instead")],
+        &["there is no setting polcy (did you mean policy?)"],
+    );
+}
+
+#[test]
+fn auto_warns_of_nothing_that_nobody_chose() {
+    for map in ["ring-250", "ring-641", "practice"] {
+        let arguments = run(&["--map", map]);
+        let (code, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!((code, text.as_str()), (0, ""), "{map}");
+        let short = ["--warm-up", "1", "--horizon", "2", "--over", "2"];
+        let (code, text) = failure(&[&["evaluate", "--policy", "auto", "--map", map][..], &short].concat());
+        assert_eq!((code, text.as_str()), (0, ""), "{map}");
+    }
+    // What somebody chose is told.
+    let arguments = run(&["--map", "ring-641", "--hold", "2"]);
+    let (_, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(text.contains("trained for holds of 4 to 30 s and is asked to hold for 2 s"), "{text}");
 }

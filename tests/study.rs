@@ -462,8 +462,8 @@ fn the_schema_knows_every_setting_of_base_and_set_and_no_other() {
         }
         node
     };
-    let segment = resolve(&schema["$defs"]["Segment"]["properties"]["set"]);
-    let level = resolve(&schema["$defs"]["Level"]["properties"]["set"]);
+    let segment = resolve(&schema["$defs"]["StudySegment"]["properties"]["set"]);
+    let level = resolve(&schema["$defs"]["ConditionLevel"]["properties"]["set"]);
     for settings in [resolve(&schema["properties"]["base"]), segment, level] {
         assert_eq!(settings["additionalProperties"], false, "an editor marks range_mhp");
         assert!(

@@ -109,7 +109,7 @@ fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites
     }
     assert!(refused(&arguments).contains("holds an evaluation already (rings.csv)"));
     let said = refused(&["evaluate", "--driver", "folow"]);
-    assert!(said.contains("no driver is called \"folow\"; did you mean follow?"), "{said}");
+    assert!(said.contains("no driver is called \"folow\" (did you mean follow?)"), "{said}");
     assert!(refused(&["evaluate", "--holds", "0.25"]).contains("allowed: a whole number of steps of 0.1 s"));
     let drawn = ["evaluate", "--engine", "native", "--follow", "driver"];
     let said = refused(&drawn);
@@ -186,7 +186,7 @@ fn auto_is_the_policy_shipped_for_the_map_and_an_unknown_one_is_answered_with_it
     let said = String::from_utf8_lossy(&said.get_output().stdout).into_owned();
     assert!(said.contains("ring-250-speed"), "{said}");
     let refusal = refused(&["evaluate", "--policy", "autos"]);
-    assert!(refusal.contains("policy `autos` is unknown; known are auto, none"), "{refusal}");
+    assert!(refusal.contains("policy `autos` is unknown (did you mean auto?); known are auto, none"), "{refusal}");
 }
 
 #[test]
@@ -229,7 +229,9 @@ fn bad_configurations_are_named_with_what_is_allowed() {
     assert!(said("rings = 20").contains("rings is 20; allowed: a multiple of 16"));
     assert!(said("vehicles_max = 40").contains("vehicles_max is 40; allowed: at most 28"));
     assert!(said("least_spacing_m = 14").contains("least_spacing_m is 14; allowed: at most 13.64"));
-    assert!(said("sees = \"speed,gapp\"").contains("sees names `gapp`; allowed: speed, leader_speed"));
+    assert!(
+        said("sees = \"speed,gapp\"").contains("sees names `gapp` (did you mean gap?); allowed: speed, leader_speed")
+    );
     assert!(said("hold_s = 0.25").contains("hold_s is 0.25; allowed: a whole number of steps of 0.1 s"));
     assert!(!Path::new(&out).join("train.toml").exists());
 }

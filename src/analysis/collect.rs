@@ -6,6 +6,7 @@ use super::{
     totals::DriveTotals,
 };
 use crate::file::{SETTINGS_BYTES, read_text};
+use crate::toml_text::did_you_mean;
 use rayon::prelude::*;
 use std::{
     fs,
@@ -142,7 +143,10 @@ fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisErro
     let names = lines.next().unwrap_or_default();
     let fault = |what: &str| AnalysisError::Input(format!("{}: {what}", path.display()));
     let column = |name: &str| {
-        names.iter().position(|n| *n == name).ok_or_else(|| fault(&format!("there is no column \"{name}\"")))
+        names
+            .iter()
+            .position(|n| *n == name)
+            .ok_or_else(|| fault(&format!("there is no column \"{name}\"{}", did_you_mean(name, &names))))
     };
     let known = [column("segment")?, column("place")?, column("condition")?, column("recording")?, column("baseline")?];
     let (seed, condition) = (column("seed")?, known[2]);

@@ -1,6 +1,6 @@
-//! Words for columns. In: nothing but what this program measures. Out: for each column of each table the quantity in words, its
-//! unit and its definition. Heads of tables, labels, the page, the methods paragraph and the data dictionary all take theirs from
-//! here, or from [`MEASURES`], which names the measures.
+//! Definitions of all columns. In: nothing but what this program measures. Out: for each column of each table the quantity
+//! in words, its unit and its definition. Heads of tables, labels, the page, the methods paragraph and the data dictionary
+//! all take theirs from here, or from [`MEASURES`], which names the measures.
 
 use super::{AnalysedRecording, MEASURES, tables::factors};
 use serde_json::{Map, Value, json};

@@ -72,7 +72,7 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
         _ => format!("{} of {n} {kind}{plural} {} analysed.", capital(&count(drives.len())), were(drives.len())),
     };
     if n > 0 && is_simulated {
-        text += " The study was a rehearsal: every participant was a simulated driver with traits of its own, and no person took part.";
+        text += " The study was a rehearsal: every participant was a simulated driver with parameters of its own, and no person took part.";
     } else if n > 0 {
         text += &format!(" Participants drove with: {}.", words(drives, |drive| drive.setup.manifest.driver.clone()));
     }

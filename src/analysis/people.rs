@@ -3,6 +3,7 @@
 
 use super::AnalysisError;
 use crate::file::{SETTINGS_BYTES, read_text};
+use crate::toml_text::did_you_mean;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -142,7 +143,12 @@ impl TsvFile {
     }
 
     fn column(&self, name: &str) -> Result<usize, AnalysisError> {
-        let fault = || AnalysisError::Input(format!("{}: there is no column \"{name}\"", self.path.display()));
+        let fault = || {
+            AnalysisError::Input({
+                let near = did_you_mean(name, &self.names);
+                format!("{}: there is no column \"{name}\"{near}", self.path.display())
+            })
+        };
         self.names.iter().position(|n| n == name).ok_or_else(fault)
     }
 }

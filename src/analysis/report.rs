@@ -1,5 +1,5 @@
-//! One page that says it all. In: analysed drives. Out: HTML that opens off-line: style and figures are in it; and the methods as
-//! plain text. Quantities are called by their words; names of columns stand in the data dictionary alone.
+//! The report of an analysis. In: analysed drives. Out: HTML that opens off-line: style and figures are in it; and the
+//! methods as plain text. Quantities are called by their words; names of columns stand in the data dictionary alone.
 
 use super::{
     AnalysedRecording, AnalysisError, MEASURES, RecordedTrial, StudyParticipants, figures, glossary,

@@ -103,7 +103,7 @@ impl SoundScene {
     }
 }
 
-/// Ears: follows a drive tick by tick.
+/// Collects what is audible of a drive, tick by tick.
 #[derive(Clone, Debug)]
 pub struct Listener {
     hear: SoundScene,

@@ -116,7 +116,7 @@ fn device() -> Result<(cpal::Device, StreamConfig, SampleFormat), String> {
     if cfg!(target_os = "linux") && !there_may_be_sound() {
         return Err("the system has no sound card and no sound server".into());
     }
-    let device = cpal::default_host().default_output_device().ok_or("the system has no output")?;
+    let device = cpal::default_host().default_output_device().ok_or("the system has no audio output")?;
     let supported = device.default_output_config().map_err(|e| e.to_string())?;
     let mut config: StreamConfig = supported.config();
     if let SupportedBufferSize::Range { min, max } = supported.buffer_size()

@@ -19,7 +19,7 @@ pub(super) fn command() -> Command {
     Command::new("analyse")
         .about("Make tables of measures (CSV), figures (SVG, PNG), a methods text and a report (HTML, to be printed) of recordings")
         .after_help(
-            "Made anew at every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page (183 mm), PNG \
+            "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page (183 mm), PNG \
              files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section to copy. To \
              have the report as a PDF, print it from a browser. A drive of days takes no more memory than one of hours: figures \
              show the ways of its first hour, and speeds of evenly spaced steps. A drive whose advice changes more than 500,000 \

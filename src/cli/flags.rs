@@ -4,11 +4,17 @@
 use super::CliError;
 use crate::{
     scenario::Scenario,
-    settings::{Field, Kind},
+    settings::{Field, SettingKind},
+    toml_text::did_you_mean,
 };
-use clap::{Arg, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use clap::{
+    Arg, ArgMatches, Command,
+    builder::{PossibleValue, TypedValueParser},
+    error::ErrorKind,
+    value_parser,
+};
 use serde_json::Value;
-use std::path::PathBuf;
+use std::{ffi::OsStr, path::PathBuf};
 
 const HEADING: &str = "Scenario";
 
@@ -42,7 +48,7 @@ pub fn add(command: Command, listing: HelpListing) -> Command {
         .long("scenario")
         .value_name("FILE")
         .value_parser(value_parser!(PathBuf))
-        .help("Scenario file (TOML, at most 1 MiB); flags beside it win over what it says")
+        .help("Scenario file (TOML, at most 1 MiB); flags take precedence")
         .help_heading(HEADING);
     let name = command.get_name().to_owned();
     let all = add_fields(command.arg(file), &Scenario::fields(), HEADING);
@@ -88,8 +94,8 @@ fn argument(field: &Field) -> Arg {
     };
     let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
     let limits = match &field.kind {
-        Kind::Whole { min, max } if *max < u64::from(u32::MAX) => format!("{min} to {max}{unit}; "),
-        Kind::Number { min, max } => format!("{min} to {max}{unit}; "),
+        SettingKind::Whole { min, max } if *max < u64::from(u32::MAX) => format!("{min} to {max}{unit}; "),
+        SettingKind::Number { min, max } => format!("{min} to {max}{unit}; "),
         _ => String::new(),
     };
     let arg = Arg::new(field.path.clone())
@@ -98,24 +104,48 @@ fn argument(field: &Field) -> Arg {
         .help(format!("{} [{limits}default {default}]", field.doc));
     let checked = field.clone();
     match &field.kind {
-        Kind::Switch => arg
+        SettingKind::Switch => arg
             .value_name("BOOL")
             .num_args(0..=1)
             .default_missing_value("true")
             .value_parser(value_parser!(bool))
             .hide_possible_values(true),
-        Kind::Whole { .. } => arg.value_name("N").value_parser(move |text: &str| {
+        SettingKind::Whole { .. } => arg.value_name("N").value_parser(move |text: &str| {
             let value: u64 = text.parse().map_err(|_| format!("allowed: {}", checked.allowed()))?;
             checked.fault(&value.into()).map_or(Ok(value), Err)
         }),
-        Kind::Number { .. } => {
+        SettingKind::Number { .. } => {
             arg.value_name(value_name(&field.unit)).allow_negative_numbers(true).value_parser(move |text: &str| {
                 let value: f64 = text.parse().map_err(|_| format!("allowed: {}", checked.allowed()))?;
                 checked.fault(&value.into()).map_or(Ok(value), Err)
             })
         }
-        Kind::Choice(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.clone())),
-        Kind::Text => arg.value_name("NAME").value_parser(value_parser!(String)),
+        SettingKind::Choice(words) => arg.value_name("WORD").value_parser(WordParser(words.clone())),
+        SettingKind::Text => arg.value_name("NAME").value_parser(value_parser!(String)),
+    }
+}
+
+/// One of a few words; another is answered with the nearest, which clap's own parser does for longer words alone.
+#[derive(Clone)]
+struct WordParser(Vec<String>);
+
+impl TypedValueParser for WordParser {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        let text = value.to_string_lossy();
+        if self.0.iter().any(|word| *word == text) {
+            return Ok(text.into_owned());
+        }
+        let flag = arg.map(ToString::to_string).unwrap_or_default();
+        let near = did_you_mean(&text, &self.0);
+        let message =
+            format!("invalid value '{text}' for '{flag}'{near}\n  [possible values: {}]\n", self.0.join(", "));
+        Err(command.clone().error(ErrorKind::InvalidValue, message))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(self.0.iter().map(PossibleValue::new)))
     }
 }
 
@@ -162,7 +192,12 @@ fn parse_table(text: &str, known: &[Field]) -> Result<Vec<(Field, Value)>, Strin
             let (name, number) = pair.split_once('=').ok_or(format!("`{pair}` is not KEY=NUMBER"))?;
             let field = known.iter().find(|field| key(field) == name.trim()).ok_or_else(|| {
                 let names: Vec<&str> = known.iter().map(key).collect();
-                format!("`{}` is unknown; known are {}", name.trim(), names.join(", "))
+                format!(
+                    "`{}` is unknown{}; known are {}",
+                    name.trim(),
+                    did_you_mean(name.trim(), &names),
+                    names.join(", ")
+                )
             })?;
             let value: f64 = number.trim().parse().map_err(|_| format!("`{}` is not a number", number.trim()))?;
             field.fault(&value.into()).map_or(Ok((field.clone(), value.into())), Err)
@@ -197,10 +232,12 @@ pub fn changes(matches: &ArgMatches, fields: &[Field]) -> Vec<(Field, Value)> {
             continue;
         }
         let value = match &field.kind {
-            Kind::Switch => matches.get_one::<bool>(id).map(|v| Value::from(*v)),
-            Kind::Whole { .. } => matches.get_one::<u64>(id).map(|v| Value::from(*v)),
-            Kind::Number { .. } => matches.get_one::<f64>(id).map(|v| Value::from(*v)),
-            Kind::Choice(_) | Kind::Text => matches.get_one::<String>(id).map(|v| Value::from(v.as_str())),
+            SettingKind::Switch => matches.get_one::<bool>(id).map(|v| Value::from(*v)),
+            SettingKind::Whole { .. } => matches.get_one::<u64>(id).map(|v| Value::from(*v)),
+            SettingKind::Number { .. } => matches.get_one::<f64>(id).map(|v| Value::from(*v)),
+            SettingKind::Choice(_) | SettingKind::Text => {
+                matches.get_one::<String>(id).map(|v| Value::from(v.as_str()))
+            }
         };
         changes.extend(value.map(|value| (field.clone(), value)));
     }

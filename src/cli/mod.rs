@@ -143,11 +143,9 @@ pub fn command(listing: HelpListing) -> Command {
         .about("A driving simulator for studies of people in traffic.\nWithout a command: codrive drive.")
         .subcommand_required(true)
         .max_term_width(110)
-        .arg(
-            Arg::new("data").long("data").value_name("DIR").global(true).value_parser(value_parser!(PathBuf)).help(
-                "Folder with the program's maps and assets [default: found by itself; codrive doctor says where]",
-            ),
-        )
+        .arg(Arg::new("data").long("data").value_name("DIR").global(true).value_parser(value_parser!(PathBuf)).help(
+            "Folder with the program's maps and assets [default: found automatically; codrive doctor shows where]",
+        ))
         .subcommand(add(run::command()))
         .subcommand(study::command())
         .subcommand(analyse::command())

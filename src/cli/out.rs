@@ -1,4 +1,4 @@
-//! What commands say. In: text. Out: the standard output, or why it takes nothing; asides on the standard error, which
+//! Output of the commands. In: text. Out: the standard output, or why it takes nothing; asides on the standard error, which
 //! nobody needs to take.
 
 use super::CliError;

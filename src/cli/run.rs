@@ -18,13 +18,13 @@ pub(super) fn command() -> Command {
                 .value_name("SECS")
                 .default_value("0")
                 .value_parser(value_parser!(f64))
-                .help("Begin of the window that means are taken over; it lasts to the end of the drive"),
+                .help("Start of the time window for means; it lasts to the end of the drive"),
         )
         .arg(
             Arg::new("real-time")
                 .long("real-time")
                 .action(ArgAction::SetTrue)
-                .help("Go as fast as the wall clock, as a drive by a person does"),
+                .help("Run in real time, as a drive by a person does"),
         )
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print the summary as JSON"))
 }

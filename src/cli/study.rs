@@ -63,7 +63,7 @@ pub(super) fn command() -> Command {
                 .long("participants")
                 .value_name("N")
                 .value_parser(value_parser!(u32).range(1..=1000))
-                .help("So many people instead of those in the file"),
+                .help("Number of participants, instead of the number in the file"),
         )
         .arg(
             Arg::new("schema")

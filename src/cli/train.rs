@@ -36,7 +36,7 @@ pub(super) fn command() -> Command {
     let command = Command::new("train")
         .about("Train a policy on the fast ring by TRPO")
         .arg(file("out", "DIR", "Folder for policy, configuration, curve and checkpoints").required(true))
-        .arg(file("config", "FILE", "Configuration (TOML); flags beside it win over what it says"))
+        .arg(file("config", "FILE", "Configuration (TOML); flags take precedence"))
         .arg(
             Arg::new("resume")
                 .long("resume")

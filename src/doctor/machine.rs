@@ -1,4 +1,5 @@
-//! Data, sound, disk, clock, power. In: files of the system. Out: [`Finding`]s. What another system keeps elsewhere is unknown.
+//! Checks of data, sound, disk, clock and power. In: files of the system. Out: [`Finding`]s. What another system keeps
+//! elsewhere is unknown.
 
 use super::Finding;
 use crate::{audio, data_folders, input::TimeStamp, record};

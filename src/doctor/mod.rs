@@ -1,5 +1,5 @@
-//! Is this rig fit for a study? In: the machine. Out: [`Finding`]s, each ok, a warning or a fault with its remedy. What
-//! cannot be found out is said, never assumed.
+//! Checks whether this rig is fit for a study. In: the machine. Out: [`Finding`]s, each ok, a warning or a fault with its
+//! remedy. What cannot be found out is said, never assumed.
 
 mod machine;
 mod picture;

@@ -1,4 +1,4 @@
-//! Graphics, time of a frame, SUMO. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
+//! Checks of graphics, frame times and SUMO. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
 
 use super::{DoctorOptions, Finding, FindingGrade, MonitorInfo};
 use crate::{

@@ -1,4 +1,4 @@
-//! Wheel, permissions and force. In: the system's devices. Out: [`Finding`]s.
+//! Checks of steering wheel, permissions and force feedback. In: the system's devices. Out: [`Finding`]s.
 
 use super::Finding;
 

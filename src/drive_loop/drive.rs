@@ -1,4 +1,4 @@
-//! The body of the loop (docs/decisions.md: 1). In: elapsed time, and who drives. Out: a world that many ticks later.
+//! The body of the drive loop (docs/decisions.md: 1). In: elapsed time, and who drives. Out: a world that many ticks later.
 
 use crate::{
     controls::Controls,

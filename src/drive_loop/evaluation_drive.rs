@@ -1,5 +1,5 @@
-//! One whole drive, judged. In: a scenario with a simulated driver. Out: a [`EvaluationResult`], by the same code as on the fast
-//! ring, of the whole program: physics, pedals, advice, and either engine of traffic.
+//! Evaluates a policy by one whole drive. In: a scenario with a simulated driver. Out: a [`EvaluationResult`], by the same
+//! code as on the fast ring, of the whole program: physics, pedals, advice, and either engine of traffic.
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{

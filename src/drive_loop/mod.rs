@@ -1,5 +1,5 @@
-//! The one loop without a window: simulated drivers at full speed, rehearsals, evaluation drives. In: a scenario, who drives.
-//! Out: ticks, recordings, summaries.
+//! The drive loop without a window: simulated drivers at full speed, rehearsals, evaluation drives. In: a scenario, who
+//! drives. Out: ticks, recordings, summaries.
 //!
 //! * [`drive`]: the loop's body, the same with and without a window. [`offline`]: a drive by a simulated driver.
 //! * [`rehearsal`]: a study with simulated participants; [`baselines`]: trials once more without advice.

@@ -1,11 +1,11 @@
-//! What a recording says of its circumstances. In: the world, who drives, the graphics device. Out: a [`Manifest`].
+//! Fills a recording's manifest. In: the world, who drives, the graphics device. Out: a [`Manifest`].
 
 use crate::{
     hud::Speedometer,
     policy,
     record::{
         Manifest, RecordError, Recorder, inputs,
-        manifest::{DialScale, HashedFile},
+        manifest::{DialScale, NamedHash},
     },
     sim::World,
 };
@@ -20,8 +20,8 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
         traffic: world.traffic_engine(),
         seed: scenario.seed,
-        map: HashedFile::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
-        policy: HashedFile::of(inputs::last(policy), policy::file_of(policy).as_deref()),
+        map: NamedHash::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
+        policy: NamedHash::of(inputs::last(policy), policy::file_of(policy).as_deref()),
         policy_asked: world.policy().why.clone(),
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
         driver,

@@ -1,6 +1,6 @@
-//! A study without people: simulated participants go through the whole plan at full speed, questions included. In: a
-//! study, a data set. Out: the same files as from people. Native traffic goes in parallel over participants; SUMO runs
-//! once a process, so there participants come one after the other.
+//! Rehearsal of a study: simulated participants go through the whole plan at full speed, questions included. In: a study, a
+//! data set. Out: the same files as from people. Native traffic goes in parallel over participants; SUMO runs once a
+//! process, so there participants come one after the other.
 
 use super::{RunError, offline::OfflineDrive, recording_manifest};
 use crate::{

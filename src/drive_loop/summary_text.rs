@@ -1,4 +1,4 @@
-//! A drive in words, for a terminal. In: a [`Summary`]. Out: lines.
+//! A drive's summary as text, for a terminal. In: a [`Summary`]. Out: lines.
 
 use crate::{scenario::Scenario, sim::Summary, units::SpeedUnit};
 

@@ -1,7 +1,7 @@
-//! A driver as a person names one: on the command line, in a scenario, in tables. In: text. Out: a [`NamedDriver`], which
+//! Drivers by name or by numbers: on the command line, in a scenario, in tables. In: text. Out: a [`NamedDriver`], which
 //! whole drives and the fast ring take alike, so that a name means the same everywhere.
 
-use super::{DriverError, DriverParams, preset};
+use super::{DriverError, DriverParams, params::NUMBERS, preset};
 use std::fmt::Write;
 
 /// A driver and what he is called.
@@ -12,9 +12,6 @@ pub struct NamedDriver {
     /// All of him.
     pub params: DriverParams,
 }
-
-/// Numbers that the text may give, as `key=value`; what is not given is 0.
-const NUMBERS: [&str; 4] = ["reaction", "error", "speed_bias", "deadband"];
 
 /// The driver that a text names: a preset ([`preset`]), or one in numbers such as `reaction=1,error=0.5`: reaction time to
 /// advice (s; to the leader 0.7 of it, as in the presets), tracking error, constant deviation and deadband (m/s).
@@ -39,7 +36,7 @@ pub fn named(text: &str) -> Result<NamedDriver, DriverError> {
             // The second words are those of recordings and scripts up to 2026.
             "speed_bias" | "trait" => params.speed_bias_mps = number,
             "deadband" | "slack" => params.deadband_mps = number,
-            _ => return Err(unknown()),
+            _ => return Err(DriverError::UnknownNumber { key: key.into() }),
         }
     }
     params.check()?;
@@ -106,6 +103,9 @@ mod tests {
         assert!(told("folow").contains("exact, guarded") && told("folow").contains("reaction=1,error=0.5"));
         assert_eq!(told("error=9"), "driver: error_mps = 9 is not allowed\n  remedy: give a number from 0 to 5");
         assert!(told("error=x").contains("error is \"x\""), "{}", told("error=x"));
-        assert!(told("eror=1").contains("\"eror=1\"") && told("error=1,follow").contains("\"follow\""));
+        assert!(
+            told("eror=1").starts_with("a driver has no number \"eror\" (did you mean error?)\n  remedy: give some of")
+        );
+        assert!(told("error=1,follow").contains("\"follow\""));
     }
 }

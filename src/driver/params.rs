@@ -1,6 +1,6 @@
-//! Who drives. In: a preset's name or a scenario file. Out: [`DriverParams`]. SI units.
+//! Parameters of simulated drivers. In: a preset's name or a scenario file. Out: [`DriverParams`]. SI units.
 
-use crate::{idm::IdmParams, toml_text::nearest};
+use crate::{idm::IdmParams, toml_text::did_you_mean};
 use serde::{Deserialize, Serialize};
 
 /// Why there is no such driver.
@@ -9,12 +9,18 @@ pub enum DriverError {
     /// No preset has this name.
     #[error(
         "no driver is called {name:?}{}\n  remedy: use one of {}, or numbers: reaction=1,error=0.5,speed_bias=0,deadband=0",
-        nearest(name, &all_presets()).map_or(String::new(), |near| format!("; did you mean {near}?")),
+        did_you_mean(name, &all_presets()),
         all_presets().join(", ")
     )]
     Unknown {
         /// What was asked for.
         name: String,
+    },
+    /// No number of a driver has this name.
+    #[error("a driver has no number {key:?}{}\n  remedy: give some of {}", did_you_mean(key, &NUMBERS), NUMBERS.join(", "))]
+    UnknownNumber {
+        /// What was given for its name.
+        key: String,
     },
     /// A number of the driver is none.
     #[error("driver: {key} is {value:?}\n  remedy: give a number, such as {key}=0.5")]
@@ -38,6 +44,8 @@ pub enum DriverError {
     },
 }
 
+/// Numbers that a driver may be given in, as `key=value`; what is not given is 0.
+pub(super) const NUMBERS: [&str; 4] = ["reaction", "error", "speed_bias", "deadband"];
 /// Names of the presets that drive as people do.
 pub const PRESETS: [&str; 4] = ["follow", "perfect", "idm", "sloppy"];
 /// Names of the presets that follow advice to the letter, as a machine would.
@@ -88,7 +96,7 @@ pub struct DriverParams {
     /// Largest lateral acceleration in a bend, m/s2
     #[serde(alias = "bend_mps2")]
     pub lateral_accel_mps2: f64,
-    /// Content with any speed this close to the target, m/s
+    /// Half width of the band around the target in which the speed is not corrected, m/s
     #[serde(alias = "slack_mps")]
     pub deadband_mps: f64,
     /// What he does about the leader while there is advice

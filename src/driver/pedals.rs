@@ -1,5 +1,5 @@
-//! One foot, two pedals. In: the acceleration wanted. Out: throttle and brake, never both. The foot rests on a pedal until
-//! the other one is clearly needed, takes its time to get there, and presses no faster than feet do.
+//! The foot of a simulated driver on two pedals. In: the acceleration wanted. Out: throttle and brake, never both. The foot
+//! rests on a pedal until the other one is clearly needed, takes its time to get there, and presses no faster than feet do.
 
 use super::DriverParams;
 use crate::{ego::CarParams, time::TICK_S};

@@ -1,6 +1,7 @@
-//! Seeing late, and wandering. In: what there is to see now. Out: what the driver acts upon: the advice as it was a
-//! reaction time ago, and the leader as he must be by now, going by how he moved a reaction time ago (the anticipation
-//! of Treiber, Kesting, Helbing 2006, "Delays, inaccuracies and anticipation in microscopic traffic models").
+//! Delayed perception and tracking error of a simulated driver. In: what there is to see now. Out: what the driver acts
+//! upon: the advice as it was a reaction time ago, and the leader as he must be by now, going by how he moved a reaction
+//! time ago (the anticipation of Treiber, Kesting, Helbing 2006, "Delays, inaccuracies and anticipation in microscopic
+//! traffic models").
 
 use super::{Perception, SeenLeader};
 use crate::{
@@ -81,7 +82,7 @@ impl DelayedPerception {
     }
 }
 
-/// An Ornstein-Uhlenbeck process, smoothed over a fifth of its time: a wander with a standard deviation and a time
+/// An Ornstein-Uhlenbeck process, smoothed over a fifth of its time: an error with a standard deviation and a time
 /// constant. Unsmoothed it would ask for jumps of acceleration, and the foot would dance from pedal to pedal.
 #[derive(Clone, Debug)]
 pub(super) struct OrnsteinUhlenbeck {
@@ -116,7 +117,7 @@ mod tests {
     use crate::rng;
 
     #[test]
-    fn a_wander_has_its_deviation_and_its_time() {
+    fn a_tracking_error_has_its_deviation_and_its_time() {
         let mut wander = OrnsteinUhlenbeck::new(0.3, 5.0, rng::stream(1, "wander"));
         let values: Vec<f64> = (0..2_000_000).map(|_| wander.next()).collect();
         let moment = |lag: usize| {

@@ -1,5 +1,6 @@
-//! Steering. In: the lane ahead as the car sees it. Out: the angle of the steering wheel. Pure pursuit (Coulter 1992): the
-//! rear axle is led on an arc through a point of the lane ahead; arms that lag and cannot turn faster than arms do.
+//! Steering of a simulated driver. In: the lane ahead as the car sees it. Out: the angle of the steering wheel. Pure pursuit
+//! (Coulter 1992): the rear axle is led on an arc through a point of the lane ahead; arms that lag and cannot turn faster
+//! than arms do.
 
 use super::{DriverParams, LaneView};
 use crate::{

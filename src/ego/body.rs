@@ -1,6 +1,6 @@
-//! The car among things, in rapier. In: obstacles' poses, forces of tyres and air. Out: pose and velocity of the body,
-//! wheel rays, contacts. `f32` in a frame whose origin follows the car in whole metres, so that a millimetre keeps its
-//! meaning anywhere in the world.
+//! The ego's rigid body and the bodies of other cars, in rapier. In: obstacles' poses, forces of tyres and air. Out: pose
+//! and velocity of the body, wheel rays, contacts. `f32` in a frame whose origin follows the car in whole metres, so that a
+//! millimetre keeps its meaning anywhere in the world.
 //!
 //! rapier's ray-cast vehicle carries the body on its springs; its wheel friction stays off because it creeps sideways at
 //! a standstill (it removes a fifth of the slip in a step and knows no grip at rest): `tyre` takes its place.

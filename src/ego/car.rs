@@ -1,4 +1,5 @@
-//! The order of one tick. In: controls, ground, obstacles. Out: [`EgoState`], contacts, and a prediction for the traffic.
+//! The ego: the order of computation of one tick. In: controls, ground, obstacles. Out: [`EgoState`], contacts, and a
+//! prediction for the traffic.
 
 use super::{
     Contact, EgoError, EgoState, GroundModel, GroundSurface, Obstacle, WheelPose,

@@ -1,6 +1,6 @@
-//! The numbers of the car: a mid-size saloon with a petrol engine and a six-speed automatic gearbox. In: a scenario
-//! file, or nothing. Out: [`CarParams`], checked. SI units, ratios and shares without unit; engine speeds in 1/min
-//! because every data sheet has them so.
+//! The ego's parameters: a mid-size saloon with a petrol engine and a six-speed automatic gearbox. In: a scenario file, or
+//! nothing. Out: [`CarParams`], checked. SI units, ratios and shares without unit; engine speeds in 1/min because every data
+//! sheet has them so.
 
 use serde::{Deserialize, Serialize};
 

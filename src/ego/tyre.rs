@@ -1,4 +1,4 @@
-//! One tyre. In: load, sliding speed of the contact patch, drive and brake force. Out: the force of the road in the
+//! The tyre model. In: load, sliding speed of the contact patch, drive and brake force. Out: the force of the road in the
 //! wheel's frame (x along the wheel, y to its left). N, m, m/s.
 //!
 //! A tyre is a bristle between rim and road. Sideways it is Pacejka's single-contact-point model (*Tire and Vehicle

@@ -10,7 +10,7 @@ mod speedometer;
 
 pub use number::NumberFilter;
 pub use palette::{Palette, Rgb};
-pub use scale::{DialScale, expected_top_mps};
+pub use scale::{SpeedometerScale, expected_top_mps};
 pub use speedometer::Speedometer;
 
 use crate::units::SpeedUnit;
@@ -75,7 +75,7 @@ impl DialView {
         speed_mps: f64,
         advice: Option<(f64, f64, f64)>,
         unit: SpeedUnit,
-        scale: DialScale,
+        scale: SpeedometerScale,
         reverse: bool,
     ) -> Self {
         let speed = unit.from_mps(speed_mps.abs());
@@ -123,9 +123,9 @@ impl DialView {
     }
 
     /// The scale for a scenario in which speeds up to `max_expected_mps` are to be expected, chosen once for all of it
-    /// (see [`DialScale::fitting`], [`expected_top_mps`]).
-    pub fn scale_for(max_expected_mps: f64, unit: SpeedUnit) -> DialScale {
-        DialScale::fitting(max_expected_mps, unit)
+    /// (see [`SpeedometerScale::fitting`], [`expected_top_mps`]).
+    pub fn scale_for(max_expected_mps: f64, unit: SpeedUnit) -> SpeedometerScale {
+        SpeedometerScale::fitting(max_expected_mps, unit)
     }
 
     /// Where a speed stands on the dial: radians clockwise from 12 o'clock, linear in speed, held at both ends of the

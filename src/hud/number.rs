@@ -1,4 +1,5 @@
-//! The number in the centre, kept from flickering. In: the speed each frame, in the dial's unit. Out: a whole number.
+//! The number in the centre of the speedometer, without flicker. In: the speed each frame, in the dial's unit. Out: a whole
+//! number.
 
 /// How far beyond the point of rounding the speed must go before the number changes, in the dial's unit: a foot that
 /// holds 9.5 mph to a tenth shows one number.

@@ -1,4 +1,4 @@
-//! The colours of the speedometer, all in one place. sRGB, 0 to 255, as they stand in the final picture.
+//! The colours of the speedometer. sRGB, 0 to 255, as they stand in the final picture.
 
 /// Red, green, blue; sRGB.
 pub type Rgb = [u8; 3];

@@ -5,7 +5,7 @@ use crate::units::SpeedUnit;
 
 /// Full scale and ticks, in the dial's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DialScale {
+pub struct SpeedometerScale {
     /// Full scale, a multiple of `major_step`.
     pub full: f64,
     /// Distance between numbered ticks.
@@ -36,7 +36,7 @@ const SCALES: [(f64, f64, u32); 15] = [
     (240.0, 20.0, 4),
 ];
 
-impl DialScale {
+impl SpeedometerScale {
     /// The smallest scale with 15 % of room above `max_expected_mps`; 240 if none has. A driver who goes beyond full
     /// scale finds the needle at its stop, the number goes on.
     pub fn fitting(max_expected_mps: f64, unit: SpeedUnit) -> Self {
@@ -67,10 +67,10 @@ mod tests {
         let paper = expected_top_mps(4.362, 4.9, 30.0);
         let successor = expected_top_mps(8.956, 10.0, 17.88);
         assert!((paper - 9.6).abs() < 0.01, "{paper}");
-        assert_eq!(DialScale::fitting(paper, SpeedUnit::Mph).full, 25.0);
-        assert_eq!(DialScale::fitting(paper, SpeedUnit::Kmh).full, 40.0);
-        assert_eq!(DialScale::fitting(successor, SpeedUnit::Mph).full, 50.0);
-        assert_eq!(DialScale::fitting(successor, SpeedUnit::Kmh).full, 80.0);
+        assert_eq!(SpeedometerScale::fitting(paper, SpeedUnit::Mph).full, 25.0);
+        assert_eq!(SpeedometerScale::fitting(paper, SpeedUnit::Kmh).full, 40.0);
+        assert_eq!(SpeedometerScale::fitting(successor, SpeedUnit::Mph).full, 50.0);
+        assert_eq!(SpeedometerScale::fitting(successor, SpeedUnit::Kmh).full, 80.0);
     }
 
     #[test]
@@ -78,7 +78,7 @@ mod tests {
         for tenth in 1..700 {
             let top_mps = f64::from(tenth) * 0.1;
             for unit in [SpeedUnit::Mph, SpeedUnit::Kmh] {
-                let scale = DialScale::fitting(top_mps, unit);
+                let scale = SpeedometerScale::fitting(top_mps, unit);
                 let steps = scale.full / scale.major_step;
                 assert_eq!(steps, steps.round());
                 assert!((3.0..=12.0).contains(&steps), "{steps} steps at {top_mps} m/s");

@@ -1,7 +1,7 @@
 //! From the world to the speedometer: the scale of the scenario, the steadied number. In: a snapshot a frame. Out: a
 //! [`DialView`].
 
-use super::{DialScale, DialView, NumberFilter};
+use super::{DialView, NumberFilter, SpeedometerScale};
 use crate::{
     hud,
     sim::{Snapshot, World},
@@ -12,7 +12,7 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct Speedometer {
     unit: SpeedUnit,
-    scale: DialScale,
+    scale: SpeedometerScale,
     filter: NumberFilter,
 }
 
@@ -23,10 +23,10 @@ impl Speedometer {
     }
 
     /// The scale that the scenario names, or one that suits the drive.
-    pub fn scale(world: &World) -> DialScale {
+    pub fn scale(world: &World) -> SpeedometerScale {
         let (scenario, expected) = (world.scenario(), world.expected_speeds());
         if scenario.display.dial_full > 0.0 {
-            return DialScale::up_to(scenario.display.dial_full);
+            return SpeedometerScale::up_to(scenario.display.dial_full);
         }
         let top_mps = hud::expected_top_mps(expected.equilibrium_mps, expected.advised_mps, expected.limit_mps);
         DialView::scale_for(top_mps, scenario.display.units)

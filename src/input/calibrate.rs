@@ -1,5 +1,6 @@
-//! Learning a wheel by asking. In: raw values of its axes with their times, seconds. Out: what to ask next, bars of all
-//! axes, and in the end a [`WheelProfile`]. Every answer is given with wheel and pedals alone: turn or press, hold for a moment.
+//! Calibration of a steering wheel by questions. In: raw values of its axes with their times, seconds. Out: what to ask
+//! next, bars of all axes, and in the end a [`WheelProfile`]. Every answer is given with wheel and pedals alone: turn or
+//! press, hold for a moment.
 
 use super::{
     profile::{Pedal, ProfileError, Steering, WheelProfile},

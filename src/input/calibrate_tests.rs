@@ -1,4 +1,4 @@
-//! Learning wheels: whole calibrations, what moves at the wrong moment, noise, and the bars.
+//! Calibrations: whole ones, movements at the wrong moment, noise, and the bars.
 
 use super::*;
 

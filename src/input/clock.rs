@@ -1,4 +1,4 @@
-//! The clock of input. In: the kernel's times of events. Out: times on the monotonic clock, which all threads and the
+//! Time stamps of input. In: the kernel's times of events. Out: times on the monotonic clock, which all threads and the
 //! kernel share, so that their differences are latencies.
 
 use std::time::Duration;

@@ -1,5 +1,5 @@
-//! What the steering wheel pushes back, as numbers. In: the wheel's angle, what the car feels ([`ForceInput`]), settings of the
-//! profile. Out: a torque, N m, positive to the left, and the level that the kernel takes for it.
+//! The force-feedback model. In: the wheel's angle, what the car feels ([`ForceInput`]), settings of the profile. Out: a
+//! torque, N m, positive to the left, and the level that the kernel takes for it.
 //!
 //! The model: the car's self-aligning torque, dry friction (more while the tyres stand), damping, centring by setting,
 //! shaking on grass, soft ends; capped, and faded in and out. Its filters delay by [`SMOOTH_S`] at most.

@@ -1,4 +1,4 @@
-//! The model of the force: signs, cap, continuity, watchdog, and a wheel of iron turned by it.
+//! The force-feedback model: signs, cap, continuity, watchdog, and a simulated wheel turned by it.
 
 use super::*;
 use crate::{

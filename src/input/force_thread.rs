@@ -1,5 +1,5 @@
-//! The thread that keeps the wheel's force. In: what the loop last said of the car, the wheel's angle from the reading
-//! thread. Out: levels for the device, only when they change. If the loop stalls, pauses or ends, the force is gone
+//! The thread that sends force feedback to the wheel. In: what the loop last said of the car, the wheel's angle from the
+//! reading thread. Out: levels for the device, only when they change. If the loop stalls, pauses or ends, the force is gone
 //! within 100 ms; if the program is killed, the kernel takes the effect from the device with the file that it belongs to
 //! (tested in a real kernel by `scripts/wheel-vm`).
 

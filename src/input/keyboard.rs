@@ -1,6 +1,6 @@
-//! Driving with keys. In: which keys are down, the speed, the lane. Out: smooth [`Controls`] a tick. A key is a switch and
-//! a pedal is not, so pedals and wheel move at the speed of a foot and a hand, and the wheel turns less the faster the
-//! car goes.
+//! Driving with the keyboard. In: which keys are down, the speed, the lane. Out: smooth [`Controls`] a tick. A key is a
+//! switch and a pedal is not, so pedals and wheel move at the speed of a foot and a hand, and the wheel turns less the
+//! faster the car goes.
 
 use crate::{
     controls::{Controls, LaneHint, STEERING_LOCK_RAD, STEERING_RATIO, Selector},

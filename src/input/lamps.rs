@@ -1,5 +1,5 @@
-//! Rev lamps on a wheel's rim, which the mainline driver (hid-lg4ff) shows as LED devices `...::RPM1` to `...::RPM5`. In: how
-//! the speed stands to the advice. Out: bytes to `brightness` files, only when they change, and dark at the end.
+//! Rev lamps on a wheel's rim, which the mainline driver (hid-lg4ff) shows as LED devices `...::RPM1` to `...::RPM5`. In:
+//! how the speed stands to the advice. Out: bytes to `brightness` files, only when they change, and dark at the end.
 
 use std::{
     fs, io,

@@ -1,6 +1,6 @@
-//! Wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: the reader's [`WheelPort`], and a
-//! [`ForceDevice`]. Devices are recognised by sysfs, so that keyboards and mice are never opened; events carry the
-//! kernel's monotonic time.
+//! Steering wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: the reader's [`WheelPort`], and a
+//! [`ForceDevice`]. Devices are recognised by sysfs, so that keyboards and mice are never opened; events carry the kernel's
+//! monotonic time.
 
 use super::{
     clock::TimeStamp,

@@ -1,4 +1,4 @@
-//! What is read of a wheel, without one: events of the kernel as values of evdev's own type, sysfs as a folder.
+//! Reading of wheels without a wheel: the kernel's events as values of evdev's own type, sysfs as a folder.
 
 use super::*;
 

@@ -1,6 +1,7 @@
-//! Devices. In: keys (told by the windows), wheels (read by evdev on Linux), pads (read by gilrs, which also reads the wheels of
-//! other systems, whose force goes through SDL2). Out: [`Controls`], actions of buttons, time of the newest input; and the force of the wheel. Nothing
-//! acts before it is known: a pedal that has not been read counts as released. The device touched last drives.
+//! The participant's input devices. In: keys (told by the windows), wheels (read by evdev on Linux), pads (read by gilrs,
+//! which also reads the wheels of other systems, whose force goes through SDL2). Out: [`Controls`], actions of buttons, time
+//! of the newest input; and the force of the wheel. Nothing acts before it is known: a pedal that has not been read counts
+//! as released. The device touched last drives.
 
 pub mod calibrate;
 mod clock;

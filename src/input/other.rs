@@ -44,14 +44,14 @@ pub fn known_wheel(vendor: Option<u16>, product: Option<u16>, name: &str) -> Opt
 
 /// What is known of a wheel so far; an axis without an event is `None` and does nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WheelState {
+pub struct GilrsWheelState {
     steering: Option<f32>,
     accelerator: Option<f32>,
     brake: Option<f32>,
     reverse: bool,
 }
 
-impl WheelState {
+impl GilrsWheelState {
     /// An axis moved to `value`, -1..1.
     pub fn moved(&mut self, axis: WheelAxis, value: f32) {
         match axis {
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn no_pedal_acts_before_its_first_event() {
-        let mut wheel = WheelState::default();
+        let mut wheel = GilrsWheelState::default();
         assert_eq!(wheel.controls(), Controls::default());
         wheel.moved(WheelAxis::Accelerator, -0.992);
         let controls = wheel.controls();
@@ -108,7 +108,7 @@ mod tests {
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "Logitech G29").unwrap();
         assert_eq!(axes[0], (196_608, WheelAxis::Steering));
         assert_eq!(axes[3], (196_613, WheelAxis::Brake));
-        let mut wheel = WheelState::default();
+        let mut wheel = GilrsWheelState::default();
         wheel.moved(WheelAxis::Steering, -1.0);
         assert_eq!(wheel.controls().steering_wheel_rad, STEERING_LOCK_RAD);
     }
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn the_paddle_changes_between_drive_and_reverse() {
-        let mut wheel = WheelState::default();
+        let mut wheel = GilrsWheelState::default();
         wheel.toggle_reverse();
         assert_eq!(wheel.controls().selector, Selector::Reverse);
         wheel.toggle_reverse();

@@ -5,7 +5,7 @@
 use super::{
     force::ForceInput,
     force_thread::{ForceDevice, ForceLoop, ForceThread, SharedAngle},
-    other::{WheelAxis, WheelState, known_wheel},
+    other::{GilrsWheelState, WheelAxis, known_wheel},
     profile::WheelProfile,
     profiles::{self, DeviceKind},
     sdl_force::SdlForce,
@@ -46,7 +46,7 @@ struct PadDevice {
 }
 
 enum PadDeviceKind {
-    Wheel { axes: &'static [(u32, WheelAxis)], state: WheelState },
+    Wheel { axes: &'static [(u32, WheelAxis)], state: GilrsWheelState },
     Pad(PadState),
 }
 
@@ -174,7 +174,7 @@ impl Pads {
             return;
         }
         let kind = match known_wheel(pad.vendor_id(), pad.product_id(), pad.os_name()) {
-            Some(axes) => PadDeviceKind::Wheel { axes, state: WheelState::default() },
+            Some(axes) => PadDeviceKind::Wheel { axes, state: GilrsWheelState::default() },
             None => PadDeviceKind::Pad(PadState::default()),
         };
         let is_wheel = matches!(kind, PadDeviceKind::Wheel { .. });
@@ -308,7 +308,7 @@ mod tests {
     #[test]
     fn a_wheel_of_another_system_drives_by_the_codes_of_its_axes_whatever_gilrs_calls_them() {
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
-        let mut pads = plugged(7, "G29", PadDeviceKind::Wheel { axes, state: WheelState::default() });
+        let mut pads = plugged(7, "G29", PadDeviceKind::Wheel { axes, state: GilrsWheelState::default() });
         for (code, value) in [(0, -1.0), (1, -1.0), (2, -1.0), (5, 1.0), (16, 1.0)] {
             assert!(pads.touch(7, PadEvent::Axis(Axis::Unknown, value, ABS + code)));
         }
@@ -350,7 +350,7 @@ mod tests {
     fn a_wheel_of_another_system_has_force_until_it_is_unplugged() {
         let (log, mut pads) = (Log::default(), Pads::none());
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
-        let kind = PadDeviceKind::Wheel { axes, state: WheelState::default() };
+        let kind = PadDeviceKind::Wheel { axes, state: GilrsWheelState::default() };
         pads.devices.insert(7, PadDevice { name: "G29".into(), kind });
         assert_eq!(pads.torque_nm(), None);
         pads.push(7, Box::new(log.clone()), &profiles::named("g29").unwrap());

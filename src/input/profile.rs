@@ -1,5 +1,6 @@
-//! A wheel in figures. In: a TOML text. Out: a checked [`WheelProfile`]: which axis is which, raw ends, dead zones, curves,
-//! the wheel's turn, buttons, strength of the force. Axis and button numbers are evdev's; raw values are the device's own.
+//! Profile of a steering wheel: axes, buttons, force. In: a TOML text. Out: a checked [`WheelProfile`]: which axis is which,
+//! raw ends, dead zones, curves, the wheel's turn, buttons, strength of the force. Axis and button numbers are evdev's; raw
+//! values are the device's own.
 
 use crate::{
     controls::{STEERING_LOCK_RAD, STEERING_RATIO},

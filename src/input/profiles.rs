@@ -1,10 +1,11 @@
-//! Where profiles come from. In: a device's ids, names given by people. Out: the [`WheelProfile`] for it: the person's own
-//! before a shipped one, and that before a guess.
+//! Finding profiles of steering wheels. In: a device's ids, names given by people. Out: the [`WheelProfile`] for it: the
+//! person's own before a shipped one, and that before a guess.
 
 use super::profile::{AxisRanges, ProfileError, WheelProfile};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     private,
+    toml_text::did_you_mean,
 };
 use std::{
     collections::BTreeMap,
@@ -100,9 +101,9 @@ pub fn named(name: &str) -> Result<WheelProfile, ProfileError> {
         None => {
             let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
             names.extend(own().into_iter().filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())));
-            let names = names.join(", ");
+            let (near, names) = (did_you_mean(name, &names), names.join(", "));
             Err(ProfileError(format!(
-                "there is no wheel profile \"{name}\"; there are {names}\n  remedy: name one of them or a FILE.toml, or \
+                "there is no wheel profile \"{name}\"{near}; there are {names}\n  remedy: name one of them or a FILE.toml, or \
                  make it with codrive calibrate --name {name}"
             )))
         }

@@ -1,4 +1,4 @@
-//! The reading of wheels, apart from the system's own way to them. In: a [`WheelPort`]. Out: [`WheelMessage`] to whoever polls. One
+//! Reading of wheels, independent of the operating system. In: a [`WheelPort`]. Out: [`WheelMessage`] to whoever polls. One
 //! turn finds a wheel or waits a moment for its events; a wheel that fails to be read is lost, and looked for again.
 
 use super::{

@@ -31,7 +31,7 @@ pub enum RigEvent {
 /// The wheel, or the place for one.
 pub struct Rig {
     told: Receiver<WheelMessage>,
-    wheel: Option<OpenWheel>,
+    wheel: Option<ConnectedWheel>,
     /// What holds while there is none: pedals up, the wheel where it was.
     left: Controls,
     newest: Option<TimeStamp>,
@@ -44,7 +44,7 @@ pub struct Rig {
     thread: Option<ReadingThread>,
 }
 
-struct OpenWheel {
+struct ConnectedWheel {
     device: UnprofiledDevice,
     state: WheelState,
     lamps: Lamps,
@@ -140,7 +140,7 @@ impl Rig {
         let force = found.force.map(|device| ForceLoop::new(device, state.profile()));
         let force = force.map(|force| ForceThread::start(force, found.angle));
         let force = force.and_then(|started| started.map_err(|e| log::warn!("no thread for the force: {e}")).ok());
-        self.wheel = Some(OpenWheel { device: found.device, state, lamps: found.lamps, force });
+        self.wheel = Some(ConnectedWheel { device: found.device, state, lamps: found.lamps, force });
     }
 
     /// What the wheel asks of the car; without one the pedals are released and the wheel stands where it was.

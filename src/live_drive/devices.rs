@@ -1,4 +1,4 @@
-//! What the participant's devices do to the drive, and what they are told back. In: the rig's events, the present moment. Out:
+//! Input of the participant's devices to the drive, and feedback to them. In: the rig's events, the present moment. Out:
 //! pauses, marks, wishes of the participant; force, horn and rev lamps.
 
 use super::{LiveDrive, sound};
@@ -133,7 +133,7 @@ impl LiveDrive {
         self.waiting && self.drive.clock.pace() == Pace::Paused
     }
 
-    /// What has happened to the devices since the last call, for the desk to say.
+    /// What has happened to the devices since the last call, for the overlay to show.
     pub fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)
     }

@@ -1,4 +1,4 @@
-//! What is to be seen of a drive. In: snapshots, and how far the frame is between two of them. Out: a [`View`].
+//! The view of a drive: what is drawn of it. In: snapshots, and how far the frame is between two of them. Out: a [`View`].
 
 use super::flash_patch::FlashTrigger;
 use crate::{

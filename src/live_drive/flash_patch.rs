@@ -1,4 +1,4 @@
-//! The square in the corner, as data: when it is to be white. In: the world after each tick and the controls that it used.
+//! The flash patch: when the square in the corner is white. In: the world after each tick and the controls that it used.
 //! Out: whether the next frame's square is white. One frame, so that a photodiode sees an edge for each event.
 
 use crate::{

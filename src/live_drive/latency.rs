@@ -1,5 +1,5 @@
-//! Latencies of the last seconds, live. In: for each frame the times from input to tick, from input to the frame's handing
-//! over, and from frame to frame. Out: medians and 99th percentiles, in words.
+//! Latencies of the last seconds. In: for each frame the times from input to tick, from input to the frame's handing over,
+//! and from frame to frame. Out: medians and 99th percentiles, in words.
 
 use crate::input::TimeStamp;
 use std::{collections::VecDeque, time::Duration};

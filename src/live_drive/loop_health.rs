@@ -1,4 +1,4 @@
-//! How the loop does, for the experimenter's lamps. In: every frame's times. Out: a [`DriveHealth`].
+//! Health of the loop, for the experimenter's lamps. In: every frame's times. Out: a [`DriveHealth`].
 
 use super::LiveDrive;
 use crate::{

@@ -70,7 +70,7 @@ pub struct LiveDrive {
     sound: DriveSound,
     /// True while the drive stands because the wheel was unplugged.
     waiting: bool,
-    /// What the desk has to say.
+    /// Messages for the overlay.
     news: Vec<String>,
     /// In a session buttons only ask: whoever leads it lets time run and holds it. What they asked for.
     led: bool,

@@ -1,5 +1,5 @@
-//! Another drive in the place of one that is shown. In: a scenario. Out: the drive, some frames later, or the one before from
-//! its start and why the other could not begin.
+//! Restart: a new drive in place of the current one. In: a scenario. Out: the drive, some frames later, or the one before
+//! from its start and why the other could not begin.
 
 use super::{
     LiveDrive,

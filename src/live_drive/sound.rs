@@ -1,4 +1,4 @@
-//! A drive as it is heard. In: the world after each tick, pause and horn a frame. Out: what the speaker plays.
+//! Sound of a live drive. In: the world after each tick, pause and horn a frame. Out: what the speaker plays.
 
 use crate::{
     audio::{Listener, SoundScene, Speaker},
@@ -10,7 +10,7 @@ use crate::{
 /// Name of the event that a recording has where a hand came to the horn or went, with "on" or "off".
 pub const HORN: &str = "horn";
 
-/// Ears of a drive and, in a window, its speaker.
+/// What is audible of a drive and, in a window, its speaker.
 pub struct DriveSound {
     listener: Listener,
     speaker: Option<Speaker>,

@@ -1,6 +1,6 @@
-//! A drive that begins beside the loop. In: a scenario. Out: the drive and what stands still in it, once they are there.
-//! Connecting to SUMO, checking a foreign network, the warm-up and the trees may take seconds, and a window hears its keys
-//! meanwhile.
+//! Starting a drive on a thread of its own while the loop runs. In: a scenario. Out: the drive and what stands still in it,
+//! once they are there. Connecting to SUMO, checking a foreign network, the warm-up and the trees may take seconds, and a
+//! window hears its keys meanwhile.
 
 use crate::{
     drive_loop::{Drive, RunError},

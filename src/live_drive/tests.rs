@@ -1,4 +1,4 @@
-//! A drive with a wheel, without window or GPU: what reaches recording, lamps, corner and page.
+//! A drive with a wheel, without window or GPU: what reaches recording, lamps, flash patch and end card.
 
 use super::{loop_health::LoopHealth, *};
 use crate::{

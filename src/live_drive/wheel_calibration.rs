@@ -1,4 +1,4 @@
-//! The calibration page at work. In: its commands. Out: what it shows of the participant's wheel, and a profile on disk.
+//! State of the calibration page. In: its commands. Out: what it shows of the participant's wheel, and a profile on disk.
 
 use super::LiveDrive;
 use crate::{

@@ -1,5 +1,5 @@
-//! The maps that are here. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a folder
-//! `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
+//! The maps that exist on this machine. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a
+//! folder `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
 
 use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, net_xml::RoadNetwork};
 use crate::{
@@ -111,7 +111,8 @@ impl RoadMap {
         if !is_path && !folder.join("net.xml").exists() {
             let maps = list();
             let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
-            return Err(MapError::UnknownMap { name: name_or_path.into(), known: super::listed(&known) });
+            let near = toml_text::did_you_mean(name_or_path, &known);
+            return Err(MapError::UnknownMap { name: name_or_path.into(), near, known: super::listed(&known) });
         }
         match folder.parent() {
             _ if folder.is_dir() => Self::load_folder(&folder),

@@ -1,5 +1,6 @@
 //! What can be wrong with a map, each with file, line, value and remedy.
 
+use crate::toml_text::did_you_mean_file;
 use std::path::PathBuf;
 
 /// Why a map cannot be read or written.
@@ -9,7 +10,7 @@ pub enum MapError {
     #[error("there is no home folder to keep the map in\n  remedy: set HOME or XDG_DATA_HOME")]
     NoHome,
     /// The file or folder is not there.
-    #[error("{}: there is no such file\n  remedy: name a map of `codrive map list`, or the path of a SUMO net.xml", file.display())]
+    #[error("{}: there is no such file{}\n  remedy: name a map of `codrive map list`, or the path of a SUMO net.xml", file.display(), did_you_mean_file(file))]
     Missing {
         /// What was looked for.
         file: PathBuf,
@@ -81,7 +82,7 @@ pub enum MapError {
         detail: String,
     },
     /// The route of `map.toml` names an edge that the network does not have, or names one twice.
-    #[error("{}: route: edge \"{edge}\" {problem}; edges of this network: {known}", file.display())]
+    #[error("{}: route: edge \"{edge}\" {problem}{near}; edges of this network: {known}", file.display())]
     RouteEdge {
         /// The network's file.
         file: PathBuf,
@@ -89,16 +90,20 @@ pub enum MapError {
         edge: String,
         /// What is wrong with it.
         problem: &'static str,
+        /// The nearest edge that exists, as a question; empty where none is near.
+        near: String,
         /// The edges that exist.
         known: String,
     },
     /// No map of this name.
     #[error(
-        "there is no map \"{name}\"; maps here: {known}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
+        "there is no map \"{name}\"{near}; maps here: {known}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
     )]
     UnknownMap {
         /// What was asked for.
         name: String,
+        /// The nearest name that exists, as a question; empty where none is near.
+        near: String,
         /// The names that exist.
         known: String,
     },

@@ -1,4 +1,4 @@
-//! New maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a
+//! Importing maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a
 //! folder in `maps/` that is known to load. Conversion is SUMO's own netconvert, run as a program.
 
 use super::{

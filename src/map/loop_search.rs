@@ -6,6 +6,7 @@ use super::{
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
     net_xml::RoadNetwork,
 };
+use crate::toml_text::did_you_mean;
 use glam::DVec2;
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -252,7 +253,9 @@ fn along(file: &Path, net: &RoadNetwork, edges: &[String]) -> Result<Vec<usize>,
     for id in edges {
         let bad = |problem| {
             let known: Vec<&str> = net.edges.iter().filter(|e| !e.internal).map(|e| e.id.as_str()).collect();
-            MapError::RouteEdge { file: file.into(), edge: id.clone(), problem, known: super::listed(&known) }
+            let is_there = known.contains(&id.as_str());
+            let near = if is_there { String::new() } else { did_you_mean(id, &known) };
+            MapError::RouteEdge { file: file.into(), edge: id.clone(), problem, near, known: super::listed(&known) }
         };
         if !named.insert(id) {
             return Err(bad("is named twice"));

@@ -20,7 +20,7 @@ const DEFAULT_WIDTH_M: f64 = 3.2;
 /// A network: lanes are named by their index in `lanes`, edges by theirs in `edges`.
 #[derive(Debug)]
 pub(super) struct RoadNetwork {
-    pub edges: Vec<RoadEdge>,
+    pub edges: Vec<NetworkEdge>,
     pub lanes: Vec<NetLane>,
     pub links: Vec<Connection>,
     /// Indices of the links from each lane, in the order of the file.
@@ -28,7 +28,7 @@ pub(super) struct RoadNetwork {
 }
 
 #[derive(Debug)]
-pub(super) struct RoadEdge {
+pub(super) struct NetworkEdge {
     pub id: String,
     /// Inside of a junction.
     pub internal: bool,
@@ -93,7 +93,7 @@ impl RoadNetwork {
                 net.lanes.push(lane);
             }
             edge_of_id.insert(id, Some(net.edges.len()));
-            net.edges.push(RoadEdge { id: id.to_owned(), internal, to_junction, lanes: first..net.lanes.len() });
+            net.edges.push(NetworkEdge { id: id.to_owned(), internal, to_junction, lanes: first..net.lanes.len() });
         }
         let lane_of_id: BTreeMap<&str, usize> =
             net.lanes.iter().enumerate().map(|(index, lane)| (lane.lane.id.as_str(), index)).collect();
@@ -208,7 +208,7 @@ impl<'input> NetReader<'_, 'input> {
         edge_attribute: &str,
         lane_attribute: &str,
         edge_of_id: &BTreeMap<&str, Option<usize>>,
-        edges: &[RoadEdge],
+        edges: &[NetworkEdge],
     ) -> Result<Option<usize>, MapError> {
         let Some(edge) = edge_of_id.get(self.text(node, edge_attribute)?) else {
             return Err(self.value(node, edge_attribute, "the id of an edge of this network"));

@@ -27,20 +27,18 @@ pub struct Advisor {
     standing: Option<Advice>,
 }
 
+/// What is to be said of a hold that a policy was not trained for; it sees the nearest that it was.
+pub fn untrained_hold(policy: &dyn Policy, hold_s: f64) -> Option<String> {
+    let [low, high] = policy.trained_holds_s()?;
+    let is_trained = (low - 1e-9..=high + 1e-9).contains(&hold_s);
+    (!is_trained)
+        .then(|| format!("the policy was trained for holds of {low} to {high} s and is asked to hold for {hold_s} s"))
+}
+
 impl Advisor {
     /// An advisor that asks `policy` (`None` never advises) every `hold_steps` steps of `step_s` seconds and allows
     /// `range_mps` on either side of the target.
     pub fn new(policy: Option<Box<dyn Policy>>, step_s: f64, hold_steps: u32, range_mps: f64) -> Self {
-        let hold_s = f64::from(hold_steps.max(1)) * step_s;
-        if let Some([low, high]) = policy.as_ref().and_then(|p| p.trained_holds_s())
-            && !(low - 1e-9..=high + 1e-9).contains(&hold_s)
-        {
-            // Once: an evaluation has hundreds of advisors.
-            static SAID: std::sync::Once = std::sync::Once::new();
-            SAID.call_once(|| {
-                log::warn!("the policy was trained for holds of {low} to {high} s and is asked to hold for {hold_s} s")
-            });
-        }
         let mean_speed = MeanSpeed::default();
         Self { policy, step_s, hold_steps: hold_steps.max(1), range_mps, steps: 0, mean_speed, standing: None }
     }
@@ -63,7 +61,7 @@ impl Advisor {
             static SAID: std::sync::Once = std::sync::Once::new();
             SAID.call_once(|| {
                 let (length_m, cars) = (observation.circumference_m, observation.vehicles);
-                log::warn!("the policy stays silent on {length_m:.0} m with {cars} cars: advice would slow them")
+                log::warn!("the policy withholds advice on {length_m:.0} m with {cars} cars: advice would slow them")
             });
             self.standing = None;
             return None;
@@ -208,7 +206,7 @@ mod tests {
     fn a_misspelt_policy_is_answered_with_the_names_that_exist() {
         let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
-        let begins = "policy `folower-stopper` is unknown; known are auto, none, constant, two-phase, follower-stopper, pi, ring-250-";
+        let begins = "policy `folower-stopper` is unknown (did you mean follower-stopper?); known are auto, none, constant, two-phase, follower-stopper, pi, ring-250-";
         assert!(error.starts_with(begins) && error.contains("ring-250-speed, "), "{error}");
         assert!(error.ends_with("or the FILE.toml or FILE.onnx of a trained one"), "{error}");
     }

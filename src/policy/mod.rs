@@ -14,7 +14,7 @@ mod open_loop;
 mod pi_saturation;
 
 pub use follower_stopper::FollowerStopper;
-pub use hold::{Advisor, shown_mps};
+pub use hold::{Advisor, shown_mps, untrained_hold};
 pub use network::{FORMAT, Network, NetworkLayer, NetworkOutput, PolicyFileError, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
@@ -25,6 +25,7 @@ use crate::{
     data_folders,
     map::{self, RoadMap},
     time::Tick,
+    toml_text::did_you_mean,
 };
 use std::path::{Path, PathBuf};
 
@@ -138,8 +139,8 @@ pub const NAMES: [&str; 5] = ["none", "constant", "two-phase", "follower-stopper
 pub enum PolicyError {
     /// No policy has this name.
     #[error(
-        "policy `{name}` is unknown; known are {AUTO}, {}, {}, or the FILE.toml or FILE.onnx of a trained one",
-        NAMES.join(", "), shipped().join(", ")
+        "policy `{name}` is unknown{}; known are {}, or the FILE.toml or FILE.onnx of a trained one",
+        did_you_mean(name, &all_names()), all_names().join(", ")
     )]
     Unknown {
         /// The name as given.
@@ -160,6 +161,11 @@ pub fn shipped() -> Vec<String> {
     let mut names: Vec<String> = whole.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     names
+}
+
+/// All names: of [`AUTO`], of [`NAMES`], and of the shipped ones.
+fn all_names() -> Vec<String> {
+    std::iter::once(AUTO).chain(NAMES).map(str::to_owned).chain(shipped()).collect()
 }
 
 /// Where the shipped policies lie, below the project's root.

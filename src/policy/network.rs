@@ -44,7 +44,7 @@ pub struct Network {
     /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound. Limits beyond it are
     /// drawn in ([`bounded`]).
     pub speed_change_mps: f64,
-    /// Road for each car, metres, below which it stays silent; 0 is nowhere.
+    /// Road for each car, metres, below which it withholds advice; 0 is nowhere.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub least_spacing_m: f64,
     /// Number of levels; 0 is continuous.
@@ -80,8 +80,10 @@ impl Network {
     /// # Errors
     /// It cannot be read, is no policy file, its layers do not fit together, or a number is not finite.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
-        let text = read_text(path, MOST_BYTES)
-            .map_err(|e| PolicyFileError { path: path.display().to_string(), fault: format!("cannot be read: {e}") })?;
+        let text = read_text(path, MOST_BYTES).map_err(|e| PolicyFileError {
+            path: path.display().to_string(),
+            fault: format!("cannot be read: {e}{}", crate::toml_text::did_you_mean_file(path)),
+        })?;
         Self::from_toml(&text).map_err(|fault| PolicyFileError { path: path.display().to_string(), fault })
     }
 

@@ -108,7 +108,7 @@ impl NetworkInput {
     }
 }
 
-/// True on a closed route with less than `least_spacing_m` of road for each car, where a policy stays silent.
+/// True on a closed route with less than `least_spacing_m` of road for each car, where a policy withholds advice.
 pub fn is_too_dense(observation: &Observation, least_spacing_m: f64) -> bool {
     // A ring drawn just as long has been rounded since: a millimetre does not matter.
     Feature::Spacing.of(observation) < least_spacing_m - 1e-3

@@ -1,4 +1,4 @@
-//! Policies that look at nothing but the time: one speed, or a slow phase first. In: seconds since the start. Out: a speed.
+//! Open-loop policies: one speed, or a slow phase first. In: seconds since the start. Out: a speed.
 
 use super::{Action, Observation, Policy};
 

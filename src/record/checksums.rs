@@ -1,5 +1,5 @@
-//! Fingerprints of a recording that has ended, so that a later change of any file is found and named. In: the rows and files as
-//! they are written. Out: `checksums.json`; and what differs from it.
+//! A recording's checksums, by which a later change of any file is found and named. In: the rows and files as they are
+//! written. Out: `checksums.json`; and what differs from it.
 
 use super::{
     Manifest, RecordError, Table, files, inputs,

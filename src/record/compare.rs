@@ -1,6 +1,6 @@
-//! A recording beside the same drive once more. In: the tables of a recording, and the world that is driven again with the
-//! recorded controls. Out: the first cell that differs in any bit, and how many do. Rows are read batch by batch: a drive of
-//! days takes no more memory than one of minutes.
+//! Comparison of a recording with the same drive, driven again. In: the tables of a recording, and the world that is driven
+//! again with the recorded controls. Out: the first cell that differs in any bit, and how many do. Rows are read batch by
+//! batch: a drive of days takes no more memory than one of minutes.
 //!
 //! What no simulation makes (times of devices and frames, the wheel's force, marks and notes) is not compared here; its
 //! fingerprints are in `checksums.json`.

@@ -1,4 +1,4 @@
-//! A recording beside the same drive: what people wrote down is no difference, what the world did not do is.
+//! A recording beside the same drive: notes of people are no difference, deviations of the world are.
 
 use super::*;
 use crate::{

@@ -1,5 +1,5 @@
-//! The files that a drive was made from, carried in its recording. In: a scenario whose map or policy is the author's own.
-//! Out: copies in `inputs/`, and the scenario with their place in the recording instead: it can be driven again on another
+//! The input files of a drive, copied into its recording. In: a scenario whose map or policy is the author's own. Out:
+//! copies in `inputs/`, and the scenario with their place in the recording instead: it can be driven again on another
 //! machine, and does not tell where its author keeps things. Maps and policies that the program brings keep their names.
 
 use super::{RecordError, files};

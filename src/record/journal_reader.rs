@@ -1,5 +1,5 @@
-//! Reads what is left of a journal. In: its folder, whole, cut or damaged anywhere. Out: the rows of every good block, and the
-//! holes. Memory is bounded before it is taken: no number in a file is believed that is larger than the file allows.
+//! Reads a journal, also a damaged one. In: its folder, whole, cut or damaged anywhere. Out: the rows of every good block,
+//! and the holes. Memory is bounded before it is taken: no number in a file is believed that is larger than the file allows.
 //!
 //! Journals of earlier versions (one Arrow stream a table, `*.arrows`, without checksums) are read as far as they make sense.
 

@@ -1,5 +1,5 @@
-//! Tells that a drive is being recorded. In: a recording's folder. Out: a lock that the system lets go of when the program is
-//! gone, however it went; everybody else sees it and keeps away.
+//! Marks a folder while a drive is recorded into it. In: a recording's folder. Out: a lock that the system lets go of when
+//! the program is gone, however it went; everybody else sees it and keeps away.
 
 use super::RecordError;
 use crate::{file::open_regular, private};

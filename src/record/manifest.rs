@@ -23,9 +23,9 @@ pub struct Manifest {
     /// Seed of everything random.
     pub seed: u64,
     /// The map and the fingerprint of its network file.
-    pub map: HashedFile,
+    pub map: NamedHash,
     /// The policy and, for one from a file, its fingerprint.
-    pub policy: HashedFile,
+    pub policy: NamedHash,
     /// Why it is that policy, where another name was asked for (`auto`).
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub policy_asked: Option<String>,
@@ -104,14 +104,14 @@ pub struct ScreenInfo {
 
 /// A name and the SHA-256 of what it stands for.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct HashedFile {
+pub struct NamedHash {
     /// Its name.
     pub name: String,
     /// SHA-256 of its file, hexadecimal; `None` if it has none.
     pub sha256: Option<String>,
 }
 
-impl HashedFile {
+impl NamedHash {
     /// A name and its file, if there is one that can be read.
     pub fn of(name: &str, file: Option<&Path>) -> Self {
         Self { name: name.into(), sha256: file.and_then(|file| file_sha256(file).ok()) }
@@ -234,10 +234,10 @@ mod tests {
         std::fs::write(&path, "abc").expect("written");
         // FIPS 180-2, appendix B.1.
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(HashedFile::of("x", Some(&path)), HashedFile { name: "x".into(), sha256: Some(sum.into()) });
+        assert_eq!(NamedHash::of("x", Some(&path)), NamedHash { name: "x".into(), sha256: Some(sum.into()) });
         assert_eq!(sha256(b"abc"), sum);
         for none in [None, Some(folder.path().join("gone"))] {
-            assert_eq!(HashedFile::of("x", none.as_deref()).sha256, None);
+            assert_eq!(NamedHash::of("x", none.as_deref()).sha256, None);
         }
         assert_eq!(hex(&[0x0f, 0xa0, 0]), "0fa000");
     }

@@ -64,7 +64,7 @@ pub enum RecordError {
     #[error("recording stopped: the disk writer stalled ({0} s of rows wait); everything before is kept")]
     Full(u64),
     /// The writing thread stopped.
-    #[error("the recording came to an end: {0}; everything before is kept")]
+    #[error("recording stopped: {0}; everything before is kept")]
     Stopped(String),
     /// A table is not as this program writes it.
     #[error("{path}: {why}")]

@@ -1,6 +1,5 @@
-//! How much work the picture may be on this machine: chosen before the drive, because another quality means other
-//! pipelines, which are never made while driving. In: the scenario's level, pictures drawn for a trial. Out: a
-//! [`Renderer`].
+//! Chooses the quality that this machine can draw: before the drive, because another quality means other pipelines,
+//! which are never made while driving. In: the scenario's level, pictures drawn for a trial. Out: a [`Renderer`].
 
 use super::{Gpu, GpuError, Quality, Renderer, canvas};
 use crate::{

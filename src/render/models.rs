@@ -1,5 +1,5 @@
-//! The stage's meshes on the device: one vertex and one index buffer, filled once. In: a [`StaticScene`]. Out: [`ModelMesh`]s that
-//! a pass draws by instances, [`GroundMesh`] that it draws piece by piece, and the balls that hold them, for culling: on
+//! The meshes on the device: one vertex and one index buffer, filled once. In: a [`StaticScene`]. Out: [`ModelMesh`]s that a
+//! pass draws by instances, [`GroundMesh`] that it draws piece by piece, and the balls that hold them, for culling: on
 //! software rendering corners cost more than pixels.
 
 use super::{

@@ -1,6 +1,6 @@
-//! How much work a picture may be. In: a preset or single settings. Out: numbers that the passes read when they are
-//! made. `codrive bench` measures them. On software rendering every pixel costs about 160 ns at low and at medium, a
-//! third of that for leaves and their shadows, and corners of triangles cost as much again as the pixels of trees.
+//! Settings of the picture's quality. In: a preset or single settings. Out: numbers that the passes read when they are made.
+//! `codrive bench` measures them. On software rendering every pixel costs about 160 ns at low and at medium, a third of that
+//! for leaves and their shadows, and corners of triangles cost as much again as the pixels of trees.
 
 /// Settings of the renderer; changing one needs a new [`Renderer`](super::Renderer).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

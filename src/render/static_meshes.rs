@@ -1,4 +1,5 @@
-//! What all passes share: the device and what stands on the stage. In: a [`StaticScene`]. Out: handles, lent to each draw.
+//! Resources that all passes share: the device, static meshes and textures. In: a [`StaticScene`]. Out: handles, lent to
+//! each draw.
 
 use super::{
     device::{cost::CountedQueue, gpu::Gpu},

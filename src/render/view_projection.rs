@@ -1,5 +1,5 @@
-//! A camera with the shape of its picture. In: a scene camera, the picture's size. Out: what the passes ask it: where a
-//! corner falls, what can be seen, how many pixels a thing is large.
+//! View and projection of a camera. In: a scene camera, the picture's size. Out: what the passes ask it: where a corner
+//! falls, what can be seen, how many pixels a thing is large.
 
 use crate::scene::{Camera, Lens};
 use glam::{Mat4, Vec3};

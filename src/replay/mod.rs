@@ -1,5 +1,5 @@
-//! A recorded drive once more. In: a recording. Out: the same world tick by tick, with the proof that it is the same: the
-//! fingerprint of every snapshot; in a [`window`], too, or with something changed ([`what_if`]).
+//! Replay: a recording driven again. In: a recording. Out: the same world tick by tick, with the proof that it is the same:
+//! the fingerprint of every snapshot; in a [`window`], too, or with something changed ([`what_if`]).
 
 #[cfg(feature = "desktop")]
 mod renderer;

@@ -1,4 +1,4 @@
-//! What a replay has driven so far, to be looked at in any order. In: a [`Snapshot`] a step, in order. Out: the world at any
+//! Snapshots of a replay by time, to be looked at in any order. In: a [`Snapshot`] a step, in order. Out: the world at any
 //! time between the first and the last, so that a seek back is at once and drives nothing again.
 //!
 //! A simulation cannot be taken back (neither SUMO nor the physics give up their state), but a picture needs only where

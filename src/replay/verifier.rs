@@ -1,6 +1,7 @@
-//! The replay's own thread: it drives a recording again as fast as it can, proves every tick, and keeps what is to be seen. In:
-//! a recording. Out: [`ReplayHeader`] once, then what is [`VerificationProgress`] so far, at any time. Nothing waits in between: where nobody looks,
-//! as while a window is hidden, the proof goes on, and the film takes no more memory than it may.
+//! The replay's thread: it drives a recording again as fast as it can, verifies every tick, and keeps what is to be seen.
+//! In: a recording. Out: [`ReplayHeader`] once, then what is [`VerificationProgress`] so far, at any time. Nothing waits in
+//! between: where nobody looks, as while a window is hidden, the proof goes on, and the film takes no more memory than it
+//! may.
 
 use super::{Replay, ReplayReport, snapshot_timeline::SnapshotTimeline};
 use crate::{drive_loop::RunError, hud::Speedometer, map::RoadMap, scenario::Scenario, time::Tick};

@@ -9,6 +9,7 @@ use crate::{
     settings::Field,
     sim::{Summary, SummaryAccumulator},
     time::Tick,
+    toml_text::did_you_mean,
 };
 use serde_json::Value;
 use std::{
@@ -46,7 +47,10 @@ pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, String> {
             let (key, value) =
                 pair.split_once('=').ok_or(format!("--what-if {pair}: allowed is SETTING=VALUE, {example}"))?;
             let field = known.iter().find(|field| field.is_called(key) || field.flag() == key);
-            let field = field.ok_or_else(|| format!("--what-if {pair}: there is no setting {key}; {example}"))?;
+            let field = field.ok_or_else(|| {
+                let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
+                format!("--what-if {pair}: there is no setting {key}{}; {example}", did_you_mean(key, &names))
+            })?;
             let value = match &field.default {
                 Value::String(_) => Value::from(value),
                 _ => serde_json::from_str(value).unwrap_or_else(|_| Value::from(value)),

@@ -1,6 +1,6 @@
-//! `codrive replay DIR --window`: a recorded drive to be looked at in any view, at any speed, with a line to seek on. In: a
-//! recording. Out: a window; at its end what the proof has found. The world is driven again by a [`Verifier`] beside it, whether
-//! the window is drawn or not.
+//! `codrive replay DIR --window`: a recorded drive in any view, at any speed, with a timeline to seek on. In: a recording.
+//! Out: a window; at its end what the proof has found. The world is driven again by a [`Verifier`] beside it, whether the
+//! window is drawn or not.
 
 use super::{
     ReplayReport,

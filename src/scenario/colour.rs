@@ -16,6 +16,11 @@ pub const NAMES: [(&str, [u8; 3]); 12] = [
     ("magenta", [0xe1, 0x00, 0xe1]),
 ];
 
+/// The names alone.
+pub fn names() -> [&'static str; NAMES.len()] {
+    NAMES.map(|(name, _)| name)
+}
+
 /// The sRGB bytes of a name or of `#rrggbb`.
 ///
 /// # Errors
@@ -28,10 +33,7 @@ pub fn srgb(text: &str) -> Result<[u8; 3], String> {
     let byte = |i: usize| digits.and_then(|d| u8::from_str_radix(&d[2 * i..2 * i + 2], 16).ok());
     match (byte(0), byte(1), byte(2)) {
         (Some(r), Some(g), Some(b)) => Ok([r, g, b]),
-        _ => {
-            let names: Vec<&str> = NAMES.iter().map(|(name, _)| *name).collect();
-            Err(format!("#rrggbb (six hexadecimal digits) or one of {}", names.join(", ")))
-        }
+        _ => Err(format!("#rrggbb (six hexadecimal digits) or one of {}", names().join(", "))),
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::{Scenario, colour};
 use crate::settings::{self, Field, Settings, SettingsError};
+use crate::toml_text::did_you_mean;
 use serde_json::Value;
 use std::path::Path;
 
@@ -59,7 +60,10 @@ impl Settings for Scenario {
         for (key, value) in [("ego_colour", &self.display.ego_colour), ("traffic_colour", &self.display.traffic_colour)]
         {
             if let Err(allowed) = colour::srgb(value) {
-                return Err((key, format!("{key} is \"{value}\"; allowed: {allowed}")));
+                return Err((
+                    key,
+                    format!("{key} is \"{value}\"{}; allowed: {allowed}", did_you_mean(value, &colour::names())),
+                ));
             }
         }
         if self.display.mirror_radius_m > 0.0 && self.display.mirror_radius_m < 0.8 {
@@ -117,7 +121,7 @@ mod tests {
         );
         assert!(
             fault("seed = 2\nego_colour = \"rde\"")
-                .starts_with("trial.toml:2:14: ego_colour is \"rde\"; allowed: #rrggbb")
+                .starts_with("trial.toml:2:14: ego_colour is \"rde\" (did you mean red?); allowed: #rrggbb")
         );
         assert!(
             fault("extra_delay_s = 0.015")

@@ -1,4 +1,4 @@
-//! Everything that makes one drive. This struct **is** the command line, the scenario file and the panel: the doc
+//! All settings that make one drive. This struct **is** the command line, the scenario file and the panel: the doc
 //! comments below are the help and the tooltips, the ranges are the limits, written once ([`crate::settings`] reads them).
 //! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
 
@@ -23,7 +23,7 @@ flat_settings! {
             /// Cars on the route, the ego included
             #[schemars(range(min = 2, max = 1000))]
             vehicles: u32 = 22,
-            /// Who moves the other cars: sumo (in this program), native (our own IDM ring), or HOST:PORT of a SUMO elsewhere
+            /// Traffic engine of the other cars: sumo (in this program), native (built-in IDM ring), or HOST:PORT of a SUMO elsewhere
             traffic: EngineChoice = EngineChoice::Sumo,
             /// How long a SUMO elsewhere may take for the connection and for each answer; then the drive ends, and is kept
             #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
@@ -35,7 +35,7 @@ flat_settings! {
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2", "formerly" = "bend_mps2"))]
             #[serde(alias = "bend_mps2")]
             lateral_accel_mps2: f64 = 0.0,
-            /// How the cars stand at the start
+            /// Initial placement of the cars
             start: StartLayout = StartLayout::Even,
             /// Traffic runs this long before the drive, the ego driven by the same model
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
@@ -49,13 +49,13 @@ flat_settings! {
             /// Seed of everything random: noise, simulated driver, trees
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
-            /// Who advises: auto (the policy shipped for the map, two-phase where there is none), none, constant, two-phase,
+            /// Advising policy: auto (the one shipped for the map, two-phase where there is none), none, constant, two-phase,
             /// follower-stopper, pi, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),
             /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             policy_speed_mps: f64 = 0.0,
-            /// How long one advice stands, a whole number of steps
+            /// How long one advice is held, a whole number of steps
             #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
             // HC22 holds for one step of 0.1 s; a person cannot follow ten new targets a second.
             hold_s: f64 = 1.0,
@@ -213,7 +213,7 @@ impl Scenario {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::{Field, Kind};
+    use crate::settings::{Field, SettingKind};
     use serde_json::Value;
 
     #[test]
@@ -221,10 +221,10 @@ mod tests {
         for field in Scenario::fields() {
             assert!(!field.doc.is_empty(), "{} has no doc comment", field.path);
             assert_eq!(field.fault(&field.default), None);
-            if let Kind::Number { min, max } = field.kind {
+            if let SettingKind::Number { min, max } = field.kind {
                 assert!(min > f64::MIN && max < f64::MAX, "{} has no limits", field.path);
             }
-            if let Kind::Choice(words) = &field.kind {
+            if let SettingKind::Choice(words) = &field.kind {
                 assert!(words.len() >= 2, "{}: {words:?}", field.path);
             }
         }

@@ -1,4 +1,4 @@
-//! How loud things are, as settings. In: decibels that a person sets. Out: factors. 0 dB is the balance as it was made; from
+//! Sound levels, as settings. In: decibels that a person sets. Out: factors. 0 dB is the balance as it was made; from
 //! [`SILENT_DB`] down there is nothing.
 
 use schemars::JsonSchema;

@@ -1,5 +1,5 @@
-//! Making meshes. In: loose triangles with a finish ([`TriangleSoup`]). Out: a [`Mesh`] with shared corners and smooth normals,
-//! sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
+//! Building meshes. In: loose triangles with a finish ([`TriangleSoup`]). Out: a [`Mesh`] with shared corners and smooth
+//! normals, sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
 
 use super::{Material, Mesh, Vertex};
 use glam::{Vec2, Vec3};
@@ -33,7 +33,7 @@ pub(super) struct TriangleSoup {
 }
 
 /// What makes two corners one: place, normal, colour and material.
-type CornerKey = ([i32; 3], [i32; 3], [u32; 4]);
+type MeshCornerKey = ([i32; 3], [i32; 3], [u32; 4]);
 
 /// Corners closer than this are one corner, metres.
 const WELD_M: f32 = 1e-4;
@@ -154,7 +154,7 @@ impl TriangleSoup {
             }
         }
         let mut mesh = Mesh::default();
-        let mut shared: BTreeMap<CornerKey, u32> = BTreeMap::new();
+        let mut shared: BTreeMap<MeshCornerKey, u32> = BTreeMap::new();
         for (index, (corners, finish)) in self.triangles.iter().enumerate() {
             for &corner in corners {
                 let mut normal = Vec3::ZERO;

@@ -1,4 +1,4 @@
-//! A mesh made coarse: for pictures taken from so high above that a whole car is a few pixels, and for shadows. In: a mesh.
+//! Simplified meshes: for pictures taken from so high above that a whole car is a few pixels, and for shadows. In: a mesh.
 //! Out: one with a tenth of the triangles and much the same outline seen from above. Metres.
 //!
 //! Corners that lie in one box of a lattice become one corner (vertex clustering; Rossignac and Borrel 1993): the one that

@@ -1,5 +1,5 @@
-//! What is to be seen, on the CPU. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each frame
-//! ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
+//! The scene on the CPU: what is to be seen. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each
+//! frame ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
 
 pub mod camera;
 pub mod car;

@@ -1,4 +1,4 @@
-//! What a scenario says of the picture. In: a [`Scenario`]. Out: [`ViewOptions`].
+//! The scenario's settings of the picture. In: a [`Scenario`]. Out: [`ViewOptions`].
 
 use super::{MirrorOptions, ViewOptions};
 use crate::{

@@ -1,4 +1,4 @@
-//! Everything that stands still, made once a map. In: a map and a seed. Out: a [`StaticScene`].
+//! The static part of the scene, built once for a map. In: a map and a seed. Out: a [`StaticScene`].
 
 use super::{
     Cockpit, StaticScene,

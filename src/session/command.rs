@@ -1,5 +1,5 @@
-//! What the experimenter decides in a session. In: a [`SessionCommand`]. Out: the session elsewhere, and the decision with time
-//! and reason in the session, while a drive runs also in its recording.
+//! The experimenter's commands in a session. In: a [`SessionCommand`]. Out: the session elsewhere, and the decision with
+//! time and reason in the session, while a drive runs also in its recording.
 
 use super::{CommandRefusal, DriveBackend, LiveSession, SessionState};
 use crate::{drive_loop::RunError, panel::SessionCommand, study::ItemOutcome};

@@ -1,5 +1,5 @@
-//! A session as its windows show it. In: where it is and how its drive stands. Out: the participant's screen; the experimenter's
-//! plan, phase and words. Nothing is changed here.
+//! Overview of a session for its windows. In: where it is and how its drive stands. Out: the participant's screen; the
+//! experimenter's plan, phase and words. Nothing is changed here.
 
 use super::{BackendStatus, LiveSession, SessionState};
 use crate::{

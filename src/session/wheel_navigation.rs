@@ -1,4 +1,4 @@
-//! Wheel, pedals and buttons as inputs at a screen. In: controls a frame, pressed buttons. Out: [`FormInput`]s. Angles in
+//! Answering screens with wheel, pedals and buttons. In: controls a frame, pressed buttons. Out: [`FormInput`]s. Angles in
 //! radians, positive to the left, as the wheel has them.
 
 use crate::{

@@ -15,14 +15,14 @@ pub struct Field {
     /// Unit, empty if it has none.
     pub unit: String,
     /// What it can hold.
-    pub kind: Kind,
+    pub kind: SettingKind,
     /// Value in the struct's own default.
     pub default: Value,
 }
 
 /// What a setting can hold.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub enum SettingKind {
     /// Yes or no.
     Switch,
     /// A whole number within limits, both included.
@@ -71,11 +71,11 @@ impl Field {
     pub fn allowed(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         match &self.kind {
-            Kind::Switch => "true or false".into(),
-            Kind::Whole { min, max } => format!("a whole number from {min} to {max}{unit}"),
-            Kind::Number { min, max } => format!("a number from {min} to {max}{unit}"),
-            Kind::Choice(words) => format!("one of {}", words.join(", ")),
-            Kind::Text => "a text".into(),
+            SettingKind::Switch => "true or false".into(),
+            SettingKind::Whole { min, max } => format!("a whole number from {min} to {max}{unit}"),
+            SettingKind::Number { min, max } => format!("a number from {min} to {max}{unit}"),
+            SettingKind::Choice(words) => format!("one of {}", words.join(", ")),
+            SettingKind::Text => "a text".into(),
         }
     }
 
@@ -96,12 +96,12 @@ impl Field {
     /// `None` if `value` is allowed, otherwise what is wrong with it.
     pub fn fault(&self, value: &Value) -> Option<String> {
         let fits = match &self.kind {
-            Kind::Switch => value.is_boolean(),
-            Kind::Whole { min, max } => value.as_u64().is_some_and(|v| (*min..=*max).contains(&v)),
+            SettingKind::Switch => value.is_boolean(),
+            SettingKind::Whole { min, max } => value.as_u64().is_some_and(|v| (*min..=*max).contains(&v)),
             // A NaN or an infinity becomes null in JSON and fails here too.
-            Kind::Number { min, max } => value.as_f64().is_some_and(|v| (*min..=*max).contains(&v)),
-            Kind::Choice(words) => value.as_str().is_some_and(|v| words.iter().any(|w| w == v)),
-            Kind::Text => value.is_string(),
+            SettingKind::Number { min, max } => value.as_f64().is_some_and(|v| (*min..=*max).contains(&v)),
+            SettingKind::Choice(words) => value.as_str().is_some_and(|v| words.iter().any(|w| w == v)),
+            SettingKind::Text => value.is_string(),
         };
         let shown = if value.is_null() { "not a finite number".into() } else { value.to_string() };
         (!fits).then(|| format!("{} is {shown}; allowed: {}", self.path, self.allowed()))
@@ -148,21 +148,21 @@ fn collect(schema: &Value, default: &Value, prefix: &str, list: &mut Vec<Field>)
     }
 }
 
-fn kind(property: &Value) -> Kind {
+fn kind(property: &Value) -> SettingKind {
     let words = |list: &Value, key: Option<&str>| -> Vec<String> {
         let items = list.as_array().map(Vec::as_slice).unwrap_or_default();
         items.iter().filter_map(|item| key.map_or(item, |k| &item[k]).as_str().map(str::to_owned)).collect()
     };
     let limit = |name: &str, otherwise: f64| property[name].as_f64().unwrap_or(otherwise);
     match property["type"].as_str() {
-        Some("boolean") => Kind::Switch,
-        Some("integer") => Kind::Whole {
+        Some("boolean") => SettingKind::Switch,
+        Some("integer") => SettingKind::Whole {
             min: limit("minimum", 0.0) as u64,
             max: property["maximum"].as_u64().unwrap_or(limit("maximum", f64::MAX) as u64),
         },
-        Some("number") => Kind::Number { min: limit("minimum", f64::MIN), max: limit("maximum", f64::MAX) },
-        _ if property["oneOf"].is_array() => Kind::Choice(words(&property["oneOf"], Some("const"))),
-        _ if property["enum"].is_array() => Kind::Choice(words(&property["enum"], None)),
-        _ => Kind::Text,
+        Some("number") => SettingKind::Number { min: limit("minimum", f64::MIN), max: limit("maximum", f64::MAX) },
+        _ if property["oneOf"].is_array() => SettingKind::Choice(words(&property["oneOf"], Some("const"))),
+        _ if property["enum"].is_array() => SettingKind::Choice(words(&property["enum"], None)),
+        _ => SettingKind::Text,
     }
 }

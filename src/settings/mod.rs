@@ -5,7 +5,7 @@
 mod field;
 mod flat;
 
-pub use field::{Field, Kind, fields_of};
+pub use field::{Field, SettingKind, fields_of};
 pub(crate) use flat::flat_settings;
 
 use crate::{
@@ -43,7 +43,7 @@ pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
 pub fn from_file<T: Settings>(path: &Path) -> Result<T, SettingsError> {
     let text = read_text(path, SETTINGS_BYTES).map_err(|e| SettingsError {
         key: String::new(),
-        message: format!("{}: cannot be read: {e}", path.display()),
+        message: format!("{}: cannot be read: {e}{}", path.display(), toml_text::did_you_mean_file(path)),
     })?;
     from_toml(&text, &path.display().to_string())
 }

@@ -1,6 +1,8 @@
 //! Leaves a participant out of a study once the windows are closed. In: a data set, a code, a reason. Out: the reason in the
 //! participant's log, the word `excluded` in `participants.tsv`; nothing is deleted.
 
+use crate::toml_text::did_you_mean;
+
 use super::{DataSet, ParticipantCode, Session, SessionError, Study};
 
 impl DataSet {
@@ -14,8 +16,9 @@ impl DataSet {
             let codes: Vec<&str> = logs.iter().map(|log| log.participant.as_str()).collect();
             let there = if codes.is_empty() { "none".into() } else { codes.join(", ") };
             return Err(SessionError::Refused(format!(
-                "there is no participant {code} in {}; there are: {there}",
-                self.root().display()
+                "there is no participant {code} in {}{}; there are: {there}",
+                self.root().display(),
+                did_you_mean(code.as_str(), &codes)
             )));
         }
         let mut session = Session::reopen(self, study, code, now)?;

@@ -248,8 +248,9 @@ impl Study {
     /// # Errors
     /// What is wrong, where, and what is allowed.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
-        let source = read_text(path, SETTINGS_BYTES)
-            .map_err(|e| StudyError(format!("{}: cannot be read: {e}", path.display())))?;
+        let source = read_text(path, SETTINGS_BYTES).map_err(|e| {
+            StudyError(format!("{}: cannot be read: {e}{}", path.display(), toml_text::did_you_mean_file(path)))
+        })?;
         Self::parse(source, path)
     }
 

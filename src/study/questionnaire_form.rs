@@ -111,7 +111,7 @@ fn equal(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// A questionnaire in a participant's hands.
+/// A questionnaire that is being answered.
 #[derive(Clone, Debug)]
 pub struct QuestionnaireForm {
     questionnaire: Questionnaire,

@@ -1,4 +1,4 @@
-//! A form in all hands: wheel, keys, mouse; what is missing; branches; times.
+//! A form answered with wheel, keys and mouse; what is missing; branches; times.
 
 use super::*;
 

@@ -349,10 +349,16 @@ impl Questionnaire {
         let shipped = data_folders::root().join(SHIPPED);
         let path = if name.ends_with(".json") { own } else { shipped.join(format!("{name}.json")) };
         if !path.exists() {
-            let list = words(&shipped).join(", ");
+            let known = words(&shipped);
+            let near = if name.ends_with(".json") {
+                toml_text::did_you_mean_file(&path)
+            } else {
+                toml_text::did_you_mean(name, &known)
+            };
             return Err(StudyError(format!(
-                "{}: there is no such questionnaire; allowed: a .json file beside the study, or one of {list}",
-                path.display()
+                "{}: there is no such questionnaire{near}; allowed: a .json file beside the study, or one of {}",
+                path.display(),
+                known.join(", ")
             )));
         }
         let text = read_text(&path, SETTINGS_BYTES)
@@ -389,13 +395,19 @@ impl Questionnaire {
             }
             for name in conditions.flat_map(VisibilityCondition::names) {
                 if !answers.iter().any(|answer| answer == name) {
-                    return Err(format!("visibleIf asks for \"{name}\", which no question before or beside it has"));
+                    return Err({
+                        let near = toml_text::did_you_mean(name, &answers);
+                        format!("visibleIf asks for \"{name}\", which no question before or beside it has{near}")
+                    });
                 }
             }
         }
         for score in &self.scores {
             if let Some(missing) = score.of.iter().find(|name| !answers.contains(name)) {
-                return Err(format!("the score \"{}\" is of \"{missing}\", which no question has", score.name));
+                return Err({
+                    let near = toml_text::did_you_mean(missing, &answers);
+                    format!("the score \"{}\" is of \"{missing}\", which no question has{near}", score.name)
+                });
             }
         }
         Ok(())

@@ -62,7 +62,7 @@ impl Session {
         }
         if let Some(end) = &log.end {
             return refused(if end.complete {
-                format!("participant {code} has been through the whole study ({}); nobody takes part twice", end.at)
+                format!("participant {code} has completed the whole study ({}); nobody takes part twice", end.at)
             } else {
                 format!("the session of participant {code} was stopped for good ({}, {})", end.reason, end.at)
             });

@@ -1,5 +1,5 @@
-//! Participants that nobody has to invite. In: the study's seed and the participant's number. Out: how one drives, and
-//! answers to questions. A model for rehearsing a study and its analysis, not for what people would say.
+//! Simulated participants. In: the study's seed and the participant's number. Out: how one drives, and answers to questions.
+//! A model for rehearsing a study and its analysis, not for what people would say.
 //!
 //! Driving (`driver`), each number drawn for the participant: reaction to advice uniform in 0.6 to 1.6 s, to the leader 0.7
 //! of that; tracking error uniform in 0.1 to 0.6 m/s; steady over- or under-speeding normal with 0.25 m/s, at most 0.6;

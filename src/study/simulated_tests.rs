@@ -1,4 +1,4 @@
-//! Participants of a rehearsal: drawn as it is stated, and answers that their questions allow.
+//! Simulated participants: drawn as it is stated, and answers that their questions allow.
 
 use super::*;
 use std::path::Path;

@@ -25,7 +25,8 @@ pub enum EngineChoice {
 /// The text names no engine.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "unknown traffic engine \"{0}\": allowed are sumo, native, or HOST:PORT of a SUMO that listens (localhost:8813)"
+    "unknown traffic engine \"{0}\"{near}: allowed are sumo, native, or HOST:PORT of a SUMO that listens (localhost:8813)",
+    near = crate::toml_text::did_you_mean(.0, &["sumo", "native"])
 )]
 pub struct UnknownEngine(pub String);
 
@@ -94,6 +95,12 @@ mod tests {
             assert_eq!(json, format!("\"{text}\""));
             assert_eq!(serde_json::from_str::<EngineChoice>(&json).unwrap(), choice);
         }
+    }
+
+    #[test]
+    fn a_misspelt_engine_is_answered_with_the_one_that_was_meant() {
+        let message = "natvie".parse::<EngineChoice>().unwrap_err().to_string();
+        assert!(message.contains("\"natvie\" (did you mean native?): allowed are"), "{message}");
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! The end of waiting. In: a signal to the program, or somebody who no longer wants what a thread waits for. Out: whether
-//! that came, for everything here that waits for another program.
+//! Interrupts waiting for another program. In: a signal to the program, or somebody who no longer wants what a thread waits
+//! for. Out: whether that came, for everything here that waits for another program.
 
 use std::{
     cell::RefCell,

@@ -146,7 +146,7 @@ pub fn start(engine: &EngineChoice, setup: TrafficSetup) -> Result<Box<dyn Traff
 pub enum TrafficError {
     /// SUMO is not on this machine.
     #[error(
-        "SUMO is not here: {0}\n  remedy: run scripts/setup, which puts SUMO into .sumo/, or drive with --traffic native"
+        "SUMO was not found: {0}\n  remedy: run scripts/setup, which puts SUMO into .sumo/, or drive with --traffic native"
     )]
     Absent(String),
     /// Another simulation of this process uses SUMO.
@@ -156,7 +156,9 @@ pub enum TrafficError {
     #[error("SUMO: {0}")]
     Sumo(String),
     /// Nobody listens where a SUMO shall be.
-    #[error("nobody listens at {address} ({why})\n  remedy: start SUMO there: sumo --net-file NET --remote-port PORT")]
+    #[error(
+        "no program listens at {address} ({why})\n  remedy: start SUMO there: sumo --net-file NET --remote-port PORT"
+    )]
     Unreachable {
         /// Host and port.
         address: String,
@@ -189,7 +191,7 @@ pub enum TrafficError {
     },
     /// Another program listens where a SUMO shall be.
     #[error(
-        "what listens at {address} is not SUMO at all: it says \"{said}\"\n  remedy: name the port that SUMO got with --remote-port"
+        "the program that listens at {address} is not SUMO: it says \"{said}\"\n  remedy: name the port that SUMO got with --remote-port"
     )]
     NotSumo {
         /// Host and port.
@@ -198,7 +200,7 @@ pub enum TrafficError {
         said: String,
     },
     /// A SUMO that runs elsewhere is of another version, and would move cars otherwise.
-    #[error("at {address} runs {theirs}; this program drives {ours}\n  remedy: start that version there")]
+    #[error("SUMO at {address} is {theirs}; this program needs {ours}\n  remedy: start that version there")]
     OtherVersion {
         /// Host and port.
         address: String,

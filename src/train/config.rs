@@ -50,7 +50,7 @@ flat_settings! {
             /// Longest ring
             #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
             circumference_max_m: f64 = 300.0,
-            /// Road for each car below which the policy stays silent, because advice would slow the ring; such rings are drawn longer
+            /// Road for each car below which the policy withholds advice, because advice would slow the ring; such rings are drawn longer
             #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
             least_spacing_m: f64 = 0.0,
             /// Car-following model of the other cars
@@ -97,10 +97,10 @@ flat_settings! {
         group driver: DriverConfig {
             /// How the ego follows the advice
             follow: FollowKind = FollowKind::Exact,
-            /// Most acceleration that the ego uses to reach an advised speed
+            /// Largest acceleration that the ego uses to reach an advised speed
             #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
             ego_accel_mps2: f64 = 1.5,
-            /// Most deceleration that it uses
+            /// Largest deceleration that it uses
             #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
             ego_decel_mps2: f64 = 4.5,
             /// Time in which an ego that follows to the letter closes a difference to the advised speed; 0 is one step
@@ -121,7 +121,7 @@ flat_settings! {
             #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s", "formerly" = "trait_mps"))]
             #[serde(alias = "trait_mps")]
             speed_bias_mps: f64 = 0.0,
-            /// Simulated driver: content with any speed this close to the target
+            /// Simulated driver: half width of the band around the target in which the speed is not corrected
             #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s", "formerly" = "slack_mps"))]
             #[serde(alias = "slack_mps")]
             deadband_mps: f64 = 0.0,
@@ -147,7 +147,7 @@ flat_settings! {
             /// Updates of the policy
             #[schemars(range(min = 1, max = 1000000))]
             iterations: u32 = 500,
-            /// Decisions an update
+            /// Decisions per update
             #[schemars(range(min = 64, max = 10000000))]
             batch: u32 = 16_000,
             /// Rings side by side, a multiple of 16
@@ -183,7 +183,7 @@ flat_settings! {
             /// Passes over the batch for the value
             #[schemars(range(min = 1, max = 1000))]
             value_epochs: u32 = 5,
-            /// Decisions a step of Adam
+            /// Decisions per step of Adam
             #[schemars(range(min = 16, max = 1000000))]
             value_batch: u32 = 1000,
         }
@@ -352,7 +352,14 @@ impl Settings for TrainConfig {
         }
         if let Some(name) = self.network.sees.split(',').map(str::trim).find(|name| Feature::named(name).is_none()) {
             let known: Vec<&str> = crate::policy::FEATURES.iter().map(|f| f.name()).collect();
-            return Err(("sees", format!("sees names `{name}`; allowed: {}", known.join(", "))));
+            return Err((
+                "sees",
+                format!(
+                    "sees names `{name}`{}; allowed: {}",
+                    crate::toml_text::did_you_mean(name, &known),
+                    known.join(", ")
+                ),
+            ));
         }
         if self.advice.levels == 1 {
             return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));

@@ -280,7 +280,7 @@ fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> (RingStart, f64) {
     let span = (rings.vehicles_max - rings.vehicles_min + 1) as usize;
     let cars = rings.vehicles_min as usize + stream.index(span);
     let drawn_m = stream.uniform(rings.circumference_min_m, rings.circumference_max_m);
-    // There is nothing to learn where the policy will be silent.
+    // There is nothing to learn where the policy withholds advice.
     let length_m = drawn_m.max(cars as f64 * rings.least_spacing_m);
     let mut vary = |x: f64| x * (1.0 + rings.idm_spread * stream.uniform(-1.0, 1.0));
     let i = rings.idm;

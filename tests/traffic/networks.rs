@@ -69,7 +69,7 @@ fn a_network_on_which_sumo_breaks_down_is_an_error_with_its_name_and_the_next_st
         let error = SumoTraffic::start(on(&file)).err().expect("SUMO breaks down on it");
         let text = error.to_string();
         assert!(matches!(error, TrafficError::Setup(_)), "{text}");
-        assert!(text.starts_with(&format!("{}: SUMO breaks down on this network (signal: ", file.display())), "{text}");
+        assert!(text.starts_with(&format!("{}: SUMO crashes on this network (signal: ", file.display())), "{text}");
         assert!(text.contains("remedy"), "{text}");
     }
     SumoTraffic::start(ring(0.0)).unwrap().step(None).unwrap();
@@ -82,7 +82,7 @@ fn the_program_says_so_and_does_not_break_down() {
     let ended = run_on(&file);
     let text = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(2), "{text}");
-    assert!(text.contains("SUMO breaks down on this network"), "{text}");
+    assert!(text.contains("SUMO crashes on this network"), "{text}");
 }
 
 #[test]

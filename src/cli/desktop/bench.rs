@@ -40,7 +40,12 @@ pub(super) fn command() -> Command {
                     "Minutes of a drive to draw at the largest size, in real time or faster, and to search for hitches",
                 ),
         )
-        .arg(Arg::new("small").long("small").action(ArgAction::SetTrue).help("Only the smallest size: a quick look"))
+        .arg(
+            Arg::new("small")
+                .long("small")
+                .action(ArgAction::SetTrue)
+                .help("Only the smallest size, for a quick measurement"),
+        )
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
@@ -154,7 +159,7 @@ fn words(
     ));
     for row in frames {
         let passes = row.passes.map_or(String::new(), |p| {
-            format!("  (shadow {:.2}, main {:.2}, mirror {:.2}, develop {:.2})", p[0], p[1], p[2], p[3])
+            format!("  (shadow {:.2}, main {:.2}, mirror {:.2}, tone map {:.2})", p[0], p[1], p[2], p[3])
         });
         let memory = row.device_mb.map_or(String::new(), |mb| format!("  {mb:.0} MB"));
         lines.push(format!(

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 pub(super) fn command() -> Command {
     Command::new("calibrate")
-        .about("Learn a steering wheel by asking: turn it and press each pedal; saves a named profile")
-        .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the profile; without it the device's"))
+        .about("Calibrate a steering wheel: turn it and press each pedal as asked; saves a named profile")
+        .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the profile [default: the device's]"))
         .arg(
             Arg::new("out")
                 .long("out")
@@ -22,7 +22,7 @@ pub(super) fn command() -> Command {
                 .long("replay")
                 .value_name("FILE")
                 .value_parser(value_parser!(PathBuf))
-                .help("Take the answers from a file of evemu-record, by its own times, instead of from hands and feet"),
+                .help("Read the input from a file of evemu-record, with its times, instead of from a wheel"),
         )
 }
 

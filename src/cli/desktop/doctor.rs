@@ -17,7 +17,7 @@ pub(super) fn command() -> Command {
             Arg::new("display")
                 .long("display")
                 .action(ArgAction::SetTrue)
-                .help("Show a ruler and a circle on the screen instead, to be measured with a tape; Esc ends"),
+                .help("Show a ruler and a circle on the screen instead, to be measured with a tape measure; Esc ends"),
         )
         .args(drive::place_arguments())
         .arg(
@@ -64,7 +64,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     match lines.iter().filter(|line| line.grade == FindingGrade::Fault).count() {
         0 => Ok(()),
-        1 => Err(CliError::Failed("this rig has a fault; its line says the remedy".into())),
-        n => Err(CliError::Failed(format!("this rig has {n} faults; their lines say the remedies"))),
+        1 => Err(CliError::Failed("this rig has a fault; its line names the remedy".into())),
+        n => Err(CliError::Failed(format!("this rig has {n} faults; their lines name the remedies"))),
     }
 }

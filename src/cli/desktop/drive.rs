@@ -14,7 +14,7 @@ pub(super) fn command() -> Command {
             Arg::new("experimenter")
                 .long("experimenter")
                 .action(ArgAction::SetTrue)
-                .help("Open the experimenter's window beside the driver's, which then obeys driving keys only"),
+                .help("Open the experimenter's window beside the driver's, which then accepts driving keys only"),
         )
         .arg(Arg::new("panel").long("panel").action(ArgAction::SetTrue).help("Show the experimenter's panel at once"))
         .arg(
@@ -28,7 +28,7 @@ pub(super) fn command() -> Command {
             Arg::new("wheel")
                 .long("wheel")
                 .value_name("NAME|FILE.toml")
-                .help("Profile of the steering wheel: one saved by codrive calibrate, or a shipped one; without it the one for the wheel that is found"),
+                .help("Profile of the steering wheel: one saved by codrive calibrate, or a shipped one [default: the one for the wheel that is found]"),
         )
         .arg(
             Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or Up before the drive begins, as a drive that is neither recorded nor watched always does"),

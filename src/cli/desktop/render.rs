@@ -48,7 +48,7 @@ pub(super) fn picture_arguments() -> [Arg; 2] {
         .value_name("VIEW")
         .default_value("driver")
         .value_parser(ViewKind::NAMED.map(|(name, _)| name))
-        .help("From where");
+        .help("Camera view");
     let size = Arg::new("size")
         .long("size")
         .value_name("WxH")

@@ -21,7 +21,7 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
             .long("window")
             .action(ArgAction::SetTrue)
             .conflicts_with_all(["png", "frames", "video", "what-if"])
-            .help("Play it in a window: any view, 0.25 to 16 times as fast, tick by tick, a line to seek on"),
+            .help("Play it in a window: any view, 0.25 to 16 times as fast, tick by tick, with a timeline to seek on"),
         path("png", "FILE.png", "One picture, at --at").conflicts_with("what-if"),
         path("frames", "DIR", "All pictures, numbered, in a new folder").conflicts_with("what-if"),
         path("video", "FILE.mp4", "All pictures as a video, with the sound if --sound is named; needs ffmpeg")
@@ -40,7 +40,7 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
             .value_name("HZ")
             .default_value("25")
             .value_parser(value_parser!(u32).range(1..=100))
-            .help("Pictures in a second of simulation, 1 to 100"),
+            .help("Frames per second of simulation, 1 to 100"),
     );
     arguments
 }
@@ -70,7 +70,7 @@ pub(in crate::cli) struct Outputs {
     video: Option<(PathBuf, VideoEncoder)>,
     sound: Option<(PathBuf, SoundTrack)>,
     renderer: Option<ReplayRenderer>,
-    /// Pictures in a second of simulation.
+    /// Frames per second of simulation.
     rate: u32,
     /// Pictures that were written.
     written: u64,

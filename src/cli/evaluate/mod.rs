@@ -89,7 +89,7 @@ pub(super) fn command() -> Command {
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print as JSON, ring by ring"))
         .arg(Arg::new("worker").long("worker").action(ArgAction::SetTrue).hide(true))
         .arg(
-            option("config", "FILE", "Configuration (TOML) as of train; flags beside it win over what it says")
+            option("config", "FILE", "Configuration file (TOML), as for train; flags take precedence")
                 .value_parser(value_parser!(PathBuf)),
         );
     flags::add_fields(command, &fields_of::<TrainConfig>(), "Configuration")
@@ -110,7 +110,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
     let plan = plan::EvaluationPlan::new(matches, &config)?;
     for name in &plan.policies {
-        policy::build(name, &plan.settings).map_err(|e| CliError::Input(e.to_string()))?;
+        let policy = policy::build(name, &plan.settings).map_err(|e| CliError::Input(e.to_string()))?;
+        // The policy that auto came to, at the hold that nobody named, is no mistake of anybody's.
+        let is_auto = plan.resolved.iter().any(|resolved| resolved.name == *name && resolved.why.is_some());
+        let holds_s = plan.holds_s.iter().filter(|hold_s| !is_auto || **hold_s != TrainConfig::default().advice.hold_s);
+        let warning = holds_s.filter_map(|hold_s| policy::untrained_hold(policy.as_deref()?, *hold_s)).next();
+        if let Some(warning) = warning.filter(|_| plan.engine == plan::Engine::FastRing) {
+            log::warn!("{name}: {warning}");
+        }
     }
     if let Some(dir) = &plan.out {
         report::claim(dir)?;

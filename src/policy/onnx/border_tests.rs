@@ -1,4 +1,4 @@
-//! What comes over the border with a network of another's: weights in other files, numbers of other sizes, several inputs.
+//! Networks from elsewhere: weights in other files, numbers of other sizes, several inputs.
 
 use super::{NetworkDescription, OnnxPolicy, write};
 use crate::{

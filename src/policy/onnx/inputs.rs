@@ -1,5 +1,5 @@
-//! What a network is asked: which of its inputs is the observation, in which numbers. In: the graph and its description. Out:
-//! the graph with that input and the wanted output alone, other inputs made constants or gone, and the shapes to ask with.
+//! Inputs of a network: which is the observation, in which numbers. In: the graph and its description. Out: the graph with
+//! that input and the wanted output alone, other inputs made constants or gone, and the shapes to ask with.
 
 use super::{NetworkDescription, limits::MOST_WHOLE_NUMBERS};
 use half::f16;

@@ -1,5 +1,5 @@
-//! How large a network may be, and which operators it may use. In: a file's structure, before the runtime sees it. Out:
-//! nothing, or what cannot be, with node and value. A policy answers within milliseconds, so all limits lie far above one.
+//! Limits of networks in ONNX: size, operators. In: a file's structure, before the runtime sees it. Out: nothing, or what
+//! cannot be, with node and value. A policy answers within milliseconds, so all limits lie far above one.
 
 use super::external::is_external;
 use std::collections::BTreeSet;

@@ -40,7 +40,8 @@ impl OnnxPolicy {
     /// `limits` allows, or it answers with something that is no number.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
         let fault = |fault: String| PolicyFileError { path: path.display().to_string(), fault };
-        let bytes = read_bounded(path, limits::MOST_BYTES).map_err(|e| fault(format!("cannot be read: {e}")))?;
+        let bytes = read_bounded(path, limits::MOST_BYTES)
+            .map_err(|e| fault(format!("cannot be read: {e}{}", crate::toml_text::did_you_mean_file(path))))?;
         let beside = description_of(path);
         let text = match read_text(&beside, SETTINGS_BYTES) {
             Ok(text) => Some(text),

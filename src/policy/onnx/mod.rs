@@ -47,7 +47,7 @@ pub struct NetworkDescription {
     /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound.
     #[serde(default)]
     pub speed_change_mps: f64,
-    /// Road for each car, metres, below which the policy stays silent; 0 is nowhere.
+    /// Road for each car, metres, below which the policy withholds advice; 0 is nowhere.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub least_spacing_m: f64,
     /// Shortest and longest hold that it was trained for, seconds.

@@ -1,6 +1,6 @@
-//! How large a network's tensors become. In: the network as the runtime has parsed it, with the shape of its input. Out:
-//! nothing, with all shapes known, or the node that is too large. The runtime reckons with constants as soon as it knows
-//! them; here each node says the shape of its result first, and only then is it let reckon.
+//! Sizes of a network's tensors. In: the network as the runtime has parsed it, with the shape of its input. Out: nothing,
+//! with all shapes known, or the node that is too large. The runtime reckons with constants as soon as it knows them; here
+//! each node says the shape of its result first, and only then is it let reckon.
 
 use super::limits::{MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_WHOLE_NUMBERS, MOST_WORK};
 use crate::foreign::guarded;

@@ -1,6 +1,7 @@
-//! An ONNX file before it is read. In: its bytes. Out: nothing, or what about it is too large. The file is a protobuf: two
-//! bytes of it can become a structure of some hundred bytes, and one byte a number of eight. So its fields are counted as
-//! they stand in the bytes, by the same rules by which the reader makes structures of them, before it makes one.
+//! Checks the encoding of an ONNX file before it is read. In: its bytes. Out: nothing, or what about it is too large. The
+//! file is a protobuf: two bytes of it can become a structure of some hundred bytes, and one byte a number of eight. So its
+//! fields are counted as they stand in the bytes, by the same rules by which the reader makes structures of them, before it
+//! makes one.
 
 use super::limits::{MOST_DEPTH, MOST_FIELDS, MOST_VARINTS};
 

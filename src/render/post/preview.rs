@@ -1,5 +1,5 @@
-//! A finished picture once more: onto the screen as it is, and small, for the experimenter. In: a texture of a picture.
-//! Out: another, of the same size or smaller, in one draw; nothing is read back, nobody waits.
+//! Copies of a finished picture: one for the screen, a small one for the experimenter. In: a texture of a picture. Out:
+//! another, of the same size or smaller, in one draw; nothing is read back, nobody waits.
 
 use crate::render::device::{
     pipeline::{PipelineBuilder, PipelineDesc},

@@ -1,4 +1,4 @@
-//! What egui drew, put on top of a picture. In: a pass of an egui [`Context`] (its [`FullOutput`]) and a view of the
+//! Draws the output of egui over a picture. In: a pass of an egui [`Context`] (its [`FullOutput`]) and a view of the
 //! picture. Out: commands. Colours are sRGB values, written as they are: the target's format has to be a plain `Unorm`.
 
 use crate::render::device::cost::PassCost;

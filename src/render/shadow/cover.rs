@@ -1,4 +1,4 @@
-//! What the shadow maps cover. In: the sun's direction, a camera. Out: squares of ground and their projections.
+//! The area that the shadow maps cover. In: the sun's direction, a camera. Out: squares of ground and their projections.
 
 use crate::render::view_projection::ViewFrustum;
 use glam::{Mat4, Vec3, camera::rh};

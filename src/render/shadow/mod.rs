@@ -1,4 +1,4 @@
-//! First pass: what the sun does not reach. In: cars and trees. Out: depth maps seen from the sun.
+//! First pass: shadow maps. In: cars and trees. Out: depth maps seen from the sun.
 //!
 //! One map holds what moves (cars), drawn every frame around the camera. Two hold what stands (trees), near by and far off;
 //! they follow the camera in steps. The next one is drawn a part in each frame onto a spare layer, while the last one still

@@ -1,5 +1,6 @@
-//! The sky as air makes it, on the CPU. In: the direction to the sun and how far one sees. Out: the sun's light, the
-//! sky's light by direction and as harmonics for surfaces, and what the air takes from a view along the ground.
+//! The light of the sky by atmospheric scattering, on the CPU. In: the direction to the sun and how far one sees. Out: the
+//! sun's light, the sky's light by direction and as harmonics for surfaces, and what the air takes from a view along the
+//! ground.
 //!
 //! Rayleigh, haze and ozone in a spherical atmosphere: single scattering along each ray, all higher orders by the closed
 //! sum of Hillaire 2020 (A Scalable and Production Ready Sky and Atmosphere Rendering Technique, section 5.5). The

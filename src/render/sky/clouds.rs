@@ -1,4 +1,4 @@
-//! The sky as it is seen, with fair-weather clouds, painted once an hour on the CPU. In: the light of the hour ([`Sky`]).
+//! The picture of the sky with fair-weather clouds, painted once an hour on the CPU. In: the light of the hour ([`Sky`]).
 //! Out: a picture of the upper half of the sky, and how much of it clouds hide. Lengths are kilometres.
 //!
 //! Cumulus is marched through as a volume: flat bases at one height, tops that a noise of three dimensions breaks into

@@ -1,5 +1,6 @@
-//! The lines of the bodies: how wide and how high each part is along x. All styles are one car from the doors forwards. Metres in the body's frame. Our own
-//! drawing of a common mid-size car; smooth between the listed stations (monotone cubic, so nothing overshoots).
+//! Profiles of the bodies: how wide and how high each part is along x. All styles are one car from the doors forwards.
+//! Metres in the body's frame. Our own drawing of a common mid-size car; smooth between the listed stations (monotone cubic,
+//! so nothing overshoots).
 
 use glam::{Vec2, Vec3};
 

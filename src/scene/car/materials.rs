@@ -1,4 +1,4 @@
-//! What the parts of a car share: measures, finishes, levels of detail. Metres; colours are linear albedo.
+//! Dimensions, finishes and levels of detail that the parts of a car share. Metres; colours are linear albedo.
 
 use crate::scene::{Material, mesh::SurfaceFinish};
 

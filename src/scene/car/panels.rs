@@ -42,7 +42,7 @@ fn gap(axis: usize, a: (f32, f32), b: (f32, f32)) -> CutRegion {
     CutRegion::seen_along(axis, &[a - aside, b - aside, b + aside, a + aside])
 }
 
-/// Dresses a half body. Returns the covers of its lamps.
+/// Adds the details to a half body. Returns the covers of its lamps.
 pub(in crate::scene) fn add_details(skin: &mut PanelSkin, lines: &BodyLines, level: LampLevel) -> PanelSkin {
     let mut covers = PanelSkin::default();
     arches(skin, level);

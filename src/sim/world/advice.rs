@@ -38,6 +38,16 @@ impl AdviceSource {
         let settings = policy_settings(scenario, &map.route);
         let resolved = policy::resolve(&scenario.policy, map);
         let policy = policy::build(&resolved.name, &settings)?;
+        // What nobody chose, policy and hold, is no mistake of anybody's.
+        let is_chosen =
+            resolved.name != policy::resolve(policy::AUTO, map).name || scenario.hold_s != Scenario::default().hold_s;
+        if let Some(policy) = policy.as_deref().filter(|_| is_chosen)
+            && let Some(warning) = policy::untrained_hold(policy, scenario.hold_s)
+        {
+            // Once: a study begins hundreds of drives.
+            static SAID: std::sync::Once = std::sync::Once::new();
+            SAID.call_once(|| log::warn!("{warning}"));
+        }
         let expected = ExpectedSpeeds {
             equilibrium_mps: settings.equilibrium_mps,
             advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),

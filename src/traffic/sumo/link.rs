@@ -2,7 +2,7 @@
 //! nobody listens, it is silent, it is not SUMO, it is gone. Every wait has an end: the time-out, or
 //! [`interrupt`](crate::traffic::interrupt).
 
-use super::wire::{self, Fault, Message, Reply};
+use super::wire::{self, Message, Reply, WireFault};
 use crate::traffic::{TrafficError, is_interrupted};
 use std::{
     io::{ErrorKind, Read, Write},
@@ -95,7 +95,7 @@ impl Link {
                     reply.command(wire::GET_VERSION)?;
                     Ok((reply.i32()?, reply.text()?.to_owned()))
                 })();
-                parsed.map_err(|_: Fault| self.not_sumo())
+                parsed.map_err(|_: WireFault| self.not_sumo())
             }
             Err(TrafficError::Silent { address, what, seconds }) => {
                 // It cannot become worse: whoever waits for a line of text answers this one.

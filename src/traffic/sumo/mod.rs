@@ -34,7 +34,7 @@ use crate::{
 use glam::{DVec2, dvec2};
 use options::{DEFAULT_DELTA, TYPE_IN_FILE, TypeFile};
 use remote::Remote;
-use shim::{Command, Kind, Record, Shim};
+use shim::{Command, CommandKind, Record, Shim};
 use simulation::Simulation;
 use std::{path::Path, sync::Arc, time::Duration};
 
@@ -182,8 +182,8 @@ impl SumoTraffic {
         if !speed_mps.is_finite() {
             return Err(TrafficError::NotFinite { what: "imposed speed", car: car.0, value: speed_mps });
         }
-        self.commands.push(Command { car: car.0, kind: Kind::SpeedMode, a: mode, b: 0.0, c: 0.0 });
-        self.commands.push(Command { car: car.0, kind: Kind::Speed, a: speed_mps, b: 0.0, c: 0.0 });
+        self.commands.push(Command { car: car.0, kind: CommandKind::SpeedMode, a: mode, b: 0.0, c: 0.0 });
+        self.commands.push(Command { car: car.0, kind: CommandKind::Speed, a: speed_mps, b: 0.0, c: 0.0 });
         Ok(())
     }
 
@@ -217,13 +217,13 @@ impl SumoTraffic {
             let left = DVec2::from_angle(route.yaw_at(point.s_m)).perp();
             front = route.point_at(point.s_m) + left * MAX_OFFSET_M.copysign(point.offset_m);
         }
-        self.commands.push(Command { car: EGO.0, kind: Kind::MoveToXy, a: front.x, b: front.y, c: angle_deg });
+        self.commands.push(Command { car: EGO.0, kind: CommandKind::MoveToXy, a: front.x, b: front.y, c: angle_deg });
         self.command_speed(0, report.speed_mps.max(0.0));
         point
     }
 
     fn command_speed(&mut self, car: usize, speed_mps: f64) {
-        self.commands.push(Command { car: car as u32, kind: Kind::PreviousSpeed, a: speed_mps, b: 0.0, c: 0.0 });
+        self.commands.push(Command { car: car as u32, kind: CommandKind::PreviousSpeed, a: speed_mps, b: 0.0, c: 0.0 });
     }
 
     /// Tells SUMO how fast the bends let car `i` drive, where that has changed.
@@ -232,7 +232,7 @@ impl SumoTraffic {
         let highest_mps = self.v0_mps.min(bends.at(self.cars[i].s_m));
         if highest_mps != self.highest_mps[i] {
             self.highest_mps[i] = highest_mps;
-            self.commands.push(Command { car: i as u32, kind: Kind::MaxSpeed, a: highest_mps, b: 0.0, c: 0.0 });
+            self.commands.push(Command { car: i as u32, kind: CommandKind::MaxSpeed, a: highest_mps, b: 0.0, c: 0.0 });
         }
     }
 

@@ -107,7 +107,7 @@ fn try_in_child(home: &Path, net_file: &Path) -> Result<Result<(), String>, Traf
     Ok(match status.code() {
         Some(0) => Ok(()),
         Some(_) => Err(format!("SUMO cannot drive on this network: {words}{remedy}")),
-        None => Err(format!("SUMO breaks down on this network ({status}){remedy}")),
+        None => Err(format!("SUMO crashes on this network ({status}){remedy}")),
     })
 }
 

@@ -4,8 +4,8 @@
 
 use super::{
     link::Link,
-    shim::{Command, Kind, Record},
-    wire::{self, Content, Fault, INVALID_DOUBLE, Message, Reply},
+    shim::{Command, CommandKind, Record},
+    wire::{self, Content, INVALID_DOUBLE, Message, Reply, WireFault},
 };
 use crate::{space::SumoPose, traffic::TrafficError};
 use glam::dvec2;
@@ -67,7 +67,7 @@ impl Remote {
         what: &str,
         command: u8,
         fill: impl FnOnce(&mut Content),
-        read: impl FnOnce(&mut Reply) -> Result<T, Fault>,
+        read: impl FnOnce(&mut Reply) -> Result<T, WireFault>,
     ) -> Result<T, TrafficError> {
         let (_, bytes) = Message::of(command, fill).finish();
         self.link.send(&bytes, what)?;
@@ -86,7 +86,7 @@ impl Remote {
         command: u8,
         variable: u8,
         id: &str,
-        read: impl FnOnce(&mut Reply) -> Result<T, Fault>,
+        read: impl FnOnce(&mut Reply) -> Result<T, WireFault>,
     ) -> Result<T, TrafficError> {
         let what = format!("what it knows of {id}");
         let ask = |content: &mut Content| {
@@ -268,7 +268,7 @@ impl Remote {
             for _ in 0..reply.i32()? {
                 next = state(&mut reply, lanes, cars, records, next)? + 1;
             }
-            if reply.is_read() { Ok(()) } else { Err(Fault::Garbled) }
+            if reply.is_read() { Ok(()) } else { Err(WireFault::Garbled) }
         });
         found.map_err(|fault| fail(&self.link, fault))?;
         Ok(true)
@@ -297,10 +297,10 @@ impl Drop for Remote {
     }
 }
 
-fn fail(link: &Link, fault: Fault) -> TrafficError {
+fn fail(link: &Link, fault: WireFault) -> TrafficError {
     match fault {
-        Fault::Refused(text) => TrafficError::Sumo(format!("{} (at {})", text.trim(), link.address)),
-        Fault::Garbled => link.garbled(),
+        WireFault::Refused(text) => TrafficError::Sumo(format!("{} (at {})", text.trim(), link.address)),
+        WireFault::Garbled => link.garbled(),
     }
 }
 
@@ -310,19 +310,19 @@ fn previous_speed(content: &mut Content, id: &str, speed_mps: f64, accel_mps2: f
 
 fn obey(content: &mut Content, id: &str, command: &Command) {
     match command.kind {
-        Kind::MoveToXy => {
+        CommandKind::MoveToXy => {
             content.variable(wire::MOVE_TO_XY, id).compound(7).text("").integer(-1);
             // Off the route if need be (2), a lane within 20 m.
             content.double(command.a).double(command.b).double(command.c).byte(2).double(20.0);
         }
-        Kind::PreviousSpeed => previous_speed(content, id, command.a, INVALID_DOUBLE),
-        Kind::Speed => {
+        CommandKind::PreviousSpeed => previous_speed(content, id, command.a, INVALID_DOUBLE),
+        CommandKind::Speed => {
             content.variable(wire::SPEED, id).double(command.a);
         }
-        Kind::MaxSpeed => {
+        CommandKind::MaxSpeed => {
             content.variable(wire::MAX_SPEED, id).double(command.a);
         }
-        Kind::SpeedMode => {
+        CommandKind::SpeedMode => {
             content.variable(wire::SPEED_MODE, id).integer(command.a as i32);
         }
     }
@@ -335,21 +335,21 @@ fn state(
     cars: &mut [Car],
     records: &mut [Record],
     guess: usize,
-) -> Result<usize, Fault> {
+) -> Result<usize, WireFault> {
     reply.command(wire::SUBSCRIBE_VEHICLE + wire::ANSWER)?;
     let id = reply.text()?;
     let mut numbers = (guess..cars.len()).chain(0..guess.min(cars.len()));
-    let number = numbers.find(|number| cars[*number].id == id).ok_or(Fault::Garbled)?;
+    let number = numbers.find(|number| cars[*number].id == id).ok_or(WireFault::Garbled)?;
     let mut record = Record { present: 1, ..Record::default() };
     if usize::from(reply.u8()?) != STATES.len() {
-        return Err(Fault::Garbled);
+        return Err(WireFault::Garbled);
     }
     for variable in STATES {
         if reply.u8()? != variable {
-            return Err(Fault::Garbled);
+            return Err(WireFault::Garbled);
         }
         if reply.u8()? != 0 {
-            return Err(Fault::Refused(reply.string()?.to_owned()));
+            return Err(WireFault::Refused(reply.string()?.to_owned()));
         }
         match variable {
             wire::SPEED => record.speed_mps = reply.double()?,

@@ -16,7 +16,7 @@ use std::{
 /// What shall be done to a car before the step; numbered as in shim.cpp.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
+pub(super) enum CommandKind {
     /// `a`, `b`: front bumper; `c`: compass degrees.
     MoveToXy = 0,
     /// `a`: the speed that model and followers take for the present one, m/s.
@@ -34,7 +34,7 @@ pub(super) enum Kind {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Command {
     pub car: u32,
-    pub kind: Kind,
+    pub kind: CommandKind,
     pub a: f64,
     pub b: f64,
     pub c: f64,

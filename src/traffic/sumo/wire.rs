@@ -5,7 +5,7 @@
 
 /// Why an answer is none.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(super) enum WireFault {
     /// SUMO refused the command and says why.
     Refused(String),
     /// What came is no answer to what was asked.
@@ -178,50 +178,50 @@ impl Content<'_> {
 pub(super) struct Reply<'a>(pub &'a [u8]);
 
 impl<'a> Reply<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], Fault> {
-        let (taken, rest) = self.0.split_at_checked(count).ok_or(Fault::Garbled)?;
+    fn take(&mut self, count: usize) -> Result<&'a [u8], WireFault> {
+        let (taken, rest) = self.0.split_at_checked(count).ok_or(WireFault::Garbled)?;
         self.0 = rest;
         Ok(taken)
     }
 
-    pub fn u8(&mut self) -> Result<u8, Fault> {
+    pub fn u8(&mut self) -> Result<u8, WireFault> {
         Ok(self.take(1)?[0])
     }
 
-    pub fn i32(&mut self) -> Result<i32, Fault> {
-        self.take(4)?.try_into().map(i32::from_be_bytes).map_err(|_| Fault::Garbled)
+    pub fn i32(&mut self) -> Result<i32, WireFault> {
+        self.take(4)?.try_into().map(i32::from_be_bytes).map_err(|_| WireFault::Garbled)
     }
 
-    fn f64(&mut self) -> Result<f64, Fault> {
-        self.take(8)?.try_into().map(f64::from_be_bytes).map_err(|_| Fault::Garbled)
+    fn f64(&mut self) -> Result<f64, WireFault> {
+        self.take(8)?.try_into().map(f64::from_be_bytes).map_err(|_| WireFault::Garbled)
     }
 
-    pub fn text(&mut self) -> Result<&'a str, Fault> {
-        let length = usize::try_from(self.i32()?).map_err(|_| Fault::Garbled)?;
-        std::str::from_utf8(self.take(length)?).map_err(|_| Fault::Garbled)
+    pub fn text(&mut self) -> Result<&'a str, WireFault> {
+        let length = usize::try_from(self.i32()?).map_err(|_| WireFault::Garbled)?;
+        std::str::from_utf8(self.take(length)?).map_err(|_| WireFault::Garbled)
     }
 
-    fn typed(&mut self, kind: u8) -> Result<(), Fault> {
-        if self.u8()? == kind { Ok(()) } else { Err(Fault::Garbled) }
+    fn typed(&mut self, kind: u8) -> Result<(), WireFault> {
+        if self.u8()? == kind { Ok(()) } else { Err(WireFault::Garbled) }
     }
 
-    pub fn double(&mut self) -> Result<f64, Fault> {
+    pub fn double(&mut self) -> Result<f64, WireFault> {
         self.typed(DOUBLE)?;
         self.f64()
     }
 
-    pub fn string(&mut self) -> Result<&'a str, Fault> {
+    pub fn string(&mut self) -> Result<&'a str, WireFault> {
         self.typed(STRING)?;
         self.text()
     }
 
-    pub fn position(&mut self) -> Result<[f64; 2], Fault> {
+    pub fn position(&mut self) -> Result<[f64; 2], WireFault> {
         self.typed(POSITION_2D)?;
         Ok([self.f64()?, self.f64()?])
     }
 
     /// The begin of the next command in it, which has to be this one.
-    pub fn command(&mut self, command: u8) -> Result<(), Fault> {
+    pub fn command(&mut self, command: u8) -> Result<(), WireFault> {
         if self.u8()? == 0 {
             self.i32()?;
         }
@@ -229,11 +229,11 @@ impl<'a> Reply<'a> {
     }
 
     /// What SUMO says to a command.
-    pub fn status(&mut self, command: u8) -> Result<(), Fault> {
+    pub fn status(&mut self, command: u8) -> Result<(), WireFault> {
         self.command(command)?;
         let result = self.u8()?;
         let text = self.text()?;
-        if result == 0 { Ok(()) } else { Err(Fault::Refused(text.to_owned())) }
+        if result == 0 { Ok(()) } else { Err(WireFault::Refused(text.to_owned())) }
     }
 
     /// True if all was read.
