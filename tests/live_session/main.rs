@@ -2,6 +2,7 @@
 //! count; and that every step is on the disk.
 
 mod drive;
+mod force;
 mod overview;
 mod rig;
 mod wheel;

@@ -4,6 +4,8 @@
 mod cars;
 mod cockpit;
 mod costs;
+mod daylight;
+mod dial;
 mod ground;
 mod light;
 mod pixels;

@@ -1,8 +1,7 @@
 //! A rehearsed study: every order as often as it should be, a data set whose files are whole, a cut that costs one drive,
 //! the same bits for the same seed, and a message for whatever must not be.
 
-mod common;
-
+use crate::common::table;
 use codrive::{
     record::{Table, TableReader},
     study::{
@@ -10,7 +9,6 @@ use codrive::{
         session::{ParticipantKind, SessionLog},
     },
 };
-use common::table;
 use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -22,7 +20,7 @@ use std::{
 /// The study of these tests.
 fn short() -> String {
     let who = "authors = [\"A. Lead\", \"B. Second\"]\nlicence = \"CC0\"\ninstitution = \"A laboratory\"\n";
-    who.to_owned() + &common::study(6.0, 30.0, ["workload", "raw-tlx"])
+    who.to_owned() + &crate::common::study(6.0, 30.0, ["workload", "raw-tlx"])
 }
 
 fn study() -> Study {
@@ -30,8 +28,8 @@ fn study() -> Study {
 }
 
 fn codrive(arguments: &[&str]) -> (i32, String) {
-    let output = common::codrive(arguments, "error");
-    (output.status.code().unwrap(), common::text(&output))
+    let output = crate::common::codrive(arguments, "error");
+    (output.status.code().unwrap(), crate::common::text(&output))
 }
 
 /// A folder with the study's file, and where its data go.

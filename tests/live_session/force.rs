@@ -264,6 +264,6 @@ fn the_end_of_a_drive_and_a_panic_in_its_midst_take_the_force_from_the_wheel() {
         assert_eq!(sent.iter().filter(|sent| **sent == Sent::End).count(), 1);
     }
     // A panic that aborted would run none of this.
-    let profiles = include_str!("../Cargo.toml");
+    let profiles = include_str!("../../Cargo.toml");
     assert!(!profiles.contains("panic ="), "profiles of Cargo.toml unwind");
 }

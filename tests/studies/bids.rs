@@ -1,9 +1,7 @@
 //! The data set of a rehearsed study before judges from outside: the validator of BIDS, and the shipped scripts for pandas and
 //! R, as whoever analyses it would run them. `scripts/setup --test` installs all three.
 
-mod common;
-
-use common::text;
+use crate::common::text;
 use serde_json::Value;
 use std::{
     collections::BTreeMap,
@@ -21,7 +19,7 @@ impl Place {
     fn rehearsed(duration_s: f64, participants: usize) -> Self {
         let place = Self { folder: tempfile::tempdir().unwrap() };
         let study = place.folder.path().join("short.toml");
-        fs::write(&study, common::study(duration_s, 10.0, ["experience", "driving-experience"])).unwrap();
+        fs::write(&study, crate::common::study(duration_s, 10.0, ["experience", "driving-experience"])).unwrap();
         let participants = participants.to_string();
         place.codrive(&["study", study.to_str().unwrap(), "--rehearse", "--participants", &participants, "--out"]);
         place
@@ -33,7 +31,7 @@ impl Place {
 
     /// The program with these arguments and the data set. What it said on standard error.
     fn codrive(&self, arguments: &[&str]) -> String {
-        let output = common::codrive(&[arguments, &[self.data().to_str().unwrap()]].concat(), "warn");
+        let output = crate::common::codrive(&[arguments, &[self.data().to_str().unwrap()]].concat(), "warn");
         assert!(output.status.success(), "{}", text(&output));
         String::from_utf8_lossy(&output.stderr).into_owned()
     }
@@ -53,7 +51,7 @@ impl Place {
 
     /// Rows of a table of the analysis by its columns' names.
     fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
-        common::table(&self.data().join("derivatives/codrive").join(name))
+        crate::common::table(&self.data().join("derivatives/codrive").join(name))
     }
 }
 

@@ -1,17 +1,13 @@
 //! Light and passes by numbers: the grey card under daylight of the literature, shadows that stay on the ground, lamps, nothing made while driving. In:
 //! small stages and cameras made for each question. Out: properties of the pixels.
 
-#[path = "pictures/place.rs"]
-#[allow(dead_code, reason = "shared with the tests of pictures, which use the rest")]
-mod place;
-
+use super::place::*;
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, sky::atmosphere::Sky},
     scene::{Camera, CarModel, Lens, Mesh, StaticScene, Vertex, View, ViewKind, ViewOptions},
 };
 use glam::{Quat, Vec3};
 use image::RgbaImage;
-use place::*;
 
 /// Light before the tone curve and after exposure, from a pixel: `tonemap.wgsl` backwards.
 fn light_of(pixel: [f32; 3]) -> Vec3 {

@@ -1,0 +1,7 @@
+//! Studies: plan, order, sessions and rehearsals, and the data set that comes of them. In: small studies on the native engine.
+//! Out: files that outside readers and validators take.
+
+mod bids;
+mod common;
+mod session;
+mod study;
