@@ -198,7 +198,7 @@ mod tests {
     fn the_number_is_green_exactly_where_the_advice_accepts() {
         let advice = Advice {
             issued: Tick(0),
-            hold_steps: 10,
+            hold: crate::policy::Hold::of_steps(10, 0.1),
             action: Action::Speed(4.362),
             target_mps: 4.362,
             range_mps: 0.447_04,

@@ -1,6 +1,7 @@
 //! Advice. In: an [`Observation`] each step. Out: an [`Action`] each hold, shown to the driver as [`Advice`]. Policies
 //! are built by name with [`build`]; [`Advisor`] keeps the hold. SI units.
 
+mod advisor;
 mod follower_stopper;
 mod hold;
 mod network;
@@ -13,8 +14,9 @@ pub mod onnx;
 mod open_loop;
 mod pi_saturation;
 
+pub use advisor::{Advisor, shown_mps, untrained_hold};
 pub use follower_stopper::FollowerStopper;
-pub use hold::{Advisor, shown_mps, untrained_hold};
+pub use hold::{Hold, HoldError};
 pub use network::{FORMAT, Network, NetworkLayer, NetworkOutput, PolicyFileError, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
@@ -62,8 +64,8 @@ pub enum Action {
 pub struct Advice {
     /// When it was issued.
     pub issued: Tick,
-    /// How long it stands, in steps.
-    pub hold_steps: u32,
+    /// How long it stands.
+    pub hold: Hold,
     /// The policy's own action.
     pub action: Action,
     /// Speed to be driven, m/s, within 0 and the speed limit.

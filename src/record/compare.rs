@@ -114,8 +114,8 @@ impl TableComparison {
         self.hash = snapshot.hash(self.hash);
         for event in world.events() {
             if let EventKind::Advice(advice) = event.kind {
-                let (step_s, speed_mps) = (scenario.step_s, snapshot.ego_before.speed_mps);
-                let row = AdviceRow { advice, step_s, speed_mps, shown_frame: None, shown_wall_s: None };
+                let speed_mps = snapshot.ego_before.speed_mps;
+                let row = AdviceRow { advice, speed_mps, shown_frame: None, shown_wall_s: None };
                 let found = self.advice.compare(ADVICE, &row)?;
                 self.note(found);
             }

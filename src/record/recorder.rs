@@ -153,8 +153,7 @@ impl Recorder {
         for event in world.events() {
             if let EventKind::Advice(advice) = event.kind {
                 let speed_mps = snapshot.ego_before.speed_mps;
-                let step_s = scenario.step_s;
-                self.unseen.push(AdviceRow { advice, step_s, speed_mps, shown_frame: None, shown_wall_s: None });
+                self.unseen.push(AdviceRow { advice, speed_mps, shown_frame: None, shown_wall_s: None });
             }
             self.batch.events.extend(EventRow::of(event));
         }

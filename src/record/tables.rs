@@ -294,8 +294,6 @@ pub const CARS: &[TableColumn<CarRow>] = &[
 pub struct AdviceRow {
     /// What was advised.
     pub advice: Advice,
-    /// Length of a step, seconds.
-    pub step_s: f64,
     /// The ego's speed when it was issued, m/s.
     pub speed_mps: f64,
     /// Number of the first frame that showed it; `None` without a screen.
@@ -317,7 +315,7 @@ pub const ADVICE: &[TableColumn<AdviceRow>] = &[
     number("target_mps", "m/s", "advised speed", |r| Some(r.advice.target_mps)),
     number("range_low_mps", "m/s", "lower edge of the acceptable range", |r| Some(r.advice.band_mps().0)),
     number("range_high_mps", "m/s", "upper edge of the acceptable range", |r| Some(r.advice.band_mps().1)),
-    number("hold_s", "s", "how long it stands", |r| Some(f64::from(r.advice.hold_steps) * r.step_s)),
+    number("hold_s", "s", "how long it stands", |r| Some(r.advice.hold.seconds())),
     number("speed_mps", "m/s", "the ego's speed at that tick", |r| Some(r.speed_mps)),
     column(
         "in_range",

@@ -33,7 +33,7 @@ fn is<R>(columns: &[TableColumn<R>], row: &R, expected: &[(&'static str, &str)])
 
 const ADVISED: Advice = Advice {
     issued: Tick(100),
-    hold_steps: 30,
+    hold: crate::policy::Hold::of_steps(30, 0.1),
     action: Action::Acceleration(-0.5),
     target_mps: 6.5,
     range_mps: 0.75,
@@ -186,8 +186,7 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
     ];
     is(CARS, &CarRow::of(Tick(120), &view), &car);
 
-    let advice =
-        AdviceRow { advice: ADVISED, step_s: 0.1, speed_mps: 5.5, shown_frame: Some(8), shown_wall_s: Some(1.125) };
+    let advice = AdviceRow { advice: ADVISED, speed_mps: 5.5, shown_frame: Some(8), shown_wall_s: Some(1.125) };
     let expected = [
         ("tick", "100"),
         ("action", "acceleration"),

@@ -2,8 +2,11 @@
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
 use super::{Scenario, colour};
-use crate::settings::{self, Field, Settings, SettingsError};
-use crate::toml_text::did_you_mean;
+use crate::{
+    policy::Hold,
+    settings::{self, Field, Settings, SettingsError},
+    toml_text::did_you_mean,
+};
 use serde_json::Value;
 use std::path::Path;
 
@@ -50,12 +53,8 @@ impl Settings for Scenario {
             let text = format!("extra_delay_s is {}; allowed: a multiple of 0.01 s", self.extra_delay_s);
             return Err(("extra_delay_s", text));
         }
-        if !multiple(self.hold_s, self.step_s) || self.hold_s < self.step_s {
-            let text = format!(
-                "hold_s is {}; allowed: a whole number of steps of {} s, at least one",
-                self.hold_s, self.step_s
-            );
-            return Err(("hold_s", text));
+        if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
+            return Err(("hold_s", format!("{fault}, at least one")));
         }
         for (key, value) in [("ego_colour", &self.display.ego_colour), ("traffic_colour", &self.display.traffic_colour)]
         {

@@ -10,7 +10,14 @@ pub mod sound;
 pub use display::{CockpitView, DialPalette, QualityLevel};
 pub use sound::SoundLevels;
 
-use crate::{idm::IdmParams, map::Route, policy, settings::flat_settings, traffic::EngineChoice, units::SpeedUnit};
+use crate::{
+    idm::IdmParams,
+    map::Route,
+    policy::{self, Hold},
+    settings::flat_settings,
+    traffic::EngineChoice,
+    units::SpeedUnit,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +47,7 @@ flat_settings! {
             /// Traffic runs this long before the drive, the ego driven by the same model
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             warm_up_s: f64 = 0.0,
-            /// Length of a step of traffic and policy, a multiple of 0.01 s
+            /// Length of a step of traffic and policy::{self, Hold}, a multiple of 0.01 s
             #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
             step_s: f64 = 0.1,
             /// Length of the drive, at most 7 days; 0 drives until the window is closed
@@ -182,9 +189,9 @@ impl Scenario {
         (self.step_s / crate::time::TICK_S).round() as u64
     }
 
-    /// Steps in a hold, at least 1.
-    pub fn hold_steps(&self) -> u32 {
-        (self.hold_s / self.step_s).round().max(1.0) as u32
+    /// How long one advice stands.
+    pub fn hold(&self) -> Hold {
+        Hold::nearest(self.hold_s, self.step_s)
     }
 
     /// Ticks by which controls come later.

@@ -66,7 +66,7 @@ fn the_first_number_that_differs_is_named_with_its_car_and_both_values() {
     assert_eq!(one.first_difference(&snapshot(2)), Some(("count of numbers".into(), 27.0, 23.0)));
     let advice = Advice {
         issued: Tick(50),
-        hold_steps: 1,
+        hold: crate::policy::Hold::of_steps(1, 0.1),
         action: Action::Speed(4.0),
         target_mps: 4.0,
         range_mps: 1.0,

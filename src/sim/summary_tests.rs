@@ -42,7 +42,14 @@ fn snapshot(tick: u64, ego_mps: f64, car_mps: f64, gap_m: Option<f64>, target_mp
 /// Within half a metre a second.
 fn advice(target_mps: f64) -> Advice {
     let action = Action::Speed(target_mps);
-    Advice { issued: Tick(0), hold_steps: 1, action, target_mps, range_mps: 0.5, is_fallback: false }
+    Advice {
+        issued: Tick(0),
+        hold: crate::policy::Hold::of_steps(1, 0.1),
+        action,
+        target_mps,
+        range_mps: 0.5,
+        is_fallback: false,
+    }
 }
 
 /// The ego at 1 to 5 m/s behind a car at 2 m/s. The gap is least after the window.

@@ -3,7 +3,7 @@
 
 use crate::{
     idm::IdmParams,
-    policy::{Feature, NetworkInput},
+    policy::{Feature, Hold, NetworkInput},
     settings::{Settings, flat_settings},
 };
 use schemars::JsonSchema;
@@ -273,9 +273,9 @@ pub enum FollowKind {
 }
 
 impl TrainConfig {
-    /// Steps in the shortest hold.
-    pub fn hold_steps(&self) -> u32 {
-        (self.advice.hold_s / self.ring.step_s).round().max(1.0) as u32
+    /// The shortest hold.
+    pub fn hold(&self) -> Hold {
+        Hold::nearest(self.advice.hold_s, self.ring.step_s)
     }
 
     /// Shortest and longest hold, seconds.
@@ -283,11 +283,11 @@ impl TrainConfig {
         [self.advice.hold_s, self.advice.hold_max_s.max(self.advice.hold_s)]
     }
 
-    /// Steps in a hold of block `index` of so many.
-    pub fn hold_steps_of(&self, index: usize, blocks: usize) -> u32 {
+    /// The hold of block `index` of so many.
+    pub fn hold_of(&self, index: usize, blocks: usize) -> Hold {
         let [low, high] = self.holds_s();
         let share = index as f64 / (blocks as f64 - 1.0).max(1.0);
-        ((low * (high / low).powf(share) / self.ring.step_s).round() as u32).max(1)
+        Hold::nearest(low * (high / low).powf(share), self.ring.step_s)
     }
 
     /// Decisions of each ring in a batch, at least 1.
@@ -296,13 +296,13 @@ impl TrainConfig {
     }
 
     /// Decisions in an episode of such holds, at least 1.
-    pub fn horizon_decisions(&self, hold_steps: u32) -> u32 {
-        (self.ring.horizon_s / (f64::from(hold_steps) * self.ring.step_s)).round().max(1.0) as u32
+    pub fn horizon_decisions(&self, hold: Hold) -> u32 {
+        (self.ring.horizon_s / hold.seconds()).round().max(1.0) as u32
     }
 
-    /// Discount of a hold of so many seconds.
-    pub fn gamma(&self, hold_s: f64) -> f64 {
-        (-hold_s / self.optimiser.discount_s).exp()
+    /// Discount of a hold.
+    pub fn gamma(&self, hold: Hold) -> f64 {
+        (-hold.seconds() / self.optimiser.discount_s).exp()
     }
 
     /// Lowest and highest action, m/s2 or m/s.
@@ -340,11 +340,8 @@ impl TrainConfig {
 
 impl Settings for TrainConfig {
     fn check(&self) -> Result<(), (&'static str, String)> {
-        let multiple = |value: f64, of: f64| ((value / of).round() * of - value).abs() < 1e-9 && value > of / 2.0;
-        if !multiple(self.advice.hold_s, self.ring.step_s) {
-            let text =
-                format!("hold_s is {}; allowed: a whole number of steps of {} s", self.advice.hold_s, self.ring.step_s);
-            return Err(("hold_s", text));
+        if let Err(fault) = Hold::new(self.advice.hold_s, self.ring.step_s) {
+            return Err(("hold_s", fault.to_string()));
         }
         if self.holds_s()[1] > self.ring.horizon_s {
             let text = format!("holds of {} s; the horizon is {} s", self.holds_s()[1], self.ring.horizon_s);

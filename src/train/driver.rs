@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     driver::{DriverParams, LeaderRule, NamedDriver, named},
-    policy::{Action, shown_mps},
+    policy::{Action, Hold, shown_mps},
     rng::Stream,
 };
 use serde::{Deserialize, Serialize};
@@ -161,8 +161,8 @@ impl AdviceFollower {
         self.rng.copy_lane(l, &from.rng, from_lane);
     }
 
-    /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold_s`.
-    pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold_s: f64) {
+    /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold`.
+    pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold: Hold) {
         if self.ignores {
             return;
         }
@@ -171,7 +171,7 @@ impl AdviceFollower {
             Action::Speed(speed) => (Mode::Speed, speed.max(0.0) as f32),
             // What a driver sees is the speed that it leads to.
             Action::Acceleration(a) if self.is_driver => {
-                (Mode::Speed, shown_mps(before, f64::from(ego_mps), a, hold_s) as f32)
+                (Mode::Speed, shown_mps(before, f64::from(ego_mps), a, hold.seconds()) as f32)
             }
             Action::Acceleration(a) => (Mode::Acceleration, a as f32),
         };

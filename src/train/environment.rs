@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     idm::IdmParams,
-    policy::{Action, MeanSpeed, Observation},
+    policy::{Action, Hold, MeanSpeed, Observation},
     rng::{self, Stream},
 };
 use serde::{Deserialize, Serialize};
@@ -66,8 +66,8 @@ pub struct VecEnv {
 
 impl VecEnv {
     /// Block `index` of those of `config`, every ring at the end of its warm-up. `stream` names the random numbers:
-    /// training and judging have rings of their own. An action stands for `hold_steps`.
-    pub fn new(config: &TrainConfig, stream: &str, index: usize, hold_steps: u32) -> Self {
+    /// training and judging have rings of their own. An action stands for `hold`.
+    pub fn new(config: &TrainConfig, stream: &str, index: usize, hold: Hold) -> Self {
         let room = config.ring.vehicles_max as usize;
         let ring = VectorizedRing::new(room, config.ring.step_s);
         let follower = AdviceFollower::new(config);
@@ -80,7 +80,7 @@ impl VecEnv {
             ring,
             follower,
             circumference_m: splat(0.0),
-            hold_steps,
+            hold_steps: hold.steps(),
             mean_ego_mps: splat(0.0),
             elapsed: [0; LANES],
             stock_m: splat(0.0),
@@ -93,7 +93,7 @@ impl VecEnv {
 
     /// Lets each ring begin at another part of its horizon, so that a batch has all parts of an episode.
     pub fn spread(&mut self) {
-        let horizon = self.config.horizon_decisions(self.hold_steps);
+        let horizon = self.config.horizon_decisions(self.hold_length());
         let mut stream = self.named(&format!("spread/{}", self.first_ring));
         self.elapsed.iter_mut().for_each(|elapsed| *elapsed = stream.index(horizon as usize) as u32);
     }
@@ -107,19 +107,14 @@ impl VecEnv {
             gap_m: f64::from(self.ring.gap_m()[l]),
             circumference_m: f64::from(self.circumference_m[l]),
             vehicles: self.ring.cars(l) as u32,
-            hold_s: self.hold_s(),
+            hold_s: self.hold_length().seconds(),
             mean_speed_mps: f64::from(self.mean_ego_mps[l]),
         }
     }
 
-    /// Steps for which an action stands.
-    pub fn hold_steps(&self) -> u32 {
-        self.hold_steps
-    }
-
-    /// The same in seconds.
-    pub fn hold_s(&self) -> f64 {
-        f64::from(self.hold_steps) * self.config.ring.step_s
+    /// How long an action stands.
+    pub fn hold_length(&self) -> Hold {
+        Hold::of_steps(self.hold_steps, self.config.ring.step_s)
     }
 
     /// The configuration that the block keeps says so too.
@@ -132,9 +127,9 @@ impl VecEnv {
         &self.ring
     }
 
-    /// New advice for the ego of ring `l`, to stand for `hold_s`. Before the first its model drives it.
-    pub fn advise(&mut self, l: usize, action: Action, hold_s: f64) {
-        self.follower.advise(l, action, self.ring.ego_mps()[l], hold_s);
+    /// New advice for the ego of ring `l`, to stand for `hold`. Before the first its model drives it.
+    pub fn advise(&mut self, l: usize, action: Action, hold: Hold) {
+        self.follower.advise(l, action, self.ring.ego_mps()[l], hold);
     }
 
     /// One step under the advice that stands; no episode ends.
@@ -147,8 +142,8 @@ impl VecEnv {
 
     /// One hold under these actions; rings whose episode ended begin another.
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
-        let (steps, hold_s) = (self.hold_steps, self.hold_s());
-        (0..LANES).for_each(|l| self.advise(l, actions[l], hold_s));
+        let (steps, hold) = (self.hold_steps, self.hold_length());
+        (0..LANES).for_each(|l| self.advise(l, actions[l], hold));
         let range_mps = self.config.reward.range_mps as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
         let totals = wide(self, |block| {
@@ -173,7 +168,7 @@ impl VecEnv {
             self.elapsed[l] += 1;
             let ending = if totals.least_gap_m[l] <= 0.0 {
                 Ending::Crash
-            } else if self.elapsed[l] >= self.config.horizon_decisions(self.hold_steps) {
+            } else if self.elapsed[l] >= self.config.horizon_decisions(self.hold_length()) {
                 Ending::Horizon
             } else {
                 Ending::None

@@ -5,14 +5,14 @@ use super::{
     environment::{Ending, Outcome, VecEnv},
     simd::LANES,
 };
-use crate::policy::Action;
+use crate::policy::{Action, Hold};
 
 fn config() -> TrainConfig {
     TrainConfig { ring: RingConfig { horizon_s: 60.0, ..RingConfig::default() }, ..TrainConfig::default() }
 }
 
 fn block(config: &TrainConfig) -> VecEnv {
-    VecEnv::new(config, "test", 0, config.hold_steps())
+    VecEnv::new(config, "test", 0, config.hold())
 }
 
 fn all(action: Action) -> [Action; LANES] {
@@ -38,7 +38,8 @@ fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
     let bounded = TrainConfig { ring: RingConfig { least_spacing_m: 9.6, ..dense.ring.clone() }, ..dense.clone() };
     let mut longer = 0;
     for index in 0..4 {
-        let [free, bounded] = [&dense, &bounded].map(|config| VecEnv::new(config, "test", index, 10));
+        let [free, bounded] =
+            [&dense, &bounded].map(|config| VecEnv::new(config, "test", index, Hold::of_steps(10, config.ring.step_s)));
         for l in 0..LANES {
             let (free, bounded) = (free.observe(l), bounded.observe(l));
             let least_m = 9.6 * f64::from(free.vehicles);

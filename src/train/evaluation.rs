@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     metrics::{EpisodeMetrics, EvaluationResult, Trace},
-    policy::{Action, Advisor, Policy},
+    policy::{Action, Advisor, Hold, Policy},
     space::CAR_LENGTH_M,
     time::Tick,
 };
@@ -24,7 +24,7 @@ pub fn evaluate(
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<EvaluationResult> {
     let blocks = rings.div_ceil(LANES);
-    let one = |index| evaluate_block(config, stream, index, config.hold_steps_of(index, blocks), &make);
+    let one = |index| evaluate_block(config, stream, index, config.hold_of(index, blocks), &make);
     let verdicts: Vec<Vec<EvaluationResult>> = (0..blocks).into_par_iter().map(one).collect();
     verdicts.into_iter().flatten().take(rings).collect()
 }
@@ -33,11 +33,11 @@ fn evaluate_block(
     config: &TrainConfig,
     stream: &str,
     index: usize,
-    hold_steps: u32,
+    hold: Hold,
     make: &(impl Fn() -> Option<Box<dyn Policy>> + Sync),
 ) -> Vec<EvaluationResult> {
-    let mut block = VecEnv::new(config, stream, index, hold_steps);
-    let mut drivers = Advisors::new(config, hold_steps, make);
+    let mut block = VecEnv::new(config, stream, index, hold);
+    let mut drivers = Advisors::new(config, hold, make);
     let tally = |l| EpisodeMetrics::new(config.ring.step_s, block.observe(l).circumference_m);
     let mut tallies: Vec<EpisodeMetrics> = (0..LANES).map(tally).collect();
     for step in 0..steps(config, config.ring.horizon_s) {
@@ -64,8 +64,8 @@ struct Advisors {
 }
 
 impl Advisors {
-    fn new(config: &TrainConfig, hold_steps: u32, make: &impl Fn() -> Option<Box<dyn Policy>>) -> Self {
-        let advisor = |_| Advisor::new(make(), config.ring.step_s, hold_steps, config.reward.range_mps);
+    fn new(config: &TrainConfig, hold: Hold, make: &impl Fn() -> Option<Box<dyn Policy>>) -> Self {
+        let advisor = |_| Advisor::new(make(), hold, config.reward.range_mps);
         Self {
             of: (0..LANES).map(advisor).collect(),
             ticks: (config.ring.step_s / crate::time::TICK_S).round() as u64,
@@ -81,7 +81,7 @@ impl Advisors {
                     Action::Speed(_) => Action::Speed(advice.target_mps),
                     acceleration => acceleration,
                 };
-                block.advise(l, within, block.hold_s());
+                block.advise(l, within, block.hold_length());
             }
         }
     }
@@ -95,14 +95,14 @@ pub fn trace(
     make: impl Fn() -> Option<Box<dyn Policy>>,
 ) -> Trace {
     let warm_up_s = (config.ring.warm_up_s - before_s).max(0.0);
-    let hold_steps = config.hold_steps();
+    let hold = config.hold();
     let mut block = VecEnv::new(
         &TrainConfig { ring: RingConfig { warm_up_s, ..config.ring.clone() }, ..config.clone() },
         stream,
         0,
-        hold_steps,
+        hold,
     );
-    let mut drivers = Advisors::new(config, hold_steps, &make);
+    let mut drivers = Advisors::new(config, hold, &make);
     let mut trace = Trace {
         circumference_m: block.observe(0).circumference_m,
         span_s: Some([warm_up_s - config.ring.warm_up_s, after_s]),

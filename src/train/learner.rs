@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{Action, FORMAT, Network, NetworkInput, NetworkLayer, NetworkOutput, bounded},
+    policy::{Action, FORMAT, Hold, Network, NetworkInput, NetworkLayer, NetworkOutput, bounded},
     rng,
 };
 use rayon::prelude::*;
@@ -81,7 +81,7 @@ struct Track {
     inputs: Vec<f32>,
     actions: Vec<f32>,
     outcomes: Vec<Outcome>,
-    hold_steps: u32,
+    hold: Hold,
     /// The observation after the last decision.
     after: Vec<f32>,
 }
@@ -96,7 +96,7 @@ impl Learner {
         let value = Value::new(&value_shape(config), &mut stream);
         let count = config.run.rings as usize / LANES;
         let blocks = (0..count).into_par_iter().map(|index| {
-            let mut env = VecEnv::new(config, "train", index, config.hold_steps_of(index, count));
+            let mut env = VecEnv::new(config, "train", index, config.hold_of(index, count));
             env.spread();
             let mut rng = LaneRng::new();
             for l in 0..LANES {
@@ -136,7 +136,7 @@ impl Learner {
         let tracks = self.collect(&shape);
         let outcomes = || tracks.iter().flat_map(|track| &track.outcomes);
         // A long hold counts for more than a short one: means are over time.
-        let timed = || tracks.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold_steps), o)));
+        let timed = || tracks.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
         let steps: f64 = timed().map(|(steps, _)| steps).sum();
         let mean = |of: fn(&Outcome) -> f32| timed().map(|(steps, o)| steps * f64::from(of(o))).sum::<f64>() / steps;
         let (mean_mps, reward) = (mean(|o| o.mean_mps), mean(|o| o.reward));
@@ -209,7 +209,7 @@ impl Learner {
         let mut batch = Batch { inputs: Vec::new(), actions: Vec::new(), advantages: Vec::new() };
         let mut returns = Vec::new();
         for track in tracks {
-            let gamma = config.gamma(f64::from(track.hold_steps) * config.ring.step_s);
+            let gamma = config.gamma(track.hold);
             let values = self.value.estimate(&shape, &[&track.inputs[..], &track.after[..]].concat());
             let last_inputs: Vec<f32> =
                 track.outcomes.iter().flat_map(|o| inputs.iter().map(|input| input.scaled(&o.last_seen))).collect();
@@ -255,9 +255,9 @@ impl Actor {
         let (net, log_sd) = shape.split(theta);
         let rows = config.decisions() * LANES;
         let seen = config.inputs();
-        let hold_s = self.env.hold_s();
+        let hold = self.env.hold_length();
         let mut track = Track {
-            hold_steps: self.env.hold_steps(),
+            hold,
             inputs: Vec::with_capacity(rows * seen.len()),
             actions: Vec::with_capacity(rows),
             outcomes: Vec::with_capacity(rows),
@@ -271,7 +271,7 @@ impl Actor {
             let outputs = here.output().chunks_exact(shape.net.outputs());
             let drawn: Vec<f32> =
                 outputs.enumerate().map(|(l, out)| shape.family.draw(out, log_sd, normal[l], uniform[l])).collect();
-            let actions = std::array::from_fn(|l| action(config, drawn[l], hold_s));
+            let actions = std::array::from_fn(|l| action(config, drawn[l], hold));
             track.outcomes.extend(self.env.hold(&actions));
             track.inputs.extend(inputs);
             track.actions.extend(drawn);
@@ -289,10 +289,10 @@ impl Actor {
     }
 }
 
-/// The action that the policy's family calls `drawn`, to stand for `hold_s`.
-fn action(config: &TrainConfig, drawn: f32, hold_s: f64) -> Action {
+/// The action that the policy's family calls `drawn`, to stand for `hold`.
+fn action(config: &TrainConfig, drawn: f32, hold: Hold) -> Action {
     let [low, high] = match config.advice.action {
-        ActionKind::Acceleration => bounded(config.action_limits(), config.advice.speed_change_mps, hold_s),
+        ActionKind::Acceleration => bounded(config.action_limits(), config.advice.speed_change_mps, hold.seconds()),
         ActionKind::Speed => config.action_limits(),
     };
     let share = match config.advice.levels {

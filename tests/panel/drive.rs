@@ -58,7 +58,7 @@ impl Bench {
             speed_mps: 4.45,
             advice: Some(Advice {
                 issued: Tick(14_900),
-                hold_steps: 10,
+                hold: codrive::policy::Hold::of_steps(10, 0.1),
                 action: Action::Speed(4.3),
                 target_mps: 4.3,
                 range_mps: 0.447,

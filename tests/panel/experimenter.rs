@@ -81,7 +81,7 @@ fn snapshot(step: u64) -> Snapshot {
     };
     let advice = Advice {
         issued: Tick(step * 10),
-        hold_steps: 10,
+        hold: codrive::policy::Hold::of_steps(10, 0.1),
         action: Action::Speed(4.3),
         target_mps: 4.3,
         range_mps: 0.447,

@@ -80,7 +80,7 @@ impl OfflineDrive<'_> {
                 let leader = leader_at(t);
                 let advice = (self.advised)(t).map(|target_mps| Advice {
                     issued: Tick(i),
-                    hold_steps: 1,
+                    hold: codrive::policy::Hold::of_steps(1, 0.1),
                     action: Action::Speed(target_mps),
                     target_mps,
                     range_mps: 0.5,
@@ -277,7 +277,7 @@ fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
     let mut driver = SimulatedDriver::new(&preset("perfect").unwrap(), &car, 1).unwrap();
     let advice = |target_mps| Advice {
         issued: Tick(0),
-        hold_steps: 1,
+        hold: codrive::policy::Hold::of_steps(1, 0.1),
         action: Action::Speed(target_mps),
         target_mps,
         range_mps: 0.5,

@@ -4,8 +4,8 @@
 use assert_cmd::Command;
 use codrive::{
     policy::{
-        Action, Advisor, FIELD_INPUTS, FORMAT, Network, NetworkLayer, NetworkOutput, Observation, OnnxPolicy, Policy,
-        onnx,
+        Action, Advisor, FIELD_INPUTS, FORMAT, Hold, Network, NetworkLayer, NetworkOutput, Observation, OnnxPolicy,
+        Policy, onnx,
     },
     rng,
     time::Tick,
@@ -347,7 +347,7 @@ fn an_advisor_keeps_the_last_advice_of_a_network_that_overflows() {
     // Such a file is refused; one that passes the questions and fails later is simulated in policy/hold.rs.
     let said = fault(&bytes, None);
     assert!(said.contains("a policy must give finite numbers"), "{said}");
-    let mut advisor = Advisor::new(Some(Box::new(wild)), 0.1, 1, 0.5);
+    let mut advisor = Advisor::new(Some(Box::new(wild)), Hold::of_steps(1, 0.1), 0.5);
     let advice = advisor.step(Tick(0), &observations(1)[0], 30.0).unwrap();
     assert!(advice.target_mps.is_finite());
 }

@@ -114,7 +114,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         // The policy that auto came to, at the hold that nobody named, is no mistake of anybody's.
         let is_auto = plan.resolved.iter().any(|resolved| resolved.name == *name && resolved.why.is_some());
         let holds_s = plan.holds_s.iter().filter(|hold_s| !is_auto || **hold_s != TrainConfig::default().advice.hold_s);
-        let warning = holds_s.filter_map(|hold_s| policy::untrained_hold(policy.as_deref()?, *hold_s)).next();
+        let warning = holds_s
+            .filter_map(|hold_s| {
+                policy::untrained_hold(policy.as_deref()?, policy::Hold::nearest(*hold_s, config.ring.step_s))
+            })
+            .next();
         if let Some(warning) = warning.filter(|_| plan.engine == plan::Engine::FastRing) {
             log::warn!("{name}: {warning}");
         }

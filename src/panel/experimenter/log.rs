@@ -143,7 +143,7 @@ mod tests {
     fn the_share_in_range_counts_ticks_with_advice_only() {
         let advice = Advice {
             issued: Tick(0),
-            hold_steps: 1,
+            hold: crate::policy::Hold::of_steps(1, 0.1),
             action: Action::Speed(4.0),
             target_mps: 4.0,
             range_mps: 0.5,

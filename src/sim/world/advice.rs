@@ -42,7 +42,7 @@ impl AdviceSource {
         let is_chosen =
             resolved.name != policy::resolve(policy::AUTO, map).name || scenario.hold_s != Scenario::default().hold_s;
         if let Some(policy) = policy.as_deref().filter(|_| is_chosen)
-            && let Some(warning) = policy::untrained_hold(policy, scenario.hold_s)
+            && let Some(warning) = policy::untrained_hold(policy, scenario.hold())
         {
             // Once: a study begins hundreds of drives.
             static SAID: std::sync::Once = std::sync::Once::new();
@@ -53,7 +53,7 @@ impl AdviceSource {
             advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
             limit_mps: map.route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
         };
-        let advisor = Advisor::new(policy, scenario.step_s, scenario.hold_steps(), scenario.range_mps());
+        let advisor = Advisor::new(policy, scenario.hold(), scenario.range_mps());
         Ok(Self { policy: resolved, expected, advisor, next: None })
     }
 
