@@ -127,7 +127,7 @@ impl SumoTraffic {
         let route = &setup.map.route;
         check_network(&mut simulation, &setup.map)?;
         let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
-        simulation.add_type(base, NAME, &options::type_values(&setup.idm))?;
+        simulation.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
         simulation.add_route(NAME, &options::endless_edges(route))?;
         for (i, car) in setup.cars.iter().enumerate() {
             let (lane, position_m) = route.lane_at(car.s_m);

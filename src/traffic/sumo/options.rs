@@ -1,6 +1,7 @@
 //! How SUMO is set up for a drive: options, the cars' type, the endless route. In: a [`TrafficSetup`](crate::traffic::TrafficSetup). Out: what the shim
 //! passes on.
 
+use super::shim::VehicleType;
 use crate::{
     idm::IdmParams,
     map::Route,
@@ -48,9 +49,18 @@ pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>) -> Vec<Strin
     options
 }
 
-/// The type's values in the order of `cs_type` in shim.cpp.
-pub(super) fn type_values(idm: &IdmParams) -> [f64; 8] {
-    [CAR_LENGTH_M, CAR_WIDTH_M, idm.a, idm.b, EMERGENCY_BRAKING_MPS2.max(idm.b), idm.t, idm.s0, idm.v0]
+/// The type of all cars.
+pub(super) fn vehicle_type(idm: &IdmParams) -> VehicleType {
+    VehicleType {
+        length_m: CAR_LENGTH_M,
+        width_m: CAR_WIDTH_M,
+        accel_mps2: idm.a,
+        decel_mps2: idm.b,
+        emergency_decel_mps2: EMERGENCY_BRAKING_MPS2.max(idm.b),
+        time_gap_s: idm.t,
+        min_gap_m: idm.s0,
+        max_speed_mps: idm.v0,
+    }
 }
 
 /// Laps without end: the normal edges of the route (SUMO adds the insides of junctions), so often that no drive gets

@@ -4,7 +4,7 @@
 
 use super::{
     link::Link,
-    shim::{Command, CommandKind, Record},
+    shim::{Command, CommandKind, Record, VehicleType},
     wire::{self, Content, INVALID_DOUBLE, Message, Reply, WireFault},
 };
 use crate::{space::SumoPose, traffic::TrafficError};
@@ -130,8 +130,8 @@ impl Remote {
         Ok((length_m, speed_mps))
     }
 
-    /// Makes a vehicle type; values in the order of `cs_type` in shim.cpp, and by way of a draft for the same reason.
-    pub fn add_type(&mut self, base: &str, name: &str, v: &[f64; 8]) -> Result<(), TrafficError> {
+    /// Makes a vehicle type, by way of a draft for the reason that `cs_type` in shim.cpp tells.
+    pub fn add_type(&mut self, base: &str, name: &str, v: &VehicleType) -> Result<(), TrafficError> {
         let draft = format!("{name}.draft");
         let copy = |content: &mut Content, from: &str, to: &str| {
             content.variable(wire::COPY, from).text(to);
@@ -139,15 +139,15 @@ impl Remote {
         let mut message = Message::new();
         message.add(wire::SET_TYPE, |content| copy(content, base, &draft));
         for (variable, value) in [
-            (wire::LENGTH, v[0]),
-            (wire::WIDTH, v[1]),
-            (wire::ACCEL, v[2]),
-            (wire::DECEL, v[3]),
-            (wire::EMERGENCY_DECEL, v[4]),
-            (wire::APPARENT_DECEL, v[3]),
-            (wire::TAU, v[5]),
-            (wire::MIN_GAP, v[6]),
-            (wire::MAX_SPEED, v[7]),
+            (wire::LENGTH, v.length_m),
+            (wire::WIDTH, v.width_m),
+            (wire::ACCEL, v.accel_mps2),
+            (wire::DECEL, v.decel_mps2),
+            (wire::EMERGENCY_DECEL, v.emergency_decel_mps2),
+            (wire::APPARENT_DECEL, v.decel_mps2),
+            (wire::TAU, v.time_gap_s),
+            (wire::MIN_GAP, v.min_gap_m),
+            (wire::MAX_SPEED, v.max_speed_mps),
             (wire::SPEED_FACTOR, 1.0),
             (wire::SPEED_DEVIATION, 0.0),
         ] {

@@ -14,7 +14,14 @@ namespace sim = libsumo;
 
 namespace {
 
-// Same layout as `Command` and `Record` in shim.rs.
+// What both sides have to agree on before anything else is called: the number of this interface, raised with every change of
+// a function or of a structure below, and the sizes of those. Same layout as `Interface` in shim.rs.
+struct Interface {
+    uint32_t number, command_bytes, record_bytes, vehicle_type_bytes;
+};
+constexpr uint32_t INTERFACE = 1;
+
+// Same layout as `Command`, `Record` and `VehicleType` in shim.rs.
 struct Command {
     uint32_t car, kind;
     double a, b, c;
@@ -23,6 +30,9 @@ struct Record {
     double speed, lane_pos;
     int32_t lane;      // index in the table of lanes, -1: none of them
     uint32_t present;  // 0: the vehicle is no longer in the simulation
+};
+struct VehicleType {
+    double length, width, accel, decel, emergency_decel, time_gap, min_gap, max_speed;
 };
 enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3, MAX_SPEED = 4 };
 struct Car {
@@ -87,6 +97,8 @@ std::vector<std::string> strings(const char* const* items, size_t n) { return {i
 
 }  // namespace
 
+API void cs_interface(Interface* out) { *out = {INTERFACE, sizeof(Command), sizeof(Record), sizeof(VehicleType)}; }
+
 API const char* cs_error() { return error_text.c_str(); }
 
 // Begins a simulation with the options of the command line; argv[0] is ignored.
@@ -123,23 +135,22 @@ API int cs_lane(size_t lane, double* length, double* speed) {
     });
 }
 
-// v: length, width, accel, decel, emergency decel, tau, minGap, maxSpeed.
-API int cs_type(const char* base, const char* name, const double* v) {
+API int cs_type(const char* base, const char* name, const VehicleType* v) {
     return guard([&] {
         using Type = sim::VehicleType;
         // SUMO's IDM computes sqrt(accel decel) when it is made, and the setters leave that number as it was: a copy of
         // the finished draft is made from the new values. (Test: cars_of_other_parameters_move_alike_in_both_engines.)
         const std::string draft = std::string(name) + ".draft";
         Type::copy(base, draft);
-        Type::setLength(draft, v[0]);
-        Type::setWidth(draft, v[1]);
-        Type::setAccel(draft, v[2]);
-        Type::setDecel(draft, v[3]);
-        Type::setEmergencyDecel(draft, v[4]);
-        Type::setApparentDecel(draft, v[3]);
-        Type::setTau(draft, v[5]);
-        Type::setMinGap(draft, v[6]);
-        Type::setMaxSpeed(draft, v[7]);
+        Type::setLength(draft, v->length);
+        Type::setWidth(draft, v->width);
+        Type::setAccel(draft, v->accel);
+        Type::setDecel(draft, v->decel);
+        Type::setEmergencyDecel(draft, v->emergency_decel);
+        Type::setApparentDecel(draft, v->decel);
+        Type::setTau(draft, v->time_gap);
+        Type::setMinGap(draft, v->min_gap);
+        Type::setMaxSpeed(draft, v->max_speed);
         Type::setSpeedFactor(draft, 1.);
         Type::setSpeedDeviation(draft, 0.);
         Type::copy(draft, name);

@@ -52,6 +52,52 @@ pub(super) struct Record {
     pub present: u32,
 }
 
+/// A type of vehicle, in SUMO's terms.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct VehicleType {
+    pub length_m: f64,
+    pub width_m: f64,
+    pub accel_mps2: f64,
+    pub decel_mps2: f64,
+    pub emergency_decel_mps2: f64,
+    pub time_gap_s: f64,
+    pub min_gap_m: f64,
+    pub max_speed_mps: f64,
+}
+
+/// What both sides have to agree on before anything else is called.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Interface {
+    /// Raised with every change of a function or of a structure; as `INTERFACE` in shim.cpp.
+    number: u32,
+    command_bytes: u32,
+    record_bytes: u32,
+    vehicle_type_bytes: u32,
+}
+
+impl Interface {
+    /// This program's side.
+    const OWN: Self = Self {
+        number: 1,
+        command_bytes: size_of::<Command>() as u32,
+        record_bytes: size_of::<Record>() as u32,
+        vehicle_type_bytes: size_of::<VehicleType>() as u32,
+    };
+
+    /// Fails if the library at `path` is not the one of this program: one of another version may lie beside it.
+    fn check(self, path: &Path) -> Result<(), TrafficError> {
+        if self == Self::OWN {
+            return Ok(());
+        }
+        Err(TrafficError::Absent(format!(
+            "{} is of another version of codrive; put the one there that comes with this program, or remove it",
+            path.display()
+        )))
+    }
+}
+
 type Text = *const c_char;
 type Texts = *const *const c_char;
 
@@ -63,7 +109,7 @@ struct Api {
     version: unsafe extern "C" fn(*mut Text) -> c_int,
     lanes: unsafe extern "C" fn(Texts, usize) -> c_int,
     lane: unsafe extern "C" fn(usize, *mut f64, *mut f64) -> c_int,
-    vehicle_type: unsafe extern "C" fn(Text, Text, *const f64) -> c_int,
+    vehicle_type: unsafe extern "C" fn(Text, Text, *const VehicleType) -> c_int,
     route: unsafe extern "C" fn(Text, Texts, usize) -> c_int,
     add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64) -> c_int,
     frame: unsafe extern "C" fn(*const Command, usize, f64, *mut Record) -> c_int,
@@ -109,6 +155,12 @@ impl Api {
                     .map_err(|error| TrafficError::Absent(format!("{}: {error}", path.display())))?
             };
         }
+        let mut found = Interface::default();
+        // SAFETY: as above; one from before there was this function leaves what agrees with nothing.
+        if let Ok(interface) = unsafe { library.get::<unsafe extern "C" fn(*mut Interface)>(b"cs_interface\0") } {
+            unsafe { interface(&mut found) };
+        }
+        found.check(&path)?;
         Ok(Self {
             error: symbol!(b"cs_error\0"),
             start: symbol!(b"cs_start\0"),
@@ -203,10 +255,10 @@ impl Shim {
         Ok((length_m, speed_mps))
     }
 
-    /// Makes a vehicle type; values in the order of shim.cpp.
-    pub fn add_type(&mut self, base: &str, name: &str, values: &[f64; 8]) -> Result<(), TrafficError> {
+    /// Makes a vehicle type.
+    pub fn add_type(&mut self, base: &str, name: &str, values: &VehicleType) -> Result<(), TrafficError> {
         let (base, name) = (c_text(base), c_text(name));
-        self.check(unsafe { (self.api.vehicle_type)(base.as_ptr(), name.as_ptr(), values.as_ptr()) })
+        self.check(unsafe { (self.api.vehicle_type)(base.as_ptr(), name.as_ptr(), values) })
     }
 
     /// Makes a route of edges.
@@ -264,5 +316,22 @@ impl Drop for Shim {
         // There is nobody left to tell of a failure.
         unsafe { (self.api.close)() };
         BUSY.store(false, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_library_of_another_version_is_refused_by_name() {
+        let path = Path::new("/opt/codrive/libcodrive_sumo.so");
+        assert!(Interface::OWN.check(path).is_ok());
+        let before = Interface { number: 0, ..Interface::OWN };
+        let grown = Interface { record_bytes: Interface::OWN.record_bytes + 8, ..Interface::OWN };
+        for other in [Interface::default(), before, grown] {
+            let text = other.check(path).expect_err("another version").to_string();
+            assert!(text.contains("/opt/codrive/libcodrive_sumo.so is of another version of codrive"), "{text}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     remote::Remote,
-    shim::{Command, Record, Shim},
+    shim::{Command, Record, Shim, VehicleType},
 };
 use crate::{space::SumoPose, traffic::TrafficError};
 use std::time::Duration;
@@ -35,8 +35,8 @@ impl Simulation {
         }
     }
 
-    /// Makes a vehicle type; values in the order of shim.cpp.
-    pub fn add_type(&mut self, base: &str, name: &str, values: &[f64; 8]) -> Result<(), TrafficError> {
+    /// Makes a vehicle type.
+    pub fn add_type(&mut self, base: &str, name: &str, values: &VehicleType) -> Result<(), TrafficError> {
         match self {
             Self::Here(shim) => shim.add_type(base, name, values),
             Self::Elsewhere(remote) => remote.add_type(base, name, values),
