@@ -23,14 +23,41 @@ pub fn is_shipped_network(bytes: &[u8]) -> bool {
     EMBEDDED.iter().any(|(name, shipped)| name.ends_with("net.xml") && *shipped == bytes)
 }
 
+/// Why the program's data cannot be used; with the remedy.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DataFolderError {
+    /// The folder that was named holds none.
+    #[error(
+        "{}, named by {named_by}, does not hold {SIGN}\n  remedy: name the folder that holds maps and assets, or none: the \
+         program brings its own",
+        folder.display()
+    )]
+    NoData {
+        /// Which folder.
+        folder: PathBuf,
+        /// The flag or the variable.
+        named_by: &'static str,
+    },
+    /// They are nowhere, and the program's own copy cannot be written.
+    #[error(
+        "the program's maps and policies are nowhere on this machine, and its own copy cannot be written:\n  {}\n  remedy: \
+         --data DIR names the folder with maps and assets, or TMPDIR one that can be written to",
+        faults.join("\n  ")
+    )]
+    NotWritable {
+        /// Each place and what the system said.
+        faults: Vec<String>,
+    },
+}
+
 static GIVEN: OnceLock<PathBuf> = OnceLock::new();
-static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+static FOUND: OnceLock<Result<PathBuf, DataFolderError>> = OnceLock::new();
 
 /// The person named a folder, which comes before all others.
 ///
 /// # Errors
 /// It does not hold the program's data; the message says what is missing.
-pub fn give(folder: &Path) -> Result<(), String> {
+pub fn give(folder: &Path) -> Result<(), DataFolderError> {
     check(folder, "--data")?;
     let _ = GIVEN.set(folder.into());
     Ok(())
@@ -40,19 +67,15 @@ pub fn give(folder: &Path) -> Result<(), String> {
 ///
 /// # Errors
 /// As [`give`].
-pub fn check_environment() -> Result<(), String> {
+pub fn check_environment() -> Result<(), DataFolderError> {
     named(&|name| env::var_os(name)).map_or(Ok(()), |(name, folder)| check(&folder, name))
 }
 
-fn check(folder: &Path, named_by: &str) -> Result<(), String> {
+fn check(folder: &Path, named_by: &'static str) -> Result<(), DataFolderError> {
     if holds_data(folder) {
         return Ok(());
     }
-    Err(format!(
-        "{}, named by {named_by}, does not hold {SIGN}\n  remedy: name the folder that holds maps and assets, or none: the \
-         program brings its own",
-        folder.display()
-    ))
+    Err(DataFolderError::NoData { folder: folder.into(), named_by })
 }
 
 /// The folder that holds `maps/` and `assets/`, the first of: the one that was given (`--data`), `CODRIVE_DATA`, the program's
@@ -69,14 +92,14 @@ pub fn root() -> &'static Path {
 ///
 /// # Errors
 /// They are nowhere, and the program's own could not be written; with the remedy.
-pub fn require() -> Result<(), String> {
+pub fn require() -> Result<(), DataFolderError> {
     match GIVEN.get() {
         Some(_) => Ok(()),
         None => FOUND.get_or_init(find).as_ref().map(|_| ()).map_err(Clone::clone),
     }
 }
 
-fn find() -> Result<PathBuf, String> {
+fn find() -> Result<PathBuf, DataFolderError> {
     let here = ProgramPlace { program: env::current_exe().ok(), folder: env::current_dir().ok() };
     let variable = |name: &str| env::var_os(name);
     candidates(&variable, &here).into_iter().find(|folder| holds_data(folder)).map_or_else(|| unpacked(&variable), Ok)
@@ -129,7 +152,7 @@ fn user_by(variable: EnvironmentLookup<'_>) -> Option<PathBuf> {
 }
 
 /// The embedded files in the user's cache, else in the folder for temporary files; written once a version.
-fn unpacked(variable: EnvironmentLookup<'_>) -> Result<PathBuf, String> {
+fn unpacked(variable: EnvironmentLookup<'_>) -> Result<PathBuf, DataFolderError> {
     let name = format!("data-{}", hash());
     let cache = set(variable, "XDG_CACHE_HOME").or_else(|| Some(set(variable, "HOME")?.join(".cache")));
     let places: Vec<PathBuf> = cache.into_iter().map(|cache| cache.join("codrive")).chain([temporary()]).collect();
@@ -140,11 +163,7 @@ fn unpacked(variable: EnvironmentLookup<'_>) -> Result<PathBuf, String> {
             Err(error) => faults.push(format!("{}: {error}", place.display())),
         }
     }
-    Err(format!(
-        "the program's maps and policies are nowhere on this machine, and its own copy cannot be written:\n  {}\n  remedy: \
-         --data DIR names the folder with maps and assets, or TMPDIR one that can be written to",
-        faults.join("\n  ")
-    ))
+    Err(DataFolderError::NotWritable { faults })
 }
 
 /// A folder of this user among the temporary files.
@@ -282,7 +301,7 @@ mod tests {
     #[test]
     fn a_folder_that_holds_no_data_is_refused_with_what_is_missing() {
         let folder = tempfile::tempdir().unwrap();
-        let why = give(folder.path()).unwrap_err();
+        let why = give(folder.path()).unwrap_err().to_string();
         assert!(
             why.contains("named by --data, does not hold maps/ring-250/net.xml") && why.contains("remedy"),
             "{why}"

@@ -80,7 +80,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
-        return tell(&CliError::Input(why));
+        return tell(&CliError::Input(why.to_string()));
     }
     let done = match matches.subcommand() {
         Some(("run", m)) => run::main(m),

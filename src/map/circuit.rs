@@ -26,6 +26,59 @@ const MOST_PIECES: usize = 200;
 /// The shortest piece, metres: two cars.
 const SHORTEST_M: f64 = 10.0;
 
+/// Why pieces do not make a road; pieces are counted from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CircuitFault {
+    /// More pieces than are read.
+    #[error("there are {0} pieces; allowed: at most {MOST_PIECES}")]
+    ManyPieces(usize),
+    /// Longer than is built.
+    #[error("the circuit is {length_m:.0} m long; allowed: at most {LONGEST_M} m")]
+    TooLong {
+        /// Its length, metres.
+        length_m: f64,
+    },
+    /// The bends do not lead back.
+    #[error("the bends turn by {turn_deg} degrees in all; a circuit turns by 360 or -360")]
+    Open {
+        /// By how much they turn, degrees.
+        turn_deg: f64,
+    },
+    /// Two straights have to be left open, and so many are.
+    #[error("{0} pieces have solved = true; it has to be two")]
+    NotTwoSolved(usize),
+    /// No lengths of the two close the circuit.
+    #[error("the solved straights, pieces {} and {}, are nearly parallel", pieces[0], pieces[1])]
+    Parallel {
+        /// The two straights.
+        pieces: [usize; 2],
+    },
+    /// The length that closes the circuit is none, or nearly.
+    #[error(
+        "piece {piece} would have to be {length_m:.1} m long to close the circuit, at least {SHORTEST_M} m are needed: \
+         lengthen pieces that lead the other way"
+    )]
+    TooShort {
+        /// Which straight.
+        piece: usize,
+        /// The length, metres.
+        length_m: f64,
+    },
+    /// The road meets itself.
+    #[error(
+        "pieces {} and {} come within {apart_m:.1} m of each other; the centre lines have to stay {wanted_m:.1} m apart",
+        pieces[0], pieces[1]
+    )]
+    TooClose {
+        /// Which two.
+        pieces: [usize; 2],
+        /// Their distance, metres.
+        apart_m: f64,
+        /// The least that is allowed, metres.
+        wanted_m: f64,
+    },
+}
+
 /// A circuit as its file describes it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -83,10 +136,10 @@ pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
     let text = catalog::read(file, SETTINGS_BYTES)?;
     let name = file.display().to_string();
     let circuit: Circuit = toml_text::parse(&text, &name).map_err(MapError::Toml)?;
-    let problem = |problem: String| MapError::Circuit { file: file.into(), problem };
+    let problem = |problem: CircuitFault| MapError::Circuit { file: file.into(), problem };
     let wrong = |key: &str, message: &str| MapError::Toml(toml_text::at(&text, &name, key, KeyPart::Value, message));
     if circuit.pieces.len() > MOST_PIECES {
-        return Err(problem(format!("there are {} pieces; allowed: at most {MOST_PIECES}", circuit.pieces.len())));
+        return Err(problem(CircuitFault::ManyPieces(circuit.pieces.len())));
     }
     let mut curves = Vec::new();
     for (i, piece) in circuit.pieces.iter().enumerate() {
@@ -193,10 +246,9 @@ impl PieceGeometry {
     }
 }
 
-fn check_length(curves: &[PieceGeometry]) -> Result<(), String> {
+fn check_length(curves: &[PieceGeometry]) -> Result<(), CircuitFault> {
     let length_m: f64 = curves.iter().map(|curve| curve.length_m).sum();
-    let fits = length_m <= LONGEST_M;
-    fits.then_some(()).ok_or_else(|| format!("the circuit is {length_m:.0} m long; allowed: at most {LONGEST_M} m"))
+    if length_m <= LONGEST_M { Ok(()) } else { Err(CircuitFault::TooLong { length_m }) }
 }
 
 /// Heading at the start of each piece, radians; the first heads east.
@@ -212,30 +264,26 @@ fn headings(curves: &[PieceGeometry]) -> Vec<f64> {
 }
 
 /// Gives the two solved straights the lengths with which the end meets the start.
-fn close(mut curves: Vec<PieceGeometry>) -> Result<Vec<PieceGeometry>, String> {
+fn close(mut curves: Vec<PieceGeometry>) -> Result<Vec<PieceGeometry>, CircuitFault> {
     let turn_deg: f64 = curves.iter().map(|curve| curve.turn_deg).sum();
     if (turn_deg.abs() - 360.0).abs() > 1e-9 {
-        return Err(format!("the bends turn by {turn_deg} degrees in all; a circuit turns by 360 or -360"));
+        return Err(CircuitFault::Open { turn_deg });
     }
     let headings = headings(&curves);
     let solved: Vec<usize> = (0..curves.len()).filter(|&k| curves[k].solved).collect();
     let &[first, second] = solved.as_slice() else {
-        return Err(format!("{} pieces have solved = true; it has to be two", solved.len()));
+        return Err(CircuitFault::NotTwoSolved(solved.len()));
     };
     let directions = DMat2::from_cols(DVec2::from_angle(headings[first]), DVec2::from_angle(headings[second]));
     if directions.determinant().abs() < 0.1 {
-        return Err(format!("the solved straights, pieces {} and {}, are nearly parallel", first + 1, second + 1));
+        return Err(CircuitFault::Parallel { pieces: [first + 1, second + 1] });
     }
     let step = |k: usize| curves[k].points(headings[k]).last().copied().unwrap_or_default();
     let open: DVec2 = (0..curves.len()).filter(|&k| !curves[k].solved).map(step).sum();
     let lengths = directions.inverse() * -open;
     for (k, length_m) in [(first, lengths.x), (second, lengths.y)] {
         if length_m < SHORTEST_M {
-            let piece = k + 1;
-            return Err(format!(
-                "piece {piece} would have to be {length_m:.1} m long to close the circuit, at least {SHORTEST_M} m are \
-                 needed: lengthen pieces that lead the other way"
-            ));
+            return Err(CircuitFault::TooShort { piece: k + 1, length_m });
         }
         curves[k].length_m = length_m;
     }
@@ -272,7 +320,7 @@ fn centred(mut road: Vec<RoadEdge>) -> Vec<RoadEdge> {
 }
 
 /// Refuses a lane that comes too close to another part of itself, or crosses it.
-fn check_clearance(road: &[RoadEdge]) -> Result<(), String> {
+fn check_clearance(road: &[RoadEdge]) -> Result<(), CircuitFault> {
     let mut points = Vec::new();
     let mut start_m = 0.0;
     for (piece, edge) in road.iter().enumerate() {
@@ -288,10 +336,7 @@ fn check_clearance(road: &[RoadEdge]) -> Result<(), String> {
             let along_m = (other_s_m - s_m).min(start_m - (other_s_m - s_m));
             let apart_m = point.distance(*other);
             if along_m > NEIGHBOURS_M && apart_m < wanted_m {
-                return Err(format!(
-                    "pieces {piece} and {other_piece} come within {apart_m:.1} m of each other; the centre lines have to \
-                     stay {wanted_m:.1} m apart"
-                ));
+                return Err(CircuitFault::TooClose { pieces: [*piece, *other_piece], apart_m, wanted_m });
             }
         }
     }

@@ -1,5 +1,6 @@
 //! What can be wrong with a map, each with file, line, value and remedy.
 
+use super::circuit::CircuitFault;
 use crate::toml_text::did_you_mean_file;
 use std::path::PathBuf;
 
@@ -126,7 +127,7 @@ pub enum MapError {
         /// The circuit's file.
         file: PathBuf,
         /// What is wrong, and what would help.
-        problem: String,
+        problem: CircuitFault,
     },
     /// A map of this name is there already.
     #[error("{}: this map exists already\n  remedy: choose another name or remove the folder first", folder.display())]

@@ -21,11 +21,16 @@ pub fn names() -> [&'static str; NAMES.len()] {
     NAMES.map(|(name, _)| name)
 }
 
+/// The text names no colour; the message says what is allowed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("#rrggbb (six hexadecimal digits) or one of {}", names().join(", "))]
+pub struct UnknownColour;
+
 /// The sRGB bytes of a name or of `#rrggbb`.
 ///
 /// # Errors
-/// What is allowed.
-pub fn srgb(text: &str) -> Result<[u8; 3], String> {
+/// It is neither.
+pub fn srgb(text: &str) -> Result<[u8; 3], UnknownColour> {
     if let Some((_, bytes)) = NAMES.iter().find(|(name, _)| *name == text) {
         return Ok(*bytes);
     }
@@ -33,7 +38,7 @@ pub fn srgb(text: &str) -> Result<[u8; 3], String> {
     let byte = |i: usize| digits.and_then(|d| u8::from_str_radix(&d[2 * i..2 * i + 2], 16).ok());
     match (byte(0), byte(1), byte(2)) {
         (Some(r), Some(g), Some(b)) => Ok([r, g, b]),
-        _ => Err(format!("#rrggbb (six hexadecimal digits) or one of {}", names().join(", "))),
+        _ => Err(UnknownColour),
     }
 }
 
@@ -41,7 +46,7 @@ pub fn srgb(text: &str) -> Result<[u8; 3], String> {
 ///
 /// # Errors
 /// As [`srgb`].
-pub fn linear(text: &str) -> Result<[f32; 3], String> {
+pub fn linear(text: &str) -> Result<[f32; 3], UnknownColour> {
     srgb(text).map(|bytes| {
         bytes.map(|byte| {
             let v = f32::from(byte) / 255.0;
@@ -60,7 +65,7 @@ mod tests {
         assert_eq!(srgb("#FF8000"), Ok([255, 128, 0]));
         assert_eq!(srgb("red"), Ok(NAMES[0].1));
         for bad in ["", "#12345", "#1234567", "#+12345", "123456", "rad", "Red", "#ffé00"] {
-            let allowed = srgb(bad).expect_err(bad);
+            let allowed = srgb(bad).expect_err(bad).to_string();
             assert!(allowed.contains("#rrggbb") && allowed.contains("silver"), "{allowed}");
         }
         let [r, g, b] = linear("#ff8000").expect("a colour");

@@ -36,7 +36,24 @@ const MOST_CARS: usize = 60;
 const MOST_WORDS: u64 = 4096;
 
 /// What is known of a network: nothing bad, or why it cannot be used.
-type Known = BTreeMap<[u8; 32], Result<(), String>>;
+type Known = BTreeMap<[u8; 32], Result<(), NetworkFault>>;
+
+/// Why SUMO cannot have a network.
+#[derive(Clone, Debug, thiserror::Error)]
+enum NetworkFault {
+    /// It reads and reads.
+    #[error("SUMO did not read this network within {} s{REMEDY}", TIMEOUT.as_secs())]
+    TimedOut,
+    /// It says why not.
+    #[error("SUMO cannot drive on this network: {0}{REMEDY}")]
+    Refused(String),
+    /// It ended without a word; how.
+    #[error("SUMO crashes on this network ({0}){REMEDY}")]
+    Crashed(std::process::ExitStatus),
+}
+
+/// What helps against all of them.
+const REMEDY: &str = "\n  remedy: repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
 
 /// Fails if `net_file` is not a network that SUMO from the folder `home` can be given in this process.
 ///
@@ -55,17 +72,17 @@ pub(super) fn check(home: &Path, net_file: &Path) -> Result<(), TrafficError> {
     // One check at a time: a second one of the same network waits for the first and has its result.
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(result) = known.get(&hash) {
-        return result.clone().map_err(about);
+        return result.clone().map_err(|fault| about(fault.to_string()));
     }
     // Not kept: its message names the line, and it costs little.
     let map = RoadMap::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
     let result = try_in_child(home, &map.net_file)?;
     known.insert(hash, result.clone());
-    result.map_err(about)
+    result.map_err(|fault| about(fault.to_string()))
 }
 
 /// What a child process finds.
-fn try_in_child(home: &Path, net_file: &Path) -> Result<Result<(), String>, TrafficError> {
+fn try_in_child(home: &Path, net_file: &Path) -> Result<Result<(), NetworkFault>, TrafficError> {
     let program = own_program()?;
     let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", program.display()));
     let mut child = Command::new(&program)
@@ -95,19 +112,16 @@ fn try_in_child(home: &Path, net_file: &Path) -> Result<Result<(), String>, Traf
     let words = words.and_then(|thread| thread.join().ok()).unwrap_or_default();
     let words = String::from_utf8_lossy(&words);
     let words = words.trim().trim_start_matches("codrive: ");
-    let remedy = "\n  remedy: repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
     let status = match ended {
         Ok(status) => status,
         Err(Ended::Interrupted) => return Err(TrafficError::Interrupted),
-        Err(Ended::TimedOut) => {
-            return Ok(Err(format!("SUMO did not read this network within {} s{remedy}", TIMEOUT.as_secs())));
-        }
+        Err(Ended::TimedOut) => return Ok(Err(NetworkFault::TimedOut)),
         Err(Ended::System(error)) => return Err(failed(error)),
     };
     Ok(match status.code() {
         Some(0) => Ok(()),
-        Some(_) => Err(format!("SUMO cannot drive on this network: {words}{remedy}")),
-        None => Err(format!("SUMO crashes on this network ({status}){remedy}")),
+        Some(_) => Err(NetworkFault::Refused(words.into())),
+        None => Err(NetworkFault::Crashed(status)),
     })
 }
 
