@@ -29,6 +29,7 @@
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
+//! metrics                      results of a drive, means with intervals, figures
 //! scenario                     everything that makes one drive, as a file, flags and widgets
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot / TRPO on the fast ring
 //! hud                          the dial as data

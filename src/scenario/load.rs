@@ -160,7 +160,9 @@ mod tests {
     fn an_engine_that_does_not_exist_is_named_where_it_stands() {
         let text = fault("seed = 1\ntraffic = \"sumoo\"");
         assert!(
-            text.starts_with("trial.toml:2:11: unknown traffic engine \"sumoo\": allowed are sumo, native"),
+            text.starts_with(
+                "trial.toml:2:11: unknown traffic engine \"sumoo\" (did you mean sumo?): allowed are sumo, native"
+            ),
             "{text}"
         );
         let field = |path: &str| Scenario::fields().into_iter().find(|f| f.path == path).expect("a setting");
