@@ -204,5 +204,5 @@ fn the_program_names_a_web_server_in_the_place_of_sumo() {
     });
     let (code, text) = ended(codrive(&["run", "--traffic", &traffic, "--traffic-timeout", "0.3"]));
     assert_eq!(code, 1, "{text}");
-    assert!(text.contains(&format!("what listens at {traffic} is not SUMO at all")), "{text}");
+    assert!(text.contains(&format!("the program that listens at {traffic} is not SUMO: it says")), "{text}");
 }

@@ -89,7 +89,7 @@ fn a_port_where_nobody_listens_is_an_error_with_the_remedy() {
     let _alone = alone();
     let port = free_port();
     let error = SumoTraffic::connect("127.0.0.1", port, ring(0.0)).err().expect("nobody listens").to_string();
-    assert!(error.contains(&format!("nobody listens at 127.0.0.1:{port}")), "{error}");
+    assert!(error.contains(&format!("no program listens at 127.0.0.1:{port}")), "{error}");
     assert!(error.contains("remedy: start SUMO there: sumo --net-file NET --remote-port PORT"), "{error}");
 }
 

@@ -70,7 +70,7 @@ fn a_web_server_is_not_sumo_at_all() {
     let error = refused(port);
     assert!(matches!(error, TrafficError::NotSumo { .. }), "{error}");
     let text = error.to_string();
-    for part in [&format!("127.0.0.1:{port} is not SUMO at all"), "HTTP/1.1 400 Bad Request", "--remote-port"] {
+    for part in [&format!("127.0.0.1:{port} is not SUMO: it says"), "HTTP/1.1 400 Bad Request", "--remote-port"] {
         assert!(text.contains(part), "{text}");
     }
 }
@@ -82,7 +82,7 @@ fn a_server_that_speaks_first_is_not_sumo_at_all() {
         keep_silent(stream);
     });
     let text = refused(port).to_string();
-    assert!(text.contains("not SUMO at all: it says \"SSH-2.0-OpenSSH_9.2p1\""), "{text}");
+    assert!(text.contains("is not SUMO: it says \"SSH-2.0-OpenSSH_9.2p1\""), "{text}");
 }
 
 #[test]
