@@ -18,18 +18,34 @@ pub enum KeyPart {
     Value,
 }
 
+/// A mistake at a place of a text.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name}:{line}:{column}: {message}\n{excerpt}")]
+pub struct TomlError {
+    /// What the text is called.
+    pub name: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in letters, from 1.
+    pub column: usize,
+    /// What is wrong.
+    pub message: String,
+    /// The line, and a mark under the place.
+    pub excerpt: String,
+}
+
 /// Reads a text; `name` is what messages call it.
 ///
 /// # Errors
-/// The text is not TOML, names a key that does not exist, lacks one, or a value has the wrong type: the whole message.
-pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, String> {
+/// The text is not TOML, names a key that does not exist, lacks one, or a value has the wrong type.
+pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|e| located(text, name, e.span().unwrap_or(0..0), &in_words(e.message())))
 }
 
 /// `message` with file, line and column of a key or of its value and a mark under it. Keys in tables are joined by dots,
 /// entries of a list are numbers from 0; what is not in the file is marked at what holds it.
 pub fn at(text: &str, name: &str, key: &str, part: KeyPart, message: &str) -> String {
-    located(text, name, span_of(text, key, part).0, message)
+    located(text, name, span_of(text, key, part).0, message).to_string()
 }
 
 /// True if a key stands in the text; its path as in [`at`].
@@ -130,21 +146,20 @@ fn span_of(text: &str, path: &str, part: KeyPart) -> (Range<usize>, bool) {
     (span, true)
 }
 
-/// `name:line:column: message` with the line and a mark under the span.
-fn located(text: &str, name: &str, span: Range<usize>, message: &str) -> String {
+/// The mistake with the line and a mark under the span.
+fn located(text: &str, name: &str, span: Range<usize>, message: &str) -> TomlError {
     let start = span.start.min(text.len());
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
-    let line_number = text[..start].matches('\n').count() + 1;
+    let number = text[..start].matches('\n').count() + 1;
     let line = text[line_start..].lines().next().unwrap_or_default();
     let column = text[line_start..start].chars().count() + 1;
     let end = span.end.min(line_start + line.len());
     let width = text.get(start..end).map_or(1, |s| s.chars().count().max(1));
-    let mut out = format!("{name}:{line_number}:{column}: {message}");
-    let margin = line_number.to_string();
+    let margin = number.to_string();
     // Tabs are shown as one blank, so that the mark stands under what it means.
-    let _ = write!(out, "\n  {margin} | {}\n  {:2$} | ", line.replace('\t', " "), "", margin.len());
-    let _ = write!(out, "{:1$}{2}", "", column - 1, "^".repeat(width));
-    out
+    let mut excerpt = format!("  {margin} | {}\n  {:2$} | ", line.replace('\t', " "), "", margin.len());
+    let _ = write!(excerpt, "{:1$}{2}", "", column - 1, "^".repeat(width));
+    TomlError { name: name.into(), line: number, column, message: message.into(), excerpt }
 }
 
 #[cfg(test)]

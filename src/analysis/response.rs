@@ -53,19 +53,25 @@ pub struct ChangeFinder {
     standing_mps: Option<f64>,
 }
 
+/// The advice of a drive changes more often than is analysed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the advice changes more than {} times, the most that is analysed of one drive\n  remedy: drive in parts, or with a \
+     longer --hold",
+    MOST_CHANGES
+)]
+pub struct TooManyChanges;
+
 impl ChangeFinder {
     /// The next advice.
     ///
     /// # Errors
-    /// More than [`MOST_CHANGES`]; the message says what is allowed.
-    pub fn add(&mut self, advice: &IssuedAdvice) -> Result<(), String> {
+    /// More than [`MOST_CHANGES`].
+    pub fn add(&mut self, advice: &IssuedAdvice) -> Result<(), TooManyChanges> {
         let from_mps = *self.standing_mps.get_or_insert(advice.target_mps);
         if (advice.target_mps - from_mps).abs() >= CHANGE_MPS {
             if self.changes.len() == MOST_CHANGES {
-                return Err(format!(
-                    "the advice changes more than {MOST_CHANGES} times, the most that is analysed of one drive\n  remedy: \
-                     drive in parts, or with a longer --hold"
-                ));
+                return Err(TooManyChanges);
             }
             let (to_mps, range_mps) = (advice.target_mps, advice.range_mps);
             self.changes.push(AdviceChange { seen_tick: advice.seen_tick, from_mps, to_mps, range_mps });
@@ -270,7 +276,7 @@ mod tests {
         let advice = |k: usize| IssuedAdvice { target_mps: (k % 2) as f64, ..IssuedAdvice::default() };
         (0..=MOST_CHANGES).for_each(|k| finder.add(&advice(k)).unwrap());
         assert_eq!(finder.changes.len(), MOST_CHANGES);
-        let why = finder.add(&advice(MOST_CHANGES + 1)).unwrap_err();
+        let why = finder.add(&advice(MOST_CHANGES + 1)).unwrap_err().to_string();
         assert!(why.contains("500000") && why.contains("remedy"), "{why}");
     }
 }

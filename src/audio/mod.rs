@@ -19,7 +19,7 @@ mod traffic;
 pub use file::{RATE_HZ, SoundFile};
 pub use mixer::Mixer;
 pub use sound_scene::{Listener, NEAR, NearbyVehicle, SoundScene};
-pub use speaker::{Speaker, output};
+pub use speaker::{Speaker, SpeakerFault, output};
 
 #[cfg(test)]
 #[path = "tests.rs"]

@@ -93,11 +93,28 @@ impl Drop for Speaker {
     }
 }
 
+/// Why nothing is heard.
+#[derive(Debug, thiserror::Error)]
+pub enum SpeakerFault {
+    /// Linux knows of no card and no server.
+    #[error("the system has no sound card and no sound server")]
+    NoSound,
+    /// The system names no output.
+    #[error("the system has no audio output")]
+    NoOutput,
+    /// The output takes samples of another kind.
+    #[error("the output takes samples as {0}, which this program does not write")]
+    Samples(SampleFormat),
+    /// The output cannot be asked, opened or begun.
+    #[error("{0}")]
+    Device(#[from] cpal::Error),
+}
+
 /// The output that would be used, opened for a moment: its name and how it plays.
 ///
 /// # Errors
 /// There is none that can be opened; why.
-pub fn output() -> Result<String, String> {
+pub fn output() -> Result<String, SpeakerFault> {
     let (device, config, format) = device()?;
     let stream = build(
         &device,
@@ -111,13 +128,13 @@ pub fn output() -> Result<String, String> {
     Ok(format!("{name}, {} Hz, {} channels", config.sample_rate, config.channels))
 }
 
-fn device() -> Result<(cpal::Device, StreamConfig, SampleFormat), String> {
+fn device() -> Result<(cpal::Device, StreamConfig, SampleFormat), SpeakerFault> {
     // ALSA's library prints what it misses by itself; without any card it is not asked.
     if cfg!(target_os = "linux") && !there_may_be_sound() {
-        return Err("the system has no sound card and no sound server".into());
+        return Err(SpeakerFault::NoSound);
     }
-    let device = cpal::default_host().default_output_device().ok_or("the system has no audio output")?;
-    let supported = device.default_output_config().map_err(|e| e.to_string())?;
+    let device = cpal::default_host().default_output_device().ok_or(SpeakerFault::NoOutput)?;
+    let supported = device.default_output_config()?;
     let mut config: StreamConfig = supported.config();
     if let SupportedBufferSize::Range { min, max } = supported.buffer_size()
         && (*min..=*max).contains(&BUFFER)
@@ -137,7 +154,7 @@ fn there_may_be_sound() -> bool {
     card || server
 }
 
-fn start(levels: &SoundLevels, board: Arc<SharedScene>) -> Result<cpal::Stream, String> {
+fn start(levels: &SoundLevels, board: Arc<SharedScene>) -> Result<cpal::Stream, SpeakerFault> {
     let (device, config, format) = device()?;
     let mixer = || Mixer::new(levels, config.sample_rate as f32);
     let stream = build(&device, config, format, mixer(), Arc::clone(&board)).or_else(|error| {
@@ -145,7 +162,7 @@ fn start(levels: &SoundLevels, board: Arc<SharedScene>) -> Result<cpal::Stream, 
         let usual = StreamConfig { buffer_size: cpal::BufferSize::Default, ..config };
         build(&device, usual, format, mixer(), board).map_err(|_| error)
     })?;
-    stream.play().map_err(|e| e.to_string())?;
+    stream.play()?;
     Ok(stream)
 }
 
@@ -155,14 +172,14 @@ fn build(
     format: SampleFormat,
     mixer: Mixer,
     board: Arc<SharedScene>,
-) -> Result<cpal::Stream, String> {
+) -> Result<cpal::Stream, SpeakerFault> {
     match format {
         SampleFormat::F32 => build_as::<f32>(device, config, mixer, board),
         SampleFormat::I32 => build_as::<i32>(device, config, mixer, board),
         SampleFormat::I16 => build_as::<i16>(device, config, mixer, board),
         SampleFormat::U16 => build_as::<u16>(device, config, mixer, board),
         SampleFormat::U8 => build_as::<u8>(device, config, mixer, board),
-        other => Err(format!("the output takes samples as {other}, which this program does not write")),
+        other => Err(SpeakerFault::Samples(other)),
     }
 }
 
@@ -171,7 +188,7 @@ fn build_as<T: SizedSample + FromSample<f32> + Send + 'static>(
     config: StreamConfig,
     mut mixer: Mixer,
     board: Arc<SharedScene>,
-) -> Result<cpal::Stream, String> {
+) -> Result<cpal::Stream, SpeakerFault> {
     let channels = usize::from(config.channels.max(1));
     let fill = move |data: &mut [T], _: &cpal::OutputCallbackInfo| {
         let mut mixed = [[0.0; 2]; CHUNK];
@@ -189,7 +206,7 @@ fn build_as<T: SizedSample + FromSample<f32> + Send + 'static>(
             log::warn!("sound: {error}");
         }
     };
-    device.build_output_stream(config, fill, fault, None).map_err(|e| e.to_string())
+    Ok(device.build_output_stream(config, fill, fault, None)?)
 }
 
 /// One sample in all channels of a device: left and right in the first two, both in a single one.

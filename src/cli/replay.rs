@@ -100,7 +100,7 @@ fn say(recording: &Path, found: &ReplayReport, all: u64) -> Result<(), CliError>
 
 /// The same drive with something changed.
 fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<(), CliError> {
-    let changes = replay::changes(asked).map_err(CliError::Input)?;
+    let changes = replay::changes(asked).map_err(|e| CliError::Input(e.to_string()))?;
     let words = replay::words(&changes);
     let beside = || {
         let slug: String = words.chars().map(|c| if c.is_alphanumeric() || c == '.' { c } else { '-' }).collect();

@@ -15,7 +15,7 @@ use crate::{
     drive_loop::RunError,
     record::manifest::ScreenInfo,
     render::{
-        Gpu, PassTimes, Renderer,
+        Gpu, PassTimes, Renderer, ShaderFault,
         post::{
             preview::PreviewPass,
             ui_pass::{OverlayTarget, UiPass},
@@ -236,7 +236,7 @@ impl DriverWindow {
     ///
     /// # Errors
     /// `shaders/FILE.wgsl:LINE: what is wrong`.
-    pub fn reload_shaders(&mut self) -> Result<(), String> {
+    pub fn reload_shaders(&mut self) -> Result<(), ShaderFault> {
         self.renderer.as_mut().map_or(Ok(()), Renderer::reload_shaders)
     }
 }

@@ -318,7 +318,7 @@ impl DriveWindows {
             KeyCommand::FullScreen => self.picture.toggle_fullscreen(),
             KeyCommand::ReloadShaders => match self.picture.reload_shaders() {
                 Ok(()) => self.overlay.say("shaders read again".into(), &self.live),
-                Err(error) => self.overlay.say(error, &self.live),
+                Err(error) => self.overlay.say(error.to_string(), &self.live),
             },
             KeyCommand::Restart => {
                 let scenario = self.live.drive.world.scenario().clone();

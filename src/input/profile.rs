@@ -295,7 +295,7 @@ impl WheelProfile {
     /// # Errors
     /// The text is no profile, or a value is not allowed: file, line, value and remedy.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, ProfileError> {
-        let profile: Self = toml_text::parse(text, file).map_err(ProfileError)?;
+        let profile: Self = toml_text::parse(text, file).map_err(|e| ProfileError(e.to_string()))?;
         profile.check().map_err(|(key, message)| {
             ProfileError(toml_text::at(text, file, &key, KeyPart::Value, &format!("{key}: {message}")))
         })?;

@@ -165,5 +165,5 @@ fn read_map_file(folder: &Path) -> Result<Option<MapFile>, MapError> {
         return Ok(None);
     }
     let parsed = toml_text::parse(&read(&file, SETTINGS_BYTES)?, &file.display().to_string());
-    parsed.map(Some).map_err(MapError::Toml)
+    parsed.map(Some).map_err(|e| MapError::Toml(e.to_string()))
 }

@@ -135,7 +135,7 @@ pub struct GeneratedNetwork {
 pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
     let text = catalog::read(file, SETTINGS_BYTES)?;
     let name = file.display().to_string();
-    let circuit: Circuit = toml_text::parse(&text, &name).map_err(MapError::Toml)?;
+    let circuit: Circuit = toml_text::parse(&text, &name).map_err(|e| MapError::Toml(e.to_string()))?;
     let problem = |problem: CircuitFault| MapError::Circuit { file: file.into(), problem };
     let wrong = |key: &str, message: &str| MapError::Toml(toml_text::at(&text, &name, key, KeyPart::Value, message));
     if circuit.pieces.len() > MOST_PIECES {

@@ -2,6 +2,7 @@
 //! are built by name with [`build`]; [`Advisor`] keeps the hold. SI units.
 
 mod advisor;
+mod error;
 mod follower_stopper;
 mod hold;
 mod network;
@@ -15,9 +16,10 @@ mod open_loop;
 mod pi_saturation;
 
 pub use advisor::{Advisor, shown_mps, untrained_hold};
+pub use error::{PolicyFileError, PolicyFileFault, SettingFault};
 pub use follower_stopper::FollowerStopper;
 pub use hold::{Hold, HoldError};
-pub use network::{FORMAT, Network, NetworkLayer, NetworkOutput, PolicyFileError, bounded};
+pub use network::{FORMAT, Network, NetworkFault, NetworkLayer, NetworkOutput, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
@@ -137,7 +139,7 @@ pub const AUTOMATIC_SHARE: f64 = 0.985;
 pub const NAMES: [&str; 5] = ["none", "constant", "two-phase", "follower-stopper", "pi"];
 
 /// Why there is no such policy.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum PolicyError {
     /// No policy has this name.
     #[error(

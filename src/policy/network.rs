@@ -1,8 +1,10 @@
 //! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The file is TOML that says
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
-use super::{Action, NetworkInput, Observation, Policy, observe::is_too_dense};
-use crate::file::read_text;
+use super::{
+    Action, NetworkInput, Observation, Policy, PolicyFileError, PolicyFileFault, SettingFault, observe::is_too_dense,
+};
+use crate::{file::read_text, toml_text::did_you_mean_file};
 use serde::{Deserialize, Serialize};
 use std::{cell::RefCell, fmt::Write, path::Path};
 
@@ -64,14 +66,52 @@ pub const MOST_BYTES: u64 = 2 << 20;
 /// What a policy file calls itself.
 pub const FORMAT: &str = "codrive policy 2";
 
-/// Why a policy file cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{path}: {fault}")]
-pub struct PolicyFileError {
-    /// The file.
-    pub path: String,
-    /// What is wrong, and what is needed.
-    pub fault: String,
+/// Why a text is no policy of this program's own kind.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NetworkFault {
+    /// Not TOML, or with other keys.
+    #[error("is no policy file: {0}")]
+    Foreign(toml::de::Error),
+    /// Another kind of file, or of another version.
+    #[error("format is `{}`; known is `{}`", .0, FORMAT)]
+    Format(String),
+    /// A layer does not take what the one before it gives.
+    #[error("layer {layer} has {inputs} inputs; what is before it gives {given}")]
+    LayerInputs {
+        /// Which layer, from 0.
+        layer: usize,
+        /// How many inputs it has.
+        inputs: usize,
+        /// How many there are.
+        given: usize,
+    },
+    /// A row of weights has another length than the layer's outputs.
+    #[error("layer {layer} has {outputs} outputs in a row of its weights and {biases} biases")]
+    LayerRow {
+        /// Which layer, from 0.
+        layer: usize,
+        /// Length of the row.
+        outputs: usize,
+        /// Biases of the layer.
+        biases: usize,
+    },
+    /// A weight or bias is infinite or no number.
+    #[error("layer {0} holds a number that is not finite")]
+    NotFinite(usize),
+    /// The network does not give an action, or not one number for each level.
+    #[error("the last layer has {outputs} outputs; these actions need {needed}")]
+    Outputs {
+        /// How many it gives.
+        outputs: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// A number that cannot be.
+    #[error(transparent)]
+    Setting(#[from] SettingFault),
+    /// A single level, or holds that cannot be.
+    #[error("levels or holds_s cannot be used")]
+    LevelsOrHolds,
 }
 
 impl Network {
@@ -80,60 +120,59 @@ impl Network {
     /// # Errors
     /// It cannot be read, is no policy file, its layers do not fit together, or a number is not finite.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
-        let text = read_text(path, MOST_BYTES).map_err(|e| PolicyFileError {
-            path: path.display().to_string(),
-            fault: format!("cannot be read: {e}{}", crate::toml_text::did_you_mean_file(path)),
-        })?;
-        Self::from_toml(&text).map_err(|fault| PolicyFileError { path: path.display().to_string(), fault })
+        let fault = |fault: PolicyFileFault| PolicyFileError { path: path.display().to_string(), fault: fault.into() };
+        let text = read_text(path, MOST_BYTES)
+            .map_err(|source| fault(PolicyFileFault::Unreadable { source, near: did_you_mean_file(path) }))?;
+        Self::from_toml(&text).map_err(|why| fault(why.into()))
     }
 
     /// The same for text.
     ///
     /// # Errors
-    /// What is wrong, in words.
-    pub fn from_toml(text: &str) -> Result<Self, String> {
-        let network: Self = toml::from_str(text).map_err(|e| format!("is no policy file: {e}"))?;
+    /// It is no policy file, its layers do not fit together, or a number cannot be.
+    pub fn from_toml(text: &str) -> Result<Self, NetworkFault> {
+        let network: Self = toml::from_str(text).map_err(NetworkFault::Foreign)?;
         network.check()?;
         Ok(network)
     }
 
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), NetworkFault> {
         if self.format != FORMAT {
-            return Err(format!("format is `{}`; known is `{FORMAT}`", self.format));
+            return Err(NetworkFault::Format(self.format.clone()));
         }
         let outputs = if self.levels == 0 { 1 } else { self.levels as usize };
         let mut size = self.inputs.len();
         for (i, layer) in self.layers.iter().enumerate() {
             if layer.weights.len() != size {
-                return Err(format!("layer {i} has {} inputs; what is before it gives {size}", layer.weights.len()));
+                return Err(NetworkFault::LayerInputs { layer: i, inputs: layer.weights.len(), given: size });
             }
             size = layer.bias.len();
             if let Some(row) = layer.weights.iter().find(|row| row.len() != size) {
-                return Err(format!("layer {i} has {} outputs in a row of its weights and {size} biases", row.len()));
+                return Err(NetworkFault::LayerRow { layer: i, outputs: row.len(), biases: size });
             }
             if layer.weights.iter().flatten().chain(&layer.bias).any(|x| !x.is_finite()) {
-                return Err(format!("layer {i} holds a number that is not finite"));
+                return Err(NetworkFault::NotFinite(i));
             }
         }
         if size != outputs || self.layers.is_empty() {
-            return Err(format!("the last layer has {size} outputs; these actions need {outputs}"));
+            return Err(NetworkFault::Outputs { outputs: size, needed: outputs });
         }
         let [low, high] = self.limits;
         if !(low.is_finite() && high.is_finite() && low < high) {
-            return Err(format!("limits are {low} to {high}; the first must be below the second"));
+            return Err(SettingFault::Limits { low, high }.into());
         }
         if let Some(input) = self.inputs.iter().find(|input| !input.is_sound()) {
-            return Err(format!("input {}: `to` must be above `from`", input.feature.name()));
+            return Err(SettingFault::Input(input.feature).into());
         }
         let [shortest, longest] = self.holds_s;
         if !(self.speed_change_mps.is_finite() && self.speed_change_mps >= 0.0) {
-            return Err("speed_change_mps must be 0 or more".into());
+            return Err(SettingFault::SpeedChange.into());
         }
         if !(self.least_spacing_m.is_finite() && self.least_spacing_m >= 0.0) {
-            return Err("least_spacing_m must be 0 or more".into());
+            return Err(SettingFault::LeastSpacing.into());
         }
         if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
-            return Err("levels or holds_s cannot be used".into());
+            return Err(NetworkFault::LevelsOrHolds);
         }
         Ok(())
     }
@@ -308,7 +347,7 @@ mod tests {
         let fault = |change: fn(&mut Network)| {
             let mut network = small(0, 1);
             change(&mut network);
-            Network::from_toml(&network.to_toml()).unwrap_err()
+            Network::from_toml(&network.to_toml()).unwrap_err().to_string()
         };
         assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; these actions need 3");
         assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
@@ -316,6 +355,6 @@ mod tests {
         assert_eq!(fault(|n| n.inputs[2].to = 0.0), "input gap: `to` must be above `from`");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
-        assert!(Network::from_toml("speed = 3").unwrap_err().starts_with("is no policy file"));
+        assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is no policy file"));
     }
 }

@@ -1,7 +1,7 @@
 //! What stands in the place of `onnx` in a program that is built without the feature `onnx`. In: a file of another's network.
 //! Out: a refusal that names the remedy.
 
-use super::{Action, Observation, Policy, PolicyFileError};
+use super::{Action, Observation, Policy, PolicyFileError, PolicyFileFault};
 use std::path::{Path, PathBuf};
 
 /// Limits of files that are read.
@@ -20,9 +20,7 @@ impl OnnxPolicy {
     /// # Errors
     /// Always.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
-        let fault = "ONNX files are read only by a program that is built with the cargo feature `onnx`\n  \
-                     remedy: build it with cargo build --release";
-        Err(PolicyFileError { path: path.display().to_string(), fault: fault.into() })
+        Err(PolicyFileError { path: path.display().to_string(), fault: PolicyFileFault::WithoutOnnx.into() })
     }
 
     /// The files that make it.

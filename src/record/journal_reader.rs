@@ -12,9 +12,11 @@ use crate::{file, foreign::guarded, time::Tick};
 use arrow_array::RecordBatch;
 use arrow_buffer::Buffer;
 use arrow_ipc::{MessageHeader, reader::StreamDecoder, root_as_message};
+use arrow_schema::ArrowError;
 use std::{
     fs::File,
-    io::{BufReader, Read},
+    io::{self, BufReader, Read},
+    num::TryFromIntError,
     path::{Path, PathBuf},
 };
 
@@ -144,18 +146,56 @@ fn hole(path: &Path, header: Option<&BlockHeader>, bytes: [u64; 2]) -> LostRows 
     }
 }
 
+/// Why bytes of a journal hold no rows.
+#[derive(Debug, thiserror::Error)]
+enum RowsFault {
+    /// They cannot be read or unpacked.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// Fewer are left than a message says, or it says more than any may have.
+    #[error("{wanted} bytes wanted, {left} left")]
+    Length { wanted: u64, left: u64 },
+    /// Something follows the last message.
+    #[error("{0} bytes too many")]
+    Rest(u64),
+    /// Another mark than a message's.
+    #[error("no message begins here")]
+    NoMessage,
+    /// A message without a sound head.
+    #[error("{0}")]
+    Head(String),
+    /// A body of negative length.
+    #[error(transparent)]
+    Body(#[from] TryFromIntError),
+    /// A batch is announced and there is none.
+    #[error("no batch")]
+    NoBatch,
+    /// A buffer of the batch lies outside of the body.
+    #[error("a buffer {0} nowhere")]
+    Buffer(&'static str),
+    /// A buffer that would be larger than what is read.
+    #[error("a buffer of {0} bytes")]
+    LargeBuffer(i64),
+    /// The library does not accept the batch.
+    #[error(transparent)]
+    Batch(#[from] ArrowError),
+    /// The library broke off, with these words.
+    #[error("{0}")]
+    BrokeOff(String),
+}
+
 /// The rows of a payload.
-fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, String> {
-    let decoder = zstd::stream::read::Decoder::new(payload).map_err(|e| e.to_string())?;
+fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, RowsFault> {
+    let decoder = zstd::stream::read::Decoder::new(payload)?;
     let mut bytes = Vec::new();
-    decoder.take(MOST_BYTES).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    decoder.take(MOST_BYTES).read_to_end(&mut bytes)?;
     let left = bytes.len() as u64;
     let mut stream = IpcStream { from: bytes.as_slice(), left, decoder: StreamDecoder::new() };
     let mut batches = Vec::new();
     while let Some(batch) = stream.next()? {
         batches.push(batch);
     }
-    if stream.left > 0 { Err(format!("{} bytes too many", stream.left)) } else { Ok(batches) }
+    if stream.left > 0 { Err(RowsFault::Rest(stream.left)) } else { Ok(batches) }
 }
 
 fn read_stream(
@@ -189,38 +229,38 @@ struct IpcStream<R> {
 }
 
 impl<R: Read> IpcStream<R> {
-    fn take(&mut self, count: u64) -> Result<Vec<u8>, String> {
+    fn take(&mut self, count: u64) -> Result<Vec<u8>, RowsFault> {
         if count > self.left || count > u64::from(MOST_PAYLOAD) {
-            return Err(format!("{count} bytes wanted, {} left", self.left));
+            return Err(RowsFault::Length { wanted: count, left: self.left });
         }
         let mut bytes = vec![0; count as usize];
-        self.from.read_exact(&mut bytes).map_err(|e| e.to_string())?;
+        self.from.read_exact(&mut bytes)?;
         self.left -= count;
         Ok(bytes)
     }
 
     /// The next batch; `None` at the end, be it said or just there.
-    fn next(&mut self) -> Result<Option<RecordBatch>, String> {
+    fn next(&mut self) -> Result<Option<RecordBatch>, RowsFault> {
         while self.left > 0 {
             let mut bytes = self.take(8)?;
             let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
             let (mark, length) = (word(0), word(4));
             if mark != u32::MAX {
-                return Err("no message begins here".into());
+                return Err(RowsFault::NoMessage);
             }
             if length == 0 {
                 return Ok(None);
             }
             let about = self.take(length.into())?;
-            let message = root_as_message(&about).map_err(|e| e.to_string())?;
-            let body = self.take(u64::try_from(message.bodyLength()).map_err(|e| e.to_string())?)?;
+            let message = root_as_message(&about).map_err(|e| RowsFault::Head(e.to_string()))?;
+            let body = self.take(u64::try_from(message.bodyLength())?)?;
             check_buffers(&message, &body)?;
             bytes.extend(&about);
             bytes.extend(body);
             let mut buffer = Buffer::from_vec(bytes);
             let decoder = &mut self.decoder;
             // The library checks much and panics on the rest; what it left half done is not used again.
-            let decoded = guarded(|| decoder.decode(&mut buffer))?.map_err(|e| e.to_string())?;
+            let decoded = guarded(|| decoder.decode(&mut buffer)).map_err(RowsFault::BrokeOff)??;
             if decoded.is_some() {
                 return Ok(decoded);
             }
@@ -230,22 +270,23 @@ impl<R: Read> IpcStream<R> {
 }
 
 /// A compressed buffer begins with its length when it is no longer compressed, for which memory is taken at once.
-fn check_buffers(message: &arrow_ipc::Message<'_>, body: &[u8]) -> Result<(), String> {
+fn check_buffers(message: &arrow_ipc::Message<'_>, body: &[u8]) -> Result<(), RowsFault> {
     if message.header_type() != MessageHeader::RecordBatch {
         return Ok(());
     }
-    let batch = message.header_as_record_batch().ok_or("no batch")?;
+    let batch = message.header_as_record_batch().ok_or(RowsFault::NoBatch)?;
     if batch.compression().is_none() {
         return Ok(());
     }
     for buffer in batch.buffers().iter().flatten() {
         let (offset, length) = (usize::try_from(buffer.offset()), usize::try_from(buffer.length()));
-        let (Ok(offset), Ok(length)) = (offset, length) else { return Err("a buffer begins nowhere".into()) };
-        let bytes = offset.checked_add(length).and_then(|end| body.get(offset..end)).ok_or("a buffer ends nowhere")?;
+        let (Ok(offset), Ok(length)) = (offset, length) else { return Err(RowsFault::Buffer("begins")) };
+        let bytes =
+            offset.checked_add(length).and_then(|end| body.get(offset..end)).ok_or(RowsFault::Buffer("ends"))?;
         let Some(first) = bytes.first_chunk::<8>() else { continue };
         let plain = i64::from_le_bytes(*first);
         if plain > MOST_BYTES as i64 {
-            return Err(format!("a buffer of {plain} bytes"));
+            return Err(RowsFault::LargeBuffer(plain));
         }
     }
     Ok(())
@@ -275,13 +316,13 @@ mod tests {
     fn no_more_is_taken_than_is_left_or_than_a_block_may_hold() {
         let stream = |left: u64| IpcStream { from: std::io::repeat(7), left, decoder: StreamDecoder::new() };
         let mut ten = stream(10);
-        assert_eq!(ten.take(4), Ok(vec![7; 4]));
-        assert_eq!(ten.take(7), Err("7 bytes wanted, 6 left".into()));
-        assert_eq!((ten.take(6), ten.left, ten.take(0)), (Ok(vec![7; 6]), 0, Ok(vec![])));
+        assert_eq!(ten.take(4).unwrap(), [7; 4]);
+        assert_eq!(ten.take(7).unwrap_err().to_string(), "7 bytes wanted, 6 left");
+        assert_eq!((ten.take(6).unwrap(), ten.left, ten.take(0).unwrap()), (vec![7; 6], 0, vec![]));
         let most = u64::from(MOST_PAYLOAD);
         assert!(stream(u64::MAX).take(most + 1).is_err());
         let mut large = stream(most + 1);
-        assert_eq!((large.take(most).map(|bytes| bytes.len() as u64), large.left), (Ok(most), 1));
+        assert_eq!((large.take(most).unwrap().len() as u64, large.left), (most, 1));
         // A file that is shorter than it said.
         let mut short = IpcStream { from: &[1, 2][..], left: 3, decoder: StreamDecoder::new() };
         assert!(short.take(3).is_err());

@@ -5,6 +5,7 @@ use super::{
     device::{
         layout::{instance_buffer, mesh_buffers},
         pipeline::{DEPTH, HDR, PipelineBuilder, PipelineDesc},
+        shader::ShaderFault,
     },
     quality::Quality,
 };
@@ -66,7 +67,7 @@ impl MaterialsDesc<'_> {
     ///
     /// # Errors
     /// What is wrong with a shader.
-    pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<MaterialPipelines, String> {
+    pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<MaterialPipelines, ShaderFault> {
         let ((bodies, ground), (plants, sky)) = builder.both(
             || builder.both(|| self.bodies(builder), || self.ground(builder)),
             || builder.both(|| self.plants(builder), || self.sky(builder)),
@@ -74,7 +75,7 @@ impl MaterialsDesc<'_> {
         Ok(MaterialPipelines { bodies: bodies?, ground: ground?, plants: plants?, sky: sky? })
     }
 
-    fn bodies(&self, builder: &PipelineBuilder) -> Result<BodyPipelines, String> {
+    fn bodies(&self, builder: &PipelineBuilder) -> Result<BodyPipelines, ShaderFault> {
         let (mesh, soft) = (mesh_buffers(), self.soft());
         let soft_alone = [soft];
         let solid = self.solid(&mesh, &soft_alone);
@@ -104,7 +105,7 @@ impl MaterialsDesc<'_> {
         Ok(BodyPipelines { hidden, car, uncoated, glass })
     }
 
-    fn ground(&self, builder: &PipelineBuilder) -> Result<GroundPipelines, String> {
+    fn ground(&self, builder: &PipelineBuilder) -> Result<GroundPipelines, ShaderFault> {
         let (mesh, instances, soft) = (mesh_buffers(), [Some(instance_buffer())], self.soft());
         let soft_alone = [soft];
         let afar = ("AFAR_M", f64::from(AFAR_M));
@@ -131,7 +132,7 @@ impl MaterialsDesc<'_> {
         Ok(GroundPipelines { road: [road, road_from_above], land: [land, land_from_above], contact, root })
     }
 
-    fn plants(&self, builder: &PipelineBuilder) -> Result<PlantPipelines, String> {
+    fn plants(&self, builder: &PipelineBuilder) -> Result<PlantPipelines, ShaderFault> {
         let (mesh, soft) = (mesh_buffers(), self.soft());
         let samples = ("SAMPLES", f64::from(self.quality.msaa));
         let (soft_alone, samples_alone) = ([soft], [samples]);
@@ -173,7 +174,7 @@ impl MaterialsDesc<'_> {
         })
     }
 
-    fn sky(&self, builder: &PipelineBuilder) -> Result<wgpu::RenderPipeline, String> {
+    fn sky(&self, builder: &PipelineBuilder) -> Result<wgpu::RenderPipeline, ShaderFault> {
         let soft = [self.soft()];
         let [sky] = builder.pipelines([PipelineDesc {
             program: "sky",

@@ -26,6 +26,7 @@ pub mod view_projection;
 pub use auto_quality::{quality_for, renderer_that_keeps_up};
 pub use device::cost::FrameCost;
 pub use device::gpu::{Gpu, GpuError};
+pub use device::shader::ShaderFault;
 pub use device::timing::PassTimes;
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
@@ -260,7 +261,7 @@ impl Renderer {
     ///
     /// # Errors
     /// `shaders/FILE.wgsl:LINE: what is wrong`.
-    pub fn reload_shaders(&mut self) -> Result<(), String> {
+    pub fn reload_shaders(&mut self) -> Result<(), ShaderFault> {
         self.reload_shaders_from(Path::new(SHADERS))
     }
 
@@ -268,7 +269,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As there.
-    pub fn reload_shaders_from(&mut self, directory: &Path) -> Result<(), String> {
+    pub fn reload_shaders_from(&mut self, directory: &Path) -> Result<(), ShaderFault> {
         let sources = ShaderSources::from_directory(directory)?;
         let device = &self.meshes.device;
         // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
@@ -279,7 +280,7 @@ impl Renderer {
         let refused = pollster::block_on(scope.pop());
         let pipelines = made?;
         if let Some(error) = refused {
-            return Err(format!("{}: {error}", directory.display()));
+            return Err(ShaderFault::Refused { directory: directory.into(), words: error.to_string() });
         }
         self.pipelines = pipelines;
         self.shadow.forget();
@@ -295,7 +296,7 @@ impl RenderPipelines {
         bloom: &BloomPass,
         tonemap: &ToneMapPass,
         quality: &Quality,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, ShaderFault> {
         Ok(Self {
             shadow: shadow.pipeline(builder)?,
             materials: bindings.materials(builder, quality)?,

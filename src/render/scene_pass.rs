@@ -2,7 +2,7 @@
 //! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`](super::device::pipeline::HDR)), one sample a pixel.
 
 use super::{
-    device::{cost::PassCost, layout::Frame, pipeline::PipelineBuilder, targets::RenderTargets},
+    device::{cost::PassCost, layout::Frame, pipeline::PipelineBuilder, shader::ShaderFault, targets::RenderTargets},
     instances::{InstanceCollector, SceneContents},
     level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
     materials::{AFAR_M, MaterialPipelines, MaterialsDesc},
@@ -152,7 +152,7 @@ impl SceneBindings {
     ///
     /// # Errors
     /// What is wrong with a shader.
-    pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<MaterialPipelines, String> {
+    pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<MaterialPipelines, ShaderFault> {
         MaterialsDesc { layout: &self.pipeline, sky_layout: &self.sky_pipeline, quality }.pipelines(builder)
     }
 }

@@ -12,7 +12,7 @@ mod what_if;
 pub mod window;
 
 pub use verifier::{ReplayHeader, VerificationProgress, Verifier};
-pub use what_if::{WhatIfComparison, changes, what_if, words};
+pub use what_if::{ChangeFault, WhatIfComparison, changes, what_if, words};
 #[cfg(feature = "desktop")]
 pub use {renderer::ReplayRenderer, sound_track::SoundTrack};
 

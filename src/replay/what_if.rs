@@ -32,31 +32,58 @@ pub struct WhatIfComparison {
     pub instead: Summary,
 }
 
+/// How changes are asked for, for messages.
+const EXAMPLE: &str = "for example policy=none, driver=perfect, hold_s=5, or none for the baseline without advice";
+
+/// Why a change cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ChangeFault {
+    /// No setting and value.
+    #[error("--what-if {}: allowed is SETTING=VALUE, {}", .0, EXAMPLE)]
+    NoPair(String),
+    /// No setting of the name.
+    #[error("--what-if {pair}: there is no setting {key}{near}; {}", EXAMPLE)]
+    UnknownSetting {
+        /// What was asked for.
+        pair: String,
+        /// The name in it.
+        key: String,
+        /// The nearest that exists, as a question; empty where none is near.
+        near: String,
+    },
+    /// A value that the setting does not allow.
+    #[error("--what-if {pair}: {fault}")]
+    Value {
+        /// What was asked for.
+        pair: String,
+        /// What is allowed.
+        fault: String,
+    },
+}
+
 /// Reads changes such as `policy=none` or `driver=perfect`; `none` alone is the usual baseline, no advice and the
 /// car-following model.
 ///
 /// # Errors
-/// A word that names no setting, or a value that it does not allow; the message says what is.
-pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, String> {
+/// A word that names no setting, or a value that it does not allow.
+pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, ChangeFault> {
     let known = Scenario::fields();
     let mut changes = Vec::new();
     for text in asked {
         let pairs = if text == "none" { vec!["policy=none", "driver=idm"] } else { vec![text.as_str()] };
         for pair in pairs {
-            let example = "for example policy=none, driver=perfect, hold_s=5, or none for the baseline without advice";
-            let (key, value) =
-                pair.split_once('=').ok_or(format!("--what-if {pair}: allowed is SETTING=VALUE, {example}"))?;
+            let (key, value) = pair.split_once('=').ok_or_else(|| ChangeFault::NoPair(pair.into()))?;
             let field = known.iter().find(|field| field.is_called(key) || field.flag() == key);
             let field = field.ok_or_else(|| {
                 let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
-                format!("--what-if {pair}: there is no setting {key}{}; {example}", did_you_mean(key, &names))
+                ChangeFault::UnknownSetting { pair: pair.into(), key: key.into(), near: did_you_mean(key, &names) }
             })?;
             let value = match &field.default {
                 Value::String(_) => Value::from(value),
                 _ => serde_json::from_str(value).unwrap_or_else(|_| Value::from(value)),
             };
             if let Some(fault) = field.fault(&value) {
-                return Err(format!("--what-if {pair}: {fault}"));
+                return Err(ChangeFault::Value { pair: pair.into(), fault });
             }
             changes.push((field.clone(), value));
         }
@@ -172,7 +199,7 @@ mod tests {
 
     #[test]
     fn changes_are_settings_with_values_that_they_allow() {
-        let read = |text: &str| changes(&[text.to_owned()]);
+        let read = |text: &str| changes(&[text.to_owned()]).map_err(|fault| fault.to_string());
         assert_eq!(words(&read("none").unwrap()), "policy=none, driver=idm");
         assert_eq!(words(&read("hold=5").unwrap()), "hold_s=5");
         assert_eq!(words(&read("idm.T=1.5").unwrap()), "idm.T=1.5");

@@ -214,14 +214,24 @@ impl Default for ParticipantTexts {
 /// The most that a font may hold, bytes: those with all of Chinese, Japanese and Korean have 20 MB.
 const FONT_BYTES: u64 = 32 << 20;
 
+/// Why a font cannot be used.
+#[derive(Debug, thiserror::Error)]
+enum FontFault {
+    /// The system does not give it.
+    #[error("the font {} cannot be read: {source}", file.display())]
+    Unreadable { file: PathBuf, source: std::io::Error },
+    /// Another kind of file.
+    #[error("{} is no font; allowed: a TTF or OTF file", .0.display())]
+    NoFont(PathBuf),
+}
+
 /// The bytes of a font.
-fn read_font(path: &Path) -> Result<Arc<[u8]>, String> {
-    let bytes =
-        read_bounded(path, FONT_BYTES).map_err(|e| format!("the font {} cannot be read: {e}", path.display()))?;
+fn read_font(path: &Path) -> Result<Arc<[u8]>, FontFault> {
+    let bytes = read_bounded(path, FONT_BYTES).map_err(|source| FontFault::Unreadable { file: path.into(), source })?;
     if plot::is_font(&bytes) {
         return Ok(bytes.into());
     }
-    Err(format!("{} is no font; allowed: a TTF or OTF file", path.display()))
+    Err(FontFault::NoFont(path.into()))
 }
 
 /// A study that can be run.
@@ -260,7 +270,7 @@ impl Study {
     /// As [`Study::load`].
     pub fn parse(source: String, path: &Path) -> Result<Self, StudyError> {
         let name = path.display().to_string();
-        let file: StudyFile = toml_text::parse(&source, &name).map_err(StudyError)?;
+        let file: StudyFile = toml_text::parse(&source, &name).map_err(|e| StudyError(e.to_string()))?;
         let mut study = Self {
             base: Scenario::default(),
             conditions: Vec::new(),
@@ -286,7 +296,7 @@ impl Study {
             }
         }
         let font = study.file.font.as_ref().map(|font| read_font(&folder.join(font))).transpose();
-        study.font = font.map_err(|message| fault("font", message))?;
+        study.font = font.map_err(|e| fault("font", e.to_string()))?;
         study.base = base;
         study.conditions = conditions;
         study.questionnaires = questionnaires;
@@ -322,7 +332,7 @@ impl Study {
             }
             for (i, level) in list.iter().enumerate() {
                 let here = format!("{key}.{i}.name");
-                check_word(&level.name).map_err(|message| (here.clone(), message))?;
+                check_word(&level.name).map_err(|fault| (here.clone(), fault.to_string()))?;
                 if list[..i].iter().any(|other| other.name == level.name) {
                     return wrong(here, format!("the name \"{}\" comes twice", level.name));
                 }
@@ -339,7 +349,7 @@ impl Study {
         }
         for (i, segment) in file.segment.iter().enumerate() {
             let key = |key: &str| format!("segment.{i}.{key}");
-            check_word(&segment.name).map_err(|message| (key("name"), message))?;
+            check_word(&segment.name).map_err(|fault| (key("name"), fault.to_string()))?;
             if file.segment[..i].iter().any(|other| other.name == segment.name) {
                 return wrong(key("name"), format!("the name \"{}\" comes twice", segment.name));
             }
@@ -389,13 +399,21 @@ impl StudySegment {
     }
 }
 
+/// A name that is no part of a file's name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the name \"{word}\" cannot be used; allowed: 1 to 40 small letters, digits and hyphens")]
+pub(super) struct WordFault {
+    /// The name.
+    word: String,
+}
+
 /// Names are parts of file names and of data.
-pub(super) fn check_word(word: &str) -> Result<(), String> {
+pub(super) fn check_word(word: &str) -> Result<(), WordFault> {
     let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     if !word.is_empty() && word.len() <= 40 && word.chars().all(fine) {
         return Ok(());
     }
-    Err(format!("the name \"{word}\" cannot be used; allowed: 1 to 40 small letters, digits and hyphens"))
+    Err(WordFault { word: word.into() })
 }
 #[cfg(test)]
 #[path = "file_tests.rs"]

@@ -29,6 +29,7 @@ pub mod lock;
 pub mod order;
 pub mod participant_code;
 pub mod plan;
+mod question_fault;
 pub mod questionnaire_form;
 pub mod questions;
 pub mod session;

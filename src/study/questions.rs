@@ -7,7 +7,7 @@
 //! `<=`, `>`, `>=` or `contains`, joined by `and` or `or` (`and` binds stronger). One thing is our own: `scores`, sums and
 //! means of answers with a weight.
 
-use super::StudyError;
+use super::{StudyError, question_fault::QuestionFault};
 use crate::{
     data_folders,
     file::{SETTINGS_BYTES, read_text},
@@ -218,18 +218,16 @@ impl Serialize for VisibilityCondition {
 impl<'de> Deserialize<'de> for VisibilityCondition {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        let any = text.split(" or ").map(|all| all.split(" and ").map(comparison).collect()).collect::<Result<_, _>>();
+        let any = text
+            .split(" or ")
+            .map(|all| all.split(" and ").map(comparison).collect())
+            .collect::<Result<_, QuestionFault>>();
         any.map(|any| Self { text: text.clone(), any }).map_err(de::Error::custom)
     }
 }
 
-fn comparison(text: &str) -> Result<AnswerComparison, String> {
-    let fault = || {
-        format!(
-            "visibleIf has \"{}\"; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains",
-            text.trim()
-        )
-    };
+fn comparison(text: &str) -> Result<AnswerComparison, QuestionFault> {
+    let fault = || QuestionFault::Comparison(text.trim().into());
     let (name, rest) = text.trim().strip_prefix('{').and_then(|rest| rest.split_once('}')).ok_or_else(fault)?;
     let rest = rest.trim();
     let by =
@@ -308,9 +306,9 @@ impl QuestionElement {
         }
     }
 
-    fn check(&self) -> Result<(), String> {
-        let needs = |list: &[AnswerChoice], what: &str| {
-            if list.is_empty() { Err(format!("\"{}\" has no {what}", self.name)) } else { Ok(()) }
+    fn check(&self) -> Result<(), QuestionFault> {
+        let needs = |list: &[AnswerChoice], what: &'static str| {
+            if list.is_empty() { Err(QuestionFault::Empty { name: self.name.clone(), what }) } else { Ok(()) }
         };
         match self.kind {
             ElementKind::Radiogroup | ElementKind::Checkbox => needs(&self.choices, "choices"),
@@ -321,10 +319,8 @@ impl QuestionElement {
                 if self.rate_step > 0.0 && whole && (1.0..=100.0).contains(&steps) {
                     return Ok(());
                 }
-                Err(format!(
-                    "\"{}\" rates from {} to {} by {}; allowed: 1 to 100 whole steps",
-                    self.name, self.rate_min, self.rate_max, self.rate_step
-                ))
+                let (from, to, by) = (self.rate_min, self.rate_max, self.rate_step);
+                Err(QuestionFault::Scale { name: self.name.clone(), from, to, by })
             }
             _ => Ok(()),
         }
@@ -380,7 +376,7 @@ impl Questionnaire {
         Ok(found)
     }
 
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), QuestionFault> {
         let mut seen: Vec<&str> = Vec::new();
         let mut answers: Vec<String> = Vec::new();
         for page in &self.pages {
@@ -388,26 +384,22 @@ impl Questionnaire {
             for element in &page.elements {
                 element.check()?;
                 if seen.contains(&element.name.as_str()) {
-                    return Err(format!("the name \"{}\" comes twice", element.name));
+                    return Err(QuestionFault::Twice(element.name.clone()));
                 }
                 seen.push(&element.name);
                 answers.extend(element.answer_names());
             }
             for name in conditions.flat_map(VisibilityCondition::names) {
                 if !answers.iter().any(|answer| answer == name) {
-                    return Err({
-                        let near = toml_text::did_you_mean(name, &answers);
-                        format!("visibleIf asks for \"{name}\", which no question before or beside it has{near}")
-                    });
+                    let near = toml_text::did_you_mean(name, &answers);
+                    return Err(QuestionFault::UnknownCondition { name: name.into(), near });
                 }
             }
         }
         for score in &self.scores {
             if let Some(missing) = score.of.iter().find(|name| !answers.contains(name)) {
-                return Err({
-                    let near = toml_text::did_you_mean(missing, &answers);
-                    format!("the score \"{}\" is of \"{missing}\", which no question has{near}", score.name)
-                });
+                let near = toml_text::did_you_mean(missing, &answers);
+                return Err(QuestionFault::UnknownScore { score: score.name.clone(), name: missing.clone(), near });
             }
         }
         Ok(())

@@ -73,7 +73,7 @@ fn lists_that_have_nothing_to_choose_are_refused() {
         (r#""type": "matrix", "rows": ["x"]"#, "no columns"),
         (r#""type": "matrix", "columns": ["x"]"#, "no rows"),
     ] {
-        let told = element(keys).check().expect_err(keys);
+        let told = element(keys).check().expect_err(keys).to_string();
         assert!(told.contains(has) && told.contains("\"q\""), "{told}");
     }
     for fine in

@@ -154,13 +154,13 @@ fn a_broken_shader_leaves_the_picture_as_it_was_and_a_whole_one_replaces_it() {
     let change = |new: String| std::fs::write(&sky, new).expect("written");
 
     change(text.replace("return vec4f(light", "return vec4f(lihgt"));
-    let message = renderer.reload_shaders_from(folder.path()).expect_err("broken");
+    let message = renderer.reload_shaders_from(folder.path()).expect_err("broken").to_string();
     let line = text.lines().position(|l| l.contains("return vec4f(light")).expect("the line") + 1;
     assert!(message.starts_with(&format!("shaders/sky.wgsl:{line}: ")), "{message}");
     assert!(before == draw_with(&mut renderer, &view, [160, 90]), "the picture changed");
 
     change(text.replace("fn fragment", "fn elsewhere"));
-    let message = renderer.reload_shaders_from(folder.path()).expect_err("no entry point");
+    let message = renderer.reload_shaders_from(folder.path()).expect_err("no entry point").to_string();
     assert!(message.contains("fragment"), "{message}");
     assert!(before == draw_with(&mut renderer, &view, [160, 90]), "the picture changed");
 

@@ -84,7 +84,7 @@ fn changed(levels: u32, change: impl FnOnce(&mut ModelProto)) -> Vec<u8> {
 }
 
 fn fault(bytes: &[u8], description: Option<&str>) -> String {
-    OnnxPolicy::from_bytes(bytes, description).err().unwrap()
+    OnnxPolicy::from_bytes(bytes, description).err().unwrap().to_string()
 }
 
 #[test]

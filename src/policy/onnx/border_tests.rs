@@ -1,6 +1,6 @@
 //! Networks from elsewhere: weights in other files, numbers of other sizes, several inputs.
 
-use super::{NetworkDescription, OnnxPolicy, write};
+use super::{NetworkDescription, OnnxFault, OnnxPolicy, write};
 use crate::{
     policy::{FIELD_INPUTS, FORMAT, Network, NetworkLayer, NetworkOutput},
     rng,
@@ -44,12 +44,12 @@ fn changed(change: impl FnOnce(&mut GraphProto)) -> ModelProto {
     model
 }
 
-fn loaded(model: &ModelProto, description: Option<&str>) -> Result<OnnxPolicy, String> {
+fn loaded(model: &ModelProto, description: Option<&str>) -> Result<OnnxPolicy, OnnxFault> {
     OnnxPolicy::from_bytes(&model.encode_to_vec(), description)
 }
 
 fn refusal(model: &ModelProto, description: Option<&str>) -> String {
-    loaded(model, description).err().unwrap()
+    loaded(model, description).err().unwrap().to_string()
 }
 
 /// The description that the file carries, with lines before it and without the name of its input.
@@ -108,7 +108,7 @@ fn weights_beside_the_file_are_read_and_belong_to_it() {
     assert_eq!(answer(&OnnxPolicy::from_file(&path).unwrap()), expected());
     assert_eq!(OnnxPolicy::files(&path), [path.clone(), folder.join("policy.onnx.data")]);
     // Bytes that are no file know of no folder.
-    let said = OnnxPolicy::from_bytes(&fs::read(&path).unwrap(), None).err().unwrap();
+    let said = OnnxPolicy::from_bytes(&fs::read(&path).unwrap(), None).err().unwrap().to_string();
     assert!(said.contains("lie in another file"), "{said}");
 }
 
@@ -121,7 +121,7 @@ fn weights_elsewhere_or_of_other_sizes_are_refused() {
         let (path, weights) = export(&folder, location, |graph| change(&mut graph.initializer[0]));
         fs::write(folder.join("w"), &weights).unwrap();
         fs::write(dir.path().join("outside"), &weights).unwrap();
-        OnnxPolicy::from_file(&path).err().map_or_else(String::new, |error| error.fault)
+        OnnxPolicy::from_file(&path).err().map_or_else(String::new, |error| error.fault.to_string())
     };
     assert_eq!(said("w", &|_| ()), "");
     for location in ["../outside", &dir.path().join("outside").to_string_lossy(), "", "./../outside"] {
@@ -287,6 +287,6 @@ fn a_network_with_a_memory_is_refused_in_plain_words() {
 
 #[test]
 fn a_description_names_the_key_that_was_meant() {
-    let said = NetworkDescription::from_toml(&described("input_nam = \"x\"")).unwrap_err();
+    let said = NetworkDescription::from_toml(&described("input_nam = \"x\"")).unwrap_err().to_string();
     assert!(said.contains("its description:1:1: unknown key `input_nam`; did you mean `input_name`?"), "{said}");
 }

@@ -2,21 +2,27 @@
 //! the same with the weights inside, or why not. Only regular files of that folder are read, and no more than a whole
 //! network may hold; a link out of it is refused.
 
-use super::limits::{MOST_BYTES, MOST_ELEMENTS, element_bytes};
-use crate::file::{read_part, size_text};
-use std::path::{Component, Path, PathBuf};
+use super::{
+    OnnxFault, TensorFault,
+    limits::{MOST_BYTES, MOST_ELEMENTS, element_bytes},
+};
+use crate::file::read_part;
+use std::{
+    io,
+    path::{Component, Path, PathBuf},
+};
 use tract_onnx::pb::{GraphProto, ModelProto, TensorProto, tensor_proto::DataLocation};
 
 /// Puts the weights of other files into the network.
 ///
 /// # Errors
-/// What cannot be read or is not allowed, in words.
-pub fn inline(model: &mut ModelProto, folder: &Path) -> Result<(), String> {
+/// What cannot be read or is not allowed.
+pub fn inline(model: &mut ModelProto, folder: &Path) -> Result<(), OnnxFault> {
     let Some(graph) = &mut model.graph else { return Ok(()) };
     let mut left = MOST_BYTES;
     for tensor in tensors_mut(graph).filter(|tensor| is_external(tensor)) {
-        let name = tensor.name.clone();
-        let bytes = read(tensor, folder, &mut left).map_err(|fault| format!("weights `{name}` {fault}"))?;
+        let bytes =
+            read(tensor, folder, &mut left).map_err(|fault| OnnxFault::Weights { name: tensor.name.clone(), fault })?;
         tensor.raw_data = bytes;
         tensor.external_data.clear();
         tensor.data_location = None;
@@ -58,51 +64,35 @@ fn said<'a>(tensor: &'a TensorProto, key: &str) -> Option<&'a str> {
 }
 
 /// Where its file lies: in the folder, also where links are followed.
-fn place(tensor: &TensorProto, folder: &Path) -> Result<PathBuf, String> {
-    let location = said(tensor, "location").ok_or("lie in another file that is not named; export the network again")?;
+fn place(tensor: &TensorProto, folder: &Path) -> Result<PathBuf, TensorFault> {
+    let location = said(tensor, "location").ok_or(TensorFault::Unnamed)?;
     let inside = Path::new(location).components().all(|part| matches!(part, Component::Normal(_)));
-    let refusal = format!("lie in `{location}`; allowed: a file in the folder of the network");
     if location.is_empty() || !inside {
-        return Err(refusal);
+        return Err(TensorFault::Outside(location.into()));
     }
     // The empty path is the folder of today.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let absent = |e: std::io::Error| {
-        format!(
-            "lie in `{location}`, which cannot be read: {e}\n  remedy: put it into the folder of the network, {}",
-            folder.display()
-        )
-    };
+    let absent = |source: io::Error| TensorFault::Absent { location: location.into(), folder: folder.into(), source };
     let (home, found) = (folder.canonicalize().map_err(absent)?, folder.join(location).canonicalize().map_err(absent)?);
     if !found.starts_with(&home) {
-        return Err(refusal);
+        return Err(TensorFault::Outside(location.into()));
     }
     Ok(folder.join(location))
 }
 
-fn read(tensor: &TensorProto, folder: &Path, left: &mut u64) -> Result<Vec<u8>, String> {
+fn read(tensor: &TensorProto, folder: &Path, left: &mut u64) -> Result<Vec<u8>, TensorFault> {
     let n = tensor.dims.iter().try_fold(1usize, |n, &dim| n.checked_mul(usize::try_from(dim).ok()?));
-    let n = n
-        .filter(|n| *n <= MOST_ELEMENTS)
-        .ok_or_else(|| format!("have the shape {:?}; allowed: at most {MOST_ELEMENTS} numbers", tensor.dims))?;
+    let n = n.filter(|n| *n <= MOST_ELEMENTS).ok_or_else(|| TensorFault::Shape(tensor.dims.clone()))?;
     let size = (n * element_bytes(tensor.data_type)?) as u64;
-    let number = |key: &str, otherwise: u64| match said(tensor, key) {
-        Some(text) => {
-            text.parse::<u64>().map_err(|_| format!("have the {key} `{text}`; allowed: a whole number of bytes"))
-        }
+    let number = |key: &'static str, otherwise: u64| match said(tensor, key) {
+        Some(text) => text.parse::<u64>().map_err(|_| TensorFault::Place { key, text: text.into() }),
         None => Ok(otherwise),
     };
     let (offset, length) = (number("offset", 0)?, number("length", size)?);
     if length != size {
-        return Err(format!("have the shape {:?}, that is {size} bytes, but say {length}", tensor.dims));
+        return Err(TensorFault::Bytes { dims: tensor.dims.clone(), size, said: length });
     }
-    *left = left.checked_sub(size).ok_or_else(|| {
-        format!(
-            "would make more than {} with those before; allowed: {} in all",
-            size_text(MOST_BYTES),
-            size_text(MOST_BYTES)
-        )
-    })?;
-    let path = place(tensor, folder)?;
-    read_part(&path, offset, size).map_err(|e| format!("lie in `{}`, which cannot be read: {e}", path.display()))
+    *left = left.checked_sub(size).ok_or(TensorFault::TooLarge)?;
+    let file = place(tensor, folder)?;
+    read_part(&file, offset, size).map_err(|source| TensorFault::Unreadable { file, source })
 }

@@ -1,7 +1,7 @@
 //! Inputs of a network: which is the observation, in which numbers. In: the graph and its description. Out: the graph with
 //! that input and the wanted output alone, other inputs made constants or gone, and the shapes to ask with.
 
-use super::{NetworkDescription, limits::MOST_WHOLE_NUMBERS};
+use super::{NetworkDescription, PortFault, limits::MOST_WHOLE_NUMBERS};
 use half::f16;
 use std::collections::BTreeSet;
 use tract_onnx::pb::{
@@ -14,10 +14,10 @@ use tract_onnx::pb::{
 /// Leaves of the graph what the wanted output needs.
 ///
 /// # Errors
-/// Inputs or outputs do not fit the description, in words.
-pub(super) fn prepare(graph: &mut GraphProto, description: &NetworkDescription) -> Result<Vec<Vec<usize>>, String> {
+/// Inputs or outputs do not fit the description.
+pub(super) fn prepare(graph: &mut GraphProto, description: &NetworkDescription) -> Result<Vec<Vec<usize>>, PortFault> {
     let names = |values: &[ValueInfoProto]| values.iter().map(|v| v.name.clone()).collect::<Vec<_>>();
-    let output = chosen("output", &names(&graph.output), description.output_name.as_deref())?;
+    let output = chosen("output", names(&graph.output), description.output_name.as_deref())?;
     graph.output.retain(|value| value.name == output);
     // Old files list their weights among the inputs.
     let weights: BTreeSet<String> = graph.initializer.iter().map(|tensor| tensor.name.clone()).collect();
@@ -76,26 +76,21 @@ fn narrow_tensor(tensor: &mut TensorProto) {
 }
 
 /// The name that was asked for, or the only one.
-fn chosen(what: &str, known: &[String], name: Option<&str>) -> Result<String, String> {
+fn chosen(what: &'static str, known: Vec<String>, name: Option<&str>) -> Result<String, PortFault> {
     match name {
         Some(name) if known.iter().any(|known| known == name) => Ok(name.into()),
-        Some(name) => Err(format!("has no {what} `{name}`; it has {}", known.join(", "))),
+        Some(name) => Err(PortFault::Unknown { what, name: name.into(), known }),
         None if known.len() == 1 => Ok(known[0].clone()),
-        None => Err(format!(
-            "has {} {what}s ({}); name the action's: {what}_name = \"{}\"",
-            known.len(),
-            known.join(", "),
-            known.first().map_or("", String::as_str)
-        )),
+        None => Err(PortFault::Ambiguous { what, known }),
     }
 }
 
 /// Inputs that the description fixes become constants.
-fn fix(graph: &mut GraphProto, description: &NetworkDescription) -> Result<(), String> {
+fn fix(graph: &mut GraphProto, description: &NetworkDescription) -> Result<(), PortFault> {
     for (name, value) in &description.fixed {
         let Some(at) = graph.input.iter().position(|input| input.name == *name) else {
-            let known: Vec<&str> = graph.input.iter().map(|input| input.name.as_str()).collect();
-            return Err(format!("has no input `{name}` to be fixed; it has {}", known.join(", ")));
+            let known = graph.input.iter().map(|input| input.name.clone()).collect();
+            return Err(PortFault::NothingToFix { name: name.clone(), known });
         };
         let input = graph.input.remove(at);
         graph.initializer.push(constant(&input, *value)?);
@@ -104,13 +99,13 @@ fn fix(graph: &mut GraphProto, description: &NetworkDescription) -> Result<(), S
 }
 
 /// A tensor of an input's shape, one row where it takes any number, of one value.
-fn constant(input: &ValueInfoProto, value: f64) -> Result<TensorProto, String> {
+fn constant(input: &ValueInfoProto, value: f64) -> Result<TensorProto, PortFault> {
     let tensor = tensor(input)?;
     let dims: Vec<i64> = declared(tensor).into_iter().map(|dim| dim.unwrap_or(1)).collect();
     let n = dims.iter().try_fold(1usize, |n, dim| n.checked_mul(usize::try_from(*dim).ok()?));
-    let n = n.filter(|n| *n <= MOST_WHOLE_NUMBERS).ok_or_else(|| {
-        format!("input `{}` has the shape {dims:?}; to be fixed it may have {MOST_WHOLE_NUMBERS} numbers", input.name)
-    })?;
+    let Some(n) = n.filter(|n| *n <= MOST_WHOLE_NUMBERS) else {
+        return Err(PortFault::LargeToFix { name: input.name.clone(), dims });
+    };
     let bytes = match DataType::try_from(tensor.elem_type).unwrap_or(DataType::Undefined) {
         DataType::Float => (value as f32).to_le_bytes().to_vec(),
         DataType::Double => value.to_le_bytes().to_vec(),
@@ -118,7 +113,7 @@ fn constant(input: &ValueInfoProto, value: f64) -> Result<TensorProto, String> {
         DataType::Int64 => (value as i64).to_le_bytes().to_vec(),
         DataType::Int32 => (value as i32).to_le_bytes().to_vec(),
         DataType::Bool => vec![u8::from(value != 0.0)],
-        other => return Err(format!("input `{}` is of {}; that cannot be fixed", input.name, other.as_str_name())),
+        other => return Err(PortFault::KindToFix { name: input.name.clone(), kind: other.as_str_name() }),
     };
     Ok(TensorProto {
         name: input.name.clone(),
@@ -148,23 +143,16 @@ fn observed(
     graph: &GraphProto,
     description: &NetworkDescription,
     needed: &BTreeSet<String>,
-) -> Result<BTreeSet<String>, String> {
+) -> Result<BTreeSet<String>, PortFault> {
     let all: Vec<String> = graph.input.iter().map(|input| input.name.clone()).collect();
     let matter: Vec<&ValueInfoProto> = graph.input.iter().filter(|input| needed.contains(&input.name)).collect();
-    let fixed = |others: &[&str]| {
-        let list: Vec<String> = others.iter().map(|name| format!("{name} = 0.0")).collect();
-        format!("fixed = {{ {} }}", list.join(", "))
-    };
+    let others_than =
+        |name: &str| -> Vec<String> { matter.iter().map(|v| v.name.clone()).filter(|other| other != name).collect() };
     if description.input_name.is_some() || all.len() == 1 {
-        let name = chosen("input", &all, description.input_name.as_deref())?;
-        let others: Vec<&str> = matter.iter().map(|v| v.name.as_str()).filter(|other| *other != name).collect();
+        let name = chosen("input", all, description.input_name.as_deref())?;
+        let others = others_than(&name);
         if !others.is_empty() {
-            return Err(format!(
-                "has other inputs that its action depends on ({}); a policy decides from the observation alone\n  remedy: \
-                 describe a constant for each, the same at every decision: {}",
-                others.join(", "),
-                fixed(&others)
-            ));
+            return Err(PortFault::Others { others });
         }
         return Ok(BTreeSet::from([name]));
     }
@@ -176,20 +164,14 @@ fn observed(
         return Ok(matter.iter().map(|input| input.name.clone()).collect());
     }
     let first = matter.first().map_or_else(|| all.first().cloned().unwrap_or_default(), |v| v.name.clone());
-    let others: Vec<&str> = matter.iter().map(|v| v.name.as_str()).filter(|other| *other != first).collect();
-    Err(format!(
-        "has {} inputs ({}); a policy has one, the observation, or one for each of its numbers\n  remedy: describe which it \
-         is, and a constant for each other that the action depends on:\n  input_name = \"{first}\"\n  {}",
-        all.len(),
-        all.join(", "),
-        fixed(&others)
-    ))
+    let others = others_than(&first);
+    Err(PortFault::Several { all, first, others })
 }
 
-fn tensor(input: &ValueInfoProto) -> Result<&Tensor, String> {
+fn tensor(input: &ValueInfoProto) -> Result<&Tensor, PortFault> {
     match input.r#type.as_ref().and_then(|kind| kind.value.as_ref()) {
         Some(type_proto::Value::TensorType(tensor)) => Ok(tensor),
-        _ => Err(format!("input `{}` is no tensor", input.name)),
+        _ => Err(PortFault::NoTensor(input.name.clone())),
     }
 }
 
@@ -203,41 +185,30 @@ fn declared(tensor: &Tensor) -> Vec<Option<i64>> {
     .collect()
 }
 
-fn check_kind(input: &ValueInfoProto) -> Result<(), String> {
+fn check_kind(input: &ValueInfoProto) -> Result<(), PortFault> {
     match DataType::try_from(tensor(input)?.elem_type).unwrap_or(DataType::Undefined) {
         DataType::Float | DataType::Double | DataType::Float16 => Ok(()),
-        other => Err(format!(
-            "input `{}` is of {}; allowed: floating-point numbers of 16, 32 or 64 bits",
-            input.name,
-            other.as_str_name()
-        )),
+        other => Err(PortFault::Kind { name: input.name.clone(), kind: other.as_str_name() }),
     }
 }
 
 /// The shape of an input that takes one number.
-fn shape_of_one(input: &ValueInfoProto) -> Result<Vec<usize>, String> {
+fn shape_of_one(input: &ValueInfoProto) -> Result<Vec<usize>, PortFault> {
     let declared = declared(tensor(input)?);
     if declared.len() <= 2 && declared.iter().all(|dim| dim.is_none_or(|d| d == 1)) {
         return Ok(vec![1; declared.len()]);
     }
-    Err(format!("input `{}` takes more than one number", input.name))
+    Err(PortFault::MoreThanOne(input.name.clone()))
 }
 
 /// The shape to run one observation of `n` numbers with, from the declared one.
-fn shape(input: &ValueInfoProto, n: usize) -> Result<Vec<usize>, String> {
+fn shape(input: &ValueInfoProto, n: usize) -> Result<Vec<usize>, PortFault> {
     let declared = declared(tensor(input)?);
     let fits = |dim: &Option<i64>, size: i64| dim.is_none_or(|d| d == size);
     match declared.as_slice() {
         [] => Ok(vec![1, n]),
         [numbers] if fits(numbers, n as i64) => Ok(vec![n]),
         [rows, numbers] if fits(rows, 1) && fits(numbers, n as i64) => Ok(vec![1, n]),
-        _ => {
-            let words: Vec<String> = declared.iter().map(|d| d.map_or("any".into(), |d| d.to_string())).collect();
-            Err(format!(
-                "input `{}` has the shape [{}]; the {n} inputs that are described need [any, {n}] or [{n}]",
-                input.name,
-                words.join(", ")
-            ))
-        }
+        _ => Err(PortFault::Shape { name: input.name.clone(), declared, needed: n }),
     }
 }

@@ -1,7 +1,7 @@
 //! Limits of networks in ONNX: size, operators. In: a file's structure, before the runtime sees it. Out: nothing, or what
 //! cannot be, with node and value. A policy answers within milliseconds, so all limits lie far above one.
 
-use super::external::is_external;
+use super::{NodeFault, OnnxFault, RunFault, TensorFault, external::is_external};
 use std::collections::BTreeSet;
 use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, tensor_proto::DataType};
 
@@ -53,64 +53,61 @@ const WITH_MEMORY: [&str; 3] = ["GRU", "LSTM", "RNN"];
 /// Checks the structure of a file.
 ///
 /// # Errors
-/// What cannot be, in words.
-pub fn check(model: &ModelProto, graph: &GraphProto) -> Result<(), String> {
+/// What cannot be.
+pub fn check(model: &ModelProto, graph: &GraphProto) -> Result<(), OnnxFault> {
     // Also where it could not be run, so that the message names what matters most.
     random(graph)?;
     if !model.functions.is_empty() {
-        return Err("has functions of its own; export it with all of them inlined".into());
+        return Err(OnnxFault::Functions);
     }
     let (nodes, weights) = (graph.node.len(), graph.initializer.len());
     if nodes == 0 {
-        return Err("has no nodes: it computes nothing".into());
+        return Err(OnnxFault::NoNodes);
     }
     if nodes.max(weights) > MOST_NODES {
-        return Err(format!("has {nodes} nodes and {weights} tensors of weights; allowed: {MOST_NODES} of either"));
+        return Err(OnnxFault::ManyNodes { nodes, weights });
     }
     if !graph.sparse_initializer.is_empty() {
-        return Err("has sparse weights; store them as ordinary ones".into());
+        return Err(OnnxFault::SparseWeights);
     }
     let mut known: BTreeSet<&str> = BTreeSet::new();
     for tensor in &graph.initializer {
-        sized(tensor).map_err(|fault| format!("weights `{}` {fault}", tensor.name))?;
+        sized(tensor).map_err(|fault| OnnxFault::Weights { name: tensor.name.clone(), fault })?;
         if !known.insert(&tensor.name) {
-            return Err(format!("has two tensors of weights `{}`", tensor.name));
+            return Err(OnnxFault::WeightsTwice(tensor.name.clone()));
         }
     }
     // Old files list their weights among the inputs.
     known.extend(graph.input.iter().map(|value| value.name.as_str()));
     for node in &graph.node {
-        let fault = |fault: String| format!("cannot be run: node {}: {fault}", title(node));
+        let fault = |fault: NodeFault| node_fault(node, fault);
         flat(node).map_err(fault)?;
         if let Some(name) = node.input.iter().find(|name| !name.is_empty() && !known.contains(name.as_str())) {
-            return Err(fault(format!("its input `{name}` comes from nowhere before it")));
+            return Err(fault(NodeFault::NoInput(name.clone())));
         }
         for name in node.output.iter().filter(|name| !name.is_empty()) {
             if !known.insert(name) {
-                return Err(fault(format!("its output `{name}` is there already")));
+                return Err(fault(NodeFault::OutputTwice(name.clone())));
             }
         }
     }
     match graph.output.iter().find(|value| !known.contains(value.name.as_str())) {
-        Some(value) => Err(format!("output `{}` comes from no node", value.name)),
+        Some(value) => Err(OnnxFault::IdleOutput(value.name.clone())),
         None => Ok(()),
     }
 }
 
-fn title(node: &NodeProto) -> String {
+fn node_fault(node: &NodeProto, fault: NodeFault) -> OnnxFault {
     let name = if node.name.is_empty() { node.output.first() } else { Some(&node.name) };
-    format!("`{}` ({})", name.map_or("", String::as_str), node.op_type)
+    let title = format!("`{}` ({})", name.map_or("", String::as_str), node.op_type);
+    OnnxFault::Run(RunFault::Node { title, fault })
 }
 
 /// Refuses operators that draw numbers, wherever they stand.
-fn random(graph: &GraphProto) -> Result<(), String> {
+fn random(graph: &GraphProto) -> Result<(), OnnxFault> {
     for node in &graph.node {
         if RANDOM.contains(&node.op_type.as_str()) {
-            return Err(format!(
-                "cannot be run: node {}: it draws random numbers, so that a drive could not be driven again the same; \
-                 export the policy for evaluation, with its mean action as output",
-                title(node)
-            ));
+            return Err(node_fault(node, NodeFault::Random));
         }
         for attribute in &node.attribute {
             attribute.g.iter().chain(&attribute.graphs).try_for_each(random)?;
@@ -120,21 +117,19 @@ fn random(graph: &GraphProto) -> Result<(), String> {
 }
 
 /// A node that the limits can be told for.
-fn flat(node: &NodeProto) -> Result<(), String> {
+fn flat(node: &NodeProto) -> Result<(), NodeFault> {
     let holds_graph = |attribute: &AttributeProto| attribute.g.is_some() || !attribute.graphs.is_empty();
     if node.attribute.iter().any(holds_graph) || ["If", "Loop", "Scan"].contains(&node.op_type.as_str()) {
-        return Err("it holds a network of its own; a policy is one flat network: export it unrolled".into());
+        return Err(NodeFault::Nested);
     }
     if WITH_MEMORY.contains(&node.op_type.as_str()) {
-        return Err("it has a memory, which would begin anew at every decision; a policy decides from what it sees now \
-                    (its own mean speed of half a minute can be among that: mean_speed)\n  remedy: export one without memory"
-            .into());
+        return Err(NodeFault::Memory);
     }
     if !OPERATORS.split_whitespace().any(|name| name == node.op_type) {
-        return Err(format!("operator {} is none that a policy may use", node.op_type));
+        return Err(NodeFault::Operator(node.op_type.clone()));
     }
     if node.op_type == "Dropout" && node.input.len() > 2 {
-        return Err("it may drop at random; export the policy for evaluation".into());
+        return Err(NodeFault::Dropout);
     }
     for attribute in &node.attribute {
         attribute
@@ -142,25 +137,25 @@ fn flat(node: &NodeProto) -> Result<(), String> {
             .iter()
             .chain(&attribute.tensors)
             .try_for_each(sized)
-            .map_err(|fault| format!("attribute `{}` {fault}", attribute.name))?;
+            .map_err(|fault| NodeFault::Attribute { name: attribute.name.clone(), fault: fault.into() })?;
         if attribute.sparse_tensor.is_some() || !attribute.sparse_tensors.is_empty() {
-            return Err(format!("attribute `{}` is sparse; store it as an ordinary tensor", attribute.name));
+            return Err(NodeFault::SparseAttribute(attribute.name.clone()));
         }
     }
     Ok(())
 }
 
 /// A tensor whose data are as many as its shape says, and not too many.
-fn sized(tensor: &TensorProto) -> Result<(), String> {
+fn sized(tensor: &TensorProto) -> Result<(), TensorFault> {
     if tensor.dims.len() > MOST_DIMENSIONS {
-        return Err(format!("have {} dimensions; allowed: {MOST_DIMENSIONS}", tensor.dims.len()));
+        return Err(TensorFault::Dimensions(tensor.dims.len()));
     }
     let n = tensor.dims.iter().try_fold(1usize, |n, &dim| n.checked_mul(usize::try_from(dim).ok()?));
     let Some(n) = n.filter(|n| *n <= MOST_ELEMENTS) else {
-        return Err(format!("have the shape {:?}; allowed: at most {MOST_ELEMENTS} numbers", tensor.dims));
+        return Err(TensorFault::Shape(tensor.dims.clone()));
     };
     if is_external(tensor) {
-        return Err("lie in another file; export the policy as one file".into());
+        return Err(TensorFault::Elsewhere);
     }
     let kind = DataType::try_from(tensor.data_type).unwrap_or(DataType::Undefined);
     let bytes = element_bytes(tensor.data_type)?;
@@ -171,12 +166,12 @@ fn sized(tensor: &TensorProto) -> Result<(), String> {
         _ => tensor.int32_data.len(),
     };
     if matches!(kind, DataType::Int64 | DataType::Uint64) && n > MOST_WHOLE_NUMBERS {
-        return Err(format!("are {n} whole numbers of 64 bits; allowed: {MOST_WHOLE_NUMBERS}"));
+        return Err(TensorFault::WholeNumbers(n));
     }
     let found = if tensor.raw_data.is_empty() { listed } else { tensor.raw_data.len() / bytes };
     let whole = tensor.raw_data.len().is_multiple_of(bytes);
     if found != n || !whole {
-        return Err(format!("have the shape {:?}, that is {n} numbers, but hold {found}", tensor.dims));
+        return Err(TensorFault::Length { dims: tensor.dims.clone(), numbers: n, found });
     }
     Ok(())
 }
@@ -184,14 +179,14 @@ fn sized(tensor: &TensorProto) -> Result<(), String> {
 /// Bytes of a number of such a tensor.
 ///
 /// # Errors
-/// It holds something else, in words.
-pub(super) fn element_bytes(data_type: i32) -> Result<usize, String> {
+/// It holds something else.
+pub(super) fn element_bytes(data_type: i32) -> Result<usize, TensorFault> {
     let kind = DataType::try_from(data_type).unwrap_or(DataType::Undefined);
     Ok(match kind {
         DataType::Double | DataType::Int64 | DataType::Uint64 => 8,
         DataType::Float | DataType::Int32 | DataType::Uint32 => 4,
         DataType::Int16 | DataType::Uint16 | DataType::Float16 => 2,
         DataType::Int8 | DataType::Uint8 | DataType::Bool => 1,
-        _ => return Err(format!("are of the type {}; allowed: numbers of 8 to 64 bits", kind.as_str_name())),
+        _ => return Err(TensorFault::Kind(kind.as_str_name())),
     })
 }

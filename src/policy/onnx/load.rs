@@ -1,12 +1,18 @@
 //! An ONNX file as a policy. In: the path. Out: a policy that has been asked some hundred questions and has answered each
 //! with a number. Batches of any size load; one row is run at a time.
 
-use super::{EXAMPLE, METADATA_KEY, NetworkDescription, OutputMeaning, external, inputs, limits, sizes, wire};
+use super::{
+    AnswerFault, METADATA_KEY, NetworkDescription, OnnxFault, OutputMeaning, RunFault, RuntimeFault, external, inputs,
+    limits, sizes, wire,
+};
 use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     foreign::guarded,
-    policy::{Action, NetworkOutput, Observation, Policy, PolicyFileError, bounded, observe::is_too_dense},
+    policy::{
+        Action, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, bounded, observe::is_too_dense,
+    },
     rng,
+    toml_text::did_you_mean_file,
 };
 use prost::Message;
 use std::{
@@ -19,7 +25,7 @@ use tract_onnx::{
 };
 
 /// Operator sets that the runtime knows.
-const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 7..=23;
+pub(super) const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 7..=23;
 /// Observations that every network must answer with finite numbers before it drives.
 const QUESTIONS: usize = 200;
 
@@ -39,16 +45,16 @@ impl OnnxPolicy {
     /// The file cannot be read, is no ONNX, has no description, its shapes or operators do not fit, it is larger than
     /// `limits` allows, or it answers with something that is no number.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
-        let fault = |fault: String| PolicyFileError { path: path.display().to_string(), fault };
+        let fault = |fault: PolicyFileFault| PolicyFileError { path: path.display().to_string(), fault: fault.into() };
         let bytes = read_bounded(path, limits::MOST_BYTES)
-            .map_err(|e| fault(format!("cannot be read: {e}{}", crate::toml_text::did_you_mean_file(path))))?;
+            .map_err(|source| fault(PolicyFileFault::Unreadable { source, near: did_you_mean_file(path) }))?;
         let beside = description_of(path);
         let text = match read_text(&beside, SETTINGS_BYTES) {
             Ok(text) => Some(text),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => None,
-            Err(e) => return Err(fault(format!("{} cannot be read: {e}", beside.display()))),
+            Err(source) => return Err(fault(PolicyFileFault::UnreadableDescription { file: beside, source })),
         };
-        Self::from_parts(&bytes, text.as_deref(), path.parent()).map_err(fault)
+        Self::from_parts(&bytes, text.as_deref(), path.parent()).map_err(|why| fault(why.into()))
     }
 
     /// The files that make it: the network, its description and its weights, as far as they lie beside it.
@@ -64,44 +70,37 @@ impl OnnxPolicy {
     /// The same for bytes; `description` wins over the metadata.
     ///
     /// # Errors
-    /// What is wrong, in words.
-    pub fn from_bytes(bytes: &[u8], description: Option<&str>) -> Result<Self, String> {
+    /// As [`OnnxPolicy::from_file`], and weights that lie in another file.
+    pub fn from_bytes(bytes: &[u8], description: Option<&str>) -> Result<Self, OnnxFault> {
         Self::from_parts(bytes, description, None)
     }
 
     /// The same; weights may lie in other files of `folder`.
-    fn from_parts(bytes: &[u8], description: Option<&str>, folder: Option<&Path>) -> Result<Self, String> {
+    fn from_parts(bytes: &[u8], description: Option<&str>, folder: Option<&Path>) -> Result<Self, OnnxFault> {
         wire::check(bytes)?;
-        let mut model = ModelProto::decode(bytes).map_err(|e| format!("is no ONNX file: {e}"))?;
+        let mut model = ModelProto::decode(bytes).map_err(OnnxFault::Foreign)?;
         if model.graph.is_none() {
-            return Err("is no ONNX file: it holds no network".into());
+            return Err(OnnxFault::Empty);
         }
         let metadata = model.metadata_props.iter().find(|entry| entry.key == METADATA_KEY);
-        let text = description.or(metadata.map(|entry| entry.value.as_str())).ok_or_else(|| {
-            format!("does not say what its numbers mean; write a file of the same name with .toml behind it, such as\n{EXAMPLE}")
-        })?;
+        let text = description.or(metadata.map(|entry| entry.value.as_str())).ok_or(OnnxFault::NotDescribed)?;
         let description = NetworkDescription::from_toml(text)?;
         let versions = || model.opset_import.iter().filter(|set| set.domain.is_empty() || set.domain == "ai.onnx");
         if let Some(set) = versions().find(|set| !OPERATOR_SETS.contains(&set.version)) {
-            return Err(format!(
-                "uses operator set {}; known are {} to {}",
-                set.version,
-                OPERATOR_SETS.start(),
-                OPERATOR_SETS.end()
-            ));
+            return Err(OnnxFault::OperatorSet(set.version));
         }
         if let Some(folder) = folder {
             external::inline(&mut model, folder)?;
         }
-        let graph = model.graph.as_ref().ok_or("is no ONNX file: it holds no network")?;
+        let graph = model.graph.as_ref().ok_or(OnnxFault::Empty)?;
         limits::check(&model, graph)?;
-        let graph = model.graph.as_mut().ok_or("is no ONNX file: it holds no network")?;
+        let graph = model.graph.as_mut().ok_or(OnnxFault::Empty)?;
         let shapes = inputs::prepare(graph, &description)?;
         // The runtime's tanh takes a NaN for a number, so that questions alone would not find it.
         if let Some(tensor) = graph.initializer.iter().find(|tensor| holds_nan(tensor)) {
-            return Err(format!("weights `{}` hold a NaN", tensor.name));
+            return Err(OnnxFault::NanWeights(tensor.name.clone()));
         }
-        let plan = runnable(&model, &shapes)?;
+        let plan = runnable(&model, &shapes).map_err(OnnxFault::Run)?;
         Self { description, plan, shapes }.questioned()
     }
 
@@ -109,7 +108,7 @@ impl OnnxPolicy {
     ///
     /// # Errors
     /// The runtime failed.
-    pub fn outputs(&self, seen: &[f32]) -> Result<Vec<f32>, String> {
+    pub fn outputs(&self, seen: &[f32]) -> Result<Vec<f32>, RuntimeFault> {
         let run = || -> TractResult<Vec<f32>> {
             let mut left = seen;
             let mut inputs = TVec::new();
@@ -123,7 +122,7 @@ impl OnnxPolicy {
             Ok(numbers.to_plain_array_view::<f32>()?.iter().copied().collect())
         };
         // An index that the network reckons may lie outside of a table, which the runtime does not expect.
-        guarded(run).map_err(broke_off)?.map_err(|e| words(&e))
+        guarded(run).map_err(RuntimeFault::BrokeOff)?.map_err(RuntimeFault::Refused)
     }
 
     /// What the network sees of an observation.
@@ -157,29 +156,27 @@ impl OnnxPolicy {
     }
 
     /// Asks questions; a network that cannot answer them does not drive.
-    fn questioned(self) -> Result<Self, String> {
+    fn questioned(self) -> Result<Self, OnnxFault> {
         let mut stream = rng::stream(1, "questions");
         for i in 0..QUESTIONS {
             // The first is the middle of everything; the others lie in and a little around the range.
             let draw = |_| if i == 0 { 0.0 } else { stream.uniform(-1.2, 1.2) as f32 };
             let seen: Vec<f32> = (0..self.description.inputs.len()).map(draw).collect();
-            let outputs = self.outputs(&seen).map_err(|e| format!("cannot be run: {e}"))?;
+            let outputs = self.outputs(&seen).map_err(|fault| OnnxFault::Run(fault.into()))?;
             self.counted(outputs.len())?;
-            if let Some(x) = outputs.iter().find(|x| !x.is_finite()) {
-                return Err(format!("answers {seen:?} with {x}; a policy must give finite numbers"));
+            if let Some(&answer) = outputs.iter().find(|x| !x.is_finite()) {
+                return Err(AnswerFault::NotFinite { seen, answer }.into());
             }
         }
         Ok(self)
     }
 
-    fn counted(&self, n: usize) -> Result<(), String> {
+    fn counted(&self, n: usize) -> Result<(), AnswerFault> {
         match (self.description.output, self.description.element) {
-            (OutputMeaning::Levels, _) if n < 2 => Err(format!("gives {n} number; levels need at least 2")),
+            (OutputMeaning::Levels, _) if n < 2 => Err(AnswerFault::FewLevels(n)),
             (OutputMeaning::Levels, _) => Ok(()),
-            (_, Some(element)) if element >= n => Err(format!("gives {n} numbers; element {element} is none of them")),
-            (_, None) if n != 1 => Err(format!(
-                "gives {n} numbers; one action needs 1: say which with `element`, or `output = \"levels\"`"
-            )),
+            (_, Some(element)) if element >= n => Err(AnswerFault::NoElement { numbers: n, element }),
+            (_, None) if n != 1 => Err(AnswerFault::Several(n)),
             _ => Ok(()),
         }
     }
@@ -197,31 +194,20 @@ fn holds_nan(tensor: &TensorProto) -> bool {
 }
 
 /// The network with its shapes fixed, made fast.
-fn runnable(model: &ModelProto, shapes: &[Vec<usize>]) -> Result<Arc<TypedRunnableModel>, String> {
+fn runnable(model: &ModelProto, shapes: &[Vec<usize>]) -> Result<Arc<TypedRunnableModel>, RunFault> {
     // PyTorch's exports with a dynamic batch declare shapes that contradict the fixed one.
     let reader = tract_onnx::onnx().with_ignore_value_info(true).with_ignore_output_shapes(true);
-    let build = || -> Result<Arc<TypedRunnableModel>, String> {
-        let mut parsed = reader.model_for_proto_model(model).map_err(|e| words(&e))?;
+    let build = || -> Result<Arc<TypedRunnableModel>, RunFault> {
+        let mut parsed = reader.model_for_proto_model(model).map_err(RuntimeFault::Refused)?;
         for (i, shape) in shapes.iter().enumerate() {
-            parsed.set_input_fact(i, f32::fact(shape).into()).map_err(|e| words(&e))?;
+            parsed.set_input_fact(i, f32::fact(shape).into()).map_err(RuntimeFault::Refused)?;
         }
         sizes::check(&mut parsed)?;
-        parsed.into_optimized().and_then(|network| network.into_runnable()).map_err(|e| words(&e))
+        let network = parsed.into_optimized().and_then(|network| network.into_runnable());
+        Ok(network.map_err(RuntimeFault::Refused)?)
     };
     // The structure has been checked, but not each attribute of each operator.
-    let built = guarded(build).map_err(broke_off).and_then(|built| built);
-    built.map_err(|fault| format!("cannot be run: {fault}"))
-}
-
-/// What the runtime said when it broke off.
-pub(super) fn broke_off(panic: String) -> String {
-    format!("the runtime (tract) cannot deal with it and broke off: {panic}")
-}
-
-/// The runtime's message without its history.
-pub(super) fn words(error: &TractError) -> String {
-    let chain: Vec<String> = error.chain().map(ToString::to_string).collect();
-    chain.join(": ")
+    guarded(build).map_err(RuntimeFault::BrokeOff)?
 }
 
 impl Policy for OnnxPolicy {

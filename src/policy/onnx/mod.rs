@@ -4,6 +4,7 @@
 
 #[cfg(test)]
 mod border_tests;
+mod error;
 mod external;
 mod inputs;
 pub mod limits;
@@ -12,10 +13,11 @@ mod sizes;
 mod wire;
 mod write;
 
+pub use error::{AnswerFault, DescriptionFault, NodeFault, OnnxFault, PortFault, RunFault, RuntimeFault, TensorFault};
 pub use load::OnnxPolicy;
 pub use write::write;
 
-use super::{NetworkInput, NetworkOutput, network::is_zero};
+use super::{NetworkInput, NetworkOutput, SettingFault, network::is_zero};
 use crate::toml_text;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -89,32 +91,29 @@ impl NetworkDescription {
     /// Reads a description.
     ///
     /// # Errors
-    /// What is wrong, in words.
-    pub fn from_toml(text: &str) -> Result<Self, String> {
-        let d: Self =
-            toml_text::parse(text, "its description").map_err(|e| format!("is no description of a network: {e}"))?;
+    /// It is not TOML, has other keys, or a number cannot be.
+    pub fn from_toml(text: &str) -> Result<Self, DescriptionFault> {
+        let d: Self = toml_text::parse(text, "its description").map_err(DescriptionFault::Toml)?;
         let [low, high] = d.limits;
         if !(low.is_finite() && high.is_finite() && low < high) {
-            return Err(format!("limits are {low} to {high}; the first must be below the second"));
+            return Err(SettingFault::Limits { low, high }.into());
         }
         let [shortest, longest] = d.holds_s;
         if !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
-            return Err(format!(
-                "holds_s are {shortest} to {longest}; they must be above 0, the first not above the second"
-            ));
+            return Err(DescriptionFault::Holds { shortest, longest });
         }
         if !(d.speed_change_mps.is_finite() && d.speed_change_mps >= 0.0) {
-            return Err("speed_change_mps must be 0 or more".into());
+            return Err(SettingFault::SpeedChange.into());
         }
         if !(d.least_spacing_m.is_finite() && d.least_spacing_m >= 0.0) {
-            return Err("least_spacing_m must be 0 or more".into());
+            return Err(SettingFault::LeastSpacing.into());
         }
         if let Some((name, value)) = d.fixed.iter().find(|(_, value)| !value.is_finite()) {
-            return Err(format!("input `{name}` is fixed to {value}; allowed: a finite number"));
+            return Err(DescriptionFault::Fixed { name: name.clone(), value: *value });
         }
         match d.inputs.iter().find(|input| !input.is_sound()) {
-            Some(input) => Err(format!("input {}: `to` must be above `from`", input.feature.name())),
-            None if d.inputs.is_empty() => Err("inputs are empty; a network sees at least one number".into()),
+            Some(input) => Err(SettingFault::Input(input.feature).into()),
+            None if d.inputs.is_empty() => Err(DescriptionFault::NoInputs),
             None => Ok(d),
         }
     }

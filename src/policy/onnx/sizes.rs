@@ -2,7 +2,10 @@
 //! with all shapes known, or the node that is too large. The runtime reckons with constants as soon as it knows them; here
 //! each node says the shape of its result first, and only then is it let reckon.
 
-use super::limits::{MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_WHOLE_NUMBERS, MOST_WORK};
+use super::{
+    NodeFault, RunFault, RuntimeFault,
+    limits::{MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_WHOLE_NUMBERS, MOST_WORK},
+};
 use crate::foreign::guarded;
 use tract_onnx::{
     prelude::*,
@@ -15,18 +18,18 @@ const PASSES: usize = 3;
 /// Finds the shape of every tensor, in the order of the file.
 ///
 /// # Errors
-/// A tensor or the whole is too large, a size is negative or cannot be told; in words.
-pub fn check(model: &mut InferenceModel) -> Result<(), String> {
+/// A tensor or the whole is too large, a size is negative or cannot be told.
+pub fn check(model: &mut InferenceModel) -> Result<(), RunFault> {
     let mut left = None;
     for _ in 0..PASSES {
         left = None;
         let (mut elements, mut work) = (0, 0.0);
         for id in 0..model.nodes().len() {
-            let name = format!("node `{}` ({})", model.node(id).name, model.node(id).op.name());
-            let fault = |fault: String| format!("{name}: {fault}");
-            let shaped = guarded(|| told(model, id)).map_err(super::load::broke_off).and_then(|told| told);
-            if !shaped.map_err(fault)? {
-                left = Some(name);
+            let title = format!("`{}` ({})", model.node(id).name, model.node(id).op.name());
+            let fault = |fault: NodeFault| RunFault::Node { title: title.clone(), fault };
+            let shaped = guarded(|| told(model, id)).map_err(|panic| RuntimeFault::BrokeOff(panic).into());
+            if !shaped.and_then(|told| told).map_err(fault)? {
+                left = Some(title);
                 continue;
             }
             for outlet in 0..model.node(id).outputs.len() {
@@ -35,23 +38,17 @@ pub fn check(model: &mut InferenceModel) -> Result<(), String> {
             }
             work += work_of(model, id);
             if elements > MOST_ELEMENTS_IN_ALL {
-                return Err(fault(format!(
-                    "with it all tensors together have {elements} numbers; allowed: {MOST_ELEMENTS_IN_ALL}"
-                )));
+                return Err(fault(NodeFault::Elements(elements)));
             }
             if work > MOST_WORK {
-                return Err(fault(format!(
-                    "with it one answer takes {work:.0} multiplications; allowed: {MOST_WORK:.0}"
-                )));
+                return Err(fault(NodeFault::Work(work)));
             }
         }
         if left.is_none() {
             return Ok(());
         }
     }
-    Err(left.map_or_else(String::new, |name| {
-        format!("{name}: the size of its result cannot be told before it is run; export the policy with fixed shapes")
-    }))
+    left.map_or(Ok(()), |title| Err(RunFault::Node { title, fault: NodeFault::Unsized }))
 }
 
 /// What is known of the tensors around a node: those it takes, gives and looks at.
@@ -74,8 +71,8 @@ fn facts(model: &InferenceModel, outlets: &[OutletId]) -> TractResult<Vec<Infere
 }
 
 /// Lets a node tell about the tensors around it, its results' shapes first. False if one of those is not known yet.
-fn told(model: &mut InferenceModel, id: usize) -> Result<bool, String> {
-    let error = |e: TractError| super::load::words(&e);
+fn told(model: &mut InferenceModel, id: usize) -> Result<bool, NodeFault> {
+    let error = RuntimeFault::Refused;
     let tensors = NodeTensors::new(model, id).map_err(error)?;
     let takes = facts(model, &tensors.takes).map_err(error)?;
     let gives = facts(model, &tensors.gives).map_err(error)?;
@@ -98,22 +95,20 @@ fn told(model: &mut InferenceModel, id: usize) -> Result<bool, String> {
 }
 
 /// The shape of a tensor, if it is known.
-fn shape_of(fact: &InferenceFact) -> Result<Option<Vec<usize>>, String> {
+fn shape_of(fact: &InferenceFact) -> Result<Option<Vec<usize>>, NodeFault> {
     let Some(dims) = fact.shape.concretize() else { return Ok(None) };
     let Some(sizes) = dims.iter().map(TDim::as_i64).collect::<Option<Vec<i64>>>() else { return Ok(None) };
     if sizes.len() > MOST_DIMENSIONS {
-        return Err(format!("its result has {} dimensions; allowed: {MOST_DIMENSIONS}", sizes.len()));
+        return Err(NodeFault::Dimensions(sizes.len()));
     }
     let n = sizes.iter().try_fold(1usize, |n, &size| n.checked_mul(usize::try_from(size).ok()?));
     // With a size of 0 among them, others could still be of any size.
     let Some(n) = n.filter(|n| *n <= MOST_ELEMENTS && sizes.iter().all(|size| *size <= MOST_ELEMENTS as i64)) else {
-        return Err(format!(
-            "its result has the shape {sizes:?}; allowed: sizes of 0 or more, {MOST_ELEMENTS} numbers"
-        ));
+        return Err(NodeFault::Shape(sizes));
     };
     let kind = fact.datum_type.concretize();
     if n > MOST_WHOLE_NUMBERS && kind.is_some_and(|kind| kind.is_tdim() || kind == i64::datum_type()) {
-        return Err(format!("its result has {n} whole numbers of 64 bits; allowed: {MOST_WHOLE_NUMBERS}"));
+        return Err(NodeFault::WholeNumbers(n));
     }
     Ok(Some(sizes.into_iter().map(|size| size as usize).collect()))
 }

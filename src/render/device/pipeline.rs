@@ -1,7 +1,7 @@
 //! Where pipelines are made: only when a renderer is made and when its shaders are reloaded, never while it draws. In: a
 //! [`PipelineDesc`]. Out: a pipeline.
 
-use super::shader::ShaderSources;
+use super::shader::{ShaderFault, ShaderSources};
 use rayon::prelude::*;
 
 /// Colour of the pictures before the tone curve.
@@ -52,7 +52,7 @@ impl PipelineBuilder<'_> {
     pub fn pipelines<const N: usize>(
         &self,
         descriptions: [PipelineDesc; N],
-    ) -> Result<[wgpu::RenderPipeline; N], String> {
+    ) -> Result<[wgpu::RenderPipeline; N], ShaderFault> {
         let made: Result<Vec<_>, _> = match self.sources.tested() {
             true => descriptions.par_iter().map(|desc| self.pipeline(desc)).collect(),
             false => descriptions.iter().map(|desc| self.pipeline(desc)).collect(),
@@ -69,7 +69,7 @@ impl PipelineBuilder<'_> {
     ///
     /// # Errors
     /// What is wrong with the shader, with file and line.
-    pub fn pipeline(&self, desc: &PipelineDesc) -> Result<wgpu::RenderPipeline, String> {
+    pub fn pipeline(&self, desc: &PipelineDesc) -> Result<wgpu::RenderPipeline, ShaderFault> {
         let module = self.sources.module(self.device, desc.program)?;
         let options =
             wgpu::PipelineCompilationOptions { constants: desc.constants, zero_initialize_workgroup_memory: false };

@@ -2,7 +2,7 @@
 //! the directory `shaders` (for reload while the program runs). Out: checked shader modules; a mistake is reported with
 //! the file and line that a person edits, not those of the glued text.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use wgpu::naga;
 
 /// A program: its name and the files it consists of, in order.
@@ -68,6 +68,37 @@ const FILES: [(&str, &str); 29] = built_in![
     "preview",
 ];
 
+/// Why shaders cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ShaderFault {
+    /// A file that the system does not give.
+    #[error("{}: {source}; start the program where the directory `shaders` is", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A mistake in a file.
+    #[error("shaders/{file}.wgsl:{line}: {what}")]
+    Wrong {
+        /// The file without its ending.
+        file: &'static str,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        what: String,
+    },
+    /// What the device refuses of shaders without a mistake.
+    #[error("{}: {words}", directory.display())]
+    Refused {
+        /// The shaders' directory.
+        directory: PathBuf,
+        /// What the device said.
+        words: String,
+    },
+}
+
 /// The text of all shader files.
 #[derive(Clone, Debug)]
 pub struct ShaderSources {
@@ -86,12 +117,12 @@ impl ShaderSources {
     ///
     /// # Errors
     /// Names the file that cannot be read.
-    pub fn from_directory(directory: &Path) -> Result<Self, String> {
+    pub fn from_directory(directory: &Path) -> Result<Self, ShaderFault> {
         let read = |name: &'static str| {
-            let path = directory.join(format!("{name}.wgsl"));
-            match std::fs::read_to_string(&path) {
+            let file = directory.join(format!("{name}.wgsl"));
+            match std::fs::read_to_string(&file) {
                 Ok(text) => Ok((name, text)),
-                Err(e) => Err(format!("{}: {e}; start the program where the directory `shaders` is", path.display())),
+                Err(source) => Err(ShaderFault::Unreadable { file, source }),
             }
         };
         Ok(Self { files: FILES.iter().map(|(name, _)| read(name)).collect::<Result<_, _>>()?, tested: false })
@@ -125,11 +156,11 @@ impl ShaderSources {
     ///
     /// # Errors
     /// `shaders/FILE.wgsl:LINE: what is wrong`.
-    pub fn parse(&self, program: &str) -> Result<naga::Module, String> {
+    pub fn parse(&self, program: &str) -> Result<naga::Module, ShaderFault> {
         let text = self.text(program);
         let told = |line: Option<u32>, what: String| {
             let (file, line) = self.origin(program, line.unwrap_or(1) as usize);
-            format!("shaders/{file}.wgsl:{line}: {what}")
+            ShaderFault::Wrong { file, line, what }
         };
         let module = naga::front::wgsl::parse_str(&text)
             .map_err(|e| told(e.location(&text).map(|l| l.line_number), e.to_string()))?;
@@ -156,7 +187,7 @@ impl ShaderSources {
     ///
     /// # Errors
     /// As [`ShaderSources::parse`].
-    pub fn module(&self, device: &wgpu::Device, program: &'static str) -> Result<wgpu::ShaderModule, String> {
+    pub fn module(&self, device: &wgpu::Device, program: &'static str) -> Result<wgpu::ShaderModule, ShaderFault> {
         if !self.tested {
             self.parse(program)?;
         }
@@ -308,7 +339,7 @@ mod tests {
         let road = sources.files.iter_mut().find(|(name, _)| *name == "road").expect("road");
         let line = road.1.lines().count() + 1;
         road.1 = format!("{}\nfn broken() -> f32 {{ return nowhere; }}\n", road.1.trim_end());
-        let message = sources.parse("road").expect_err("the shader is broken");
+        let message = sources.parse("road").expect_err("the shader is broken").to_string();
         assert!(message.starts_with(&format!("shaders/road.wgsl:{line}: ")), "{message}");
         assert!(message.contains("nowhere"), "{message}");
         assert!(sources.parse("sky").is_ok(), "the other programs stay whole");
@@ -316,7 +347,7 @@ mod tests {
 
     #[test]
     fn a_missing_directory_is_named() {
-        let message = ShaderSources::from_directory(Path::new("no-such-place")).expect_err("there is none");
+        let message = ShaderSources::from_directory(Path::new("no-such-place")).expect_err("there is none").to_string();
         assert!(message.contains("no-such-place"), "{message}");
     }
 }

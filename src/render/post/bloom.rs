@@ -5,6 +5,7 @@
 use crate::render::device::{
     cost::{CountedPass, PassCost},
     pipeline::{HDR, PipelineBuilder, PipelineDesc},
+    shader::ShaderFault,
     timing,
 };
 
@@ -75,7 +76,7 @@ impl BloomPass {
     ///
     /// # Errors
     /// What is wrong with the shader.
-    pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<BloomPipelines, String> {
+    pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<BloomPipelines, ShaderFault> {
         let small = PipelineDesc {
             program: "bloom",
             layout: &self.layout,

@@ -7,6 +7,7 @@ use crate::{
         cost::{CountedPass, CountedQueue, PassCost},
         layout::Print,
         pipeline::{PipelineBuilder, PipelineDesc},
+        shader::ShaderFault,
     },
     scene::{Camera, Lens},
 };
@@ -245,7 +246,7 @@ impl ToneMapPass {
     ///
     /// # Errors
     /// What is wrong with the shader.
-    pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ToneMapPipeline, String> {
+    pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ToneMapPipeline, ShaderFault> {
         let picture = PipelineDesc {
             program: "tonemap",
             layout: &self.layout,

@@ -14,6 +14,7 @@ use super::{
         cost::{CountedPass, PassCost},
         layout::{Light, mesh_buffers},
         pipeline::{DEPTH, PipelineBuilder, PipelineDesc},
+        shader::ShaderFault,
         timing,
     },
     instances::{InstanceCollector, SceneContents},
@@ -211,7 +212,7 @@ impl ShadowPass {
     ///
     /// # Errors
     /// What is wrong with the shader.
-    pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ShadowPipeline, String> {
+    pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ShadowPipeline, ShaderFault> {
         let desc = PipelineDesc {
             program: "shadow",
             layout: &self.layout,
