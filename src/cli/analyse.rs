@@ -17,7 +17,10 @@ use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
     Command::new("analyse")
-        .about("Make tables of measures (CSV), figures (SVG, PNG), a methods text and a report (HTML, to be printed) of recordings")
+        .about(format!(
+            "Make tables of measures (CSV), figures ({}), a methods text and a report (HTML, to be printed) of recordings",
+            super::desktop::FIGURES
+        ))
         .after_help(
             "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page (183 mm), PNG \
              files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section to copy. To \

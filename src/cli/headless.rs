@@ -55,6 +55,11 @@ pub(super) mod replay {
     use clap::Arg;
     use std::path::Path;
 
+    pub(in crate::cli) const ABOUT: &str =
+        "Drive a recording again from its inputs and prove that every tick is the same";
+
+    pub(in crate::cli) const DRAWS: &str = "";
+
     const FLAGS: [&str; 9] = ["window", "png", "frames", "video", "sound", "at", "view", "size", "rate"];
 
     pub(in crate::cli) fn arguments() -> Vec<Arg> {
@@ -91,6 +96,9 @@ pub(super) mod session {
     use crate::study::{ParticipantCode, Study};
     use clap::Arg;
     use std::path::Path;
+
+    pub(in crate::cli) const ABOUT: &str =
+        "Check a study and print its plan, or rehearse it with simulated participants";
 
     const FLAGS: [&str; 5] = ["participant", "fullscreen", "monitor", "refresh", "wheel"];
 

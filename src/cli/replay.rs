@@ -16,8 +16,8 @@ pub(super) fn command() -> Command {
     let path =
         |name, value, help| Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help);
     Command::new("replay")
-        .about("Drive a recording again from its inputs and prove that every tick is the same; draw it")
-        .after_help("Every column of every table that a drive makes is compared bit by bit, every other file by its SHA-256. Exit code 1 where something differs. Without --png, --frames and --video nothing is drawn.")
+        .about(desktop::ABOUT)
+        .after_help(format!("Every column of every table that a drive makes is compared bit by bit, every other file by its SHA-256. Exit code 1 where something differs.{}", desktop::DRAWS))
         .arg(
             Arg::new("recording")
                 .value_name("DIR")

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
     Command::new("study")
-        .about("Lead a participant through a study, check it and print its plan, or rehearse it with simulated participants")
+        .about(desktop::ABOUT)
         .arg(
             Arg::new("file")
                 .value_name("FILE.toml")

@@ -191,7 +191,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     let (whole, part) = (baseline.parent().unwrap(), place.source().join("trial-2-wide-baseline-part"));
     fs::rename(whole, &part).unwrap();
     let (code, text) = ended(place.command().env_remove("DISPLAY").spawn().unwrap());
-    assert!(code == Some(2) && text.contains("has been through the whole study"), "{text}");
+    assert!(code == Some(2) && text.contains("has completed the whole study"), "{text}");
     assert!(text.contains("1 missing baseline was made for participant P03") && baseline.exists() && !part.exists());
     // The analysis reads what is there.
     let analysed = Command::new(env!("CARGO_BIN_EXE_codrive")).arg("analyse").arg(&place.out).output().unwrap();

@@ -13,6 +13,12 @@ use std::{
     process,
 };
 
+pub(in crate::cli) const ABOUT: &str =
+    "Drive a recording again from its inputs and prove that every tick is the same; draw it";
+
+/// What the help says last.
+pub(in crate::cli) const DRAWS: &str = " Without --png, --frames and --video nothing is drawn.";
+
 pub(in crate::cli) fn arguments() -> Vec<Arg> {
     let path =
         |name, value, help| Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help);

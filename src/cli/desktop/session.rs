@@ -10,6 +10,9 @@ use crate::{
 use clap::{Arg, ArgAction, ArgMatches};
 use std::path::Path;
 
+pub(in crate::cli) const ABOUT: &str =
+    "Lead a participant through a study, check it and print its plan, or rehearse it with simulated participants";
+
 pub(in crate::cli) fn arguments() -> Vec<Arg> {
     let mut arguments = vec![
         Arg::new("participant")
