@@ -4,7 +4,7 @@
 use super::{
     AnalysedRecording, MEASURES, RecordedTrial,
     tables::{conditions, per_participant},
-    traces::DriveTraces,
+    trajectories::DriveTrajectories,
 };
 use crate::{
     metrics::{Estimate, figures},
@@ -23,8 +23,8 @@ const DASHES: [&str; 4] = ["", "7 3", "2 3", "9 3 2 3"];
 const MOST_POINTS: usize = 1440;
 
 /// Way of all cars, the ego thick: with advice, and without. Of a long drive its beginning, and the title says so.
-pub fn space_time(title: &str, drive: &DriveTraces, baseline: Option<&DriveTraces>) -> String {
-    let named = |title: &str, drive: &DriveTraces| match drive.ways_end_s {
+pub fn space_time(title: &str, drive: &DriveTrajectories, baseline: Option<&DriveTrajectories>) -> String {
+    let named = |title: &str, drive: &DriveTrajectories| match drive.ways_end_s {
         Some(end_s) => format!("{title}, the first {:.0} min", end_s / 60.0),
         None => title.to_owned(),
     };
@@ -37,7 +37,7 @@ pub fn space_time(title: &str, drive: &DriveTraces, baseline: Option<&DriveTrace
 }
 
 /// Speed of the ego, advice with its range, and the spread of all cars over time; contacts and marks where they were.
-pub fn speeds(title: &str, drive: &DriveTraces, trial: &RecordedTrial) -> String {
+pub fn speeds(title: &str, drive: &DriveTrajectories, trial: &RecordedTrial) -> String {
     let upright = |name: &str, style: LineStyle, times_s: Vec<f64>| {
         let line = move |(i, at_s): (usize, f64)| PlotLine {
             // The legend names them once.

@@ -7,7 +7,7 @@
 //! * [`measures`]: one drive in numbers; every definition with its options is in [`measures::MEASURES`].
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
 //! * [`people`]: who took part, and whose drives are left out.
-//! * [`traces`]: what a figure of one drive can show.
+//! * [`trajectories`]: what a figure of one drive can show.
 //! * [`glossary`]: what each column of the tables is, in words.
 //! * [`setup`], [`methods`]: what the drives have in common, and the paragraphs that say how they were made.
 //! * [`tables`], [`figures`], [`report`]: what is written; `page` counts figures and tables and has the page's style.
@@ -24,7 +24,7 @@ pub mod response;
 pub mod setup;
 pub mod tables;
 pub mod totals;
-pub mod traces;
+pub mod trajectories;
 pub mod trial;
 
 pub use collect::{AnalysedRecording, FoundRecording, find};

@@ -5,7 +5,7 @@ use super::{
     glossary,
     page::{ReportFigure, ReportPage, STYLE},
     report::{self, contacts, dictionary, every, index, report, scores, short, study, took_part},
-    traces::DriveTraces,
+    trajectories::DriveTrajectories,
 };
 
 /// A trial of a participant whose every measure is `value`, or is not there.
@@ -256,16 +256,21 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
     );
 
     let times_s: Vec<f64> = (0..40).map(f64::from).collect();
-    let ring = crate::metrics::Trace {
+    let ring = crate::metrics::Trajectories {
         circumference_m: 250.0,
         way_m: vec![vec![0.0, -10.0]; 40],
         speed_mps: vec![vec![4.0, 5.0]; 40],
         shown_mps: vec![None; 40],
         time_s: times_s,
-        ..crate::metrics::Trace::default()
+        ..crate::metrics::Trajectories::default()
     };
-    let traces =
-        DriveTraces { ways: ring.clone(), ways_end_s: None, speeds: ring, median_speed_mps: Some(4.0), range_mps: 0.0 };
+    let traces = DriveTrajectories {
+        ways: ring.clone(),
+        ways_end_s: None,
+        speeds: ring,
+        median_speed_mps: Some(4.0),
+        range_mps: 0.0,
+    };
     let svg = |trial: &RecordedTrial| figures::speeds("one", &traces, trial);
     let quiet = svg(&RecordedTrial::default());
     assert!(!quiet.contains("contact") && !quiet.contains("mark</text>"));

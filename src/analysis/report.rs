@@ -7,7 +7,7 @@ use super::{
     page::{ReportFigure, ReportPage, STYLE, TableCells},
     setup::joined_words,
     tables::{conditions, participants, per_participant, power, values},
-    traces::DriveTraces,
+    trajectories::DriveTrajectories,
 };
 use crate::{
     metrics::Estimate,
@@ -349,8 +349,8 @@ fn one_by_one(page: &mut ReportPage, drives: &[AnalysedRecording], is_compared: 
 /// Figures of a drive: speeds, ways, mean speed with and without advice; and what is to be said of contacts.
 fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<ReportFigure>, String), AnalysisError> {
     let trial = RecordedTrial::open(&drive.found.recording)?;
-    let traces = DriveTraces::of(&trial)?;
-    let of_baseline = |folder: &PathBuf| DriveTraces::of(&RecordedTrial::open(folder)?);
+    let traces = DriveTrajectories::of(&trial)?;
+    let of_baseline = |folder: &PathBuf| DriveTrajectories::of(&RecordedTrial::open(folder)?);
     let baseline = drive.found.baseline.as_ref().map(of_baseline).transpose()?.flatten();
     let more = if trial.contacts > trial.contacts_at.len() { ", ..." } else { "" };
     let each = trial.contacts_at.iter().map(|[at_s, mps]| format!("at {at_s:.1} s with {mps:.1} m/s"));

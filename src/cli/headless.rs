@@ -31,7 +31,7 @@ pub(super) fn run(name: &str, _: &ArgMatches) -> Option<Result<(), CliError>> {
 }
 
 /// No figure is drawn as PNG: the SVG says the same.
-pub(super) fn png(_: &str) -> Option<Result<Vec<u8>, String>> {
+pub(super) fn png(_: &str) -> Option<Result<Vec<u8>, std::convert::Infallible>> {
     None
 }
 

@@ -135,11 +135,20 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Maintain", &["map", "recover", "bench"]),
 ];
 
+/// The version, and what this program was built with: scripts/drive keeps what is there.
+const LONG_VERSION: &str = match (cfg!(feature = "desktop"), cfg!(feature = "onnx")) {
+    (true, true) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: desktop, onnx"),
+    (true, false) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: desktop"),
+    (false, true) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: onnx"),
+    (false, false) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: none"),
+};
+
 /// The whole command line, for `--help` and tests.
 pub fn command(listing: HelpListing) -> Command {
     let add = |command: Command| flags::add(command, listing);
     let command = Command::new("codrive")
         .version(env!("CARGO_PKG_VERSION"))
+        .long_version(LONG_VERSION)
         .about("A driving simulator for studies of people in traffic.\nWithout a command: codrive drive.")
         .subcommand_required(true)
         .max_term_width(110)

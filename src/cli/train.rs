@@ -6,7 +6,7 @@ use crate::{
     file::read_text,
     private,
     settings::{self, fields_of},
-    train::{Learner, Row, TrainConfig, learning_curve},
+    train::{Learner, LearningCurveRow, TrainConfig, learning_curve},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -121,7 +121,7 @@ fn progress(learner: &Learner) -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn words(row: &Row, best_mps: Option<f64>) -> String {
+fn words(row: &LearningCurveRow, best_mps: Option<f64>) -> String {
     let best = best_mps.map_or("-".into(), |v| format!("{v:.3}"));
     format!(
         "{:.3} m/s, best {best}, KL {:.4}, entropy {:.2}, crashes {}",

@@ -19,8 +19,11 @@ pub struct DoctorOptions {
     /// Folder of the recordings.
     pub recordings: PathBuf,
     /// The monitors, or why there are none: only a program with a window can ask.
-    pub monitors: Result<Vec<MonitorInfo>, String>,
+    pub monitors: Result<Vec<MonitorInfo>, MonitorsUnknown>,
 }
+
+/// Why nobody knows the monitors; whoever asks the system has errors of its own.
+pub type MonitorsUnknown = Box<dyn std::error::Error + Send + Sync>;
 
 /// A monitor as the system tells of it.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Checks of graphics, frame times and SUMO. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
 
-use super::{DoctorOptions, Finding, FindingGrade, MonitorInfo};
+use super::{DoctorOptions, Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
 use crate::{
     input::TimeStamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
@@ -60,9 +60,9 @@ pub(super) fn display(scenario: &Scenario) -> Finding {
 }
 
 /// The monitors, each with a line.
-pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, String>) -> Vec<Finding> {
+pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Vec<Finding> {
     match found {
-        Err(error) => vec![Finding::told("monitor", FindingGrade::Warning, error)],
+        Err(error) => vec![Finding::told("monitor", FindingGrade::Warning, &error.to_string())],
         Ok(all) if all.is_empty() => {
             vec![Finding::warning(
                 "monitor",

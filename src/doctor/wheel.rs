@@ -7,7 +7,7 @@ pub(super) fn examine() -> Vec<Finding> {
     let remedy = "a study's rig runs on Linux, where wheels have kernel times";
     let force = match crate::input::sdl_force::look() {
         Ok(path) => Finding::ok("force", format!("through {}, if the wheel's driver has a motor", path.display())),
-        Err([why, remedy]) => Finding::warning("force", why, remedy),
+        Err(none) => Finding::warning("force", none.to_string(), none.remedy),
     };
     vec![Finding::warning("wheel", "unknown on this system", remedy), force]
 }

@@ -6,6 +6,7 @@ use super::{
     clock::TimeStamp,
     force_thread::{ForceDevice, SharedAngle},
     lamps::Lamps,
+    no_force::{NoForce, WheelWithoutForce},
     profile::{ForceBackend, WheelProfile},
     profiles::{self, DeviceKind, UnprofiledDevice},
     reader::WheelPort,
@@ -266,8 +267,8 @@ impl WheelPort for EvdevPort {
             match chosen {
                 Ok((mut wheel, device, profile, faults)) => {
                     faults.into_iter().for_each(&mut *say);
-                    let force = force(node, &profile).unwrap_or_else(|text| {
-                        say(text);
+                    let force = force(node, &profile).unwrap_or_else(|without| {
+                        say(without.to_string());
                         None
                     });
                     if let Some(raw) = device.values.get(&profile.steering.axis) {
@@ -298,7 +299,7 @@ impl WheelPort for EvdevPort {
 }
 
 /// What takes this wheel's force, `None` if the profile wants none.
-fn force(node: &DeviceNode, profile: &WheelProfile) -> Result<Option<Box<dyn ForceDevice>>, String> {
+fn force(node: &DeviceNode, profile: &WheelProfile) -> Result<Option<Box<dyn ForceDevice>>, WheelWithoutForce> {
     let settings = &profile.force;
     if settings.strength == 0.0 {
         return Ok(None);
@@ -368,23 +369,19 @@ struct EvdevForce {
 
 impl EvdevForce {
     /// Opens it, switches its own centring off and uploads the effect at level 0.
-    fn open(node: &DeviceNode, autocentre_after: f64) -> Result<Self, String> {
-        let refuse = |what: &str| {
-            format!(
-                "{} gives no force ({what}); the drive goes on without\n  remedy: codrive doctor tells more",
-                node.name
-            )
-        };
-        let mut device = RawDevice::open(&node.path).map_err(|e| refuse(&e.to_string()))?;
+    fn open(node: &DeviceNode, autocentre_after: f64) -> Result<Self, WheelWithoutForce> {
+        let refuse =
+            |why| WheelWithoutForce { wheel: node.name.clone(), why, remedy: "codrive doctor tells more".into() };
+        let mut device = RawDevice::open(&node.path).map_err(|e| refuse(e.into()))?;
         let can = capabilities_of(&device);
         if !can.constant {
-            return Err(refuse("its driver has no constant force"));
+            return Err(refuse(NoForce::NoConstantForce));
         }
-        let upload = device.upload_ff_effect(constant(0)).map_err(|e| refuse(&format!("upload: {e}")))?;
+        let upload = device.upload_ff_effect(constant(0)).map_err(|e| refuse(NoForce::Upload(e)))?;
         // A device with room for one alone goes without.
         let rest = device.upload_ff_effect(constant(0)).ok();
         let mut force = Self { device, can, effect: upload, rest, autocentre_after };
-        force.prepare().map_err(|e| refuse(&e.to_string()))?;
+        force.prepare().map_err(|e| refuse(e.into()))?;
         Ok(force)
     }
 

@@ -153,7 +153,7 @@ fn a_profile_without_strength_takes_no_force_and_one_with_it_says_why_there_is_n
     profile.force.strength = 0.0;
     assert!(matches!(force(&nowhere, &profile), Ok(None)));
     profile.force.strength = 0.3;
-    let told = |profile: &WheelProfile| force(&nowhere, profile).err().expect("there is no such device");
+    let told = |profile: &WheelProfile| force(&nowhere, profile).err().expect("there is no such device").to_string();
     let text = told(&profile);
     assert!(text.starts_with("Logitech G29 gives no force (No such file"), "{text}");
     assert!(text.contains("the drive goes on without\n  remedy: codrive doctor"), "{text}");

@@ -11,6 +11,7 @@ mod keyboard;
 pub mod lamps;
 #[cfg(target_os = "linux")]
 pub mod linux;
+pub mod no_force;
 mod other;
 mod pads;
 pub mod profile;

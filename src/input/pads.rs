@@ -139,8 +139,11 @@ impl Pads {
         let Some(profile) = profile.filter(|p| p.force.strength > 0.0 && self.force.is_none()) else { return };
         match SdlForce::open(id, name, profile.force.autocentre_after) {
             Ok(device) => self.push(key, Box::new(device), &profile),
-            Err(text) if self.said.contains(&text) => {}
-            Err(text) => {
+            Err(without) => {
+                let text = without.to_string();
+                if self.said.contains(&text) {
+                    return;
+                }
                 log::warn!("{text}");
                 self.said.push(text.clone());
                 self.troubles.push(text);

@@ -7,7 +7,10 @@
 //! evdev's direction 0x4000 does into which SDL makes it on Linux (seen there, see `tests/wheel/uinput.rs`); on other systems
 //! it could not be tried with a wheel, and `invert` in a profile turns it round.
 
-use super::force_thread::ForceDevice;
+use super::{
+    force_thread::ForceDevice,
+    no_force::{LibraryFault, NoForce, NoSdl, WheelWithoutForce},
+};
 use std::{
     ffi::{CStr, c_char, c_int, c_uint, c_void},
     io,
@@ -101,14 +104,14 @@ struct Sdl {
 // SAFETY of all calls below: the types are those of SDL2's headers, pointers are valid for the call or come from SDL, and the
 // one owner of an `Sdl` is a `SdlForce`, which one thread uses at a time.
 impl Sdl {
-    fn load(path: &Path) -> Result<Self, String> {
+    fn load(path: &Path) -> Result<Self, LibraryFault> {
         // SAFETY: SDL2 runs no code at load time that asks anything of the caller.
-        let library = unsafe { libloading::Library::new(path) }.map_err(|e| format!("{}: {e}", path.display()))?;
+        let library = unsafe { libloading::Library::new(path) }.map_err(|e| LibraryFault::Unopened(path.into(), e))?;
         macro_rules! symbol {
             ($name:literal) => {
                 // SAFETY: see above.
                 *unsafe { library.get(concat!($name, "\0").as_bytes()) }
-                    .map_err(|_| format!("{} has no {}", path.display(), $name))?
+                    .map_err(|_| LibraryFault::Lacks(path.into(), $name))?
             };
         }
         Ok(Self {
@@ -141,13 +144,17 @@ impl Sdl {
         unsafe { CStr::from_ptr((self.error)()) }.to_string_lossy().into_owned()
     }
 
-    fn begin(&self) -> Result<(), String> {
+    fn refuses(&self, refused: &'static str) -> NoForce {
+        NoForce::Sdl { refused, complaint: self.complaint() }
+    }
+
+    fn begin(&self) -> Result<(), NoForce> {
         unsafe {
             // It is not to take Ctrl-C from the program, and has no main function of its own.
             (self.set_hint)(c"SDL_NO_SIGNAL_HANDLERS".as_ptr(), c"1".as_ptr());
             (self.set_hint)(c"SDL_JOYSTICK_THREAD".as_ptr(), c"1".as_ptr());
             (self.set_main_ready)();
-            if (self.init)(INIT) == 0 { Ok(()) } else { Err(self.complaint()) }
+            if (self.init)(INIT) == 0 { Ok(()) } else { Err(self.refuses("does not start")) }
         }
     }
 }
@@ -158,24 +165,21 @@ fn files() -> Vec<PathBuf> {
     named.map_or_else(|| NAMES.iter().map(PathBuf::from).collect(), |file| vec![file])
 }
 
-/// The first that can be used; or why none can, and the remedy.
-fn load(libraries: &[PathBuf]) -> Result<(PathBuf, Sdl), [String; 2]> {
+/// The first that can be used.
+fn load(libraries: &[PathBuf]) -> Result<(PathBuf, Sdl), NoSdl> {
     let mut faults = Vec::new();
     let loaded = libraries.iter().find_map(|path| {
         let sdl = Sdl::load(path).map_err(|fault| faults.push(fault)).ok()?;
         Some((path.clone(), sdl))
     });
-    loaded.ok_or_else(|| {
-        let remedy = format!("{REMEDY}, or name its file in {LIBRARY}");
-        [format!("SDL2 cannot be used: {}", faults.join("; ")), remedy]
-    })
+    loaded.ok_or_else(|| NoSdl { faults, remedy: format!("{REMEDY}, or name its file in {LIBRARY}") })
 }
 
 /// Which library is there for force, for those who only look.
 ///
 /// # Errors
-/// None: why, and the remedy.
-pub fn look() -> Result<PathBuf, [String; 2]> {
+/// None can be used.
+pub fn look() -> Result<PathBuf, NoSdl> {
     load(&files()).map(|(path, _)| path)
 }
 
@@ -198,8 +202,8 @@ impl SdlForce {
     /// centring at the end.
     ///
     /// # Errors
-    /// There is no SDL2, or no force: why, and the remedy.
-    pub fn open(id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, String> {
+    /// There is no SDL2, or no force.
+    pub fn open(id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, WheelWithoutForce> {
         Self::open_from(&files(), id, name, autocentre_after)
     }
 
@@ -207,40 +211,44 @@ impl SdlForce {
     ///
     /// # Errors
     /// As above.
-    pub fn open_from(libraries: &[PathBuf], id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, String> {
-        let without = |why: &str, remedy: &str| {
-            format!("{name} gives no force ({why}); the drive goes on without\n  remedy: {remedy}")
-        };
-        let (_, sdl) = load(libraries).map_err(|[why, remedy]| without(&why, &remedy))?;
-        let motor = "another wheel, or the wheel's own driver from its maker";
-        sdl.begin().map_err(|why| without(&format!("SDL2 does not start: {why}"), REMEDY))?;
+    pub fn open_from(
+        libraries: &[PathBuf],
+        id: (u16, u16),
+        name: &str,
+        autocentre_after: f64,
+    ) -> Result<Self, WheelWithoutForce> {
+        let without = |why, remedy| WheelWithoutForce { wheel: name.to_owned(), why, remedy };
+        let (_, sdl) = load(libraries).map_err(|none| {
+            let remedy = none.remedy.clone();
+            without(none.into(), remedy)
+        })?;
+        sdl.begin().map_err(|why| without(why, REMEDY.into()))?;
         let null = std::ptr::null_mut();
         // From here on its end is that of SDL.
         let mut force = Self { sdl, joystick: null, haptic: null, effect: None, rest: None, can: 0, autocentre_after };
-        force.take(id).map_err(|why| without(&why, motor))?;
+        let motor = "another wheel, or the wheel's own driver from its maker";
+        force.take(id).map_err(|why| without(why, motor.into()))?;
         Ok(force)
     }
 
     /// Finds the wheel, opens it and makes the effect at level 0.
-    fn take(&mut self, (vendor, product): (u16, u16)) -> Result<(), String> {
+    fn take(&mut self, (vendor, product): (u16, u16)) -> Result<(), NoForce> {
         let sdl = &self.sdl;
         unsafe {
             let count = (sdl.joysticks)();
             let index = (0..count).find(|i| ((sdl.vendor)(*i), (sdl.product)(*i)) == (vendor, product));
-            let index = index.ok_or_else(|| {
-                format!("SDL2 sees {} joysticks, none of them {vendor:04x}:{product:04x}", count.max(0))
-            })?;
+            let index = index.ok_or(NoForce::Unseen { joysticks: count.max(0), vendor, product })?;
             self.joystick = (sdl.open_joystick)(index);
             if self.joystick.is_null() {
-                return Err(format!("SDL2 cannot open it: {}", sdl.complaint()));
+                return Err(sdl.refuses("cannot open it"));
             }
             self.haptic = (sdl.open_haptic)(self.joystick);
             if self.haptic.is_null() {
-                return Err(format!("SDL2 finds no motor in it: {}", sdl.complaint()));
+                return Err(sdl.refuses("finds no motor in it"));
             }
             self.can = (sdl.query)(self.haptic);
             if self.can & c_uint::from(CONSTANT) == 0 {
-                return Err("its driver has no constant force".into());
+                return Err(NoForce::NoConstantForce);
             }
             if self.can & GAIN != 0 {
                 (sdl.set_gain)(self.haptic, 100);
@@ -250,7 +258,7 @@ impl SdlForce {
             }
             let effect = (sdl.new_effect)(self.haptic, &mut constant(0));
             if effect < 0 {
-                return Err(format!("SDL2 makes no constant force: {}", sdl.complaint()));
+                return Err(sdl.refuses("makes no constant force"));
             }
             self.effect = Some(effect);
             // A device with room for one alone goes without.
@@ -259,7 +267,7 @@ impl SdlForce {
                 (sdl.run_effect)(self.haptic, rest, INFINITY);
             }
             if (sdl.run_effect)(self.haptic, effect, INFINITY) < 0 {
-                return Err(format!("SDL2 does not run the force: {}", sdl.complaint()));
+                return Err(sdl.refuses("does not run the force"));
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
 //! those of docs/references.md: holds.
 
-use super::{Estimate, Trace};
+use super::{Estimate, Trajectories};
 use crate::plot::{
     Axis, COLOURS, Chart, ChartSheet, ColourKey, LineStyle, PlotLine, PlotMark, PlotShape, PrintWidth, picture,
 };
@@ -107,12 +107,12 @@ pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
 pub const SINCE_ADVICE: &str = "time since the first advice, s";
 
 /// Trajectories of all cars, coloured by their speed, for each of these rings. `time` labels the axis.
-pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &str) -> String {
+pub fn space_time(traces: &[(&str, &Trajectories)], top_mps: f64, time: &str, note: &str) -> String {
     let key = ColourKey::up_to("speed, m/s; ego vehicle outlined", top_mps);
     // One axis for all: the same moment stands above the same moment.
     let spans = || traces.iter().map(|(_, trace)| trace.span_s());
     let (low, high) = (ends(spans().map(|span| span[0])).0, ends(spans().map(|span| span[1])).1);
-    let chart = |(i, (title, trace)): (usize, &(&str, &Trace))| {
+    let chart = |(i, (title, trace)): (usize, &(&str, &Trajectories))| {
         // It is labelled once, below the last.
         let time = if i + 1 < traces.len() { "" } else { time };
         let y = Axis::even("position along the road, m", [0.0, trace.circumference_m]);
@@ -128,13 +128,13 @@ pub fn space_time(traces: &[(&str, &Trace)], top_mps: f64, time: &str, note: &st
 }
 
 /// Where a trace ended in a crash; nothing is drawn after it.
-fn crash_mark(trace: &Trace, y: f64) -> Vec<PlotMark> {
+fn crash_mark(trace: &Trajectories, y: f64) -> Vec<PlotMark> {
     let mark = |time_s: f64| PlotMark { at: [time_s, y], text: format!("CRASH at {time_s:.1} s") };
     trace.crash_s.map(mark).into_iter().collect()
 }
 
 /// Pieces of the cars' ways, put together by colour; the ego's above the others', with a dark edge.
-fn ways(trace: &Trace, key: &ColourKey) -> Vec<PlotShape> {
+fn ways(trace: &Trajectories, key: &ColourKey) -> Vec<PlotShape> {
     /// A piece for each of so many steps: at 0.1 s the wave's 34 s are 23 pieces.
     const STRIDE: usize = 15;
     let length_m = trace.circumference_m;
@@ -168,7 +168,14 @@ fn ways(trace: &Trace, key: &ColourKey) -> Vec<PlotShape> {
 }
 
 /// What is shown to the ego's driver, what the ego drives, and what the others do. `time` labels the axis.
-pub fn speeds(title: &str, trace: &Trace, range_mps: f64, time: &str, note: &str, more: Vec<PlotLine>) -> String {
+pub fn speeds(
+    title: &str,
+    trace: &Trajectories,
+    range_mps: f64,
+    time: &str,
+    note: &str,
+    more: Vec<PlotLine>,
+) -> String {
     let every = (trace.time_s.len() / 1200).max(1);
     let last = trace.time_s.len().checked_sub(1).filter(|last| !last.is_multiple_of(every));
     let steps = || (0..trace.time_s.len()).step_by(every).chain(last);
@@ -262,24 +269,25 @@ mod tests {
         Estimate { mean, low: mean - 0.1, high: mean + 0.1 }
     }
 
-    fn trace() -> Trace {
+    fn trace() -> Trajectories {
         let rows = 0..200;
-        Trace {
+        Trajectories {
             circumference_m: 100.0,
             time_s: rows.clone().map(|i| f64::from(i) * 0.1 - 5.0).collect(),
             way_m: rows.clone().map(|i| vec![i as f32, i as f32 - 20.0]).collect(),
             speed_mps: rows.clone().map(|i| vec![4.0, i as f32 * 0.02]).collect(),
             shown_mps: rows.map(|i| (i > 50).then_some(4.2)).collect(),
-            ..Trace::default()
+            ..Trajectories::default()
         }
     }
 
     #[test]
     fn a_crash_is_marked_and_nothing_is_drawn_after_it() {
         let whole = trace();
-        let cut = Trace { crash_s: Some(3.0), span_s: Some([-5.0, 15.0]), ..trace() };
-        let cut = Trace { time_s: cut.time_s[..80].to_vec(), way_m: cut.way_m[..80].to_vec(), ..cut };
-        let cut = Trace { speed_mps: cut.speed_mps[..80].to_vec(), shown_mps: cut.shown_mps[..80].to_vec(), ..cut };
+        let cut = Trajectories { crash_s: Some(3.0), span_s: Some([-5.0, 15.0]), ..trace() };
+        let cut = Trajectories { time_s: cut.time_s[..80].to_vec(), way_m: cut.way_m[..80].to_vec(), ..cut };
+        let cut =
+            Trajectories { speed_mps: cut.speed_mps[..80].to_vec(), shown_mps: cut.shown_mps[..80].to_vec(), ..cut };
         assert_eq!(cut.span_s(), [-5.0, 15.0], "the axis is that of a whole drive");
         for (whole, cut) in [
             (space_time(&[("", &whole)], 9.0, "", ""), space_time(&[("", &cut)], 9.0, "", "")),
@@ -337,13 +345,13 @@ mod tests {
         // 60 s of steps of 0.1 s are 40 pieces of 1.5 s but for a step; 12.34 s are no whole number of anything.
         for (steps, last_s) in [(600, 60.0), (1234, 123.4), (21, 2.1), (4001, 400.1)] {
             let rows = 1..=steps;
-            let trace = Trace {
+            let trace = Trajectories {
                 circumference_m: 100.0,
                 time_s: rows.clone().map(|i| f64::from(i) * 0.1).collect(),
                 way_m: rows.clone().map(|i| vec![i as f32 * 0.4, i as f32 * 0.4 - 20.0]).collect(),
                 speed_mps: rows.clone().map(|_| vec![4.0, 4.0]).collect(),
                 shown_mps: rows.map(|_| Some(4.2)).collect(),
-                ..Trace::default()
+                ..Trajectories::default()
             };
             assert_eq!(trace.span_s()[0], 0.0);
             assert!((trace.span_s()[1] - last_s).abs() < 1e-9, "{:?}", trace.span_s());

@@ -5,8 +5,8 @@ mod episode_metrics;
 mod estimate;
 pub mod figures;
 pub mod fuel;
-mod trace;
+mod trajectories;
 
 pub use episode_metrics::{EpisodeMetrics, EvaluationResult, FlowTotals, mean_and_interval};
 pub use estimate::Estimate;
-pub use trace::Trace;
+pub use trajectories::Trajectories;

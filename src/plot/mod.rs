@@ -13,7 +13,7 @@ mod text;
 pub use axis::{Axis, AxisScale};
 pub use chart::{COLOURS, Chart, ChartSheet, LineStyle, PlotLine, PlotMark, PrintWidth, picture};
 #[cfg(feature = "desktop")]
-pub use png::{PNG_SCALE, png};
+pub use png::{PNG_SCALE, PngError, png};
 pub use shape::{ColourKey, PlotShape};
 pub use text::{escaped, is_font, lines_needed, minus};
 

@@ -7,6 +7,25 @@ use resvg::{
 };
 use std::sync::{Arc, OnceLock};
 
+/// Why an SVG becomes no PNG.
+#[derive(Debug, thiserror::Error)]
+pub enum PngError {
+    /// The text is no SVG, or its size is nothing.
+    #[error(transparent)]
+    Svg(#[from] resvg::usvg::Error),
+    /// No memory holds so many pixels.
+    #[error("a picture of {width}x{height} pixels")]
+    Size {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// The pixels cannot be written as PNG.
+    #[error(transparent)]
+    Encoding(Box<dyn std::error::Error + Send + Sync>),
+}
+
 /// Pixels for each pixel of CSS, 1/96 inch: 300 dots an inch in print.
 pub const PNG_SCALE: f32 = 3.125;
 
@@ -14,13 +33,13 @@ pub const PNG_SCALE: f32 = 3.125;
 ///
 /// # Errors
 /// The text is no SVG, or the picture is empty or larger than any memory.
-pub fn png(svg: &str) -> Result<Vec<u8>, String> {
-    let tree = Tree::from_str(svg, options()).map_err(|error| error.to_string())?;
+pub fn png(svg: &str) -> Result<Vec<u8>, PngError> {
+    let tree = Tree::from_str(svg, options())?;
     let [width, height] = [tree.size().width(), tree.size().height()].map(|side| (side * PNG_SCALE).ceil() as u32);
-    let mut pixels = Pixmap::new(width, height).ok_or_else(|| format!("a picture of {width}x{height} pixels"))?;
+    let mut pixels = Pixmap::new(width, height).ok_or(PngError::Size { width, height })?;
     pixels.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| error.to_string())
+    pixels.encode_png().map_err(|error| PngError::Encoding(error.into()))
 }
 
 /// How text is set: one family stands for all that an SVG names.

@@ -43,7 +43,7 @@ pub enum PolicyFileFault {
     #[cfg(not(feature = "onnx"))]
     #[error(
         "ONNX files are read only by a program that is built with the cargo feature `onnx`\n  \
-         remedy: build it with cargo build --release"
+         remedy: build it with cargo build --release, which scripts/drive keeps"
     )]
     WithoutOnnx,
 }

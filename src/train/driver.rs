@@ -27,7 +27,7 @@ const SAFE_GAP_M: f32 = 1.0;
 
 /// What stands for a ring.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-enum Mode {
+enum StandingAdvice {
     /// The ego's model drives.
     Model,
     /// An acceleration, m/s2.
@@ -48,7 +48,7 @@ pub struct AdviceFollower {
     decel_mps2: f32,
     deadband_mps: f32,
     response_s: f32,
-    mode: [Mode; LANES],
+    mode: [StandingAdvice; LANES],
     /// What is advised, m/s2 or m/s.
     advised: SimdLanes,
     /// Advised speeds of the last steps, newest at `newest`; -1 where there was none.
@@ -119,7 +119,7 @@ impl AdviceFollower {
             decel_mps2: driver.ego_decel_mps2 as f32,
             deadband_mps: driver.deadband_mps as f32,
             response_s: driver.ego_response_s.max(config.ring.step_s) as f32,
-            mode: [Mode::Model; LANES],
+            mode: [StandingAdvice::Model; LANES],
             advised: splat(0.0),
             shown_mps: vec![splat(-1.0); longest + 1],
             newest: 0,
@@ -138,7 +138,7 @@ impl AdviceFollower {
         let mut share = |low: f64| if driver.random_driver { stream.uniform(low, 1.0) } else { 1.0 };
         let (reaction_s, error_mps, habit_mps) =
             (driver.reaction_s * share(0.0), driver.error_mps * share(0.0), driver.speed_bias_mps * share(-1.0));
-        self.mode[l] = Mode::Model;
+        self.mode[l] = StandingAdvice::Model;
         self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
         self.delay[l] = (reaction_s / config.ring.step_s).round() as u32;
         self.habit_mps[l] = habit_mps as f32;
@@ -166,14 +166,14 @@ impl AdviceFollower {
         if self.ignores {
             return;
         }
-        let before = (self.mode[l] == Mode::Speed).then(|| f64::from(self.advised[l]));
+        let before = (self.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.advised[l]));
         (self.mode[l], self.advised[l]) = match action {
-            Action::Speed(speed) => (Mode::Speed, speed.max(0.0) as f32),
+            Action::Speed(speed) => (StandingAdvice::Speed, speed.max(0.0) as f32),
             // What a driver sees is the speed that it leads to.
             Action::Acceleration(a) if self.is_driver => {
-                (Mode::Speed, shown_mps(before, f64::from(ego_mps), a, hold.seconds()) as f32)
+                (StandingAdvice::Speed, shown_mps(before, f64::from(ego_mps), a, hold.seconds()) as f32)
             }
-            Action::Acceleration(a) => (Mode::Acceleration, a as f32),
+            Action::Acceleration(a) => (StandingAdvice::Acceleration, a as f32),
         };
     }
 
@@ -183,7 +183,7 @@ impl AdviceFollower {
     pub fn missed_mps(&self, ego_mps: &SimdLanes, range_mps: f32) -> SimdLanes {
         lane(|l| {
             let missed = ((ego_mps[l] - self.advised[l]).abs() - range_mps).max(0.0);
-            if self.mode[l] == Mode::Speed { missed } else { 0.0 }
+            if self.mode[l] == StandingAdvice::Speed { missed } else { 0.0 }
         })
     }
 
@@ -195,7 +195,7 @@ impl AdviceFollower {
         let dt = self.step_s;
         lane(|l| {
             let keeps_distance = self.is_driver && model[l] < wanted[l];
-            if self.mode[l] == Mode::Model || keeps_distance {
+            if self.mode[l] == StandingAdvice::Model || keeps_distance {
                 return (speed[l] + model[l] * dt).max(0.0);
             }
             let driven = (speed[l] + wanted[l] * dt).max(0.0);
@@ -217,7 +217,7 @@ impl AdviceFollower {
     fn exact(&self, speed: &SimdLanes) -> SimdLanes {
         lane(|l| {
             let reach = ((self.advised[l] - speed[l]) / self.response_s).max(-self.decel_mps2).min(self.accel_mps2);
-            if self.mode[l] == Mode::Speed { reach } else { self.advised[l] }
+            if self.mode[l] == StandingAdvice::Speed { reach } else { self.advised[l] }
         })
     }
 

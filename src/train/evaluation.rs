@@ -1,5 +1,5 @@
 //! Evaluates a policy over whole episodes on the fast ring. In: a configuration's rings and a policy for each. Out: an
-//! [`EvaluationResult`] on each: the whole horizon, transients included; or a [`Trace`] of one. The policy acts through the drive's
+//! [`EvaluationResult`] on each: the whole horizon, transients included; or a [`Trajectories`] of one. The policy acts through the drive's
 //! own [`Advisor`], so that hold and observation are those of a drive.
 
 use super::{
@@ -8,7 +8,7 @@ use super::{
     simd::LANES,
 };
 use crate::{
-    metrics::{EpisodeMetrics, EvaluationResult, Trace},
+    metrics::{EpisodeMetrics, EvaluationResult, Trajectories},
     policy::{Action, Advisor, Hold, Policy},
     space::CAR_LENGTH_M,
     time::Tick,
@@ -88,12 +88,12 @@ impl Advisors {
 }
 
 /// Ring 0 of [`evaluate`]'s for the same arguments, from `before_s` before the first advice to `after_s` after it.
-pub fn trace(
+pub fn trajectories(
     config: &TrainConfig,
     stream: &str,
     [before_s, after_s]: [f64; 2],
     make: impl Fn() -> Option<Box<dyn Policy>>,
-) -> Trace {
+) -> Trajectories {
     let warm_up_s = (config.ring.warm_up_s - before_s).max(0.0);
     let hold = config.hold();
     let mut block = VecEnv::new(
@@ -103,10 +103,10 @@ pub fn trace(
         hold,
     );
     let mut drivers = Advisors::new(config, hold, &make);
-    let mut trace = Trace {
+    let mut trace = Trajectories {
         circumference_m: block.observe(0).circumference_m,
         span_s: Some([warm_up_s - config.ring.warm_up_s, after_s]),
-        ..Trace::default()
+        ..Trajectories::default()
     };
     let before = steps(config, config.ring.warm_up_s - warm_up_s);
     let mut ego_m = 0.0;

@@ -1,4 +1,4 @@
-//! The loop around TRPO. In: a [`TrainConfig`]. Out: after each [`Learner::iterate`] a better policy and a [`Row`] of the
+//! The loop around TRPO. In: a [`TrainConfig`]. Out: after each [`Learner::iterate`] a better policy and a [`LearningCurveRow`] of the
 //! learning curve. A learner written to a file and read back goes on with the same bits.
 //!
 //! Rewards are centred on the first batch's mean and multiplied by 1 - gamma, so that a value is a speed above or below
@@ -12,7 +12,7 @@ use super::{
     net::Shape,
     simd::{LANES, LaneRng},
     trpo::{Batch, Decision, PolicyShape, TrustRegion, advantages},
-    value::{Fit, Value},
+    value::{ValueFit, ValueFunction},
 };
 use crate::{
     metrics::mean_and_interval,
@@ -27,7 +27,7 @@ const JUDGED_BLOCKS: [usize; 2] = [2, 6];
 
 /// One update in the learning curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct LearningCurveRow {
     /// Number of the update, from 1.
     pub iteration: u32,
     /// Steps of rings so far.
@@ -50,7 +50,7 @@ pub struct Row {
 
 /// The best policy so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Best {
+struct BestPolicy {
     judged_mps: f64,
     iteration: u32,
     theta: Vec<f32>,
@@ -61,23 +61,23 @@ struct Best {
 pub struct Learner {
     config: TrainConfig,
     theta: Vec<f32>,
-    value: Value,
-    blocks: Vec<Actor>,
+    value: ValueFunction,
+    blocks: Vec<RolloutWorker>,
     /// Mean reward of the first batch, m/s.
     centre_mps: Option<f64>,
-    best: Option<Best>,
-    curve: Vec<Row>,
+    best: Option<BestPolicy>,
+    curve: Vec<LearningCurveRow>,
 }
 
 /// A block of rings and the random numbers of their actions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Actor {
+struct RolloutWorker {
     env: VecEnv,
     rng: LaneRng,
 }
 
 /// What a block lived through: rows are decisions in order of time, lane by lane within each.
-struct Track {
+struct Rollout {
     inputs: Vec<f32>,
     actions: Vec<f32>,
     outcomes: Vec<Outcome>,
@@ -93,7 +93,7 @@ impl Learner {
         let mut stream = rng::stream(config.seed, "train/first weights");
         let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
         theta.resize(shape.parameters(), config.optimiser.first_sd.ln() as f32);
-        let value = Value::new(&value_shape(config), &mut stream);
+        let value = ValueFunction::new(&value_shape(config), &mut stream);
         let count = config.run.rings as usize / LANES;
         let blocks = (0..count).into_par_iter().map(|index| {
             let mut env = VecEnv::new(config, "train", index, config.hold_of(index, count));
@@ -103,7 +103,7 @@ impl Learner {
                 let mut stream = rng::stream(config.seed, &format!("train/actions/{}", index * LANES + l));
                 rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
             }
-            Actor { env, rng }
+            RolloutWorker { env, rng }
         });
         let blocks = blocks.collect();
         Self { config: config.clone(), theta, value, blocks, centre_mps: None, best: None, curve: Vec::new() }
@@ -115,7 +115,7 @@ impl Learner {
     }
 
     /// The learning curve so far.
-    pub fn curve(&self) -> &[Row] {
+    pub fn curve(&self) -> &[LearningCurveRow] {
         &self.curve
     }
 
@@ -131,17 +131,17 @@ impl Learner {
     }
 
     /// One batch and one update.
-    pub fn iterate(&mut self) -> Row {
+    pub fn iterate(&mut self) -> LearningCurveRow {
         let shape = policy_shape(&self.config);
-        let tracks = self.collect(&shape);
-        let outcomes = || tracks.iter().flat_map(|track| &track.outcomes);
+        let rollouts = self.collect(&shape);
+        let outcomes = || rollouts.iter().flat_map(|rollout| &rollout.outcomes);
         // A long hold counts for more than a short one: means are over time.
-        let timed = || tracks.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
+        let timed = || rollouts.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
         let steps: f64 = timed().map(|(steps, _)| steps).sum();
         let mean = |of: fn(&Outcome) -> f32| timed().map(|(steps, o)| steps * f64::from(of(o))).sum::<f64>() / steps;
         let (mean_mps, reward) = (mean(|o| o.mean_mps), mean(|o| o.reward));
         let centre_mps = *self.centre_mps.get_or_insert(reward);
-        let (batch, returns) = self.batch(&tracks, centre_mps);
+        let (batch, returns) = self.batch(&rollouts, centre_mps);
         let (c, optimiser) = (&self.config, &self.config.optimiser);
         let region = TrustRegion {
             max_kl: optimiser.max_kl,
@@ -150,12 +150,15 @@ impl Learner {
             backtracks: optimiser.backtracks,
         };
         let update = shape.update(&mut self.theta, &batch, &region);
-        let how =
-            Fit { rate: optimiser.value_rate, epochs: optimiser.value_epochs, batch: optimiser.value_batch as usize };
+        let how = ValueFit {
+            rate: optimiser.value_rate,
+            epochs: optimiser.value_epochs,
+            batch: optimiser.value_batch as usize,
+        };
         let iteration = self.iteration() + 1;
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
         let value_error = self.value.fit(&value_shape(c), &batch.inputs, &returns, &how, &mut stream);
-        let row = Row {
+        let row = LearningCurveRow {
             iteration,
             env_steps: self.curve.last().map_or(0, |row| row.env_steps) + steps as u64,
             mean_mps,
@@ -172,10 +175,10 @@ impl Learner {
         row
     }
 
-    fn keep_best(&mut self, row: &Row) {
+    fn keep_best(&mut self, row: &LearningCurveRow) {
         let Some(judged_mps) = row.judged_mps else { return };
         if self.best.as_ref().is_none_or(|best| judged_mps > best.judged_mps) {
-            self.best = Some(Best { judged_mps, iteration: row.iteration, theta: self.theta.clone() });
+            self.best = Some(BestPolicy { judged_mps, iteration: row.iteration, theta: self.theta.clone() });
         }
     }
 
@@ -196,29 +199,29 @@ impl Learner {
         }
     }
 
-    fn collect(&mut self, shape: &PolicyShape) -> Vec<Track> {
+    fn collect(&mut self, shape: &PolicyShape) -> Vec<Rollout> {
         let (config, theta) = (&self.config, &self.theta);
         self.blocks.par_iter_mut().map(|actor| actor.live(config, shape, theta)).collect()
     }
 
     /// Rows for the update, and the returns that the value shall learn.
-    fn batch(&self, tracks: &[Track], centre_mps: f64) -> (Batch<f32>, Vec<f32>) {
+    fn batch(&self, rollouts: &[Rollout], centre_mps: f64) -> (Batch<f32>, Vec<f32>) {
         let config = &self.config;
         let shape = value_shape(config);
         let inputs = config.inputs();
         let mut batch = Batch { inputs: Vec::new(), actions: Vec::new(), advantages: Vec::new() };
         let mut returns = Vec::new();
-        for track in tracks {
-            let gamma = config.gamma(track.hold);
-            let values = self.value.estimate(&shape, &[&track.inputs[..], &track.after[..]].concat());
+        for rollout in rollouts {
+            let gamma = config.gamma(rollout.hold);
+            let values = self.value.estimate(&shape, &[&rollout.inputs[..], &rollout.after[..]].concat());
             let last_inputs: Vec<f32> =
-                track.outcomes.iter().flat_map(|o| inputs.iter().map(|input| input.scaled(&o.last_seen))).collect();
+                rollout.outcomes.iter().flat_map(|o| inputs.iter().map(|input| input.scaled(&o.last_seen))).collect();
             let last_values = self.value.estimate(&shape, &last_inputs);
-            let rows = track.outcomes.len();
+            let rows = rollout.outcomes.len();
             let mut of_rows = vec![0.0; rows];
             for l in 0..LANES {
                 let decision = |row: usize| {
-                    let outcome = &track.outcomes[row];
+                    let outcome = &rollout.outcomes[row];
                     Decision {
                         reward: (f64::from(outcome.reward) - centre_mps) * (1.0 - gamma),
                         value: f64::from(values[row]),
@@ -236,8 +239,8 @@ impl Learner {
                 (l..rows).step_by(LANES).zip(advantages).for_each(|(row, a)| of_rows[row] = a);
             }
             returns.extend(of_rows.iter().zip(&values).map(|(a, v)| *a as f32 + v));
-            batch.inputs.extend_from_slice(&track.inputs);
-            batch.actions.extend_from_slice(&track.actions);
+            batch.inputs.extend_from_slice(&rollout.inputs);
+            batch.actions.extend_from_slice(&rollout.actions);
             // A long hold does more than a short one: each block's advantages are brought to one size.
             if config.advice.hold_max_s > config.advice.hold_s {
                 standardise(&mut of_rows);
@@ -249,14 +252,14 @@ impl Learner {
     }
 }
 
-impl Actor {
+impl RolloutWorker {
     /// A batch's decisions of this block.
-    fn live(&mut self, config: &TrainConfig, shape: &PolicyShape, theta: &[f32]) -> Track {
+    fn live(&mut self, config: &TrainConfig, shape: &PolicyShape, theta: &[f32]) -> Rollout {
         let (net, log_sd) = shape.split(theta);
         let rows = config.decisions() * LANES;
         let seen = config.inputs();
         let hold = self.env.hold_length();
-        let mut track = Track {
+        let mut rollout = Rollout {
             hold,
             inputs: Vec::with_capacity(rows * seen.len()),
             actions: Vec::with_capacity(rows),
@@ -272,12 +275,12 @@ impl Actor {
             let drawn: Vec<f32> =
                 outputs.enumerate().map(|(l, out)| shape.family.draw(out, log_sd, normal[l], uniform[l])).collect();
             let actions = std::array::from_fn(|l| action(config, drawn[l], hold));
-            track.outcomes.extend(self.env.hold(&actions));
-            track.inputs.extend(inputs);
-            track.actions.extend(drawn);
+            rollout.outcomes.extend(self.env.hold(&actions));
+            rollout.inputs.extend(inputs);
+            rollout.actions.extend(drawn);
         }
-        track.after = self.see(&seen);
-        track
+        rollout.after = self.see(&seen);
+        rollout
     }
 
     fn see(&self, inputs: &[NetworkInput]) -> Vec<f32> {

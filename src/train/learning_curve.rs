@@ -1,12 +1,12 @@
 //! The learning curve as files. In: the rows of a training. Out: CSV with one line an update, and a picture (SVG) of mean
 //! speed, KL divergence and entropy over the updates.
 
-use super::learner::Row;
+use super::learner::LearningCurveRow;
 use crate::plot::{Axis, COLOURS, Chart, LineStyle, PlotLine, picture};
 use std::fmt::Write;
 
 /// One line an update, with a head; numbers as they are, empty where there is none.
-pub fn csv(rows: &[Row]) -> String {
+pub fn csv(rows: &[LearningCurveRow]) -> String {
     let mut text = String::from(
         "iteration,env_steps,mean_speed_mps,reward_mps,crashes,kl,entropy_nat,value_error,judged_speed_mps\n",
     );
@@ -22,7 +22,7 @@ pub fn csv(rows: &[Row]) -> String {
 }
 
 /// Three panels one above the other: speed, KL divergence, entropy.
-pub fn svg(rows: &[Row], title: &str) -> String {
+pub fn svg(rows: &[LearningCurveRow], title: &str) -> String {
     let noisy = line("batches, with the policy's noise", "#9aa5ad", rows, |r| Some(r.mean_mps));
     let judged = line("judged without noise over whole horizons", COLOURS[1], rows, |r| r.judged_mps);
     let panels = [
@@ -33,7 +33,12 @@ pub fn svg(rows: &[Row], title: &str) -> String {
     picture(&panels, "")
 }
 
-fn line(name: &str, colour: &'static str, rows: &[Row], of: impl Fn(&Row) -> Option<f64>) -> PlotLine {
+fn line(
+    name: &str,
+    colour: &'static str,
+    rows: &[LearningCurveRow],
+    of: impl Fn(&LearningCurveRow) -> Option<f64>,
+) -> PlotLine {
     let points = rows.iter().filter_map(|r| of(r).map(|y| [f64::from(r.iteration), y])).collect();
     PlotLine {
         name: name.into(),
@@ -57,8 +62,8 @@ fn panel(title: &str, label: &str, lines: Vec<PlotLine>) -> Chart {
 mod tests {
     use super::*;
 
-    fn rows() -> Vec<Row> {
-        let row = |i: u32| Row {
+    fn rows() -> Vec<LearningCurveRow> {
+        let row = |i: u32| LearningCurveRow {
             iteration: i,
             env_steps: u64::from(i) * 100,
             mean_mps: 3.0 + f64::from(i) * 0.1,

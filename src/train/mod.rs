@@ -24,8 +24,8 @@ pub use config::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
     RingConfig, RunConfig, TrainConfig,
 };
-pub use evaluation::{evaluate, trace};
-pub use learner::{Learner, Row};
+pub use evaluation::{evaluate, trajectories};
+pub use learner::{Learner, LearningCurveRow};
 
 #[cfg(test)]
 mod environment_tests;

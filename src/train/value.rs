@@ -12,7 +12,7 @@ const EPSILON: f64 = 1e-8;
 
 /// Parameters and the state of Adam.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Value {
+pub struct ValueFunction {
     theta: Vec<f32>,
     moments: [Vec<f32>; 2],
     steps: u64,
@@ -20,7 +20,7 @@ pub struct Value {
 
 /// How the value is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
+pub struct ValueFit {
     /// Step of Adam.
     pub rate: f64,
     /// Passes over the batch.
@@ -29,7 +29,7 @@ pub struct Fit {
     pub batch: usize,
 }
 
-impl Value {
+impl ValueFunction {
     /// A fresh value of this shape.
     pub fn new(shape: &Shape, stream: &mut Stream) -> Self {
         let theta: Vec<f32> = shape.orthogonal(1.0, stream);
@@ -46,7 +46,7 @@ impl Value {
     }
 
     /// Fits the value to `returns`; `stream` shuffles. Returns the mean square error before the last pass's steps.
-    pub fn fit(&mut self, shape: &Shape, inputs: &[f32], returns: &[f32], how: &Fit, stream: &mut Stream) -> f64 {
+    pub fn fit(&mut self, shape: &Shape, inputs: &[f32], returns: &[f32], how: &ValueFit, stream: &mut Stream) -> f64 {
         let n = shape.inputs();
         let mut order: Vec<usize> = (0..returns.len()).collect();
         let mut error = 0.0;
@@ -97,10 +97,10 @@ mod tests {
     fn a_value_learns_a_smooth_function() {
         let shape = Shape::new(&[4, 32, 32, 1]);
         let mut stream = rng::stream(1, "value");
-        let mut value = Value::new(&shape, &mut stream);
+        let mut value = ValueFunction::new(&shape, &mut stream);
         let inputs: Vec<f32> = (0..4 * 2000).map(|_| stream.uniform(-1.0, 1.0) as f32).collect();
         let returns: Vec<f32> = inputs.chunks(4).map(|x| (2.0 * x[0]).sin() + x[1] * x[2] - 0.5 * x[3]).collect();
-        let how = Fit { rate: 3e-3, epochs: 40, batch: 200 };
+        let how = ValueFit { rate: 3e-3, epochs: 40, batch: 200 };
         let error = value.fit(&shape, &inputs, &returns, &how, &mut stream);
         assert!(error < 0.005, "{error}");
         assert_eq!(value.estimate(&shape, &inputs).len(), 2000);

@@ -4,6 +4,7 @@
 use super::kernel::BEND;
 use codrive::input::{
     force_thread::{ForceDevice, ForceLoop, ForceThread, SharedAngle},
+    no_force::WheelWithoutForce,
     profiles,
     sdl_force::{self, SdlForce},
 };
@@ -56,7 +57,7 @@ impl Recorder {
         }
     }
 
-    fn open(&self) -> Result<SdlForce, String> {
+    fn open(&self) -> Result<SdlForce, WheelWithoutForce> {
         SdlForce::open_from(std::slice::from_ref(&self.path), G29, "Logitech G29", 0.5)
     }
 }
@@ -132,7 +133,7 @@ fn a_wheel_with_room_for_one_effect_goes_with_that_and_numbers_may_begin_at_0() 
 fn a_wheel_that_takes_no_effect_or_plays_none_is_told_and_let_go() {
     for (option, why) in [("-DROOM=0", "SDL2 makes no constant force"), ("-DSTUCK", "SDL2 does not run the force")] {
         let recorder = Recorder::build(&[option]);
-        let text = recorder.open().err().expect("no force");
+        let text = recorder.open().err().expect("no force").to_string();
         assert!(text.contains(&format!("({why}: the recorder says no)")), "{text}");
         let ended = recorder.taken();
         assert_eq!(ended[ended.len() - 3..], ["close haptic", "close joystick 1", "quit 1200"]);
@@ -171,7 +172,7 @@ fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
 
 #[test]
 fn what_cannot_be_is_said_with_its_remedy() {
-    let text = |opened: Result<SdlForce, String>| opened.err().expect("no force");
+    let text = |opened: Result<SdlForce, WheelWithoutForce>| opened.err().expect("no force").to_string();
     let nowhere = [PathBuf::from("/nowhere/libSDL2.so")];
     let missing = text(SdlForce::open_from(&nowhere, G29, "Logitech G29", 0.0));
     assert!(missing.starts_with("Logitech G29 gives no force (SDL2 cannot be used: /nowhere/libSDL2.so"), "{missing}");
@@ -196,7 +197,7 @@ fn what_cannot_be_is_said_with_its_remedy() {
 #[test]
 fn the_true_sdl_without_a_wheel_says_that_there_is_none() {
     let id = (0x046d, 0xcfff);
-    let text = SdlForce::open(id, "A wheel", 0.0).err().expect("there is no such wheel");
+    let text = SdlForce::open(id, "A wheel", 0.0).err().expect("there is no such wheel").to_string();
     assert!(text.contains("joysticks, none of them 046d:cfff"), "{text}\nscripts/setup --test installs SDL2");
     assert!(sdl_force::look().is_ok(), "doctor says the same");
     assert!(text.contains("the drive goes on without\n  remedy: "), "{text}");

@@ -51,7 +51,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return Ok(display::check(&scenario, drive::place(matches, true)?)?);
     }
     let options = DoctorOptions {
-        monitors: display::monitors().map_err(|error| error.to_string()),
+        monitors: display::monitors().map_err(Into::into),
         scenario,
         size: matches.get_one("size").copied().unwrap_or([1920, 1080]),
         recordings: matches.get_one("out").cloned().unwrap_or_default(),

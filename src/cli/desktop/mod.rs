@@ -40,6 +40,6 @@ pub(super) fn run(name: &str, matches: &ArgMatches) -> Option<Result<(), CliErro
 }
 
 /// A figure as PNG; `None` where the program draws none.
-pub(super) fn png(svg: &str) -> Option<Result<Vec<u8>, String>> {
+pub(super) fn png(svg: &str) -> Option<Result<Vec<u8>, crate::plot::PngError>> {
     Some(crate::plot::png(svg))
 }

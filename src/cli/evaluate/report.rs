@@ -9,7 +9,7 @@ use crate::{
     driver::NamedDriver,
     metrics::{Estimate, EvaluationResult, figures},
     private,
-    train::{TrainConfig, evaluate, trace},
+    train::{TrainConfig, evaluate, trajectories},
 };
 use serde_json::{Value, json};
 use std::{fmt::Write, path::Path};
@@ -171,7 +171,7 @@ pub fn write(dir: &Path, plan: &EvaluationPlan, config: &TrainConfig, rows: &[Ev
         let path = dir.join(name).with_extension("png");
         let failed = |why: String| CliError::Failed(format!("{}: {why}", path.display()));
         if let Some(png) = crate::cli::desktop::png(&text) {
-            private::replace(&path, &png.map_err(failed)?).map_err(|e| failed(e.to_string()))?;
+            private::replace(&path, &png.map_err(|e| failed(e.to_string()))?).map_err(|e| failed(e.to_string()))?;
         }
     }
     Ok(())
@@ -248,7 +248,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         let of_case = case.config(config);
         let before_s = 100.0_f64.min(config.ring.warm_up_s);
         let after_s = 500.0_f64.min(config.ring.horizon_s);
-        let trace_of = |name: &str| trace(&of_case, "evaluate", [before_s, after_s], || plan.build(name));
+        let trace_of = |name: &str| trajectories(&of_case, "evaluate", [before_s, after_s], || plan.build(name));
         let (without, with) = (trace_of("none"), trace_of(&case.policy));
         let title = case.words();
         let crash = rows.iter().find(|row| row.case == *case).map(crashes).unwrap_or_default();

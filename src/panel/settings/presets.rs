@@ -4,8 +4,9 @@
 use super::ScenarioEditor;
 use crate::panel::theme;
 use crate::{
-    record::{new_private_dir, replace, write_new},
+    record::{RecordError, new_private_dir, replace, write_new},
     scenario::Scenario,
+    settings::SettingsError,
 };
 use egui::{ComboBox, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};
@@ -25,13 +26,23 @@ pub struct PresetList {
     told: Option<(String, bool)>,
 }
 
-/// Why a preset was not saved.
-#[derive(Debug, PartialEq)]
+/// Why a preset was not saved or loaded.
+#[derive(Debug, thiserror::Error)]
 pub enum PresetError {
     /// There is one of this name.
+    #[error("{} exists: choose another name, or replace it", _0.display())]
     Taken(PathBuf),
-    /// Anything else, in words.
-    Other(String),
+    /// It cannot be a name.
+    #[error(
+        "{_0:?} cannot be a name: a preset's name has 1 to {MOST} letters, digits, - and _, and is not kept by Windows"
+    )]
+    Name(String),
+    /// Its settings are wrong.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// It cannot be written.
+    #[error(transparent)]
+    File(#[from] RecordError),
 }
 
 impl PresetList {
@@ -48,16 +59,15 @@ impl PresetList {
     /// # Errors
     /// The name is taken or cannot be one, or the system refuses.
     pub fn save(&self, name: &str, scenario: &Scenario, replaced: bool) -> Result<PathBuf, PresetError> {
-        let path = self.path(name).map_err(PresetError::Other)?;
-        let other = |error: crate::record::RecordError| PresetError::Other(error.to_string());
-        new_private_dir(&self.folder).map_err(other)?;
+        let path = self.path(name)?;
+        new_private_dir(&self.folder)?;
         let text = scenario.to_toml();
         if replaced {
-            replace(&path, text.as_bytes()).map_err(other)?;
+            replace(&path, text.as_bytes())?;
         } else if path.exists() {
             return Err(PresetError::Taken(path));
         } else {
-            write_new(&path, text.as_bytes()).map_err(other)?;
+            write_new(&path, text.as_bytes())?;
         }
         Ok(path)
     }
@@ -66,19 +76,18 @@ impl PresetList {
     ///
     /// # Errors
     /// There is none, or it is wrong; the message names file, line and what is allowed.
-    pub fn load(&self, name: &str) -> Result<Scenario, String> {
-        Scenario::from_file(&self.path(name)?).map_err(|error| error.to_string())
+    pub fn load(&self, name: &str) -> Result<Scenario, PresetError> {
+        Ok(Scenario::from_file(&self.path(name)?)?)
     }
 
-    fn path(&self, name: &str) -> Result<PathBuf, String> {
-        let allowed = format!("a preset's name has 1 to {MOST} letters, digits, - and _, and is not kept by Windows");
+    fn path(&self, name: &str) -> Result<PathBuf, PresetError> {
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '-' || c == '_');
         let small = name.to_lowercase();
         let numbered =
             |word: &str| small.strip_prefix(word).is_some_and(|rest| rest.parse::<u8>().is_ok_and(|n| n < 10));
         let device = ["con", "prn", "aux", "nul"].contains(&small.as_str()) || numbered("com") || numbered("lpt");
         if name.is_empty() || name.chars().count() > MOST || !plain || device {
-            return Err(format!("{name:?} cannot be a name: {allowed}"));
+            return Err(PresetError::Name(name.to_owned()));
         }
         Ok(self.folder.join(format!("{name}.toml")))
     }
@@ -118,7 +127,7 @@ impl PresetList {
                         editor.take(&scenario);
                         (format!("{chosen} is loaded"), false)
                     }
-                    Err(why) => (why, true),
+                    Err(why) => (why.to_string(), true),
                 });
             }
         });
@@ -149,7 +158,7 @@ impl PresetList {
         let name = self.typed.trim().to_owned();
         let saved = match editor.scenario() {
             Ok(scenario) => self.save(&name, &scenario, replaced),
-            Err(fault) => Err(PresetError::Other(fault.to_string())),
+            Err(fault) => Err(fault.into()),
         };
         self.taken = None;
         self.told = Some(match saved {
@@ -159,11 +168,10 @@ impl PresetList {
                 self.typed.clear();
                 (format!("saved as {}", path.display()), false)
             }
-            Err(PresetError::Taken(path)) => {
-                self.taken = Some(name);
-                (format!("{} exists: choose another name, or replace it", path.display()), true)
+            Err(why) => {
+                self.taken = matches!(why, PresetError::Taken(_)).then_some(name);
+                (why.to_string(), true)
             }
-            Err(PresetError::Other(why)) => (why, true),
         });
     }
 }
@@ -180,7 +188,8 @@ mod tests {
         let path = presets.save("dense", &dense, false).unwrap();
         assert_eq!(presets.load("dense").unwrap(), dense);
         assert_eq!(Scenario::from_file(&path).unwrap(), dense, "an ordinary scenario file");
-        assert_eq!(presets.save("dense", &Scenario::default(), false), Err(PresetError::Taken(path)));
+        let again = presets.save("dense", &Scenario::default(), false);
+        assert!(matches!(again, Err(PresetError::Taken(taken)) if taken == path));
         assert_eq!(presets.load("dense").unwrap(), dense);
         presets.save("dense", &Scenario::default(), true).unwrap();
         assert_eq!(presets.load("dense").unwrap(), Scenario::default());
@@ -199,9 +208,7 @@ mod tests {
         let presets = PresetList::in_folder(folder.path().into());
         let long = "a".repeat(MOST + 1);
         for name in ["", "../dense", "a/b", "a b", ".hidden", "nul", "COM1", "a\0b", &long] {
-            let Err(PresetError::Other(why)) = presets.save(name, &Scenario::default(), false) else {
-                panic!("{name:?}")
-            };
+            let why = presets.save(name, &Scenario::default(), false).unwrap_err().to_string();
             assert!(why.contains("letters, digits"), "{why}");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -211,13 +218,10 @@ mod tests {
     fn a_wrong_file_and_an_unwritable_folder_are_named() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("bad.toml"), "vehicles = 1\n").unwrap();
-        let why = PresetList::in_folder(folder.path().into()).load("bad").unwrap_err();
+        let why = PresetList::in_folder(folder.path().into()).load("bad").unwrap_err().to_string();
         assert!(why.contains("bad.toml:1") && why.contains("vehicles"), "{why}");
         let file = folder.path().join("bad.toml");
-        let Err(PresetError::Other(why)) = PresetList::in_folder(file.clone()).save("x", &Scenario::default(), false)
-        else {
-            panic!()
-        };
+        let why = PresetList::in_folder(file).save("x", &Scenario::default(), false).unwrap_err().to_string();
         assert!(why.contains("bad.toml"), "{why}");
     }
 }

@@ -1,4 +1,4 @@
-//! What a figure of one drive can show. In: a [`RecordedTrial`]. Out: [`DriveTraces`], which take no more memory for a drive of days
+//! What a figure of one drive can show. In: a [`RecordedTrial`]. Out: [`DriveTrajectories`], which take no more memory for a drive of days
 //! than for one of hours. Seconds since the start of the drive, metres, m/s.
 //!
 //! A picture is some hundred units wide. Speeds over time are those of evenly spaced steps, where there are more than
@@ -10,7 +10,7 @@ use super::{
     measures::median,
     trial::{EgoSample, ThinnedValues, TrafficStep},
 };
-use crate::{metrics::Trace, time::Tick};
+use crate::{metrics::Trajectories, time::Tick};
 
 /// Speeds of all cars that are kept at the most: those of 22 cars over 2.5 h at steps of 0.1 s, 8 MB.
 pub const MOST_VALUES: usize = 2_000_000;
@@ -21,13 +21,13 @@ const LEAST_STEPS: usize = 20;
 
 /// What the figures of a drive show.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DriveTraces {
+pub struct DriveTrajectories {
     /// Ways of all cars from the start on.
-    pub ways: Trace,
+    pub ways: Trajectories,
     /// When they end, seconds; `None` if they are those of the whole drive.
     pub ways_end_s: Option<f64>,
     /// Speeds over the whole drive, without ways.
-    pub speeds: Trace,
+    pub speeds: Trajectories,
     /// Middle of the speeds of all cars at every tenth step, as long as their ways are shown.
     pub median_speed_mps: Option<f64>,
     /// From the first target to the upper edge of its range, m/s.
@@ -41,7 +41,7 @@ struct TraceStep {
     shown_mps: Option<f64>,
 }
 
-impl DriveTraces {
+impl DriveTrajectories {
     /// Reads a drive; `None` where its map is not here any more, or it has next to no steps.
     ///
     /// # Errors
@@ -69,7 +69,7 @@ impl DriveTraces {
 /// Takes in the steps of a drive.
 struct TraceCollector {
     seen: usize,
-    ways: Trace,
+    ways: Trajectories,
     ways_end_s: Option<f64>,
     /// Where each car is, metres from the start of the route in its first round; and the step before.
     way_m: Vec<f64>,
@@ -84,7 +84,7 @@ impl TraceCollector {
     fn new(route_m: f64) -> Self {
         Self {
             seen: 0,
-            ways: Trace { circumference_m: route_m, ..Trace::default() },
+            ways: Trajectories { circumference_m: route_m, ..Trajectories::default() },
             ways_end_s: None,
             way_m: Vec::new(),
             before: TrafficStep::default(),
@@ -132,7 +132,7 @@ impl TraceCollector {
         self.before_shown_mps = shown_mps;
     }
 
-    fn finish(mut self, range_mps: f64) -> Option<DriveTraces> {
+    fn finish(mut self, range_mps: f64) -> Option<DriveTrajectories> {
         if self.seen < LEAST_STEPS {
             return None;
         }
@@ -142,14 +142,14 @@ impl TraceCollector {
             let speed_mps = self.before.speed_mps.iter().map(|speed| *speed as f32).collect();
             kept.push(TraceStep { time_s: end_s, speed_mps, shown_mps: self.before_shown_mps });
         }
-        let mut speeds = Trace { circumference_m: self.ways.circumference_m, ..Trace::default() };
+        let mut speeds = Trajectories { circumference_m: self.ways.circumference_m, ..Trajectories::default() };
         for moment in self.speeds.values {
             speeds.time_s.push(moment.time_s);
             speeds.speed_mps.push(moment.speed_mps);
             speeds.shown_mps.push(moment.shown_mps);
         }
         let (ways, ways_end_s) = (self.ways, self.ways_end_s);
-        Some(DriveTraces { ways, ways_end_s, speeds, median_speed_mps: median(self.tenths_mps), range_mps })
+        Some(DriveTrajectories { ways, ways_end_s, speeds, median_speed_mps: median(self.tenths_mps), range_mps })
     }
 }
 

@@ -2,7 +2,7 @@
 
 /// One ring, step by step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Trace {
+pub struct Trajectories {
     /// Length of the ring, metres.
     pub circumference_m: f64,
     /// Seconds; the first advice is at 0.
@@ -19,7 +19,7 @@ pub struct Trace {
     pub span_s: Option<[f64; 2]>,
 }
 
-impl Trace {
+impl Trajectories {
     /// When the drive, whole or not, began, rounded down to a second, and when it ended.
     pub fn span_s(&self) -> [f64; 2] {
         let ends = || Some([self.time_s.first()?.floor(), *self.time_s.last()?]);
