@@ -53,6 +53,20 @@ impl IdmParams {
         self.a * (1.0 - (speed_mps / self.v0).powf(self.delta) - interaction * interaction)
     }
 
+    /// How stable a long row of such cars with `gap_m` between them is against long waves, 1/s2: negative where a small
+    /// disturbance grows from car to car (Wilson and Ward 2011: with the derivatives of the acceleration by gap, own speed
+    /// and leader's speed in the even flow, f_v^2 - f_l^2 - 2 f_s).
+    pub fn string_stability(&self, gap_m: f64) -> f64 {
+        let speed_mps = self.equilibrium_speed_mps(gap_m);
+        let desired_m = self.desired_gap_m(speed_mps, speed_mps);
+        let interaction = 2.0 * self.a * desired_m / (gap_m * gap_m);
+        let by_leader = interaction * speed_mps / (2.0 * (self.a * self.b).sqrt());
+        let by_gap = interaction * desired_m / gap_m;
+        let free = self.a * self.delta / self.v0 * (speed_mps / self.v0).powf(self.delta - 1.0);
+        let by_speed = -free - interaction * self.t - by_leader;
+        by_speed * by_speed - by_leader * by_leader - 2.0 * by_gap
+    }
+
     /// The gap at which a car keeps `speed_mps` behind a leader of the same speed, metres; infinite from `v0` up.
     pub fn equilibrium_gap_m(&self, speed_mps: f64) -> f64 {
         let free = 1.0 - (speed_mps / self.v0).powf(self.delta);
@@ -84,6 +98,47 @@ mod tests {
             let found = idm.equilibrium_speed_mps((length_m - 5.0 * 22.0) / 22.0);
             assert!((found - speed).abs() < 0.001, "{length_m} m: {found}");
         }
+    }
+
+    /// The largest real part of the linearised ring's eigenvalues for the longest waves, by numerical derivatives:
+    /// x'' of car n is f_s (e_{n-1} - e_n) + f_v e_n' + f_l e_{n-1}', so that lambda^2 - (f_v + f_l z) lambda - f_s (z - 1) = 0
+    /// with z = exp(-i k).
+    fn growth(idm: &IdmParams, gap_m: f64) -> f64 {
+        let v = idm.equilibrium_speed_mps(gap_m);
+        let by = |d: [f64; 3]| {
+            let at = |h: f64| idm.acceleration(v + h * d[1], v + h * d[2], gap_m + h * d[0]);
+            (at(1e-5) - at(-1e-5)) / 2e-5
+        };
+        let [f_s, f_v, f_l] = [by([1.0, 0.0, 0.0]), by([0.0, 1.0, 0.0]), by([0.0, 0.0, 1.0])];
+        let mut most = f64::NEG_INFINITY;
+        for k in [0.005_f64, 0.01, 0.02] {
+            let (zr, zi) = (k.cos(), -k.sin());
+            // lambda = (p +- sqrt(p^2 + 4 q)) / 2 with p = f_v + f_l z, q = f_s (z - 1).
+            let (pr, pi) = (f_v + f_l * zr, f_l * zi);
+            let (dr, di) = (pr * pr - pi * pi + 4.0 * f_s * (zr - 1.0), 2.0 * pr * pi + 4.0 * f_s * zi);
+            let size = (dr * dr + di * di).sqrt();
+            let root = ((size + dr) / 2.0).max(0.0).sqrt();
+            most = most.max((pr + root) / 2.0);
+        }
+        most
+    }
+
+    #[test]
+    fn string_stability_has_the_sign_of_the_rings_own_eigenvalues() {
+        let mut kinds = [0; 2];
+        for a in [0.5, 1.0, 1.5, 3.0] {
+            for t in [0.8, 1.0, 1.5, 2.0] {
+                for gap_m in [4.0, 6.4, 10.0, 30.0] {
+                    let idm = IdmParams { a, t, ..IdmParams::default() };
+                    let (margin, growth) = (idm.string_stability(gap_m), growth(&idm, gap_m));
+                    kinds[usize::from(margin < 0.0)] += 1;
+                    assert_eq!(margin < 0.0, growth > 0.0, "a {a}, T {t}, gap {gap_m}: {margin} {growth}");
+                }
+            }
+        }
+        assert!(kinds.iter().all(|n| *n > 5), "{kinds:?}");
+        // The paper's ring has a wave: 250 m, 22 cars.
+        assert!(IdmParams::default().string_stability(250.0 / 22.0 - 5.0) < 0.0);
     }
 
     #[test]

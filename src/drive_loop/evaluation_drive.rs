@@ -3,7 +3,7 @@
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{
-    metrics::{EpisodeMetrics, EvaluationResult},
+    metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult},
     scenario::Scenario,
 };
 
@@ -22,9 +22,12 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
         }
         let snapshot = run.world().snapshot();
         let others = snapshot.cars.iter().map(|car| car.speed_mps as f32);
-        let gap_m = snapshot.leader_in_lane().map_or(f64::INFINITY, |leader| leader.gap_m);
-        let ego_mps = snapshot.ego.speed_mps.max(0.0) as f32;
-        tally.add(std::iter::once(ego_mps).chain(others), gap_m, snapshot.advice.as_ref());
+        let ego_mps = snapshot.ego.speed_mps.max(0.0);
+        let ahead = snapshot
+            .leader_in_lane()
+            .map(|leader| Approach { gap_m: leader.gap_m, closing_mps: ego_mps - leader.speed_mps });
+        let now = EpisodeStep { ahead, advice: snapshot.advice, ..EpisodeStep::default() };
+        tally.add(std::iter::once(ego_mps as f32).chain(others), now);
     }
     Ok(tally.verdict())
 }

@@ -5,14 +5,18 @@
 //! the smallest of "reach the advised speed", "keep behind the leader" (IDM) and "slow for the bend"; one foot turns it
 //! into pedals (`feet`), two hands the lane into an angle of the wheel (`hands`).
 
+mod compliance;
 mod named;
 mod params;
 mod pedals;
 mod perception;
+mod population;
 mod steering;
 
+pub use compliance::{Compliance, HELD_BACK_S};
 pub use named::{NamedDriver, named};
 pub use params::{DriverError, DriverParams, LeaderRule, MACHINES, PRESETS, preset};
+pub use population::{LONGEST_REACTION_S, Population};
 
 use crate::{
     controls::{Controls, Selector},
@@ -22,6 +26,7 @@ use crate::{
     rng,
     space::wrap_angle,
 };
+use compliance::AdviceTaken;
 use glam::{DVec2, dvec2};
 use pedals::PedalModel;
 use perception::{DelayedPerception, OrnsteinUhlenbeck};
@@ -79,6 +84,7 @@ impl Default for LaneView {
 pub struct SimulatedDriver {
     params: DriverParams,
     rear_axle_m: f64,
+    advice: AdviceTaken,
     senses: DelayedPerception,
     feet: PedalModel,
     hands: SteeringModel,
@@ -95,6 +101,7 @@ impl SimulatedDriver {
         params.check()?;
         Ok(Self {
             rear_axle_m: car.body.front_axle_m - car.body.wheelbase_m,
+            advice: AdviceTaken::new(Compliance::of(params, seed)),
             senses: DelayedPerception::new(params.reaction_s, params.leader_reaction_s),
             feet: PedalModel::new(car),
             hands: SteeringModel::new(car),
@@ -139,7 +146,9 @@ impl SimulatedDriver {
 
     /// The acceleration that the driver wants, m/s2.
     fn wanted_mps2(&mut self, now: &Perception) -> f64 {
-        let (target_mps, leader) = self.senses.see(now);
+        let advised_mps = now.advice.map(|advice| advice.target_mps);
+        let seen_mps = self.advice.see(advised_mps, now.leader.map(|leader| leader.speed_mps));
+        let (target_mps, leader) = self.senses.see(now, seen_mps);
         let wander_mps = self.speed_wander.next();
         let p = &self.params;
         let reach =
@@ -149,7 +158,7 @@ impl SimulatedDriver {
             let idm = crate::idm::IdmParams { v0, ..p.idm };
             idm.acceleration(now.speed_mps.max(0.0), speed_mps, gap_m)
         };
-        let target_mps = target_mps.filter(|_| p.follows_advice);
+        let target_mps = target_mps.filter(|_| p.follows_advice && self.advice.follows());
         let rule = if target_mps.is_some() { p.leader_rule } else { LeaderRule::Model };
         let behind = match (rule, leader) {
             (LeaderRule::Ignore, _) | (LeaderRule::Guard, None) => f64::INFINITY,

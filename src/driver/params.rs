@@ -22,6 +22,16 @@ pub enum DriverError {
         /// What was given for its name.
         key: String,
     },
+    /// No population has this name.
+    #[error("no population of drivers is called {name:?}{near}\n  remedy: use one of {known}")]
+    UnknownPopulation {
+        /// What was asked for.
+        name: String,
+        /// What was meant.
+        near: String,
+        /// What there is.
+        known: String,
+    },
     /// A number of the driver is none.
     #[error("driver: {key} is {value:?}\n  remedy: give a number, such as {key}=0.5")]
     NoNumber {
@@ -99,6 +109,16 @@ pub struct DriverParams {
     /// Half width of the band around the target in which the speed is not corrected, m/s
     #[serde(alias = "slack_mps")]
     pub deadband_mps: f64,
+    /// Share of the time in which he follows the advice, decided anew every 20 s; else he drives as without it
+    pub compliance: f64,
+    /// Time in which this share fades to 1/e of itself, s; 0: it does not
+    pub compliance_fade_s: f64,
+    /// Advice that is slower than the leader by this much, on average of half a minute, lowers this share to 1/e, m/s; 0: none does
+    pub patience_mps: f64,
+    /// Spells in which he does not look at the dial, 1/min
+    pub inattention_per_min: f64,
+    /// Length of such a spell, s
+    pub inattention_s: f64,
     /// What he does about the leader while there is advice
     pub leader_rule: LeaderRule,
     /// Behaviour towards the leader
@@ -134,6 +154,11 @@ impl Default for DriverParams {
             decel_mps2: 2.0,
             lateral_accel_mps2: 3.0,
             deadband_mps: 0.0,
+            compliance: 1.0,
+            compliance_fade_s: 0.0,
+            patience_mps: 0.0,
+            inattention_per_min: 0.0,
+            inattention_s: 0.0,
             leader_rule: LeaderRule::Model,
             idm: IdmParams::default(),
             foot_s: 0.25,
@@ -207,6 +232,11 @@ impl DriverParams {
             ("decel_mps2", self.decel_mps2, 0.1, 9.0),
             ("lateral_accel_mps2", self.lateral_accel_mps2, 0.5, 8.0),
             ("deadband_mps", self.deadband_mps, 0.0, 5.0),
+            ("compliance", self.compliance, 0.0, 1.0),
+            ("compliance_fade_s", self.compliance_fade_s, 0.0, 1e6),
+            ("patience_mps", self.patience_mps, 0.0, 100.0),
+            ("inattention_per_min", self.inattention_per_min, 0.0, 60.0),
+            ("inattention_s", self.inattention_s, 0.0, 60.0),
             ("idm.v0", self.idm.v0, 1.0, 60.0),
             ("idm.T", self.idm.t, 0.1, 5.0),
             ("idm.a", self.idm.a, 0.1, 5.0),

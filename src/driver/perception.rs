@@ -52,10 +52,10 @@ impl DelayedPerception {
         Self { advice: DelayLine::new(advice_s), leader: DelayLine::new(leader_s), way_m: 0.0 }
     }
 
-    /// Takes in this tick. Returns the advised speed and the leader that the driver acts upon.
-    pub fn see(&mut self, now: &Perception) -> (Option<f64>, Option<SeenLeader>) {
+    /// Takes in this tick and the advised speed that the driver has in mind. Returns the one that he acts upon, and the leader.
+    pub fn see(&mut self, now: &Perception, advised_mps: Option<f64>) -> (Option<f64>, Option<SeenLeader>) {
         self.way_m += now.speed_mps * TICK_S;
-        let advised = self.advice.push(now.advice.map(|advice| advice.target_mps));
+        let advised = self.advice.push(advised_mps);
         let index = self.leader.push((now.leader, self.way_m));
         let leader = self.leader.moments[index].0.map(|leader| self.anticipate(index, leader));
         (self.advice.moments[advised], leader)
@@ -140,7 +140,7 @@ mod tests {
             // Own speed 10 m/s; the leader brakes with 2 m/s2 from 10 m/s, 20 m ahead at the start.
             let leader = SeenLeader { gap_m: 20.0 - t * t, speed_mps: 10.0 - 2.0 * t };
             let now = Perception { speed_mps: 10.0, leader: Some(leader), ..Perception::default() };
-            seen = senses.see(&now).1.map(|s| (s, leader));
+            seen = senses.see(&now, None).1.map(|s| (s, leader));
         }
         let (seen, true_now) = seen.unwrap();
         assert!((seen.gap_m - true_now.gap_m).abs() < 1e-6, "{seen:?} {true_now:?}");

@@ -1,7 +1,7 @@
 //! One drive on a ring in numbers. In: speeds of all cars at each step, the ego first, its gaps and the advice. Out: a
 //! [`EvaluationResult`]. The same code for the fast ring and for whole drives. SI units.
 
-use super::fuel;
+use super::{Approach, ConflictTotals, Conflicts, DrivenBy, fuel};
 use crate::policy::Advice;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +35,22 @@ pub struct EvaluationResult {
     pub throughput_per_h: f64,
     /// Share of the time with advice in which the ego's speed was in its range, 0..1.
     pub in_range: Option<f64>,
+    /// How near cars came to a crash, and what drove the ego.
+    #[serde(default, flatten)]
+    pub conflicts: Conflicts,
+}
+
+/// What is told of one step beside the speeds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EpisodeStep {
+    /// The ego behind its leader.
+    pub ahead: Option<Approach>,
+    /// The ego's follower behind it.
+    pub behind: Option<Approach>,
+    /// The advice that stands.
+    pub advice: Option<Advice>,
+    /// What drove the ego, where it is known.
+    pub driven_by: Option<DrivenBy>,
 }
 
 /// Speeds of all cars, step by step, in sums: what they take of memory does not grow with the drive.
@@ -156,6 +172,7 @@ impl FlowTotals {
 #[derive(Clone, Debug)]
 pub struct EpisodeMetrics {
     flow: FlowTotals,
+    conflicts: ConflictTotals,
     circumference_m: f64,
     /// Mean over the cars at each step, m/s.
     means_mps: Vec<f32>,
@@ -171,6 +188,7 @@ impl EpisodeMetrics {
     pub fn new(step_s: f64, circumference_m: f64) -> Self {
         Self {
             flow: FlowTotals::new(step_s),
+            conflicts: ConflictTotals::new(step_s),
             circumference_m,
             means_mps: Vec::new(),
             least_gap_m: f64::INFINITY,
@@ -180,9 +198,11 @@ impl EpisodeMetrics {
         }
     }
 
-    /// A step has passed: speeds of all cars in a fixed order, the ego first; the smaller of the gaps ahead of and behind
-    /// the ego; the advice that stands. After a crash nothing counts but the time.
-    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, gap_m: f64, advice: Option<&Advice>) {
+    /// A step has passed: speeds of all cars in a fixed order, the ego first, and the rest of it. After a crash nothing counts
+    /// but the time.
+    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, now: EpisodeStep) {
+        let pairs = [now.ahead, now.behind];
+        let gap_m = pairs.iter().flatten().map(|pair| pair.gap_m).fold(f64::INFINITY, f64::min);
         if self.crashed_at.is_none() {
             self.least_gap_m = self.least_gap_m.min(gap_m);
             if self.least_gap_m <= 0.0 {
@@ -194,9 +214,15 @@ impl EpisodeMetrics {
             self.means_mps.push(0.0);
             return;
         }
-        let step = self.flow.add(speeds_mps);
+        let mut k = 0;
+        let conflicts = &mut self.conflicts;
+        let step = self.flow.add(speeds_mps.inspect(|speed_mps| {
+            conflicts.car(k, *speed_mps);
+            k += 1;
+        }));
+        self.conflicts.approach(pairs, now.driven_by.filter(|_| now.advice.is_some()));
         self.means_mps.push(step.mean_mps);
-        if let Some(advice) = advice {
+        if let Some(advice) = now.advice {
             self.advised += 1;
             self.in_range += u64::from(advice.accepts(step.ego_mps));
         }
@@ -224,6 +250,7 @@ impl EpisodeMetrics {
             crash_s: self.crashed_at.map(|step| step as f64 * flow.step_s),
             fuel_l_100km: flow.fuel_l_100km(),
             throughput_per_h: flow.sums.len() as f64 / self.circumference_m * mean_mps * 3600.0,
+            conflicts: self.conflicts.conflicts(),
             in_range: (self.advised > 0).then(|| self.in_range as f64 / self.advised as f64),
         }
     }
@@ -241,10 +268,14 @@ pub fn mean_and_interval(verdicts: &[EvaluationResult]) -> (f64, f64) {
 mod tests {
     use super::*;
 
+    fn gap(gap_m: f64) -> EpisodeStep {
+        EpisodeStep { ahead: Some(Approach { gap_m, closing_mps: 0.0 }), ..EpisodeStep::default() }
+    }
+
     #[test]
     fn two_cars_at_2_and_4_mps_are_told_as_such() {
         let mut tally = EpisodeMetrics::new(0.1, 100.0);
-        (0..50).for_each(|_| tally.add([2.0, 4.0].into_iter(), 7.0, None));
+        (0..50).for_each(|_| tally.add([2.0, 4.0].into_iter(), gap(7.0)));
         let v = tally.verdict();
         assert!((v.mean_mps - 3.0).abs() < 1e-9 && (v.sd_over_cars_mps - 1.0).abs() < 1e-9);
         assert!(v.sd_in_time_mps < 1e-6 && v.last_disturbance_s.is_none() && v.in_range.is_none());
@@ -255,10 +286,10 @@ mod tests {
     #[test]
     fn cars_that_touch_side_by_side_have_crashed_whatever_the_gap() {
         let mut tally = EpisodeMetrics::new(0.1, 100.0);
-        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), 5.0, None));
+        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), gap(5.0)));
         assert_eq!(tally.verdict().crash_s, None);
         tally.crash();
-        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), 5.0, None));
+        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), gap(5.0)));
         let v = tally.verdict();
         assert!(v.crashed && v.least_gap_m == 5.0, "{v:?}");
         assert!((v.crash_s.unwrap() - 1.1).abs() < 1e-9 && (v.mean_mps - 2.0).abs() < 1e-9, "{v:?}");
@@ -267,7 +298,7 @@ mod tests {
     #[test]
     fn a_crash_stops_the_count_but_not_the_clock() {
         let mut tally = EpisodeMetrics::new(0.1, 100.0);
-        (0..50).for_each(|i| tally.add([4.0, 4.0].into_iter(), if i < 25 { 5.0 } else { -0.1 }, None));
+        (0..50).for_each(|i| tally.add([4.0, 4.0].into_iter(), gap(if i < 25 { 5.0 } else { -0.1 })));
         let v = tally.verdict();
         assert!(v.crashed && v.last_disturbance_s.is_none());
         assert!((v.mean_mps - 2.0).abs() < 1e-9);

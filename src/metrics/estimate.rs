@@ -35,6 +35,26 @@ impl Estimate {
     }
 }
 
+impl Estimate {
+    /// Of the same rings for several training seeds, `numbers[seed][ring]`: the mean over both, and an interval that
+    /// resamples seeds and rings. With one seed it is over the rings alone. `None` of none.
+    pub fn of_seeds(numbers: &[Vec<f64>]) -> Option<Self> {
+        let rings = numbers.iter().map(Vec::len).min().filter(|rings| *rings > 0)?;
+        let seeds = numbers.len();
+        let sum: f64 = numbers.iter().map(|of_seed| of_seed[..rings].iter().sum::<f64>()).sum();
+        let mut stream = rng::stream((seeds * rings) as u64, "bootstrap/seeds");
+        let mut resample = || {
+            let drawn: Vec<usize> = (0..rings).map(|_| stream.index(rings)).collect();
+            let of_seed = |seed: usize| drawn.iter().map(|ring| numbers[seed][*ring]).sum::<f64>();
+            (0..seeds).map(|_| stream.index(seeds)).map(of_seed).sum::<f64>() / (seeds * rings) as f64
+        };
+        let mut means: Vec<f64> = (0..Self::RESAMPLES).map(|_| resample()).collect();
+        means.sort_by(f64::total_cmp);
+        let at = |share: f64| means[(share * (Self::RESAMPLES - 1) as f64).round() as usize];
+        Some(Self { mean: sum / (seeds * rings) as f64, low: at(0.025), high: at(0.975) })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,6 +67,22 @@ mod tests {
         // 1.96 standard errors of 0.2 on either side; the sample's own deviation is within 15 % of 2.
         assert!((estimate.high - estimate.low - 0.784).abs() < 0.15, "{estimate:?}");
         assert!(estimate.low < estimate.mean && estimate.mean < estimate.high);
+    }
+
+    #[test]
+    fn the_interval_over_training_seeds_holds_what_they_differ_by() {
+        // Five seeds with means 1 to 5, rings that do not differ: the mean of five draws from 1..5 has a standard error of
+        // sqrt(2 / 5) = 0.632 (variance of 1..5 is 2).
+        let numbers: Vec<Vec<f64>> = (1..=5).map(|mean| vec![f64::from(mean); 100]).collect();
+        let estimate = Estimate::of_seeds(&numbers).unwrap();
+        assert_eq!(estimate.mean, 3.0);
+        assert!((estimate.high - estimate.low - 2.0 * 1.96 * 0.632).abs() < 0.35, "{estimate:?}");
+        // One seed: as over the rings.
+        let mut stream = rng::stream(3, "stats");
+        let one: Vec<f64> = (0..100).map(|_| 5.0 + 2.0 * stream.normal()).collect();
+        let [of, of_seeds] = [Estimate::of(&one).unwrap(), Estimate::of_seeds(&[one]).unwrap()];
+        assert!((of.high - of_seeds.high).abs() < 0.08 && (of.low - of_seeds.low).abs() < 0.08);
+        assert_eq!(Estimate::of_seeds(&[]), None);
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! What a drive comes to in numbers. In: speeds, gaps and advice at each step, of the fast ring and of whole drives alike. Out:
 //! results of a drive, means with their intervals, fuel, and the figures that show them. SI units.
 
+mod conflicts;
 mod episode_metrics;
 mod estimate;
 pub mod figures;
 pub mod fuel;
 mod trajectories;
 
-pub use episode_metrics::{EpisodeMetrics, EvaluationResult, FlowTotals, mean_and_interval};
+pub use conflicts::{Approach, ConflictTotals, Conflicts, DrivenBy};
+pub use episode_metrics::{EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
 pub use estimate::Estimate;
 pub use trajectories::Trajectories;

@@ -2,6 +2,7 @@
 //! help, the ranges the limits. Defaults are those of the field (docs/references.md: learning) where the field agrees.
 
 use crate::{
+    driver::Population,
     idm::IdmParams,
     policy::{Feature, Hold, NetworkInput},
     settings::{Settings, flat_settings},
@@ -108,9 +109,15 @@ flat_settings! {
             ego_response_s: f64 = 0.0,
             /// The ego brakes before it would hit its leader, whatever the advice (a simulated driver always keeps its distance)
             brakes_for_leader: bool = false,
+            /// Largest deceleration with which the ego brakes before it would hit its leader
+            #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
+            guard_decel_mps2: f64 = 8.0,
             /// Simulated driver: time from a new advice to the first response
             #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "s"))]
             reaction_s: f64 = 1.0,
+            /// Simulated driver: time from a change of the leader's speed to the first response
+            #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "s"))]
+            leader_reaction_s: f64 = 0.0,
             /// Simulated driver: standard deviation of the speed around the target
             #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s"))]
             error_mps: f64 = 0.5,
@@ -125,6 +132,23 @@ flat_settings! {
             #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s", "formerly" = "slack_mps"))]
             #[serde(alias = "slack_mps")]
             deadband_mps: f64 = 0.0,
+            /// Simulated driver: share of the time in which the advice is followed, decided anew every 20 s
+            #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
+            compliance: f64 = 1.0,
+            /// Simulated driver: time in which this share fades to 1/e of itself; 0: it does not
+            #[schemars(range(min = 0.0, max = 1000000.0), extend("unit" = "s"))]
+            compliance_fade_s: f64 = 0.0,
+            /// Simulated driver: advice slower than the leader by this much, on average of half a minute, lowers this share to 1/e; 0: none does
+            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
+            patience_mps: f64 = 0.0,
+            /// Simulated driver: spells without a look at the dial, each minute
+            #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "1/min"))]
+            inattention_per_min: f64 = 0.0,
+            /// Simulated driver: length of such a spell
+            #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "s"))]
+            inattention_s: f64 = 0.0,
+            /// A driver is drawn from this population in each episode: people or perp; none takes the settings above
+            population: Population = Population::None,
             /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
             random_driver: bool = true,
         }

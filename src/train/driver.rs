@@ -9,11 +9,13 @@
 
 use super::{
     config::{DriverConfig, FollowKind, TrainConfig},
+    late_view::LateView,
     ring::VectorizedRing,
     simd::{LANES, LaneRng, SimdLanes, lane, splat},
 };
 use crate::{
-    driver::{DriverParams, LeaderRule, NamedDriver, named},
+    driver::{Compliance, DriverParams, HELD_BACK_S, LONGEST_REACTION_S, LeaderRule, NamedDriver, Population, named},
+    metrics::DrivenBy,
     policy::{Action, Hold, shown_mps},
     rng::Stream,
 };
@@ -46,7 +48,7 @@ pub struct AdviceFollower {
     brakes: bool,
     accel_mps2: f32,
     decel_mps2: f32,
-    deadband_mps: f32,
+    guard_mps2: f32,
     response_s: f32,
     mode: [StandingAdvice; LANES],
     /// What is advised, m/s2 or m/s.
@@ -57,10 +59,24 @@ pub struct AdviceFollower {
     delay: [u32; LANES],
     habit_mps: SimdLanes,
     error_mps: SimdLanes,
+    deadband_mps: SimdLanes,
     /// What is kept of the error in a step, and what is new.
     keep: f32,
     fresh_mps: SimdLanes,
     rng: LaneRng,
+    view: LateView,
+    /// Time gap to the leader as a multiple of the ring's.
+    gap_factor: SimdLanes,
+    compliance: [Compliance; LANES],
+    all_comply: bool,
+    /// Steps since the first advice.
+    advised_steps: [u32; LANES],
+    held_back_mps: SimdLanes,
+    follows: [bool; LANES],
+    looks: [bool; LANES],
+    /// The advice that is in mind, m/s: what the dial showed when it was last looked at.
+    in_mind_mps: SimdLanes,
+    driven_by: [DrivenBy; LANES],
 }
 
 impl TrainConfig {
@@ -76,13 +92,26 @@ impl TrainConfig {
             follow,
             brakes_for_leader,
             random_driver: false,
+            population: Population::None,
             reaction_s: driver.reaction_s,
+            leader_reaction_s: driver.leader_reaction_s,
             error_mps: driver.error_mps,
             error_time_s: driver.error_time_s,
             speed_bias_mps: driver.speed_bias_mps,
             deadband_mps: driver.deadband_mps,
+            compliance: driver.compliance,
+            compliance_fade_s: driver.compliance_fade_s,
+            patience_mps: driver.patience_mps,
+            inattention_per_min: driver.inattention_per_min,
+            inattention_s: driver.inattention_s,
             ..self.driver.clone()
         };
+        Self { driver, ..self.clone() }
+    }
+
+    /// The same rings, each with a driver drawn from this population.
+    pub fn driven_by_some_of(&self, population: Population) -> Self {
+        let driver = DriverConfig { follow: FollowKind::Driver, population, ..self.driver.clone() };
         Self { driver, ..self.clone() }
     }
 
@@ -93,7 +122,7 @@ impl TrainConfig {
             FollowKind::Ignore => named("idm").ok(),
             FollowKind::Exact if driver.brakes_for_leader => named("guarded").ok(),
             FollowKind::Exact => named("exact").ok(),
-            FollowKind::Driver if driver.random_driver => None,
+            FollowKind::Driver if driver.random_driver || driver.population != Population::None => None,
             FollowKind::Driver => NamedDriver::of_numbers([
                 driver.reaction_s,
                 driver.error_mps,
@@ -103,13 +132,49 @@ impl TrainConfig {
             .ok(),
         }
     }
+
+    /// The driver of one episode.
+    fn draw_driver(&self, stream: &mut Stream) -> DriverParams {
+        let driver = &self.driver;
+        let set = DriverParams {
+            reaction_s: driver.reaction_s,
+            leader_reaction_s: driver.leader_reaction_s,
+            error_mps: driver.error_mps,
+            error_time_s: driver.error_time_s,
+            speed_bias_mps: driver.speed_bias_mps,
+            deadband_mps: driver.deadband_mps,
+            compliance: driver.compliance,
+            compliance_fade_s: driver.compliance_fade_s,
+            patience_mps: driver.patience_mps,
+            inattention_per_min: driver.inattention_per_min,
+            inattention_s: driver.inattention_s,
+            idm: self.ring.idm,
+            ..DriverParams::default()
+        };
+        if driver.population != Population::None {
+            return driver.population.draw(&set, stream);
+        }
+        let mut share = |low: f64| if driver.random_driver { stream.uniform(low, 1.0) } else { 1.0 };
+        let late = share(0.0);
+        DriverParams {
+            reaction_s: set.reaction_s * late,
+            leader_reaction_s: set.leader_reaction_s * late,
+            error_mps: set.error_mps * share(0.0),
+            speed_bias_mps: set.speed_bias_mps * share(-1.0),
+            ..set
+        }
+    }
 }
 
 impl AdviceFollower {
     /// Followers without habits; [`AdviceFollower::draw`] gives them some.
     pub fn new(config: &TrainConfig) -> Self {
         let driver = &config.driver;
-        let longest = (driver.reaction_s / config.ring.step_s).round() as usize;
+        let longest_s = match driver.population {
+            Population::None => driver.reaction_s.max(driver.leader_reaction_s),
+            Population::People | Population::Perp => LONGEST_REACTION_S,
+        };
+        let longest = (longest_s / config.ring.step_s).round() as usize;
         Self {
             step_s: config.ring.step_s as f32,
             is_driver: driver.follow == FollowKind::Driver,
@@ -117,7 +182,7 @@ impl AdviceFollower {
             brakes: driver.brakes_for_leader,
             accel_mps2: driver.ego_accel_mps2 as f32,
             decel_mps2: driver.ego_decel_mps2 as f32,
-            deadband_mps: driver.deadband_mps as f32,
+            guard_mps2: driver.guard_decel_mps2 as f32,
             response_s: driver.ego_response_s.max(config.ring.step_s) as f32,
             mode: [StandingAdvice::Model; LANES],
             advised: splat(0.0),
@@ -126,26 +191,51 @@ impl AdviceFollower {
             delay: [0; LANES],
             habit_mps: splat(0.0),
             error_mps: splat(0.0),
+            deadband_mps: splat(driver.deadband_mps as f32),
             keep: (-config.ring.step_s / driver.error_time_s).exp() as f32,
             fresh_mps: splat(0.0),
             rng: LaneRng::new(),
+            view: LateView::new(longest_s, config.ring.step_s),
+            gap_factor: splat(1.0),
+            compliance: [Compliance::full(); LANES],
+            all_comply: true,
+            advised_steps: [0; LANES],
+            held_back_mps: splat(0.0),
+            follows: [true; LANES],
+            looks: [true; LANES],
+            in_mind_mps: splat(-1.0),
+            driven_by: [DrivenBy::Model; LANES],
         }
     }
 
     /// A new driver in lane `l`.
     pub fn draw(&mut self, l: usize, config: &TrainConfig, stream: &mut Stream) {
-        let driver = &config.driver;
-        let mut share = |low: f64| if driver.random_driver { stream.uniform(low, 1.0) } else { 1.0 };
-        let (reaction_s, error_mps, habit_mps) =
-            (driver.reaction_s * share(0.0), driver.error_mps * share(0.0), driver.speed_bias_mps * share(-1.0));
+        let driver = config.draw_driver(stream);
         self.mode[l] = StandingAdvice::Model;
         self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
-        self.delay[l] = (reaction_s / config.ring.step_s).round() as u32;
-        self.habit_mps[l] = habit_mps as f32;
-        self.error_mps[l] = (error_mps * stream.normal()) as f32;
+        self.delay[l] = (driver.reaction_s / config.ring.step_s).round() as u32;
+        self.habit_mps[l] = driver.speed_bias_mps as f32;
+        self.error_mps[l] = (driver.error_mps * stream.normal()) as f32;
+        self.deadband_mps[l] = driver.deadband_mps as f32;
         let keep = f64::from(self.keep);
-        self.fresh_mps[l] = (error_mps * (1.0 - keep * keep).sqrt()) as f32;
-        self.rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
+        self.fresh_mps[l] = (driver.error_mps * (1.0 - keep * keep).sqrt()) as f32;
+        let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
+        self.rng.seed(l, seed);
+        // Only a driver sees late; a machine follows to the letter.
+        self.view.set(l, if self.is_driver { driver.leader_reaction_s } else { 0.0 });
+        self.gap_factor[l] = (driver.idm.t / config.ring.idm.t) as f32;
+        self.compliance[l] = if self.is_driver { Compliance::of(&driver, seed) } else { Compliance::full() };
+        self.sit_down(l);
+    }
+
+    /// Nothing has been advised to the driver of lane `l` yet.
+    fn sit_down(&mut self, l: usize) {
+        self.advised_steps[l] = 0;
+        self.held_back_mps[l] = 0.0;
+        (self.follows[l], self.looks[l]) = (true, true);
+        self.in_mind_mps[l] = -1.0;
+        self.driven_by[l] = DrivenBy::Model;
+        self.all_comply = self.compliance.iter().all(Compliance::is_full);
     }
 
     /// Copies a driver from another block's lane.
@@ -157,8 +247,13 @@ impl AdviceFollower {
         self.delay[l] = from.delay[from_lane];
         self.habit_mps[l] = from.habit_mps[from_lane];
         self.error_mps[l] = from.error_mps[from_lane];
+        self.deadband_mps[l] = from.deadband_mps[from_lane];
         self.fresh_mps[l] = from.fresh_mps[from_lane];
         self.rng.copy_lane(l, &from.rng, from_lane);
+        self.view.copy_lane(l, &from.view, from_lane);
+        self.gap_factor[l] = from.gap_factor[from_lane];
+        self.compliance[l] = from.compliance[from_lane];
+        self.sit_down(l);
     }
 
     /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold`.
@@ -187,20 +282,73 @@ impl AdviceFollower {
         })
     }
 
+    /// What drove each ego in the last step.
+    pub fn driven_by(&self) -> &[DrivenBy; LANES] {
+        &self.driven_by
+    }
+
     /// The egos' speeds at the end of this step, m/s.
     #[inline(always)]
     pub fn step(&mut self, ring: &VectorizedRing) -> SimdLanes {
-        let (model, speed) = (ring.ego_idm(), ring.ego_mps());
+        let speed = ring.ego_mps();
+        let model = self.own_model(ring);
+        if !self.all_comply {
+            self.decide(ring.leader_mps());
+        }
         let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
         let dt = self.step_s;
-        lane(|l| {
+        let mut driven_by = [DrivenBy::Advice; LANES];
+        let driven = lane(|l| {
+            let is_free = self.mode[l] == StandingAdvice::Model || !self.follows[l];
             let keeps_distance = self.is_driver && model[l] < wanted[l];
-            if self.mode[l] == StandingAdvice::Model || keeps_distance {
+            if is_free || keeps_distance {
+                driven_by[l] = if is_free { DrivenBy::Model } else { DrivenBy::Distance };
                 return (speed[l] + model[l] * dt).max(0.0);
             }
             let driven = (speed[l] + wanted[l] * dt).max(0.0);
-            if self.brakes { driven.min(self.safe_mps(ring.gap_m()[l], ring.leader_mps()[l])) } else { driven }
-        })
+            if !self.brakes {
+                return driven;
+            }
+            let hardest = (speed[l] - self.guard_mps2 * dt).max(0.0);
+            let safe = self.safe_mps(ring.gap_m()[l], ring.leader_mps()[l]).max(hardest);
+            if safe < driven {
+                driven_by[l] = DrivenBy::Guard;
+            }
+            driven.min(safe)
+        });
+        self.driven_by = driven_by;
+        self.view.drive(&driven);
+        driven
+    }
+
+    /// What each driver's own model would do, by what he sees, m/s2.
+    #[inline(always)]
+    fn own_model(&mut self, ring: &VectorizedRing) -> SimdLanes {
+        if self.view.is_prompt() && self.gap_factor == splat(1.0) {
+            return ring.ego_idm();
+        }
+        let [gap_m, leader_mps] = self.view.see(ring.gap_m(), ring.leader_mps());
+        let time_gap_s = lane(|l| ring.time_gap_s()[l] * self.gap_factor[l]);
+        ring.ego_idm_seen(&gap_m, &leader_mps, &time_gap_s)
+    }
+
+    /// Who looks and who follows, once a second; and how far the advice holds each back.
+    fn decide(&mut self, leader_mps: &SimdLanes) {
+        let steps_per_s = (1.0 / self.step_s).round().max(1.0) as u32;
+        let fresh = self.step_s / HELD_BACK_S as f32;
+        for (l, leader_mps) in leader_mps.iter().enumerate() {
+            if self.mode[l] != StandingAdvice::Speed {
+                continue;
+            }
+            if self.advised_steps[l].is_multiple_of(steps_per_s) {
+                let time_s = f64::from(self.advised_steps[l]) * f64::from(self.step_s);
+                self.follows[l] = self.compliance[l].follows(time_s, f64::from(self.held_back_mps[l]));
+                self.looks[l] = self.compliance[l].looks(time_s);
+            }
+            let behind_mps = leader_mps - self.advised[l];
+            self.held_back_mps[l] += (behind_mps - self.held_back_mps[l]) * fresh;
+            self.advised_steps[l] += 1;
+        }
     }
 
     /// The highest speed from which the ego can still stop behind its leader if that brakes as hard as the ego can (the
@@ -225,7 +373,12 @@ impl AdviceFollower {
     fn driver(&mut self, speed: &SimdLanes) -> SimdLanes {
         let size = self.shown_mps.len();
         self.newest = (self.newest + 1) % size;
-        self.shown_mps[self.newest] = self.advised;
+        for l in 0..LANES {
+            if self.looks[l] || self.in_mind_mps[l] < 0.0 {
+                self.in_mind_mps[l] = self.advised[l];
+            }
+        }
+        self.shown_mps[self.newest] = self.in_mind_mps;
         let (fresh, _) = self.rng.normal_pair();
         lane(|l| {
             self.error_mps[l] = self.error_mps[l] * self.keep + self.fresh_mps[l] * fresh[l];
@@ -237,7 +390,7 @@ impl AdviceFollower {
             // Bias and error fade below 1 m/s: nobody errs about a standstill.
             let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
             let off = target.max(0.0) - speed[l];
-            let felt = off - off.max(-self.deadband_mps).min(self.deadband_mps);
+            let felt = off - off.max(-self.deadband_mps[l]).min(self.deadband_mps[l]);
             (felt / SPEED_RELAXATION_S).max(-self.decel_mps2).min(self.accel_mps2)
         })
     }

@@ -13,8 +13,10 @@ use super::{
 };
 use crate::{
     idm::IdmParams,
+    metrics::DrivenBy,
     policy::{Action, Hold, MeanSpeed, Observation},
     rng::{self, Stream},
+    space::CAR_LENGTH_M,
 };
 use serde::{Deserialize, Serialize};
 
@@ -122,6 +124,11 @@ impl VecEnv {
         self.config.run.iterations = iterations;
     }
 
+    /// What drove each ego in the last step.
+    pub fn driven_by(&self) -> &[DrivenBy; LANES] {
+        self.follower.driven_by()
+    }
+
     /// The rings themselves.
     pub fn rings(&self) -> &VectorizedRing {
         &self.ring
@@ -213,8 +220,8 @@ impl VecEnv {
     /// Draws sixteen rings and warms them up.
     fn restock(&mut self) {
         for l in 0..LANES {
-            let name = format!("episode/{}", (self.first_ring + l as u64) | (self.batches << 32));
-            let mut stream = self.named(&name);
+            let number = (self.first_ring + l as u64) | (self.batches << 32);
+            let mut stream = episode_stream(self.config.seed, &self.stream, number);
             let (start, length_m) = draw_ring(&self.config, &mut stream);
             self.stock.set(l, &start);
             self.stock_m[l] = length_m as f32;
@@ -267,6 +274,17 @@ impl Totals {
             self.short_headway[l] += (1.0 - gap_m / ego_mps.max(0.1)).max(0.0);
         }
     }
+}
+
+/// The model of ring `ring` of those that [`super::evaluate()`] drives for the same arguments, and the gap of its even flow, metres.
+pub fn drawn_ring(config: &TrainConfig, stream: &str, ring: usize) -> (IdmParams, f64) {
+    let (start, length_m) = draw_ring(config, &mut episode_stream(config.seed, stream, ring as u64));
+    (start.idm, length_m / start.gaps_m.len() as f64 - CAR_LENGTH_M)
+}
+
+/// The random numbers of one episode.
+fn episode_stream(seed: u64, stream: &str, number: u64) -> Stream {
+    rng::stream(seed, &format!("{stream}/episode/{number}"))
 }
 
 /// A ring drawn from the configuration, and its length in metres.

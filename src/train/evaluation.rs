@@ -8,7 +8,7 @@ use super::{
     simd::LANES,
 };
 use crate::{
-    metrics::{EpisodeMetrics, EvaluationResult, Trajectories},
+    metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, Trajectories},
     policy::{Action, Advisor, Hold, Policy},
     space::CAR_LENGTH_M,
     time::Tick,
@@ -45,8 +45,17 @@ fn evaluate_block(
         block.step();
         let ring = block.rings();
         for (l, tally) in tallies.iter_mut().enumerate() {
-            let gap_m = f64::from(ring.gap_m()[l].min(ring.gap_behind_m()[l]));
-            tally.add(ring.speeds_mps(l), gap_m, drivers.of[l].standing().as_ref());
+            let pair = |gap_m: f32, behind_mps: f32, ahead_mps: f32| {
+                Some(Approach { gap_m: gap_m.into(), closing_mps: f64::from(behind_mps) - f64::from(ahead_mps) })
+            };
+            let ego_mps = ring.ego_mps()[l];
+            let now = EpisodeStep {
+                ahead: pair(ring.gap_m()[l], ego_mps, ring.leader_mps()[l]),
+                behind: pair(ring.gap_behind_m()[l], ring.follower_mps()[l], ego_mps),
+                advice: drivers.of[l].standing(),
+                driven_by: Some(block.driven_by()[l]),
+            };
+            tally.add(ring.speeds_mps(l), now);
         }
     }
     tallies.iter().map(EpisodeMetrics::verdict).collect()

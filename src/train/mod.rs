@@ -10,6 +10,7 @@ pub mod distribution;
 pub mod driver;
 pub mod environment;
 pub mod evaluation;
+mod late_view;
 pub mod learner;
 pub mod learning_curve;
 pub mod matrix;
@@ -24,9 +25,12 @@ pub use config::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
     RingConfig, RunConfig, TrainConfig,
 };
+pub use environment::drawn_ring;
 pub use evaluation::{evaluate, trajectories};
 pub use learner::{Learner, LearningCurveRow};
 
+#[cfg(test)]
+mod driver_tests;
 #[cfg(test)]
 mod environment_tests;
 #[cfg(test)]

@@ -168,6 +168,12 @@ impl VectorizedRing {
         &self.leader_mps
     }
 
+    /// Speed of the car behind the ego, m/s.
+    #[inline(always)]
+    pub fn follower_mps(&self) -> &SimdLanes {
+        &self.speed_mps[1]
+    }
+
     /// Gap ahead of the ego, metres.
     #[inline(always)]
     pub fn gap_m(&self) -> &SimdLanes {
@@ -205,6 +211,22 @@ impl VectorizedRing {
         } else {
             lane(|l| accel::<false>(&self.model, l, speed[l], leader[l], gap[l]))
         }
+    }
+
+    /// The same for drivers who keep a time gap of their own, seconds, from leaders as they see them.
+    #[inline(always)]
+    pub fn ego_idm_seen(&self, gap_m: &SimdLanes, leader_mps: &SimdLanes, time_gap_s: &SimdLanes) -> SimdLanes {
+        let (speed, m) = (&self.speed_mps[0], &self.model);
+        if m.fourth_power {
+            lane(|l| accel_at::<true>(m, l, [speed[l], leader_mps[l], gap_m[l], time_gap_s[l]]))
+        } else {
+            lane(|l| accel_at::<false>(m, l, [speed[l], leader_mps[l], gap_m[l], time_gap_s[l]]))
+        }
+    }
+
+    /// Time gap of each ring's model, seconds.
+    pub fn time_gap_s(&self) -> &SimdLanes {
+        &self.model.time_gap_s
     }
 
     /// `steps` steps in which the model drives every car, the ego too: the warm-up, and the road without advice.
@@ -283,8 +305,14 @@ impl VectorizedRing {
 /// The IDM (see [`crate::idm`]) in lane `l`.
 #[inline(always)]
 fn accel<const FOURTH: bool>(m: &Model, l: usize, speed: f32, leader: f32, gap: f32) -> f32 {
+    accel_at::<FOURTH>(m, l, [speed, leader, gap, m.time_gap_s[l]])
+}
+
+/// The same with another time gap: speed, leader's speed, gap, time gap.
+#[inline(always)]
+fn accel_at<const FOURTH: bool>(m: &Model, l: usize, [speed, leader, gap, time_gap_s]: [f32; 4]) -> f32 {
     let approach = speed * (speed - leader) * m.approach[l];
-    let desired = m.s0_m[l] + (speed * m.time_gap_s[l] + approach).max(0.0);
+    let desired = m.s0_m[l] + (speed * time_gap_s + approach).max(0.0);
     let interaction = desired / gap.max(1e-3);
     let share = speed * m.inverse_v0[l];
     let free = if FOURTH { (share * share) * (share * share) } else { share.powf(m.delta[l]) };

@@ -1,6 +1,7 @@
 //! `codrive evaluate`: policies side by side, for each hold and each driver, on the same rings: whole horizons, transients
 //! included. On the fast ring, or as whole drives on either engine of traffic. Out: a table, CSV and figures.
 
+mod benchmark;
 mod plan;
 mod report;
 
@@ -16,7 +17,7 @@ use crate::{
     traffic::EngineChoice,
     train::{RingConfig, TrainConfig, evaluate},
 };
-use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, parser::ValueSource, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
 use plan::{Engine, EvaluationCase, FollowingDriver};
 use rayon::prelude::*;
@@ -51,6 +52,15 @@ pub(super) fn command() -> Command {
             )
             .action(ArgAction::Append)
             .value_parser(plan::driver),
+        )
+        .arg(
+            option(
+                "benchmark",
+                "NAME|FILE",
+                "Judge the policies of a benchmark on its sealed rings: ring, or a file like assets/benchmarks/ring.toml; with --over, \
+                 --out and --json alone",
+            )
+            .conflicts_with_all(["policy", "holds", "driver", "engine", "config", "adherence", "aim", "map"]),
         )
         .arg(
             option(
@@ -98,6 +108,12 @@ pub(super) fn command() -> Command {
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if matches.get_flag("worker") {
         return worker();
+    }
+    if let Some(name) = matches.get_one::<String>("benchmark") {
+        let rings = matches.value_source("over").filter(|from| *from == ValueSource::CommandLine);
+        let rings = rings.and_then(|_| matches.get_one::<u32>("over").copied());
+        let dir = matches.get_one::<PathBuf>("out");
+        return benchmark::main(name, rings, dir.map(PathBuf::as_path), matches.get_flag("json"));
     }
     let base = match matches.get_one::<PathBuf>("config") {
         Some(path) => {
@@ -225,7 +241,7 @@ fn whole(
         range_mph: config.reward.range_mps / crate::units::MPS_PER_MPH,
         driver: match &case.driver {
             FollowingDriver::Named(named) => named.text.clone(),
-            FollowingDriver::Configured => Scenario::default().driver,
+            FollowingDriver::Configured | FollowingDriver::Population(_) => Scenario::default().driver,
         },
         ..Scenario::default()
     };

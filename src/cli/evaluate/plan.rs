@@ -3,7 +3,7 @@
 use super::{CliError, settings};
 use crate::{
     cli::flags,
-    driver::{self, DriverError, NamedDriver},
+    driver::{self, DriverError, NamedDriver, Population},
     map::RoadMap,
     policy::{self, PolicySettings, ResolvedPolicy},
     settings::{Settings, fields_of},
@@ -38,6 +38,8 @@ pub enum FollowingDriver {
     Configured,
     /// The same on every engine.
     Named(Box<NamedDriver>),
+    /// Another in each ring, drawn from a population.
+    Population(Population),
 }
 
 /// Who follows where nobody is named: an attentive participant, who brakes for what is ahead.
@@ -57,6 +59,9 @@ const WHO: [&str; 8] = [
 
 /// Reads a driver from the command line.
 pub fn driver(text: &str) -> Result<FollowingDriver, DriverError> {
+    if let Ok(population) = Population::named(text) {
+        return Ok(FollowingDriver::Population(population));
+    }
     Ok(FollowingDriver::Named(Box::new(driver::named(text)?)))
 }
 
@@ -66,6 +71,7 @@ impl FollowingDriver {
         match self {
             Self::Configured => "configured".into(),
             Self::Named(named) => named.label(),
+            Self::Population(population) => population.name().into(),
         }
     }
 
@@ -74,6 +80,7 @@ impl FollowingDriver {
         match self {
             Self::Configured => config.clone(),
             Self::Named(named) => config.driven_by(&named.params),
+            Self::Population(population) => config.driven_by_some_of(*population),
         }
     }
 }
@@ -172,6 +179,12 @@ impl EvaluationPlan {
             })?))],
             None => vec![driver(NOBODY_NAMED).map_err(|e| CliError::Input(e.to_string()))?],
         };
+        if engine != Engine::FastRing && drivers.iter().any(|who| matches!(who, FollowingDriver::Population(_))) {
+            return Err(CliError::Input(format!(
+                "a population draws a driver for each ring; engine {engine} needs one for all\n  remedy: name one with \
+                 --driver, such as follow, or take the engine ring"
+            )));
+        }
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
         let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
         let road = RoadMap::load(&map)?;
@@ -209,15 +222,11 @@ impl EvaluationPlan {
         cases
     }
 
-    /// The case whose drives are those of this one to the bit: without advice the hold is nothing, and on the ring the
-    /// model drives whoever sits in the ego.
+    /// The case whose drives are those of this one to the bit: without advice the hold is nothing.
     pub fn driven_as(&self, case: &EvaluationCase) -> EvaluationCase {
         let mut same = case.clone();
         if case.policy == "none" {
             same.hold_s = self.holds_s[0];
-            if self.engine == Engine::FastRing {
-                same.driver = self.drivers[0].clone();
-            }
         }
         same
     }

@@ -289,14 +289,10 @@ fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
 fn by_hold(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series> {
     let mut series: Vec<figures::Series> = Vec::new();
     for row in rows {
-        // Without advice all drivers are alike on the ring.
         let is_none = row.case.policy == "none";
-        if is_none && plan.engine == Engine::FastRing && row.case.driver != plan.drivers[0] {
-            continue;
-        }
         let name = match plan.drivers.len() {
-            _ if is_none && plan.engine == Engine::FastRing => "no advice".into(),
             1 if is_none => "no advice".into(),
+            _ if is_none => format!("no advice, {}", row.case.driver.label()),
             1 => row.case.label(),
             _ => format!("{}, {}", row.case.label(), row.case.driver.label()),
         };

@@ -1,0 +1,196 @@
+//! What a benchmark writes. In: a [`BenchmarkResult`]. Out: a table for people, CSV, and JSON that names all that it rests on.
+
+use super::{BenchmarkResult, Cell, CellMeasure, CliError, SEALED_STREAM};
+use crate::{policy, rng::fnv_1a};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// Share of the time from which on a mean speed is the guard's or the car-following's, not the advice's.
+const MADE_BY_ANOTHER: f64 = 0.5;
+
+/// Measures beside the mean speed, and their names in the files.
+const MEASURES: [(&str, CellMeasure); 15] = [
+    ("settled_speed_mps", |r| Some(r.settled_mps)),
+    ("sd_over_cars_mps", |r| Some(r.sd_over_cars_mps)),
+    ("sd_in_time_mps", |r| Some(r.sd_in_time_mps)),
+    ("fuel_l_100km", |r| r.fuel_l_100km),
+    ("throughput_per_h", |r| Some(r.throughput_per_h)),
+    ("stops_per_km", |r| Some(r.conflicts.stops_per_km)),
+    ("hard_brakings_per_km", |r| Some(r.conflicts.hard_brakings_per_km)),
+    ("least_gap_m", |r| Some(r.least_gap_m)),
+    ("least_ttc_s", |r| r.conflicts.least_ttc_s),
+    ("most_drac_mps2", |r| Some(r.conflicts.most_drac_mps2)),
+    ("near_misses", |r| Some(f64::from(r.conflicts.near_misses))),
+    ("in_range", |r| r.in_range),
+    ("advice_share", |r| r.conflicts.advice_share),
+    ("distance_share", |r| r.conflicts.distance_share),
+    ("guard_share", |r| r.conflicts.guard_share),
+];
+
+/// For people: mean speeds of all cars, and what each policy gains over the same drivers without advice.
+pub fn table(result: &BenchmarkResult<'_>) -> String {
+    let benchmark = result.benchmark;
+    let mut text = format!(
+        "{}: {} rings a cell, seed {}, paired on rings; 95 % intervals over rings and training seeds\n",
+        benchmark.title, benchmark.rings, benchmark.seed
+    );
+    for (road, state) in benchmark.roads.iter().zip(&result.roads) {
+        let _ = writeln!(
+            text,
+            "\n{}: an even flow would have {:.2} m/s; a wave grows on {} of {} rings",
+            road.name, state.equilibrium_mps, state.unstable, state.rings
+        );
+        if state.unstable < state.rings {
+            let calm = state.rings - state.unstable;
+            let _ = writeln!(text, "!!! {calm} rings are string stable: there is no wave to calm on them");
+        }
+        for hold_s in &benchmark.holds_s {
+            for driver in &benchmark.drivers {
+                let _ = writeln!(text, "\n  hold {hold_s} s, driver {} ({})", driver.name, driver.driver);
+                text.push_str(
+                    "    policy                             mean m/s [95 %]        gain m/s [95 %]           worst  SD time  stops/km  hard/km  least TTC  in range  by advice/distance/guard  crashes\n",
+                );
+                let here = |cell: &&Cell<'_>| {
+                    cell.hold_s == *hold_s && std::ptr::eq(cell.road, road) && std::ptr::eq(cell.driver, driver)
+                };
+                for cell in result.cells.iter().filter(here) {
+                    let _ = writeln!(text, "{}", line(result, cell));
+                }
+            }
+        }
+    }
+    text.push_str(
+        "\nG: a guard against collisions drove for more than half of the time with advice, D: the distance to the leader did;\n\
+         such a mean speed is not the advice's.\n",
+    );
+    let _ = writeln!(text, "{:.0} s", result.wall_s);
+    text
+}
+
+fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
+    let speed = cell.speed();
+    let is_none = result.benchmark.rows[cell.row].policies == ["none"];
+    let gain = result.without_advice(cell).filter(|_| !is_none).and_then(|none| cell.gain_over(none));
+    let gain = gain.map_or("-".into(), |g| format!("{:+.3} [{:+.3}, {:+.3}]", g.mean, g.low, g.high));
+    let number = |of: CellMeasure, digits: usize| cell.mean(of).map_or("-".into(), |x| format!("{x:.digits$}"));
+    let percent = |of: CellMeasure| cell.mean(of).map(|x| x * 100.0);
+    let shares = [
+        percent(|r| r.conflicts.advice_share),
+        percent(|r| r.conflicts.distance_share),
+        percent(|r| r.conflicts.guard_share),
+    ];
+    let words: Vec<String> = shares.iter().map(|share| share.map_or("-".into(), |x| format!("{x:.0}"))).collect();
+    let made_by = match shares {
+        [_, _, Some(guard)] if guard > 100.0 * MADE_BY_ANOTHER => " G",
+        [_, Some(distance), _] if distance > 100.0 * MADE_BY_ANOTHER => " D",
+        _ => "",
+    };
+    let least_ttc_s = cell.results.iter().flatten().filter_map(|r| r.conflicts.least_ttc_s).reduce(f64::min);
+    let [crashed, driven] = cell.crashes();
+    format!(
+        "    {:<34} {:.3} [{:.3}, {:.3}]  {gain:<25} {:>5}  {:>7}  {:>8}  {:>7}  {:>9}  {:>8}  {:>24}  {crashed}/{driven}",
+        format!("{}{made_by}", result.benchmark.rows[cell.row].name),
+        speed.mean,
+        speed.low,
+        speed.high,
+        cell.worst_mps().map_or("-".into(), |x| format!("{x:.2}")),
+        number(|r| Some(r.sd_in_time_mps), 2),
+        number(|r| Some(r.conflicts.stops_per_km), 2),
+        number(|r| Some(r.conflicts.hard_brakings_per_km), 2),
+        least_ttc_s.map_or("-".into(), |s| format!("{s:.2} s")),
+        percent(|r| r.in_range).map_or("-".into(), |x| format!("{x:.0} %")),
+        words.join("/"),
+    )
+}
+
+/// One line a cell.
+pub fn csv(result: &BenchmarkResult<'_>) -> String {
+    let names: Vec<&str> = MEASURES.iter().map(|measure| measure.0).collect();
+    let mut text = format!(
+        "road,hold_s,driver,policy,rings,training_seeds,mean_speed_mps,mean_speed_mps_low,mean_speed_mps_high,gain_mps,gain_mps_low,\
+         gain_mps_high,worst_seed_mps,crashes,{}\n",
+        names.join(",")
+    );
+    for cell in &result.cells {
+        let speed = cell.speed();
+        let gain = result.without_advice(cell).and_then(|none| cell.gain_over(none));
+        let gain = gain.map_or(",,".into(), |g| format!("{},{},{}", g.mean, g.low, g.high));
+        let values: Vec<String> =
+            MEASURES.iter().map(|(_, of)| cell.mean(*of).map_or(String::new(), |x| x.to_string())).collect();
+        let _ = writeln!(
+            text,
+            "\"{}\",{},{},\"{}\",{},{},{},{},{},{gain},{},{},{}",
+            cell.road.name,
+            cell.hold_s,
+            cell.driver.name,
+            result.benchmark.rows[cell.row].name,
+            result.benchmark.rings,
+            cell.results.len(),
+            speed.mean,
+            speed.low,
+            speed.high,
+            cell.worst_mps().map_or(String::new(), |x| x.to_string()),
+            cell.crashes()[0],
+            values.join(",")
+        );
+    }
+    text
+}
+
+/// For programs: everything but the rings one by one, and a fingerprint of those.
+///
+/// # Errors
+/// A policy's file cannot be read again.
+pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
+    let benchmark = result.benchmark;
+    let mut fingerprint = 0;
+    for cell in &result.cells {
+        for ring in cell.results.iter().flatten() {
+            fingerprint = fnv_1a(fingerprint, &ring.mean_mps.to_bits().to_le_bytes());
+        }
+    }
+    let cell = |cell: &Cell<'_>| {
+        let measures: serde_json::Map<String, Value> =
+            MEASURES.iter().map(|(name, of)| ((*name).to_owned(), json!(cell.mean(*of)))).collect();
+        json!({
+            "road": cell.road.name, "hold_s": cell.hold_s, "driver": cell.driver.name,
+            "policy": benchmark.rows[cell.row].name,
+            "mean_speed_mps": cell.speed(),
+            "gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
+            "worst_seed_mps": cell.worst_mps(),
+            "crashes": cell.crashes()[0], "drives": cell.crashes()[1],
+            "measures": measures,
+        })
+    };
+    let mut policies = serde_json::Map::new();
+    for row in &benchmark.rows {
+        for name in &row.policies {
+            for driver in &benchmark.drivers {
+                for hold_s in &benchmark.holds_s {
+                    let of_cell = benchmark.policy(name, driver, *hold_s);
+                    let Some(file) = policy::file_of(&of_cell) else { continue };
+                    let bytes =
+                        std::fs::read(&file).map_err(|e| CliError::Failed(format!("{}: {e}", file.display())))?;
+                    let shown = name.replace("{driver}", &driver.name).replace("{hold}", &hold_s.to_string());
+                    policies.insert(shown, json!(format!("{:016x}", fnv_1a(0, &bytes))));
+                }
+            }
+        }
+    }
+    Ok(json!({
+        "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
+        "benchmark": benchmark.title,
+        "engine": "fast ring",
+        "random_numbers": SEALED_STREAM,
+        "seed": benchmark.seed,
+        "rings": benchmark.rings,
+        "policies": policies,
+        "roads": benchmark.roads.iter().zip(&result.roads).map(|(road, state)| json!({
+            "name": road.name, "circumference_m": road.circumference_m, "vehicles": road.vehicles, "idm_spread": road.idm_spread,
+            "equilibrium_mps": state.equilibrium_mps, "rings_with_a_wave": state.unstable,
+        })).collect::<Vec<_>>(),
+        "cells": result.cells.iter().map(cell).collect::<Vec<_>>(),
+        "wall_s": result.wall_s,
+        "fingerprint": format!("{fingerprint:016x}"),
+    }))
+}

@@ -1,0 +1,182 @@
+//! Whether a driver looks at the advice and follows it. In: who he is, how long he has been advised, how far the advice has
+//! held him back. Out: yes or no. Nothing is kept: what is drawn by chance comes from a seed and the number of a stretch of
+//! time, so that a whole drive and sixteen rings at once agree.
+
+use super::DriverParams;
+use crate::time::{TICK_S, TICKS_PER_S};
+use serde::{Deserialize, Serialize};
+
+/// For how long a decision to follow, or not to, stands, s.
+pub const STRETCH_S: f64 = 20.0;
+
+/// Time constant of the mean of what advice holds a driver back by, s.
+pub const HELD_BACK_S: f64 = 30.0;
+
+/// Willingness and attention of one driver.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Compliance {
+    share: f64,
+    fade_s: f64,
+    patience_mps: f64,
+    inattention_per_min: f64,
+    inattention_s: f64,
+    seed: u64,
+}
+
+/// What a chance is drawn for.
+#[derive(Clone, Copy)]
+enum Purpose {
+    Follow = 1,
+    Look = 2,
+}
+
+impl Compliance {
+    /// Of this driver. The same seed decides the same.
+    pub fn of(params: &DriverParams, seed: u64) -> Self {
+        Self {
+            share: params.compliance,
+            fade_s: params.compliance_fade_s,
+            patience_mps: params.patience_mps,
+            inattention_per_min: params.inattention_per_min,
+            inattention_s: params.inattention_s,
+            seed,
+        }
+    }
+
+    /// Always looks, always follows.
+    pub fn full() -> Self {
+        Self::of(&DriverParams::default(), 0)
+    }
+
+    /// True if he looks and follows at all times.
+    pub fn is_full(&self) -> bool {
+        self.share >= 1.0
+            && self.fade_s == 0.0
+            && self.patience_mps == 0.0
+            && self.inattention_per_min * self.inattention_s == 0.0
+    }
+
+    /// Whether he follows `time_s` after the first advice, held back by `held_back_mps` on average of the last
+    /// [`HELD_BACK_S`]; otherwise he drives as without advice.
+    pub fn follows(&self, time_s: f64, held_back_mps: f64) -> bool {
+        let stretch = (time_s / STRETCH_S) as u64;
+        let mut share = self.share;
+        if self.fade_s > 0.0 {
+            share *= (-(stretch as f64) * STRETCH_S / self.fade_s).exp();
+        }
+        if self.patience_mps > 0.0 {
+            share *= (-held_back_mps.max(0.0) / self.patience_mps).exp();
+        }
+        self.chance(Purpose::Follow, stretch) < share
+    }
+
+    /// Whether he takes in what the dial shows `time_s` after the first advice; otherwise he goes by what he saw last.
+    pub fn looks(&self, time_s: f64) -> bool {
+        if self.inattention_per_min == 0.0 || self.inattention_s == 0.0 {
+            return true;
+        }
+        let spell = (time_s / self.inattention_s) as u64;
+        self.chance(Purpose::Look, spell) >= self.inattention_per_min * self.inattention_s / 60.0
+    }
+
+    /// A number in `[0, 1)` for one stretch (SplitMix64).
+    fn chance(&self, purpose: Purpose, stretch: u64) -> f64 {
+        let mut z = self.seed ^ (stretch << 2 | purpose as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// What one driver makes of the advice in a whole drive, tick by tick.
+#[derive(Clone, Debug)]
+pub(super) struct AdviceTaken {
+    compliance: Compliance,
+    ticks: u64,
+    held_back_mps: f64,
+    follows: bool,
+    looks: bool,
+    seen_mps: Option<f64>,
+}
+
+impl AdviceTaken {
+    pub fn new(compliance: Compliance) -> Self {
+        Self { compliance, ticks: 0, held_back_mps: 0.0, follows: true, looks: true, seen_mps: None }
+    }
+
+    /// A tick under this advice behind a leader of this speed, m/s. Returns the advice that he goes by: none before the first.
+    pub fn see(&mut self, advised_mps: Option<f64>, leader_mps: Option<f64>) -> Option<f64> {
+        let advised_mps = advised_mps?;
+        if self.compliance.is_full() {
+            return Some(advised_mps);
+        }
+        // Once a second, as on the ring.
+        if self.ticks.is_multiple_of(u64::from(TICKS_PER_S)) {
+            let time_s = self.ticks as f64 * TICK_S;
+            self.follows = self.compliance.follows(time_s, self.held_back_mps);
+            self.looks = self.compliance.looks(time_s);
+        }
+        if self.looks || self.seen_mps.is_none() {
+            self.seen_mps = Some(advised_mps);
+        }
+        let behind_mps = leader_mps.map_or(0.0, |leader| leader - advised_mps);
+        self.held_back_mps += (behind_mps - self.held_back_mps) * TICK_S / HELD_BACK_S;
+        self.ticks += 1;
+        self.seen_mps
+    }
+
+    /// False while he drives as without advice.
+    pub fn follows(&self) -> bool {
+        self.follows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn share(count: usize, of: impl Fn(u64) -> bool) -> f64 {
+        (0..count as u64).filter(|seed| of(*seed)).count() as f64 / count as f64
+    }
+
+    #[test]
+    fn whoever_is_willing_looks_and_follows_always() {
+        let full = Compliance::full();
+        assert!(full.is_full());
+        assert!((0..1000).all(|s| full.follows(f64::from(s), 5.0) && full.looks(f64::from(s))));
+    }
+
+    #[test]
+    fn the_share_fades_with_time_and_with_what_holds_back() {
+        let params =
+            DriverParams { compliance: 0.8, compliance_fade_s: 200.0, patience_mps: 2.0, ..DriverParams::default() };
+        // 20,000 drivers: 0.7 % of statistical error at 95 %.
+        let at = |time_s: f64, held_back_mps: f64| {
+            share(20_000, |seed| Compliance::of(&params, seed).follows(time_s, held_back_mps))
+        };
+        for (time_s, held_back_mps, expected) in [
+            (0.0, 0.0, 0.8),
+            (200.0, 0.0, 0.8 * (-1.0_f64).exp()),
+            (0.0, 2.0, 0.8 * (-1.0_f64).exp()),
+            (0.0, -3.0, 0.8),
+        ] {
+            let found = at(time_s, held_back_mps);
+            assert!((found - expected).abs() < 0.015, "{time_s} s, {held_back_mps} m/s: {found}, not {expected}");
+        }
+        let one = Compliance::of(&params, 7);
+        let first = one.follows(40.0, 0.0);
+        assert!((400..600).all(|t| one.follows(f64::from(t) / 10.0, 0.0) == first), "a decision stands for 20 s");
+    }
+
+    #[test]
+    fn spells_have_their_length_and_their_share() {
+        let params = DriverParams { inattention_per_min: 3.0, inattention_s: 4.0, ..DriverParams::default() };
+        let found = share(20_000, |seed| !Compliance::of(&params, seed).looks(12.0));
+        assert!((found - 0.2).abs() < 0.01, "{found}: 3 spells of 4 s a minute are a fifth of the time");
+        let one = Compliance::of(&params, 11);
+        assert!((0..100).all(|spell| {
+            let from_s = f64::from(spell) * 4.0;
+            (0..40).all(|k| one.looks(from_s + f64::from(k) / 10.0) == one.looks(from_s))
+        }));
+    }
+}

@@ -1,0 +1,200 @@
+//! How near cars came to a crash, how hard they braked, how often they stopped. In: gaps and closing speeds of the ego with its
+//! neighbours, speeds of all cars, step by step. Out: [`Conflicts`]. Measures as in docs/references.md (surrogate safety). SI.
+
+use serde::{Deserialize, Serialize};
+
+/// Time to collision below which an approach is a near miss, s.
+const NEAR_MISS_S: f64 = 1.5;
+/// Deceleration from which on a car brakes hard, m/s2.
+const HARD_MPS2: f32 = 3.0;
+/// A car stops below the first, and has gone again above the second, m/s.
+const STOPPED_MPS: [f32; 2] = [0.1, 1.0];
+
+/// What an ego's speed came from in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum DrivenBy {
+    /// The driver's own car-following: there is no advice yet, or he does not follow it.
+    Model,
+    /// The advice.
+    Advice,
+    /// The distance that a driver keeps to his leader, below what was advised.
+    Distance,
+    /// The guard against a collision, below what was advised.
+    Guard,
+}
+
+/// A pair of cars, one behind the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach {
+    /// Bumper to bumper, metres.
+    pub gap_m: f64,
+    /// Speed of the one behind less that of the one ahead, m/s.
+    pub closing_mps: f64,
+}
+
+impl Approach {
+    /// Time to collision, s, if both keep their speeds; `None` if they do not close (Hayward 1972).
+    pub fn time_to_collision_s(&self) -> Option<f64> {
+        (self.closing_mps > 0.0).then(|| self.gap_m.max(0.0) / self.closing_mps)
+    }
+
+    /// Deceleration rate to avoid a crash, m/s2 (Cooper and Ferguson 1976: half the square of the closing speed over the gap).
+    pub fn drac_mps2(&self) -> f64 {
+        let closing = self.closing_mps.max(0.0);
+        if closing == 0.0 { 0.0 } else { closing * closing / (2.0 * self.gap_m.max(1e-3)) }
+    }
+}
+
+/// What came of a drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Conflicts {
+    /// Least time to collision of the ego with its leader and of its follower with it, s; `None` if they never closed.
+    pub least_ttc_s: Option<f64>,
+    /// Largest deceleration rate to avoid a crash of the same pairs, m/s2.
+    pub most_drac_mps2: f64,
+    /// Approaches of the same pairs with a time to collision below 1.5 s.
+    pub near_misses: u32,
+    /// Brakings of any car beyond 3 m/s2, each vehicle kilometre.
+    pub hard_brakings_per_km: f64,
+    /// Stops of any car, each vehicle kilometre.
+    pub stops_per_km: f64,
+    /// Share of the steps with advice in which it drove, 0..1; `None` without advice or where it is not known.
+    pub advice_share: Option<f64>,
+    /// Share of them in which the guard against a collision drove.
+    pub guard_share: Option<f64>,
+    /// Share of them in which the driver's distance to the leader drove.
+    pub distance_share: Option<f64>,
+}
+
+/// Collects [`Conflicts`].
+#[derive(Clone, Debug, Default)]
+pub struct ConflictTotals {
+    step_s: f32,
+    /// Leader, follower: within a near miss now.
+    is_near: [bool; 2],
+    least_ttc_s: Option<f64>,
+    most_drac_mps2: f64,
+    near_misses: u32,
+    /// Speed before, braking hard, standing.
+    cars: Vec<(f32, bool, bool)>,
+    hard_brakings: u32,
+    stops: u32,
+    way_m: f64,
+    /// Steps by advice, distance, guard, model.
+    driven: [u64; 4],
+}
+
+impl ConflictTotals {
+    /// Nothing yet, of steps of `step_s`.
+    pub fn new(step_s: f64) -> Self {
+        Self { step_s: step_s as f32, ..Self::default() }
+    }
+
+    /// A step: the ego behind its leader, its follower behind it, and what drove it if there is advice.
+    pub fn approach(&mut self, pairs: [Option<Approach>; 2], driven_by: Option<DrivenBy>) {
+        for (pair, is_near) in pairs.into_iter().zip(&mut self.is_near) {
+            let Some(pair) = pair else {
+                *is_near = false;
+                continue;
+            };
+            let ttc_s = pair.time_to_collision_s();
+            if let Some(ttc_s) = ttc_s {
+                self.least_ttc_s = Some(self.least_ttc_s.map_or(ttc_s, |least| least.min(ttc_s)));
+            }
+            self.most_drac_mps2 = self.most_drac_mps2.max(pair.drac_mps2());
+            let now = ttc_s.is_some_and(|ttc_s| ttc_s < NEAR_MISS_S);
+            self.near_misses += u32::from(now && !*is_near);
+            *is_near = now;
+        }
+        if let Some(driven_by) = driven_by {
+            let place = match driven_by {
+                DrivenBy::Advice => 0,
+                DrivenBy::Distance => 1,
+                DrivenBy::Guard => 2,
+                DrivenBy::Model => 3,
+            };
+            self.driven[place] += 1;
+        }
+    }
+
+    /// Car `k` drives at this speed in this step, m/s.
+    #[inline]
+    pub fn car(&mut self, k: usize, speed_mps: f32) {
+        self.way_m += f64::from(speed_mps * self.step_s);
+        let Some((before, is_hard, is_standing)) = self.cars.get_mut(k) else {
+            self.cars.push((speed_mps, false, speed_mps < STOPPED_MPS[0]));
+            return;
+        };
+        let hard = *before - speed_mps > HARD_MPS2 * self.step_s;
+        self.hard_brakings += u32::from(hard && !*is_hard);
+        *is_hard = hard;
+        if *is_standing {
+            *is_standing = speed_mps < STOPPED_MPS[1];
+        } else if speed_mps < STOPPED_MPS[0] {
+            *is_standing = true;
+            self.stops += 1;
+        }
+        *before = speed_mps;
+    }
+
+    /// What it comes to.
+    pub fn conflicts(&self) -> Conflicts {
+        let each_km = |count: u32| if self.way_m > 0.0 { f64::from(count) / self.way_m * 1000.0 } else { 0.0 };
+        let steps: u64 = self.driven.iter().sum();
+        let share = |place: usize| (steps > 0).then(|| self.driven[place] as f64 / steps as f64);
+        Conflicts {
+            least_ttc_s: self.least_ttc_s,
+            most_drac_mps2: self.most_drac_mps2,
+            near_misses: self.near_misses,
+            hard_brakings_per_km: each_km(self.hard_brakings),
+            stops_per_km: each_km(self.stops),
+            advice_share: share(0),
+            distance_share: share(1),
+            guard_share: share(2),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pair(gap_m: f64, closing_mps: f64) -> [Option<Approach>; 2] {
+        [Some(Approach { gap_m, closing_mps }), None]
+    }
+
+    #[test]
+    fn approaches_are_measured_as_by_hand() {
+        let mut totals = ConflictTotals::new(0.1);
+        for (gap_m, closing_mps) in [(20.0, 2.0), (4.0, 4.0), (3.6, 4.0), (10.0, -1.0), (2.0, 2.0)] {
+            totals.approach(pair(gap_m, closing_mps), Some(DrivenBy::Advice));
+        }
+        totals.approach([None; 2], Some(DrivenBy::Guard));
+        let found = totals.conflicts();
+        assert!((found.least_ttc_s.unwrap() - 0.9).abs() < 1e-12);
+        // 4^2 / (2 x 3.6).
+        assert!((found.most_drac_mps2 - 2.222_222).abs() < 1e-5);
+        assert_eq!(found.near_misses, 2, "one approach of two steps, and another");
+        assert!((found.advice_share.unwrap() - 5.0 / 6.0).abs() < 1e-12);
+        assert!((found.guard_share.unwrap() - 1.0 / 6.0).abs() < 1e-12 && found.distance_share == Some(0.0));
+        let never = ConflictTotals::new(0.1).conflicts();
+        assert_eq!((never.least_ttc_s, never.most_drac_mps2, never.advice_share), (None, 0.0, None));
+    }
+
+    #[test]
+    fn stops_and_hard_brakings_are_counted_once_each() {
+        let mut totals = ConflictTotals::new(0.1);
+        // 10 m/s, down by 0.4 m/s a step (4 m/s2) to a stand, creeping, and off again.
+        let mut speeds = vec![10.0_f32; 100];
+        speeds.extend((1..=25).map(|k| 10.0 - 0.4 * k as f32));
+        speeds.extend([0.0, 0.05, 0.5, 0.0, 2.0, 0.0]);
+        speeds.iter().for_each(|v| totals.car(0, v.max(0.0)));
+        let way_km = speeds.iter().map(|v| f64::from(v.max(0.0)) * 0.1).sum::<f64>() / 1000.0;
+        let found = totals.conflicts();
+        // Braking to the stand, from 0.5 to 0 in a step (5 m/s2), and from 2 to 0.
+        assert!((found.hard_brakings_per_km - 3.0 / way_km).abs() < 1e-3, "{found:?}");
+        // 0.5 m/s in between is no start; 2 m/s is.
+        assert!((found.stops_per_km - 2.0 / way_km).abs() < 1e-3, "{found:?}");
+    }
+}

@@ -1,0 +1,107 @@
+//! Drivers of the fast ring: who follows, who drives, who sees late.
+
+use super::{
+    ActionKind, AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, environment::VecEnv, evaluate,
+    simd::LANES,
+};
+use crate::{
+    driver::Population,
+    metrics::{DrivenBy, EvaluationResult, mean_and_interval},
+    policy::{Action, ConstantSpeed, Policy},
+};
+
+fn config(driver: DriverConfig) -> TrainConfig {
+    TrainConfig {
+        advice: AdviceConfig { action: ActionKind::Speed, ..AdviceConfig::default() },
+        ring: RingConfig {
+            circumference_min_m: 250.0,
+            circumference_max_m: 250.0,
+            horizon_s: 200.0,
+            ..RingConfig::default()
+        },
+        driver: DriverConfig { follow: FollowKind::Driver, random_driver: false, ..driver },
+        ..TrainConfig::default()
+    }
+}
+
+fn prompt() -> DriverConfig {
+    DriverConfig { reaction_s: 0.0, error_mps: 0.0, ..DriverConfig::default() }
+}
+
+fn driven(config: &TrainConfig, advice_mps: Option<f64>) -> Vec<EvaluationResult> {
+    evaluate(config, "driver test", LANES, || {
+        advice_mps.map(|speed_mps| Box::new(ConstantSpeed { speed_mps }) as Box<dyn Policy>)
+    })
+}
+
+#[test]
+fn whoever_refuses_drives_as_without_advice_to_the_bit() {
+    let config = config(DriverConfig { compliance: 0.0, ..prompt() });
+    let (with, without) = (driven(&config, Some(2.0)), driven(&config, None));
+    let speeds = |results: &[EvaluationResult]| results.iter().map(|r| r.mean_mps.to_bits()).collect::<Vec<_>>();
+    assert_eq!(speeds(&with), speeds(&without));
+    assert!(with.iter().all(|r| r.conflicts.advice_share == Some(0.0)));
+}
+
+#[test]
+fn whoever_follows_half_of_the_time_is_driven_by_advice_half_of_the_time() {
+    let results = driven(&config(DriverConfig { compliance: 0.5, ..prompt() }), Some(1.0));
+    let share = results.iter().filter_map(|r| r.conflicts.advice_share).sum::<f64>() / results.len() as f64;
+    // 16 drivers of 10 stretches each: a standard error of 0.04; a few steps are spent behind a standing leader.
+    assert!((share - 0.5).abs() < 0.13, "{share}");
+}
+
+#[test]
+fn it_is_said_what_drove() {
+    let config = config(prompt());
+    let mut block = VecEnv::new(&config, "driver test", 0, config.hold());
+    block.step();
+    assert_eq!(block.driven_by(), &[DrivenBy::Model; LANES]);
+    let shares = |advised_mps: f64| {
+        let results = driven(&config, Some(advised_mps));
+        let mean = |of: fn(&EvaluationResult) -> Option<f64>| results.iter().filter_map(of).sum::<f64>() / LANES as f64;
+        [mean(|r| r.conflicts.advice_share), mean(|r| r.conflicts.distance_share), mean(|r| r.conflicts.guard_share)]
+    };
+    // Far below the others' speed the road ahead is free; far above it nothing but the distance counts.
+    let [slow, fast] = [1.0, 30.0].map(shares);
+    assert!(slow[0] > 0.8 && fast[1] > 0.8, "{slow:?} {fast:?}");
+    assert!(slow[2] == 0.0 && (slow[0] + slow[1] - 1.0).abs() < 1e-9, "{slow:?}");
+}
+
+#[test]
+fn a_guard_that_brakes_too_weakly_crashes_and_a_strong_one_does_not() {
+    let crashes = |guard_decel_mps2: f64| {
+        let driver = DriverConfig { brakes_for_leader: true, guard_decel_mps2, ..prompt() };
+        let mut config = config(driver);
+        config.driver.follow = FollowKind::Exact;
+        driven(&config, Some(8.0)).iter().filter(|r| r.crashed).count()
+    };
+    assert_eq!(crashes(8.0), 0);
+    assert!(crashes(0.5) >= LANES / 2, "whoever charges at 8 m/s into a queue and brakes with 0.5 m/s2 hits it");
+}
+
+#[test]
+fn lateness_towards_the_leader_asks_for_harder_braking_and_slows_all() {
+    let of = |leader_reaction_s: f64| {
+        let results = driven(&config(DriverConfig { leader_reaction_s, ..prompt() }), None);
+        let drac_mps2 = results.iter().map(|r| r.conflicts.most_drac_mps2).sum::<f64>() / results.len() as f64;
+        (drac_mps2, mean_and_interval(&results).0)
+    };
+    let [prompt, late] = [0.0, 3.0].map(of);
+    assert!(late.0 > 1.5 * prompt.0 && late.1 < prompt.1, "{late:?} {prompt:?}");
+}
+
+#[test]
+fn people_drive_and_differ() {
+    let people = config(prompt()).driven_by_some_of(Population::People);
+    let results = driven(&people, Some(4.0));
+    let (mean_mps, _) = mean_and_interval(&results);
+    assert!((2.0..4.6).contains(&mean_mps), "{mean_mps}");
+    let same = results.iter().filter(|r| r.mean_mps == results[0].mean_mps).count();
+    assert_eq!(same, 1);
+    // The same people for another advice: whoever refuses here refuses there.
+    let refuses = |results: &[EvaluationResult]| {
+        results.iter().map(|r| r.conflicts.advice_share == Some(0.0)).collect::<Vec<bool>>()
+    };
+    assert_eq!(refuses(&results), refuses(&driven(&people, Some(2.0))));
+}
