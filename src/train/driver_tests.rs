@@ -7,7 +7,7 @@ use super::{
 use crate::{
     driver::Population,
     metrics::{DrivenBy, EvaluationResult, mean_and_interval},
-    policy::{Action, ConstantSpeed, Policy},
+    policy::{ConstantSpeed, Policy},
 };
 
 fn config(driver: DriverConfig) -> TrainConfig {

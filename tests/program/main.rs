@@ -2,6 +2,7 @@
 //! folders of their own. Out: exit codes, messages, files.
 
 mod anywhere;
+mod benchmark;
 mod cli;
 mod film;
 mod portable;

@@ -27,6 +27,10 @@ const MEASURES: [(&str, CellMeasure); 15] = [
     ("guard_share", |r| r.conflicts.guard_share),
 ];
 
+/// Over the lines of a driver.
+const HEAD: &str = "    policy                             mean m/s        gain m/s         worst  SD time  stops  hard  TTC s  in range  \
+                    drove    crashes\n";
+
 /// For people: mean speeds of all cars, and what each policy gains over the same drivers without advice.
 pub fn table(result: &BenchmarkResult<'_>) -> String {
     let benchmark = result.benchmark;
@@ -47,9 +51,7 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
         for hold_s in &benchmark.holds_s {
             for driver in &benchmark.drivers {
                 let _ = writeln!(text, "\n  hold {hold_s} s, driver {} ({})", driver.name, driver.driver);
-                text.push_str(
-                    "    policy                             mean m/s [95 %]        gain m/s [95 %]           worst  SD time  stops/km  hard/km  least TTC  in range  by advice/distance/guard  crashes\n",
-                );
+                text.push_str(HEAD);
                 let here = |cell: &&Cell<'_>| {
                     cell.hold_s == *hold_s && std::ptr::eq(cell.road, road) && std::ptr::eq(cell.driver, driver)
                 };
@@ -60,8 +62,11 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
         }
     }
     text.push_str(
-        "\nG: a guard against collisions drove for more than half of the time with advice, D: the distance to the leader did;\n\
-         such a mean speed is not the advice's.\n",
+        "\nmean m/s: of all cars. gain: over the same drivers on the same rings without advice. worst: of the training seeds. SD time: of a \
+         car's speed,\nm/s. stops, hard: stops of any car and brakings beyond 3 m/s2, each vehicle kilometre. TTC: least time to collision \
+         of the ego with its\nleader and its follower with it. drove: per cent of the time with advice in which the advice, the distance to \
+         the leader, the guard did.\nG, D: the guard or the distance drove for more than half of the time; such a mean speed is not the \
+         advice's.\n",
     );
     let _ = writeln!(text, "{:.0} s", result.wall_s);
     text
@@ -71,7 +76,7 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     let speed = cell.speed();
     let is_none = result.benchmark.rows[cell.row].policies == ["none"];
     let gain = result.without_advice(cell).filter(|_| !is_none).and_then(|none| cell.gain_over(none));
-    let gain = gain.map_or("-".into(), |g| format!("{:+.3} [{:+.3}, {:+.3}]", g.mean, g.low, g.high));
+    let gain = gain.map_or("-".into(), |g| format!("{:+.3} ± {:.3}", g.mean, (g.high - g.low) / 2.0));
     let number = |of: CellMeasure, digits: usize| cell.mean(of).map_or("-".into(), |x| format!("{x:.digits$}"));
     let percent = |of: CellMeasure| cell.mean(of).map(|x| x * 100.0);
     let shares = [
@@ -87,20 +92,19 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     };
     let least_ttc_s = cell.results.iter().flatten().filter_map(|r| r.conflicts.least_ttc_s).reduce(f64::min);
     let [crashed, driven] = cell.crashes();
-    format!(
-        "    {:<34} {:.3} [{:.3}, {:.3}]  {gain:<25} {:>5}  {:>7}  {:>8}  {:>7}  {:>9}  {:>8}  {:>24}  {crashed}/{driven}",
-        format!("{}{made_by}", result.benchmark.rows[cell.row].name),
-        speed.mean,
-        speed.low,
-        speed.high,
-        cell.worst_mps().map_or("-".into(), |x| format!("{x:.2}")),
-        number(|r| Some(r.sd_in_time_mps), 2),
-        number(|r| Some(r.conflicts.stops_per_km), 2),
-        number(|r| Some(r.conflicts.hard_brakings_per_km), 2),
-        least_ttc_s.map_or("-".into(), |s| format!("{s:.2} s")),
-        percent(|r| r.in_range).map_or("-".into(), |x| format!("{x:.0} %")),
-        words.join("/"),
-    )
+    let mean = format!("{:.3} ± {:.3}", speed.mean, (speed.high - speed.low) / 2.0);
+    let cells = [
+        format!("{:<34} {mean:<15} {gain:<16}", format!("{}{made_by}", result.benchmark.rows[cell.row].name)),
+        format!("{:>5}", cell.worst_mps().map_or("-".into(), |x| format!("{x:.2}"))),
+        format!("{:>7}", number(|r| Some(r.sd_in_time_mps), 2)),
+        format!("{:>5}", number(|r| Some(r.conflicts.stops_per_km), 1)),
+        format!("{:>4}", number(|r| Some(r.conflicts.hard_brakings_per_km), 2)),
+        format!("{:>5}", least_ttc_s.map_or("-".into(), |s| format!("{s:.2}"))),
+        format!("{:>8}", percent(|r| r.in_range).map_or("-".into(), |x| format!("{x:.0} %"))),
+        format!("{:>7}", words.join("/")),
+        format!("{crashed}/{driven}"),
+    ];
+    format!("    {}", cells.join("  "))
 }
 
 /// One line a cell.

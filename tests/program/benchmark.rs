@@ -1,0 +1,84 @@
+//! `codrive evaluate --benchmark`: the same result whoever asks for it, and rings that nothing else has seen.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::path::Path;
+
+const SMALL: &str = r#"
+format = "codrive benchmark 1"
+title = "A small one"
+rings = 16
+seed = 3
+holds_s = [1.0]
+[[road]]
+name = "ring"
+circumference_m = [230.0, 260.0]
+vehicles = [20, 22]
+idm_spread = 0.1
+[[driver]]
+name = "people"
+driver = "people"
+[[row]]
+name = "no advice"
+policies = ["none"]
+[[row]]
+name = "two seeds of one"
+policies = ["constant", "two-phase"]
+"#;
+
+fn judged(folder: &Path, threads: &str) -> Value {
+    let file = folder.join("small.toml");
+    std::fs::write(&file, SMALL).unwrap();
+    let mut program = Command::cargo_bin("codrive").unwrap();
+    program.args(["evaluate", "--json", "--benchmark"]).arg(&file).env("RAYON_NUM_THREADS", threads);
+    let output = program.assert().success().get_output().stdout.clone();
+    serde_json::from_slice(&output).unwrap()
+}
+
+#[test]
+fn a_benchmark_is_the_same_on_one_thread_and_on_two_and_pairs_its_rings() {
+    let folder = tempfile::tempdir().unwrap();
+    let [one, two] = ["1", "2"].map(|threads| judged(folder.path(), threads));
+    assert_eq!(one["fingerprint"], two["fingerprint"]);
+    assert_eq!(one["cells"], two["cells"]);
+    let [none, both] = [&one["cells"][0], &one["cells"][1]];
+    assert_eq!(
+        (none["drives"].as_u64(), both["drives"].as_u64()),
+        (Some(16), Some(32)),
+        "16 rings, and two training seeds"
+    );
+    assert_eq!(none["gain_mps"]["mean"], 0.0, "over itself, ring by ring");
+    let mean = |cell: &Value| cell["mean_speed_mps"]["mean"].as_f64().unwrap();
+    let gain = both["gain_mps"]["mean"].as_f64().unwrap();
+    assert!((gain - (mean(both) - mean(none))).abs() < 1e-9, "{gain}");
+    assert!(both["worst_seed_mps"].as_f64().unwrap() < mean(both) && none["worst_seed_mps"].is_null());
+    assert_eq!(one["roads"][0]["rings_with_a_wave"], 16);
+}
+
+/// Sources that name a stream of random numbers.
+fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            found.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));
+        }
+    }
+}
+
+#[test]
+fn nothing_but_the_benchmark_takes_its_random_numbers() {
+    let mut found = Vec::new();
+    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
+    let naming = |text: &str| text.contains("\"benchmark\"") || text.contains("SEALED_STREAM");
+    let mut who: Vec<&str> = found.iter().filter(|(_, text)| naming(text)).map(|(path, _)| path.as_str()).collect();
+    who.sort_unstable();
+    // The command, which has a flag of this name, and the judge with its report.
+    let allowed = ["cli/evaluate/benchmark/mod.rs", "cli/evaluate/benchmark/report.rs", "cli/evaluate/mod.rs"];
+    assert_eq!(who.len(), allowed.len(), "{who:?}");
+    assert!(who.iter().zip(allowed).all(|(path, end)| path.replace('\\', "/").ends_with(end)), "{who:?}");
+    // The flag is not the stream.
+    let (_, command) = found.iter().find(|(path, _)| path.replace('\\', "/").ends_with("evaluate/mod.rs")).unwrap();
+    assert!(!command.contains("SEALED_STREAM"));
+}
