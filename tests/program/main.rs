@@ -5,3 +5,5 @@ mod anywhere;
 mod cli;
 mod film;
 mod portable;
+#[cfg(feature = "tune")]
+mod tune;
