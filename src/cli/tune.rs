@@ -122,8 +122,8 @@ fn task(matches: &ArgMatches) -> Result<TuningTask, CliError> {
         config.held(*hold_s).check().map_err(|(_, fault)| CliError::Input(fault))?;
     }
     let start_name = matches.get_one::<String>("policy").cloned().unwrap_or_default();
-    let start = policy::controller(&start_name, &config.policy_settings(0.0))
-        .map_err(|e| CliError::Input(e.to_string()))?;
+    let start =
+        policy::controller(&start_name, &config.policy_settings(0.0)).map_err(|e| CliError::Input(e.to_string()))?;
     let number = |id: &str| matches.get_one::<u32>(id).copied().unwrap_or_default();
     Ok(TuningTask {
         config: driver.of(&config),

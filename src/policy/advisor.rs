@@ -200,7 +200,10 @@ mod tests {
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
         let begins = "policy `folower-stopper` is unknown (did you mean follower-stopper?); known are auto, none, constant, two-phase, follower-stopper, pi, linear-feedback, ring-250-";
         assert!(error.starts_with(begins) && error.contains("ring-250-speed, "), "{error}");
-        assert!(error.ends_with("or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml"), "{error}");
+        assert!(
+            error.ends_with("or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml"),
+            "{error}"
+        );
     }
     #[test]
     fn auto_is_the_shipped_speed_policy_of_the_map_and_two_phase_elsewhere() {

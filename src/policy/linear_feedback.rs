@@ -46,13 +46,7 @@ impl Parametric for LinearFeedback {
     const PARAMETERS: &'static [Parameter] = &[
         Parameter { key: "aim_mps", doc: "Speed where nothing differs", ..SPEED },
         Parameter { key: "k_lead", doc: "Gain on the leader's speed less the own", search: [-1.0, 3.0], ..GAIN },
-        Parameter {
-            key: "k_gap_per_s",
-            doc: "Gain on the gap beyond gap_m",
-            unit: "1/s",
-            search: [-0.5, 1.0],
-            ..GAIN
-        },
+        Parameter { key: "k_gap_per_s", doc: "Gain on the gap beyond gap_m", unit: "1/s", search: [-0.5, 1.0], ..GAIN },
         Parameter {
             key: "gap_m",
             doc: "Gap at which that part is 0",

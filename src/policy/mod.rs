@@ -288,9 +288,7 @@ fn from_toml_file(path: &Path, settings: &PolicySettings) -> Result<Box<dyn Poli
 pub fn controller(name: &str, settings: &PolicySettings) -> Result<Controller, PolicyError> {
     match ControllerKind::named(name) {
         Some(kind) => Ok(Controller::by_name(kind, settings)),
-        None if name.ends_with(".toml") => {
-            Ok(Controller::from_toml(&network::read(Path::new(name))?, name)?)
-        }
+        None if name.ends_with(".toml") => Ok(Controller::from_toml(&network::read(Path::new(name))?, name)?),
         None => Err(PolicyError::UnknownController { name: name.into() }),
     }
 }

@@ -62,7 +62,14 @@ impl Parametric for PiParameters {
             search: [0.0, 5.0],
             ..GAIN
         },
-        Parameter { key: "safe_m", doc: "Least safe gap", unit: "m", limits: [0.0, 100.0], search: [0.5, 15.0], ..GAIN },
+        Parameter {
+            key: "safe_m",
+            doc: "Least safe gap",
+            unit: "m",
+            limits: [0.0, 100.0],
+            search: [0.5, 15.0],
+            ..GAIN
+        },
         Parameter {
             key: "safe_s",
             doc: "Time by which a faster leader widens the safe gap",
@@ -87,14 +94,7 @@ impl Parametric for PiParameters {
     }
 
     fn of(x: &[f64]) -> Self {
-        Self {
-            mean_s: x[0],
-            catch_up_m: [x[1], x[2]],
-            catch_up_mps: x[3],
-            safe_m: x[4],
-            safe_s: x[5],
-            blend_m: x[6],
-        }
+        Self { mean_s: x[0], catch_up_m: [x[1], x[2]], catch_up_mps: x[3], safe_m: x[4], safe_s: x[5], blend_m: x[6] }
     }
 }
 

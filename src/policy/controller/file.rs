@@ -38,10 +38,8 @@ impl Controller {
             let message = toml_text::at(text, name, key, part, &fault.to_string());
             ControllerFileError { fault, message }
         };
-        let table: toml::Table = toml_text::parse(text, name).map_err(|error| ControllerFileError {
-            message: error.to_string(),
-            fault: ControllerFault::Toml(error),
-        })?;
+        let table: toml::Table = toml_text::parse(text, name)
+            .map_err(|error| ControllerFileError { message: error.to_string(), fault: ControllerFault::Toml(error) })?;
         let found = |key: &str| table.get(key).map(ToString::to_string);
         if table.get("format").and_then(toml::Value::as_str) != Some(FORMAT) {
             return Err(at("format", KeyPart::Value, ControllerFault::Format { found: found("format") }));
@@ -59,7 +57,8 @@ impl Controller {
         for parameter in parameters {
             let number = number(&table, parameter, parameters).map_err(|fault| {
                 // What is wrong with a list as a whole is marked at all of it.
-                let key = if matches!(fault, ControllerFault::Value { .. }) { parameter.key } else { parameter.table_key() };
+                let key =
+                    if matches!(fault, ControllerFault::Value { .. }) { parameter.key } else { parameter.table_key() };
                 at(key, KeyPart::Value, fault)
             })?;
             if let Some(before) = numbers.last().filter(|before| !parameter.follows(**before, number)) {
@@ -113,7 +112,10 @@ fn number(table: &toml::Table, parameter: &Parameter, all: &[Parameter]) -> Resu
                 key,
                 found: value.to_string(),
                 length: same().count(),
-                example: format!("[{}]", same().map(|other| format!("{:?}", other.search[0])).collect::<Vec<_>>().join(", ")),
+                example: format!(
+                    "[{}]",
+                    same().map(|other| format!("{:?}", other.search[0])).collect::<Vec<_>>().join(", ")
+                ),
             })?[entry]
         }
     };

@@ -24,7 +24,10 @@ fn every_controllers_file_reads_back_to_the_same_bits() {
     for kind in CONTROLLERS {
         for controller in [Controller::by_name(kind, &SETTINGS), odd(kind)] {
             let text = controller.to_toml("Made by a test\nof two lines");
-            assert!(text.starts_with("# Made by a test\n# of two lines\nformat = \"codrive controller 1\"\n"), "{text}");
+            assert!(
+                text.starts_with("# Made by a test\n# of two lines\nformat = \"codrive controller 1\"\n"),
+                "{text}"
+            );
             assert!(is_controller(&text));
             let read = Controller::from_toml(&text, "own.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
             let bits = |controller: &Controller| controller.numbers().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -55,8 +58,14 @@ fn drive(name: &str) -> Vec<(Tick, u64)> {
     let (mut speed_mps, mut gap_m) = (3.0, 9.0);
     let step = |k: u64| {
         let leader_speed_mps = 3.0 + 3.0 * (k as f64 * 0.02).sin();
-        let seen =
-            Observation { speed_mps, leader_speed_mps, gap_m, circumference_m: 250.0, vehicles: 22, ..Default::default() };
+        let seen = Observation {
+            speed_mps,
+            leader_speed_mps,
+            gap_m,
+            circumference_m: 250.0,
+            vehicles: 22,
+            ..Default::default()
+        };
         let issued = advisor.step(Tick(k * 10), &seen, 30.0);
         let target_mps = advisor.standing().map_or(speed_mps, |advice| advice.target_mps);
         speed_mps += (target_mps - speed_mps).clamp(-0.45, 0.15);
@@ -117,7 +126,10 @@ fn what_is_wrong_with_a_file_is_told_with_line_value_and_what_is_allowed() {
             &["own.toml:4:10: slow_s is -1; allowed: a number from 0 to 36000 s"],
         ),
         (two_phase("slow_mps = 2\nslow_s = nan\nthen_mps = 4"), &["own.toml:4:10: slow_s is nan; allowed: a number"]),
-        (two_phase("slow_mps = \"2\"\nslow_s = 1\nthen_mps = 4"), &["own.toml:3:12: slow_mps is \"2\"; allowed: a num"]),
+        (
+            two_phase("slow_mps = \"2\"\nslow_s = 1\nthen_mps = 4"),
+            &["own.toml:3:12: slow_mps is \"2\"; allowed: a num"],
+        ),
         (two_phase("slow_mps = = 2"), &["own.toml:3:12: "]),
         (
             stopper("dx0_m = [4.5, 5.25]\nd_mps2 = [1.5, 1, 0.5]"),
@@ -153,7 +165,9 @@ fn a_file_is_read_as_what_it_says_that_it_is() {
         build(file.to_str().unwrap(), &SETTINGS).err().map(|e| e.to_string()).unwrap_or_default()
     };
     let path = file.display();
-    assert!(told("format = \"codrive controller 1\"\nkind = \"constnat\"").starts_with(&format!("policy {path}:2:8: ")));
+    assert!(
+        told("format = \"codrive controller 1\"\nkind = \"constnat\"").starts_with(&format!("policy {path}:2:8: "))
+    );
     assert!(told("kind = \"constant\"\nspeed_mps = 4").contains(":1:1: format is missing"));
     assert!(told("format = \"codrive policy 1\"").contains("is no policy file"));
     let right = "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4";
