@@ -18,6 +18,11 @@ mod replay;
 mod run;
 mod study;
 mod train;
+#[cfg(feature = "tune")]
+mod tune;
+#[cfg(not(feature = "tune"))]
+#[path = "without_tune.rs"]
+mod tune;
 
 pub use environment::prepare as prepare_environment;
 
@@ -91,6 +96,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("map", m)) => map::main(m),
         Some((check_network::NAME, m)) => check_network::main(m),
         Some(("train", m)) => train::main(m),
+        Some(("tune", m)) => tune::main(m),
         Some(("evaluate", m)) => evaluate::main(m),
         Some((name, m)) => desktop::run(name, m).unwrap_or_else(|| unreachable!("clap knows the commands")),
         None => unreachable!("clap requires a command and with_default_command adds one"),
@@ -131,24 +137,27 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Drive", &["drive", "run", "render", "replay"]),
     ("Study", &["study", "calibrate", "doctor"]),
     ("Analyse", &["analyse", "evaluate"]),
-    ("Train", &["train"]),
+    ("Train", &["train", "tune"]),
     ("Maintain", &["map", "recover", "bench"]),
 ];
 
+const TUNE_ABOUT: &str = "Tune a controller's parameters on the fast ring by CMA-ES";
+
 /// The version, and what this program was built with: scripts/drive keeps what is there.
-const LONG_VERSION: &str = match (cfg!(feature = "desktop"), cfg!(feature = "onnx")) {
-    (true, true) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: desktop, onnx"),
-    (true, false) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: desktop"),
-    (false, true) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: onnx"),
-    (false, false) => concat!(env!("CARGO_PKG_VERSION"), "\nfeatures: none"),
-};
+fn long_version() -> String {
+    let features =
+        [("desktop", cfg!(feature = "desktop")), ("onnx", cfg!(feature = "onnx")), ("tune", cfg!(feature = "tune"))];
+    let built: Vec<&str> = features.into_iter().filter(|(_, is_built)| *is_built).map(|(name, _)| name).collect();
+    let built = if built.is_empty() { "none".into() } else { built.join(", ") };
+    format!("{}\nfeatures: {built}", env!("CARGO_PKG_VERSION"))
+}
 
 /// The whole command line, for `--help` and tests.
 pub fn command(listing: HelpListing) -> Command {
     let add = |command: Command| flags::add(command, listing);
     let command = Command::new("codrive")
         .version(env!("CARGO_PKG_VERSION"))
-        .long_version(LONG_VERSION)
+        .long_version(long_version())
         .about("A driving simulator for studies of people in traffic.\nWithout a command: codrive drive.")
         .subcommand_required(true)
         .max_term_width(110)
@@ -161,6 +170,7 @@ pub fn command(listing: HelpListing) -> Command {
         .subcommand(replay::command())
         .subcommand(recover::command())
         .subcommand(train::command())
+        .subcommand(tune::command())
         .subcommand(evaluate::command())
         .subcommand(map::command())
         .subcommand(check_network::command())

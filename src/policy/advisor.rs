@@ -198,9 +198,12 @@ mod tests {
     fn a_misspelt_policy_is_answered_with_the_names_that_exist() {
         let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
-        let begins = "policy `folower-stopper` is unknown (did you mean follower-stopper?); known are auto, none, constant, two-phase, follower-stopper, pi, ring-250-";
+        let begins = "policy `folower-stopper` is unknown (did you mean follower-stopper?); known are auto, none, constant, two-phase, follower-stopper, pi, linear-feedback, ring-250-";
         assert!(error.starts_with(begins) && error.contains("ring-250-speed, "), "{error}");
-        assert!(error.ends_with("or the FILE.toml or FILE.onnx of a trained one"), "{error}");
+        assert!(
+            error.ends_with("or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml"),
+            "{error}"
+        );
     }
     #[test]
     fn auto_is_the_shipped_speed_policy_of_the_map_and_two_phase_elsewhere() {

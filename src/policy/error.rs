@@ -1,7 +1,7 @@
 //! What can be wrong with the file of a trained policy, in words and by kind.
 
 use super::{Feature, network::NetworkFault};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a policy file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -11,6 +11,13 @@ pub struct PolicyFileError {
     pub path: String,
     /// What is wrong, and what is needed.
     pub fault: Box<PolicyFileFault>,
+}
+
+impl PolicyFileError {
+    /// Of this file.
+    pub(super) fn new(path: &Path, fault: PolicyFileFault) -> Self {
+        Self { path: path.display().to_string(), fault: fault.into() }
+    }
 }
 
 /// What is wrong with a policy file.

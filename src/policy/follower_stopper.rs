@@ -1,27 +1,94 @@
 //! FollowerStopper (Stern et al. 2018, eqs. 1-2; docs/references.md: follower-stopper): drive the aim where the gap is
 //! wide, follow the leader's speed where it is not, stop where it is closed. In: speed, leader's speed, gap. Out: a
 //! speed.
+//!
+//! The command is advice: how quickly a car closes on it is a property of who drives. The authors' car closed on it at once
+//! by a controller of its own. That is the driver `exact` with a response of half a second: `--driver exact
+//! --ego-response 0.5` in `codrive evaluate` and `codrive tune`, `follow = "exact"` and `ego_response_s = 0.5` in a
+//! training's configuration.
 
-use super::{Action, Observation, Policy};
-
-/// Gaps at zero relative speed that divide the regions, metres.
-const DX0_M: [f64; 3] = [4.5, 5.25, 6.0];
-/// Decelerations that curve the regions' borders, m/s2.
-const D_MPS2: [f64; 3] = [1.5, 1.0, 0.5];
+use super::{
+    Action, Observation, Policy,
+    parameters::{GAIN, Order, Parameter, Parametric, SPEED},
+};
 
 /// The controller; it keeps no state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowerStopper {
     /// Speed wanted where the gap allows, m/s.
     pub aim_mps: f64,
+    /// Gaps at zero relative speed that divide the regions, metres, rising.
+    pub dx0_m: [f64; 3],
+    /// Decelerations that curve the regions' borders, m/s2, none above the one before, so that the borders never cross.
+    pub d_mps2: [f64; 3],
+}
+
+const REGIONS: &str = "Gap at equal speeds up to which the command is 0, the leader's speed at most, the aim at most";
+const CURVES: &str = "Deceleration that widens each of these gaps while closing in";
+
+impl Parametric for FollowerStopper {
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter { key: "aim_mps", doc: "Speed wanted where the gap allows", ..SPEED },
+        Parameter { key: "dx0_m.0", doc: REGIONS, unit: "m", limits: [0.0, 100.0], search: [0.5, 15.0], ..GAIN },
+        Parameter {
+            key: "dx0_m.1",
+            doc: REGIONS,
+            unit: "m",
+            limits: [0.0, 100.0],
+            search: [0.6, 20.0],
+            order: Order::Above,
+            ..GAIN
+        },
+        Parameter {
+            key: "dx0_m.2",
+            doc: REGIONS,
+            unit: "m",
+            limits: [0.0, 100.0],
+            search: [0.7, 30.0],
+            order: Order::Above,
+            ..GAIN
+        },
+        Parameter { key: "d_mps2.0", doc: CURVES, unit: "m/s2", limits: [0.01, 20.0], search: [0.1, 5.0], ..GAIN },
+        Parameter {
+            key: "d_mps2.1",
+            doc: CURVES,
+            unit: "m/s2",
+            limits: [0.01, 20.0],
+            search: [0.1, 5.0],
+            order: Order::NotAbove,
+            ..GAIN
+        },
+        Parameter {
+            key: "d_mps2.2",
+            doc: CURVES,
+            unit: "m/s2",
+            limits: [0.01, 20.0],
+            search: [0.1, 5.0],
+            order: Order::NotAbove,
+            ..GAIN
+        },
+    ];
+
+    fn numbers(&self) -> Vec<f64> {
+        [&[self.aim_mps][..], &self.dx0_m, &self.d_mps2].concat()
+    }
+
+    fn of(x: &[f64]) -> Self {
+        Self { aim_mps: x[0], dx0_m: [x[1], x[2], x[3]], d_mps2: [x[4], x[5], x[6]] }
+    }
 }
 
 impl FollowerStopper {
+    /// With the regions of its authors.
+    pub fn published(aim_mps: f64) -> Self {
+        Self { aim_mps, dx0_m: [4.5, 5.25, 6.0], d_mps2: [1.5, 1.0, 0.5] }
+    }
+
     /// The commanded speed, m/s.
     pub fn command_mps(&self, observation: &Observation) -> f64 {
         let Observation { speed_mps, leader_speed_mps, gap_m, .. } = *observation;
         let closing = (leader_speed_mps - speed_mps).min(0.0);
-        let border = |k: usize| DX0_M[k] + closing * closing / (2.0 * D_MPS2[k]);
+        let border = |k: usize| self.dx0_m[k] + closing * closing / (2.0 * self.d_mps2[k]);
         let (dx1, dx2, dx3) = (border(0), border(1), border(2));
         let follow = leader_speed_mps.max(0.0).min(self.aim_mps);
         if gap_m <= dx1 {
@@ -47,7 +114,7 @@ mod tests {
     use super::*;
 
     fn command(speed_mps: f64, leader_speed_mps: f64, gap_m: f64) -> f64 {
-        let policy = FollowerStopper { aim_mps: 4.3 };
+        let policy = FollowerStopper::published(4.3);
         policy.command_mps(&Observation { speed_mps, leader_speed_mps, gap_m, ..Observation::default() })
     }
 

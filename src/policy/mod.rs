@@ -1,10 +1,12 @@
 //! Advice. In: an [`Observation`] each step. Out: an [`Action`] each hold, shown to the driver as [`Advice`]. Policies
-//! are built by name with [`build`]; [`Advisor`] keeps the hold. SI units.
+//! are built by name or from a file with [`build`]; [`Advisor`] keeps the hold. SI units.
 
 mod advisor;
+mod controller;
 mod error;
 mod follower_stopper;
 mod hold;
+mod linear_feedback;
 mod network;
 mod observe;
 #[cfg(feature = "onnx")]
@@ -13,17 +15,21 @@ pub mod onnx;
 #[path = "without_onnx.rs"]
 pub mod onnx;
 mod open_loop;
+mod parameters;
 mod pi_saturation;
 
 pub use advisor::{Advisor, shown_mps, untrained_hold};
+pub use controller::{CONTROLLERS, Controller, ControllerFault, ControllerFileError, ControllerKind};
 pub use error::{PolicyFileError, PolicyFileFault, SettingFault};
 pub use follower_stopper::FollowerStopper;
 pub use hold::{Hold, HoldError};
+pub use linear_feedback::LinearFeedback;
 pub use network::{FORMAT, Network, NetworkFault, NetworkLayer, NetworkOutput, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
-pub use pi_saturation::PiSaturation;
+pub use parameters::{Order, Parameter, SearchScale};
+pub use pi_saturation::{PiParameters, PiSaturation};
 
 use crate::{
     data_folders,
@@ -135,24 +141,36 @@ impl PolicySettings {
 /// FollowerStopper calm every seed, at 4.43 the latter only 11 of 20 (docs/references.md: advice).
 pub const AUTOMATIC_SHARE: f64 = 0.985;
 
-/// Names that [`build`] knows; the first advises nothing.
-pub const NAMES: [&str; 5] = ["none", "constant", "two-phase", "follower-stopper", "pi"];
+/// Names that [`build`] knows; the first advises nothing, the others are those of [`CONTROLLERS`].
+pub const NAMES: [&str; 6] = ["none", "constant", "two-phase", "follower-stopper", "pi", "linear-feedback"];
 
 /// Why there is no such policy.
 #[derive(Debug, thiserror::Error)]
 pub enum PolicyError {
     /// No policy has this name.
     #[error(
-        "policy `{name}` is unknown{}; known are {}, or the FILE.toml or FILE.onnx of a trained one",
+        "policy `{name}` is unknown{}; known are {}, or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml",
         did_you_mean(name, &all_names()), all_names().join(", ")
     )]
     Unknown {
         /// The name as given.
         name: String,
     },
+    /// No controller has this name.
+    #[error(
+        "controller `{name}` is unknown{}; known are {}, or the FILE.toml of one",
+        did_you_mean(name, &NAMES[1..]), NAMES[1..].join(", ")
+    )]
+    UnknownController {
+        /// The name as given.
+        name: String,
+    },
     /// The file of a trained policy cannot be used.
     #[error("policy {0}")]
     File(#[from] PolicyFileError),
+    /// The file of a controller cannot be used.
+    #[error("policy {0}")]
+    Controller(#[from] ControllerFileError),
 }
 
 /// Stands for the shipped speed policy of the map, or for two-phase advice where there is none.
@@ -240,17 +258,37 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 /// # Errors
 /// The name is neither among [`NAMES`] nor shipped, or the file cannot be used.
 pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, PolicyError> {
-    let aim_mps = settings.aim_or_automatic_mps();
+    if let Some(kind) = ControllerKind::named(name) {
+        return Ok(Some(Controller::by_name(kind, settings).policy(settings.step_s)));
+    }
     Ok(Some(match name {
         "none" => return Ok(None),
-        "constant" => Box::new(ConstantSpeed { speed_mps: aim_mps }),
-        "two-phase" => Box::new(TwoPhase::for_ring(settings.equilibrium_mps, aim_mps)),
-        "follower-stopper" => Box::new(FollowerStopper { aim_mps }),
-        "pi" => Box::new(PiSaturation::new(settings.step_s)),
         name => match file_of(name) {
             Some(file) if name.ends_with(".onnx") => Box::new(OnnxPolicy::from_file(&file)?),
-            Some(file) => Box::new(Network::from_file(&file)?),
+            Some(file) => from_toml_file(&file, settings)?,
             None => return Err(PolicyError::Unknown { name: name.into() }),
         },
     }))
+}
+
+/// The policy of a TOML file, which is a trained one or a controller.
+fn from_toml_file(path: &Path, settings: &PolicySettings) -> Result<Box<dyn Policy>, PolicyError> {
+    let text = network::read(path)?;
+    Ok(if controller::is_controller(&text) {
+        Controller::from_toml(&text, &path.display().to_string())?.policy(settings.step_s)
+    } else {
+        Box::new(Network::from_text_of(path, &text)?)
+    })
+}
+
+/// The controller of a name, or of a file.
+///
+/// # Errors
+/// No controller has this name, or the file cannot be used or is no controller's.
+pub fn controller(name: &str, settings: &PolicySettings) -> Result<Controller, PolicyError> {
+    match ControllerKind::named(name) {
+        Some(kind) => Ok(Controller::by_name(kind, settings)),
+        None if name.ends_with(".toml") => Ok(Controller::from_toml(&network::read(Path::new(name))?, name)?),
+        None => Err(PolicyError::UnknownController { name: name.into() }),
+    }
 }

@@ -114,16 +114,25 @@ pub enum NetworkFault {
     LevelsOrHolds,
 }
 
+/// The text of a policy's file.
+pub(super) fn read(path: &Path) -> Result<String, PolicyFileError> {
+    read_text(path, MOST_BYTES).map_err(|source| {
+        PolicyFileError::new(path, PolicyFileFault::Unreadable { source, near: did_you_mean_file(path) })
+    })
+}
+
 impl Network {
     /// Reads a policy file.
     ///
     /// # Errors
     /// It cannot be read, is no policy file, its layers do not fit together, or a number is not finite.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
-        let fault = |fault: PolicyFileFault| PolicyFileError { path: path.display().to_string(), fault: fault.into() };
-        let text = read_text(path, MOST_BYTES)
-            .map_err(|source| fault(PolicyFileFault::Unreadable { source, near: did_you_mean_file(path) }))?;
-        Self::from_toml(&text).map_err(|why| fault(why.into()))
+        Self::from_text_of(path, &read(path)?)
+    }
+
+    /// The same for the text of this file.
+    pub(super) fn from_text_of(path: &Path, text: &str) -> Result<Self, PolicyFileError> {
+        Self::from_toml(text).map_err(|why| PolicyFileError::new(path, why.into()))
     }
 
     /// The same for text.

@@ -1,12 +1,27 @@
 //! Open-loop policies: one speed, or a slow phase first. In: seconds since the start. Out: a speed.
 
-use super::{Action, Observation, Policy};
+use super::{
+    Action, Observation, Policy,
+    parameters::{GAIN, Parameter, Parametric, SPEED},
+};
 
 /// The same speed for ever.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConstantSpeed {
     /// Advised speed, m/s.
     pub speed_mps: f64,
+}
+
+impl Parametric for ConstantSpeed {
+    const PARAMETERS: &'static [Parameter] = &[Parameter { key: "speed_mps", doc: "Advised speed", ..SPEED }];
+
+    fn numbers(&self) -> Vec<f64> {
+        vec![self.speed_mps]
+    }
+
+    fn of(x: &[f64]) -> Self {
+        Self { speed_mps: x[0] }
+    }
 }
 
 impl Policy for ConstantSpeed {
@@ -31,6 +46,29 @@ impl TwoPhase {
     /// 2.5 m/s for 60 s on the 250 m ring, whose equilibrium is 4.362 m/s; in proportion elsewhere.
     pub fn for_ring(equilibrium_mps: f64, then_mps: f64) -> Self {
         Self { slow_mps: equilibrium_mps / 4.362 * 2.5, slow_s: 60.0, then_mps }
+    }
+}
+
+impl Parametric for TwoPhase {
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter { key: "slow_mps", doc: "Speed of the first phase", ..SPEED },
+        Parameter {
+            key: "slow_s",
+            doc: "Length of the first phase",
+            unit: "s",
+            limits: [0.0, 36_000.0],
+            search: [0.0, 200.0],
+            ..GAIN
+        },
+        Parameter { key: "then_mps", doc: "Speed from then on", ..SPEED },
+    ];
+
+    fn numbers(&self) -> Vec<f64> {
+        vec![self.slow_mps, self.slow_s, self.then_mps]
+    }
+
+    fn of(x: &[f64]) -> Self {
+        Self { slow_mps: x[0], slow_s: x[1], then_mps: x[2] }
     }
 }
 

@@ -2,34 +2,116 @@
 //! over 38 s, aim a little above it where the gap is wide, follow the leader where it is not. In: an observation a step.
 //! Out: a speed.
 
-use super::{Action, Observation, Policy};
+use super::{
+    Action, Observation, Policy,
+    parameters::{GAIN, Order, Parameter, Parametric},
+};
 use std::collections::VecDeque;
 
-/// Window of the mean speed, seconds.
-const MEAN_S: f64 = 38.0;
-/// Gap from which on the target exceeds the mean, and where it exceeds it fully, metres.
-const CATCH_UP_M: [f64; 2] = [7.0, 30.0];
-/// By how much it exceeds it at most, m/s.
-const CATCH_UP_MPS: f64 = 1.0;
-/// Least safe gap, metres, and the time by which relative speed widens it, seconds.
-const SAFE_M: f64 = 4.0;
-const SAFE_S: f64 = 2.0;
-/// Width of the blend between following and aiming, metres.
-const BLEND_M: f64 = 2.0;
+/// What it is set to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PiParameters {
+    /// Window of the mean speed, seconds.
+    pub mean_s: f64,
+    /// Gap from which on the target exceeds the mean, and where it exceeds it fully, metres.
+    pub catch_up_m: [f64; 2],
+    /// By how much it exceeds it at most, m/s.
+    pub catch_up_mps: f64,
+    /// Least safe gap, metres.
+    pub safe_m: f64,
+    /// Time by which relative speed widens it, seconds.
+    pub safe_s: f64,
+    /// Width of the blend between following and aiming, metres.
+    pub blend_m: f64,
+}
+
+impl Default for PiParameters {
+    /// Those of its authors.
+    fn default() -> Self {
+        Self { mean_s: 38.0, catch_up_m: [7.0, 30.0], catch_up_mps: 1.0, safe_m: 4.0, safe_s: 2.0, blend_m: 2.0 }
+    }
+}
+
+const CATCH_UP: &str = "Gap from which on the target exceeds the mean speed, and where it exceeds it fully";
+
+impl Parametric for PiParameters {
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter {
+            key: "mean_s",
+            doc: "Window of the own mean speed",
+            unit: "s",
+            limits: [0.01, 600.0],
+            search: [1.0, 90.0],
+            ..GAIN
+        },
+        Parameter { key: "catch_up_m.0", doc: CATCH_UP, unit: "m", limits: [0.0, 1000.0], search: [0.0, 20.0], ..GAIN },
+        Parameter {
+            key: "catch_up_m.1",
+            doc: CATCH_UP,
+            unit: "m",
+            limits: [0.0, 1000.0],
+            search: [1.0, 60.0],
+            order: Order::Above,
+            ..GAIN
+        },
+        Parameter {
+            key: "catch_up_mps",
+            doc: "By how much the target exceeds it at most",
+            unit: "m/s",
+            limits: [0.0, 60.0],
+            search: [0.0, 5.0],
+            ..GAIN
+        },
+        Parameter {
+            key: "safe_m",
+            doc: "Least safe gap",
+            unit: "m",
+            limits: [0.0, 100.0],
+            search: [0.5, 15.0],
+            ..GAIN
+        },
+        Parameter {
+            key: "safe_s",
+            doc: "Time by which a faster leader widens the safe gap",
+            unit: "s",
+            limits: [0.0, 60.0],
+            search: [0.0, 6.0],
+            ..GAIN
+        },
+        Parameter {
+            key: "blend_m",
+            doc: "Width of the blend between following and aiming",
+            unit: "m",
+            limits: [0.01, 100.0],
+            search: [0.1, 10.0],
+            ..GAIN
+        },
+    ];
+
+    fn numbers(&self) -> Vec<f64> {
+        let [from_m, to_m] = self.catch_up_m;
+        vec![self.mean_s, from_m, to_m, self.catch_up_mps, self.safe_m, self.safe_s, self.blend_m]
+    }
+
+    fn of(x: &[f64]) -> Self {
+        Self { mean_s: x[0], catch_up_m: [x[1], x[2]], catch_up_mps: x[3], safe_m: x[4], safe_s: x[5], blend_m: x[6] }
+    }
+}
 
 /// The controller and its memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PiSaturation {
+    parameters: PiParameters,
     speeds_mps: VecDeque<f64>,
     capacity: usize,
     command_mps: Option<f64>,
 }
 
 impl PiSaturation {
-    /// Engaged now, with nothing remembered.
-    pub fn new(step_s: f64) -> Self {
-        let capacity = (MEAN_S / step_s).round().max(1.0) as usize;
-        Self { speeds_mps: VecDeque::with_capacity(capacity + 1), capacity, command_mps: None }
+    /// Engaged now, with nothing remembered, to be asked each `step_s` seconds.
+    pub fn new(parameters: PiParameters, step_s: f64) -> Self {
+        let capacity = (parameters.mean_s / step_s).round().max(1.0) as usize;
+        Self { parameters, speeds_mps: VecDeque::with_capacity(capacity + 1), capacity, command_mps: None }
     }
 }
 
@@ -40,11 +122,12 @@ impl Policy for PiSaturation {
         if self.speeds_mps.len() > self.capacity {
             self.speeds_mps.pop_front();
         }
+        let p = &self.parameters;
         let mean_mps = self.speeds_mps.iter().sum::<f64>() / self.speeds_mps.len() as f64;
-        let share = ((gap_m - CATCH_UP_M[0]) / (CATCH_UP_M[1] - CATCH_UP_M[0])).clamp(0.0, 1.0);
-        let target_mps = mean_mps + CATCH_UP_MPS * share;
-        let safe_m = (SAFE_S * (leader_speed_mps - speed_mps)).max(SAFE_M);
-        let alpha = ((gap_m - safe_m) / BLEND_M).clamp(0.0, 1.0);
+        let share = ((gap_m - p.catch_up_m[0]) / (p.catch_up_m[1] - p.catch_up_m[0])).clamp(0.0, 1.0);
+        let target_mps = mean_mps + p.catch_up_mps * share;
+        let safe_m = (p.safe_s * (leader_speed_mps - speed_mps)).max(p.safe_m);
+        let alpha = ((gap_m - safe_m) / p.blend_m).clamp(0.0, 1.0);
         let beta = 1.0 - alpha / 2.0;
         let before = self.command_mps.unwrap_or(speed_mps);
         let command = beta * (alpha * target_mps + (1.0 - alpha) * leader_speed_mps) + (1.0 - beta) * before;
@@ -66,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_closed_gap_copies_the_leader() {
-        let mut policy = PiSaturation::new(0.1);
+        let mut policy = PiSaturation::new(PiParameters::default(), 0.1);
         let near = observation(5.0, 2.0, 3.0);
         policy.watch(&near);
         assert_eq!(policy.act(0.0, &near), Action::Speed(2.0));
@@ -74,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_wide_gap_settles_one_above_the_mean() {
-        let mut policy = PiSaturation::new(0.1);
+        let mut policy = PiSaturation::new(PiParameters::default(), 0.1);
         let wide = observation(4.0, 4.0, 40.0);
         for _ in 0..100 {
             policy.watch(&wide);
@@ -85,7 +168,7 @@ mod tests {
 
     #[test]
     fn the_mean_forgets_after_38_s() {
-        let mut policy = PiSaturation::new(0.1);
+        let mut policy = PiSaturation::new(PiParameters::default(), 0.1);
         (0..500).for_each(|_| policy.watch(&observation(0.0, 0.0, 6.0)));
         (0..380).for_each(|_| policy.watch(&observation(4.0, 4.0, 7.0)));
         let Action::Speed(speed) = policy.act(88.0, &observation(4.0, 4.0, 7.0)) else { panic!("a speed policy") };

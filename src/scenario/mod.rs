@@ -57,7 +57,7 @@ flat_settings! {
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
             /// Advising policy: auto (the one shipped for the map, two-phase where there is none), none, constant, two-phase,
-            /// follower-stopper, pi, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
+            /// follower-stopper, pi, linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),
             /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]

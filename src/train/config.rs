@@ -4,8 +4,9 @@
 use crate::{
     driver::Population,
     idm::IdmParams,
-    policy::{Feature, Hold, NetworkInput},
+    policy::{Feature, Hold, NetworkInput, PolicySettings},
     settings::{Settings, flat_settings},
+    space::CAR_LENGTH_M,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -297,6 +298,32 @@ pub enum FollowKind {
 }
 
 impl TrainConfig {
+    /// HC22's ring with the wave on it, for what names no configuration.
+    pub fn paper_ring() -> Self {
+        Self {
+            ring: RingConfig {
+                circumference_min_m: 250.0,
+                circumference_max_m: 250.0,
+                bunched_share: 1.0,
+                ..RingConfig::default()
+            },
+            ..Self::default()
+        }
+    }
+
+    /// What built-in policies are built from: the middle of these rings, and an aim in m/s, 0 for the automatic one.
+    pub fn policy_settings(&self, aim_mps: f64) -> PolicySettings {
+        let length_m = (self.ring.circumference_min_m + self.ring.circumference_max_m) / 2.0;
+        let cars = f64::from(self.ring.vehicles_min + self.ring.vehicles_max) / 2.0;
+        let equilibrium_mps = self.ring.idm.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M);
+        PolicySettings { aim_mps, equilibrium_mps, step_s: self.ring.step_s }
+    }
+
+    /// The same with this one hold, seconds.
+    pub fn held(&self, hold_s: f64) -> Self {
+        Self { advice: AdviceConfig { hold_s, hold_max_s: 0.0, ..self.advice.clone() }, ..self.clone() }
+    }
+
     /// The shortest hold.
     pub fn hold(&self) -> Hold {
         Hold::nearest(self.advice.hold_s, self.ring.step_s)
@@ -399,7 +426,7 @@ impl Settings for TrainConfig {
             );
             return Err(("circumference_max_m", text));
         }
-        let car_m = crate::space::CAR_LENGTH_M + self.ring.idm.s0 * (1.0 + self.ring.idm_spread);
+        let car_m = CAR_LENGTH_M + self.ring.idm.s0 * (1.0 + self.ring.idm_spread);
         if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
             let most = (self.ring.circumference_min_m / car_m).floor();
             let text = format!(

@@ -3,7 +3,8 @@
 //!
 //! [`ring`] moves sixteen rings at once; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
 //! advice; [`net`] is the network, [`distribution`] the randomness of its actions, [`trpo`] the update, [`learner`] the
-//! loop around them; [`evaluate()`] drives any policy over the horizon and says how fast all cars went.
+//! loop around them; [`evaluate()`] drives any policy over the horizon and says how fast all cars went; `tuning` searches the
+//! parameters of a controller (feature `tune`).
 
 pub mod config;
 pub mod distribution;
@@ -19,6 +20,8 @@ pub mod ring;
 pub mod scalar;
 pub mod simd;
 pub mod trpo;
+#[cfg(feature = "tune")]
+pub mod tuning;
 pub mod value;
 
 pub use config::{

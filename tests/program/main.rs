@@ -6,3 +6,5 @@ mod benchmark;
 mod cli;
 mod film;
 mod portable;
+#[cfg(feature = "tune")]
+mod tune;

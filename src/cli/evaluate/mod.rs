@@ -2,7 +2,7 @@
 //! included. On the fast ring, or as whole drives on either engine of traffic. Out: a table, CSV and figures.
 
 mod benchmark;
-mod plan;
+pub(super) mod plan;
 mod report;
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
@@ -10,12 +10,11 @@ use crate::{
     drive_loop::evaluation_drive,
     file,
     metrics::EvaluationResult,
-    policy::{self, Policy, PolicySettings},
+    policy::{self, Policy},
     scenario::{Scenario, StartLayout},
     settings::{self, fields_of},
-    space::CAR_LENGTH_M,
     traffic::EngineChoice,
-    train::{RingConfig, TrainConfig, evaluate},
+    train::{TrainConfig, evaluate},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, parser::ValueSource, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -121,7 +120,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             config.advice.hold_max_s = 0.0;
             config
         }
-        None => paper_ring(),
+        None => TrainConfig::paper_ring(),
     };
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
     let plan = plan::EvaluationPlan::new(matches, &config)?;
@@ -156,27 +155,6 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out::line(format_args!("{}: rings.csv, summary.csv and figures", dir.display()))?;
     }
     Ok(())
-}
-
-/// HC22's ring with the wave on it, for an evaluation that names no configuration.
-fn paper_ring() -> TrainConfig {
-    TrainConfig {
-        ring: RingConfig {
-            circumference_min_m: 250.0,
-            circumference_max_m: 250.0,
-            bunched_share: 1.0,
-            ..RingConfig::default()
-        },
-        ..TrainConfig::default()
-    }
-}
-
-/// What the built-in policies are built from: the middle of the configuration's rings.
-fn settings(config: &TrainConfig, aim_mps: f64) -> PolicySettings {
-    let length_m = (config.ring.circumference_min_m + config.ring.circumference_max_m) / 2.0;
-    let cars = f64::from(config.ring.vehicles_min + config.ring.vehicles_max) / 2.0;
-    let equilibrium_mps = config.ring.idm.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M);
-    PolicySettings { aim_mps, equilibrium_mps, step_s: config.ring.step_s }
 }
 
 /// Drives all cases, in parallel; Ctrl-C ends it with what is done thrown away.

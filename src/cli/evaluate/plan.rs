@@ -1,6 +1,6 @@
 //! What is to be driven: policies, holds and drivers, each with each. In: the command line. Out: a [`EvaluationPlan`].
 
-use super::{CliError, settings};
+use super::CliError;
 use crate::{
     cli::flags,
     driver::{self, DriverError, NamedDriver, Population},
@@ -46,7 +46,7 @@ pub enum FollowingDriver {
 const NOBODY_NAMED: &str = "follow";
 
 /// Settings of a configuration that say who follows.
-const WHO: [&str; 8] = [
+const WHO: [&str; 15] = [
     "follow",
     "brakes_for_leader",
     "reaction_s",
@@ -55,6 +55,13 @@ const WHO: [&str; 8] = [
     "speed_bias_mps",
     "deadband_mps",
     "random_driver",
+    "leader_reaction_s",
+    "compliance",
+    "compliance_fade_s",
+    "patience_mps",
+    "inattention_per_min",
+    "inattention_s",
+    "population",
 ];
 
 /// Reads a driver from the command line.
@@ -63,6 +70,21 @@ pub fn driver(text: &str) -> Result<FollowingDriver, DriverError> {
         return Ok(FollowingDriver::Population(population));
     }
     Ok(FollowingDriver::Named(Box::new(driver::named(text)?)))
+}
+
+/// True if a configuration or a flag of it says who follows.
+pub fn says_who_follows(matches: &ArgMatches) -> bool {
+    let says_who = |field: &str| WHO.contains(&field);
+    matches.contains_id("config")
+        || flags::changes(matches, &fields_of::<TrainConfig>()).iter().any(|(field, _)| says_who(&field.path))
+}
+
+/// Who follows where nobody is named.
+///
+/// # Errors
+/// None: the name is a preset's.
+pub fn nobody_named() -> Result<FollowingDriver, CliError> {
+    driver(NOBODY_NAMED).map_err(|e| CliError::Input(e.to_string()))
 }
 
 impl FollowingDriver {
@@ -99,7 +121,7 @@ pub struct EvaluationCase {
 impl EvaluationCase {
     /// The configuration of its rings.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
-        held(&self.driver.of(config), self.hold_s)
+        self.driver.of(config).held(self.hold_s)
     }
 
     /// All of it, for people.
@@ -112,13 +134,6 @@ impl EvaluationCase {
         let bare = self.policy.trim_end_matches("/policy.toml").trim_end_matches("/policy.onnx");
         bare.rsplit('/').next().unwrap_or(bare).to_owned()
     }
-}
-
-/// The configuration with this one hold, seconds.
-fn held(config: &TrainConfig, hold_s: f64) -> TrainConfig {
-    let mut config = config.clone();
-    (config.advice.hold_s, config.advice.hold_max_s) = (hold_s, 0.0);
-    config
 }
 
 /// All of it.
@@ -157,16 +172,14 @@ impl EvaluationPlan {
             None => vec![config.advice.hold_s],
         };
         for hold_s in &holds_s {
-            held(config, *hold_s).check().map_err(|(_, fault)| CliError::Input(fault))?;
+            config.held(*hold_s).check().map_err(|(_, fault)| CliError::Input(fault))?;
         }
         let engine = match matches.get_one::<String>("engine").map_or("ring", String::as_str) {
             "ring" => Engine::FastRing,
             traffic => Engine::Traffic(traffic.parse().map_err(|e: UnknownEngine| CliError::Input(e.to_string()))?),
         };
         let drivers = matches.get_many::<FollowingDriver>("driver").map(|d| d.cloned().collect::<Vec<_>>());
-        let says_who = |field: &str| WHO.contains(&field);
-        let is_configured = matches.contains_id("config")
-            || flags::changes(matches, &fields_of::<TrainConfig>()).iter().any(|(field, _)| says_who(&field.path));
+        let is_configured = says_who_follows(matches);
         let drivers = match drivers {
             Some(drivers) => drivers,
             None if is_configured && engine == Engine::FastRing => vec![FollowingDriver::Configured],
@@ -177,7 +190,7 @@ impl EvaluationPlan {
                      remedy: name one with --driver, or random_driver = false"
                 ))
             })?))],
-            None => vec![driver(NOBODY_NAMED).map_err(|e| CliError::Input(e.to_string()))?],
+            None => vec![nobody_named()?],
         };
         if engine != Engine::FastRing && drivers.iter().any(|who| matches!(who, FollowingDriver::Population(_))) {
             return Err(CliError::Input(format!(
@@ -203,7 +216,7 @@ impl EvaluationPlan {
             engine,
             map,
             rings: matches.get_one::<u32>("over").copied().unwrap_or(20) as usize,
-            settings: settings(config, matches.get_one::<f64>("aim").copied().unwrap_or_default()),
+            settings: config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default()),
             out: matches.get_one::<PathBuf>("out").cloned(),
             adherence: matches.get_flag("adherence"),
         })

@@ -180,7 +180,7 @@ impl Benchmark {
 
     /// The rings of a road with this driver in each.
     pub fn config(&self, road: &Road, driver: &JudgedDriver, hold_s: f64) -> Result<TrainConfig, CliError> {
-        let mut config = TrainConfig {
+        let config = TrainConfig {
             seed: self.seed,
             ring: RingConfig {
                 circumference_min_m: road.circumference_m[0],
@@ -193,7 +193,7 @@ impl Benchmark {
             },
             ..TrainConfig::default()
         };
-        (config.advice.hold_s, config.advice.hold_max_s) = (hold_s, 0.0);
+        let config = config.held(hold_s);
         let mut config = match driver.who().map_err(|e| CliError::Input(e.to_string()))? {
             Who::Person(named) => config.driven_by(&named.params),
             Who::Some(population) => config.driven_by_some_of(population),

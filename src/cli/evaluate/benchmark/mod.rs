@@ -165,7 +165,7 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
         let config = benchmark.config(road, driver, *hold_s)?;
-        let settings = super::settings(&config, 0.0);
+        let settings = config.policy_settings(0.0);
         let name = benchmark.policy(policy, driver, *hold_s);
         let make = || policy::build(&name, &settings).ok().flatten();
         let results = evaluate(&config, SEALED_STREAM, benchmark.rings, make);

@@ -1,0 +1,128 @@
+//! The file of a controller: TOML that says its kind and each of its parameters, with its unit in its name. In: text. Out: a
+//! [`Controller`], or file, line, value and what is allowed; and a controller's own text, which reads back as the same bits.
+
+use super::{Controller, ControllerFault, ControllerFileError, ControllerKind};
+use crate::{
+    policy::parameters::{Order, Parameter},
+    toml_text::{self, KeyPart},
+};
+use serde::Deserialize;
+use std::fmt::Write;
+
+/// What a controller's file calls itself.
+pub const FORMAT: &str = "codrive controller 1";
+
+/// What the formats of such files of all versions begin with.
+const FORMAT_NAME: &str = "codrive controller";
+
+/// True if a text is meant as a controller's file: it says so, or names a kind, which no trained policy's does.
+pub fn is_controller(text: &str) -> bool {
+    #[derive(Deserialize)]
+    struct Head {
+        format: Option<toml::Value>,
+        kind: Option<toml::Value>,
+    }
+    let Ok(head) = toml::from_str::<Head>(text) else { return false };
+    let says_so = head.format.as_ref().and_then(toml::Value::as_str).is_some_and(|f| f.starts_with(FORMAT_NAME));
+    says_so || head.kind.is_some()
+}
+
+impl Controller {
+    /// Reads a controller's file; `name` is what messages call it.
+    ///
+    /// # Errors
+    /// The text is no TOML, is another kind of file, has a key that this controller has not or lacks one that it has, or a
+    /// number is outside of its limits or out of order.
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, ControllerFileError> {
+        let at = |key: &str, part: KeyPart, fault: ControllerFault| {
+            let message = toml_text::at(text, name, key, part, &fault.to_string());
+            ControllerFileError { fault, message }
+        };
+        let table: toml::Table = toml_text::parse(text, name)
+            .map_err(|error| ControllerFileError { message: error.to_string(), fault: ControllerFault::Toml(error) })?;
+        let found = |key: &str| table.get(key).map(ToString::to_string);
+        if table.get("format").and_then(toml::Value::as_str) != Some(FORMAT) {
+            return Err(at("format", KeyPart::Value, ControllerFault::Format { found: found("format") }));
+        }
+        let kind = table.get("kind").and_then(toml::Value::as_str).and_then(ControllerKind::named);
+        let Some(kind) = kind else {
+            return Err(at("kind", KeyPart::Value, ControllerFault::Kind { found: found("kind") }));
+        };
+        let parameters = kind.parameters();
+        let is_known = |key: &str| ["format", "kind"].contains(&key) || parameters.iter().any(|p| p.table_key() == key);
+        if let Some(key) = table.keys().find(|key| !is_known(key)) {
+            return Err(at(key, KeyPart::Key, ControllerFault::UnknownKey { key: key.clone(), kind }));
+        }
+        let mut numbers: Vec<f64> = Vec::with_capacity(parameters.len());
+        for parameter in parameters {
+            let number = number(&table, parameter, parameters).map_err(|fault| {
+                // What is wrong with a list as a whole is marked at all of it.
+                let key =
+                    if matches!(fault, ControllerFault::Value { .. }) { parameter.key } else { parameter.table_key() };
+                at(key, KeyPart::Value, fault)
+            })?;
+            if let Some(before) = numbers.last().filter(|before| !parameter.follows(**before, number)) {
+                let fault = ControllerFault::Order {
+                    key: parameter.key,
+                    value: number,
+                    before_key: parameters[numbers.len() - 1].key,
+                    before: *before,
+                    is_above: parameter.order == Order::Above,
+                };
+                return Err(at(parameter.key, KeyPart::Value, fault));
+            }
+            numbers.push(number);
+        }
+        Ok(Self::of(kind, &numbers))
+    }
+
+    /// The file's text below a head of comments, each line of `head` one. Numbers are as short as they can be and still read
+    /// back as the same bits.
+    pub fn to_toml(&self, head: &str) -> String {
+        let mut text: String = head.lines().map(|line| format!("# {line}\n")).collect();
+        let _ = writeln!(text, "format = \"{FORMAT}\"\nkind = \"{}\"", self.kind().name());
+        let (parameters, numbers) = (self.kind().parameters(), self.numbers());
+        for group in parameters.chunk_by(|a, b| a.table_key() == b.table_key()) {
+            let first = &group[0];
+            let values: Vec<String> = parameters
+                .iter()
+                .zip(&numbers)
+                .filter(|(parameter, _)| parameter.table_key() == first.table_key())
+                .map(|(_, number)| format!("{number:?}"))
+                .collect();
+            let unit = if first.unit.is_empty() { String::new() } else { format!(", {}", first.unit) };
+            let values = if first.entry().is_some() { format!("[{}]", values.join(", ")) } else { values.concat() };
+            let _ = writeln!(text, "# {}{unit}\n{} = {values}", first.doc, first.table_key());
+        }
+        text
+    }
+}
+
+/// The number that a table has for a parameter.
+fn number(table: &toml::Table, parameter: &Parameter, all: &[Parameter]) -> Result<f64, ControllerFault> {
+    let key = parameter.table_key();
+    let allowed = parameter.allowed();
+    let value = table.get(key).ok_or(ControllerFault::Missing { key, doc: parameter.doc, allowed: allowed.clone() })?;
+    let value = match parameter.entry() {
+        None => value,
+        Some(entry) => {
+            let same = || all.iter().filter(|other| other.table_key() == key);
+            let list = value.as_array().filter(|list| list.len() == same().count());
+            &list.ok_or_else(|| ControllerFault::List {
+                key,
+                found: value.to_string(),
+                length: same().count(),
+                example: format!(
+                    "[{}]",
+                    same().map(|other| format!("{:?}", other.search[0])).collect::<Vec<_>>().join(", ")
+                ),
+            })?[entry]
+        }
+    };
+    let number = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    number.filter(|number| parameter.allows(*number)).ok_or_else(|| ControllerFault::Value {
+        key: parameter.key,
+        found: value.to_string(),
+        allowed,
+    })
+}

@@ -1,0 +1,153 @@
+//! Controllers with parameters: by name with those of their authors, or from a file. In: a name and the road, numbers, or
+//! TOML text. Out: a [`Controller`], which makes a [`Policy`]; its parameters as a list; its file's text.
+
+mod error;
+mod file;
+
+pub use error::{ControllerFault, ControllerFileError};
+pub use file::is_controller;
+
+use super::{
+    ConstantSpeed, FollowerStopper, LinearFeedback, PiParameters, PiSaturation, Policy, PolicySettings, TwoPhase,
+    parameters::{Parameter, Parametric, ordered},
+};
+
+/// A controller and what it is set to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Controller {
+    /// One speed for ever.
+    Constant(ConstantSpeed),
+    /// A slow phase first.
+    TwoPhase(TwoPhase),
+    /// FollowerStopper.
+    FollowerStopper(FollowerStopper),
+    /// PI with saturation.
+    Pi(PiParameters),
+    /// Linear feedback.
+    LinearFeedback(LinearFeedback),
+}
+
+/// Which controller it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControllerKind {
+    /// One speed for ever.
+    Constant,
+    /// A slow phase first.
+    TwoPhase,
+    /// FollowerStopper.
+    FollowerStopper,
+    /// PI with saturation.
+    Pi,
+    /// Linear feedback.
+    LinearFeedback,
+}
+
+/// All kinds, in the order of [`super::NAMES`].
+pub const CONTROLLERS: [ControllerKind; 5] = [
+    ControllerKind::Constant,
+    ControllerKind::TwoPhase,
+    ControllerKind::FollowerStopper,
+    ControllerKind::Pi,
+    ControllerKind::LinearFeedback,
+];
+
+impl ControllerKind {
+    /// Its name on the command line and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::TwoPhase => "two-phase",
+            Self::FollowerStopper => "follower-stopper",
+            Self::Pi => "pi",
+            Self::LinearFeedback => "linear-feedback",
+        }
+    }
+
+    /// The kind of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        CONTROLLERS.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// What it is set to, in the order of its file.
+    pub fn parameters(self) -> &'static [Parameter] {
+        match self {
+            Self::Constant => ConstantSpeed::PARAMETERS,
+            Self::TwoPhase => TwoPhase::PARAMETERS,
+            Self::FollowerStopper => FollowerStopper::PARAMETERS,
+            Self::Pi => PiParameters::PARAMETERS,
+            Self::LinearFeedback => LinearFeedback::PARAMETERS,
+        }
+    }
+}
+
+impl Controller {
+    /// What a name alone stands for on a road: the parameters of its authors, and the aim that is set or the automatic one.
+    pub fn by_name(kind: ControllerKind, settings: &PolicySettings) -> Self {
+        let aim_mps = settings.aim_or_automatic_mps();
+        match kind {
+            ControllerKind::Constant => Self::Constant(ConstantSpeed { speed_mps: aim_mps }),
+            ControllerKind::TwoPhase => Self::TwoPhase(TwoPhase::for_ring(settings.equilibrium_mps, aim_mps)),
+            ControllerKind::FollowerStopper => Self::FollowerStopper(FollowerStopper::published(aim_mps)),
+            ControllerKind::Pi => Self::Pi(PiParameters::default()),
+            ControllerKind::LinearFeedback => Self::LinearFeedback(LinearFeedback::around(aim_mps)),
+        }
+    }
+
+    /// The controller of as many numbers as its kind has parameters.
+    ///
+    /// # Panics
+    /// There are fewer.
+    pub fn of(kind: ControllerKind, numbers: &[f64]) -> Self {
+        match kind {
+            ControllerKind::Constant => Self::Constant(ConstantSpeed::of(numbers)),
+            ControllerKind::TwoPhase => Self::TwoPhase(TwoPhase::of(numbers)),
+            ControllerKind::FollowerStopper => Self::FollowerStopper(FollowerStopper::of(numbers)),
+            ControllerKind::Pi => Self::Pi(PiParameters::of(numbers)),
+            ControllerKind::LinearFeedback => Self::LinearFeedback(LinearFeedback::of(numbers)),
+        }
+    }
+
+    /// The same after each number has been moved as little as the order of its parameters asks for.
+    ///
+    /// # Panics
+    /// There are fewer numbers than parameters.
+    pub fn of_ordered(kind: ControllerKind, numbers: &[f64]) -> Self {
+        Self::of(kind, &ordered(kind.parameters(), numbers))
+    }
+
+    /// Which one it is.
+    pub fn kind(&self) -> ControllerKind {
+        match self {
+            Self::Constant(_) => ControllerKind::Constant,
+            Self::TwoPhase(_) => ControllerKind::TwoPhase,
+            Self::FollowerStopper(_) => ControllerKind::FollowerStopper,
+            Self::Pi(_) => ControllerKind::Pi,
+            Self::LinearFeedback(_) => ControllerKind::LinearFeedback,
+        }
+    }
+
+    /// What it is set to, in the order of [`ControllerKind::parameters`].
+    pub fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Constant(controller) => controller.numbers(),
+            Self::TwoPhase(controller) => controller.numbers(),
+            Self::FollowerStopper(controller) => controller.numbers(),
+            Self::Pi(parameters) => parameters.numbers(),
+            Self::LinearFeedback(controller) => controller.numbers(),
+        }
+    }
+
+    /// A policy that is asked each `step_s` seconds, engaged now.
+    pub fn policy(&self, step_s: f64) -> Box<dyn Policy> {
+        match *self {
+            Self::Constant(controller) => Box::new(controller),
+            Self::TwoPhase(controller) => Box::new(controller),
+            Self::FollowerStopper(controller) => Box::new(controller),
+            Self::Pi(parameters) => Box::new(PiSaturation::new(parameters, step_s)),
+            Self::LinearFeedback(controller) => Box::new(controller),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,129 @@
+//! Tunes a controller's parameters as hard as a network's are trained. In: a configuration's rings with their driver, holds,
+//! a controller. Out: the best parameters of its kind that were found, and its file, whose head says how.
+//!
+//! The objective is the mean speed of all cars over the whole horizon, transients included, the mean over the holds; a
+//! crash lets all cars stand from then on. Its rings are drawn from a stream of their own, [`STREAM`]: a controller is
+//! never evaluated on rings that it was tuned on.
+
+mod search;
+
+pub use search::{SearchBox, SearchResult, maximum};
+
+use super::{TrainConfig, evaluate};
+use crate::policy::{Controller, PolicySettings};
+use std::{
+    fmt::Write,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+/// Name of the random numbers that the rings are drawn from.
+pub const STREAM: &str = "tune";
+
+/// What is tuned on which rings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TuningTask {
+    /// The rings, and who follows the advice.
+    pub config: TrainConfig,
+    /// What the driver is called.
+    pub driver: String,
+    /// Holds, seconds; the objective is the mean over them.
+    pub holds_s: Vec<f64>,
+    /// Number of rings.
+    pub rings: usize,
+    /// Most parameter sets to try, the one that it begins with included.
+    pub budget: u32,
+    /// What it begins with.
+    pub start: Controller,
+    /// What the file calls that.
+    pub start_name: String,
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TuningResult {
+    /// The best controller found.
+    pub best: Controller,
+    /// Mean speed with it, m/s.
+    pub after_mps: f64,
+    /// Mean speed with the controller that it began with, m/s; `None` if it was stopped before that was known.
+    pub before_mps: Option<f64>,
+    /// Parameter sets that were tried.
+    pub tried: u32,
+}
+
+impl TuningTask {
+    /// Mean speed of all cars with a controller, m/s.
+    pub fn mean_mps(&self, controller: &Controller) -> f64 {
+        let of_hold = |hold_s: &f64| {
+            let config = self.config.held(*hold_s);
+            let step_s = config.ring.step_s;
+            let results = evaluate(&config, STREAM, self.rings, || Some(controller.policy(step_s)));
+            results.iter().map(|result| result.mean_mps).sum::<f64>() / results.len() as f64
+        };
+        self.holds_s.iter().map(of_hold).sum::<f64>() / self.holds_s.len() as f64
+    }
+
+    /// Searches. `stop` ends it with the best so far; `watch` is told of each mean speed as it comes, on any thread.
+    pub fn run(&self, stop: &AtomicBool, watch: impl Fn(f64) + Sync) -> TuningResult {
+        let (kind, settings) = (self.start.kind(), self.config.policy_settings(0.0));
+        let tried = |controller: &Controller| {
+            let mean_mps = self.mean_mps(controller);
+            watch(mean_mps);
+            mean_mps
+        };
+        if stop.load(Ordering::Relaxed) || self.budget == 0 {
+            return TuningResult { best: self.start, after_mps: f64::NAN, before_mps: None, tried: 0 };
+        }
+        let before_mps = tried(&self.start);
+        let space = SearchBox {
+            bounds: search_bounds(&self.start, &settings),
+            start: self.start.numbers(),
+            budget: self.budget - 1,
+            seed: self.config.seed,
+        };
+        let found = maximum(&space, stop, |numbers| tried(&Controller::of_ordered(kind, numbers)));
+        let better = found.best.filter(|(_, mean_mps)| *mean_mps > before_mps);
+        let (best, after_mps) = match better {
+            Some((numbers, mean_mps)) => (Controller::of_ordered(kind, &numbers), mean_mps),
+            None => (self.start, before_mps),
+        };
+        TuningResult { best, after_mps, before_mps: Some(before_mps), tried: found.tried + 1 }
+    }
+
+    /// The best controller's file. Its head says what was tuned, on what, and what came of it.
+    pub fn file(&self, result: &TuningResult) -> String {
+        let ring = &self.config.ring;
+        let range = |low: f64, high: f64| if low < high { format!("{low} to {high}") } else { low.to_string() };
+        let cars = range(f64::from(ring.vehicles_min), f64::from(ring.vehicles_max));
+        let length_m = range(ring.circumference_min_m, ring.circumference_max_m);
+        let holds: Vec<String> = self.holds_s.iter().map(|hold_s| format!("{hold_s} s")).collect();
+        let mut head = String::from("Tuned by `codrive tune`; `codrive drive --policy THIS_FILE` uses it.\n");
+        let _ = writeln!(
+            head,
+            "Objective: mean speed of all cars over {} s from the first advice; from a crash on all stand.",
+            ring.horizon_s
+        );
+        let _ = writeln!(head, "Driver: {}. Holds: {}.", self.driver, holds.join(", "));
+        let _ = writeln!(
+            head,
+            "Rings: {} of the stream \"{STREAM}\", seed {}: {cars} cars on {length_m} m, {} s of warm-up.",
+            self.rings, self.config.seed, ring.warm_up_s
+        );
+        let _ = writeln!(head, "Parameter sets tried: {} of {}.", result.tried, self.budget);
+        let before = result.before_mps.map_or("not known".into(), |v| format!("{v:.3} m/s"));
+        let _ = writeln!(
+            head,
+            "Mean speed on these rings: {before} before ({}), {:.3} m/s after. On other rings it is less: see codrive evaluate.",
+            self.start_name, result.after_mps
+        );
+        result.best.to_toml(&head)
+    }
+}
+
+/// The range of each parameter on these rings.
+fn search_bounds(controller: &Controller, settings: &PolicySettings) -> Vec<[f64; 2]> {
+    controller.kind().parameters().iter().map(|p| p.search_range(settings.equilibrium_mps)).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,117 @@
+//! Tuning against outside oracles: a grid of all speeds, and itself on other numbers of threads.
+
+use super::*;
+use crate::{
+    driver,
+    policy::{ControllerKind, PolicySettings},
+    train::{RewardConfig, RingConfig},
+};
+
+/// Eleven cars on half of the paper's ring, driven for a minute and a half by an ego that does what it is told and brakes
+/// where it must.
+fn small(kind: ControllerKind, budget: u32) -> TuningTask {
+    let ring = RingConfig {
+        vehicles_min: 11,
+        vehicles_max: 11,
+        circumference_min_m: 125.0,
+        circumference_max_m: 125.0,
+        warm_up_s: 60.0,
+        horizon_s: 90.0,
+        ..RingConfig::default()
+    };
+    let guarded = driver::named("guarded").unwrap();
+    let config = TrainConfig { ring, reward: RewardConfig::default(), ..TrainConfig::default() };
+    let start = Controller::by_name(kind, &config.policy_settings(0.0));
+    TuningTask {
+        config: config.driven_by(&guarded.params),
+        driver: guarded.label(),
+        holds_s: vec![1.0],
+        rings: 16,
+        budget,
+        start,
+        start_name: kind.name().into(),
+    }
+}
+
+fn run(task: &TuningTask) -> TuningResult {
+    task.run(&AtomicBool::new(false), |_| {})
+}
+
+#[test]
+fn a_tuned_speed_is_within_one_per_cent_of_the_best_of_forty() {
+    let task = small(ControllerKind::Constant, 40);
+    // 11 cars on 125 m are as dense as the paper's ring: an even flow of 4.362 m/s (docs/references.md: ring).
+    let speeds = (1..=40).map(|k| 1.5 * 4.362 * f64::from(k) / 40.0);
+    let of = |speed| task.mean_mps(&Controller::of(ControllerKind::Constant, &[speed]));
+    let (best_mps, best) = speeds.map(|speed| (of(speed), speed)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    let result = run(&task);
+    assert!(result.after_mps > 0.99 * best_mps, "{result:?}; the grid has {best_mps} at {best}");
+    // What is reported is what the controller of the file does.
+    assert_eq!(result.after_mps, task.mean_mps(&result.best));
+    assert_eq!((result.tried, result.before_mps), (40, Some(task.mean_mps(&task.start))));
+}
+
+#[test]
+fn the_same_seed_gives_the_same_file_with_one_thread_and_with_two() {
+    let task = small(ControllerKind::FollowerStopper, 20);
+    let file = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| task.file(&run(&task)))
+    };
+    let one = file(1);
+    assert_eq!(one, file(2));
+    let mut other = task.clone();
+    other.config.seed = 2;
+    assert_ne!(one, other.file(&run(&other)));
+    // The file is its controller's, and its head says how it came to be.
+    let read = Controller::from_toml(&one, "tuned.toml").unwrap();
+    assert_eq!(read, run(&task).best);
+    for part in [
+        "# Objective: mean speed of all cars over 90 s from the first advice; from a crash on all stand.\n",
+        "# Driver: guarded. Holds: 1 s.\n",
+        "# Rings: 16 of the stream \"tune\", seed 1: 11 cars on 125 m, 60 s of warm-up.\n",
+        "# Parameter sets tried: 20 of 20.\n",
+        " before (follower-stopper), ",
+    ] {
+        assert!(one.contains(part), "{one}\nlacks {part}");
+    }
+}
+
+#[test]
+fn tuning_never_makes_it_worse_and_several_holds_count_alike() {
+    for kind in crate::policy::CONTROLLERS {
+        let mut task = small(kind, 9);
+        task.holds_s = vec![1.0, 10.0];
+        let result = run(&task);
+        assert!(result.after_mps >= result.before_mps.unwrap(), "{result:?}");
+        let alone = |hold_s| TuningTask { holds_s: vec![hold_s], ..task.clone() }.mean_mps(&result.best);
+        assert!((result.after_mps - (alone(1.0) + alone(10.0)) / 2.0).abs() < 1e-12, "{result:?}");
+    }
+}
+
+#[test]
+fn the_rings_are_none_that_anything_else_drives_on() {
+    let task = small(ControllerKind::TwoPhase, 1);
+    let of = |stream| {
+        let make = || Some(task.start.policy(0.1));
+        evaluate(&task.config.held(1.0), stream, 16, make).iter().map(|r| r.mean_mps).sum::<f64>() / 16.0
+    };
+    assert_eq!(of("tune"), task.mean_mps(&task.start));
+    for stream in ["train", "judge", "evaluate", "benchmark"] {
+        assert_ne!(of(stream), task.mean_mps(&task.start), "{stream}");
+    }
+}
+
+#[test]
+fn a_search_goes_through_the_speeds_of_its_ring() {
+    let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.0, step_s: 0.1 };
+    let start = Controller::by_name(ControllerKind::TwoPhase, &settings);
+    assert_eq!(search_bounds(&start, &settings), [[0.0, 6.0], [0.0, 200.0], [0.0, 6.0]]);
+}
+
+#[test]
+fn what_was_stopped_at_once_is_what_it_began_with() {
+    let task = small(ControllerKind::Pi, 100);
+    let result = task.run(&AtomicBool::new(true), |_| {});
+    assert_eq!((result.best, result.before_mps, result.tried), (task.start, None, 0));
+}
