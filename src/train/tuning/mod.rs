@@ -78,6 +78,7 @@ impl TuningTask {
         let space = SearchBox {
             bounds: search_bounds(&self.start, &settings),
             start: self.start.numbers(),
+            start_value: before_mps,
             budget: self.budget - 1,
             seed: self.config.seed,
         };

@@ -46,6 +46,10 @@ fn a_tuned_speed_is_within_one_per_cent_of_the_best_of_forty() {
     let (best_mps, best) = speeds.map(|speed| (of(speed), speed)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     let result = run(&task);
     assert!(result.after_mps > 0.99 * best_mps, "{result:?}; the grid has {best_mps} at {best}");
+    // Gone on from there, one more try is none better, and what was best stays.
+    let further = TuningTask { start: result.best, budget: 2, ..task.clone() };
+    let kept = run(&further);
+    assert_eq!((kept.best, kept.after_mps, kept.tried), (result.best, result.after_mps, 2));
     // What is reported is what the controller of the file does.
     assert_eq!(result.after_mps, task.mean_mps(&result.best));
     assert_eq!((result.tried, result.before_mps), (40, Some(task.mean_mps(&task.start))));
