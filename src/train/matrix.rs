@@ -111,17 +111,17 @@ fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: 
     // long (measured without link-time optimisation between the parts of a package).
     for k in 0..a.columns {
         let row: &[T; COLUMNS] = b[k * columns + j..].first_chunk().expect("a whole block of columns");
-        for r in 0..R {
+        for (r, sums) in sums.iter_mut().enumerate() {
             let x = a.data[(i + r) * down + k * right];
             for l in 0..COLUMNS {
-                sums[r][l] += x * row[l];
+                sums[l] += x * row[l];
             }
         }
     }
-    for r in 0..R {
+    for (r, sums) in sums.iter().enumerate() {
         let out: &mut [T; COLUMNS] = c[(i + r) * columns + j..].first_chunk_mut().expect("a whole block of columns");
         for l in 0..COLUMNS {
-            out[l] += sums[r][l];
+            out[l] += sums[l];
         }
     }
 }

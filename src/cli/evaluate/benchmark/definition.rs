@@ -249,7 +249,7 @@ mod tests {
     fn refused(from: &str, to: &str) -> String {
         let text = shipped_text();
         assert!(text.contains(from), "{from}");
-        match Benchmark::parse(&text.replacen(from, to, 1), "ring.toml", PathBuf::new()) {
+        match Benchmark::parse(&text.replacen(from, to, 1), "ring.toml", data_folders::root().join(SHIPPED)) {
             Err(CliError::Input(message)) => message,
             _ => panic!("{to} was taken"),
         }
@@ -272,10 +272,11 @@ mod tests {
 
     #[test]
     fn a_path_is_that_of_the_cell() {
-        let benchmark = Benchmark::parse(&shipped_text(), "ring.toml", "/b".into()).map_err(|e| e.to_string()).unwrap();
+        let benchmark = Benchmark::load("ring").map_err(|e| e.to_string()).unwrap();
         let late = &benchmark.drivers[1];
         let path = benchmark.policy("tuned/constant-{driver}-{hold}.toml", late, 10.0);
-        assert_eq!(path, Path::new("/b").join("tuned/constant-late-10.toml").display().to_string());
+        let folder = data_folders::root().join(SHIPPED);
+        assert_eq!(path, folder.join("tuned/constant-late-10.toml").display().to_string());
         assert_eq!(benchmark.policy("pi", late, 1.0), "pi");
     }
 
