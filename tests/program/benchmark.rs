@@ -55,13 +55,13 @@ fn a_benchmark_is_the_same_on_one_thread_and_on_two_and_pairs_its_rings() {
     assert_eq!(one["roads"][0]["rings_with_a_wave"], 16);
 }
 
-/// Sources that name a stream of random numbers.
+/// Sources, without files of tests alone.
 fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
             sources(&path, found);
-        } else if path.extension().is_some_and(|ending| ending == "rs") {
+        } else if path.extension().is_some_and(|ending| ending == "rs") && !path.ends_with("tests.rs") {
             found.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));
         }
     }
