@@ -8,11 +8,11 @@ use crate::{
     train::{
         Learner, TrainConfig,
         distribution::Family,
+        fitted_network::{Fit, FittedNetwork},
         net::Shape,
         ring::{RingStart, VectorizedRing},
         simd::LANES,
         trpo::{Batch, PolicyShape, TrustRegion},
-        value::{ValueFit, ValueFunction},
     },
 };
 use serde::Serialize;
@@ -84,14 +84,14 @@ fn update(n: usize) -> TimeStatistics {
     let mut stream = rng::stream(1, "bench");
     let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
     theta.resize(shape.parameters(), 0.0);
-    let mut value = ValueFunction::new(&value_shape, &mut stream);
+    let mut value = FittedNetwork::new(&value_shape, &mut stream);
     let region = TrustRegion {
         max_kl: config.optimiser.max_kl,
         cg_steps: config.optimiser.cg_steps,
         damping: config.optimiser.damping,
         backtracks: config.optimiser.backtracks,
     };
-    let how = ValueFit {
+    let how = Fit {
         rate: config.optimiser.value_rate,
         epochs: config.optimiser.value_epochs,
         batch: config.optimiser.value_batch as usize,

@@ -24,6 +24,9 @@ const CHECKPOINT_BYTES: u64 = 64 << 20;
 const POLICY: &str = "policy.toml";
 /// Written where the program reads such files, too.
 const ONNX: &str = "policy.onnx";
+/// What tells it who drives, where it asks.
+#[cfg(feature = "onnx")]
+const ESTIMATOR_ONNX: &str = "estimator.onnx";
 const CONFIG: &str = "train.toml";
 const CHECKPOINT: &str = "checkpoint.json";
 const CURVE_CSV: &str = "curve.csv";
@@ -52,7 +55,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let stop = stop_on_ctrl_c();
     let bar = progress(&learner);
     let mut written = bar.elapsed();
-    while learner.iteration() < learner.config().run.iterations && !stop.load(Ordering::Relaxed) {
+    while learner.iteration() < learner.config().all_iterations() && !stop.load(Ordering::Relaxed) {
         let row = learner.iterate();
         bar.set_message(words(&row, learner.best().2));
         bar.set_position(u64::from(row.iteration));
@@ -115,7 +118,7 @@ fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
 
 fn progress(learner: &Learner) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed} {msg}  {eta} left");
-    let bar = ProgressBar::new(u64::from(learner.config().run.iterations));
+    let bar = ProgressBar::new(u64::from(learner.config().all_iterations()));
     bar.set_position(u64::from(learner.iteration()));
     bar.reset_eta();
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
@@ -123,6 +126,9 @@ fn progress(learner: &Learner) -> ProgressBar {
 
 fn words(row: &LearningCurveRow, best_mps: Option<f64>) -> String {
     let best = best_mps.map_or("-".into(), |v| format!("{v:.3}"));
+    if let Some(loss) = row.estimator_loss {
+        return format!("{:.3} m/s; the estimator of the driver: loss {loss:.3} nat", row.mean_mps);
+    }
     format!(
         "{:.3} m/s, best {best}, KL {:.4}, entropy {:.2}, crashes {}",
         row.mean_mps, row.kl, row.entropy, row.crashes
@@ -140,7 +146,12 @@ fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
     write(dir, CHECKPOINT, checkpoint.as_bytes())?;
     write(dir, POLICY, network.to_toml().as_bytes())?;
     #[cfg(feature = "onnx")]
-    write(dir, ONNX, &crate::policy::onnx::write(&network))?;
+    {
+        write(dir, ONNX, &crate::policy::onnx::write(&network))?;
+        if let Some(estimator) = &network.estimator {
+            write(dir, ESTIMATOR_ONNX, &crate::policy::onnx::write_estimator(estimator))?;
+        }
+    }
     write(dir, CURVE_CSV, learning_curve::csv(rows).as_bytes())?;
     write(dir, CURVE_SVG, learning_curve::svg(rows, &title).as_bytes())
 }

@@ -60,6 +60,12 @@ impl Compliance {
     /// [`HELD_BACK_S`]; otherwise he drives as without advice.
     pub fn follows(&self, time_s: f64, held_back_mps: f64) -> bool {
         let stretch = (time_s / STRETCH_S) as u64;
+        self.chance(Purpose::Follow, stretch) < self.willingness(time_s, held_back_mps)
+    }
+
+    /// The share of the time in which he follows, as it is then.
+    pub fn willingness(&self, time_s: f64, held_back_mps: f64) -> f64 {
+        let stretch = (time_s / STRETCH_S) as u64;
         let mut share = self.share;
         if self.fade_s > 0.0 {
             share *= (-(stretch as f64) * STRETCH_S / self.fade_s).exp();
@@ -67,7 +73,7 @@ impl Compliance {
         if self.patience_mps > 0.0 {
             share *= (-held_back_mps.max(0.0) / self.patience_mps).exp();
         }
-        self.chance(Purpose::Follow, stretch) < share
+        share
     }
 
     /// Whether he takes in what the dial shows `time_s` after the first advice; otherwise he goes by what he saw last.

@@ -1,6 +1,6 @@
 //! Parameters of simulated drivers. In: a preset's name or a scenario file. Out: [`DriverParams`]. SI units.
 
-use crate::{idm::IdmParams, toml_text::did_you_mean};
+use crate::{idm::IdmParams, policy::DriverTraits, toml_text::did_you_mean};
 use serde::{Deserialize, Serialize};
 
 /// Why there is no such driver.
@@ -216,6 +216,17 @@ pub fn preset(name: &str) -> Result<DriverParams, DriverError> {
 }
 
 impl DriverParams {
+    /// What matters of him to advice; the other cars keep a time gap of `usual_time_gap_s`. He is as willing as on the first day.
+    pub fn traits(&self, usual_time_gap_s: f64) -> DriverTraits {
+        DriverTraits {
+            reaction_s: self.reaction_s,
+            speed_bias_mps: self.speed_bias_mps,
+            error_mps: self.error_mps,
+            time_gap_factor: self.idm.t / usual_time_gap_s,
+            willingness: if self.follows_advice { self.compliance } else { 0.0 },
+        }
+    }
+
     /// Checks every number.
     ///
     /// # Errors

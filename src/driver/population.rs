@@ -17,6 +17,8 @@ pub enum Population {
     People,
     /// PeRP's instructed drivers: a constant deviation of -5, -2.5, 0, 2.5 or 5 m/s, no reaction time
     Perp,
+    /// Half of them people, the rest spread evenly over all that can be met: what a policy is trained on that must know everybody
+    Anyone,
 }
 
 /// Longest reaction time of any of them, s.
@@ -27,7 +29,7 @@ pub const PERP_BIASES_MPS: [f64; 5] = [-5.0, -2.5, 0.0, 2.5, 5.0];
 
 impl Population {
     /// All that drivers can be drawn from, by name.
-    pub const NAMES: [&'static str; 2] = ["people", "perp"];
+    pub const NAMES: [&'static str; 3] = ["people", "perp", "anyone"];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -35,6 +37,7 @@ impl Population {
             Self::None => "none",
             Self::People => "people",
             Self::Perp => "perp",
+            Self::Anyone => "anyone",
         }
     }
 
@@ -46,6 +49,7 @@ impl Population {
         match name {
             "people" => Ok(Self::People),
             "perp" => Ok(Self::Perp),
+            "anyone" => Ok(Self::Anyone),
             _ => Err(DriverError::UnknownPopulation {
                 name: name.into(),
                 near: did_you_mean(name, &Self::NAMES),
@@ -67,7 +71,31 @@ impl Population {
                 speed_bias_mps: PERP_BIASES_MPS[stream.index(PERP_BIASES_MPS.len())],
                 ..base.clone()
             },
+            Self::Anyone => anyone(base, stream),
         }
+    }
+}
+
+/// Somebody of whom nothing is known: a person, one of PeRP's drivers, or anything between a machine and a slow, erring driver.
+fn anyone(base: &DriverParams, stream: &mut Stream) -> DriverParams {
+    match stream.index(6) {
+        0..=2 => person(base, stream),
+        3 => Population::Perp.draw(base, stream),
+        4 => DriverParams { speed_bias_mps: stream.uniform(-5.0, 5.0), ..steady(base, stream) },
+        _ => steady(base, stream),
+    }
+}
+
+/// A driver who always follows, anything between a machine and a slow, erring driver.
+fn steady(base: &DriverParams, stream: &mut Stream) -> DriverParams {
+    let reaction_s = stream.uniform(-0.5, 2.0).max(0.0);
+    DriverParams {
+        follows_advice: true,
+        reaction_s,
+        leader_reaction_s: reaction_s * stream.uniform(0.0, 1.0),
+        error_mps: stream.uniform(-0.2, 0.8).max(0.0),
+        speed_bias_mps: 0.0,
+        ..base.clone()
     }
 }
 

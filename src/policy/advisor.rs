@@ -1,6 +1,6 @@
 //! Who asks the policy. In: an observation each step. Out: each hold the advice that stands from now on.
 
-use super::{Action, Advice, Hold, MeanSpeed, Observation, Policy};
+use super::{Action, Advice, DriverEstimate, Hold, MeanSpeed, Observation, Policy};
 use crate::time::Tick;
 
 /// The shown speed goes no further than this beyond what the driver has reached, m/s, before another hold adds to it.
@@ -46,7 +46,8 @@ impl Advisor {
         let policy = self.policy.as_mut()?;
         let (hold_s, step_s) = (self.hold.seconds(), self.hold.step_s());
         let mean_speed_mps = self.mean_speed.watch(observation.speed_mps, step_s);
-        let observation = &Observation { hold_s, mean_speed_mps, ..*observation };
+        let advised_mps = self.standing.map(|advice| advice.target_mps);
+        let observation = &Observation { hold_s, mean_speed_mps, advised_mps, ..*observation };
         policy.watch(observation);
         let due = self.steps.is_multiple_of(u64::from(self.hold.steps()));
         let time_s = self.steps as f64 * step_s;
@@ -83,10 +84,22 @@ impl Advisor {
             Action::Speed(v) => v,
         };
         let target_mps = speed_mps.clamp(0.0, speed_limit_mps.max(0.0));
-        let advice =
-            Advice { issued: now, hold: self.hold, action, target_mps, range_mps: self.range_mps, is_fallback };
+        let advice = Advice {
+            issued: now,
+            hold: self.hold,
+            action,
+            target_mps,
+            range_mps: self.range_mps,
+            is_fallback,
+            driver: policy.driver_estimate(),
+        };
         self.standing = Some(advice);
         self.standing
+    }
+
+    /// What the policy makes of the driver now, if it asks.
+    pub fn driver_estimate(&self) -> Option<DriverEstimate> {
+        self.policy.as_ref()?.driver_estimate()
     }
 
     /// The advice that stands now.

@@ -6,6 +6,7 @@ mod controller;
 mod error;
 mod follower_stopper;
 mod hold;
+pub mod identification;
 mod linear_feedback;
 mod network;
 mod observe;
@@ -16,6 +17,7 @@ pub mod onnx;
 pub mod onnx;
 mod open_loop;
 mod parameters;
+mod personal;
 mod pi_saturation;
 
 pub use advisor::{Advisor, shown_mps, untrained_hold};
@@ -23,12 +25,14 @@ pub use controller::{CONTROLLERS, Controller, ControllerFault, ControllerFileErr
 pub use error::{PolicyFileError, PolicyFileFault, SettingFault};
 pub use follower_stopper::FollowerStopper;
 pub use hold::{Hold, HoldError};
+pub use identification::{DriverEstimate, DriverEstimator, DriverTraits};
 pub use linear_feedback::LinearFeedback;
 pub use network::{FORMAT, Network, NetworkFault, NetworkLayer, NetworkOutput, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
 pub use parameters::{Order, Parameter, SearchScale};
+pub use personal::PersonalPolicy;
 pub use pi_saturation::{PiParameters, PiSaturation};
 
 use crate::{
@@ -56,6 +60,10 @@ pub struct Observation {
     pub hold_s: f64,
     /// Own mean speed of about the last half minute, m/s ([`MeanSpeed`]); [`Advisor`] knows.
     pub mean_speed_mps: f64,
+    /// The advice that stands, m/s; [`Advisor`] knows.
+    pub advised_mps: Option<f64>,
+    /// Who drives, where that is known or has been estimated.
+    pub driver: Option<DriverTraits>,
 }
 
 /// What a policy puts out.
@@ -82,6 +90,8 @@ pub struct Advice {
     pub range_mps: f64,
     /// The policy's answer was no number, and what was advised before stands.
     pub is_fallback: bool,
+    /// What the policy made of the driver when it was issued, if it asks.
+    pub driver: Option<DriverEstimate>,
 }
 
 impl Advice {
@@ -111,6 +121,11 @@ pub trait Policy: Send {
     fn abstains(&self, observation: &Observation) -> bool {
         let _ = observation;
         false
+    }
+
+    /// What it has found out about the driver, if it asks.
+    fn driver_estimate(&self) -> Option<DriverEstimate> {
+        None
     }
 
     /// Shortest and longest hold that it was made for, seconds, if it was made for some.
@@ -277,7 +292,7 @@ fn from_toml_file(path: &Path, settings: &PolicySettings) -> Result<Box<dyn Poli
     Ok(if controller::is_controller(&text) {
         Controller::from_toml(&text, &path.display().to_string())?.policy(settings.step_s)
     } else {
-        Box::new(Network::from_text_of(path, &text)?)
+        Network::from_text_of(path, &text)?.policy(settings.step_s)
     })
 }
 

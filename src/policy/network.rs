@@ -2,7 +2,8 @@
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
 use super::{
-    Action, NetworkInput, Observation, Policy, PolicyFileError, PolicyFileFault, SettingFault, observe::is_too_dense,
+    Action, DriverEstimator, NetworkInput, Observation, PersonalPolicy, Policy, PolicyFileError, PolicyFileFault,
+    SettingFault, identification::EstimatorFault, observe::is_too_dense,
 };
 use crate::{file::read_text, toml_text::did_you_mean_file};
 use serde::{Deserialize, Serialize};
@@ -58,6 +59,9 @@ pub struct Network {
     /// From the observation to the action.
     #[serde(rename = "layer")]
     pub layers: Vec<NetworkLayer>,
+    /// What tells it who drives, where it asks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<DriverEstimator>,
 }
 
 /// The most that a policy file may hold, bytes: layers of 64 and 64 numbers take 0.1 MB.
@@ -106,6 +110,9 @@ pub enum NetworkFault {
         /// How many are needed.
         needed: usize,
     },
+    /// Its estimator of the driver cannot be used.
+    #[error(transparent)]
+    Estimator(#[from] EstimatorFault),
     /// A number that cannot be.
     #[error(transparent)]
     Setting(#[from] SettingFault),
@@ -183,14 +190,14 @@ impl Network {
         if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
             return Err(NetworkFault::LevelsOrHolds);
         }
-        Ok(())
+        self.estimator.as_ref().map_or(Ok(()), |estimator| Ok(estimator.check()?))
     }
 
     /// The file's text. Numbers are as short as they can be and still read back as the same bits.
     pub fn to_toml(&self) -> String {
         let mut text = String::from("# A policy trained by codrive; `codrive drive --policy THIS_FILE` uses it.\n");
         text.push_str("# Each layer is y = x W + b, then tanh on all but the last. Output -1..1 spans the limits.\n");
-        let head = Self { layers: Vec::new(), ..self.clone() };
+        let head = Self { layers: Vec::new(), estimator: None, ..self.clone() };
         let mut table = toml::Table::try_from(head).unwrap_or_default();
         table.remove("layer");
         table.remove("inputs");
@@ -207,7 +214,18 @@ impl Network {
             }
             text.push_str("]\n");
         }
+        if let Some(estimator) = &self.estimator {
+            estimator.write(&mut text);
+        }
         text
+    }
+
+    /// A policy that is asked each `step_s` seconds, engaged now.
+    pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
+        match self.estimator.clone() {
+            Some(estimator) => Box::new(PersonalPolicy::new(self, estimator, step_s)),
+            None => Box::new(self),
+        }
     }
 
     /// The last layer's outputs. A hold outside of those trained for is seen as the nearest of them: a policy that has
@@ -281,7 +299,7 @@ pub(super) fn is_zero(x: &f64) -> bool {
 }
 
 /// Numbers as a TOML array.
-fn row(numbers: &[f32]) -> String {
+pub(super) fn row(numbers: &[f32]) -> String {
     let words: Vec<String> = numbers.iter().map(|x| number(*x)).collect();
     format!("[{}]", words.join(", "))
 }
@@ -330,6 +348,7 @@ mod tests {
                 NetworkLayer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
                 NetworkLayer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
             ],
+            estimator: None,
         }
     }
 

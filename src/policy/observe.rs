@@ -32,10 +32,20 @@ pub enum Feature {
     MeanSpeed,
     /// Natural logarithm of the hold in seconds.
     LogHold,
+    /// The driver's time from a new advice to the first response, s.
+    Reaction,
+    /// The driver's speed less the advised one, m/s.
+    SpeedBias,
+    /// Standard deviation of the driver's speed around what he aims at, m/s.
+    TrackingError,
+    /// The driver's time gap as a multiple of the other cars'.
+    TimeGapFactor,
+    /// Share of the time in which the driver follows the advice.
+    Willingness,
 }
 
 /// All features, as a training's configuration names them.
-pub const FEATURES: [Feature; 9] = [
+pub const FEATURES: [Feature; 14] = [
     Feature::Speed,
     Feature::LeaderSpeed,
     Feature::RelativeSpeed,
@@ -45,6 +55,11 @@ pub const FEATURES: [Feature; 9] = [
     Feature::Spacing,
     Feature::MeanSpeed,
     Feature::LogHold,
+    Feature::Reaction,
+    Feature::SpeedBias,
+    Feature::TrackingError,
+    Feature::TimeGapFactor,
+    Feature::Willingness,
 ];
 
 impl Feature {
@@ -60,12 +75,23 @@ impl Feature {
             Self::Spacing => "spacing",
             Self::MeanSpeed => "mean_speed",
             Self::LogHold => "log_hold",
+            Self::Reaction => "reaction",
+            Self::SpeedBias => "speed_bias",
+            Self::TrackingError => "tracking_error",
+            Self::TimeGapFactor => "time_gap_factor",
+            Self::Willingness => "willingness",
         }
     }
 
     /// The feature of this name.
     pub fn named(name: &str) -> Option<Self> {
         FEATURES.into_iter().find(|feature| feature.name() == name)
+    }
+
+    /// True of what only a teacher knows, and an estimator finds out: who drives.
+    pub fn is_of_driver(self) -> bool {
+        use Feature::{Reaction, SpeedBias, TimeGapFactor, TrackingError, Willingness};
+        matches!(self, Reaction | SpeedBias | TrackingError | TimeGapFactor | Willingness)
     }
 
     fn of(self, o: &Observation) -> f64 {
@@ -79,6 +105,11 @@ impl Feature {
             Self::Spacing => o.circumference_m / f64::from(o.vehicles.max(1)),
             Self::MeanSpeed => o.mean_speed_mps,
             Self::LogHold => o.hold_s.max(1e-3).ln(),
+            Self::Reaction => o.driver.unwrap_or_default().reaction_s,
+            Self::SpeedBias => o.driver.unwrap_or_default().speed_bias_mps,
+            Self::TrackingError => o.driver.unwrap_or_default().error_mps,
+            Self::TimeGapFactor => o.driver.unwrap_or_default().time_gap_factor,
+            Self::Willingness => o.driver.unwrap_or_default().willingness,
         }
     }
 }
@@ -144,6 +175,7 @@ impl MeanSpeed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::policy::DriverTraits;
 
     #[test]
     fn the_default_is_the_scaling_of_the_field() {
@@ -169,8 +201,11 @@ mod tests {
             vehicles: 20,
             hold_s: 10.0,
             mean_speed_mps: 2.5,
+            advised_mps: Some(4.0),
+            driver: Some(DriverTraits::of([1.2, -0.5, 0.4, 1.1, 0.8])),
         };
-        let expected = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln()];
+        let expected = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln(), 1.2, -0.5, 0.4, 1.1, 0.8];
+        assert_eq!(FEATURES.len(), expected.len());
         for (feature, expected) in FEATURES.into_iter().zip(expected) {
             assert_eq!(feature.of(&seen), expected, "{}", feature.name());
             assert_eq!(Feature::named(feature.name()), Some(feature));

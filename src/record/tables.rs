@@ -331,6 +331,42 @@ pub const ADVICE: &[TableColumn<AdviceRow>] = &[
     ),
     column("shown_frame", "", "number of the first frame that showed it", ColumnValue::Id(|r| r.shown_frame)),
     number("shown_wall_s", "s", "when that frame was handed over, wall time since the first frame", |r| r.shown_wall_s),
+    number(
+        "driver_reaction_s",
+        "s",
+        "the driver's reaction time as the policy makes it out; empty where it does not ask",
+        |r| Some(r.advice.driver?.mean.reaction_s),
+    ),
+    number("driver_reaction_sd_s", "s", "standard deviation of that", |r| Some(r.advice.driver?.sd.reaction_s)),
+    number("driver_speed_bias_mps", "m/s", "speed driven less speed advised, as the policy makes it out", |r| {
+        Some(r.advice.driver?.mean.speed_bias_mps)
+    }),
+    number("driver_speed_bias_sd_mps", "m/s", "standard deviation of that", |r| {
+        Some(r.advice.driver?.sd.speed_bias_mps)
+    }),
+    number(
+        "driver_error_mps",
+        "m/s",
+        "standard deviation of the speed around what is aimed at, as the policy makes it out",
+        |r| Some(r.advice.driver?.mean.error_mps),
+    ),
+    number("driver_error_sd_mps", "m/s", "standard deviation of that", |r| Some(r.advice.driver?.sd.error_mps)),
+    number(
+        "driver_time_gap_factor",
+        "",
+        "time gap as a multiple of the other cars', as the policy makes it out",
+        |r| Some(r.advice.driver?.mean.time_gap_factor),
+    ),
+    number("driver_time_gap_factor_sd", "", "standard deviation of that", |r| {
+        Some(r.advice.driver?.sd.time_gap_factor)
+    }),
+    number(
+        "driver_willingness",
+        "",
+        "share of the time in which the driver follows, as the policy makes it out",
+        |r| Some(r.advice.driver?.mean.willingness),
+    ),
+    number("driver_willingness_sd", "", "standard deviation of that", |r| Some(r.advice.driver?.sd.willingness)),
 ];
 
 fn action(advice: &Advice) -> (&'static str, f64) {

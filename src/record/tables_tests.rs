@@ -3,7 +3,7 @@
 use super::*;
 use crate::{
     ego::EgoState,
-    policy::Action,
+    policy::{Action, DriverEstimate, DriverTraits},
     sim::{EndReason, Leader, Pitch},
     space::Pose,
     traffic::VehicleId,
@@ -38,6 +38,22 @@ const ADVISED: Advice = Advice {
     target_mps: 6.5,
     range_mps: 0.75,
     is_fallback: true,
+    driver: Some(DriverEstimate {
+        mean: DriverTraits {
+            reaction_s: 1.5,
+            speed_bias_mps: -0.25,
+            error_mps: 0.5,
+            time_gap_factor: 1.25,
+            willingness: 0.75,
+        },
+        sd: DriverTraits {
+            reaction_s: 0.125,
+            speed_bias_mps: 0.25,
+            error_mps: 0.375,
+            time_gap_factor: 0.0625,
+            willingness: 0.5,
+        },
+    }),
 };
 
 /// The car at 6 m/s, 10 m behind one at 4 m/s; 0.5 rad left of east, nose 0.1 rad down, right side 0.2 rad up.
@@ -200,6 +216,16 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
         ("fallback", "true"),
         ("shown_frame", "8"),
         ("shown_wall_s", "1.125000"),
+        ("driver_reaction_s", "1.500000"),
+        ("driver_reaction_sd_s", "0.125000"),
+        ("driver_speed_bias_mps", "-0.250000"),
+        ("driver_speed_bias_sd_mps", "0.250000"),
+        ("driver_error_mps", "0.500000"),
+        ("driver_error_sd_mps", "0.375000"),
+        ("driver_time_gap_factor", "1.250000"),
+        ("driver_time_gap_factor_sd", "0.062500"),
+        ("driver_willingness", "0.750000"),
+        ("driver_willingness_sd", "0.500000"),
     ];
     is(ADVICE, &advice, &expected);
 

@@ -71,6 +71,7 @@ fn the_first_number_that_differs_is_named_with_its_car_and_both_values() {
         target_mps: 4.0,
         range_mps: 1.0,
         is_fallback: false,
+        driver: None,
     };
     let advised = Snapshot { advice: Some(advice), ..one.clone() };
     assert_eq!(one.first_difference(&advised), Some(("count of numbers".into(), 27.0, 29.0)));

@@ -49,6 +49,7 @@ fn advice(target_mps: f64) -> Advice {
         target_mps,
         range_mps: 0.5,
         is_fallback: false,
+        driver: None,
     }
 }
 

@@ -2,10 +2,10 @@
 //! help, the ranges the limits. Defaults are those of the field (docs/references.md: learning) where the field agrees.
 
 use crate::{
-    driver::Population,
+    driver::{LONGEST_REACTION_S, Population},
     idm::IdmParams,
     policy::{Feature, Hold, NetworkInput, PolicySettings},
-    settings::{Settings, flat_settings},
+    settings::flat_settings,
     space::CAR_LENGTH_M,
 };
 use schemars::JsonSchema;
@@ -148,7 +148,7 @@ flat_settings! {
             /// Simulated driver: length of such a spell
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "s"))]
             inattention_s: f64 = 0.0,
-            /// A driver is drawn from this population in each episode: people or perp; none takes the settings above
+            /// A driver is drawn from this population in each episode: people, perp or anyone; none takes the settings above
             population: Population = Population::None,
             /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
             random_driver: bool = true,
@@ -156,7 +156,7 @@ flat_settings! {
         /// What the policy sees, and the network that it is.
         group network: NetworkConfig {
             /// What the policy sees, of speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
-            /// log_hold
+            /// log_hold, and of who drives: reaction, speed_bias, tracking_error, time_gap_factor, willingness
             sees: String = "speed,leader_speed,gap,circumference".into(),
             /// How it is scaled
             scaling: Scaling = Scaling::default(),
@@ -178,6 +178,24 @@ flat_settings! {
             /// Rings side by side, a multiple of 16
             #[schemars(range(min = 16, max = 65536))]
             rings: u32 = 64,
+        }
+        /// Who tells the policy who drives: a student that watches the driver, after the policy has learned from a teacher who knows.
+        group student: StudentConfig {
+            /// Rounds in which an estimator of the driver learns; 0: none, and what the policy sees of the driver is the truth
+            #[schemars(range(min = 0, max = 100000))]
+            estimator_rounds: u32 = 0,
+            /// Units of its state
+            #[schemars(range(min = 1, max = 512))]
+            estimator_units: u32 = 48,
+            /// Step of Adam for it at the beginning; it falls to a tenth of it
+            #[schemars(range(min = 0.0000001, max = 1.0), extend("unit" = ""))]
+            estimator_rate: f64 = 3e-3,
+            /// Length of a round, each of the rings
+            #[schemars(range(min = 10.0, max = 3600.0), extend("unit" = "s"))]
+            estimator_round_s: f64 = 100.0,
+            /// Updates of the policy after that, on what the estimator says
+            #[schemars(range(min = 0, max = 1000000))]
+            student_iterations: u32 = 0,
         }
         /// How it is learned: TRPO for the policy, Adam for the value.
         group optimiser: OptimiserConfig {
@@ -376,81 +394,28 @@ impl TrainConfig {
                 Feature::Spacing => (s.spacing_from_m, s.spacing_to_m),
                 // 0.1 s to 30 s.
                 Feature::LogHold => (0.1_f64.ln(), 30.0_f64.ln()),
+                Feature::Reaction => (0.0, LONGEST_REACTION_S),
+                // PeRP's drivers go beyond it; people do not.
+                Feature::SpeedBias => (-2.0, 2.0),
+                Feature::TrackingError | Feature::Willingness => (0.0, 1.0),
+                Feature::TimeGapFactor => (0.5, 1.5),
             };
             NetworkInput { feature, from, to }
         };
         self.network.sees.split(',').filter_map(|name| Feature::named(name.trim())).map(input).collect()
     }
 
+    /// Updates and rounds of all lessons together.
+    pub fn all_iterations(&self) -> u32 {
+        let student = &self.student;
+        self.run.iterations
+            + if student.estimator_rounds > 0 { student.estimator_rounds + student.student_iterations } else { 0 }
+    }
+
     /// Sizes of a network's layers with `outputs` outputs.
     pub fn layers(&self, outputs: usize) -> Vec<usize> {
         let hidden = vec![self.network.hidden_width as usize; self.network.hidden_layers as usize];
         [vec![self.inputs().len()], hidden, vec![outputs]].concat()
-    }
-}
-
-impl Settings for TrainConfig {
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        if let Err(fault) = Hold::new(self.advice.hold_s, self.ring.step_s) {
-            return Err(("hold_s", fault.to_string()));
-        }
-        if self.holds_s()[1] > self.ring.horizon_s {
-            let text = format!("holds of {} s; the horizon is {} s", self.holds_s()[1], self.ring.horizon_s);
-            return Err(("hold_s", text));
-        }
-        if let Some(name) = self.network.sees.split(',').map(str::trim).find(|name| Feature::named(name).is_none()) {
-            let known: Vec<&str> = crate::policy::FEATURES.iter().map(|f| f.name()).collect();
-            return Err((
-                "sees",
-                format!(
-                    "sees names `{name}`{}; allowed: {}",
-                    crate::toml_text::did_you_mean(name, &known),
-                    known.join(", ")
-                ),
-            ));
-        }
-        if self.advice.levels == 1 {
-            return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
-        }
-        if self.ring.vehicles_max < self.ring.vehicles_min {
-            let text = format!(
-                "vehicles_max is {}; allowed: from vehicles_min, {}",
-                self.ring.vehicles_max, self.ring.vehicles_min
-            );
-            return Err(("vehicles_max", text));
-        }
-        if self.ring.circumference_max_m < self.ring.circumference_min_m {
-            let text = format!(
-                "circumference_max_m is {}; allowed: from circumference_min_m, {}",
-                self.ring.circumference_max_m, self.ring.circumference_min_m
-            );
-            return Err(("circumference_max_m", text));
-        }
-        let car_m = CAR_LENGTH_M + self.ring.idm.s0 * (1.0 + self.ring.idm_spread);
-        if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
-            let most = (self.ring.circumference_min_m / car_m).floor();
-            let text = format!(
-                "vehicles_max is {}; allowed: at most {most}, which is what fits on {} m",
-                self.ring.vehicles_max, self.ring.circumference_min_m
-            );
-            return Err(("vehicles_max", text));
-        }
-        if self.ring.circumference_max_m < f64::from(self.ring.vehicles_max) * self.ring.least_spacing_m {
-            let text = format!(
-                "least_spacing_m is {}; allowed: at most {:.2}, what circumference_max_m leaves {} cars",
-                self.ring.least_spacing_m,
-                self.ring.circumference_max_m / f64::from(self.ring.vehicles_max),
-                self.ring.vehicles_max
-            );
-            return Err(("least_spacing_m", text));
-        }
-        if !self.run.rings.is_multiple_of(super::simd::LANES as u32) {
-            return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.run.rings)));
-        }
-        if !self.inputs().iter().all(NetworkInput::is_sound) {
-            return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
-        }
-        Ok(())
     }
 }
 
@@ -472,6 +437,7 @@ mod tests {
         let refused = |text: &str| settings::from_toml::<TrainConfig>(text, "train.toml").expect_err(text).message;
         assert!(refused("seed = 1\n[ring]\n").starts_with("train.toml:2:2: unknown key `ring`; did you mean `rings`?"));
         assert!(refused("kind = \"ego\"").starts_with("train.toml:1:1: unknown key `kind`"));
+        assert!(refused("estimator_rounds = 5").contains("estimator_rounds is 5; allowed: 0 where sees names nothing"));
         assert!(refused("\nhold_s = 0.25").starts_with("train.toml:2:10: hold_s is 0.25; allowed: a whole number"));
     }
 }

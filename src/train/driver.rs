@@ -16,7 +16,7 @@ use super::{
 use crate::{
     driver::{Compliance, DriverParams, HELD_BACK_S, LONGEST_REACTION_S, LeaderRule, NamedDriver, Population, named},
     metrics::DrivenBy,
-    policy::{Action, Hold, shown_mps},
+    policy::{Action, DriverTraits, Hold, shown_mps},
     rng::Stream,
 };
 use serde::{Deserialize, Serialize};
@@ -77,6 +77,8 @@ pub struct AdviceFollower {
     /// The advice that is in mind, m/s: what the dial showed when it was last looked at.
     in_mind_mps: SimdLanes,
     driven_by: [DrivenBy; LANES],
+    /// Who drives; whether he is willing now is asked of `compliance`.
+    traits: [DriverTraits; LANES],
 }
 
 impl TrainConfig {
@@ -134,7 +136,7 @@ impl TrainConfig {
     }
 
     /// The driver of one episode.
-    fn draw_driver(&self, stream: &mut Stream) -> DriverParams {
+    pub(super) fn draw_driver(&self, stream: &mut Stream) -> DriverParams {
         let driver = &self.driver;
         let set = DriverParams {
             reaction_s: driver.reaction_s,
@@ -172,7 +174,7 @@ impl AdviceFollower {
         let driver = &config.driver;
         let longest_s = match driver.population {
             Population::None => driver.reaction_s.max(driver.leader_reaction_s),
-            Population::People | Population::Perp => LONGEST_REACTION_S,
+            Population::People | Population::Perp | Population::Anyone => LONGEST_REACTION_S,
         };
         let longest = (longest_s / config.ring.step_s).round() as usize;
         Self {
@@ -205,6 +207,7 @@ impl AdviceFollower {
             looks: [true; LANES],
             in_mind_mps: splat(-1.0),
             driven_by: [DrivenBy::Model; LANES],
+            traits: [DriverTraits::default(); LANES],
         }
     }
 
@@ -225,7 +228,15 @@ impl AdviceFollower {
         self.view.set(l, if self.is_driver { driver.leader_reaction_s } else { 0.0 });
         self.gap_factor[l] = (driver.idm.t / config.ring.idm.t) as f32;
         self.compliance[l] = if self.is_driver { Compliance::of(&driver, seed) } else { Compliance::full() };
+        self.traits[l] = if self.is_driver { driver.traits(config.ring.idm.t) } else { DriverTraits::default() };
         self.sit_down(l);
+    }
+
+    /// Who drives ring `l`, and how willing he is now: what only a teacher knows.
+    pub fn traits(&self, l: usize) -> DriverTraits {
+        let time_s = f64::from(self.advised_steps[l]) * f64::from(self.step_s);
+        let willingness = self.compliance[l].willingness(time_s, f64::from(self.held_back_mps[l]));
+        DriverTraits { willingness, ..self.traits[l] }
     }
 
     /// Nothing has been advised to the driver of lane `l` yet.
@@ -253,6 +264,7 @@ impl AdviceFollower {
         self.view.copy_lane(l, &from.view, from_lane);
         self.gap_factor[l] = from.gap_factor[from_lane];
         self.compliance[l] = from.compliance[from_lane];
+        self.traits[l] = from.traits[from_lane];
         self.sit_down(l);
     }
 
@@ -270,6 +282,11 @@ impl AdviceFollower {
             }
             Action::Acceleration(a) => (StandingAdvice::Acceleration, a as f32),
         };
+    }
+
+    /// The speed that is advised to the driver of lane `l`, m/s.
+    pub fn advised_mps(&self, l: usize) -> Option<f64> {
+        (self.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.advised[l]))
     }
 
     /// By how much speeds lie outside of the range around the advised ones, m/s; 0 where an acceleration is followed to

@@ -8,13 +8,14 @@
 use super::{
     config::{RewardKind, TrainConfig},
     driver::AdviceFollower,
+    identification::BlockSample,
     ring::{RingStart, VectorizedRing, wide},
-    simd::{LANES, SimdLanes, splat},
+    simd::{LANES, SimdLanes, lane, splat},
 };
 use crate::{
     idm::IdmParams,
     metrics::DrivenBy,
-    policy::{Action, Hold, MeanSpeed, Observation},
+    policy::{Action, DriverTraits, Hold, MeanSpeed, Observation, identification::SAMPLE_S},
     rng::{self, Stream},
     space::CAR_LENGTH_M,
 };
@@ -64,6 +65,9 @@ pub struct VecEnv {
     stock_m: SimdLanes,
     used: usize,
     batches: u64,
+    /// What is seen of the drivers, where somebody asks; and steps since the last sample.
+    samples: Option<Vec<BlockSample>>,
+    unsampled_steps: u32,
 }
 
 impl VecEnv {
@@ -88,6 +92,8 @@ impl VecEnv {
             stock_m: splat(0.0),
             used: LANES,
             batches: 0,
+            samples: None,
+            unsampled_steps: 0,
         };
         (0..LANES).for_each(|l| block.renew(l));
         block
@@ -111,6 +117,8 @@ impl VecEnv {
             vehicles: self.ring.cars(l) as u32,
             hold_s: self.hold_length().seconds(),
             mean_speed_mps: f64::from(self.mean_ego_mps[l]),
+            advised_mps: self.follower.advised_mps(l),
+            driver: Some(self.follower.traits(l)),
         }
     }
 
@@ -162,10 +170,41 @@ impl VecEnv {
                 for (mean, now) in block.mean_ego_mps.iter_mut().zip(&ego_mps) {
                     *mean += (now - *mean) * fresh;
                 }
+                if block.samples.is_some() {
+                    block.sample();
+                }
             }
             totals
         });
         self.settle(actions, steps, &totals)
+    }
+
+    /// From now on what is seen of the drivers is kept; see [`VecEnv::take_samples`].
+    pub fn keep_samples(&mut self) {
+        self.samples = Some(Vec::new());
+    }
+
+    /// What has been seen of the drivers since the last call, a sample each [`SAMPLE_S`].
+    pub fn take_samples(&mut self) -> Vec<BlockSample> {
+        self.samples.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Who drives each ring.
+    pub fn drivers(&self) -> [DriverTraits; LANES] {
+        std::array::from_fn(|l| self.follower.traits(l))
+    }
+
+    fn sample(&mut self) {
+        self.unsampled_steps += 1;
+        if self.unsampled_steps < (SAMPLE_S / self.config.ring.step_s).round().max(1.0) as u32 {
+            return;
+        }
+        self.unsampled_steps = 0;
+        let advised = lane(|l| self.follower.advised_mps(l).map_or(-1.0, |advised| advised as f32));
+        let now = [*self.ring.ego_mps(), *self.ring.leader_mps(), *self.ring.gap_m(), advised];
+        if let Some(samples) = &mut self.samples {
+            samples.push(now);
+        }
     }
 
     /// Rewards and endings of a hold; rings that ended are renewed.

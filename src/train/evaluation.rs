@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, Trajectories},
-    policy::{Action, Advisor, Hold, Policy},
+    policy::{Action, Advisor, DriverEstimate, DriverTraits, Hold, Policy},
     space::CAR_LENGTH_M,
     time::Tick,
 };
@@ -59,6 +59,42 @@ fn evaluate_block(
         }
     }
     tallies.iter().map(EpisodeMetrics::verdict).collect()
+}
+
+/// A driver and what a policy makes of him.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IdentifiedDriver {
+    /// Who drives.
+    pub truth: DriverTraits,
+    /// Who the policy thinks drives.
+    pub estimate: DriverEstimate,
+}
+
+/// Drives the rings of [`evaluate`] for `after_s` and asks each policy who drives; empty where it does not say.
+pub fn identified(
+    config: &TrainConfig,
+    stream: &str,
+    rings: usize,
+    after_s: f64,
+    make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
+) -> Vec<IdentifiedDriver> {
+    let blocks = rings.div_ceil(LANES);
+    let of_block = |index| {
+        let hold = config.hold_of(index, blocks);
+        let mut block = VecEnv::new(config, stream, index, hold);
+        let mut drivers = Advisors::new(config, hold, &make);
+        for step in 0..=steps(config, after_s) {
+            drivers.advise(&mut block, step);
+            block.step();
+        }
+        let of = |(l, truth): (usize, DriverTraits)| {
+            let estimate = drivers.of[l].driver_estimate()?;
+            Some(IdentifiedDriver { truth, estimate })
+        };
+        block.drivers().into_iter().enumerate().map(of).collect::<Vec<_>>()
+    };
+    let drivers: Vec<Vec<Option<IdentifiedDriver>>> = (0..blocks).into_par_iter().map(of_block).collect();
+    drivers.into_iter().flatten().take(rings).flatten().collect()
 }
 
 fn steps(config: &TrainConfig, time_s: f64) -> u64 {

@@ -7,16 +7,18 @@
 use super::{
     config::{ActionKind, TrainConfig},
     distribution::Family,
-    environment::{Ending, Outcome, VecEnv},
+    environment::Ending,
     evaluation::evaluate,
+    fitted_network::{Fit, FittedNetwork},
+    identification::{EstimatorLearner, Seconds},
     net::Shape,
-    simd::{LANES, LaneRng},
+    rollout::{Means, Rollout, RolloutWorker},
+    simd::LANES,
     trpo::{Batch, Decision, PolicyShape, TrustRegion, advantages},
-    value::{ValueFit, ValueFunction},
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{Action, FORMAT, Hold, Network, NetworkInput, NetworkLayer, NetworkOutput, bounded},
+    policy::{FORMAT, Network, NetworkLayer, NetworkOutput},
     rng,
 };
 use rayon::prelude::*;
@@ -46,6 +48,20 @@ pub struct LearningCurveRow {
     pub value_error: f64,
     /// Mean speed without noise over whole horizons, m/s, where the policy was judged.
     pub judged_mps: Option<f64>,
+    /// Where the estimator of the driver learned: its loss for each trait and second, nats.
+    #[serde(default)]
+    pub estimator_loss: Option<f64>,
+}
+
+/// What an iteration is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Lesson {
+    /// The policy learns; a teacher tells it who drives.
+    Teacher,
+    /// A student learns to tell who drives.
+    Estimator,
+    /// The policy learns; the student tells it who drives.
+    Student,
 }
 
 /// The best policy so far.
@@ -61,29 +77,14 @@ struct BestPolicy {
 pub struct Learner {
     config: TrainConfig,
     theta: Vec<f32>,
-    value: ValueFunction,
+    value: FittedNetwork,
     blocks: Vec<RolloutWorker>,
     /// Mean reward of the first batch, m/s.
     centre_mps: Option<f64>,
     best: Option<BestPolicy>,
     curve: Vec<LearningCurveRow>,
-}
-
-/// A block of rings and the random numbers of their actions.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct RolloutWorker {
-    env: VecEnv,
-    rng: LaneRng,
-}
-
-/// What a block lived through: rows are decisions in order of time, lane by lane within each.
-struct Rollout {
-    inputs: Vec<f32>,
-    actions: Vec<f32>,
-    outcomes: Vec<Outcome>,
-    hold: Hold,
-    /// The observation after the last decision.
-    after: Vec<f32>,
+    #[serde(default)]
+    student: Option<EstimatorLearner>,
 }
 
 impl Learner {
@@ -93,20 +94,11 @@ impl Learner {
         let mut stream = rng::stream(config.seed, "train/first weights");
         let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
         theta.resize(shape.parameters(), config.optimiser.first_sd.ln() as f32);
-        let value = ValueFunction::new(&value_shape(config), &mut stream);
+        let value = FittedNetwork::new(&value_shape(config), &mut stream);
         let count = config.run.rings as usize / LANES;
-        let blocks = (0..count).into_par_iter().map(|index| {
-            let mut env = VecEnv::new(config, "train", index, config.hold_of(index, count));
-            env.spread();
-            let mut rng = LaneRng::new();
-            for l in 0..LANES {
-                let mut stream = rng::stream(config.seed, &format!("train/actions/{}", index * LANES + l));
-                rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
-            }
-            RolloutWorker { env, rng }
-        });
-        let blocks = blocks.collect();
-        Self { config: config.clone(), theta, value, blocks, centre_mps: None, best: None, curve: Vec::new() }
+        let blocks = (0..count).into_par_iter().map(|index| RolloutWorker::new(config, index, count)).collect();
+        let config = config.clone();
+        Self { config, theta, value, blocks, centre_mps: None, best: None, curve: Vec::new(), student: None }
     }
 
     /// Its configuration.
@@ -125,22 +117,103 @@ impl Learner {
     }
 
     /// Goes on for so many updates in all; the rest of a configuration cannot change under way.
+    /// Once a student learns, the teacher's are over.
     pub fn set_iterations(&mut self, iterations: u32) {
+        if self.student.is_some() {
+            return;
+        }
         self.config.run.iterations = iterations;
         self.blocks.iter_mut().for_each(|actor| actor.env.set_iterations(iterations));
     }
 
-    /// One batch and one update.
+    fn lesson(&self) -> Lesson {
+        let (done, config) = (self.iteration(), &self.config);
+        match done.checked_sub(config.run.iterations) {
+            None => Lesson::Teacher,
+            _ if config.student.estimator_rounds == 0 => Lesson::Teacher,
+            Some(done) if done < config.student.estimator_rounds => Lesson::Estimator,
+            Some(_) => Lesson::Student,
+        }
+    }
+
+    /// One batch and one update of what is learned now.
     pub fn iterate(&mut self) -> LearningCurveRow {
+        let row = match self.lesson() {
+            Lesson::Teacher | Lesson::Student => self.update_policy(),
+            Lesson::Estimator => self.update_estimator(),
+        };
+        self.curve.push(row);
+        row
+    }
+
+    /// True where the policy is to be judged after this iteration.
+    fn is_judged(&self, iteration: u32) -> bool {
+        let c = &self.config;
+        let ends = [c.run.iterations, c.run.iterations + c.student.estimator_rounds, c.all_iterations()];
+        iteration.is_multiple_of(c.judge_every) || ends.contains(&iteration)
+    }
+
+    /// The estimator learns from what the drivers do under the policy that the teacher made.
+    fn update_estimator(&mut self) -> LearningCurveRow {
+        let config = self.config.clone();
+        if self.student.is_none() {
+            if let Some(best) = self.best.take() {
+                self.theta = best.theta;
+            }
+            let student = EstimatorLearner::new(&config);
+            self.blocks.iter_mut().for_each(|worker| worker.is_watched_by(&student));
+            self.student = Some(student);
+        }
+        let Some(mut student) = self.student.take() else { unreachable!("made above") };
+        let shape = policy_shape(&config);
+        // Without noise, as it will be used.
+        let mut theta = self.theta.clone();
+        if shape.family == Family::Normal {
+            theta[shape.parameters() - 1] = f32::NEG_INFINITY;
+        }
+        let live = |worker: &mut RolloutWorker| {
+            let mut seconds = Seconds::default();
+            let decisions = (config.student.estimator_round_s / worker.env.hold_length().seconds()).ceil() as usize;
+            let rollout = worker.live(&config, &shape, &theta, decisions, Some(&mut seconds));
+            (rollout, seconds)
+        };
+        let lived: Vec<(Rollout, Seconds)> = self.blocks.par_iter_mut().map(live).collect();
+        let (rollouts, seconds): (Vec<Rollout>, Vec<Seconds>) = lived.into_iter().unzip();
+        let done = f64::from(self.iteration() - config.run.iterations) / f64::from(config.student.estimator_rounds);
+        let loss = student.fit(&seconds, config.student.estimator_rate * 0.1_f64.powf(done));
+        self.blocks.iter_mut().filter_map(|worker| worker.watcher.as_mut()).for_each(|watcher| watcher.learn(&student));
+        self.student = Some(student);
+        let means = Means::of(&rollouts);
+        let iteration = self.iteration() + 1;
+        let row = LearningCurveRow {
+            iteration,
+            env_steps: self.env_steps() + means.steps as u64,
+            mean_mps: means.mean_mps,
+            reward: means.reward,
+            crashes: means.crashes,
+            kl: 0.0,
+            entropy: self.curve.last().map_or(0.0, |row| row.entropy),
+            value_error: 0.0,
+            judged_mps: self.is_judged(iteration).then(|| self.evaluate()),
+            estimator_loss: Some(loss),
+        };
+        // Only what the finished estimator makes of the policy can be compared with what comes after.
+        if iteration == config.run.iterations + config.student.estimator_rounds {
+            self.keep_best(&row);
+        }
+        row
+    }
+
+    fn env_steps(&self) -> u64 {
+        self.curve.last().map_or(0, |row| row.env_steps)
+    }
+
+    /// One batch and one update of the policy.
+    fn update_policy(&mut self) -> LearningCurveRow {
         let shape = policy_shape(&self.config);
         let rollouts = self.collect(&shape);
-        let outcomes = || rollouts.iter().flat_map(|rollout| &rollout.outcomes);
-        // A long hold counts for more than a short one: means are over time.
-        let timed = || rollouts.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
-        let steps: f64 = timed().map(|(steps, _)| steps).sum();
-        let mean = |of: fn(&Outcome) -> f32| timed().map(|(steps, o)| steps * f64::from(of(o))).sum::<f64>() / steps;
-        let (mean_mps, reward) = (mean(|o| o.mean_mps), mean(|o| o.reward));
-        let centre_mps = *self.centre_mps.get_or_insert(reward);
+        let means = Means::of(&rollouts);
+        let centre_mps = *self.centre_mps.get_or_insert(means.reward);
         let (batch, returns) = self.batch(&rollouts, centre_mps);
         let (c, optimiser) = (&self.config, &self.config.optimiser);
         let region = TrustRegion {
@@ -150,28 +223,24 @@ impl Learner {
             backtracks: optimiser.backtracks,
         };
         let update = shape.update(&mut self.theta, &batch, &region);
-        let how = ValueFit {
-            rate: optimiser.value_rate,
-            epochs: optimiser.value_epochs,
-            batch: optimiser.value_batch as usize,
-        };
+        let how =
+            Fit { rate: optimiser.value_rate, epochs: optimiser.value_epochs, batch: optimiser.value_batch as usize };
         let iteration = self.iteration() + 1;
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
         let value_error = self.value.fit(&value_shape(c), &batch.inputs, &returns, &how, &mut stream);
         let row = LearningCurveRow {
             iteration,
-            env_steps: self.curve.last().map_or(0, |row| row.env_steps) + steps as u64,
-            mean_mps,
-            reward,
-            crashes: outcomes().filter(|o| o.ending == Ending::Crash).count() as u32,
+            env_steps: self.env_steps() + means.steps as u64,
+            mean_mps: means.mean_mps,
+            reward: means.reward,
+            crashes: means.crashes,
             kl: update.kl,
             entropy: update.entropy,
             value_error,
-            judged_mps: (iteration.is_multiple_of(c.judge_every) || iteration == c.run.iterations)
-                .then(|| self.evaluate()),
+            judged_mps: self.is_judged(iteration).then(|| self.evaluate()),
+            estimator_loss: None,
         };
         self.keep_best(&row);
-        self.curve.push(row);
         row
     }
 
@@ -184,24 +253,29 @@ impl Learner {
 
     /// Mean speed of the present policy without noise, m/s.
     fn evaluate(&self) -> f64 {
-        let network = network(&self.config, &self.theta);
+        let network = self.network(&self.theta);
         let [low, high] = self.config.holds_s();
         let rings = LANES * JUDGED_BLOCKS[usize::from(high > low)];
-        let verdicts = evaluate(&self.config, "judge", rings, || Some(Box::new(network.clone())));
+        let verdicts = evaluate(&self.config, "judge", rings, || Some(network.clone().policy(self.config.ring.step_s)));
         mean_and_interval(&verdicts).0
     }
 
     /// The best policy so far and its update and judged speed; the present one if none was judged yet.
     pub fn best(&self) -> (Network, u32, Option<f64>) {
         match &self.best {
-            Some(best) => (network(&self.config, &best.theta), best.iteration, Some(best.judged_mps)),
-            None => (network(&self.config, &self.theta), self.iteration(), None),
+            Some(best) => (self.network(&best.theta), best.iteration, Some(best.judged_mps)),
+            None => (self.network(&self.theta), self.iteration(), None),
         }
+    }
+
+    /// A policy's parameters as the drive uses them, with the student if there is one.
+    fn network(&self, theta: &[f32]) -> Network {
+        Network { estimator: self.student.as_ref().map(EstimatorLearner::estimator), ..network(&self.config, theta) }
     }
 
     fn collect(&mut self, shape: &PolicyShape) -> Vec<Rollout> {
         let (config, theta) = (&self.config, &self.theta);
-        self.blocks.par_iter_mut().map(|actor| actor.live(config, shape, theta)).collect()
+        self.blocks.par_iter_mut().map(|actor| actor.live(config, shape, theta, config.decisions(), None)).collect()
     }
 
     /// Rows for the update, and the returns that the value shall learn.
@@ -252,63 +326,6 @@ impl Learner {
     }
 }
 
-impl RolloutWorker {
-    /// A batch's decisions of this block.
-    fn live(&mut self, config: &TrainConfig, shape: &PolicyShape, theta: &[f32]) -> Rollout {
-        let (net, log_sd) = shape.split(theta);
-        let rows = config.decisions() * LANES;
-        let seen = config.inputs();
-        let hold = self.env.hold_length();
-        let mut rollout = Rollout {
-            hold,
-            inputs: Vec::with_capacity(rows * seen.len()),
-            actions: Vec::with_capacity(rows),
-            outcomes: Vec::with_capacity(rows),
-            after: Vec::new(),
-        };
-        for _ in 0..config.decisions() {
-            let inputs = self.see(&seen);
-            let here = shape.net.forward(net, &inputs);
-            let (normal, _) = self.rng.normal_pair();
-            let uniform = self.rng.uniform();
-            let outputs = here.output().chunks_exact(shape.net.outputs());
-            let drawn: Vec<f32> =
-                outputs.enumerate().map(|(l, out)| shape.family.draw(out, log_sd, normal[l], uniform[l])).collect();
-            let actions = std::array::from_fn(|l| action(config, drawn[l], hold));
-            rollout.outcomes.extend(self.env.hold(&actions));
-            rollout.inputs.extend(inputs);
-            rollout.actions.extend(drawn);
-        }
-        rollout.after = self.see(&seen);
-        rollout
-    }
-
-    fn see(&self, inputs: &[NetworkInput]) -> Vec<f32> {
-        let seen = |l| {
-            let observation = self.env.observe(l);
-            inputs.iter().map(move |input| input.scaled(&observation))
-        };
-        (0..LANES).flat_map(seen).collect()
-    }
-}
-
-/// The action that the policy's family calls `drawn`, to stand for `hold`.
-fn action(config: &TrainConfig, drawn: f32, hold: Hold) -> Action {
-    let [low, high] = match config.advice.action {
-        ActionKind::Acceleration => bounded(config.action_limits(), config.advice.speed_change_mps, hold.seconds()),
-        ActionKind::Speed => config.action_limits(),
-    };
-    let share = match config.advice.levels {
-        0 => (f64::from(drawn).clamp(-1.0, 1.0) + 1.0) / 2.0,
-        levels => f64::from(drawn) / f64::from(levels - 1),
-    };
-    let value = low + (high - low) * share;
-    match config.advice.action {
-        ActionKind::Acceleration => Action::Acceleration(value),
-        ActionKind::Speed => Action::Speed(value),
-    }
-}
-
 /// The shape of the policy that a configuration asks for.
 pub fn policy_shape(config: &TrainConfig) -> PolicyShape {
     let family = if config.advice.levels == 0 { Family::Normal } else { Family::Levels(config.advice.levels as usize) };
@@ -339,6 +356,7 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
         holds_s: config.holds_s(),
         inputs: config.inputs(),
         layers: layers.collect(),
+        estimator: None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, OptimiserConfig, RewardConfig,
-    RingConfig, RunConfig, TrainConfig, evaluation::evaluate,
+    RingConfig, RunConfig, StudentConfig, TrainConfig, evaluation::evaluate,
 };
 use crate::{
     metrics::mean_and_interval,
@@ -25,6 +25,24 @@ fn small() -> TrainConfig {
         network: NetworkConfig { hidden_width: 16, ..NetworkConfig::default() },
         run: RunConfig { batch: 1600, rings: 32, iterations: 3 },
         ..TrainConfig::default()
+    }
+}
+
+/// The same with a policy that is told who drives: two lessons of a teacher, two of the student alone, one of both.
+fn taught() -> TrainConfig {
+    TrainConfig {
+        advice: AdviceConfig { action: ActionKind::Speed, ..small().advice },
+        driver: DriverConfig { follow: FollowKind::Driver, ..small().driver },
+        network: NetworkConfig { sees: "speed,gap,reaction,speed_bias".into(), ..small().network },
+        student: StudentConfig {
+            estimator_rounds: 2,
+            estimator_units: 8,
+            estimator_round_s: 20.0,
+            student_iterations: 1,
+            ..StudentConfig::default()
+        },
+        run: RunConfig { iterations: 2, ..small().run },
+        ..small()
     }
 }
 
@@ -60,11 +78,34 @@ fn a_training_resumed_from_its_file_goes_on_with_the_same_bits() {
             ring: RingConfig { idm_spread: 0.1, ..small().ring },
             ..small()
         },
+        taught(),
     ] {
-        let mut through: Learner = serde_json::from_str(&bits(&trained(&config, 2))).unwrap();
-        through.iterate();
-        assert_eq!(bits(&through), bits(&trained(&config, 3)));
+        for done in [2, 3, 4] {
+            let mut through: Learner = serde_json::from_str(&bits(&trained(&config, done))).unwrap();
+            through.iterate();
+            assert_eq!(bits(&through), bits(&trained(&config, done + 1)));
+        }
     }
+}
+
+#[test]
+fn a_teacher_comes_before_the_student_and_the_policy_takes_the_student_along() {
+    let config = taught();
+    assert_eq!(config.all_iterations(), 5);
+    let teacher = trained(&config, 2);
+    assert!(teacher.best().0.estimator.is_none());
+    let learner = trained(&config, 5);
+    let losses: Vec<bool> = learner.curve().iter().map(|row| row.estimator_loss.is_some()).collect();
+    assert_eq!(losses, [false, false, true, true, false]);
+    let judged: Vec<bool> = learner.curve().iter().map(|row| row.judged_mps.is_some()).collect();
+    assert_eq!(judged, [false, true, false, true, true]);
+    // What the teacher's policy came to does not count: nobody tells the finished policy the truth.
+    let (network, iteration, best_mps) = learner.best();
+    assert!(network.estimator.is_some() && iteration >= 4);
+    let since = learner.curve()[3..].iter().filter_map(|row| row.judged_mps);
+    assert_eq!(best_mps, since.reduce(f64::max));
+    let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
+    assert_eq!(file, network);
 }
 
 #[test]

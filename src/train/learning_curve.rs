@@ -8,13 +8,14 @@ use std::fmt::Write;
 /// One line an update, with a head; numbers as they are, empty where there is none.
 pub fn csv(rows: &[LearningCurveRow]) -> String {
     let mut text = String::from(
-        "iteration,env_steps,mean_speed_mps,reward_mps,crashes,kl,entropy_nat,value_error,judged_speed_mps\n",
+        "iteration,env_steps,mean_speed_mps,reward_mps,crashes,kl,entropy_nat,value_error,judged_speed_mps,estimator_loss_nat\n",
     );
     for r in rows {
-        let judged = r.judged_mps.map_or(String::new(), |x| x.to_string());
+        let optional = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
+        let (judged, loss) = (optional(r.judged_mps), optional(r.estimator_loss));
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{judged}",
+            "{},{},{},{},{},{},{},{},{judged},{loss}",
             r.iteration, r.env_steps, r.mean_mps, r.reward, r.crashes, r.kl, r.entropy, r.value_error
         );
     }
@@ -73,6 +74,7 @@ mod tests {
             entropy: 1.0 - f64::from(i) * 0.01,
             value_error: 0.2,
             judged_mps: i.is_multiple_of(2).then_some(3.5),
+            estimator_loss: (i > 2).then_some(0.5),
         };
         (1..=4).map(row).collect()
     }
@@ -81,8 +83,8 @@ mod tests {
     fn the_table_has_a_line_for_each_update() {
         let text = csv(&rows());
         assert_eq!(text.lines().count(), 5);
-        assert_eq!(text.lines().nth(1), Some("1,100,3.1,3,1,0.01,0.99,0.2,"));
-        assert!(text.ends_with(",3.5\n"));
+        assert_eq!(text.lines().nth(1), Some("1,100,3.1,3,1,0.01,0.99,0.2,,"));
+        assert!(text.ends_with(",3.5,0.5\n"));
     }
 
     #[test]

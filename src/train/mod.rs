@@ -6,30 +6,34 @@
 //! loop around them; [`evaluate()`] drives any policy over the horizon and says how fast all cars went; `tuning` searches the
 //! parameters of a controller (feature `tune`).
 
+pub mod adam;
 pub mod config;
+mod config_check;
 pub mod distribution;
 pub mod driver;
 pub mod environment;
 pub mod evaluation;
+pub mod fitted_network;
+pub mod identification;
 mod late_view;
 pub mod learner;
 pub mod learning_curve;
 pub mod matrix;
 pub mod net;
 pub mod ring;
+pub mod rollout;
 pub mod scalar;
 pub mod simd;
 pub mod trpo;
 #[cfg(feature = "tune")]
 pub mod tuning;
-pub mod value;
 
 pub use config::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
-    RingConfig, RunConfig, TrainConfig,
+    RingConfig, RunConfig, StudentConfig, TrainConfig,
 };
 pub use environment::drawn_ring;
-pub use evaluation::{evaluate, trajectories};
+pub use evaluation::{IdentifiedDriver, evaluate, identified, trajectories};
 pub use learner::{Learner, LearningCurveRow};
 
 #[cfg(test)]

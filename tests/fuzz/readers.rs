@@ -133,6 +133,8 @@ const MOMENT: Observation = Observation {
     vehicles: 22,
     hold_s: 1.0,
     mean_speed_mps: 4.0,
+    advised_mps: None,
+    driver: None,
 };
 
 /// All readers. Files that a reader wants on the disk go into `folder`.

@@ -31,13 +31,13 @@ const RADIUS_M: f64 = LENGTH_M / TAU;
 const CARS: u32 = 21;
 
 /// What stands around the window in the program.
-struct Bench {
+pub struct Bench {
     experimenter: ExperimenterPanel,
     panel: SettingsPanel,
     scenario: Scenario,
     phase: DrivePhase,
     log: DriveLog,
-    now: Snapshot,
+    pub now: Snapshot,
     health: DriveHealth,
     picture: Option<egui::TextureHandle>,
     plan: Option<&'static str>,
@@ -86,6 +86,7 @@ fn snapshot(step: u64) -> Snapshot {
         target_mps: 4.3,
         range_mps: 0.447,
         is_fallback: false,
+        driver: None,
     };
     let mean = (ego.speed_mps + cars.iter().map(|car| car.speed_mps).sum::<f64>()) / 22.0;
     let leader = Some(Leader { id: VehicleId(1), gap_m: 6.4, speed_mps: cars[0].speed_mps });
@@ -104,7 +105,7 @@ fn snapshot(step: u64) -> Snapshot {
 
 impl Bench {
     /// A drive that has lasted so many steps.
-    fn after(steps: u64) -> Self {
+    pub fn after(steps: u64) -> Self {
         let scenario = Scenario::default();
         let choices = SettingChoices::default().with("map", ["ring-250", "practice"], None);
         let folder = tempfile::tempdir().unwrap();
@@ -175,7 +176,7 @@ impl Bench {
     }
 }
 
-fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> {
+pub fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> {
     crate::harness(bench, size, scale, |ui, bench| bench.show(ui))
 }
 

@@ -4,6 +4,7 @@ mod drive;
 mod experimenter;
 mod screens;
 mod wheel;
+mod who_drives;
 
 use codrive::panel::theme;
 use egui::Ui;

@@ -85,6 +85,7 @@ impl OfflineDrive<'_> {
                     target_mps,
                     range_mps: 0.5,
                     is_fallback: false,
+                    driver: None,
                 });
                 let controls = driver.controls(&Perception {
                     speed_mps: state.speed_mps,
@@ -282,6 +283,7 @@ fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
         target_mps,
         range_mps: 0.5,
         is_fallback: false,
+        driver: None,
     };
     for target in [2.0, 0.0, 4.0] {
         for _ in 0..2000 {

@@ -4,8 +4,10 @@
 use assert_cmd::Command;
 use codrive::{
     policy::{
-        Action, Advisor, FIELD_INPUTS, FORMAT, Hold, Network, NetworkLayer, NetworkOutput, Observation, OnnxPolicy,
-        Policy, onnx,
+        Action, Advisor, DriverEstimator, DriverTraits, FIELD_INPUTS, FORMAT, Hold, Network, NetworkLayer,
+        NetworkOutput, Observation, OnnxPolicy, Policy,
+        identification::{EstimatedTrait, GATES, INPUTS, TRAITS},
+        onnx,
     },
     rng,
     time::Tick,
@@ -36,6 +38,7 @@ fn network(levels: u32) -> Network {
         holds_s: [1.0, 30.0],
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 64), layer(64, 64), layer(64, if levels == 0 { 1 } else { levels as usize })],
+        estimator: None,
     }
 }
 
@@ -49,6 +52,7 @@ fn observations(n: usize) -> Vec<Observation> {
         vehicles: 22,
         hold_s: 1.0,
         mean_speed_mps: 4.0,
+        ..Observation::default()
     };
     (0..n).map(one).collect()
 }
@@ -354,9 +358,6 @@ fn an_advisor_keeps_the_last_advice_of_a_network_that_overflows() {
 
 #[test]
 fn onnxruntime_opens_what_is_written_and_gives_the_same_numbers() {
-    // Where scripts/setup --test puts what tests need of Python.
-    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join(".test-python");
-    assert!(place.join("onnxruntime").exists(), "onnxruntime is not in .test-python/; run scripts/setup --test");
     let dir = tempfile::tempdir().unwrap();
     let trained = network(0);
     fs::write(dir.path().join("policy.onnx"), onnx::write(&trained)).unwrap();
@@ -369,18 +370,58 @@ fn onnxruntime_opens_what_is_written_and_gives_the_same_numbers() {
         rows = numpy.array(json.load(open('rows.json')), dtype=numpy.float32)\n\
         out = session.run(['action'], {'observation': rows})[0]\n\
         print(json.dumps({'out': out[:, 0].tolist(), 'about': session.get_modelmeta().custom_metadata_map['codrive']}))";
-    let output = std::process::Command::new("python3")
-        .args(["-c", program])
-        .env("PYTHONPATH", place)
-        .current_dir(dir.path())
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let report = python(dir.path(), program);
     let theirs: Vec<f32> = serde_json::from_value(report["out"].clone()).unwrap();
     for (seen, theirs) in seen.iter().zip(theirs) {
         let ours = trained.outputs(seen)[0];
         assert!((ours - theirs).abs() < 1e-6, "{ours} {theirs}");
     }
     assert!(report["about"].as_str().unwrap().contains("holds_s"));
+}
+
+#[test]
+fn onnxruntime_keeps_the_state_of_an_estimator_and_reads_the_same_traits() {
+    const UNITS: usize = 16;
+    let mut stream = rng::stream(9, "onnx");
+    let mut numbers = |n: usize| -> Vec<f32> { (0..n).map(|_| 0.4 * stream.normal() as f32).collect() };
+    let mut matrix = |n: usize, m: usize| -> Vec<Vec<f32>> { (0..n).map(|_| numbers(m)).collect() };
+    let traits = DriverTraits::NAMES.map(|name| EstimatedTrait { name: name.into(), centre: 0.0, spread: 1.0 });
+    let estimator = DriverEstimator {
+        traits: traits.to_vec(),
+        weights: matrix(INPUTS, GATES * UNITS),
+        state_weights: matrix(UNITS, GATES * UNITS),
+        bias: matrix(1, GATES * UNITS).concat(),
+        state_bias: matrix(1, GATES * UNITS).concat(),
+        readout: NetworkLayer { bias: matrix(1, 2 * TRAITS).concat(), weights: matrix(UNITS, 2 * TRAITS) },
+    };
+    let seconds = matrix(40, INPUTS);
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("estimator.onnx"), onnx::write_estimator(&estimator)).unwrap();
+    fs::write(dir.path().join("seconds.json"), serde_json::to_string(&seconds).unwrap()).unwrap();
+    let program = "import json, numpy, onnxruntime\n\
+        session = onnxruntime.InferenceSession('estimator.onnx', providers=['CPUExecutionProvider'])\n\
+        state = numpy.zeros((1, 16), dtype=numpy.float32)\n\
+        for second in json.load(open('seconds.json')):\n\
+        \x20   second = numpy.array([second], dtype=numpy.float32)\n\
+        \x20   traits, state = session.run(['traits', 'next_state'], {'second': second, 'state': state})\n\
+        about = session.get_modelmeta().custom_metadata_map['codrive']\n\
+        print(json.dumps({'traits': traits[0].tolist(), 'about': about}))";
+    let report = python(dir.path(), program);
+    let theirs: Vec<f32> = serde_json::from_value(report["traits"].clone()).unwrap();
+    let mut unit = estimator.begin();
+    seconds.iter().for_each(|second| estimator.step(second, &mut unit));
+    let ours = estimator.read(unit.state());
+    assert_eq!(theirs.len(), ours.len());
+    assert!(ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() < 1e-5), "{ours:?} {theirs:?}");
+    assert!(report["about"].as_str().unwrap().contains("speed_bias_mps"), "{report}");
+}
+
+/// What a program in Python prints as JSON, run in `folder` with what scripts/setup --test brings.
+fn python(folder: &Path, program: &str) -> serde_json::Value {
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join(".test-python");
+    assert!(place.join("onnxruntime").exists(), "onnxruntime is not in .test-python/; run scripts/setup --test");
+    let mut command = std::process::Command::new("python3");
+    let output = command.args(["-c", program]).env("PYTHONPATH", place).current_dir(folder).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
 }

@@ -284,6 +284,11 @@ impl ExperimenterPanel {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.add_space(4.0);
             readout::numbers(ui, &state.drive);
+            if let Some(driver) = state.drive.readings.and_then(|now| now.advice?.driver) {
+                ui.separator();
+                title(ui, "The driver, as the policy makes him out");
+                readout::driver(ui, &driver);
+            }
             ui.separator();
             lamps::show(ui, lamps);
             ui.separator();

@@ -1,6 +1,7 @@
 //! Networks of any origin as policies, in ONNX. In: a `.onnx` file, and what its numbers mean: a [`NetworkDescription`] in its
 //! metadata or in a TOML file beside it (`policy.onnx.toml` beside `policy.onnx`). Out: a [`Policy`](super::Policy), or a
-//! message that says what does not fit, before the drive. Run by tract; written by [`write()`].
+//! message that says what does not fit, before the drive. Run by tract; written by [`write()`], and by
+//! [`write_estimator()`] what tells it who drives.
 
 #[cfg(test)]
 mod border_tests;
@@ -12,10 +13,12 @@ mod load;
 mod sizes;
 mod wire;
 mod write;
+mod write_estimator;
 
 pub use error::{AnswerFault, DescriptionFault, NodeFault, OnnxFault, PortFault, RunFault, RuntimeFault, TensorFault};
 pub use load::OnnxPolicy;
 pub use write::write;
+pub use write_estimator::write_estimator;
 
 use super::{NetworkInput, NetworkOutput, SettingFault, network::is_zero};
 use crate::toml_text;

@@ -46,7 +46,11 @@ pub fn write(network: &Network) -> Vec<u8> {
     let outputs = network.layers[last].bias.len();
     graph.input.push(rows_of(INPUT, network.inputs.len()));
     graph.output.push(rows_of(OUTPUT, outputs));
-    let description = toml::to_string(&description(network)).unwrap_or_default();
+    file(graph, toml::to_string(&description(network)).unwrap_or_default())
+}
+
+/// The file of a graph, with what its numbers mean.
+pub(super) fn file(graph: GraphProto, description: String) -> Vec<u8> {
     let model = ModelProto {
         ir_version: IR_VERSION,
         opset_import: vec![OperatorSetIdProto { domain: String::new(), version: OPERATOR_SET }],
@@ -75,7 +79,7 @@ fn description(network: &Network) -> NetworkDescription {
     }
 }
 
-fn node(kind: &str, inputs: &[&str], output: &str) -> NodeProto {
+pub(super) fn node(kind: &str, inputs: &[&str], output: &str) -> NodeProto {
     let attribute = |name: &str, value: f32| AttributeProto {
         name: name.into(),
         r#type: AttributeType::Float.into(),
@@ -92,7 +96,7 @@ fn node(kind: &str, inputs: &[&str], output: &str) -> NodeProto {
     }
 }
 
-fn tensor(name: &str, dims: &[i64], numbers: Vec<f32>) -> TensorProto {
+pub(super) fn tensor(name: &str, dims: &[i64], numbers: Vec<f32>) -> TensorProto {
     TensorProto {
         name: name.into(),
         dims: dims.to_vec(),
@@ -103,7 +107,7 @@ fn tensor(name: &str, dims: &[i64], numbers: Vec<f32>) -> TensorProto {
 }
 
 /// Any number of rows of so many numbers.
-fn rows_of(name: &str, columns: usize) -> ValueInfoProto {
+pub(super) fn rows_of(name: &str, columns: usize) -> ValueInfoProto {
     let dimension = |value| Dimension { value: Some(value), ..Dimension::default() };
     let shape = TensorShapeProto {
         dim: vec![

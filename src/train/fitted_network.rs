@@ -1,26 +1,21 @@
-//! The value of a state: a network fitted to returns by Adam (Kingma and Ba 2015). In: observations and the returns that
+//! The value of a state: a network fitted to returns by Adam. In: observations and the returns that
 //! followed. Out: estimates, in the learner's own unit (see [`super::learner`]).
 
-use super::{net::Shape, trpo::CHUNK};
+use super::{adam::Adam, net::Shape, trpo::CHUNK};
 use crate::rng::Stream;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Adam's decays of the first and second moment, and what keeps its division finite.
-const DECAY: [f64; 2] = [0.9, 0.999];
-const EPSILON: f64 = 1e-8;
-
 /// Parameters and the state of Adam.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ValueFunction {
+pub struct FittedNetwork {
     theta: Vec<f32>,
-    moments: [Vec<f32>; 2],
-    steps: u64,
+    adam: Adam,
 }
 
 /// How the value is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ValueFit {
+pub struct Fit {
     /// Step of Adam.
     pub rate: f64,
     /// Passes over the batch.
@@ -29,11 +24,11 @@ pub struct ValueFit {
     pub batch: usize,
 }
 
-impl ValueFunction {
+impl FittedNetwork {
     /// A fresh value of this shape.
     pub fn new(shape: &Shape, stream: &mut Stream) -> Self {
         let theta: Vec<f32> = shape.orthogonal(1.0, stream);
-        Self { moments: [vec![0.0; theta.len()], vec![0.0; theta.len()]], theta, steps: 0 }
+        Self { adam: Adam::new(theta.len()), theta }
     }
 
     /// Values of rows of observations.
@@ -46,7 +41,7 @@ impl ValueFunction {
     }
 
     /// Fits the value to `returns`; `stream` shuffles. Returns the mean square error before the last pass's steps.
-    pub fn fit(&mut self, shape: &Shape, inputs: &[f32], returns: &[f32], how: &ValueFit, stream: &mut Stream) -> f64 {
+    pub fn fit(&mut self, shape: &Shape, inputs: &[f32], returns: &[f32], how: &Fit, stream: &mut Stream) -> f64 {
         let n = shape.inputs();
         let mut order: Vec<usize> = (0..returns.len()).collect();
         let mut error = 0.0;
@@ -67,24 +62,11 @@ impl ValueFunction {
                     })
                     .collect();
                 error += parts.iter().map(|(square, _)| square).sum::<f64>();
-                self.step(&parts, 2.0 / rows.len() as f64, how.rate);
+                let gradients = parts.iter().map(|(_, gradient)| gradient.as_slice());
+                self.adam.step(&mut self.theta, gradients, 2.0 / rows.len() as f64, how.rate);
             }
         }
         error / returns.len().max(1) as f64
-    }
-
-    fn step(&mut self, parts: &[(f64, Vec<f32>)], scale: f64, rate: f64) {
-        self.steps += 1;
-        let t = self.steps as f64;
-        let rate = (rate * (1.0 - DECAY[1].powf(t)).sqrt() / (1.0 - DECAY[0].powf(t))) as f32;
-        let [first, second] = &mut self.moments;
-        let (d0, d1, scale) = (DECAY[0] as f32, DECAY[1] as f32, scale as f32);
-        for i in 0..self.theta.len() {
-            let gradient = scale * parts.iter().map(|(_, g)| g[i]).sum::<f32>();
-            first[i] = d0 * first[i] + (1.0 - d0) * gradient;
-            second[i] = d1 * second[i] + (1.0 - d1) * gradient * gradient;
-            self.theta[i] -= rate * first[i] / (second[i].sqrt() + EPSILON as f32);
-        }
     }
 }
 
@@ -97,10 +79,10 @@ mod tests {
     fn a_value_learns_a_smooth_function() {
         let shape = Shape::new(&[4, 32, 32, 1]);
         let mut stream = rng::stream(1, "value");
-        let mut value = ValueFunction::new(&shape, &mut stream);
+        let mut value = FittedNetwork::new(&shape, &mut stream);
         let inputs: Vec<f32> = (0..4 * 2000).map(|_| stream.uniform(-1.0, 1.0) as f32).collect();
         let returns: Vec<f32> = inputs.chunks(4).map(|x| (2.0 * x[0]).sin() + x[1] * x[2] - 0.5 * x[3]).collect();
-        let how = ValueFit { rate: 3e-3, epochs: 40, batch: 200 };
+        let how = Fit { rate: 3e-3, epochs: 40, batch: 200 };
         let error = value.fit(&shape, &inputs, &returns, &how, &mut stream);
         assert!(error < 0.005, "{error}");
         assert_eq!(value.estimate(&shape, &inputs).len(), 2000);

@@ -1,0 +1,221 @@
+//! The estimator's parameters, as they stand in a policy's file, and its arithmetic. In: the samples of a second. Out: the
+//! state of the recurrent unit, and what is read from it.
+
+use super::{DriverEstimate, DriverTraits, INPUTS, TRAITS};
+use crate::policy::{NetworkLayer, network::row};
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+
+/// Gates of the unit: reset, update, candidate; each weight matrix has so many columns for each hidden unit.
+pub const GATES: usize = 3;
+
+/// Logarithms of standard deviations are kept within this, in units of the trait's spread.
+const LOG_SD: [f32; 2] = [-4.0, 2.0];
+
+/// How one trait is written in the readout: centre and spread become 0 and 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EstimatedTrait {
+    /// Its name.
+    pub name: String,
+    /// Value that is read out as 0, in the trait's unit.
+    pub centre: f64,
+    /// What 1 more is worth, in the trait's unit.
+    pub spread: f64,
+}
+
+/// A fitted estimator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriverEstimator {
+    /// The traits in the order of the readout: first all means, then the logarithms of all standard deviations.
+    pub traits: Vec<EstimatedTrait>,
+    /// Bias of each gate's units: reset, update, candidate.
+    pub bias: Vec<f32>,
+    /// The same for what comes from the state.
+    pub state_bias: Vec<f32>,
+    /// One row for each input.
+    pub weights: Vec<Vec<f32>>,
+    /// One row for each unit of the state.
+    pub state_weights: Vec<Vec<f32>>,
+    /// From the state to what is read out.
+    pub readout: NetworkLayer,
+}
+
+/// Why these numbers are no estimator.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EstimatorFault {
+    /// Other traits, or in another order.
+    #[error("the estimator's traits are {found}; known are {}", DriverTraits::NAMES.join(", "))]
+    Traits {
+        /// Those of the file.
+        found: String,
+    },
+    /// A trait's spread is not above 0, or its centre is no number.
+    #[error("the estimator's trait {name} has no centre and spread that can be used")]
+    Scale {
+        /// Which trait.
+        name: String,
+    },
+    /// A part has another size than the others ask for.
+    #[error("the estimator's {part} are {rows} x {columns} numbers; {needed_rows} x {needed_columns} are needed")]
+    Size {
+        /// Which part.
+        part: &'static str,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+        /// Rows that are needed.
+        needed_rows: usize,
+        /// Columns that are needed.
+        needed_columns: usize,
+    },
+    /// A number is infinite or none.
+    #[error("the estimator's {part} hold a number that is not finite")]
+    NotFinite {
+        /// Which part.
+        part: &'static str,
+    },
+}
+
+/// The state of the unit, and room to compute the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recurrent {
+    state: Vec<f32>,
+    from_input: Vec<f32>,
+    from_state: Vec<f32>,
+}
+
+impl Recurrent {
+    /// The state, one number a unit, -1 to 1.
+    pub fn state(&self) -> &[f32] {
+        &self.state
+    }
+}
+
+impl DriverEstimator {
+    /// Number of units of the state.
+    pub fn units(&self) -> usize {
+        self.state_weights.len()
+    }
+
+    /// Checks that the parts fit together.
+    ///
+    /// # Errors
+    /// Names the first part that does not.
+    pub fn check(&self) -> Result<(), EstimatorFault> {
+        let names: Vec<&str> = self.traits.iter().map(|t| t.name.as_str()).collect();
+        if names != DriverTraits::NAMES {
+            return Err(EstimatorFault::Traits { found: names.join(", ") });
+        }
+        if let Some(t) = self.traits.iter().find(|t| !(t.centre.is_finite() && t.spread > 0.0 && t.spread.is_finite()))
+        {
+            return Err(EstimatorFault::Scale { name: t.name.clone() });
+        }
+        let units = self.units();
+        let biases = |bias: &Vec<f32>| vec![bias.clone()];
+        for (part, rows, needed_rows, needed_columns) in [
+            ("bias", biases(&self.bias), 1, GATES * units),
+            ("state_bias", biases(&self.state_bias), 1, GATES * units),
+            ("weights", self.weights.clone(), INPUTS, GATES * units),
+            ("state_weights", self.state_weights.clone(), units.max(1), GATES * units),
+            ("readout.bias", biases(&self.readout.bias), 1, 2 * TRAITS),
+            ("readout.weights", self.readout.weights.clone(), units, 2 * TRAITS),
+        ] {
+            let odd = rows.iter().find(|row| row.len() != needed_columns);
+            if rows.len() != needed_rows || odd.is_some() {
+                let columns = odd.map_or(needed_columns, Vec::len);
+                return Err(EstimatorFault::Size { part, rows: rows.len(), columns, needed_rows, needed_columns });
+            }
+            if rows.iter().flatten().any(|x| !x.is_finite()) {
+                return Err(EstimatorFault::NotFinite { part });
+            }
+        }
+        Ok(())
+    }
+
+    /// The state before anything is seen.
+    pub fn begin(&self) -> Recurrent {
+        let gates = GATES * self.units();
+        Recurrent { state: vec![0.0; self.units()], from_input: vec![0.0; gates], from_state: vec![0.0; gates] }
+    }
+
+    /// Takes in a second: [`INPUTS`] numbers.
+    pub fn step(&self, inputs: &[f32], unit: &mut Recurrent) {
+        let n = self.units();
+        let Recurrent { state, from_input, from_state, .. } = unit;
+        affine(inputs, &self.weights, &self.bias, from_input);
+        affine(state, &self.state_weights, &self.state_bias, from_state);
+        for k in 0..n {
+            let reset = sigmoid(from_input[k] + from_state[k]);
+            let update = sigmoid(from_input[n + k] + from_state[n + k]);
+            let candidate = (from_input[2 * n + k] + reset * from_state[2 * n + k]).tanh();
+            state[k] = (1.0 - update) * candidate + update * state[k];
+        }
+    }
+
+    /// What the state says.
+    pub fn estimate(&self, unit: &Recurrent) -> DriverEstimate {
+        self.of_readout(&self.read(&unit.state))
+    }
+
+    /// What is read out of a state.
+    pub fn read(&self, state: &[f32]) -> [f32; 2 * TRAITS] {
+        let mut read = [0.0; 2 * TRAITS];
+        affine(state, &self.readout.weights, &self.readout.bias, &mut read);
+        read
+    }
+
+    /// The estimate that a readout stands for.
+    pub fn of_readout(&self, read: &[f32]) -> DriverEstimate {
+        let mean = |k: usize| self.traits[k].centre + self.traits[k].spread * f64::from(read[k]);
+        let sd = |k: usize| self.traits[k].spread * f64::from(read[TRAITS + k].clamp(LOG_SD[0], LOG_SD[1]).exp());
+        DriverEstimate {
+            mean: DriverTraits::of(std::array::from_fn(mean)).possible(),
+            sd: DriverTraits::of(std::array::from_fn(sd)),
+        }
+    }
+}
+
+impl DriverEstimator {
+    /// Its part of a policy's file.
+    pub(in crate::policy) fn write(&self, text: &mut String) {
+        text.push_str(
+            "\n# Who drives: a gated recurrent unit over the last seconds, read out as means and uncertainties.\n",
+        );
+        let _ = writeln!(text, "[estimator]\nbias = {}", row(&self.bias));
+        let _ = writeln!(text, "state_bias = {}\ntraits = [", row(&self.state_bias));
+        for EstimatedTrait { name, centre, spread } in &self.traits {
+            let _ = writeln!(text, "  {{ name = \"{name}\", centre = {centre:?}, spread = {spread:?} }},");
+        }
+        text.push_str("]\n");
+        matrix("weights", &self.weights, text);
+        matrix("state_weights", &self.state_weights, text);
+        let _ = writeln!(text, "\n[estimator.readout]\nbias = {}", row(&self.readout.bias));
+        matrix("weights", &self.readout.weights, text);
+    }
+}
+
+/// A matrix under its key, a line for each row.
+fn matrix(key: &str, rows: &[Vec<f32>], text: &mut String) {
+    let _ = writeln!(text, "{key} = [");
+    for numbers in rows {
+        let _ = writeln!(text, "  {},", row(numbers));
+    }
+    text.push_str("]\n");
+}
+
+/// `out = bias + x weights`.
+fn affine(x: &[f32], weights: &[Vec<f32>], bias: &[f32], out: &mut [f32]) {
+    out.copy_from_slice(bias);
+    for (x, row) in x.iter().zip(weights) {
+        for (out, weight) in out.iter_mut().zip(row) {
+            *out += x * weight;
+        }
+    }
+}
+
+fn sigmoid(x: f32) -> f32 {
+    1.0 / (1.0 + (-x).exp())
+}

@@ -1,0 +1,95 @@
+//! The estimator of a drive: its arithmetic by hand, its pace, its file, and what does not fit.
+
+use super::*;
+use crate::policy::NetworkLayer;
+
+/// An estimator of `units` units with numbers that follow no pattern of the arithmetic.
+fn small(units: usize) -> DriverEstimator {
+    let numbers =
+        |n: usize, salt: usize| -> Vec<f32> { (0..n).map(|i| ((i * 7 + salt) % 11) as f32 / 9.0 - 0.5).collect() };
+    let matrix = |n: usize, m: usize, salt: usize| (0..n).map(|i| numbers(m, salt + 3 * i)).collect();
+    let traits = DriverTraits::NAMES.map(|name| EstimatedTrait { name: name.into(), centre: 1.0, spread: 0.5 });
+    DriverEstimator {
+        traits: traits.to_vec(),
+        bias: numbers(GATES * units, 1),
+        state_bias: numbers(GATES * units, 2),
+        weights: matrix(INPUTS, GATES * units, 3),
+        state_weights: matrix(units, GATES * units, 4),
+        readout: NetworkLayer { bias: numbers(2 * TRAITS, 5), weights: matrix(units, 2 * TRAITS, 6) },
+    }
+}
+
+fn seen(speed_mps: f64) -> Observation {
+    let advised_mps = Some(4.0);
+    Observation { speed_mps, leader_speed_mps: 4.0, gap_m: 10.0, advised_mps, ..Observation::default() }
+}
+
+#[test]
+fn one_unit_steps_as_the_published_equations_say() {
+    let mut estimator = small(1);
+    estimator.weights = vec![vec![0.0; GATES]; INPUTS];
+    estimator.weights[0] = vec![0.5, -0.25, 1.0];
+    estimator.state_weights = vec![vec![0.3, 0.2, -0.7]];
+    estimator.bias = vec![0.1, 0.2, 0.3];
+    estimator.state_bias = vec![0.4, 0.5, 0.6];
+    let mut unit = estimator.begin();
+    let mut inputs = vec![0.0; INPUTS];
+    inputs[0] = 1.0;
+    estimator.step(&inputs, &mut unit);
+    // By hand, h = 0: r = s(0.6 + 0.4) = 0.731059, z = s(-0.05 + 0.5) = 0.610639, n = tanh(1.3 + 0.731059 x 0.6) = 0.940068;
+    // h = (1 - z) n = 0.366026.
+    assert!((unit.state()[0] - 0.366_026).abs() < 2e-6, "{}", unit.state()[0]);
+    estimator.step(&inputs, &mut unit);
+    // r = s(1.0 + 0.3 h) = 0.752093, z = s(0.45 + 0.2 h) = 0.627897, n = tanh(1.3 + r (0.6 - 0.7 h)) = 0.915186;
+    // (1 - z) n + z h = 0.570370.
+    assert!((unit.state()[0] - 0.570_370).abs() < 2e-6, "{}", unit.state()[0]);
+}
+
+#[test]
+fn it_thinks_once_a_second_whatever_the_step() {
+    for (step_s, steps_per_s) in [(0.1, 10), (0.2, 5), (0.05, 20)] {
+        let mut driver = Identification::new(small(3));
+        let begin = driver.clone();
+        let speed = |k: u64| 3.0 + (k as f64 * step_s).sin();
+        for k in 0..steps_per_s {
+            driver.watch(&seen(speed(k)), step_s);
+            assert_eq!(driver.estimate(), begin.estimate(), "not before a second has passed");
+        }
+        driver.watch(&seen(speed(steps_per_s)), step_s);
+        assert_ne!(driver.estimate(), begin.estimate());
+    }
+}
+
+#[test]
+fn a_policy_with_an_estimator_survives_the_way_through_its_file() {
+    let estimator = small(3);
+    assert_eq!(estimator.check(), Ok(()));
+    let mut text = String::new();
+    estimator.write(&mut text);
+    #[derive(serde::Deserialize)]
+    struct File {
+        estimator: DriverEstimator,
+    }
+    assert_eq!(toml::from_str::<File>(&text).map(|file| file.estimator), Ok(estimator));
+}
+
+#[test]
+fn what_does_not_fit_together_is_named() {
+    let fault = |change: fn(&mut DriverEstimator)| {
+        let mut estimator = small(3);
+        change(&mut estimator);
+        estimator.check().unwrap_err().to_string()
+    };
+    assert!(
+        fault(|e| e.traits.truncate(4))
+            .starts_with("the estimator's traits are reaction_s, speed_bias_mps, error_mps, time")
+    );
+    assert!(fault(|e| e.traits[1].spread = 0.0).contains("trait speed_bias_mps has no centre and spread"));
+    assert_eq!(fault(|e| _ = e.weights.pop()), "the estimator's weights are 20 x 9 numbers; 21 x 9 are needed");
+    assert_eq!(fault(|e| _ = e.weights[2].pop()), "the estimator's weights are 21 x 8 numbers; 21 x 9 are needed");
+    assert_eq!(
+        fault(|e| e.readout.bias[0] = f32::NAN),
+        "the estimator's readout.bias hold a number that is not finite"
+    );
+    assert!(fault(|e| e.state_weights.clear()).starts_with("the estimator's bias are 1 x"));
+}

@@ -1,0 +1,87 @@
+//! Which configurations can be trained. In: a [`TrainConfig`]. Out: the key of the first setting that does not fit the others, and
+//! why.
+
+use super::TrainConfig;
+use crate::{
+    policy::{Feature, Hold, NetworkInput},
+    settings::Settings,
+    space::CAR_LENGTH_M,
+};
+
+impl Settings for TrainConfig {
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        if let Err(fault) = Hold::new(self.advice.hold_s, self.ring.step_s) {
+            return Err(("hold_s", fault.to_string()));
+        }
+        if self.holds_s()[1] > self.ring.horizon_s {
+            let text = format!("holds of {} s; the horizon is {} s", self.holds_s()[1], self.ring.horizon_s);
+            return Err(("hold_s", text));
+        }
+        if let Some(name) = self.network.sees.split(',').map(str::trim).find(|name| Feature::named(name).is_none()) {
+            let known: Vec<&str> = crate::policy::FEATURES.iter().map(|f| f.name()).collect();
+            return Err((
+                "sees",
+                format!(
+                    "sees names `{name}`{}; allowed: {}",
+                    crate::toml_text::did_you_mean(name, &known),
+                    known.join(", ")
+                ),
+            ));
+        }
+        if self.advice.levels == 1 {
+            return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
+        }
+        if self.ring.vehicles_max < self.ring.vehicles_min {
+            let text = format!(
+                "vehicles_max is {}; allowed: from vehicles_min, {}",
+                self.ring.vehicles_max, self.ring.vehicles_min
+            );
+            return Err(("vehicles_max", text));
+        }
+        if self.ring.circumference_max_m < self.ring.circumference_min_m {
+            let text = format!(
+                "circumference_max_m is {}; allowed: from circumference_min_m, {}",
+                self.ring.circumference_max_m, self.ring.circumference_min_m
+            );
+            return Err(("circumference_max_m", text));
+        }
+        let car_m = CAR_LENGTH_M + self.ring.idm.s0 * (1.0 + self.ring.idm_spread);
+        if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
+            let most = (self.ring.circumference_min_m / car_m).floor();
+            let text = format!(
+                "vehicles_max is {}; allowed: at most {most}, which is what fits on {} m",
+                self.ring.vehicles_max, self.ring.circumference_min_m
+            );
+            return Err(("vehicles_max", text));
+        }
+        if self.ring.circumference_max_m < f64::from(self.ring.vehicles_max) * self.ring.least_spacing_m {
+            let text = format!(
+                "least_spacing_m is {}; allowed: at most {:.2}, what circumference_max_m leaves {} cars",
+                self.ring.least_spacing_m,
+                self.ring.circumference_max_m / f64::from(self.ring.vehicles_max),
+                self.ring.vehicles_max
+            );
+            return Err(("least_spacing_m", text));
+        }
+        if !self.run.rings.is_multiple_of(super::simd::LANES as u32) {
+            return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.run.rings)));
+        }
+        if self.student.estimator_rounds > 0 && !self.inputs().iter().any(|input| input.feature.is_of_driver()) {
+            let text = format!(
+                "estimator_rounds is {}; allowed: 0 where sees names nothing of the driver ({})",
+                self.student.estimator_rounds,
+                crate::policy::FEATURES
+                    .iter()
+                    .filter(|f| f.is_of_driver())
+                    .map(|f| f.name())
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            );
+            return Err(("estimator_rounds", text));
+        }
+        if !self.inputs().iter().all(NetworkInput::is_sound) {
+            return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,135 @@
+//! The student: he learns to tell strangers apart, and beside the rings he says what he says in a drive.
+
+use super::*;
+use crate::{
+    driver::Population,
+    policy::{
+        Observation,
+        identification::{Identification, SAMPLES},
+    },
+    train::{
+        ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, RingConfig, RunConfig, StudentConfig,
+        learner::policy_shape, rollout::RolloutWorker,
+    },
+};
+
+/// Rings of 8 cars on 100 m whose egos drive up to 1 m/s faster or slower than advised, and up to 2 s late.
+fn biased() -> TrainConfig {
+    TrainConfig {
+        advice: AdviceConfig { action: ActionKind::Speed, top_speed_mps: 6.0, hold_s: 2.0, ..AdviceConfig::default() },
+        ring: RingConfig {
+            vehicles_min: 8,
+            vehicles_max: 8,
+            circumference_min_m: 100.0,
+            circumference_max_m: 100.0,
+            warm_up_s: 20.0,
+            horizon_s: 120.0,
+            ..RingConfig::default()
+        },
+        driver: DriverConfig {
+            follow: FollowKind::Driver,
+            population: Population::None,
+            random_driver: true,
+            reaction_s: 2.0,
+            error_mps: 0.3,
+            speed_bias_mps: 1.0,
+            ..DriverConfig::default()
+        },
+        network: NetworkConfig { sees: "speed,gap,speed_bias".into(), hidden_width: 8, ..NetworkConfig::default() },
+        student: StudentConfig { estimator_rounds: 1, estimator_units: 16, ..StudentConfig::default() },
+        run: RunConfig { rings: 64, ..RunConfig::default() },
+        ..TrainConfig::default()
+    }
+}
+
+/// Four blocks under a policy that has learned nothing and whose advice wanders.
+fn blocks(config: &TrainConfig, first: usize, learner: &EstimatorLearner) -> Vec<RolloutWorker> {
+    let mut blocks: Vec<RolloutWorker> = (first..first + 4).map(|index| RolloutWorker::new(config, index, 4)).collect();
+    blocks.iter_mut().for_each(|worker| worker.is_watched_by(learner));
+    blocks
+}
+
+fn live(config: &TrainConfig, blocks: &mut [RolloutWorker]) -> Vec<Seconds> {
+    let shape = policy_shape(config);
+    let mut theta = vec![0.0; shape.parameters()];
+    theta[shape.parameters() - 1] = 0.5_f32.ln();
+    let one = |worker: &mut RolloutWorker| {
+        let mut seconds = Seconds::default();
+        worker.live(config, &shape, &theta, 30, Some(&mut seconds));
+        seconds
+    };
+    blocks.iter_mut().map(one).collect()
+}
+
+/// Correlation of what is estimated with what is true.
+fn correlation(pairs: &[(f64, f64)]) -> f64 {
+    let n = pairs.len() as f64;
+    let mean = pairs.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let [xy, xx, yy] = pairs.iter().fold([0.0; 3], |[xy, xx, yy], (x, y)| {
+        let (dx, dy) = (x - mean.0, y - mean.1);
+        [xy + dx * dy, xx + dx * dx, yy + dy * dy]
+    });
+    xy / (xx * yy).sqrt()
+}
+
+#[test]
+fn after_a_minute_strangers_are_told_apart_by_their_bias() {
+    let config = biased();
+    let mut learner = EstimatorLearner::new(&config);
+    let mut known = blocks(&config, 0, &learner);
+    let mut losses = Vec::new();
+    for _ in 0..40 {
+        let seconds = live(&config, &mut known);
+        losses.push(learner.fit(&seconds, 5e-3));
+        // Few drivers, so that the same seconds are learned from again.
+        (0..4).for_each(|_| _ = learner.fit(&seconds, 5e-3));
+        known.iter_mut().filter_map(|worker| worker.watcher.as_mut()).for_each(|watcher| watcher.learn(&learner));
+    }
+    assert!(losses[39] < losses[0] - 0.1, "{losses:?}");
+    // Other drivers, a minute from the beginning: the promise of a trait that is identified is 0.8.
+    let mut strangers = blocks(&config, 50, &learner);
+    live(&config, &mut strangers);
+    let pairs: Vec<(f64, f64)> = strangers
+        .iter()
+        .flat_map(|worker| {
+            let (watcher, drivers) = (worker.watcher.as_ref().expect("a student"), worker.env.drivers());
+            (0..LANES).map(move |l| (watcher.mean(l).speed_bias_mps, drivers[l].speed_bias_mps))
+        })
+        .collect();
+    assert!(correlation(&pairs) > 0.8, "{} {pairs:?}", correlation(&pairs));
+}
+
+#[test]
+fn the_student_beside_the_rings_and_the_one_in_a_drive_say_the_same() {
+    let config = biased();
+    let learner = EstimatorLearner::new(&config);
+    let mut watcher = Watcher::new(&learner);
+    let mut alone = Identification::new(learner.estimator());
+    let number = |k: usize, salt: usize| 3.0 + ((k * 13 + salt * 7) % 10) as f32 / 5.0;
+    let seen = |k: usize| [number(k, 1), number(k, 2), number(k, 3), if k < 7 { -1.0 } else { number(k, 4) }];
+    // The first step of a drive has no past.
+    alone.watch(&Observation::default(), 0.2);
+    for k in 0..SAMPLES * 12 {
+        let [speed, leader, gap, advised] = seen(k);
+        watcher.watch(
+            &[[[speed; LANES], [leader; LANES], [gap; LANES], [advised; LANES]]],
+            &[DriverTraits::default(); LANES],
+            None,
+        );
+        let observation = Observation {
+            speed_mps: speed.into(),
+            leader_speed_mps: leader.into(),
+            gap_m: gap.into(),
+            advised_mps: (advised >= 0.0).then_some(advised.into()),
+            ..Observation::default()
+        };
+        alone.watch(&observation, 0.2);
+        for (beside, drive) in watcher.mean(3).numbers().into_iter().zip(alone.estimate().mean.numbers()) {
+            assert!((beside - drive).abs() < 1e-5, "{k}: {beside} {drive}");
+        }
+    }
+    assert_ne!(watcher.mean(3), Watcher::new(&learner).mean(3));
+    // A stranger is nobody yet.
+    watcher.begin(3);
+    assert_eq!(watcher.mean(3), Watcher::new(&learner).mean(3));
+}

@@ -1,0 +1,133 @@
+//! The student beside a block of rings: he watches each driver, second by second, and says what he makes of him. In: samples of
+//! the block and who drives. Out: estimates; and the [`Seconds`] that he learns from.
+
+use super::{EstimatorLearner, GruShape};
+use crate::{
+    policy::{
+        DriverEstimator, DriverTraits,
+        identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES, TRAITS, sample},
+    },
+    train::simd::{LANES, SimdLanes},
+};
+use serde::{Deserialize, Serialize};
+
+/// What the egos of a block do at one instant: speed, leader's speed, gap, advice (below 0: none); m/s and metres.
+pub type BlockSample = [SimdLanes; 4];
+
+/// Consecutive seconds of a block's rings.
+#[derive(Clone, Debug, Default)]
+pub struct Seconds {
+    /// States before the first, a row for each ring.
+    pub state: Vec<f32>,
+    /// Inputs of each second, a row for each ring.
+    pub inputs: Vec<Vec<f32>>,
+    /// Which rings begin anew in it.
+    pub begins: Vec<[bool; LANES]>,
+    /// Who drives.
+    pub truths: Vec<[DriverTraits; LANES]>,
+}
+
+/// The student beside one block.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Watcher {
+    estimator: DriverEstimator,
+    shape: (usize, usize, usize),
+    theta: Vec<f32>,
+    state: Vec<f32>,
+    read: Vec<f32>,
+    partial: Vec<BlockSample>,
+    begins: [bool; LANES],
+}
+
+impl Watcher {
+    /// A student who knows what `learner` has learned so far, and nothing of these drivers.
+    pub fn new(learner: &EstimatorLearner) -> Self {
+        let GruShape { inputs, units, outputs } = learner.shape();
+        let mut watcher = Self {
+            estimator: learner.estimator(),
+            shape: (inputs, units, outputs),
+            theta: learner.theta().to_vec(),
+            state: vec![0.0; LANES * units],
+            read: Vec::new(),
+            partial: Vec::new(),
+            begins: [true; LANES],
+        };
+        watcher.reread();
+        watcher
+    }
+
+    /// The same student after another lesson; what he makes of the drivers so far he keeps.
+    pub fn learn(&mut self, learner: &EstimatorLearner) {
+        self.estimator = learner.estimator();
+        learner.theta().clone_into(&mut self.theta);
+        self.reread();
+    }
+
+    fn shape(&self) -> GruShape {
+        let (inputs, units, outputs) = self.shape;
+        GruShape { inputs, units, outputs }
+    }
+
+    /// The readout of the states as they are.
+    fn reread(&mut self) {
+        let units = self.shape.1;
+        let of = |l: usize| self.estimator.read(&self.state[l * units..][..units]);
+        self.read = (0..LANES).flat_map(of).collect();
+    }
+
+    /// Who he thinks drives ring `l`.
+    pub fn mean(&self, l: usize) -> DriverTraits {
+        self.estimator.of_readout(&self.read[l * 2 * TRAITS..][..2 * TRAITS]).mean
+    }
+
+    /// Ring `l` has another driver from now on.
+    pub fn begin(&mut self, l: usize) {
+        let units = self.shape.1;
+        self.state[l * units..][..units].fill(0.0);
+        self.begins[l] = true;
+        let read = self.estimator.read(&self.state[l * units..][..units]);
+        self.read[l * 2 * TRAITS..][..2 * TRAITS].copy_from_slice(&read);
+        // What is left of a second that the one before him drove.
+        for sample in &mut self.partial {
+            sample.iter_mut().for_each(|numbers| numbers[l] = 0.0);
+        }
+    }
+
+    /// Takes in samples of [`crate::policy::identification::SAMPLE_S`] each; `log` keeps the seconds that become whole.
+    pub fn watch(&mut self, samples: &[BlockSample], truths: &[DriverTraits; LANES], log: Option<&mut Seconds>) {
+        let mut log = log;
+        for sample in samples {
+            self.partial.push(*sample);
+            if self.partial.len() == SAMPLES {
+                let inputs = self.inputs();
+                if let Some(log) = log.as_deref_mut() {
+                    if log.inputs.is_empty() {
+                        log.state.clone_from(&self.state);
+                    }
+                    log.inputs.push(inputs.clone());
+                    log.begins.push(self.begins);
+                    log.truths.push(*truths);
+                }
+                let step = self.shape().step(&self.theta, &inputs, &self.state);
+                (self.state, self.read) = (step.state, step.read);
+                self.begins = [false; LANES];
+                self.partial.clear();
+            }
+        }
+    }
+
+    /// The inputs of the second that has just become whole, a row for each ring.
+    fn inputs(&self) -> Vec<f32> {
+        let mut inputs = Vec::with_capacity(LANES * INPUTS);
+        for l in 0..LANES {
+            for [speed, leader, gap, advised] in &self.partial {
+                let numbers: [f32; SAMPLE_NUMBERS] =
+                    sample(speed[l], leader[l], gap[l], (advised[l] >= 0.0).then_some(advised[l]));
+                inputs.extend(numbers);
+            }
+            let is_advised = self.partial.last().is_some_and(|[.., advised]| advised[l] >= 0.0);
+            inputs.push(f32::from(u8::from(is_advised)));
+        }
+        inputs
+    }
+}

@@ -1,0 +1,168 @@
+//! What blocks of rings live through under a policy that is learning. In: its parameters. Out: a [`Rollout`] of each block, row by
+//! row what was seen, done and earned.
+
+use super::{
+    config::{ActionKind, TrainConfig},
+    environment::{Ending, Outcome, VecEnv},
+    identification::{EstimatorLearner, Seconds, Watcher},
+    simd::{LANES, LaneRng},
+    trpo::PolicyShape,
+};
+use crate::{
+    policy::{Action, DriverTraits, Hold, NetworkInput, bounded},
+    rng,
+};
+use serde::{Deserialize, Serialize};
+
+/// A block of rings and the random numbers of their actions.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RolloutWorker {
+    pub env: VecEnv,
+    rng: LaneRng,
+    /// The student beside it, once there is one.
+    #[serde(default)]
+    pub watcher: Option<Watcher>,
+}
+
+/// What a block lived through: rows are decisions in order of time, lane by lane within each.
+pub struct Rollout {
+    /// What was seen, scaled.
+    pub inputs: Vec<f32>,
+    /// What was done, as the policy's family calls it.
+    pub actions: Vec<f32>,
+    /// What came of it.
+    pub outcomes: Vec<Outcome>,
+    /// How long each decision stood.
+    pub hold: Hold,
+    /// The observation after the last decision.
+    pub after: Vec<f32>,
+}
+
+/// Means of a batch. A long hold counts for more than a short one: they are over time.
+pub struct Means {
+    /// Steps of rings.
+    pub steps: f64,
+    /// Speed of all cars, m/s.
+    pub mean_mps: f64,
+    /// Reward, m/s.
+    pub reward: f64,
+    /// Episodes that ended in a crash.
+    pub crashes: u32,
+}
+
+impl Means {
+    /// Of these rollouts.
+    pub fn of(rollouts: &[Rollout]) -> Self {
+        let timed = || rollouts.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
+        let steps: f64 = timed().map(|(steps, _)| steps).sum();
+        let mean = |of: fn(&Outcome) -> f32| timed().map(|(steps, o)| steps * f64::from(of(o))).sum::<f64>() / steps;
+        let crashes = timed().filter(|(_, o)| o.ending == Ending::Crash).count() as u32;
+        Self { steps, mean_mps: mean(|o| o.mean_mps), reward: mean(|o| o.reward), crashes }
+    }
+}
+
+impl RolloutWorker {
+    /// Block `index` of so many, each ring at another part of its episode.
+    pub fn new(config: &TrainConfig, index: usize, count: usize) -> Self {
+        let mut env = VecEnv::new(config, "train", index, config.hold_of(index, count));
+        env.spread();
+        let mut rng = LaneRng::new();
+        for l in 0..LANES {
+            let mut stream = rng::stream(config.seed, &format!("train/actions/{}", index * LANES + l));
+            rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
+        }
+        Self { env, rng, watcher: None }
+    }
+
+    /// From now on a student watches its drivers.
+    pub fn is_watched_by(&mut self, student: &EstimatorLearner) {
+        self.env.keep_samples();
+        self.watcher = Some(Watcher::new(student));
+    }
+
+    /// So many decisions of this block; `log` keeps what the student learns from.
+    pub fn live(
+        &mut self,
+        config: &TrainConfig,
+        shape: &PolicyShape,
+        theta: &[f32],
+        decisions: usize,
+        mut log: Option<&mut Seconds>,
+    ) -> Rollout {
+        let (net, log_sd) = shape.split(theta);
+        let rows = decisions * LANES;
+        let seen = config.inputs();
+        let hold = self.env.hold_length();
+        let mut rollout = Rollout {
+            hold,
+            inputs: Vec::with_capacity(rows * seen.len()),
+            actions: Vec::with_capacity(rows),
+            outcomes: Vec::with_capacity(rows),
+            after: Vec::new(),
+        };
+        for _ in 0..decisions {
+            let inputs = self.see(&seen);
+            let here = shape.net.forward(net, &inputs);
+            let (normal, _) = self.rng.normal_pair();
+            let uniform = self.rng.uniform();
+            let outputs = here.output().chunks_exact(shape.net.outputs());
+            let drawn: Vec<f32> =
+                outputs.enumerate().map(|(l, out)| shape.family.draw(out, log_sd, normal[l], uniform[l])).collect();
+            let actions = std::array::from_fn(|l| action(config, drawn[l], hold));
+            let drivers = self.env.drivers();
+            let mut outcomes = self.env.hold(&actions);
+            self.tell_student(&mut outcomes, &drivers, log.as_deref_mut());
+            rollout.outcomes.extend(outcomes);
+            rollout.inputs.extend(inputs);
+            rollout.actions.extend(drawn);
+        }
+        rollout.after = self.see(&seen);
+        rollout
+    }
+
+    /// Lets the student see what came of a hold, and says in `outcomes` what he makes of the drivers.
+    fn tell_student(
+        &mut self,
+        outcomes: &mut [Outcome; LANES],
+        drivers: &[DriverTraits; LANES],
+        log: Option<&mut Seconds>,
+    ) {
+        let Some(watcher) = &mut self.watcher else { return };
+        watcher.watch(&self.env.take_samples(), drivers, log);
+        for (l, outcome) in outcomes.iter_mut().enumerate() {
+            outcome.last_seen.driver = Some(watcher.mean(l));
+            if outcome.ending != Ending::None {
+                watcher.begin(l);
+            }
+        }
+    }
+
+    /// What the policy sees, scaled, a row for each ring.
+    pub fn see(&self, inputs: &[NetworkInput]) -> Vec<f32> {
+        let seen = |l| {
+            let mut observation = self.env.observe(l);
+            if let Some(watcher) = &self.watcher {
+                observation.driver = Some(watcher.mean(l));
+            }
+            inputs.iter().map(move |input| input.scaled(&observation))
+        };
+        (0..LANES).flat_map(seen).collect()
+    }
+}
+
+/// The action that the policy's family calls `drawn`, to stand for `hold`.
+pub fn action(config: &TrainConfig, drawn: f32, hold: Hold) -> Action {
+    let [low, high] = match config.advice.action {
+        ActionKind::Acceleration => bounded(config.action_limits(), config.advice.speed_change_mps, hold.seconds()),
+        ActionKind::Speed => config.action_limits(),
+    };
+    let share = match config.advice.levels {
+        0 => (f64::from(drawn).clamp(-1.0, 1.0) + 1.0) / 2.0,
+        levels => f64::from(drawn) / f64::from(levels - 1),
+    };
+    let value = low + (high - low) * share;
+    match config.advice.action {
+        ActionKind::Acceleration => Action::Acceleration(value),
+        ActionKind::Speed => Action::Speed(value),
+    }
+}
