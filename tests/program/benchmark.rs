@@ -55,6 +55,55 @@ fn a_benchmark_is_the_same_on_one_thread_and_on_two_and_pairs_its_rings() {
     assert_eq!(one["roads"][0]["rings_with_a_wave"], 16);
 }
 
+#[test]
+fn a_row_of_its_own_place_is_beside_no_advice_there_and_every_cell_has_a_dot_in_a_figure() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("small.toml");
+    let own = r#"
+[[driver]]
+name = "closing"
+driver = "exact"
+ego_response_s = 0.5
+only_where_named = true
+[[row]]
+name = "a machine's"
+policies = ["pi"]
+drivers = ["closing"]
+holds_s = [0.1]
+"#;
+    std::fs::write(&file, SMALL.replace("rings = 16", "rings = 4") + own).unwrap();
+    let out = folder.path().join("out");
+    let mut program = Command::cargo_bin("codrive").unwrap();
+    program.args(["evaluate", "--json", "--benchmark"]).arg(&file).arg("--out").arg(&out).assert().success();
+    let json: Value = serde_json::from_slice(&std::fs::read(out.join("benchmark.json")).unwrap()).unwrap();
+    let place = |cell: &Value| {
+        let text = |key: &str| cell[key].as_str().unwrap().to_owned();
+        format!("{}, {} s, {}", text("policy"), cell["hold_s"], text("driver"))
+    };
+    let places: Vec<String> = json["cells"].as_array().unwrap().iter().map(place).collect();
+    let expected = [
+        "no advice, 1.0 s, people",
+        "two seeds of one, 1.0 s, people",
+        "no advice, 0.1 s, closing",
+        "a machine's, 0.1 s, closing",
+    ];
+    assert_eq!(places, expected);
+    // Without advice there is nothing to follow: its own model drives an exact ego like the others.
+    assert!(json["cells"][3]["gain_mps"]["mean"].is_number());
+    for (hold, rows, driver) in
+        [("1", ["no advice", "two seeds of one"], "people"), ("0.1", ["no advice", "a machine's"], "closing")]
+    {
+        let svg = std::fs::read_to_string(out.join(format!("mean-speed-230-260-hold-{hold}.svg"))).unwrap();
+        let picture = roxmltree::Document::parse(&svg).unwrap();
+        let texts: Vec<&str> = picture.descendants().filter_map(|node| node.text()).map(str::trim).collect();
+        for said in rows.iter().chain(&[driver]) {
+            assert!(texts.contains(said), "{said}: {texts:?}");
+        }
+        let dots = picture.descendants().filter(|node| node.has_tag_name("circle")).count();
+        assert_eq!(dots, 2 + 1, "a dot for each row, and one of the legend");
+    }
+}
+
 /// Sources, without files of tests alone.
 fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).unwrap() {

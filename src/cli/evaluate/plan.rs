@@ -7,6 +7,7 @@ use crate::{
     map::RoadMap,
     policy::{self, PolicySettings, ResolvedPolicy},
     settings::{Settings, fields_of},
+    toml_text::did_you_mean,
     traffic::{EngineChoice, UnknownEngine},
     train::TrainConfig,
 };
@@ -64,12 +65,47 @@ const WHO: [&str; 15] = [
     "population",
 ];
 
-/// Reads a driver from the command line.
-pub fn driver(text: &str) -> Result<FollowingDriver, DriverError> {
+/// Why nobody follows by this name.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum FollowingDriverError {
+    /// Neither a driver nor a population has it.
+    #[error(
+        "no driver is called {name:?}{near}\n  remedy: use one of {}; or a population, which has another driver in each ring: {}; or \
+         numbers: reaction=1,error=0.5,speed_bias=0,deadband=0",
+        known_drivers().join(", "),
+        Population::NAMES.join(", ")
+    )]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// What was meant.
+        near: String,
+    },
+    /// A number of the driver is wrong.
+    #[error(transparent)]
+    Driver(#[from] DriverError),
+}
+
+fn known_drivers() -> Vec<&'static str> {
+    [driver::PRESETS.as_slice(), &driver::MACHINES].concat()
+}
+
+/// A driver or a population of drivers by name, as `--driver` takes it.
+///
+/// # Errors
+/// There is none; the message names what there is.
+pub fn driver(text: &str) -> Result<FollowingDriver, FollowingDriverError> {
     if let Ok(population) = Population::named(text) {
         return Ok(FollowingDriver::Population(population));
     }
-    Ok(FollowingDriver::Named(Box::new(driver::named(text)?)))
+    match driver::named(text) {
+        Ok(named) => Ok(FollowingDriver::Named(Box::new(named))),
+        Err(DriverError::Unknown { name }) => {
+            let near = did_you_mean(&name, &[known_drivers(), Population::NAMES.to_vec()].concat());
+            Err(FollowingDriverError::Unknown { name, near })
+        }
+        Err(fault) => Err(fault.into()),
+    }
 }
 
 /// True if a configuration or a flag of it says who follows.
@@ -242,5 +278,21 @@ impl EvaluationPlan {
             same.hold_s = self.holds_s[0];
         }
         same
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_that_nobody_knows_is_told_of_drivers_and_of_populations() {
+        let said = driver("peple").map_err(|e| e.to_string()).expect_err("nobody is called so");
+        assert!(said.starts_with("no driver is called \"peple\" (did you mean people?)\n"), "{said}");
+        for known in driver::PRESETS.iter().chain(&driver::MACHINES).chain(&Population::NAMES) {
+            assert!(said.contains(known), "{known}: {said}");
+        }
+        let said = driver("reaction=soon").map_err(|e| e.to_string()).expect_err("no number");
+        assert!(said.contains("reaction is \"soon\""), "{said}");
     }
 }

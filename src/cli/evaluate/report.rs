@@ -68,7 +68,7 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
         let head = (row.case.label(), row.case.driver.label());
         if before.as_ref() != Some(&head) {
             let _ = writeln!(text, "{}, driver {}", head.0, head.1);
-            text.push_str("  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm           least gap  crashes  fuel   in range\n");
+            text.push_str("  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm for good  least gap  crashes  fuel   in range\n");
             before = Some(head);
         }
         let _ = writeln!(text, "{}", words(row));
@@ -166,13 +166,24 @@ pub fn write(dir: &Path, plan: &EvaluationPlan, config: &TrainConfig, rows: &[Ev
     put("rings.csv", &rings_csv(plan, config, rows))?;
     put("summary.csv", &summary_csv(plan, config, rows))?;
     put("config.toml", &toml::to_string(config).unwrap_or_default())?;
-    for (name, text) in pictures(plan, config, rows) {
-        put(&name, &text)?;
-        let path = dir.join(name).with_extension("png");
-        let failed = |why: String| CliError::Failed(format!("{}: {why}", path.display()));
-        if let Some(png) = crate::cli::desktop::png(&text) {
-            private::replace(&path, &png.map_err(|e| failed(e.to_string()))?).map_err(|e| failed(e.to_string()))?;
-        }
+    for (name, svg) in pictures(plan, config, rows) {
+        put_figure(dir, &name, &svg)?;
+    }
+    Ok(())
+}
+
+/// A figure into the folder, as SVG, and as PNG where this program can draw.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn put_figure(dir: &Path, name: &str, svg: &str) -> Result<(), CliError> {
+    let failed = |path: &Path, why: String| CliError::Failed(format!("{}: {why}", path.display()));
+    let path = dir.join(name);
+    private::replace(&path, svg.as_bytes()).map_err(|e| failed(&path, e.to_string()))?;
+    let path = path.with_extension("png");
+    if let Some(png) = crate::cli::desktop::png(svg) {
+        let png = png.map_err(|e| failed(&path, e.to_string()))?;
+        private::replace(&path, &png).map_err(|e| failed(&path, e.to_string()))?;
     }
     Ok(())
 }

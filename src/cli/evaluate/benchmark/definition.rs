@@ -2,16 +2,20 @@
 //! with each. SI units.
 
 use crate::{
-    cli::CliError,
-    data_folders,
-    driver::{DriverError, NamedDriver, Population, named},
-    file,
+    cli::{
+        CliError,
+        evaluate::plan::{self, FollowingDriver, FollowingDriverError},
+    },
+    data_folders, file,
     policy::{self, Hold, PolicyError, PolicySettings},
     toml_text::{self, KeyPart, did_you_mean},
     train::{DriverConfig, RingConfig, TrainConfig},
 };
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 /// What such a file calls itself.
 const FORMAT: &str = "codrive benchmark 1";
@@ -53,6 +57,8 @@ pub struct Benchmark {
 pub struct Road {
     /// What it is called.
     pub name: String,
+    /// `{road}` in a policy's path; without one it is the circumference, such as 250 or 210-290.
+    pub key: Option<String>,
     /// Shortest and longest ring, metres.
     pub circumference_m: [f64; 2],
     /// Fewest and most cars.
@@ -71,6 +77,13 @@ pub struct JudgedDriver {
     pub driver: String,
     /// Largest deceleration of the guard of a guarded one, m/s2.
     pub guard_decel_mps2: Option<f64>,
+    /// Time in which one who follows to the letter closes a difference to the advised speed, s; without it one step.
+    pub ego_response_s: Option<f64>,
+    /// Largest acceleration with which such a one closes it, m/s2.
+    pub ego_accel_mps2: Option<f64>,
+    /// Only rows that name him have him.
+    #[serde(default)]
+    pub only_where_named: bool,
 }
 
 /// A row: one policy, or the same one trained from several seeds.
@@ -79,8 +92,41 @@ pub struct JudgedDriver {
 pub struct JudgedPolicy {
     /// What tables call it.
     pub name: String,
-    /// Names, or paths from the folder of this file; `{driver}` and `{hold}` in one stand for those of the cell.
+    /// Names, or paths from the folder of this file; `{road}`, `{driver}` and `{hold}` in one stand for those of the cell.
     pub policies: Vec<String>,
+    /// Drivers that it is judged with, by name; without them all but those that are only where they are named.
+    pub drivers: Option<Vec<String>>,
+    /// Holds that it is judged at, seconds; without them the benchmark's.
+    pub holds_s: Option<Vec<f64>>,
+}
+
+/// Where a row is judged: on which road, at which hold, with which driver.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<'a> {
+    /// On which rings.
+    pub road: &'a Road,
+    /// Seconds.
+    pub hold_s: f64,
+    /// Who follows.
+    pub driver: &'a JudgedDriver,
+}
+
+impl Place<'_> {
+    /// True if it is the same place of the same benchmark.
+    pub fn is(&self, other: &Self) -> bool {
+        self.hold_s == other.hold_s && self.is_beside(other)
+    }
+
+    /// True if it is that place but for the hold.
+    pub fn is_beside(&self, other: &Self) -> bool {
+        std::ptr::eq(self.road, other.road) && std::ptr::eq(self.driver, other.driver)
+    }
+
+    /// A path with what stands for its road, driver and hold put in.
+    pub fn written_in(&self, path: &str) -> String {
+        let path = path.replace("{road}", &self.road.key()).replace("{driver}", &self.driver.name);
+        path.replace("{hold}", &self.hold_s.to_string())
+    }
 }
 
 impl Benchmark {
@@ -136,8 +182,25 @@ impl Benchmark {
         for (i, hold_s) in self.holds_s.iter().enumerate() {
             Hold::new(*hold_s, step_s).map_err(|fault| (format!("holds_s.{i}"), fault.to_string()))?;
         }
+        self.check_drivers_and_roads()?;
+        self.check_rows(step_s)
+    }
+
+    fn check_drivers_and_roads(&self) -> Result<(), (String, String)> {
         for (i, driver) in self.drivers.iter().enumerate() {
             driver.who().map_err(|fault| (format!("driver.{i}.driver"), fault.to_string()))?;
+            if self.drivers[..i].iter().any(|other| other.name == driver.name) {
+                return Err((format!("driver.{i}.name"), format!("two drivers are called `{}`", driver.name)));
+            }
+            for (key, value) in [
+                ("guard_decel_mps2", driver.guard_decel_mps2),
+                ("ego_response_s", driver.ego_response_s),
+                ("ego_accel_mps2", driver.ego_accel_mps2),
+            ] {
+                if let Some(value) = value.filter(|value| !(0.1..=10.0).contains(value)) {
+                    return Err((format!("driver.{i}.{key}"), format!("{key} is {value}; allowed: 0.1 to 10")));
+                }
+            }
         }
         for (i, road) in self.roads.iter().enumerate() {
             let fits = road.circumference_m[0] <= road.circumference_m[1] && road.vehicles[0] <= road.vehicles[1];
@@ -150,36 +213,102 @@ impl Benchmark {
                 );
                 return Err((format!("road.{i}.name"), message));
             }
+            if self.roads[..i].iter().any(|other| other.key() == road.key()) {
+                let message =
+                    format!("two roads have the key `{}`\n  remedy: give one of them a key of its own", road.key());
+                return Err((format!("road.{i}.name"), message));
+            }
         }
+        Ok(())
+    }
+
+    fn check_rows(&self, step_s: f64) -> Result<(), (String, String)> {
         for (i, row) in self.rows.iter().enumerate() {
-            if row.policies.is_empty() {
-                return Err((format!("row.{i}.policies"), "policies is empty; name at least one".into()));
+            for (what, is_empty) in [
+                ("policies", row.policies.is_empty()),
+                ("drivers", row.drivers.as_ref().is_some_and(Vec::is_empty)),
+                ("holds_s", row.holds_s.as_ref().is_some_and(Vec::is_empty)),
+            ] {
+                if is_empty {
+                    return Err((format!("row.{i}.{what}"), format!("{what} is empty; name at least one")));
+                }
+            }
+            for (k, name) in row.drivers.iter().flatten().enumerate() {
+                let known: Vec<&str> = self.drivers.iter().map(|driver| driver.name.as_str()).collect();
+                if !known.contains(&name.as_str()) {
+                    let near = did_you_mean(name, &known);
+                    let message =
+                        format!("no driver of this file is called `{name}`{near}; allowed: {}", known.join(", "));
+                    return Err((format!("row.{i}.drivers.{k}"), message));
+                }
+            }
+            for (k, hold_s) in row.holds_s.iter().flatten().enumerate() {
+                Hold::new(*hold_s, step_s).map_err(|fault| (format!("row.{i}.holds_s.{k}"), fault.to_string()))?;
             }
             for (k, policy) in row.policies.iter().enumerate() {
                 let fault = |error: PolicyError| (format!("row.{i}.policies.{k}"), error.to_string());
-                for driver in &self.drivers {
-                    for hold_s in &self.holds_s {
-                        let name = self.policy(policy, driver, *hold_s);
-                        policy::build(&name, &PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.0, step_s })
-                            .map_err(fault)?;
-                    }
+                let places = self.places();
+                let places = places.iter().filter(|place| self.judges(row, place));
+                for name in places.map(|place| self.policy(policy, place)).collect::<BTreeSet<_>>() {
+                    policy::build(&name, &PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.0, step_s })
+                        .map_err(fault)?;
                 }
             }
         }
         Ok(())
     }
 
+    /// Holds of the benchmark, then those that rows have besides, seconds.
+    pub fn all_holds_s(&self) -> Vec<f64> {
+        let mut holds_s = self.holds_s.clone();
+        for hold_s in self.rows.iter().flat_map(|row| row.holds_s.iter().flatten()) {
+            if !holds_s.contains(hold_s) {
+                holds_s.push(*hold_s);
+            }
+        }
+        holds_s
+    }
+
+    /// Every road, hold and driver at which a row is judged, in the order of tables.
+    pub fn places(&self) -> Vec<Place<'_>> {
+        let mut places = Vec::new();
+        for road in &self.roads {
+            for hold_s in self.all_holds_s() {
+                for driver in &self.drivers {
+                    let place = Place { road, hold_s, driver };
+                    if self.rows.iter().any(|row| self.asks_for(row, &place)) {
+                        places.push(place);
+                    }
+                }
+            }
+        }
+        places
+    }
+
+    /// True if this row is judged there. What drives without advice is beside every other, because gains are over it.
+    pub fn judges(&self, row: &JudgedPolicy, place: &Place<'_>) -> bool {
+        row.is_no_advice() || self.asks_for(row, place)
+    }
+
+    fn asks_for(&self, row: &JudgedPolicy, place: &Place<'_>) -> bool {
+        let has_driver = match &row.drivers {
+            Some(drivers) => drivers.contains(&place.driver.name),
+            None => !place.driver.only_where_named,
+        };
+        has_driver && row.holds_s.as_ref().unwrap_or(&self.holds_s).contains(&place.hold_s)
+    }
+
     /// The name or path of a policy in a cell.
-    pub fn policy(&self, name: &str, driver: &JudgedDriver, hold_s: f64) -> String {
+    pub fn policy(&self, name: &str, place: &Place<'_>) -> String {
         if !policy::is_path(name) {
             return name.into();
         }
-        let path = name.replace("{driver}", &driver.name).replace("{hold}", &hold_s.to_string());
-        self.folder.join(path).display().to_string()
+        self.folder.join(place.written_in(name)).display().to_string()
     }
 
-    /// The rings of a road with this driver in each.
-    pub fn config(&self, road: &Road, driver: &JudgedDriver, hold_s: f64) -> Result<TrainConfig, CliError> {
+    /// The rings of a place with its driver in each.
+    pub fn config(&self, place: &Place<'_>) -> Result<TrainConfig, CliError> {
+        let Place { road, hold_s, driver } = *place;
         let config = TrainConfig {
             seed: self.seed,
             ring: RingConfig {
@@ -193,24 +322,33 @@ impl Benchmark {
             },
             ..TrainConfig::default()
         };
-        let config = config.held(hold_s);
-        let mut config = match driver.who().map_err(|e| CliError::Input(e.to_string()))? {
-            Who::Person(named) => config.driven_by(&named.params),
-            Who::Some(population) => config.driven_by_some_of(population),
+        let driven_by = driver.who().map_err(|e| CliError::Input(e.to_string()))?;
+        let mut config = driven_by.of(&config).held(hold_s);
+        let set = config.driver.clone();
+        config.driver = DriverConfig {
+            guard_decel_mps2: driver.guard_decel_mps2.unwrap_or(set.guard_decel_mps2),
+            ego_response_s: driver.ego_response_s.unwrap_or(set.ego_response_s),
+            ego_accel_mps2: driver.ego_accel_mps2.unwrap_or(set.ego_accel_mps2),
+            ..set
         };
-        if let Some(guard_decel_mps2) = driver.guard_decel_mps2 {
-            config.driver = DriverConfig { guard_decel_mps2, ..config.driver };
-        }
         Ok(config)
     }
 }
 
-/// Who a driver is.
-pub enum Who {
-    /// The same in each ring.
-    Person(Box<NamedDriver>),
-    /// Another in each ring.
-    Some(Population),
+impl Road {
+    /// What stands for it in a path.
+    pub fn key(&self) -> String {
+        let [low, high] = self.circumference_m;
+        let length = if low == high { low.to_string() } else { format!("{low}-{high}") };
+        self.key.clone().unwrap_or(length)
+    }
+}
+
+impl JudgedPolicy {
+    /// True if it advises nothing.
+    pub fn is_no_advice(&self) -> bool {
+        self.policies == ["none"]
+    }
 }
 
 impl JudgedDriver {
@@ -218,11 +356,8 @@ impl JudgedDriver {
     ///
     /// # Errors
     /// There is no such driver and no such population.
-    pub fn who(&self) -> Result<Who, DriverError> {
-        match Population::named(&self.driver) {
-            Ok(population) => Ok(Who::Some(population)),
-            Err(_) => Ok(Who::Person(Box::new(named(&self.driver)?))),
-        }
+    pub fn who(&self) -> Result<FollowingDriver, FollowingDriverError> {
+        plan::driver(&self.driver)
     }
 }
 
@@ -239,50 +374,5 @@ pub fn shipped() -> Vec<String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn shipped_text() -> String {
-        std::fs::read_to_string(data_folders::root().join(SHIPPED).join("ring.toml")).unwrap()
-    }
-
-    fn refused(from: &str, to: &str) -> String {
-        let text = shipped_text();
-        assert!(text.contains(from), "{from}");
-        match Benchmark::parse(&text.replacen(from, to, 1), "ring.toml", data_folders::root().join(SHIPPED)) {
-            Err(CliError::Input(message)) => message,
-            _ => panic!("{to} was taken"),
-        }
-    }
-
-    #[test]
-    fn what_is_wrong_in_a_file_is_said_with_its_place() {
-        for (from, to, expected) in [
-            ("rings = 200", "rings = 1", "ring.toml:5:9: rings is 1; allowed: 2 to 100000"),
-            ("rings = 200", "ringz = 200", "did you mean `rings`"),
-            ("holds_s = [1.0, 10.0]", "holds_s = [1.0, 0.25]", "ring.toml:7:17"),
-            ("driver = \"people\"", "driver = \"peeple\"", "no driver is called \"peeple\""),
-            ("policies = [\"pi\"]", "policies = [\"pie\"]", "policy `pie` is unknown (did you mean pi?)"),
-            ("vehicles = [18, 26]", "vehicles = [18, 36]", "road `210-290 m, 18-26 cars` cannot be driven"),
-        ] {
-            let message = refused(from, to);
-            assert!(message.contains(expected), "{message}");
-        }
-    }
-
-    #[test]
-    fn a_path_is_that_of_the_cell() {
-        let benchmark = Benchmark::load("ring").map_err(|e| e.to_string()).unwrap();
-        let late = &benchmark.drivers[1];
-        let path = benchmark.policy("tuned/constant-{driver}-{hold}.toml", late, 10.0);
-        let folder = data_folders::root().join(SHIPPED);
-        assert_eq!(path, folder.join("tuned/constant-late-10.toml").display().to_string());
-        assert_eq!(benchmark.policy("pi", late, 1.0), "pi");
-    }
-
-    #[test]
-    fn an_unknown_benchmark_is_told_which_there_are() {
-        let Err(CliError::Input(message)) = Benchmark::load("rign") else { panic!("there is none") };
-        assert!(message.contains("did you mean ring") && message.contains("name one of ring"), "{message}");
-    }
-}
+#[path = "definition_tests.rs"]
+mod tests;

@@ -1,7 +1,8 @@
-//! `codrive evaluate --benchmark NAME`: policies judged on sealed rings, by one command. In: a [`Benchmark`]. Out: a table, CSV and
-//! JSON with versions, seeds and a fingerprint. The rings come from random numbers that no training and no tuning uses.
+//! `codrive evaluate --benchmark NAME`: policies judged on sealed rings, by one command. In: a [`Benchmark`]. Out: a table, CSV,
+//! figures, and JSON with versions, seeds and a fingerprint. The rings come from random numbers that no training and no tuning uses.
 
 mod definition;
+mod figure;
 mod report;
 
 use super::CliError;
@@ -11,7 +12,7 @@ use crate::{
     policy, private,
     train::{TrainConfig, drawn_ring, evaluate},
 };
-use definition::{Benchmark, JudgedDriver, Road};
+use definition::{Benchmark, JudgedPolicy, Place, Road};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use std::{path::Path, sync::atomic::Ordering};
@@ -21,12 +22,8 @@ pub const SEALED_STREAM: &str = "benchmark";
 
 /// One policy with one driver on one road at one hold.
 pub struct Cell<'a> {
-    /// Where.
-    pub road: &'a Road,
-    /// Who follows.
-    pub driver: &'a JudgedDriver,
-    /// Seconds.
-    pub hold_s: f64,
+    /// Where: road, hold and driver.
+    pub place: Place<'a>,
     /// Which row.
     pub row: usize,
     /// For each of the row's policies, one a training seed, the rings in order.
@@ -99,13 +96,8 @@ pub struct BenchmarkResult<'a> {
 impl BenchmarkResult<'_> {
     /// The cell without advice that belongs to another.
     pub fn without_advice(&self, cell: &Cell<'_>) -> Option<&Cell<'_>> {
-        let row = self.benchmark.rows.iter().position(|row| row.policies == ["none"])?;
-        self.cells.iter().find(|other| {
-            other.row == row
-                && other.hold_s == cell.hold_s
-                && std::ptr::eq(other.road, cell.road)
-                && std::ptr::eq(other.driver, cell.driver)
-        })
+        let row = self.benchmark.rows.iter().position(JudgedPolicy::is_no_advice)?;
+        self.cells.iter().find(|other| other.row == row && other.place.is(&cell.place))
     }
 }
 
@@ -131,6 +123,9 @@ pub fn main(name: &str, rings: Option<u32>, dir: Option<&Path>, as_json: bool) -
         put("benchmark.json", &format!("{json:#}\n"))?;
         put("summary.csv", &report::csv(&result))?;
         put("table.txt", &report::table(&result))?;
+        for (name, svg) in figure::figures(&result) {
+            super::report::put_figure(dir, &name, &svg)?;
+        }
     }
     if as_json {
         out::line(format_args!("{json:#}"))?;
@@ -138,35 +133,39 @@ pub fn main(name: &str, rings: Option<u32>, dir: Option<&Path>, as_json: bool) -
         out::text(report::table(&result))?;
     }
     if let Some(dir) = dir {
-        out::line(format_args!("{}: benchmark.json, summary.csv, table.txt", dir.display()))?;
+        out::line(format_args!("{}: benchmark.json, summary.csv, table.txt and figures", dir.display()))?;
     }
     Ok(())
 }
 
 /// Drives all cells, in parallel; Ctrl-C ends it with what is done thrown away.
 fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
+    let places = benchmark.places();
+    let mut cells: Vec<Cell<'_>> = Vec::new();
+    for place in &places {
+        for (row, judged) in benchmark.rows.iter().enumerate().filter(|(_, row)| benchmark.judges(row, place)) {
+            cells.push(Cell { place: *place, row, results: vec![Vec::new(); judged.policies.len()] });
+        }
+    }
     let mut todo = Vec::new();
-    for road in &benchmark.roads {
-        for hold_s in &benchmark.holds_s {
-            for driver in &benchmark.drivers {
-                for (row, judged) in benchmark.rows.iter().enumerate() {
-                    for policy in &judged.policies {
-                        todo.push((road, *hold_s, driver, row, policy));
-                    }
-                }
-            }
+    for (cell, of) in cells.iter().enumerate() {
+        // Without advice the hold is nothing: it is driven once.
+        let is_first = |before: &Cell<'_>| before.row == of.row && before.place.is_beside(&of.place);
+        if !benchmark.rows[of.row].is_no_advice() || !cells[..cell].iter().any(is_first) {
+            todo.extend((0..of.results.len()).map(|policy| (cell, policy)));
         }
     }
     let stop = stop_on_ctrl_c();
     let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed}  {eta} left");
     let bar = ProgressBar::new(todo.len() as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let drive = |(road, hold_s, driver, _, policy): &(&Road, f64, &JudgedDriver, usize, &String)| {
+    let drive = |&(cell, policy): &(usize, usize)| {
         if stop.load(Ordering::Relaxed) {
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
-        let config = benchmark.config(road, driver, *hold_s)?;
+        let Cell { place, row, .. } = &cells[cell];
+        let config = benchmark.config(place)?;
         let settings = config.policy_settings(0.0);
-        let name = benchmark.policy(policy, driver, *hold_s);
+        let name = benchmark.policy(&benchmark.rows[*row].policies[policy], place);
         let make = || policy::build(&name, &settings).ok().flatten();
         let results = evaluate(&config, SEALED_STREAM, benchmark.rings, make);
         bar.inc(1);
@@ -174,17 +173,13 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
     };
     let results: Vec<Vec<EvaluationResult>> = todo.par_iter().map(drive).collect::<Result<_, _>>()?;
     bar.finish_and_clear();
-    let mut cells: Vec<Cell<'_>> = Vec::new();
-    for ((road, hold_s, driver, row, _), results) in todo.into_iter().zip(results) {
-        let same = |cell: &&mut Cell<'_>| {
-            cell.row == row
-                && cell.hold_s == hold_s
-                && std::ptr::eq(cell.road, road)
-                && std::ptr::eq(cell.driver, driver)
-        };
-        match cells.iter_mut().find(same) {
-            Some(cell) => cell.results.push(results),
-            None => cells.push(Cell { road, driver, hold_s, row, results: vec![results] }),
+    for ((cell, policy), results) in todo.into_iter().zip(results) {
+        cells[cell].results[policy] = results;
+    }
+    for cell in 0..cells.len() {
+        if cells[cell].results[0].is_empty() {
+            let same = |of: &&Cell<'_>| of.row == cells[cell].row && of.place.is_beside(&cells[cell].place);
+            cells[cell].results = cells.iter().find(same).map(|of| of.results.clone()).unwrap_or_default();
         }
     }
     let roads = benchmark.roads.iter().map(|road| road_state(benchmark, road)).collect::<Result<_, _>>()?;
@@ -193,7 +188,8 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
 
 /// Whether the rings of a road have a wave at all.
 fn road_state(benchmark: &Benchmark, road: &Road) -> Result<RoadState, CliError> {
-    let config: TrainConfig = benchmark.config(road, &benchmark.drivers[0], benchmark.holds_s[0])?;
+    let place = Place { road, hold_s: benchmark.holds_s[0], driver: &benchmark.drivers[0] };
+    let config: TrainConfig = benchmark.config(&place)?;
     let mut state = RoadState { unstable: 0, rings: benchmark.rings, equilibrium_mps: 0.0 };
     for ring in 0..benchmark.rings {
         let (idm, gap_m) = drawn_ring(&config, SEALED_STREAM, ring);

@@ -48,16 +48,12 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
             let calm = state.rings - state.unstable;
             let _ = writeln!(text, "!!! {calm} rings are string stable: there is no wave to calm on them");
         }
-        for hold_s in &benchmark.holds_s {
-            for driver in &benchmark.drivers {
-                let _ = writeln!(text, "\n  hold {hold_s} s, driver {} ({})", driver.name, driver.driver);
-                text.push_str(HEAD);
-                let here = |cell: &&Cell<'_>| {
-                    cell.hold_s == *hold_s && std::ptr::eq(cell.road, road) && std::ptr::eq(cell.driver, driver)
-                };
-                for cell in result.cells.iter().filter(here) {
-                    let _ = writeln!(text, "{}", line(result, cell));
-                }
+        for place in benchmark.places().iter().filter(|place| std::ptr::eq(place.road, road)) {
+            let driver = place.driver;
+            let _ = writeln!(text, "\n  hold {} s, driver {} ({})", place.hold_s, driver.name, driver.driver);
+            text.push_str(HEAD);
+            for cell in result.cells.iter().filter(|cell| cell.place.is(place)) {
+                let _ = writeln!(text, "{}", line(result, cell));
             }
         }
     }
@@ -74,7 +70,7 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
 
 fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     let speed = cell.speed();
-    let is_none = result.benchmark.rows[cell.row].policies == ["none"];
+    let is_none = result.benchmark.rows[cell.row].is_no_advice();
     let gain = result.without_advice(cell).filter(|_| !is_none).and_then(|none| cell.gain_over(none));
     let gain = gain.map_or("-".into(), |g| format!("{:+.3} ± {:.3}", g.mean, (g.high - g.low) / 2.0));
     let number = |of: CellMeasure, digits: usize| cell.mean(of).map_or("-".into(), |x| format!("{x:.digits$}"));
@@ -124,9 +120,9 @@ pub fn csv(result: &BenchmarkResult<'_>) -> String {
         let _ = writeln!(
             text,
             "\"{}\",{},{},\"{}\",{},{},{},{},{},{gain},{},{},{}",
-            cell.road.name,
-            cell.hold_s,
-            cell.driver.name,
+            cell.place.road.name,
+            cell.place.hold_s,
+            cell.place.driver.name,
             result.benchmark.rows[cell.row].name,
             result.benchmark.rings,
             cell.results.len(),
@@ -157,7 +153,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
         let measures: serde_json::Map<String, Value> =
             MEASURES.iter().map(|(name, of)| ((*name).to_owned(), json!(cell.mean(*of)))).collect();
         json!({
-            "road": cell.road.name, "hold_s": cell.hold_s, "driver": cell.driver.name,
+            "road": cell.place.road.name, "hold_s": cell.place.hold_s, "driver": cell.place.driver.name,
             "policy": benchmark.rows[cell.row].name,
             "mean_speed_mps": cell.speed(),
             "gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
@@ -167,18 +163,11 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
         })
     };
     let mut policies = serde_json::Map::new();
-    for row in &benchmark.rows {
-        for name in &row.policies {
-            for driver in &benchmark.drivers {
-                for hold_s in &benchmark.holds_s {
-                    let of_cell = benchmark.policy(name, driver, *hold_s);
-                    let Some(file) = policy::file_of(&of_cell) else { continue };
-                    let bytes =
-                        std::fs::read(&file).map_err(|e| CliError::Failed(format!("{}: {e}", file.display())))?;
-                    let shown = name.replace("{driver}", &driver.name).replace("{hold}", &hold_s.to_string());
-                    policies.insert(shown, json!(format!("{:016x}", fnv_1a(0, &bytes))));
-                }
-            }
+    for cell in &result.cells {
+        for name in &benchmark.rows[cell.row].policies {
+            let Some(file) = policy::file_of(&benchmark.policy(name, &cell.place)) else { continue };
+            let bytes = std::fs::read(&file).map_err(|e| CliError::Failed(format!("{}: {e}", file.display())))?;
+            policies.insert(cell.place.written_in(name), json!(format!("{:016x}", fnv_1a(0, &bytes))));
         }
     }
     Ok(json!({

@@ -1,0 +1,155 @@
+//! A benchmark's file: what is refused, and where each row is judged.
+
+use super::*;
+
+fn shipped_folder() -> PathBuf {
+    data_folders::root().join(SHIPPED)
+}
+
+fn shipped_text() -> String {
+    std::fs::read_to_string(shipped_folder().join("ring.toml")).unwrap()
+}
+
+fn parsed(text: &str) -> Benchmark {
+    Benchmark::parse(text, "small.toml", PathBuf::from("here")).map_err(|e| e.to_string()).unwrap()
+}
+
+fn refused_of(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "{from}");
+    match Benchmark::parse(&text.replacen(from, to, 1), "ring.toml", shipped_folder()) {
+        Err(CliError::Input(message)) => message,
+        _ => panic!("{to} was taken"),
+    }
+}
+
+/// Two drivers, one of them only where he is named; two rows, one of them at a place of its own.
+const SMALL: &str = r#"format = "codrive benchmark 1"
+title = "A small one"
+rings = 2
+seed = 3
+holds_s = [1.0, 10.0]
+[[road]]
+name = "long"
+circumference_m = [260.0, 260.0]
+vehicles = [22, 22]
+idm_spread = 0.0
+[[road]]
+name = "some"
+circumference_m = [230.0, 250.5]
+vehicles = [20, 22]
+idm_spread = 0.1
+[[driver]]
+name = "people"
+driver = "people"
+[[driver]]
+name = "closing"
+driver = "exact"
+ego_response_s = 0.5
+only_where_named = true
+[[row]]
+name = "no advice"
+policies = ["none"]
+[[row]]
+name = "by hand"
+policies = ["two-phase"]
+[[row]]
+name = "a machine's"
+policies = ["pi", "constant"]
+drivers = ["closing"]
+holds_s = [0.1]
+"#;
+
+#[test]
+fn what_is_wrong_in_a_file_is_said_with_its_place() {
+    for (from, to, expected) in [
+        ("rings = 200", "rings = 1", "ring.toml:5:9: rings is 1; allowed: 2 to 100000"),
+        ("rings = 200", "ringz = 200", "did you mean `rings`"),
+        ("holds_s = [1.0, 10.0]", "holds_s = [1.0, 0.25]", "ring.toml:7:17"),
+        ("driver = \"people\"", "driver = \"peeple\"", "no driver is called \"peeple\""),
+        ("policies = [\"pi\"]", "policies = [\"pie\"]", "policy `pie` is unknown (did you mean pi?)"),
+        ("vehicles = [18, 26]", "vehicles = [18, 36]", "road `210-290 m, 18-26 cars` cannot be driven"),
+    ] {
+        let message = refused_of(&shipped_text(), from, to);
+        assert!(message.contains(expected), "{message}");
+    }
+    for (from, to, expected) in [
+        (
+            "drivers = [\"closing\"]",
+            "drivers = [\"closign\"]",
+            "ring.toml:33:12: no driver of this file is called `closign`",
+        ),
+        ("drivers = [\"closing\"]", "drivers = []", "ring.toml:33:11: drivers is empty"),
+        ("holds_s = [0.1]", "holds_s = [0.15]", "ring.toml:34:12"),
+        ("[230.0, 250.5]", "[260.0, 260.0]", "two roads have the key `260`"),
+        ("name = \"closing\"", "name = \"people\"", "two drivers are called `people`"),
+        ("ego_response_s = 0.5", "ego_response_s = 50", "ego_response_s is 50; allowed: 0.1 to 10"),
+    ] {
+        let message = refused_of(SMALL, from, to);
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_path_is_that_of_the_cell() {
+    let benchmark = parsed(SMALL);
+    let path = |road: usize, name: &str| {
+        let place = Place { road: &benchmark.roads[road], hold_s: 10.0, driver: &benchmark.drivers[1] };
+        benchmark.policy(name, &place)
+    };
+    let expected = |file: &str| PathBuf::from("here").join(file).display().to_string();
+    assert_eq!(path(0, "tuned/{road}/pi-{driver}-{hold}.toml"), expected("tuned/260/pi-closing-10.toml"));
+    assert_eq!(path(1, "tuned/{road}/pi-{driver}-{hold}.toml"), expected("tuned/230-250.5/pi-closing-10.toml"));
+    assert_eq!(path(0, "pi"), "pi", "a name is no path");
+    let own = parsed(&SMALL.replace("name = \"some\"", "name = \"some\"\nkey = \"260-wide\""));
+    assert_eq!(own.roads.iter().map(Road::key).collect::<Vec<_>>(), ["260", "260-wide"]);
+}
+
+#[test]
+fn a_row_is_judged_where_it_says_and_no_advice_beside_it() {
+    let benchmark = parsed(SMALL);
+    let judged = |row: usize| -> Vec<(f64, &str)> {
+        let places = benchmark.places();
+        let here = places.iter().filter(|place| std::ptr::eq(place.road, &benchmark.roads[0]));
+        let here = here.filter(|place| benchmark.judges(&benchmark.rows[row], place));
+        here.map(|place| (place.hold_s, place.driver.name.as_str())).collect()
+    };
+    assert_eq!(judged(1), [(1.0, "people"), (10.0, "people")]);
+    assert_eq!(judged(2), [(0.1, "closing")]);
+    assert_eq!(judged(0), [(1.0, "people"), (10.0, "people"), (0.1, "closing")]);
+    assert_eq!(benchmark.places().len(), 6, "three on each road");
+    let place = Place { road: &benchmark.roads[0], hold_s: 0.1, driver: &benchmark.drivers[1] };
+    let config = benchmark.config(&place).map_err(|e| e.to_string()).unwrap();
+    assert_eq!((config.driver.ego_response_s, config.advice.hold_s), (0.5, 0.1));
+}
+
+#[test]
+fn a_tuned_controller_is_judged_on_the_rings_at_the_hold_and_with_the_driver_that_it_was_tuned_for() {
+    let benchmark = Benchmark::load("ring").map_err(|e| e.to_string()).unwrap();
+    let mut tuned = 0;
+    for place in benchmark.places() {
+        let rows = benchmark.rows.iter().filter(|row| benchmark.judges(row, &place));
+        for policy in rows.flat_map(|row| &row.policies).filter(|policy| policy.contains("{road}")) {
+            let file = benchmark.policy(policy, &place);
+            let text = std::fs::read_to_string(&file).unwrap();
+            let driver = place.driver.who().unwrap().label();
+            let span = |[low, high]: [f64; 2]| if low < high { format!("{low} to {high}") } else { low.to_string() };
+            let (cars, length_m) = (place.road.vehicles.map(f64::from), place.road.circumference_m);
+            for said in [
+                format!("Driver: {driver}. Holds: {} s.", place.hold_s),
+                format!("of the stream \"tune\", seed 1: {} cars on {} m,", span(cars), span(length_m)),
+            ] {
+                assert!(text.contains(&said), "{file} does not say: {said}");
+            }
+            tuned += 1;
+        }
+    }
+    // Two roads, two holds, five drivers.
+    let rows = benchmark.rows.iter().filter(|row| row.policies.iter().any(|policy| policy.contains("{road}"))).count();
+    assert!(rows > 0 && tuned == 20 * rows, "{tuned} of {rows} rows");
+}
+
+#[test]
+fn an_unknown_benchmark_is_told_which_there_are() {
+    let Err(CliError::Input(message)) = Benchmark::load("rign") else { panic!("there is none") };
+    assert!(message.contains("did you mean ring") && message.contains("name one of ring"), "{message}");
+}
