@@ -2,6 +2,7 @@
 //! results of a drive, means with their intervals, fuel, and the figures that show them. SI units.
 
 mod conflicts;
+mod correlation;
 mod episode_metrics;
 mod estimate;
 pub mod figures;
@@ -9,6 +10,7 @@ pub mod fuel;
 mod trajectories;
 
 pub use conflicts::{Approach, ConflictTotals, Conflicts, DrivenBy};
+pub use correlation::correlation;
 pub use episode_metrics::{EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
 pub use estimate::Estimate;
 pub use trajectories::Trajectories;

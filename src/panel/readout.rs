@@ -108,16 +108,16 @@ pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
     });
 }
 
-/// Who drives, as the policy makes him out, each trait with its standard deviation.
+/// Who drives, as the policy estimates, each trait with its standard deviation.
 pub fn driver(ui: &mut Ui, estimate: &DriverEstimate) {
     let DriverEstimate { mean, sd } = estimate;
     egui::Grid::new("driver").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
         for (name, value) in [
             ("Reaction", format!("{:5.2} ± {:.2} s", mean.reaction_s, sd.reaction_s)),
-            ("Drives", format!("{:+5.2} ± {:.2} m/s to the advice", mean.speed_bias_mps, sd.speed_bias_mps)),
+            ("To advice", format!("{:+5.2} ± {:.2} m/s", mean.speed_bias_mps, sd.speed_bias_mps)),
             ("Error", format!("{:5.2} ± {:.2} m/s", mean.error_mps, sd.error_mps)),
-            ("Time gap", format!("{:5.2} ± {:.2} times the others'", mean.time_gap_factor, sd.time_gap_factor)),
-            ("Follows", format!("{:5.0} ± {:.0} % of the time", 100.0 * mean.willingness, 100.0 * sd.willingness)),
+            ("Time gap", format!("{:5.2} ± {:.2} × the others", mean.time_gap_factor, sd.time_gap_factor)),
+            ("Follows", format!("{:5.0} ± {:.0} %", 100.0 * mean.willingness, 100.0 * sd.willingness)),
         ] {
             row(ui, name, &value, theme::TEXT);
         }

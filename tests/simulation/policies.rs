@@ -2,6 +2,7 @@
 //! trained policies of `assets/policies`, on rings that neither has seen. 800 s after the warm-up, transients included.
 
 use codrive::{
+    driver::Population,
     metrics::EvaluationResult,
     policy::{self, Network, Policy, PolicySettings, onnx},
     settings::Settings,
@@ -132,6 +133,12 @@ fn shipped_policies_are_the_same_in_both_formats_and_bring_their_configuration()
             fs::write(&file, onnx::write(&network)).unwrap();
         }
         assert!(fs::read(&file).unwrap() == onnx::write(&network), "{}", file.display());
+        if let Some(estimator) = &network.estimator {
+            if std::env::var_os("CODRIVE_WRITE_ONNX").is_some() {
+                fs::write(folder.join("estimator.onnx"), onnx::write_estimator(estimator)).unwrap();
+            }
+            assert!(fs::read(folder.join("estimator.onnx")).unwrap() == onnx::write_estimator(estimator), "{folder:?}");
+        }
         let config: TrainConfig = toml::from_str(&fs::read_to_string(folder.join("train.toml")).unwrap()).unwrap();
         config.check().unwrap();
         assert_eq!((network.holds_s, &network.inputs), (config.holds_s(), &config.inputs()));
@@ -270,4 +277,18 @@ fn on_the_long_ring_its_policies_win_back_more_than_half_of_what_the_wave_takes(
             assert!(with > 0.5 * (wave_mps + even_mps), "{name}, hold {hold_s} s: {with}");
         }
     }
+}
+
+#[test]
+fn advice_that_asks_who_drives_does_no_harm_where_other_advice_does() {
+    // PeRP's drivers, up to 5 m/s slower or faster than advised: who drives 5 m/s below an advice of 4 stands.
+    let config = driven(10.0, 0.0, 0.0).driven_by_some_of(Population::Perp);
+    let mean_of = |verdicts: &[EvaluationResult]| mean(verdicts, |v| v.mean_mps);
+    let without = mean_of(&evaluate(&config, "shipped", 64, || None));
+    let generic = mean_of(&driven_on("ring-250-speed", &config, 64));
+    let network = Network::from_file(&assets().join("ring-250-personal/policy.toml")).unwrap();
+    let personal = evaluate(&config, "shipped", 64, || Some(network.clone().policy(0.1)));
+    assert!(personal.iter().all(|v| !v.crashed));
+    let personal = mean_of(&personal);
+    assert!(generic < without && personal >= without, "none {without}, generic {generic}, personal {personal}");
 }

@@ -286,7 +286,7 @@ impl ExperimenterPanel {
             readout::numbers(ui, &state.drive);
             if let Some(driver) = state.drive.readings.and_then(|now| now.advice?.driver) {
                 ui.separator();
-                title(ui, "The driver, as the policy makes him out");
+                title(ui, "The driver, as the policy estimates");
                 readout::driver(ui, &driver);
             }
             ui.separator();

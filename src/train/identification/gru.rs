@@ -116,8 +116,8 @@ impl GruShape {
                 gate[k] = (gate[k] + driven[k]) * half;
             }
             T::tanh_all(&mut gate[..2 * n]);
-            for k in 0..2 * n {
-                gate[k] = (gate[k] + T::of(1.0)) * half;
+            for gate in &mut gate[..2 * n] {
+                *gate = (*gate + T::of(1.0)) * half;
             }
             for k in 0..n {
                 gate[2 * n + k] += gate[k] * driven[2 * n + k];

@@ -3,6 +3,7 @@
 use super::*;
 use crate::{
     driver::Population,
+    metrics::correlation,
     policy::{
         Observation,
         identification::{Identification, SAMPLES},
@@ -61,17 +62,6 @@ fn live(config: &TrainConfig, blocks: &mut [RolloutWorker]) -> Vec<Seconds> {
     blocks.iter_mut().map(one).collect()
 }
 
-/// Correlation of what is estimated with what is true.
-fn correlation(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len() as f64;
-    let mean = pairs.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let [xy, xx, yy] = pairs.iter().fold([0.0; 3], |[xy, xx, yy], (x, y)| {
-        let (dx, dy) = (x - mean.0, y - mean.1);
-        [xy + dx * dy, xx + dx * dx, yy + dy * dy]
-    });
-    xy / (xx * yy).sqrt()
-}
-
 #[test]
 fn after_a_minute_strangers_are_told_apart_by_their_bias() {
     let config = biased();
@@ -96,7 +86,8 @@ fn after_a_minute_strangers_are_told_apart_by_their_bias() {
             (0..LANES).map(move |l| (watcher.mean(l).speed_bias_mps, drivers[l].speed_bias_mps))
         })
         .collect();
-    assert!(correlation(&pairs) > 0.8, "{} {pairs:?}", correlation(&pairs));
+    let found = correlation(&pairs).expect("they differ");
+    assert!(found > 0.8, "{found} {pairs:?}");
 }
 
 #[test]

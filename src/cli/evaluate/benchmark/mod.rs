@@ -8,9 +8,10 @@ mod report;
 use super::CliError;
 use crate::{
     cli::{out, stop_on_ctrl_c},
-    metrics::{Estimate, EvaluationResult},
-    policy, private,
-    train::{TrainConfig, drawn_ring, evaluate},
+    metrics::{Estimate, EvaluationResult, correlation},
+    policy::{self, DriverTraits},
+    private,
+    train::{IdentifiedDriver, TrainConfig, drawn_ring, evaluate, identified},
 };
 use definition::{Benchmark, JudgedPolicy, Place, Road};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -28,7 +29,12 @@ pub struct Cell<'a> {
     pub row: usize,
     /// For each of the row's policies, one a training seed, the rings in order.
     pub results: Vec<Vec<EvaluationResult>>,
+    /// Drivers as they are and as the row's policies make them out, where these ask.
+    pub identified: Vec<IdentifiedDriver>,
 }
+
+/// Time after which a policy is asked who drives, s: the promise is a trait told within a minute.
+const IDENTIFIED_AFTER_S: f64 = 60.0;
 
 /// A number of a ring; `None` where it has none.
 pub type CellMeasure = fn(&EvaluationResult) -> Option<f64>;
@@ -62,6 +68,16 @@ impl Cell<'_> {
     pub fn worst_mps(&self) -> Option<f64> {
         let means = self.results.iter().map(|rings| rings.iter().map(|r| r.mean_mps).sum::<f64>() / rings.len() as f64);
         (self.results.len() > 1).then(|| means.fold(f64::INFINITY, f64::min))
+    }
+
+    /// Of each trait the correlation of what is made out after a minute with the truth, where drivers differ in it.
+    pub fn trait_correlations(&self) -> Vec<(&'static str, f64)> {
+        let of = |(k, name): (usize, &'static str)| {
+            let pair = |driver: &IdentifiedDriver| (driver.truth.numbers()[k], driver.estimate.mean.numbers()[k]);
+            let pairs: Vec<(f64, f64)> = self.identified.iter().map(pair).collect();
+            Some((name, correlation(&pairs)?))
+        };
+        DriverTraits::NAMES.into_iter().enumerate().filter_map(of).collect()
     }
 
     /// Drives in which cars collided, and all.
@@ -144,7 +160,8 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
     let mut cells: Vec<Cell<'_>> = Vec::new();
     for place in &places {
         for (row, judged) in benchmark.rows.iter().enumerate().filter(|(_, row)| benchmark.judges(row, place)) {
-            cells.push(Cell { place: *place, row, results: vec![Vec::new(); judged.policies.len()] });
+            let results = vec![Vec::new(); judged.policies.len()];
+            cells.push(Cell { place: *place, row, results, identified: Vec::new() });
         }
     }
     let mut todo = Vec::new();
@@ -168,13 +185,20 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
         let name = benchmark.policy(&benchmark.rows[*row].policies[policy], place);
         let make = || policy::build(&name, &settings).ok().flatten();
         let results = evaluate(&config, SEALED_STREAM, benchmark.rings, make);
+        let asks = make().is_some_and(|policy| policy.driver_estimate().is_some());
+        let drivers = match asks {
+            true => identified(&config, SEALED_STREAM, benchmark.rings, IDENTIFIED_AFTER_S, make),
+            false => Vec::new(),
+        };
         bar.inc(1);
-        Ok(results)
+        Ok((results, drivers))
     };
-    let results: Vec<Vec<EvaluationResult>> = todo.par_iter().map(drive).collect::<Result<_, _>>()?;
+    let results: Vec<(Vec<EvaluationResult>, Vec<IdentifiedDriver>)> =
+        todo.par_iter().map(drive).collect::<Result<_, _>>()?;
     bar.finish_and_clear();
-    for ((cell, policy), results) in todo.into_iter().zip(results) {
+    for ((cell, policy), (results, identified)) in todo.into_iter().zip(results) {
         cells[cell].results[policy] = results;
+        cells[cell].identified.extend(identified);
     }
     for cell in 0..cells.len() {
         if cells[cell].results[0].is_empty() {

@@ -3,7 +3,7 @@
 use super::{BenchmarkResult, Cell, CellMeasure, CliError, SEALED_STREAM};
 use crate::{policy, rng::fnv_1a};
 use serde_json::{Value, json};
-use std::fmt::Write;
+use std::{collections::BTreeMap, fmt::Write};
 
 /// Share of the time from which on a mean speed is the guard's or the car-following's, not the advice's.
 const MADE_BY_ANOTHER: f64 = 0.5;
@@ -54,6 +54,9 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
             text.push_str(HEAD);
             for cell in result.cells.iter().filter(|cell| cell.place.is(place)) {
                 let _ = writeln!(text, "{}", line(result, cell));
+                if let Some(words) = told_apart(cell) {
+                    let _ = writeln!(text, "      {words}");
+                }
             }
         }
     }
@@ -66,6 +69,13 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
     );
     let _ = writeln!(text, "{:.0} s", result.wall_s);
     text
+}
+
+/// How well a row that asks who drives tells it.
+fn told_apart(cell: &Cell<'_>) -> Option<String> {
+    let traits: Vec<String> =
+        cell.trait_correlations().into_iter().map(|(name, correlation)| format!("{name} {correlation:.2}")).collect();
+    (!traits.is_empty()).then(|| format!("drivers after a minute, correlation with the truth: {}", traits.join(", ")))
 }
 
 fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
@@ -159,6 +169,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
             "gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
             "worst_seed_mps": cell.worst_mps(),
             "crashes": cell.crashes()[0], "drives": cell.crashes()[1],
+            "trait_correlation": cell.trait_correlations().into_iter().collect::<BTreeMap<_, _>>(),
             "measures": measures,
         })
     };
