@@ -382,7 +382,7 @@ impl TrainConfig {
         }
     }
 
-    /// What the policy sees, scaled; unknown names are left out ([`TrainConfig::check`] refuses them).
+    /// What the policy sees, scaled; unknown names are left out (its check refuses them).
     pub fn inputs(&self) -> Vec<NetworkInput> {
         let s = &self.network.scaling;
         let input = |feature| {
