@@ -268,32 +268,66 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
     if path.extension().is_some_and(|e| e == "onnx") { OnnxPolicy::files(path) } else { vec![path.into()] }
 }
 
-/// A policy by name, a shipped one's included, or by the path of its file (`.toml`, `.onnx`); `None` for `none`.
-///
-/// # Errors
-/// The name is neither among [`NAMES`] nor shipped, or the file cannot be used.
-pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, PolicyError> {
-    if let Some(kind) = ControllerKind::named(name) {
-        return Ok(Some(Controller::by_name(kind, settings).policy(settings.step_s)));
-    }
-    Ok(Some(match name {
-        "none" => return Ok(None),
-        name => match file_of(name) {
-            Some(file) if name.ends_with(".onnx") => Box::new(OnnxPolicy::from_file(&file)?),
-            Some(file) => from_toml_file(&file, settings)?,
-            None => return Err(PolicyError::Unknown { name: name.into() }),
-        },
-    }))
+/// A policy that has been read and can be engaged any number of times: reading a trained one's file takes longer than driving
+/// with it.
+#[derive(Clone)]
+pub struct PolicySource {
+    kind: SourceKind,
+    step_s: f64,
 }
 
-/// The policy of a TOML file, which is a trained one or a controller.
-fn from_toml_file(path: &Path, settings: &PolicySettings) -> Result<Box<dyn Policy>, PolicyError> {
-    let text = network::read(path)?;
-    Ok(if controller::is_controller(&text) {
-        Controller::from_toml(&text, &path.display().to_string())?.policy(settings.step_s)
-    } else {
-        Network::from_text_of(path, &text)?.policy(settings.step_s)
-    })
+/// What was read.
+#[derive(Clone)]
+enum SourceKind {
+    NoAdvice,
+    Controller(Controller),
+    Network(Box<Network>),
+    Onnx(Box<OnnxPolicy>),
+}
+
+impl PolicySource {
+    /// A policy by name, a shipped one's included, or by the path of its file (`.toml`, `.onnx`).
+    ///
+    /// # Errors
+    /// The name is neither among [`NAMES`] nor shipped, or the file cannot be used.
+    pub fn read(name: &str, settings: &PolicySettings) -> Result<Self, PolicyError> {
+        let kind = match (ControllerKind::named(name), file_of(name)) {
+            (Some(kind), _) => SourceKind::Controller(Controller::by_name(kind, settings)),
+            (None, _) if name == "none" => SourceKind::NoAdvice,
+            (None, Some(file)) if name.ends_with(".onnx") => SourceKind::Onnx(Box::new(OnnxPolicy::from_file(&file)?)),
+            (None, Some(file)) => Self::from_toml_file(&file)?,
+            (None, None) => return Err(PolicyError::Unknown { name: name.into() }),
+        };
+        Ok(Self { kind, step_s: settings.step_s })
+    }
+
+    /// The policy of a TOML file, which is a trained one or a controller.
+    fn from_toml_file(path: &Path) -> Result<SourceKind, PolicyError> {
+        let text = network::read(path)?;
+        Ok(if controller::is_controller(&text) {
+            SourceKind::Controller(Controller::from_toml(&text, &path.display().to_string())?)
+        } else {
+            SourceKind::Network(Box::new(Network::from_text_of(path, &text)?))
+        })
+    }
+
+    /// The policy, engaged now; `None` for `none`.
+    pub fn engage(&self) -> Option<Box<dyn Policy>> {
+        Some(match &self.kind {
+            SourceKind::NoAdvice => return None,
+            SourceKind::Controller(controller) => controller.policy(self.step_s),
+            SourceKind::Network(network) => network.as_ref().clone().policy(self.step_s),
+            SourceKind::Onnx(policy) => policy.clone(),
+        })
+    }
+}
+
+/// A policy by name or by the path of its file, engaged now; `None` for `none`.
+///
+/// # Errors
+/// As [`PolicySource::read`] has them.
+pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, PolicyError> {
+    Ok(PolicySource::read(name, settings)?.engage())
 }
 
 /// The controller of a name, or of a file.

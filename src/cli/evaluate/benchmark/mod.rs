@@ -9,7 +9,7 @@ use super::CliError;
 use crate::{
     cli::{out, stop_on_ctrl_c},
     metrics::{Estimate, EvaluationResult, correlation},
-    policy::{self, DriverTraits},
+    policy::{DriverTraits, PolicySource},
     private,
     train::{IdentifiedDriver, TrainConfig, drawn_ring, evaluate, identified},
 };
@@ -183,7 +183,8 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
         let config = benchmark.config(place)?;
         let settings = config.policy_settings(0.0);
         let name = benchmark.policy(&benchmark.rows[*row].policies[policy], place);
-        let make = || policy::build(&name, &settings).ok().flatten();
+        let source = PolicySource::read(&name, &settings).map_err(|e| CliError::Input(e.to_string()))?;
+        let make = || source.engage();
         let results = evaluate(&config, SEALED_STREAM, benchmark.rings, make);
         let asks = make().is_some_and(|policy| policy.driver_estimate().is_some());
         let drivers = match asks {
