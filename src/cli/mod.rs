@@ -34,9 +34,14 @@ use crate::{
     settings::SettingsError,
     sim::WorldError,
     study::SessionError,
+    toml_text::nearest,
     traffic::{self, TrafficError},
 };
-use clap::{Arg, Command, value_parser};
+use clap::{
+    Arg, Command,
+    error::{ContextKind, ContextValue},
+    value_parser,
+};
 pub use flags::HelpListing;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{ffi::OsString, io::Write, path::PathBuf};
@@ -67,7 +72,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let (listing, arguments) = listing(arguments.into_iter().collect());
     let matches = match command(listing).try_get_matches_from(with_default_command(arguments)) {
         Ok(matches) => matches,
-        Err(error) => {
+        Err(mut error) => {
+            suggest_command(&mut error);
             // clap knows: help and version go to stdout and are no failure; all else is bad input.
             let printed = error.print().and_then(|()| std::io::stdout().flush());
             return match printed {
@@ -104,6 +110,18 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match done {
         Ok(()) => 0,
         Err(error) => tell(&error),
+    }
+}
+
+/// Names the nearest command where clap's measure finds none: of two letters that changed places in a short word.
+fn suggest_command(error: &mut clap::Error) {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return };
+    if error.get(ContextKind::SuggestedSubcommand).is_some() {
+        return;
+    }
+    let known: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
+    if let Some(near) = nearest(word, &known) {
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.into()]));
     }
 }
 

@@ -11,9 +11,11 @@ use super::{
     Action, Observation, Policy,
     parameters::{GAIN, Order, Parameter, Parametric, SPEED},
 };
+use serde::{Deserialize, Serialize};
 
 /// The controller; it keeps no state.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FollowerStopper {
     /// Speed wanted where the gap allows, m/s.
     pub aim_mps: f64,

@@ -9,9 +9,11 @@ use super::{
     Action, Observation, Policy,
     parameters::{GAIN, Parameter, Parametric, SPEED},
 };
+use serde::{Deserialize, Serialize};
 
 /// The controller; it keeps no state.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct LinearFeedback {
     /// Speed where nothing differs, m/s.
     pub aim_mps: f64,

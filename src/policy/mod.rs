@@ -2,6 +2,7 @@
 //! are built by name or from a file with [`build`]; [`Advisor`] keeps the hold. SI units.
 
 mod advisor;
+mod assisted;
 mod controller;
 mod error;
 mod follower_stopper;
@@ -17,11 +18,13 @@ pub mod onnx;
 pub mod onnx;
 mod open_loop;
 mod parameters;
-mod personal;
 mod pi_saturation;
 
 pub use advisor::{Advisor, shown_mps, untrained_hold};
-pub use controller::{CONTROLLERS, Controller, ControllerFault, ControllerFileError, ControllerKind};
+pub use assisted::{AssistedPolicy, residual};
+pub use controller::{
+    CONTROLLERS, Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController,
+};
 pub use error::{PolicyFileError, PolicyFileFault, SettingFault};
 pub use follower_stopper::FollowerStopper;
 pub use hold::{Hold, HoldError};
@@ -32,7 +35,6 @@ pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
 pub use parameters::{Order, Parameter, SearchScale};
-pub use personal::PersonalPolicy;
 pub use pi_saturation::{PiParameters, PiSaturation};
 
 use crate::{
@@ -64,6 +66,8 @@ pub struct Observation {
     pub advised_mps: Option<f64>,
     /// Who drives, where that is known or has been estimated.
     pub driver: Option<DriverTraits>,
+    /// The speed of the controller that the policy corrects, if it does, m/s.
+    pub controller_mps: Option<f64>,
 }
 
 /// What a policy puts out.
@@ -317,7 +321,7 @@ impl PolicySource {
             SourceKind::NoAdvice => return None,
             SourceKind::Controller(controller) => controller.policy(self.step_s),
             SourceKind::Network(network) => network.as_ref().clone().policy(self.step_s),
-            SourceKind::Onnx(policy) => policy.clone(),
+            SourceKind::Onnx(policy) => policy.engaged(self.step_s),
         })
     }
 }

@@ -2,8 +2,8 @@
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
 use super::{
-    Action, DriverEstimator, NetworkInput, Observation, PersonalPolicy, Policy, PolicyFileError, PolicyFileFault,
-    SettingFault, identification::EstimatorFault, observe::is_too_dense,
+    Action, AssistedPolicy, Controller, DriverEstimator, NetworkInput, Observation, Policy, PolicyFileError,
+    PolicyFileFault, SettingFault, identification::EstimatorFault, observe::is_too_dense,
 };
 use crate::{file::read_text, toml_text::did_you_mean_file};
 use serde::{Deserialize, Serialize};
@@ -59,6 +59,9 @@ pub struct Network {
     /// From the observation to the action.
     #[serde(rename = "layer")]
     pub layers: Vec<NetworkLayer>,
+    /// The controller whose speed it corrects, where it does: its action is then what is added, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<Controller>,
     /// What tells it who drives, where it asks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimator: Option<DriverEstimator>,
@@ -190,6 +193,7 @@ impl Network {
         if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
             return Err(NetworkFault::LevelsOrHolds);
         }
+        check_controller(self.controller.as_ref(), self.action)?;
         self.estimator.as_ref().map_or(Ok(()), |estimator| Ok(estimator.check()?))
     }
 
@@ -197,7 +201,7 @@ impl Network {
     pub fn to_toml(&self) -> String {
         let mut text = String::from("# A policy trained by codrive; `codrive drive --policy THIS_FILE` uses it.\n");
         text.push_str("# Each layer is y = x W + b, then tanh on all but the last. Output -1..1 spans the limits.\n");
-        let head = Self { layers: Vec::new(), estimator: None, ..self.clone() };
+        let head = Self { layers: Vec::new(), controller: None, estimator: None, ..self.clone() };
         let mut table = toml::Table::try_from(head).unwrap_or_default();
         table.remove("layer");
         table.remove("inputs");
@@ -214,6 +218,10 @@ impl Network {
             }
             text.push_str("]\n");
         }
+        if let Some(controller) = &self.controller {
+            let table = toml::to_string(controller).unwrap_or_default();
+            let _ = write!(text, "\n# The output is added to the speed of this controller.\n[controller]\n{table}");
+        }
         if let Some(estimator) = &self.estimator {
             estimator.write(&mut text);
         }
@@ -222,9 +230,10 @@ impl Network {
 
     /// A policy that is asked each `step_s` seconds, engaged now.
     pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
-        match self.estimator.clone() {
-            Some(estimator) => Box::new(PersonalPolicy::new(self, estimator, step_s)),
-            None => Box::new(self),
+        let (estimator, controller) = (self.estimator.clone(), self.controller);
+        match (&estimator, controller) {
+            (None, None) => Box::new(self),
+            _ => Box::new(AssistedPolicy::new(Box::new(self), estimator, controller, step_s)),
         }
     }
 
@@ -293,6 +302,18 @@ pub fn bounded(limits: [f64; 2], speed_change_mps: f64, hold_s: f64) -> [f64; 2]
     [limits[0].max(-most), limits[1].min(most)]
 }
 
+/// Checks the controller that a policy of such actions corrects.
+pub(super) fn check_controller(controller: Option<&Controller>, action: NetworkOutput) -> Result<(), SettingFault> {
+    let Some(controller) = controller else { return Ok(()) };
+    if action != NetworkOutput::Speed {
+        return Err(SettingFault::ControllerAndAcceleration);
+    }
+    match controller.fault() {
+        Some((parameter, value, allowed)) => Err(SettingFault::Controller { key: parameter.key, value, allowed }),
+        None => Ok(()),
+    }
+}
+
 /// For keys that files have only where they say something.
 pub(super) fn is_zero(x: &f64) -> bool {
     *x == 0.0
@@ -348,6 +369,7 @@ mod tests {
                 NetworkLayer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
                 NetworkLayer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
             ],
+            controller: None,
             estimator: None,
         }
     }

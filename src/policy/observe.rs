@@ -32,6 +32,8 @@ pub enum Feature {
     MeanSpeed,
     /// Natural logarithm of the hold in seconds.
     LogHold,
+    /// Speed of the controller that the policy corrects, m/s.
+    ControllerSpeed,
     /// The driver's time from a new advice to the first response, s.
     Reaction,
     /// The driver's speed less the advised one, m/s.
@@ -45,7 +47,7 @@ pub enum Feature {
 }
 
 /// All features, as a training's configuration names them.
-pub const FEATURES: [Feature; 14] = [
+pub const FEATURES: [Feature; 15] = [
     Feature::Speed,
     Feature::LeaderSpeed,
     Feature::RelativeSpeed,
@@ -55,6 +57,7 @@ pub const FEATURES: [Feature; 14] = [
     Feature::Spacing,
     Feature::MeanSpeed,
     Feature::LogHold,
+    Feature::ControllerSpeed,
     Feature::Reaction,
     Feature::SpeedBias,
     Feature::TrackingError,
@@ -75,6 +78,7 @@ impl Feature {
             Self::Spacing => "spacing",
             Self::MeanSpeed => "mean_speed",
             Self::LogHold => "log_hold",
+            Self::ControllerSpeed => "controller_speed",
             Self::Reaction => "reaction",
             Self::SpeedBias => "speed_bias",
             Self::TrackingError => "tracking_error",
@@ -105,6 +109,7 @@ impl Feature {
             Self::Spacing => o.circumference_m / f64::from(o.vehicles.max(1)),
             Self::MeanSpeed => o.mean_speed_mps,
             Self::LogHold => o.hold_s.max(1e-3).ln(),
+            Self::ControllerSpeed => o.controller_mps.unwrap_or(o.speed_mps),
             Self::Reaction => o.driver.unwrap_or_default().reaction_s,
             Self::SpeedBias => o.driver.unwrap_or_default().speed_bias_mps,
             Self::TrackingError => o.driver.unwrap_or_default().error_mps,
@@ -203,8 +208,9 @@ mod tests {
             mean_speed_mps: 2.5,
             advised_mps: Some(4.0),
             driver: Some(DriverTraits::of([1.2, -0.5, 0.4, 1.1, 0.8])),
+            controller_mps: Some(3.5),
         };
-        let expected = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln(), 1.2, -0.5, 0.4, 1.1, 0.8];
+        let expected = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln(), 3.5, 1.2, -0.5, 0.4, 1.1, 0.8];
         assert_eq!(FEATURES.len(), expected.len());
         for (feature, expected) in FEATURES.into_iter().zip(expected) {
             assert_eq!(feature.of(&seen), expected, "{}", feature.name());

@@ -4,9 +4,11 @@ use super::{
     Action, Observation, Policy,
     parameters::{GAIN, Parameter, Parametric, SPEED},
 };
+use serde::{Deserialize, Serialize};
 
 /// The same speed for ever.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ConstantSpeed {
     /// Advised speed, m/s.
     pub speed_mps: f64,
@@ -32,7 +34,8 @@ impl Policy for ConstantSpeed {
 
 /// The hand-designed advice (docs/references.md: advice): slow for a minute, so that a hole opens and swallows the wave,
 /// then a speed just below equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TwoPhase {
     /// Speed of the first phase, m/s.
     pub slow_mps: f64,
@@ -72,9 +75,16 @@ impl Parametric for TwoPhase {
     }
 }
 
+impl TwoPhase {
+    /// The commanded speed `time_s` after the beginning, m/s.
+    pub fn command_mps(&self, time_s: f64) -> f64 {
+        if time_s < self.slow_s { self.slow_mps } else { self.then_mps }
+    }
+}
+
 impl Policy for TwoPhase {
     fn act(&mut self, time_s: f64, _observation: &Observation) -> Action {
-        Action::Speed(if time_s < self.slow_s { self.slow_mps } else { self.then_mps })
+        Action::Speed(self.command_mps(time_s))
     }
 }
 

@@ -6,10 +6,12 @@ use super::{
     Action, Observation, Policy,
     parameters::{GAIN, Order, Parameter, Parametric},
 };
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// What it is set to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PiParameters {
     /// Window of the mean speed, seconds.
     pub mean_s: f64,
@@ -99,10 +101,12 @@ impl Parametric for PiParameters {
 }
 
 /// The controller and its memory.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PiSaturation {
     parameters: PiParameters,
     speeds_mps: VecDeque<f64>,
+    /// Of these speeds. Kept, because to add up 380 speeds takes longer than a ring's whole step.
+    sum_mps: f64,
     capacity: usize,
     command_mps: Option<f64>,
 }
@@ -111,7 +115,13 @@ impl PiSaturation {
     /// Engaged now, with nothing remembered, to be asked each `step_s` seconds.
     pub fn new(parameters: PiParameters, step_s: f64) -> Self {
         let capacity = (parameters.mean_s / step_s).round().max(1.0) as usize;
-        Self { parameters, speeds_mps: VecDeque::with_capacity(capacity + 1), capacity, command_mps: None }
+        let speeds_mps = VecDeque::with_capacity(capacity + 1);
+        Self { parameters, speeds_mps, sum_mps: 0.0, capacity, command_mps: None }
+    }
+
+    /// The commanded speed, m/s.
+    pub fn command_mps(&self, observation: &Observation) -> f64 {
+        self.command_mps.unwrap_or(observation.speed_mps).max(0.0)
     }
 }
 
@@ -119,11 +129,12 @@ impl Policy for PiSaturation {
     fn watch(&mut self, observation: &Observation) {
         let Observation { speed_mps, leader_speed_mps, gap_m, .. } = *observation;
         self.speeds_mps.push_back(speed_mps);
+        self.sum_mps += speed_mps;
         if self.speeds_mps.len() > self.capacity {
-            self.speeds_mps.pop_front();
+            self.sum_mps -= self.speeds_mps.pop_front().unwrap_or_default();
         }
         let p = &self.parameters;
-        let mean_mps = self.speeds_mps.iter().sum::<f64>() / self.speeds_mps.len() as f64;
+        let mean_mps = self.sum_mps / self.speeds_mps.len() as f64;
         let share = ((gap_m - p.catch_up_m[0]) / (p.catch_up_m[1] - p.catch_up_m[0])).clamp(0.0, 1.0);
         let target_mps = mean_mps + p.catch_up_mps * share;
         let safe_m = (p.safe_s * (leader_speed_mps - speed_mps)).max(p.safe_m);
@@ -135,7 +146,7 @@ impl Policy for PiSaturation {
     }
 
     fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
-        Action::Speed(self.command_mps.unwrap_or(observation.speed_mps).max(0.0))
+        Action::Speed(self.command_mps(observation))
     }
 }
 

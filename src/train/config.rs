@@ -22,6 +22,11 @@ flat_settings! {
             /// Number of levels between the limits of the action; 0 is continuous
             #[schemars(range(min = 0, max = 1000))]
             levels: u32 = 0,
+            /// Controller whose speed the policy corrects: the name of one, or its FILE.toml; empty: the policy's own speed
+            residual_over: String = String::new(),
+            /// Largest correction, either way
+            #[schemars(range(min = 0.1, max = 20.0), extend("unit" = "m/s"))]
+            residual_mps: f64 = 2.0,
             /// Largest acceleration, either way, of acceleration advice
             #[schemars(range(min = 0.05, max = 5.0), extend("unit" = "m/s2"))]
             accel_limit_mps2: f64 = 0.5,
@@ -156,7 +161,7 @@ flat_settings! {
         /// What the policy sees, and the network that it is.
         group network: NetworkConfig {
             /// What the policy sees, of speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
-            /// log_hold, and of who drives: reaction, speed_bias, tracking_error, time_gap_factor, willingness
+            /// log_hold, controller_speed, and of who drives: reaction, speed_bias, tracking_error, time_gap_factor, willingness
             sees: String = "speed,leader_speed,gap,circumference".into(),
             /// How it is scaled
             scaling: Scaling = Scaling::default(),
@@ -208,6 +213,9 @@ flat_settings! {
             /// Bound on the mean KL divergence of an update
             #[schemars(range(min = 0.000001, max = 1.0), extend("unit" = "nat"))]
             max_kl: f64 = 0.01,
+            /// Share of that bound that is left at the last update; it falls in even ratios
+            #[schemars(range(min = 0.001, max = 1.0), extend("unit" = ""))]
+            max_kl_falls_to: f64 = 1.0,
             /// Steps of the conjugate gradient
             #[schemars(range(min = 1, max = 100))]
             cg_steps: u32 = 10,
@@ -220,6 +228,8 @@ flat_settings! {
             /// Standard deviation of the first policy, as a share of the limit of a continuous action
             #[schemars(range(min = 0.01, max = 10.0), extend("unit" = ""))]
             first_sd: f64 = 1.0,
+            /// The value knows the whole ring and its driver, which the policy does not see
+            value_sees_all: bool = false,
             /// Step of Adam for the value
             #[schemars(range(min = 0.0000001, max = 1.0), extend("unit" = ""))]
             value_rate: f64 = 1e-3,
@@ -374,10 +384,16 @@ impl TrainConfig {
         (-hold.seconds() / self.optimiser.discount_s).exp()
     }
 
+    /// True where the policy corrects a controller.
+    pub fn is_residual(&self) -> bool {
+        !self.advice.residual_over.is_empty()
+    }
+
     /// Lowest and highest action, m/s2 or m/s.
     pub fn action_limits(&self) -> [f64; 2] {
         match self.advice.action {
             ActionKind::Acceleration => [-self.advice.accel_limit_mps2, self.advice.accel_limit_mps2],
+            ActionKind::Speed if self.is_residual() => [-self.advice.residual_mps, self.advice.residual_mps],
             ActionKind::Speed => [0.0, self.advice.top_speed_mps],
         }
     }
@@ -387,7 +403,9 @@ impl TrainConfig {
         let s = &self.network.scaling;
         let input = |feature| {
             let (from, to) = match feature {
-                Feature::Speed | Feature::LeaderSpeed | Feature::MeanSpeed => (0.0, s.speed_to_mps),
+                Feature::Speed | Feature::LeaderSpeed | Feature::MeanSpeed | Feature::ControllerSpeed => {
+                    (0.0, s.speed_to_mps)
+                }
                 Feature::RelativeSpeed => (-s.speed_to_mps / 2.0, s.speed_to_mps / 2.0),
                 Feature::Gap | Feature::Headway => (0.0, s.gap_to_m),
                 Feature::Circumference => (s.circumference_from_m, s.circumference_to_m),

@@ -1,7 +1,7 @@
 //! Which configurations can be trained. In: a [`TrainConfig`]. Out: the key of the first setting that does not fit the others, and
 //! why.
 
-use super::TrainConfig;
+use super::{TrainConfig, config::ActionKind};
 use crate::{
     policy::{Feature, Hold, NetworkInput},
     settings::Settings,
@@ -16,6 +16,13 @@ impl Settings for TrainConfig {
         if self.holds_s()[1] > self.ring.horizon_s {
             let text = format!("holds of {} s; the horizon is {} s", self.holds_s()[1], self.ring.horizon_s);
             return Err(("hold_s", text));
+        }
+        if self.is_residual() && self.advice.action == ActionKind::Acceleration {
+            let text = "residual_over is set; allowed: empty where action is \"acceleration\"";
+            return Err(("residual_over", text.into()));
+        }
+        if !self.is_residual() && self.inputs().iter().any(|input| input.feature == Feature::ControllerSpeed) {
+            return Err(("sees", "sees names `controller_speed`; allowed: only where residual_over is set".into()));
         }
         if let Some(name) = self.network.sees.split(',').map(str::trim).find(|name| Feature::named(name).is_none()) {
             let known: Vec<&str> = crate::policy::FEATURES.iter().map(|f| f.name()).collect();

@@ -7,6 +7,7 @@
 
 use super::{
     config::{RewardKind, TrainConfig},
+    corrected::CorrectedControllers,
     driver::AdviceFollower,
     identification::BlockSample,
     ring::{RingStart, VectorizedRing, wide},
@@ -15,7 +16,7 @@ use super::{
 use crate::{
     idm::IdmParams,
     metrics::DrivenBy,
-    policy::{Action, DriverTraits, Hold, MeanSpeed, Observation, identification::SAMPLE_S},
+    policy::{Action, Controller, DriverTraits, Hold, MeanSpeed, Observation, identification::SAMPLE_S, residual},
     rng::{self, Stream},
     space::CAR_LENGTH_M,
 };
@@ -43,7 +44,15 @@ pub struct Outcome {
     pub ending: Ending,
     /// What the policy would have seen next in the ring that has just ended; else what it sees next.
     pub last_seen: Observation,
+    /// The whole state of the ring then.
+    pub last_state: WholeState,
 }
+
+/// Numbers of [`VecEnv::whole_state`].
+pub const STATE_NUMBERS: usize = 10;
+
+/// What the value knows of a ring beyond what the policy sees, numbers of about -1 to 1.
+pub type WholeState = [f32; STATE_NUMBERS];
 
 /// Sixteen rings and their egos.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -55,6 +64,9 @@ pub struct VecEnv {
     ring: VectorizedRing,
     follower: AdviceFollower,
     circumference_m: SimdLanes,
+    /// Speed at which each ring flows evenly, m/s.
+    #[serde(default)]
+    equilibrium_mps: SimdLanes,
     hold_steps: u32,
     /// Own mean speed as the policy may see it, m/s.
     mean_ego_mps: SimdLanes,
@@ -63,11 +75,16 @@ pub struct VecEnv {
     stock: VectorizedRing,
     stock_follower: AdviceFollower,
     stock_m: SimdLanes,
+    #[serde(default)]
+    stock_equilibrium_mps: SimdLanes,
     used: usize,
     batches: u64,
     /// What is seen of the drivers, where somebody asks; and steps since the last sample.
     samples: Option<Vec<BlockSample>>,
     unsampled_steps: u32,
+    /// What the policy corrects, where it does.
+    #[serde(default)]
+    corrected: Option<CorrectedControllers>,
 }
 
 impl VecEnv {
@@ -86,14 +103,17 @@ impl VecEnv {
             ring,
             follower,
             circumference_m: splat(0.0),
+            equilibrium_mps: splat(0.0),
             hold_steps: hold.steps(),
             mean_ego_mps: splat(0.0),
             elapsed: [0; LANES],
             stock_m: splat(0.0),
+            stock_equilibrium_mps: splat(0.0),
             used: LANES,
             batches: 0,
             samples: None,
             unsampled_steps: 0,
+            corrected: None,
         };
         (0..LANES).for_each(|l| block.renew(l));
         block
@@ -109,6 +129,14 @@ impl VecEnv {
     /// What the policy of ring `l` may know now.
     #[inline(always)]
     pub fn observe(&self, l: usize) -> Observation {
+        let mut seen = Observation { driver: Some(self.follower.traits(l)), ..self.traffic(l) };
+        seen.controller_mps = self.corrected.as_ref().map(|controllers| controllers.command_mps(l, &seen));
+        seen
+    }
+
+    /// What it sees of the traffic.
+    #[inline(always)]
+    fn traffic(&self, l: usize) -> Observation {
         Observation {
             speed_mps: f64::from(self.ring.ego_mps()[l]),
             leader_speed_mps: f64::from(self.ring.leader_mps()[l]),
@@ -118,8 +146,35 @@ impl VecEnv {
             hold_s: self.hold_length().seconds(),
             mean_speed_mps: f64::from(self.mean_ego_mps[l]),
             advised_mps: self.follower.advised_mps(l),
-            driver: Some(self.follower.traits(l)),
+            ..Observation::default()
         }
+    }
+
+    /// From now on actions correct this controller's speed.
+    pub fn correct(&mut self, controller: &Controller) {
+        self.corrected = Some(CorrectedControllers::new(controller, self.config.ring.step_s));
+        (0..LANES).for_each(|l| self.engage_controller(l));
+    }
+
+    fn engage_controller(&mut self, l: usize) {
+        let seen = self.traffic(l);
+        if let Some(controllers) = &mut self.corrected {
+            controllers.engage(l, &seen);
+        }
+    }
+
+    /// What the value may know and the policy may not: how all cars drive, how they could, and who the ego's driver is (an
+    /// asymmetric critic, Pinto 2018).
+    pub fn whole_state(&self, l: usize) -> WholeState {
+        let count = self.ring.cars(l) as f32;
+        let mean = self.ring.speeds_mps(l).sum::<f32>() / count;
+        let variance = self.ring.speeds_mps(l).map(|v| (v - mean) * (v - mean)).sum::<f32>() / count;
+        let least = self.ring.speeds_mps(l).fold(f32::MAX, f32::min);
+        let even = self.equilibrium_mps[l];
+        let [reaction, bias, error, time_gap, willingness] = self.follower.traits(l).numbers().map(|x| x as f32);
+        let of_traffic = [mean / 2.5 - 1.0, variance.sqrt() - 1.0, least / 2.5 - 1.0, even / 2.5 - 1.0, mean - even];
+        let of_driver = [reaction - 1.0, bias / 2.0, 2.0 * error - 1.0, 2.0 * time_gap - 2.0, 2.0 * willingness - 1.0];
+        std::array::from_fn(|k| if k < 5 { of_traffic[k] } else { of_driver[k - 5] })
     }
 
     /// How long an action stands.
@@ -142,7 +197,8 @@ impl VecEnv {
         &self.ring
     }
 
-    /// New advice for the ego of ring `l`, to stand for `hold`. Before the first its model drives it.
+    /// New advice for the ego of ring `l`, to stand for `hold`: what is advised, no correction of anything. Before the first its
+    /// model drives it.
     pub fn advise(&mut self, l: usize, action: Action, hold: Hold) {
         self.follower.advise(l, action, self.ring.ego_mps()[l], hold);
     }
@@ -155,10 +211,13 @@ impl VecEnv {
         });
     }
 
-    /// One hold under these actions; rings whose episode ended begin another.
+    /// One hold under these actions, which correct the controllers' speeds where there are controllers; rings whose episode ended
+    /// begin another.
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
         let (steps, hold) = (self.hold_steps, self.hold_length());
-        (0..LANES).for_each(|l| self.advise(l, actions[l], hold));
+        for (l, action) in actions.iter().enumerate() {
+            self.advise(l, residual(self.observe(l).controller_mps, *action), hold);
+        }
         let range_mps = self.config.reward.range_mps as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
         let totals = wide(self, |block| {
@@ -173,10 +232,22 @@ impl VecEnv {
                 if block.samples.is_some() {
                     block.sample();
                 }
+                if block.corrected.is_some() {
+                    block.watch_controllers();
+                }
             }
             totals
         });
         self.settle(actions, steps, &totals)
+    }
+
+    fn watch_controllers(&mut self) {
+        for l in 0..LANES {
+            let seen = self.traffic(l);
+            if let Some(controllers) = &mut self.corrected {
+                controllers.watch(l, &seen);
+            }
+        }
     }
 
     /// From now on what is seen of the drivers is kept; see [`VecEnv::take_samples`].
@@ -227,11 +298,11 @@ impl VecEnv {
             if ending == Ending::Crash {
                 reward -= self.config.reward.collision_penalty as f32;
             }
-            let last_seen = self.observe(l);
+            let (last_seen, last_state) = (self.observe(l), self.whole_state(l));
             if ending != Ending::None {
                 self.renew(l);
             }
-            Outcome { reward, mean_mps, ending, last_seen }
+            Outcome { reward, mean_mps, ending, last_seen, last_state }
         })
     }
 
@@ -251,8 +322,10 @@ impl VecEnv {
         self.ring.copy_lane(l, &self.stock, self.used);
         self.follower.copy_lane(l, &self.stock_follower, self.used);
         self.circumference_m[l] = self.stock_m[self.used];
+        self.equilibrium_mps[l] = self.stock_equilibrium_mps[self.used];
         self.elapsed[l] = 0;
         self.mean_ego_mps[l] = self.ring.ego_mps()[l];
+        self.engage_controller(l);
         self.used += 1;
     }
 
@@ -264,6 +337,8 @@ impl VecEnv {
             let (start, length_m) = draw_ring(&self.config, &mut stream);
             self.stock.set(l, &start);
             self.stock_m[l] = length_m as f32;
+            let gap_m = length_m / start.gaps_m.len() as f64 - CAR_LENGTH_M;
+            self.stock_equilibrium_mps[l] = start.idm.equilibrium_speed_mps(gap_m) as f32;
             self.stock_follower.draw(l, &self.config, &mut stream);
         }
         let steps = (self.config.ring.warm_up_s / self.config.ring.step_s).round() as usize;

@@ -5,7 +5,10 @@ use super::{
     environment::{Ending, Outcome, VecEnv},
     simd::LANES,
 };
-use crate::policy::{Action, Hold};
+use crate::{
+    policy::{Action, Advisor, Controller, ControllerKind, Hold, TwoPhase},
+    time::Tick,
+};
 
 fn config() -> TrainConfig {
     TrainConfig { ring: RingConfig { horizon_s: 60.0, ..RingConfig::default() }, ..TrainConfig::default() }
@@ -49,6 +52,49 @@ fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
         }
     }
     assert!((5..40).contains(&longer), "{longer} of 64");
+}
+
+#[test]
+fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a_drive() {
+    let config = TrainConfig {
+        advice: AdviceConfig { action: ActionKind::Speed, hold_s: 2.0, ..config().advice },
+        driver: DriverConfig { follow: FollowKind::Driver, ..config().driver },
+        ..config()
+    };
+    let settings = config.policy_settings(0.0);
+    for controller in [
+        Controller::by_name(ControllerKind::Pi, &settings),
+        Controller::by_name(ControllerKind::FollowerStopper, &settings),
+        Controller::TwoPhase(TwoPhase { slow_mps: 2.0, slow_s: 20.0, then_mps: 4.0 }),
+    ] {
+        let kind = controller.kind();
+        let mut training = block(&config);
+        training.correct(&controller);
+        let mut drive = block(&config);
+        let advisor = |_| Advisor::new(Some(controller.policy(config.ring.step_s)), config.hold(), 0.4);
+        let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
+        for decision in 0..29 {
+            for step in 0..20 {
+                for (l, advisor) in advisors.iter_mut().enumerate() {
+                    let now = Tick((decision * 20 + step) * 10);
+                    if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
+                        assert_eq!(training.observe(l).controller_mps, Some(advice.target_mps), "{kind:?}, {decision}");
+                        drive.advise(l, Action::Speed(advice.target_mps), config.hold());
+                    }
+                }
+                drive.step();
+            }
+            training.hold(&all(Action::Speed(0.0)));
+        }
+        assert_eq!(training.rings().ego_mps(), drive.rings().ego_mps(), "{kind:?}");
+        // The minute is over: a ring that begins again has a controller that begins again.
+        let outcomes = training.hold(&all(Action::Speed(0.0)));
+        assert_eq!(outcomes[0].ending, Ending::Horizon);
+        if kind == ControllerKind::TwoPhase {
+            assert_eq!(outcomes[0].last_seen.controller_mps, Some(4.0));
+            assert_eq!(training.observe(0).controller_mps, Some(2.0));
+        }
+    }
 }
 
 #[test]

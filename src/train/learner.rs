@@ -7,7 +7,7 @@
 use super::{
     config::{ActionKind, TrainConfig},
     distribution::Family,
-    environment::Ending,
+    environment::{Ending, STATE_NUMBERS, WholeState},
     evaluation::evaluate,
     fitted_network::{Fit, FittedNetwork},
     identification::{EstimatorLearner, Seconds},
@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{FORMAT, Network, NetworkLayer, NetworkOutput},
+    policy::{Controller, FORMAT, Network, NetworkLayer, NetworkOutput},
     rng,
 };
 use rayon::prelude::*;
@@ -85,20 +85,36 @@ pub struct Learner {
     curve: Vec<LearningCurveRow>,
     #[serde(default)]
     student: Option<EstimatorLearner>,
+    /// What the policy corrects, where its configuration says so.
+    #[serde(default)]
+    controller: Option<Controller>,
 }
 
 impl Learner {
-    /// A training from the beginning.
+    /// A training from the beginning, of a policy that stands alone.
     pub fn new(config: &TrainConfig) -> Self {
+        Self::beside(config, None)
+    }
+
+    /// A training from the beginning, of a policy that corrects this controller, which the configuration calls `residual_over`.
+    pub fn beside(config: &TrainConfig, controller: Option<Controller>) -> Self {
         let shape = policy_shape(config);
         let mut stream = rng::stream(config.seed, "train/first weights");
         let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
         theta.resize(shape.parameters(), config.optimiser.first_sd.ln() as f32);
         let value = FittedNetwork::new(&value_shape(config), &mut stream);
         let count = config.run.rings as usize / LANES;
-        let blocks = (0..count).into_par_iter().map(|index| RolloutWorker::new(config, index, count)).collect();
+        let worker = |index| {
+            let mut worker = RolloutWorker::new(config, index, count);
+            if let Some(controller) = &controller {
+                worker.env.correct(controller);
+            }
+            worker
+        };
+        let blocks = (0..count).into_par_iter().map(worker).collect();
         let config = config.clone();
-        Self { config, theta, value, blocks, centre_mps: None, best: None, curve: Vec::new(), student: None }
+        let (centre_mps, best, curve, student) = (None, None, Vec::new(), None);
+        Self { config, theta, value, blocks, centre_mps, best, curve, student, controller }
     }
 
     /// Its configuration.
@@ -217,7 +233,7 @@ impl Learner {
         let (batch, returns) = self.batch(&rollouts, centre_mps);
         let (c, optimiser) = (&self.config, &self.config.optimiser);
         let region = TrustRegion {
-            max_kl: optimiser.max_kl,
+            max_kl: optimiser.max_kl * self.share_of_kl(),
             cg_steps: optimiser.cg_steps,
             damping: optimiser.damping,
             backtracks: optimiser.backtracks,
@@ -227,7 +243,8 @@ impl Learner {
             Fit { rate: optimiser.value_rate, epochs: optimiser.value_epochs, batch: optimiser.value_batch as usize };
         let iteration = self.iteration() + 1;
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
-        let value_error = self.value.fit(&value_shape(c), &batch.inputs, &returns, &how, &mut stream);
+        let seen = self.value_rows(&rollouts);
+        let value_error = self.value.fit(&value_shape(c), &seen, &returns, &how, &mut stream);
         let row = LearningCurveRow {
             iteration,
             env_steps: self.env_steps() + means.steps as u64,
@@ -242,6 +259,12 @@ impl Learner {
         };
         self.keep_best(&row);
         row
+    }
+
+    /// What is left of the bound on the KL divergence: the student goes on with what the teacher ended with.
+    fn share_of_kl(&self) -> f64 {
+        let done = f64::from(self.iteration()) / f64::from(self.config.run.iterations);
+        self.config.optimiser.max_kl_falls_to.powf(done.min(1.0))
     }
 
     fn keep_best(&mut self, row: &LearningCurveRow) {
@@ -270,12 +293,21 @@ impl Learner {
 
     /// A policy's parameters as the drive uses them, with the student if there is one.
     fn network(&self, theta: &[f32]) -> Network {
-        Network { estimator: self.student.as_ref().map(EstimatorLearner::estimator), ..network(&self.config, theta) }
+        Network {
+            estimator: self.student.as_ref().map(EstimatorLearner::estimator),
+            controller: self.controller,
+            ..network(&self.config, theta)
+        }
     }
 
     fn collect(&mut self, shape: &PolicyShape) -> Vec<Rollout> {
         let (config, theta) = (&self.config, &self.theta);
         self.blocks.par_iter_mut().map(|actor| actor.live(config, shape, theta, config.decisions(), None)).collect()
+    }
+
+    /// What the value sees at each decision of a batch.
+    fn value_rows(&self, rollouts: &[Rollout]) -> Vec<f32> {
+        rollouts.iter().flat_map(|rollout| value_inputs(&self.config, &rollout.inputs, &rollout.states)).collect()
     }
 
     /// Rows for the update, and the returns that the value shall learn.
@@ -287,10 +319,12 @@ impl Learner {
         let mut returns = Vec::new();
         for rollout in rollouts {
             let gamma = config.gamma(rollout.hold);
-            let values = self.value.estimate(&shape, &[&rollout.inputs[..], &rollout.after[..]].concat());
-            let last_inputs: Vec<f32> =
+            let seen = [&rollout.inputs[..], &rollout.after[..]].concat();
+            let values = self.value.estimate(&shape, &value_inputs(config, &seen, &rollout.states));
+            let last_seen: Vec<f32> =
                 rollout.outcomes.iter().flat_map(|o| inputs.iter().map(|input| input.scaled(&o.last_seen))).collect();
-            let last_values = self.value.estimate(&shape, &last_inputs);
+            let last_states: Vec<WholeState> = rollout.outcomes.iter().map(|o| o.last_state).collect();
+            let last_values = self.value.estimate(&shape, &value_inputs(config, &last_seen, &last_states));
             let rows = rollout.outcomes.len();
             let mut of_rows = vec![0.0; rows];
             for l in 0..LANES {
@@ -333,7 +367,20 @@ pub fn policy_shape(config: &TrainConfig) -> PolicyShape {
 }
 
 fn value_shape(config: &TrainConfig) -> Shape {
-    Shape::new(&config.layers(1))
+    let mut layers = config.layers(1);
+    if config.optimiser.value_sees_all {
+        layers[0] += STATE_NUMBERS;
+    }
+    Shape::new(&layers)
+}
+
+/// What the value sees: rows of observations, with the whole states behind each where it may know them.
+fn value_inputs(config: &TrainConfig, seen: &[f32], states: &[WholeState]) -> Vec<f32> {
+    if !config.optimiser.value_sees_all {
+        return seen.to_vec();
+    }
+    let rows = seen.chunks_exact(config.inputs().len());
+    rows.zip(states).flat_map(|(row, state)| row.iter().chain(state)).copied().collect()
 }
 
 /// A policy's parameters as the drive uses them.
@@ -356,6 +403,7 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
         holds_s: config.holds_s(),
         inputs: config.inputs(),
         layers: layers.collect(),
+        controller: None,
         estimator: None,
     }
 }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{self, PolicySettings},
+    policy::{self, Controller, ControllerKind, PolicySettings},
 };
 
 /// A training small enough for a test: rings of 8 cars on 100 m, episodes of a minute.
@@ -46,12 +46,25 @@ fn taught() -> TrainConfig {
     }
 }
 
+/// A policy that corrects PI, with a value that knows more than it.
+fn residual() -> TrainConfig {
+    let advice = AdviceConfig { action: ActionKind::Speed, residual_over: "pi".into(), ..small().advice };
+    TrainConfig {
+        advice,
+        driver: DriverConfig { follow: FollowKind::Driver, ..small().driver },
+        network: NetworkConfig { sees: "speed,gap,controller_speed".into(), ..small().network },
+        optimiser: OptimiserConfig { value_sees_all: true, ..small().optimiser },
+        ..small()
+    }
+}
+
 fn bits(learner: &Learner) -> String {
     serde_json::to_string(learner).unwrap()
 }
 
 fn trained(config: &TrainConfig, iterations: u32) -> Learner {
-    let mut learner = Learner::new(config);
+    let pi = Controller::by_name(ControllerKind::Pi, &config.policy_settings(0.0));
+    let mut learner = Learner::beside(config, config.is_residual().then_some(pi));
     (0..iterations).for_each(|_| _ = learner.iterate());
     learner
 }
@@ -79,6 +92,7 @@ fn a_training_resumed_from_its_file_goes_on_with_the_same_bits() {
             ..small()
         },
         taught(),
+        residual(),
     ] {
         for done in [2, 3, 4] {
             let mut through: Learner = serde_json::from_str(&bits(&trained(&config, done))).unwrap();
@@ -106,6 +120,20 @@ fn a_teacher_comes_before_the_student_and_the_policy_takes_the_student_along() {
     assert_eq!(best_mps, since.reduce(f64::max));
     let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
     assert_eq!(file, network);
+}
+
+#[test]
+fn a_policy_that_has_learned_nothing_yet_is_as_good_as_the_controller_that_it_corrects() {
+    // Its first weights are a hundredth of the usual: corrections of centimetres a second.
+    let config = residual();
+    let (network, ..) = trained(&config, 0).best();
+    let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
+    assert_eq!(file, network);
+    let settings = config.policy_settings(0.0);
+    let pi = evaluate(&config, "judge", 32, || policy::build("pi", &settings).unwrap());
+    let corrected = evaluate(&config, "judge", 32, || Some(network.clone().policy(config.ring.step_s)));
+    let [pi, corrected] = [pi, corrected].map(|verdicts| mean_and_interval(&verdicts).0);
+    assert!((pi - corrected).abs() < 0.05, "{pi} {corrected}");
 }
 
 #[test]

@@ -9,6 +9,7 @@
 pub mod adam;
 pub mod config;
 mod config_check;
+mod corrected;
 pub mod distribution;
 pub mod driver;
 pub mod environment;

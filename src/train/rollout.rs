@@ -3,7 +3,7 @@
 
 use super::{
     config::{ActionKind, TrainConfig},
-    environment::{Ending, Outcome, VecEnv},
+    environment::{Ending, Outcome, VecEnv, WholeState},
     identification::{EstimatorLearner, Seconds, Watcher},
     simd::{LANES, LaneRng},
     trpo::PolicyShape,
@@ -36,6 +36,8 @@ pub struct Rollout {
     pub hold: Hold,
     /// The observation after the last decision.
     pub after: Vec<f32>,
+    /// The whole state of the rings at each decision, and after the last.
+    pub states: Vec<WholeState>,
 }
 
 /// Means of a batch. A long hold counts for more than a short one: they are over time.
@@ -99,9 +101,11 @@ impl RolloutWorker {
             actions: Vec::with_capacity(rows),
             outcomes: Vec::with_capacity(rows),
             after: Vec::new(),
+            states: Vec::with_capacity(rows + LANES),
         };
         for _ in 0..decisions {
             let inputs = self.see(&seen);
+            rollout.states.extend((0..LANES).map(|l| self.env.whole_state(l)));
             let here = shape.net.forward(net, &inputs);
             let (normal, _) = self.rng.normal_pair();
             let uniform = self.rng.uniform();
@@ -117,6 +121,7 @@ impl RolloutWorker {
             rollout.actions.extend(drawn);
         }
         rollout.after = self.see(&seen);
+        rollout.states.extend((0..LANES).map(|l| self.env.whole_state(l)));
         rollout
     }
 

@@ -135,6 +135,7 @@ const MOMENT: Observation = Observation {
     mean_speed_mps: 4.0,
     advised_mps: None,
     driver: None,
+    controller_mps: None,
 };
 
 /// All readers. Files that a reader wants on the disk go into `folder`.

@@ -395,6 +395,7 @@ fn one_wrong_letter_of_any_name_is_answered_with_the_name_that_was_meant() {
     write("value.toml", "units = \"mhp\"\n");
     write("train.toml", "hold_max = 3\n");
     write("inputs.toml", "sees = \"speed,gapp\"\n");
+    write("controller.toml", "action = \"speed\"\nresidual_over = \"linear-feedbck\"\n");
     let good = "title = \"t\"\nparticipants = 1\n[base]\ntraffic = \"native\"\nduration_s = 1.0\n[[condition]]\nname = \"a\"\n\
                 [[segment]]\nkind = \"trials\"\nname = \"trial\"\n[[segment]]\nkind = \"questions\"\nname = \"load\"\n\
                 questionnaire = \"raw-tlx\"\n";
@@ -430,6 +431,8 @@ fn one_wrong_letter_of_any_name_is_answered_with_the_name_that_was_meant() {
     let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
     asked.extend([
         (words(&["rum"]), "run"),
+        (words(&["rnu"]), "run"),
+        (words(&["train", "--config", &path("controller.toml"), "--out", &path("out")]), "linear-feedback"),
         (words(&["map", "lsit"]), "list"),
         (words(&["train", "--config", &path("train.toml"), "--out", &path("out")]), "hold_max_s"),
         (words(&["train", "--config", &path("inputs.toml"), "--out", &path("out")]), "gap"),

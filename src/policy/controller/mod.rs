@@ -1,19 +1,23 @@
 //! Controllers with parameters: by name with those of their authors, or from a file. In: a name and the road, numbers, or
 //! TOML text. Out: a [`Controller`], which makes a [`Policy`]; its parameters as a list; its file's text.
 
+mod engaged;
 mod error;
 mod file;
 
+pub use engaged::EngagedController;
 pub use error::{ControllerFault, ControllerFileError};
 pub use file::is_controller;
 
 use super::{
-    ConstantSpeed, FollowerStopper, LinearFeedback, PiParameters, PiSaturation, Policy, PolicySettings, TwoPhase,
-    parameters::{Parameter, Parametric, ordered},
+    ConstantSpeed, FollowerStopper, LinearFeedback, PiParameters, Policy, PolicySettings, TwoPhase,
+    parameters::{Order, Parameter, Parametric, ordered},
 };
+use serde::{Deserialize, Serialize};
 
 /// A controller and what it is set to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Controller {
     /// One speed for ever.
     Constant(ConstantSpeed),
@@ -139,13 +143,21 @@ impl Controller {
 
     /// A policy that is asked each `step_s` seconds, engaged now.
     pub fn policy(&self, step_s: f64) -> Box<dyn Policy> {
-        match *self {
-            Self::Constant(controller) => Box::new(controller),
-            Self::TwoPhase(controller) => Box::new(controller),
-            Self::FollowerStopper(controller) => Box::new(controller),
-            Self::Pi(parameters) => Box::new(PiSaturation::new(parameters, step_s)),
-            Self::LinearFeedback(controller) => Box::new(controller),
-        }
+        Box::new(EngagedController::new(self, step_s))
+    }
+
+    /// The first of its numbers that is outside of its limits or out of order, and what is allowed.
+    pub fn fault(&self) -> Option<(Parameter, f64, String)> {
+        let (parameters, numbers) = (self.kind().parameters(), self.numbers());
+        (0..numbers.len()).find_map(|k| {
+            let (parameter, number) = (parameters[k], numbers[k]);
+            if !parameter.allows(number) {
+                return Some((parameter, number, parameter.allowed()));
+            }
+            let before = k.checked_sub(1).map(|before| numbers[before])?;
+            let order = if parameter.order == Order::Above { "more than" } else { "at most" };
+            (!parameter.follows(before, number)).then(|| (parameter, number, format!("{order} {before}")))
+        })
     }
 }
 

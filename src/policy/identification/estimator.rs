@@ -9,8 +9,9 @@ use std::fmt::Write;
 /// Gates of the unit: reset, update, candidate; each weight matrix has so many columns for each hidden unit.
 pub const GATES: usize = 3;
 
-/// Logarithms of standard deviations are kept within this, in units of the trait's spread.
-const LOG_SD: [f32; 2] = [-4.0, 2.0];
+/// Logarithms of standard deviations are kept within this, where they are fitted and where they are read, in units of the trait's
+/// spread.
+pub const LOG_SD: [f32; 2] = [-3.0, 1.0];
 
 /// How one trait is written in the readout: centre and spread become 0 and 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@
 mod estimator;
 mod traits;
 
-pub use estimator::{DriverEstimator, EstimatedTrait, EstimatorFault, GATES, Recurrent};
+pub use estimator::{DriverEstimator, EstimatedTrait, EstimatorFault, GATES, LOG_SD, Recurrent};
 pub use traits::{DriverTraits, TRAITS};
 
 use super::Observation;

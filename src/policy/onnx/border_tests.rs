@@ -30,6 +30,7 @@ fn network() -> Network {
         holds_s: [1.0, 1.0],
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 16), layer(16, 1)],
+        controller: None,
         estimator: None,
     }
 }

@@ -9,7 +9,8 @@ use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     foreign::guarded,
     policy::{
-        Action, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, bounded, observe::is_too_dense,
+        Action, AssistedPolicy, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, bounded,
+        observe::is_too_dense,
     },
     rng,
     toml_text::did_you_mean_file,
@@ -55,6 +56,15 @@ impl OnnxPolicy {
             Err(source) => return Err(fault(PolicyFileFault::UnreadableDescription { file: beside, source })),
         };
         Self::from_parts(&bytes, text.as_deref(), path.parent()).map_err(|why| fault(why.into()))
+    }
+
+    /// A policy that is asked each `step_s` seconds, engaged now.
+    pub fn engaged(&self, step_s: f64) -> Box<dyn Policy> {
+        let policy = Box::new(self.clone());
+        match self.description.controller {
+            None => policy,
+            controller => Box::new(AssistedPolicy::new(policy, None, controller, step_s)),
+        }
     }
 
     /// The files that make it: the network, its description and its weights, as far as they lie beside it.

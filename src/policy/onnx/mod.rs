@@ -20,7 +20,10 @@ pub use load::OnnxPolicy;
 pub use write::write;
 pub use write_estimator::write_estimator;
 
-use super::{NetworkInput, NetworkOutput, SettingFault, network::is_zero};
+use super::{
+    Controller, NetworkInput, NetworkOutput, SettingFault,
+    network::{check_controller, is_zero},
+};
 use crate::toml_text;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -74,6 +77,9 @@ pub struct NetworkDescription {
     pub output_name: Option<String>,
     /// What the network sees, in order.
     pub inputs: Vec<NetworkInput>,
+    /// The controller whose speed it corrects, where it does: its action is then what is added, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<Controller>,
 }
 
 /// A description as a person would write it, for messages.
@@ -114,6 +120,7 @@ impl NetworkDescription {
         if let Some((name, value)) = d.fixed.iter().find(|(_, value)| !value.is_finite()) {
             return Err(DescriptionFault::Fixed { name: name.clone(), value: *value });
         }
+        check_controller(d.controller.as_ref(), d.action)?;
         match d.inputs.iter().find(|input| !input.is_sound()) {
             Some(input) => Err(SettingFault::Input(input.feature).into()),
             None if d.inputs.is_empty() => Err(DescriptionFault::NoInputs),

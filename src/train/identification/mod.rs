@@ -14,7 +14,7 @@ use super::{TrainConfig, adam::Adam, simd::LANES};
 use crate::{
     policy::{
         DriverEstimator, NetworkLayer,
-        identification::{DriverTraits, EstimatedTrait, GATES, INPUTS, TRAITS},
+        identification::{DriverTraits, EstimatedTrait, GATES, INPUTS, LOG_SD, TRAITS},
     },
     rng,
 };
@@ -32,9 +32,6 @@ const PASSES: usize = 2;
 
 /// Blocks whose seconds make one step of Adam.
 const BLOCKS_A_STEP: usize = 4;
-
-/// Logarithm of the standard deviation within which its derivative is taken, in units of the spread.
-const LOG_SD: [f32; 2] = [-3.0, 1.0];
 
 /// An estimator in training.
 #[derive(Clone, Debug, Serialize, Deserialize)]

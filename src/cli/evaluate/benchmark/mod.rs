@@ -80,12 +80,28 @@ impl Cell<'_> {
         DriverTraits::NAMES.into_iter().enumerate().filter_map(of).collect()
     }
 
+    /// Of the same traits the share of drivers whose truth lies in the interval that is said to hold it with 95 %.
+    pub fn trait_coverages(&self) -> Vec<(&'static str, f64)> {
+        let holds = |driver: &IdentifiedDriver, k: usize| {
+            let off = driver.truth.numbers()[k] - driver.estimate.mean.numbers()[k];
+            off.abs() <= NORMAL_95 * driver.estimate.sd.numbers()[k]
+        };
+        let count = self.identified.len() as f64;
+        let share = |k: usize| self.identified.iter().filter(|driver| holds(driver, k)).count() as f64 / count;
+        let named = |name: &str| DriverTraits::NAMES.into_iter().position(|other| other == name);
+        let of = |(name, _): (&'static str, f64)| Some((name, share(named(name)?)));
+        self.trait_correlations().into_iter().filter_map(of).collect()
+    }
+
     /// Drives in which cars collided, and all.
     pub fn crashes(&self) -> [usize; 2] {
         let all = self.results.iter().flatten();
         [all.clone().filter(|r| r.crashed).count(), all.count()]
     }
 }
+
+/// Standard deviations on either side of the mean that hold 95 % of a normal distribution.
+const NORMAL_95: f64 = 1.96;
 
 /// What a road is like.
 pub struct RoadState {

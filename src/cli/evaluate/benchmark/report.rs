@@ -73,9 +73,14 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
 
 /// How well a row that asks who drives tells it.
 fn told_apart(cell: &Cell<'_>) -> Option<String> {
-    let traits: Vec<String> =
-        cell.trait_correlations().into_iter().map(|(name, correlation)| format!("{name} {correlation:.2}")).collect();
-    (!traits.is_empty()).then(|| format!("drivers after a minute, correlation with the truth: {}", traits.join(", ")))
+    let both = cell.trait_correlations().into_iter().zip(cell.trait_coverages());
+    let words = |((name, correlation), (_, covered)): ((&str, f64), (&str, f64))| {
+        format!("{name} {correlation:.2} ({:.0} %)", covered * 100.0)
+    };
+    let traits: Vec<String> = both.map(words).collect();
+    (!traits.is_empty()).then(|| {
+        format!("drivers after a minute, correlation with the truth (truths in 95 % intervals): {}", traits.join(", "))
+    })
 }
 
 fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
@@ -170,6 +175,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
             "worst_seed_mps": cell.worst_mps(),
             "crashes": cell.crashes()[0], "drives": cell.crashes()[1],
             "trait_correlation": cell.trait_correlations().into_iter().collect::<BTreeMap<_, _>>(),
+            "trait_coverage_95": cell.trait_coverages().into_iter().collect::<BTreeMap<_, _>>(),
             "measures": measures,
         })
     };

@@ -1,0 +1,69 @@
+//! A network that is helped: by an estimator that tells it who drives, by a controller whose speed it corrects, or by both.
+//! In: an [`Observation`] each step. Out: an [`Action`] each hold.
+//!
+//! A network beside a controller is a residual policy (Silver 2018; PeRP 2023 has one over a piecewise-constant policy): its
+//! output is added to the controller's speed, so that a network that has learned nothing is as good as the controller.
+
+use super::{
+    Action, Controller, DriverEstimate, DriverEstimator, EngagedController, Observation, Policy,
+    identification::Identification,
+};
+
+/// A policy and what it is told beside the traffic.
+pub struct AssistedPolicy {
+    network: Box<dyn Policy>,
+    driver: Option<Identification>,
+    controller: Option<EngagedController>,
+    step_s: f64,
+}
+
+impl AssistedPolicy {
+    /// Engaged now, with a driver of whom nothing is known, to be asked each `step_s` seconds.
+    pub fn new(
+        network: Box<dyn Policy>,
+        estimator: Option<DriverEstimator>,
+        controller: Option<Controller>,
+        step_s: f64,
+    ) -> Self {
+        let controller = controller.map(|controller| EngagedController::new(&controller, step_s));
+        Self { network, driver: estimator.map(Identification::new), controller, step_s }
+    }
+}
+
+impl Policy for AssistedPolicy {
+    fn watch(&mut self, observation: &Observation) {
+        if let Some(driver) = &mut self.driver {
+            driver.watch(observation, self.step_s);
+        }
+        if let Some(controller) = &mut self.controller {
+            controller.watch(observation);
+        }
+    }
+
+    fn act(&mut self, time_s: f64, observation: &Observation) -> Action {
+        let controller_mps = self.controller.as_ref().map(|c| c.command_mps(time_s, observation));
+        let driver = self.driver.as_ref().map_or(observation.driver, |driver| Some(driver.estimate().mean));
+        let action = self.network.act(time_s, &Observation { driver, controller_mps, ..*observation });
+        residual(controller_mps, action)
+    }
+
+    fn abstains(&self, observation: &Observation) -> bool {
+        self.network.abstains(observation)
+    }
+
+    fn trained_holds_s(&self) -> Option<[f64; 2]> {
+        self.network.trained_holds_s()
+    }
+
+    fn driver_estimate(&self) -> Option<DriverEstimate> {
+        self.driver.as_ref().map(Identification::estimate)
+    }
+}
+
+/// What a policy's action comes to where it corrects a controller: the sum of both speeds, never below 0.
+pub fn residual(controller_mps: Option<f64>, action: Action) -> Action {
+    match (controller_mps, action) {
+        (Some(command_mps), Action::Speed(correction_mps)) => Action::Speed((command_mps + correction_mps).max(0.0)),
+        _ => action,
+    }
+}
