@@ -51,6 +51,10 @@ impl Policy for AssistedPolicy {
         self.network.abstains(observation)
     }
 
+    fn must_be_told_who_drives(&self) -> bool {
+        self.driver.is_none() && self.network.must_be_told_who_drives()
+    }
+
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         self.network.trained_holds_s()
     }

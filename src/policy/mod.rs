@@ -132,6 +132,11 @@ pub trait Policy: Send {
         None
     }
 
+    /// True where it must be told who drives and does not find out by itself.
+    fn must_be_told_who_drives(&self) -> bool {
+        false
+    }
+
     /// Shortest and longest hold that it was made for, seconds, if it was made for some.
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         None
@@ -181,6 +186,16 @@ pub enum PolicyError {
         did_you_mean(name, &NAMES[1..]), NAMES[1..].join(", ")
     )]
     UnknownController {
+        /// The name as given.
+        name: String,
+    },
+    /// It was told in training who drives, which nobody can tell it in a drive.
+    #[error(
+        "policy {name} must be told who drives ({}), and has no estimator that finds out\n  remedy: train it with \
+         estimator_rounds above 0, or name another policy",
+        FEATURES.iter().filter(|feature| feature.is_of_driver()).map(|feature| feature.name()).collect::<Vec<_>>().join(", ")
+    )]
+    MustBeTold {
         /// The name as given.
         name: String,
     },

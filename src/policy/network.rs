@@ -342,6 +342,10 @@ impl Policy for Network {
         is_too_dense(observation, self.least_spacing_m)
     }
 
+    fn must_be_told_who_drives(&self) -> bool {
+        self.inputs.iter().any(|input| input.feature.is_of_driver())
+    }
+
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         Some(self.holds_s)
     }

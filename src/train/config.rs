@@ -65,6 +65,12 @@ flat_settings! {
             /// Share by which the model's parameters differ from ring to ring, either way
             #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
             idm_spread: f64 = 0.0,
+            /// Share by which each other car's parameters differ from those of its ring, either way
+            #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
+            car_spread: f64 = 0.0,
+            /// Share of trucks among the other cars: 7.1 m long, half the acceleration
+            #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
+            truck_share: f64 = 0.0,
             /// Share of the rings whose cars start close together, so that the wave is there after the warm-up
             #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
             bunched_share: f64 = 1.0,

@@ -1,7 +1,7 @@
 //! Which configurations can be trained. In: a [`TrainConfig`]. Out: the key of the first setting that does not fit the others, and
 //! why.
 
-use super::{TrainConfig, config::ActionKind};
+use super::{TrainConfig, config::ActionKind, drawn_ring::TRUCK_LENGTH_M};
 use crate::{
     policy::{Feature, Hold, NetworkInput},
     settings::Settings,
@@ -52,7 +52,8 @@ impl Settings for TrainConfig {
             );
             return Err(("circumference_max_m", text));
         }
-        let car_m = CAR_LENGTH_M + self.ring.idm.s0 * (1.0 + self.ring.idm_spread);
+        let length_m = if self.ring.truck_share > 0.0 { TRUCK_LENGTH_M } else { CAR_LENGTH_M };
+        let car_m = length_m + self.ring.idm.s0 * (1.0 + self.ring.idm_spread) * (1.0 + self.ring.car_spread);
         if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
             let most = (self.ring.circumference_min_m / car_m).floor();
             let text = format!(

@@ -8,17 +8,16 @@
 use super::{
     config::{RewardKind, TrainConfig},
     corrected::CorrectedControllers,
+    drawn_ring::{draw_ring, episode_stream},
     driver::AdviceFollower,
     identification::BlockSample,
-    ring::{RingStart, VectorizedRing, wide},
+    ring::{VectorizedRing, wide},
     simd::{LANES, SimdLanes, lane, splat},
 };
 use crate::{
-    idm::IdmParams,
     metrics::DrivenBy,
     policy::{Action, Controller, DriverTraits, Hold, MeanSpeed, Observation, identification::SAMPLE_S, residual},
     rng::{self, Stream},
-    space::CAR_LENGTH_M,
 };
 use serde::{Deserialize, Serialize};
 
@@ -334,11 +333,10 @@ impl VecEnv {
         for l in 0..LANES {
             let number = (self.first_ring + l as u64) | (self.batches << 32);
             let mut stream = episode_stream(self.config.seed, &self.stream, number);
-            let (start, length_m) = draw_ring(&self.config, &mut stream);
-            self.stock.set(l, &start);
-            self.stock_m[l] = length_m as f32;
-            let gap_m = length_m / start.gaps_m.len() as f64 - CAR_LENGTH_M;
-            self.stock_equilibrium_mps[l] = start.idm.equilibrium_speed_mps(gap_m) as f32;
+            let drawn = draw_ring(&self.config, &mut stream);
+            self.stock.set(l, &drawn.start);
+            self.stock_m[l] = drawn.length_m as f32;
+            self.stock_equilibrium_mps[l] = drawn.start.idm.equilibrium_speed_mps(drawn.even_gap_m) as f32;
             self.stock_follower.draw(l, &self.config, &mut stream);
         }
         let steps = (self.config.ring.warm_up_s / self.config.ring.step_s).round() as usize;
@@ -388,39 +386,4 @@ impl Totals {
             self.short_headway[l] += (1.0 - gap_m / ego_mps.max(0.1)).max(0.0);
         }
     }
-}
-
-/// The model of ring `ring` of those that [`super::evaluate()`] drives for the same arguments, and the gap of its even flow, metres.
-pub fn drawn_ring(config: &TrainConfig, stream: &str, ring: usize) -> (IdmParams, f64) {
-    let (start, length_m) = draw_ring(config, &mut episode_stream(config.seed, stream, ring as u64));
-    (start.idm, length_m / start.gaps_m.len() as f64 - CAR_LENGTH_M)
-}
-
-/// The random numbers of one episode.
-fn episode_stream(seed: u64, stream: &str, number: u64) -> Stream {
-    rng::stream(seed, &format!("{stream}/episode/{number}"))
-}
-
-/// A ring drawn from the configuration, and its length in metres.
-fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> (RingStart, f64) {
-    let rings = &config.ring;
-    let span = (rings.vehicles_max - rings.vehicles_min + 1) as usize;
-    let cars = rings.vehicles_min as usize + stream.index(span);
-    let drawn_m = stream.uniform(rings.circumference_min_m, rings.circumference_max_m);
-    // There is nothing to learn where the policy withholds advice.
-    let length_m = drawn_m.max(cars as f64 * rings.least_spacing_m);
-    let mut vary = |x: f64| x * (1.0 + rings.idm_spread * stream.uniform(-1.0, 1.0));
-    let i = rings.idm;
-    let idm = IdmParams {
-        v0: vary(i.v0),
-        t: vary(i.t),
-        a: vary(i.a),
-        b: vary(i.b),
-        s0: vary(i.s0),
-        noise: vary(i.noise),
-        delta: i.delta,
-    };
-    let layout = if stream.uniform(0.0, 1.0) < rings.bunched_share { RingStart::bunched } else { RingStart::even };
-    let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
-    (layout(cars, length_m, idm, seed), length_m)
 }

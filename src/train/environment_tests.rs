@@ -55,6 +55,22 @@ fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
 }
 
 #[test]
+fn trucks_take_road_from_the_gaps_and_rings_without_them_are_drawn_as_before() {
+    let ring = RingConfig { circumference_min_m: 290.0, circumference_max_m: 290.0, warm_up_s: 0.0, ..config().ring };
+    let of = |ring: RingConfig| block(&TrainConfig { ring, ..config() });
+    let room_m = |block: &VecEnv, l: usize| -> f32 { (0..22).map(|k| block.rings().gaps_m(k)[l]).sum() };
+    let plain = of(ring.clone());
+    assert!((0..LANES).all(|l| (room_m(&plain, l) - (290.0 - 22.0 * 5.0)).abs() < 0.01));
+    let all_trucks = of(RingConfig { truck_share: 1.0, ..ring.clone() });
+    // By hand: 21 trucks of 7.1 m and the ego of 5 m.
+    assert!((0..LANES).all(|l| (room_m(&all_trucks, l) - (290.0 - 21.0 * 7.1 - 5.0)).abs() < 0.01));
+    let some = of(RingConfig { truck_share: 0.3, ..ring });
+    let taken: f32 = (0..LANES).map(|l| (290.0 - 110.0 - room_m(&some, l)) / 2.1).sum();
+    // 336 cars, of which 101 are expected to be trucks: within four standard deviations.
+    assert!((taken - 100.8).abs() < 34.0, "{taken}");
+}
+
+#[test]
 fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a_drive() {
     let config = TrainConfig {
         advice: AdviceConfig { action: ActionKind::Speed, hold_s: 2.0, ..config().advice },

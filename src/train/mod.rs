@@ -11,6 +11,7 @@ pub mod config;
 mod config_check;
 mod corrected;
 pub mod distribution;
+mod drawn_ring;
 pub mod driver;
 pub mod environment;
 pub mod evaluation;
@@ -33,7 +34,7 @@ pub use config::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
     RingConfig, RunConfig, StudentConfig, TrainConfig,
 };
-pub use environment::drawn_ring;
+pub use drawn_ring::drawn_ring;
 pub use evaluation::{IdentifiedDriver, evaluate, identified, trajectories};
 pub use learner::{Learner, LearningCurveRow};
 

@@ -23,6 +23,8 @@ pub struct RingStart {
     pub gaps_m: Vec<f32>,
     /// Model of all cars.
     pub idm: IdmParams,
+    /// Models of cars that differ from it, the ego first, then backwards; empty where none does.
+    pub own_idm: Vec<IdmParams>,
     /// Seed of the noise.
     pub seed: u64,
 }
@@ -31,7 +33,7 @@ impl RingStart {
     /// `cars` evenly spaced over `length_m`.
     pub fn even(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
         let gap_m = (length_m / cars as f64 - CAR_LENGTH_M) as f32;
-        Self { gaps_m: vec![gap_m; cars], idm, seed }
+        Self { gaps_m: vec![gap_m; cars], idm, own_idm: Vec::new(), seed }
     }
 
     /// `cars` close together with one hole half-way round from the ego, as [`traffic::start::bunched`] has them.
@@ -39,7 +41,7 @@ impl RingStart {
         let spacing_m = traffic::start::bunch_spacing_m(cars, length_m, idm.s0).min(length_m / cars as f64);
         let mut gaps_m = vec![(spacing_m - CAR_LENGTH_M) as f32; cars];
         gaps_m[cars / 2] += (length_m - spacing_m * cars as f64) as f32;
-        Self { gaps_m, idm, seed }
+        Self { gaps_m, idm, own_idm: Vec::new(), seed }
     }
 }
 
@@ -59,6 +61,52 @@ struct Model {
     fourth_power: bool,
 }
 
+impl Model {
+    /// Of rings that have none yet.
+    fn new() -> Self {
+        let one = splat(1.0);
+        Self {
+            inverse_v0: one,
+            delta: splat(4.0),
+            time_gap_s: one,
+            accel: one,
+            approach: one,
+            s0_m: one,
+            noise_mps: splat(0.0),
+            fourth_power: true,
+        }
+    }
+
+    /// The model of lane `l`, for steps of `step_s`.
+    fn set(&mut self, l: usize, idm: &IdmParams, step_s: f64) {
+        let IdmParams { v0, t, a, b, delta, s0, noise } = *idm;
+        self.inverse_v0[l] = (1.0 / v0) as f32;
+        self.delta[l] = delta as f32;
+        self.time_gap_s[l] = t as f32;
+        self.accel[l] = a as f32;
+        self.approach[l] = (0.5 / (a * b).sqrt()) as f32;
+        self.s0_m[l] = s0 as f32;
+        self.noise_mps[l] = (noise * step_s.sqrt() * step_s) as f32;
+        self.fourth_power = self.delta.iter().all(|d| *d == 4.0);
+    }
+
+    /// Copies lane `from_lane` of another into lane `l`.
+    fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
+        for (to, from) in [
+            (&mut self.inverse_v0, &from.inverse_v0),
+            (&mut self.delta, &from.delta),
+            (&mut self.time_gap_s, &from.time_gap_s),
+            (&mut self.accel, &from.accel),
+            (&mut self.approach, &from.approach),
+            (&mut self.s0_m, &from.s0_m),
+            (&mut self.noise_mps, &from.noise_mps),
+        ] {
+            to[l] = from[from_lane];
+        }
+        self.fourth_power = self.delta.iter().all(|d| *d == 4.0);
+    }
+}
+
 /// A block of rings. See the head of the file for its slots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VectorizedRing {
@@ -67,6 +115,9 @@ pub struct VectorizedRing {
     gap_m: Vec<SimdLanes>,
     speed_mps: Vec<SimdLanes>,
     model: Model,
+    /// The model of each slot, where cars of a ring differ; otherwise empty.
+    #[serde(default)]
+    own_models: Vec<Model>,
     rng: LaneRng,
     /// Speed of the ego's leader, m/s.
     leader_mps: SimdLanes,
@@ -78,22 +129,13 @@ pub struct VectorizedRing {
 impl VectorizedRing {
     /// Empty rings with room for `cars` each and steps of `step_s`; every lane has to be set before the first step.
     pub fn new(cars: usize, step_s: f64) -> Self {
-        let one = splat(1.0);
         Self {
             step_s: step_s as f32,
             cars: [0; LANES],
             gap_m: vec![splat(GHOST_GAP_M); cars + 1],
             speed_mps: vec![splat(0.0); cars],
-            model: Model {
-                inverse_v0: one,
-                delta: splat(4.0),
-                time_gap_s: one,
-                accel: one,
-                approach: one,
-                s0_m: one,
-                noise_mps: splat(0.0),
-                fourth_power: true,
-            },
+            model: Model::new(),
+            own_models: Vec::new(),
             rng: LaneRng::new(),
             leader_mps: splat(0.0),
             mean_mps: splat(0.0),
@@ -107,25 +149,29 @@ impl VectorizedRing {
     /// If it has more cars than the block has room for, or fewer than 2.
     pub fn set(&mut self, l: usize, start: &RingStart) {
         assert!((2..=self.speed_mps.len()).contains(&start.gaps_m.len()), "{} cars", start.gaps_m.len());
-        let IdmParams { v0, t, a, b, delta, s0, noise } = start.idm;
         self.cars[l] = start.gaps_m.len() as u32;
         for k in 0..self.gap_m.len() {
             self.gap_m[k][l] = start.gaps_m.get(k).copied().unwrap_or(GHOST_GAP_M);
         }
         self.speed_mps.iter_mut().for_each(|speed| speed[l] = 0.0);
-        let model = &mut self.model;
-        model.inverse_v0[l] = (1.0 / v0) as f32;
-        model.delta[l] = delta as f32;
-        model.time_gap_s[l] = t as f32;
-        model.accel[l] = a as f32;
-        model.approach[l] = (0.5 / (a * b).sqrt()) as f32;
-        model.s0_m[l] = s0 as f32;
         let step_s = f64::from(self.step_s);
-        model.noise_mps[l] = (noise * step_s.sqrt() * step_s) as f32;
-        model.fourth_power = model.delta.iter().all(|d| *d == 4.0);
+        self.model.set(l, &start.idm, step_s);
+        if !start.own_idm.is_empty() {
+            self.let_cars_differ();
+        }
+        for (k, model) in self.own_models.iter_mut().enumerate() {
+            model.set(l, start.own_idm.get(k).unwrap_or(&start.idm), step_s);
+        }
         self.rng.seed(l, start.seed);
         self.leader_mps[l] = 0.0;
         self.mean_mps[l] = 0.0;
+    }
+
+    /// Gives each slot a model of its own.
+    fn let_cars_differ(&mut self) {
+        if self.own_models.is_empty() {
+            self.own_models = vec![self.model.clone(); self.speed_mps.len()];
+        }
     }
 
     /// Copies lane `from_lane` of a block of the same size into lane `l`.
@@ -133,21 +179,15 @@ impl VectorizedRing {
         let pairs = self.gap_m.iter_mut().zip(&from.gap_m).chain(self.speed_mps.iter_mut().zip(&from.speed_mps));
         pairs.for_each(|(to, from)| to[l] = from[from_lane]);
         self.cars[l] = from.cars[from_lane];
-        let (to, m) = (&mut self.model, &from.model);
-        for (to, from) in [
-            (&mut to.inverse_v0, &m.inverse_v0),
-            (&mut to.delta, &m.delta),
-            (&mut to.time_gap_s, &m.time_gap_s),
-            (&mut to.accel, &m.accel),
-            (&mut to.approach, &m.approach),
-            (&mut to.s0_m, &m.s0_m),
-            (&mut to.noise_mps, &m.noise_mps),
-            (&mut self.leader_mps, &from.leader_mps),
-            (&mut self.mean_mps, &from.mean_mps),
-        ] {
-            to[l] = from[from_lane];
+        self.model.copy_lane(l, &from.model, from_lane);
+        if !from.own_models.is_empty() {
+            self.let_cars_differ();
         }
-        to.fourth_power = to.delta.iter().all(|d| *d == 4.0);
+        for (k, model) in self.own_models.iter_mut().enumerate() {
+            model.copy_lane(l, from.own_models.get(k).unwrap_or(&from.model), from_lane);
+        }
+        self.leader_mps[l] = from.leader_mps[from_lane];
+        self.mean_mps[l] = from.mean_mps[from_lane];
         self.rng.copy_lane(l, &from.rng, from_lane);
     }
 
@@ -241,11 +281,16 @@ impl VectorizedRing {
     /// One step. At its end the ego has the speed `ego_mps`; without one its own model drives it.
     #[inline(always)]
     pub fn step(&mut self, ego_mps: Option<&SimdLanes>) {
-        if self.model.fourth_power { self.step_with::<true>(ego_mps) } else { self.step_with::<false>(ego_mps) }
+        match (self.model.fourth_power, self.own_models.is_empty()) {
+            (true, true) => self.step_with::<true, false>(ego_mps),
+            (false, true) => self.step_with::<false, false>(ego_mps),
+            (true, false) => self.step_with::<true, true>(ego_mps),
+            (false, false) => self.step_with::<false, true>(ego_mps),
+        }
     }
 
     #[inline(always)]
-    fn step_with<const FOURTH: bool>(&mut self, ego_mps: Option<&SimdLanes>) {
+    fn step_with<const FOURTH: bool, const CARS_DIFFER: bool>(&mut self, ego_mps: Option<&SimdLanes>) {
         self.draw_noise();
         let (dt, creep_mps) = (self.step_s, CREEP_MPS2 * self.step_s);
         let slots = self.speed_mps.len();
@@ -259,11 +304,12 @@ impl VectorizedRing {
                 ahead_mps = self.speed_mps[k - 1];
             }
             let (speed, gap, noise) = (&mut self.speed_mps[k], &self.gap_m[k], &self.noise[k]);
+            let model = if CARS_DIFFER { &self.own_models[k] } else { &self.model };
             let mut chosen = splat(0.0);
             for l in 0..LANES {
-                let wanted = speed[l] + accel::<FOURTH>(&self.model, l, speed[l], ahead_mps[l], gap[l]) * dt;
+                let wanted = speed[l] + accel::<FOURTH>(model, l, speed[l], ahead_mps[l], gap[l]) * dt;
                 chosen[l] = if wanted < creep_mps { 0.0 } else { wanted };
-                let noisy = (chosen[l] + noise[l] * self.model.noise_mps[l]).max(0.0);
+                let noisy = (chosen[l] + noise[l] * model.noise_mps[l]).max(0.0);
                 speed[l] = if chosen[l] > 0.0 { noisy } else { 0.0 };
             }
             if let (0, Some(ego_mps)) = (k, ego_mps) {

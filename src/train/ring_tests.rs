@@ -26,6 +26,39 @@ fn block(start: &RingStart) -> VectorizedRing {
 }
 
 #[test]
+fn cars_that_differ_flow_at_the_speed_at_which_the_gaps_of_their_models_fill_the_ring() {
+    // Quick cars that keep much distance: small disturbances die out.
+    let calm = IdmParams { v0: 15.0, a: 2.5, t: 1.8, ..quiet() };
+    let own = |k: u32| IdmParams { t: 1.5 + 0.1 * f64::from(k), s0: 2.0 + 0.2 * f64::from(k % 3), ..calm };
+    let own_idm: Vec<IdmParams> = (0..10).map(own).collect();
+    let start = RingStart { own_idm: own_idm.clone(), ..RingStart::even(10, 300.0, calm, 0) };
+    let mut ring = block(&start);
+    // A ring whose cars are all alike in the same block: it drives as it would alone.
+    ring.set(3, &RingStart::even(10, 300.0, calm, 1));
+    ring.run(9000);
+    let room_m = 300.0 - 10.0 * CAR_LENGTH_M;
+    let of = |mps: f64| own_idm.iter().map(|idm| idm.equilibrium_gap_m(mps)).sum::<f64>();
+    let (mut low, mut high) = (0.0, 15.0);
+    for _ in 0..60 {
+        let middle = (low + high) / 2.0;
+        if of(middle) < room_m { low = middle } else { high = middle }
+    }
+    for (k, speed) in ring.speeds_mps(5).enumerate() {
+        assert!((f64::from(speed) - low).abs() < 1e-3, "car {k}: {speed}, {low}");
+        let gap_m = f64::from(ring.gaps_m(k)[5]);
+        assert!((gap_m - own_idm[k].equilibrium_gap_m(low)).abs() < 0.01, "car {k}: {gap_m}");
+    }
+    let alike = calm.equilibrium_speed_mps(room_m / 10.0);
+    assert!(ring.speeds_mps(3).all(|speed| (f64::from(speed) - alike).abs() < 1e-3), "{alike}");
+    // What is copied drives on alike.
+    let mut copy = VectorizedRing::new(10, 0.1);
+    (0..LANES).for_each(|l| copy.copy_lane(l, &ring, l));
+    copy.run(50);
+    ring.run(50);
+    assert!((0..LANES).all(|l| copy.speeds_mps(l).eq(ring.speeds_mps(l))));
+}
+
+#[test]
 fn without_noise_the_fast_ring_drives_as_the_native_engine() {
     let map = Arc::new(RoadMap::load("ring-250").unwrap());
     let length_m = map.route.length_m();

@@ -3,11 +3,15 @@
 use codrive::{
     controls::Controls,
     driver::{SimulatedDriver, preset},
+    policy::{self, Network},
     scenario::{DisplaySettings, OnContact, Scenario},
     sim::{EndReason, EventKind, NotPutBack, Snapshot, World},
     space::CAR_LENGTH_M,
 };
-use std::sync::{Mutex, MutexGuard};
+use std::{
+    fs,
+    sync::{Mutex, MutexGuard},
+};
 
 /// libsumo's state belongs to the process: one world with SUMO at a time.
 static SUMO: Mutex<()> = Mutex::new(());
@@ -361,4 +365,19 @@ fn a_person_with_four_keys_and_slow_thumbs_holds_4_mps_in_the_lane() {
     assert!(high - low < 0.9 && (mean - 4.0).abs() < 0.3, "{low} to {high} m/s, mean {mean}");
     let off_m = offsets.iter().copied().fold(0.0, f64::max);
     assert!(off_m < 0.5, "{off_m} m off the centre line");
+}
+
+#[test]
+fn a_policy_that_was_told_who_drives_is_refused_where_nobody_can_tell_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("teacher.toml");
+    let personal = policy::file_of("ring-250-personal").expect("it ships");
+    let teacher = Network { estimator: None, ..Network::from_file(&personal).unwrap() };
+    fs::write(&file, teacher.to_toml()).unwrap();
+    let asked = |policy: String| World::new(&Scenario { policy, ..scenario("native") }).map_err(|e| e.to_string());
+    let Err(said) = asked(file.display().to_string()) else { panic!("it drives") };
+    let words = "must be told who drives (reaction, speed_bias, tracking_error, time_gap_factor, willingness)";
+    assert!(said.contains("teacher.toml") && said.contains(words) && said.contains("remedy: "), "{said}");
+    // With its estimator it finds out by itself.
+    assert!(asked("ring-250-personal".into()).is_ok());
 }

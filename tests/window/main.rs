@@ -1,5 +1,6 @@
 //! The program in real windows on a real X server (Xvfb).
 
+mod anywhere;
 mod display;
 mod drive;
 mod keys;

@@ -10,7 +10,7 @@ use crate::{
     drive_loop::evaluation_drive,
     file,
     metrics::EvaluationResult,
-    policy::{self, Policy},
+    policy,
     scenario::{Scenario, StartLayout},
     settings::{self, fields_of},
     traffic::EngineChoice,
@@ -125,7 +125,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
     let plan = plan::EvaluationPlan::new(matches, &config)?;
     for name in &plan.policies {
-        let policy = policy::build(name, &plan.settings).map_err(|e| CliError::Input(e.to_string()))?;
+        let policy = plan.engage(name);
         // The policy that auto came to, at the hold that nobody named, is no mistake of anybody's.
         let is_auto = plan.resolved.iter().any(|resolved| resolved.name == *name && resolved.why.is_some());
         let holds_s = plan.holds_s.iter().filter(|hold_s| !is_auto || **hold_s != TrainConfig::default().advice.hold_s);
@@ -175,7 +175,7 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
         let Engine::Traffic(traffic) = &plan.engine else {
-            let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
+            let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.engage(&case.policy));
             bar.inc(plan.rings as u64);
             return Ok(verdicts);
         };
@@ -252,11 +252,4 @@ fn worker() -> Result<(), CliError> {
     let verdict = evaluation_drive::evaluate(&Scenario::from_toml(&text, "worker")?)?;
     let verdict = serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?;
     out::line(format_args!("{verdict}"))
-}
-
-impl plan::EvaluationPlan {
-    /// A policy, fresh; [`main`] has seen that it can be built.
-    fn build(&self, name: &str) -> Option<Box<dyn Policy>> {
-        policy::build(name, &self.settings).ok().flatten()
-    }
 }

@@ -5,14 +5,14 @@ use crate::{
     cli::flags,
     driver::{self, DriverError, NamedDriver, Population},
     map::RoadMap,
-    policy::{self, PolicySettings, ResolvedPolicy},
+    policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
     settings::{Settings, fields_of},
     toml_text::did_you_mean,
     traffic::{EngineChoice, UnknownEngine},
     train::TrainConfig,
 };
 use clap::ArgMatches;
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 /// What moves the cars of an evaluation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -190,6 +190,8 @@ pub struct EvaluationPlan {
     pub rings: usize,
     /// What the built-in policies are built from.
     pub settings: PolicySettings,
+    /// The policies themselves, by these names, each read once.
+    pub(super) sources: BTreeMap<String, PolicySource>,
     /// Where to write.
     pub out: Option<PathBuf>,
     /// Figures of adherence too.
@@ -244,7 +246,12 @@ impl EvaluationPlan {
         if !policies.iter().any(|name| name == "none") {
             policies.push("none".into());
         }
+        let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
+        let read = |name: &String| Ok((name.clone(), PolicySource::read(name, &settings)?));
+        let sources = policies.iter().map(read).collect::<Result<_, PolicyError>>();
         Ok(Self {
+            settings,
+            sources: sources.map_err(|e| CliError::Input(e.to_string()))?,
             policies,
             resolved,
             holds_s,
@@ -252,10 +259,14 @@ impl EvaluationPlan {
             engine,
             map,
             rings: matches.get_one::<u32>("over").copied().unwrap_or(20) as usize,
-            settings: config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default()),
             out: matches.get_one::<PathBuf>("out").cloned(),
             adherence: matches.get_flag("adherence"),
         })
+    }
+
+    /// One of the policies, engaged now; `None` for `none`.
+    pub fn engage(&self, name: &str) -> Option<Box<dyn Policy>> {
+        self.sources.get(name)?.engage()
     }
 
     /// Each policy with each hold and each driver.

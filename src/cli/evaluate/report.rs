@@ -259,7 +259,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         let of_case = case.config(config);
         let before_s = 100.0_f64.min(config.ring.warm_up_s);
         let after_s = 500.0_f64.min(config.ring.horizon_s);
-        let trace_of = |name: &str| trajectories(&of_case, "evaluate", [before_s, after_s], || plan.build(name));
+        let trace_of = |name: &str| trajectories(&of_case, "evaluate", [before_s, after_s], || plan.engage(name));
         let (without, with) = (trace_of("none"), trace_of(&case.policy));
         let title = case.words();
         let crash = rows.iter().find(|row| row.case == *case).map(crashes).unwrap_or_default();
@@ -345,7 +345,7 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
                 .iter()
                 .filter_map(|x| {
                     let case = EvaluationCase { driver: who(of(*x)), ..case.clone() };
-                    let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.build(&case.policy));
+                    let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.engage(&case.policy));
                     EvaluationRow { case, verdicts }.point(*x)
                 })
                 .collect(),
@@ -368,6 +368,7 @@ impl EvaluationPlan {
         Self {
             policies: self.policies.clone(),
             resolved: self.resolved.clone(),
+            sources: self.sources.clone(),
             holds_s: self.holds_s.clone(),
             drivers: self.drivers.clone(),
             engine: self.engine.clone(),

@@ -230,6 +230,10 @@ impl Policy for OnnxPolicy {
         is_too_dense(observation, self.description.least_spacing_m)
     }
 
+    fn must_be_told_who_drives(&self) -> bool {
+        self.description.inputs.iter().any(|input| input.feature.is_of_driver())
+    }
+
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         Some(self.description.holds_s)
     }

@@ -5,7 +5,7 @@ use super::WorldError;
 use crate::{
     idm::IdmParams,
     map::{RoadMap, Route},
-    policy::{self, Advice, Advisor, Observation, PolicySettings},
+    policy::{self, Advice, Advisor, Observation, Policy, PolicyError, PolicySettings},
     scenario::Scenario,
     space::CAR_LENGTH_M,
     time::Tick,
@@ -38,6 +38,9 @@ impl AdviceSource {
         let settings = policy_settings(scenario, &map.route);
         let resolved = policy::resolve(&scenario.policy, map);
         let policy = policy::build(&resolved.name, &settings)?;
+        if policy.as_deref().is_some_and(Policy::must_be_told_who_drives) {
+            return Err(PolicyError::MustBeTold { name: resolved.name }.into());
+        }
         // What nobody chose, policy and hold, is no mistake of anybody's.
         let is_chosen =
             resolved.name != policy::resolve(policy::AUTO, map).name || scenario.hold_s != Scenario::default().hold_s;

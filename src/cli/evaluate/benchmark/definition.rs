@@ -65,6 +65,12 @@ pub struct Road {
     pub vehicles: [u32; 2],
     /// Share by which the car-following model differs from ring to ring, either way.
     pub idm_spread: f64,
+    /// Share by which each other car's model differs from that of its ring, either way.
+    #[serde(default)]
+    pub car_spread: f64,
+    /// Share of trucks among the other cars.
+    #[serde(default)]
+    pub truck_share: f64,
 }
 
 /// A driver, or a population of them.
@@ -205,10 +211,14 @@ impl Benchmark {
         for (i, road) in self.roads.iter().enumerate() {
             let fits = road.circumference_m[0] <= road.circumference_m[1] && road.vehicles[0] <= road.vehicles[1];
             let room_m = road.circumference_m[0] / f64::from(road.vehicles[1].max(1));
-            if !fits || road.vehicles[0] < 2 || room_m < 7.5 || !(0.0..0.9).contains(&road.idm_spread) {
+            let least_m = if road.truck_share > 0.0 { 10.0 } else { 7.5 };
+            let is_spread = |spread: f64| (0.0..0.9).contains(&spread);
+            let spreads = is_spread(road.idm_spread) && is_spread(road.car_spread);
+            if !fits || road.vehicles[0] < 2 || room_m < least_m || !spreads || !(0.0..=1.0).contains(&road.truck_share)
+            {
                 let message = format!(
-                    "road `{}` cannot be driven: first the lesser, then the greater number, at least 2 cars, 7.5 m of road \
-                     for each, idm_spread from 0 to 0.9",
+                    "road `{}` cannot be driven: first the lesser, then the greater number, at least 2 cars, {least_m} m of road \
+                     for each, idm_spread and car_spread from 0 to 0.9, truck_share from 0 to 1",
                     road.name
                 );
                 return Err((format!("road.{i}.name"), message));
@@ -317,6 +327,8 @@ impl Benchmark {
                 vehicles_min: road.vehicles[0],
                 vehicles_max: road.vehicles[1],
                 idm_spread: road.idm_spread,
+                car_spread: road.car_spread,
+                truck_share: road.truck_share,
                 bunched_share: 1.0,
                 ..RingConfig::default()
             },

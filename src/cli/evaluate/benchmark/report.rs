@@ -196,7 +196,8 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
         "rings": benchmark.rings,
         "policies": policies,
         "roads": benchmark.roads.iter().zip(&result.roads).map(|(road, state)| json!({
-            "name": road.name, "circumference_m": road.circumference_m, "vehicles": road.vehicles, "idm_spread": road.idm_spread,
+            "name": road.name, "circumference_m": road.circumference_m, "vehicles": road.vehicles, "idm_spread": road.idm_spread, "car_spread": road.car_spread,
+            "truck_share": road.truck_share,
             "equilibrium_mps": state.equilibrium_mps, "rings_with_a_wave": state.unstable,
         })).collect::<Vec<_>>(),
         "cells": result.cells.iter().map(cell).collect::<Vec<_>>(),

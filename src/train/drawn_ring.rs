@@ -1,0 +1,86 @@
+//! Rings as training and judging draw them. In: a configuration and the random numbers of an episode. Out: the layout and the
+//! models of a ring's cars.
+
+use super::{
+    config::{RingConfig, TrainConfig},
+    ring::RingStart,
+};
+use crate::{
+    idm::IdmParams,
+    rng::{self, Stream},
+    space::CAR_LENGTH_M,
+};
+
+/// Length of a truck, metres, and its acceleration as a share of a car's: 7.1 m, and 1.3 of 2.6 m/s2 (docs/references.md: trucks).
+pub const TRUCK_LENGTH_M: f64 = 7.1;
+const TRUCK_ACCEL_SHARE: f64 = 0.5;
+
+/// The model of ring `ring` of those that [`super::evaluate()`] drives for the same arguments, and the gap of its even flow, metres.
+pub fn drawn_ring(config: &TrainConfig, stream: &str, ring: usize) -> (IdmParams, f64) {
+    let drawn = draw_ring(config, &mut episode_stream(config.seed, stream, ring as u64));
+    (drawn.start.idm, drawn.even_gap_m)
+}
+
+/// The random numbers of one episode.
+pub fn episode_stream(seed: u64, stream: &str, number: u64) -> Stream {
+    rng::stream(seed, &format!("{stream}/episode/{number}"))
+}
+
+/// A ring as it was drawn.
+pub struct DrawnRing {
+    /// Gaps and models of its cars.
+    pub start: RingStart,
+    /// Metres.
+    pub length_m: f64,
+    /// Gap of each car in even flow, metres.
+    pub even_gap_m: f64,
+}
+
+/// A ring drawn from the configuration.
+pub fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> DrawnRing {
+    let rings = &config.ring;
+    let span = (rings.vehicles_max - rings.vehicles_min + 1) as usize;
+    let cars = rings.vehicles_min as usize + stream.index(span);
+    let drawn_m = stream.uniform(rings.circumference_min_m, rings.circumference_max_m);
+    // There is nothing to learn where the policy withholds advice.
+    let length_m = drawn_m.max(cars as f64 * rings.least_spacing_m);
+    let idm = vary(&rings.idm, rings.idm_spread, stream);
+    let layout = if stream.uniform(0.0, 1.0) < rings.bunched_share { RingStart::bunched } else { RingStart::even };
+    let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
+    let (own_idm, trucks) = draw_cars(rings, &idm, cars, stream);
+    // The layouts know cars alone; what trucks are longer is no road for gaps.
+    let room_m = length_m - trucks as f64 * (TRUCK_LENGTH_M - CAR_LENGTH_M);
+    let even_gap_m = room_m / cars as f64 - CAR_LENGTH_M;
+    DrawnRing { start: RingStart { own_idm, ..layout(cars, room_m, idm, seed) }, length_m, even_gap_m }
+}
+
+/// The model of each car where they differ, the ego first, who keeps that of the ring; and how many of them are trucks.
+fn draw_cars(rings: &RingConfig, idm: &IdmParams, cars: usize, stream: &mut Stream) -> (Vec<IdmParams>, usize) {
+    if rings.car_spread == 0.0 && rings.truck_share == 0.0 {
+        return (Vec::new(), 0);
+    }
+    let (mut own_idm, mut trucks) = (vec![*idm], 0);
+    for _ in 1..cars {
+        let mut own = vary(idm, rings.car_spread, stream);
+        if stream.uniform(0.0, 1.0) < rings.truck_share {
+            own.a *= TRUCK_ACCEL_SHARE;
+            trucks += 1;
+        }
+        own_idm.push(own);
+    }
+    (own_idm, trucks)
+}
+
+/// A model whose parameters differ by a share of `spread` at most, either way.
+fn vary(idm: &IdmParams, spread: f64, stream: &mut Stream) -> IdmParams {
+    let mut vary = |x: f64| x * (1.0 + spread * stream.uniform(-1.0, 1.0));
+    IdmParams {
+        v0: vary(idm.v0),
+        t: vary(idm.t),
+        a: vary(idm.a),
+        b: vary(idm.b),
+        s0: vary(idm.s0),
+        noise: vary(idm.noise),
+        delta: idm.delta,
+    }
+}
