@@ -173,6 +173,7 @@ impl EvaluationCase {
 }
 
 /// All of it.
+#[derive(Clone)]
 pub struct EvaluationPlan {
     /// Names or files; `none` is always among them.
     pub policies: Vec<String>,

@@ -332,7 +332,7 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let mut holds_s = vec![plan.holds_s[0], plan.holds_s[n / 2], plan.holds_s[n - 1]];
     holds_s.dedup();
     let sweep = |values: &[f64], of: fn(f64) -> [f64; 4]| -> Vec<figures::Series> {
-        let one = EvaluationPlan { drivers: vec![who(BASE)], holds_s: holds_s.clone(), ..plan.copy() };
+        let one = EvaluationPlan { drivers: vec![who(BASE)], holds_s: holds_s.clone(), ..plan.clone() };
         let cases: Vec<EvaluationCase> =
             one.cases().into_iter().filter(|case| case.policy != "none" || case.hold_s == holds_s[0]).collect();
         let line = |case: &EvaluationCase| figures::Series {
@@ -361,22 +361,6 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
         ("half width of a range in which the driver is content, m/s (reaction 1 s, error 0.3 m/s)", deadband),
     ];
     figures::adherence(&charts, &note(plan, config))
-}
-
-impl EvaluationPlan {
-    fn copy(&self) -> Self {
-        Self {
-            policies: self.policies.clone(),
-            resolved: self.resolved.clone(),
-            sources: self.sources.clone(),
-            holds_s: self.holds_s.clone(),
-            drivers: self.drivers.clone(),
-            engine: self.engine.clone(),
-            map: self.map.clone(),
-            out: self.out.clone(),
-            ..*self
-        }
-    }
 }
 
 /// A title as a file's name.

@@ -151,5 +151,5 @@ fn a_tuned_controller_is_judged_on_the_rings_at_the_hold_and_with_the_driver_tha
 #[test]
 fn an_unknown_benchmark_is_told_which_there_are() {
     let Err(CliError::Input(message)) = Benchmark::load("rign") else { panic!("there is none") };
-    assert!(message.contains("did you mean ring") && message.contains("name one of corners, ring"), "{message}");
+    assert!(message.contains("did you mean ring") && message.contains("name one of corners, mixed, ring"), "{message}");
 }
