@@ -201,18 +201,7 @@ impl Learner {
         self.student = Some(student);
         let means = Means::of(&rollouts);
         let iteration = self.iteration() + 1;
-        let row = LearningCurveRow {
-            iteration,
-            env_steps: self.env_steps() + means.steps as u64,
-            mean_mps: means.mean_mps,
-            reward: means.reward,
-            crashes: means.crashes,
-            kl: 0.0,
-            entropy: self.curve.last().map_or(0.0, |row| row.entropy),
-            value_error: 0.0,
-            judged_mps: self.is_judged(iteration).then(|| self.evaluate()),
-            estimator_loss: Some(loss),
-        };
+        let row = LearningCurveRow { estimator_loss: Some(loss), ..self.row(&means) };
         // Only what the finished estimator makes of the policy can be compared with what comes after.
         if iteration == config.run.iterations + config.student.estimator_rounds {
             self.keep_best(&row);
@@ -220,8 +209,21 @@ impl Learner {
         row
     }
 
-    fn env_steps(&self) -> u64 {
-        self.curve.last().map_or(0, |row| row.env_steps)
+    /// The next row of the curve, of a batch with these means in which nothing was learned.
+    fn row(&self, means: &Means) -> LearningCurveRow {
+        let (iteration, last) = (self.iteration() + 1, self.curve.last());
+        LearningCurveRow {
+            iteration,
+            env_steps: last.map_or(0, |row| row.env_steps) + means.steps as u64,
+            mean_mps: means.mean_mps,
+            reward: means.reward,
+            crashes: means.crashes,
+            kl: 0.0,
+            entropy: last.map_or(0.0, |row| row.entropy),
+            value_error: 0.0,
+            judged_mps: self.is_judged(iteration).then(|| self.evaluate()),
+            estimator_loss: None,
+        }
     }
 
     /// One batch and one update of the policy.
@@ -245,18 +247,7 @@ impl Learner {
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
         let seen = self.value_rows(&rollouts);
         let value_error = self.value.fit(&value_shape(c), &seen, &returns, &how, &mut stream);
-        let row = LearningCurveRow {
-            iteration,
-            env_steps: self.env_steps() + means.steps as u64,
-            mean_mps: means.mean_mps,
-            reward: means.reward,
-            crashes: means.crashes,
-            kl: update.kl,
-            entropy: update.entropy,
-            value_error,
-            judged_mps: self.is_judged(iteration).then(|| self.evaluate()),
-            estimator_loss: None,
-        };
+        let row = LearningCurveRow { kl: update.kl, entropy: update.entropy, value_error, ..self.row(&means) };
         self.keep_best(&row);
         row
     }
