@@ -53,6 +53,27 @@ fn a_benchmark_is_the_same_on_one_thread_and_on_two_and_pairs_its_rings() {
     assert!((gain - (mean(both) - mean(none))).abs() < 1e-9, "{gain}");
     assert!(both["worst_seed_mps"].as_f64().unwrap() < mean(both) && none["worst_seed_mps"].is_null());
     assert_eq!(one["roads"][0]["rings_with_a_wave"], 16);
+    assert!(both["over_fastest_single"].is_null(), "there is none beside it");
+}
+
+#[test]
+fn a_row_of_several_seeds_is_set_beside_the_fastest_single_policy_ring_by_ring() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("small.toml");
+    let more = "[[row]]\nname = \"PI\"\npolicies = [\"pi\"]\n[[row]]\nname = \"slow\"\npolicies = [\"constant\"]\n";
+    std::fs::write(&file, SMALL.to_owned() + more).unwrap();
+    let mut program = Command::cargo_bin("codrive").unwrap();
+    program.args(["evaluate", "--json", "--benchmark"]).arg(&file);
+    let judged: Value = serde_json::from_slice(&program.assert().success().get_output().stdout).unwrap();
+    let mean = |k: usize| judged["cells"][k]["mean_speed_mps"]["mean"].as_f64().unwrap();
+    let beside = &judged["cells"][1]["over_fastest_single"];
+    // No advice is cell 0 and does not count.
+    let (name, fastest) = if mean(2) > mean(3) { ("PI", mean(2)) } else { ("slow", mean(3)) };
+    assert_eq!(beside["policy"], name);
+    assert!((beside["gain_mps"]["mean"].as_f64().unwrap() - (mean(1) - fastest)).abs() < 1e-9, "{beside}");
+    let [low, high] = ["low", "high"].map(|end| beside["gain_mps"][end].as_f64().unwrap());
+    assert!(low < mean(1) - fastest && mean(1) - fastest < high);
+    assert!(judged["cells"][2]["over_fastest_single"].is_null(), "one policy is beside none");
 }
 
 #[test]

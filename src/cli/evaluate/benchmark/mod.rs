@@ -131,6 +131,18 @@ impl BenchmarkResult<'_> {
         let row = self.benchmark.rows.iter().position(JudgedPolicy::is_no_advice)?;
         self.cells.iter().find(|other| other.row == row && other.place.is(&cell.place))
     }
+
+    /// The fastest cell of those of one policy at the place of one of several training seeds, no advice aside; and what the latter
+    /// gains over it, ring by ring, m/s. It is chosen on the rings that are judged, to its own advantage.
+    pub fn over_fastest_single(&self, cell: &Cell<'_>) -> Option<(&Cell<'_>, Estimate)> {
+        if cell.results.len() < 2 {
+            return None;
+        }
+        let beside = self.cells.iter().filter(|other| other.results.len() == 1 && other.place.is(&cell.place));
+        let advising = beside.filter(|other| !self.benchmark.rows[other.row].is_no_advice());
+        let fastest = advising.max_by(|a, b| a.speed().mean.total_cmp(&b.speed().mean))?;
+        Some((fastest, cell.gain_over(fastest)?))
+    }
 }
 
 /// Judges everything and writes what came of it.

@@ -54,6 +54,11 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
             text.push_str(HEAD);
             for cell in result.cells.iter().filter(|cell| cell.place.is(place)) {
                 let _ = writeln!(text, "{}", line(result, cell));
+                if let Some((fastest, gain)) = result.over_fastest_single(cell) {
+                    let (name, half) = (&benchmark.rows[fastest.row].name, (gain.high - gain.low) / 2.0);
+                    let _ =
+                        writeln!(text, "      {:+.3} ± {half:.3} over the fastest single policy, {name}", gain.mean);
+                }
                 if let Some(words) = told_apart(cell) {
                     let _ = writeln!(text, "      {words}");
                 }
@@ -173,6 +178,9 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
             "mean_speed_mps": cell.speed(),
             "gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
             "worst_seed_mps": cell.worst_mps(),
+            "over_fastest_single": result.over_fastest_single(cell).map(|(fastest, gain)| {
+                json!({ "policy": benchmark.rows[fastest.row].name, "gain_mps": gain })
+            }),
             "crashes": cell.crashes()[0], "drives": cell.crashes()[1],
             "trait_correlation": cell.trait_correlations().into_iter().collect::<BTreeMap<_, _>>(),
             "trait_coverage_95": cell.trait_coverages().into_iter().collect::<BTreeMap<_, _>>(),
