@@ -1,14 +1,18 @@
 //! Products of the small matrices of a small network: hundreds of rows by 64 columns. In and out: row-major slices.
 //!
-//! Blocks of `ROWS` by `COLUMNS` results stay in registers while the sum runs. A library for large matrices spends
+//! Blocks of rows by `COLUMNS` results stay in registers while the sum runs. A library for large matrices spends
 //! three quarters of its time here on copying blocks into place (measured: matrixmultiply 0.3 at 500 x 64 x 64). Nothing
 //! is fused or reordered by machine, so that the bits are the same on all.
 
 use super::scalar::Real;
 
-/// Results that are summed at once: eight registers of AVX2 in `f32`.
-const ROWS: usize = 4;
+/// Columns of a block of results: one register of AVX-512 in `f32`, two of AVX2.
 const COLUMNS: usize = 16;
+/// Rows of it, so that half of AVX2's sixteen registers hold sums.
+const ROWS: usize = 4;
+/// The same where there is AVX-512, which has twice as many registers, each twice as wide.
+#[cfg(target_arch = "x86_64")]
+const ROWS_AVX512: usize = 12;
 
 /// A row-major matrix, or the transpose of one.
 #[derive(Clone, Copy, Debug)]
@@ -72,9 +76,18 @@ pub fn add_product<T: Real>(a: Matrix<'_, T>, b: Matrix<'_, T>, c: &mut [T]) {
 fn multiply_wide<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
     #[cfg(target_arch = "x86_64")]
     {
+        #[target_feature(enable = "avx512f")]
+        fn avx512<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
+            multiply::<T, ROWS_AVX512>(a, b, columns, c);
+        }
         #[target_feature(enable = "avx2")]
         fn avx2<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
-            multiply(a, b, columns, c);
+            multiply::<T, ROWS>(a, b, columns, c);
+        }
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: the machine has just been asked whether it has AVX-512.
+            unsafe { avx512(a, b, columns, c) };
+            return;
         }
         if std::arch::is_x86_feature_detected!("avx2") {
             // SAFETY: the machine has just been asked whether it has AVX2.
@@ -82,18 +95,22 @@ fn multiply_wide<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]
             return;
         }
     }
-    multiply(a, b, columns, c);
+    multiply::<T, ROWS>(a, b, columns, c);
 }
 
 #[inline(always)]
-fn multiply<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
+fn multiply<T: Real, const R: usize>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
     let whole = columns / COLUMNS * COLUMNS;
-    let even = a.rows / ROWS * ROWS;
+    let even = a.rows / R * R;
+    let rest = even + (a.rows - even) / ROWS * ROWS;
     for j in (0..whole).step_by(COLUMNS) {
-        for i in (0..even).step_by(ROWS) {
+        for i in (0..even).step_by(R) {
+            block::<T, R>(a, i, b, columns, j, c);
+        }
+        for i in (even..rest).step_by(ROWS) {
             block::<T, ROWS>(a, i, b, columns, j, c);
         }
-        for i in even..a.rows {
+        for i in rest..a.rows {
             block::<T, 1>(a, i, b, columns, j, c);
         }
     }
@@ -105,16 +122,29 @@ fn multiply<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
 /// `R` rows from `i` and `COLUMNS` columns from `j`.
 #[inline(always)]
 fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: usize, j: usize, c: &mut [T]) {
-    let (down, right) = a.strides();
     let mut sums = [[T::default(); COLUMNS]; R];
     // Indices, not iterators: whether `zip` is inlined here is for the compiler to say, and without it this takes ten times as
-    // long (measured without link-time optimisation between the parts of a package).
-    for k in 0..a.columns {
-        let row: &[T; COLUMNS] = b[k * columns + j..].first_chunk().expect("a whole block of columns");
-        for (r, sums) in sums.iter_mut().enumerate() {
-            let x = a.data[(i + r) * down + k * right];
-            for l in 0..COLUMNS {
-                sums[l] += x * row[l];
+    // long (measured without link-time optimisation between the parts of a package). Slices are cut to their length outside of
+    // the loop: an index that is checked for each row in it takes as long as the sums.
+    if a.transposed {
+        for k in 0..a.columns {
+            let row: &[T; COLUMNS] = b[k * columns + j..].first_chunk().expect("a whole block of columns");
+            let xs: &[T; R] = a.data[k * a.rows + i..].first_chunk().expect("a whole block of rows");
+            for r in 0..R {
+                for l in 0..COLUMNS {
+                    sums[r][l] += xs[r] * row[l];
+                }
+            }
+        }
+    } else {
+        let rows: [&[T]; R] = std::array::from_fn(|r| &a.data[(i + r) * a.columns..][..a.columns]);
+        for k in 0..a.columns {
+            let row: &[T; COLUMNS] = b[k * columns + j..].first_chunk().expect("a whole block of columns");
+            for r in 0..R {
+                let x = rows[r][k];
+                for l in 0..COLUMNS {
+                    sums[r][l] += x * row[l];
+                }
             }
         }
     }
@@ -130,22 +160,37 @@ fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: 
 #[inline(always)]
 fn column<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let right: Vec<T> = (0..a.columns).map(|k| b[k * columns + j]).collect();
+    // Indices here too, as in `block`.
     if a.transposed {
         for i in 0..a.rows {
-            c[i * columns + j] += right.iter().enumerate().map(|(k, y)| a.data[k * a.rows + i] * *y).sum();
+            let mut sum = T::default();
+            for (k, y) in right.iter().enumerate() {
+                sum += a.data[k * a.rows + i] * *y;
+            }
+            c[i * columns + j] += sum;
         }
         return;
     }
-    for (i, left) in a.data.chunks_exact(a.columns).enumerate() {
+    let whole = a.columns / COLUMNS * COLUMNS;
+    for i in 0..a.rows {
+        let left = &a.data[i * a.columns..(i + 1) * a.columns];
         let mut sums = [T::default(); COLUMNS];
-        let (xs, ys) = (left.chunks_exact(COLUMNS), right.chunks_exact(COLUMNS));
-        let tail: T = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| *x * *y).sum();
-        for (x, y) in xs.zip(ys) {
+        let mut tail = T::default();
+        for k in whole..a.columns {
+            tail += left[k] * right[k];
+        }
+        for first in (0..whole).step_by(COLUMNS) {
+            let x: &[T; COLUMNS] = left[first..].first_chunk().expect("a whole block");
+            let y: &[T; COLUMNS] = right[first..].first_chunk().expect("a whole block");
             for k in 0..COLUMNS {
                 sums[k] += x[k] * y[k];
             }
         }
-        c[i * columns + j] += sums.into_iter().sum::<T>() + tail;
+        let mut sum = T::default();
+        for part in sums {
+            sum += part;
+        }
+        c[i * columns + j] += sum + tail;
     }
 }
 
