@@ -9,7 +9,7 @@ use codrive::{
     scenario::Scenario,
     sim::World,
     space::CAR_LENGTH_M,
-    traffic::{self, EngineChoice, ExternalVehicleState, TrafficSetup},
+    traffic::{self, EngineChoice, ExternalVehicleState, ModelMixture, TrafficSetup},
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -85,6 +85,7 @@ fn a_step_of_either_engine_asks_for_no_memory() {
             map: Arc::clone(&map),
             cars,
             idm,
+            mixture: ModelMixture::default(),
             step_s: STEP_S,
             seed: 1,
             timeout_s: 5.0,

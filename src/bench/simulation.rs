@@ -10,7 +10,7 @@ use crate::{
     scenario::Scenario,
     sim::WorldError,
     traffic::EngineChoice,
-    traffic::{NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},
+    traffic::{ModelMixture, NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},
 };
 use serde::Serialize;
 use std::{sync::Arc, time::Duration};
@@ -74,6 +74,7 @@ fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
         map,
         cars,
         idm: scenario.idm,
+        mixture: ModelMixture::default(),
         step_s: scenario.step_s,
         seed: scenario.seed,
         timeout_s: scenario.traffic_timeout_s,

@@ -6,6 +6,7 @@ use crate::{
     policy::Hold,
     settings::{self, Field, Settings, SettingsError},
     toml_text::did_you_mean,
+    traffic::{EngineChoice, FollowingModel},
 };
 use serde_json::Value;
 use std::path::Path;
@@ -52,6 +53,13 @@ impl Settings for Scenario {
         if !multiple(self.extra_delay_s, crate::time::TICK_S) {
             let text = format!("extra_delay_s is {}; allowed: a multiple of 0.01 s", self.extra_delay_s);
             return Err(("extra_delay_s", text));
+        }
+        if self.other_model != FollowingModel::Idm && self.traffic != EngineChoice::Sumo {
+            let (model, engine) = (self.other_model.name(), &self.traffic);
+            let text = format!(
+                "other_model is {model}; allowed: idm with traffic {engine}; only traffic sumo has other models"
+            );
+            return Err(("other_model", text));
         }
         if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
             return Err(("hold_s", format!("{fault}, at least one")));
@@ -104,6 +112,14 @@ mod tests {
     fn a_wrong_type_is_named_with_line_and_column() {
         assert!(fault("seed = 1\nvehicles = \"many\"").starts_with("trial.toml:2:12: invalid type: string \"many\""));
         assert!(fault("units = \"knots\"").starts_with("trial.toml:1:9: unknown value `knots`; allowed: `mph`, `kmh`"));
+    }
+
+    #[test]
+    fn a_model_that_the_engine_does_not_have_is_refused() {
+        let text = fault("traffic = \"native\"\nother_model = \"krauss\"\n");
+        assert!(text.contains("trial.toml:2:") && text.contains("allowed: idm with traffic native"), "{text}");
+        let of = |text: &str| Scenario::from_toml(text, "x").unwrap().other_model;
+        assert_eq!(of("other_model = \"eidm\"\nother_model_share = 0.5"), FollowingModel::Eidm);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::{
     map::Route,
     policy::{self, Hold},
     settings::flat_settings,
-    traffic::EngineChoice,
+    traffic::{EngineChoice, FollowingModel},
     units::SpeedUnit,
 };
 use schemars::JsonSchema;
@@ -37,6 +37,11 @@ flat_settings! {
             traffic_timeout_s: f64 = 5.0,
             /// Car-following model of the other cars: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
+            /// Car-following model of a share of the other cars, SUMO's own with its own numbers and noise; all but idm need traffic sumo
+            other_model: FollowingModel = FollowingModel::Idm,
+            /// That share
+            #[schemars(range(min = 0.0, max = 1.0))]
+            other_model_share: f64 = 1.0,
             /// Largest lateral acceleration of the other cars in bends; 0 is automatic: 3, and no bound on a ring, whose models know
             /// none; 100 sets no bound anywhere
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2", "formerly" = "bend_mps2"))]

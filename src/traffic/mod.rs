@@ -6,6 +6,7 @@ mod bends;
 mod choice;
 mod ego;
 mod interrupt;
+mod mixture;
 mod motion;
 mod native;
 mod noise;
@@ -14,6 +15,7 @@ pub mod sumo;
 
 pub use choice::{EngineChoice, UnknownEngine};
 pub use interrupt::{Interruption, interrupt, is_interrupted};
+pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
@@ -70,6 +72,8 @@ pub struct TrafficSetup {
     pub cars: Vec<InitialVehicle>,
     /// Model of every car, noise included.
     pub idm: IdmParams,
+    /// Other cars that have another one.
+    pub mixture: ModelMixture,
     /// Length of a step, seconds.
     pub step_s: f64,
     /// Seed of the noise.
@@ -212,6 +216,9 @@ pub enum TrafficError {
     /// The program was told to end while it waited.
     #[error("interrupted while waiting for SUMO")]
     Interrupted,
+    /// Other models are SUMO's, and this engine is not SUMO in this process.
+    #[error("other cars cannot follow by {}: only SUMO in this program has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
+    NoSuchModel(FollowingModel),
     /// The setup cannot be simulated.
     #[error("{0}")]
     Setup(String),

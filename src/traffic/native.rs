@@ -45,6 +45,7 @@ impl NativeTraffic {
     /// If the setup cannot be simulated.
     pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
+        setup.check_has_one_model()?;
         let n = setup.cars.len();
         let route = &setup.map.route;
         let cars = setup.cars.iter().zip(0..).map(|(start, id)| {

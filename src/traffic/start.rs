@@ -1,7 +1,7 @@
 //! Starting layouts on a closed route, and what a setup must fulfil before an engine takes it. In: number of cars, length
 //! of the route, gap at a standstill, speed. Out: [`InitialVehicle`]s, or what is wrong and what is allowed. Metres, m/s.
 
-use super::{InitialVehicle, TrafficError, TrafficSetup};
+use super::{FollowingModel, InitialVehicle, TrafficError, TrafficSetup};
 use crate::space::CAR_LENGTH_M;
 
 /// The share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (docs/references.md: ring).
@@ -50,6 +50,14 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
 }
 
 impl TrafficSetup {
+    /// Fails where other cars have a model that only SUMO in this process has.
+    pub(super) fn check_has_one_model(&self) -> Result<(), TrafficError> {
+        match self.mixture.model {
+            FollowingModel::Idm => Ok(()),
+            model => Err(TrafficError::NoSuchModel(model)),
+        }
+    }
+
     /// Fails if no engine can simulate this.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use crate::{
     idm::IdmParams,
     map::RoadMap,
     space::CAR_LENGTH_M,
-    traffic::{InitialVehicle, NativeTraffic, Traffic, TrafficSetup},
+    traffic::{InitialVehicle, ModelMixture, NativeTraffic, Traffic, TrafficSetup},
 };
 use std::sync::Arc;
 
@@ -74,6 +74,7 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         map,
         cars: places,
         idm: quiet(),
+        mixture: ModelMixture::default(),
         step_s: 0.1,
         seed: 1,
         timeout_s: 5.0,

@@ -18,7 +18,9 @@ use codrive::{
     idm::IdmParams,
     map::RoadMap,
     space::CAR_LENGTH_M,
-    traffic::{self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, Traffic, TrafficSetup, start},
+    traffic::{
+        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, ModelMixture, Traffic, TrafficSetup, start,
+    },
 };
 use std::{
     sync::{Arc, Mutex, MutexGuard},
@@ -55,7 +57,8 @@ fn model(noise: f64) -> IdmParams {
 fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
     let map = Arc::new(RoadMap::load(map).expect("the map is in the project"));
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
-    TrafficSetup { map, cars, idm, step_s: STEP_S, seed: 1, timeout_s: 5.0, lateral_accel_mps2: None }
+    let mixture = ModelMixture::default();
+    TrafficSetup { map, cars, idm, mixture, step_s: STEP_S, seed: 1, timeout_s: 5.0, lateral_accel_mps2: None }
 }
 
 /// The paper's ring: 22 cars at its speed.

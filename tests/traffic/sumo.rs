@@ -1,7 +1,7 @@
 //! SUMO in this process: that it is absent, in use, started often.
 
 use super::*;
-use codrive::traffic::{TrafficError, sumo::SumoTraffic};
+use codrive::traffic::{FollowingModel, TrafficError, sumo::SumoTraffic};
 
 #[test]
 fn without_sumo_the_error_names_the_remedy_and_the_native_engine_works() {
@@ -39,6 +39,42 @@ fn fifty_starts_in_one_process_are_alike() {
     for _ in 0..50 {
         assert!(first == bits(&run_free(&EngineChoice::Sumo, ring(0.2), 20)));
     }
+}
+
+#[test]
+fn a_car_of_another_model_drives_by_it() {
+    let _alone = alone();
+    // Two cars at rest, each with 120 m of free road.
+    let pair = |of_others, seed| {
+        let mixture = ModelMixture { model: of_others, share: 1.0 };
+        let setup = TrafficSetup { mixture, seed, ..even("ring-250", 2, model(0.0), 0.0) };
+        run_free(&EngineChoice::Sumo, setup, 30)
+    };
+    let after_3_s = |model, seed| {
+        let history = pair(model, seed);
+        [history[30][0].speed_mps, history[30][1].speed_mps]
+    };
+    // The IDM pulls away with 1 m/s2. Krauss's car does with 2.6, of which it dawdles away on average a quarter (sigma is
+    // 0.5 and chance even), 5.85 m/s after 3 s; ten cars' mean errs by less than 0.15.
+    let [ego, other] = after_3_s(FollowingModel::Idm, 1);
+    assert!((ego - 3.0).abs() < 0.1 && (other - 3.0).abs() < 0.1, "{ego} {other}");
+    let mean = (1..=10).map(|seed| after_3_s(FollowingModel::Krauss, seed)[1]).sum::<f64>() / 10.0;
+    assert!((mean - 5.85).abs() < 0.4, "{mean}");
+    let beside = after_3_s(FollowingModel::Krauss, 1)[0];
+    assert!((beside - 3.0).abs() < 0.1, "the ego has the drive's own model: {beside}");
+    assert!((after_3_s(FollowingModel::Eidm, 1)[1] - other).abs() > 0.1);
+    // Its chance is the seed's.
+    let bits_of = |seed| bits(&pair(FollowingModel::Krauss, seed));
+    assert!(bits_of(1) == bits_of(1) && bits_of(1) != bits_of(2));
+}
+
+#[test]
+fn engines_without_other_models_refuse_them() {
+    let mixture = ModelMixture { model: FollowingModel::Krauss, share: 0.5 };
+    let error =
+        traffic::start(&EngineChoice::Native, TrafficSetup { mixture, ..ring(0.0) }).err().expect("it has none");
+    assert!(matches!(error, TrafficError::NoSuchModel(FollowingModel::Krauss)), "{error}");
+    assert!(error.to_string().contains("remedy: --traffic sumo"), "{error}");
 }
 
 #[test]

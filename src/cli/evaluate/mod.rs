@@ -13,7 +13,7 @@ use crate::{
     policy,
     scenario::{Scenario, StartLayout},
     settings::{self, fields_of},
-    traffic::EngineChoice,
+    traffic::{EngineChoice, FollowingModel},
     train::{TrainConfig, evaluate},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, parser::ValueSource, value_parser};
@@ -59,7 +59,7 @@ pub(super) fn command() -> Command {
                 "Judge the policies of a benchmark on its sealed rings: ring, or a file like assets/benchmarks/ring.toml; with --over, \
                  --out and --json alone",
             )
-            .conflicts_with_all(["policy", "holds", "driver", "engine", "config", "adherence", "aim", "map"]),
+            .conflicts_with_all(["policy", "holds", "driver", "engine", "config", "adherence", "aim", "map", "other-model", "other-share"]),
         )
         .arg(
             option(
@@ -69,6 +69,16 @@ pub(super) fn command() -> Command {
             )
             .default_value("ring")
             .value_parser(PossibleValuesParser::new(["ring", "native", "sumo"])),
+        )
+        .arg(
+            option("other-model", "WORD", "Car-following model of a share of the other cars, with --engine sumo")
+                .default_value(FollowingModel::default().name())
+                .value_parser(FollowingModel::ALL.map(FollowingModel::name)),
+        )
+        .arg(
+            option("other-share", "SHARE", "That share, 0 to 1; who they are is drawn for each ring")
+                .default_value("1")
+                .value_parser(value_parser!(f64)),
         )
         .arg(
             option("map", "NAME", "Road of whole drives, and of --policy auto")
@@ -208,6 +218,8 @@ fn whole(
         traffic: traffic.clone(),
         vehicles: config.ring.vehicles_min,
         idm: config.ring.idm,
+        other_model: plan.mixture.model,
+        other_model_share: plan.mixture.share,
         start: if config.ring.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
         warm_up_s: config.ring.warm_up_s,
         duration_s: config.ring.horizon_s,

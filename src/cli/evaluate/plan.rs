@@ -8,7 +8,7 @@ use crate::{
     policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
     settings::{Settings, fields_of},
     toml_text::did_you_mean,
-    traffic::{EngineChoice, UnknownEngine},
+    traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
     train::TrainConfig,
 };
 use clap::ArgMatches;
@@ -185,6 +185,8 @@ pub struct EvaluationPlan {
     pub drivers: Vec<FollowingDriver>,
     /// What moves the cars.
     pub engine: Engine,
+    /// Other cars with another model, in whole drives.
+    pub mixture: ModelMixture,
     /// Road of whole drives.
     pub map: String,
     /// How many rings for each case.
@@ -257,6 +259,7 @@ impl EvaluationPlan {
             resolved,
             holds_s,
             drivers,
+            mixture: mixture(matches, &engine)?,
             engine,
             map,
             rings: matches.get_one::<u32>("over").copied().unwrap_or(20) as usize,
@@ -291,6 +294,22 @@ impl EvaluationPlan {
         }
         same
     }
+}
+
+/// Other cars with another model, from the command line.
+fn mixture(matches: &ArgMatches, engine: &Engine) -> Result<ModelMixture, CliError> {
+    let word = matches.get_one::<String>("other-model").map_or("", String::as_str);
+    let model = FollowingModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or_default();
+    let share = matches.get_one::<f64>("other-share").copied().unwrap_or(1.0);
+    if !(0.0..=1.0).contains(&share) {
+        return Err(CliError::Input(format!("--other-share is {share}; allowed: 0 to 1")));
+    }
+    if model != FollowingModel::Idm && *engine != Engine::Traffic(EngineChoice::Sumo) {
+        return Err(CliError::Input(format!(
+            "--other-model is {word}; engine {engine} has only idm\n  remedy: --engine sumo"
+        )));
+    }
+    Ok(ModelMixture { model, share })
 }
 
 #[cfg(test)]

@@ -9,7 +9,9 @@ use crate::{
     sim::snapshot::VehicleSnapshot,
     space::CAR_LENGTH_M,
     time::TICK_S,
-    traffic::{self, CarState, ExternalVehicleState, InitialVehicle, Traffic, TrafficError, TrafficSetup},
+    traffic::{
+        self, CarState, ExternalVehicleState, InitialVehicle, ModelMixture, Traffic, TrafficError, TrafficSetup,
+    },
 };
 use std::{sync::Arc, time::Duration};
 
@@ -40,6 +42,7 @@ impl TrafficCoupling {
             cars: start_cars(scenario, &map.route)?,
             map: Arc::clone(map),
             idm: scenario.idm,
+            mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
             step_s: scenario.step_s,
             seed: scenario.seed,
             timeout_s: scenario.traffic_timeout_s,

@@ -32,7 +32,7 @@ use crate::{
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
 use glam::{DVec2, dvec2};
-use options::{DEFAULT_DELTA, TYPE_IN_FILE, TypeFile};
+use options::{DEFAULT_DELTA, OTHER_TYPE_IN_FILE, TYPE_IN_FILE, TypeFile};
 use remote::Remote;
 use shim::{Command, CommandKind, Record, Shim};
 use simulation::Simulation;
@@ -40,6 +40,8 @@ use std::{path::Path, sync::Arc, time::Duration};
 
 /// Name of the cars' type and route in SUMO.
 const NAME: &str = "codrive";
+/// Name of the type of cars with another model.
+const OTHER_NAME: &str = "codrive.other-model";
 /// SUMO sees a car whose front is up to 2.0 m off the centre of a lane of 3.2 m, on one side further. Whether others see
 /// the ego is decided in [`ego`]; SUMO is told no more than this.
 const MAX_OFFSET_M: f64 = 1.5;
@@ -52,6 +54,8 @@ pub struct SumoTraffic {
     map: Arc<RoadMap>,
     step_s: f64,
     noise: Noise,
+    /// Cars whose model has a noise of its own.
+    has_other_model: Vec<bool>,
     commands: Vec<Command>,
     records: Vec<Record>,
     /// The speed that each car's model starts from in the next step, m/s: SUMO's own plus noise.
@@ -94,9 +98,10 @@ impl SumoTraffic {
     fn start_unchecked(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
         let mut shim = Shim::open(home)?;
-        let types = if setup.idm.delta == DEFAULT_DELTA { None } else { Some(TypeFile::write(setup.idm.delta)?) };
+        let types = TypeFile::of(&setup)?;
         let net = setup.map.net_file.display().to_string();
-        shim.start(&options::options(&net, setup.step_s, types.as_ref().map(|file| file.0.as_path())))?;
+        let types = types.as_ref().map(|file| file.0.as_path());
+        shim.start(&options::options(&net, setup.step_s, types, setup.seed))?;
         let description = format!("{} in process", shim.version()?);
         Self::populate(Simulation::Here(shim), setup, description)
     }
@@ -108,6 +113,7 @@ impl SumoTraffic {
     /// simulated.
     pub fn connect(host: &str, port: u16, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
+        setup.check_has_one_model()?;
         if setup.idm.delta != DEFAULT_DELTA {
             return Err(TrafficError::Setup(format!(
                 "IDM parameter delta = {}: a SUMO that runs elsewhere knows only {DEFAULT_DELTA}; use --traffic sumo",
@@ -118,7 +124,7 @@ impl SumoTraffic {
         let description = format!("{} at {host}:{port}", remote.version());
         let its_net = remote.option("net-file")?;
         let net = if its_net.is_empty() { setup.map.net_file.display().to_string() } else { its_net };
-        remote.load(&options::options(&net, setup.step_s, None))?;
+        remote.load(&options::options(&net, setup.step_s, None, setup.seed))?;
         Self::populate(Simulation::Elsewhere(Box::new(remote)), setup, description)
     }
 
@@ -129,14 +135,24 @@ impl SumoTraffic {
         let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
         simulation.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
         simulation.add_route(NAME, &options::endless_edges(route))?;
+        let n = setup.cars.len();
+        let has_other_model = setup.mixture.members(n, setup.seed);
+        let others = has_other_model.iter().filter(|has| **has).count();
+        let mut description = description;
+        if others > 0 {
+            simulation.add_type(OTHER_TYPE_IN_FILE, OTHER_NAME, &options::other_vehicle_type(&setup.idm))?;
+            let model = setup.mixture.model.sumo_name();
+            description += &format!(", {others} of {} other cars by {model}", n - 1);
+        }
         for (i, car) in setup.cars.iter().enumerate() {
             let (lane, position_m) = route.lane_at(car.s_m);
-            simulation.add_car((&format!("car{i}"), NAME, NAME), lane, position_m, car.speed_mps)?;
+            let kind = if has_other_model[i] { OTHER_NAME } else { NAME };
+            simulation.add_car((&format!("car{i}"), NAME, kind), lane, position_m, car.speed_mps)?;
         }
-        let n = setup.cars.len();
         let corner = route.lanes().iter().flat_map(|lane| &lane.shape).fold(DVec2::MAX, |low, point| low.min(*point));
         let mut traffic = Self {
             noise: Noise::new(&setup),
+            has_other_model,
             commands: Vec::with_capacity(3 * n + 2),
             records: vec![Record::default(); n],
             start_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
@@ -322,7 +338,8 @@ impl Traffic for SumoTraffic {
         self.asked = None;
         for i in 0..self.cars.len() {
             let chosen_mps = self.records[i].speed_mps;
-            let after_mps = self.noise.push(chosen_mps);
+            let noisy_mps = self.noise.push(chosen_mps);
+            let after_mps = if self.has_other_model[i] { chosen_mps } else { noisy_mps };
             match &ego {
                 Some((report, point)) if i == EGO.0 as usize => {
                     ego::follow(&mut self.cars[0], report, point.s_m, self.step_s);

@@ -8,7 +8,7 @@ use crate::{
     data_folders, file,
     map::{RoadMap, limits::MOST_BYTES},
     space::CAR_LENGTH_M,
-    traffic::{ExternalVehicleState, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
+    traffic::{ExternalVehicleState, ModelMixture, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
 };
 use sha2::{Digest, Sha256};
 use std::{
@@ -173,8 +173,16 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     let fit = (length_m / (2.0 * CAR_LENGTH_M + idm.s0)) as usize;
     let cars = start::even(fit.clamp(2, MOST_CARS), length_m, idm.s0, 0.0)?;
     let step_s = 0.1;
-    let setup =
-        TrafficSetup { map: Arc::clone(&map), cars, idm, step_s, seed: 1, timeout_s: 1.0, lateral_accel_mps2: None };
+    let setup = TrafficSetup {
+        map: Arc::clone(&map),
+        cars,
+        idm,
+        mixture: ModelMixture::default(),
+        step_s,
+        seed: 1,
+        timeout_s: 1.0,
+        lateral_accel_mps2: None,
+    };
     let mut traffic = SumoTraffic::start_unchecked(&super::home()?, setup)?;
     for step in 0..STEPS {
         let ego = traffic.cars()[0];

@@ -6,7 +6,7 @@ use crate::{
     idm::IdmParams,
     map::Route,
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
-    traffic::{EMERGENCY_BRAKING_MPS2, TrafficError},
+    traffic::{EMERGENCY_BRAKING_MPS2, FollowingModel, TrafficError, TrafficSetup},
 };
 use std::{
     fs::{self, OpenOptions},
@@ -21,7 +21,7 @@ pub(super) const DEFAULT_DELTA: f64 = 4.0;
 const ENDLESS_M: f64 = 1.0e6;
 
 /// Options of SUMO's command line.
-pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>) -> Vec<String> {
+pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -> Vec<String> {
     let step = format!("{step_s:.3}");
     let mut options: Vec<String> = [
         ("--net-file", net),
@@ -43,6 +43,8 @@ pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>) -> Vec<Strin
     .iter()
     .flat_map(|(name, value)| [(*name).to_string(), (*value).to_string()])
     .collect();
+    // Its own random numbers are those of other models than the IDM. SUMO takes 31 bits.
+    options.extend(["--seed".to_string(), (seed % (1 << 31)).to_string()]);
     if let Some(types) = types {
         options.extend(["--additional-files".to_string(), types.display().to_string()]);
     }
@@ -63,6 +65,19 @@ pub(super) fn vehicle_type(idm: &IdmParams) -> VehicleType {
     }
 }
 
+/// The type of cars with another model: as long and wide, and else with SUMO's own numbers for a passenger car, which
+/// its models share.
+pub(super) fn other_vehicle_type(idm: &IdmParams) -> VehicleType {
+    VehicleType {
+        accel_mps2: 2.6,
+        decel_mps2: 4.5,
+        emergency_decel_mps2: EMERGENCY_BRAKING_MPS2,
+        time_gap_s: 1.0,
+        min_gap_m: 2.5,
+        ..vehicle_type(idm)
+    }
+}
+
 /// Laps without end: the normal edges of the route (SUMO adds the insides of junctions), so often that no drive gets
 /// through.
 pub(super) fn endless_edges(route: &Route) -> Vec<String> {
@@ -72,20 +87,35 @@ pub(super) fn endless_edges(route: &Route) -> Vec<String> {
     lap.iter().cycle().take(lap.len() * laps).cloned().collect()
 }
 
-/// A file that declares an IDM type with an exponent of its own, which no call of SUMO can change; removed when dropped.
+/// A file that declares what no call of SUMO can change: an IDM type with an exponent of its own, and a type with another
+/// model; removed when dropped.
 pub(super) struct TypeFile(pub PathBuf);
 
-/// Name of the type in a [`TypeFile`].
+/// Name of the cars' type in a [`TypeFile`].
 pub(super) const TYPE_IN_FILE: &str = "codrive.delta";
+/// Name of the type of cars with another model.
+pub(super) const OTHER_TYPE_IN_FILE: &str = "codrive.other";
 
 impl TypeFile {
-    pub fn write(delta: f64) -> Result<Self, TrafficError> {
+    /// One, where this setup needs it.
+    pub fn of(setup: &TrafficSetup) -> Result<Option<Self>, TrafficError> {
+        let (delta, other) = (setup.idm.delta, setup.mixture.model);
+        let mut types = String::new();
+        if delta != DEFAULT_DELTA {
+            types += &format!("  <vType id=\"{TYPE_IN_FILE}\" carFollowModel=\"IDM\" delta=\"{delta}\"/>\n");
+        }
+        if other != FollowingModel::Idm {
+            let model = other.sumo_name();
+            types += &format!("  <vType id=\"{OTHER_TYPE_IN_FILE}\" carFollowModel=\"{model}\"/>\n");
+        }
+        if types.is_empty() { Ok(None) } else { Self::write(&types).map(Some) }
+    }
+
+    fn write(types: &str) -> Result<Self, TrafficError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("codrive-{}-{number}.add.xml", std::process::id()));
-        let text = format!(
-            "<additional>\n  <vType id=\"{TYPE_IN_FILE}\" carFollowModel=\"IDM\" delta=\"{delta}\"/>\n</additional>\n"
-        );
+        let text = format!("<additional>\n{types}</additional>\n");
         let written = OpenOptions::new().write(true).create_new(true).open(&path);
         let written = written.and_then(|mut file| file.write_all(text.as_bytes()));
         written.map_err(|error| TrafficError::Setup(format!("{}: {error}", path.display())))?;
