@@ -270,7 +270,7 @@ mod tests {
     fn what_is_embedded_is_what_is_shipped_and_is_written_whole_once() {
         let project = Path::new(env!("CARGO_MANIFEST_DIR"));
         for (name, bytes) in EMBEDDED {
-            assert_eq!(fs::read(project.join(name)).unwrap(), *bytes, "{name}");
+            assert!(fs::read(project.join(name)).unwrap() == *bytes, "{name}");
         }
         let names: Vec<&str> = EMBEDDED.iter().map(|(name, _)| *name).collect();
         for name in [

@@ -66,10 +66,31 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     bar.finish_and_clear();
     save(dir, &learner)?;
+    if let Some(learned) = learn_silence(&mut learner) {
+        save(dir, &learner)?;
+        out::line(format_args!("{learned}"))?;
+    }
     let (_, iteration, judged_mps) = learner.best();
     let judged = judged_mps.map_or("not judged yet".into(), |v| format!("{v:.3} m/s over whole horizons"));
     out::line(format_args!("{}: update {iteration} of {}, {judged}", dir.join(POLICY).display(), learner.iteration()))?;
     Ok(())
+}
+
+/// What was learned of silence, in words, if that was still to be learned.
+fn learn_silence(learner: &mut Learner) -> Option<String> {
+    let rings = learner.config().silence.silence_rings;
+    let spinner =
+        ProgressBar::new_spinner().with_message(format!("{rings} rings with advice and without: where to be silent"));
+    spinner.enable_steady_tick(Duration::from_millis(200));
+    let learned = learner.learn_silence();
+    spinner.finish_and_clear();
+    let learned = learned?;
+    Some(format!(
+        "silence learned from {} pairs of drives: nothing is advised in {:.1} % of what was seen; the gain of one ring is told to {:.2} m/s",
+        learned.pairs,
+        100.0 * learned.silent_share,
+        learned.error_mps
+    ))
 }
 
 /// The configuration that the command line asks for.

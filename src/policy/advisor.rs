@@ -55,13 +55,7 @@ impl Advisor {
         if !due {
             return None;
         }
-        if policy.abstains(observation) {
-            // Once: an evaluation has hundreds of advisors.
-            static SAID: std::sync::Once = std::sync::Once::new();
-            SAID.call_once(|| {
-                let (length_m, cars) = (observation.circumference_m, observation.vehicles);
-                log::warn!("the policy withholds advice on {length_m:.0} m with {cars} cars: advice would slow them")
-            });
+        if policy.abstains(time_s, observation) {
             self.standing = None;
             return None;
         }
@@ -184,7 +178,7 @@ mod tests {
     fn a_silent_policy_is_not_asked_and_nothing_stands() {
         struct Shy;
         impl Policy for Shy {
-            fn abstains(&self, observation: &Observation) -> bool {
+            fn abstains(&mut self, _: f64, observation: &Observation) -> bool {
                 observation.speed_mps < 1.0
             }
             fn act(&mut self, _: f64, observation: &Observation) -> Action {

@@ -1,19 +1,25 @@
-//! A network that is helped: by an estimator that tells it who drives, by a controller whose speed it corrects, or by both.
-//! In: an [`Observation`] each step. Out: an [`Action`] each hold.
+//! A network that is helped: by an estimator that tells it who drives, by a controller whose speed it corrects, by an expectation
+//! that tells it where to be silent. In: an [`Observation`] each step. Out: an [`Action`] each hold.
 //!
 //! A network beside a controller is a residual policy (Silver 2018; PeRP 2023 has one over a piecewise-constant policy): its
 //! output is added to the controller's speed, so that a network that has learned nothing is as good as the controller.
 
 use super::{
-    Action, Controller, DriverEstimate, DriverEstimator, EngagedController, Observation, Policy,
+    Action, Controller, DriverEstimate, DriverEstimator, EngagedController, ExpectedGain, Observation, Policy,
     identification::Identification,
 };
+
+/// How long silence stands, s, before it is asked for again. While nothing is advised the driver shows nothing of himself, what is
+/// known of him fades, and advice that comes back too soon does its harm anew.
+const SILENCE_STANDS_S: f64 = 600.0;
 
 /// A policy and what it is told beside the traffic.
 pub struct AssistedPolicy {
     network: Box<dyn Policy>,
     driver: Option<Identification>,
     controller: Option<EngagedController>,
+    expected_gain: Option<ExpectedGain>,
+    silent_until_s: f64,
     step_s: f64,
 }
 
@@ -23,10 +29,25 @@ impl AssistedPolicy {
         network: Box<dyn Policy>,
         estimator: Option<DriverEstimator>,
         controller: Option<Controller>,
+        expected_gain: Option<ExpectedGain>,
         step_s: f64,
     ) -> Self {
         let controller = controller.map(|controller| EngagedController::new(&controller, step_s));
-        Self { network, driver: estimator.map(Identification::new), controller, step_s }
+        Self {
+            network,
+            driver: estimator.map(Identification::new),
+            controller,
+            expected_gain,
+            silent_until_s: 0.0,
+            step_s,
+        }
+    }
+
+    /// What the network sees.
+    fn assisted(&self, time_s: f64, observation: &Observation) -> Observation {
+        let controller_mps = self.controller.as_ref().map(|c| c.command_mps(time_s, observation));
+        let driver = self.driver.as_ref().map_or(observation.driver, |driver| Some(driver.estimate().mean));
+        Observation { driver, controller_mps, ..*observation }
     }
 }
 
@@ -41,14 +62,20 @@ impl Policy for AssistedPolicy {
     }
 
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action {
-        let controller_mps = self.controller.as_ref().map(|c| c.command_mps(time_s, observation));
-        let driver = self.driver.as_ref().map_or(observation.driver, |driver| Some(driver.estimate().mean));
-        let action = self.network.act(time_s, &Observation { driver, controller_mps, ..*observation });
-        residual(controller_mps, action)
+        let seen = self.assisted(time_s, observation);
+        residual(seen.controller_mps, self.network.act(time_s, &seen))
     }
 
-    fn abstains(&self, observation: &Observation) -> bool {
-        self.network.abstains(observation)
+    fn abstains(&mut self, time_s: f64, observation: &Observation) -> bool {
+        let seen = self.assisted(time_s, observation);
+        if self.network.abstains(time_s, &seen) {
+            return true;
+        }
+        if time_s >= self.silent_until_s && self.expected_gain.as_ref().is_some_and(|gain| gain.asks_for_silence(&seen))
+        {
+            self.silent_until_s = time_s + SILENCE_STANDS_S;
+        }
+        time_s < self.silent_until_s
     }
 
     fn must_be_told_who_drives(&self) -> bool {

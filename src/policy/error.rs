@@ -72,6 +72,9 @@ pub enum SettingFault {
     /// A negative or no spacing.
     #[error("least_spacing_m must be 0 or more")]
     LeastSpacing,
+    /// The bound of what is expected to be gained is no number.
+    #[error("silent_below_mps must be a finite number")]
+    SilentBelow,
     /// An input has no range.
     #[error("input {}: `to` must be above `from`", .0.name())]
     Input(Feature),

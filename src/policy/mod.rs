@@ -5,6 +5,7 @@ mod advisor;
 mod assisted;
 mod controller;
 mod error;
+mod expected_gain;
 mod follower_stopper;
 mod hold;
 pub mod identification;
@@ -26,11 +27,12 @@ pub use controller::{
     CONTROLLERS, Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController,
 };
 pub use error::{PolicyFileError, PolicyFileFault, SettingFault};
+pub use expected_gain::{ExpectedGain, ExpectedGainFault};
 pub use follower_stopper::FollowerStopper;
 pub use hold::{Hold, HoldError};
 pub use identification::{DriverEstimate, DriverEstimator, DriverTraits};
 pub use linear_feedback::LinearFeedback;
-pub use network::{FORMAT, Network, NetworkFault, NetworkLayer, NetworkOutput, bounded};
+pub use network::{FORMAT, LayerFault, Network, NetworkFault, NetworkLayer, NetworkOutput, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
@@ -121,9 +123,10 @@ pub trait Policy: Send {
     /// The action for the hold that begins now, `time_s` after the policy was engaged.
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action;
 
-    /// True where it knows that advice would not help: nothing is shown then, and the driver drives as without.
-    fn abstains(&self, observation: &Observation) -> bool {
-        let _ = observation;
+    /// True where it knows that advice would not help: nothing is shown for the hold that begins now, `time_s` after it was
+    /// engaged, and the driver drives as without.
+    fn abstains(&mut self, time_s: f64, observation: &Observation) -> bool {
+        let _ = (time_s, observation);
         false
     }
 

@@ -2,8 +2,9 @@
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
 use super::{
-    Action, AssistedPolicy, Controller, DriverEstimator, NetworkInput, Observation, Policy, PolicyFileError,
-    PolicyFileFault, SettingFault, identification::EstimatorFault, observe::is_too_dense,
+    Action, AssistedPolicy, Controller, DriverEstimator, ExpectedGain, NetworkInput, Observation, Policy,
+    PolicyFileError, PolicyFileFault, SettingFault, expected_gain::ExpectedGainFault, identification::EstimatorFault,
+    observe::withholds_advice,
 };
 use crate::{file::read_text, toml_text::did_you_mean_file};
 use serde::{Deserialize, Serialize};
@@ -65,6 +66,9 @@ pub struct Network {
     /// What tells it who drives, where it asks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimator: Option<DriverEstimator>,
+    /// What tells it where to be silent, where it has learned that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected_gain: Option<ExpectedGain>,
 }
 
 /// The most that a policy file may hold, bytes: layers of 64 and 64 numbers take 0.1 MB.
@@ -82,9 +86,29 @@ pub enum NetworkFault {
     /// Another kind of file, or of another version.
     #[error("format is `{}`; known is `{}`", .0, FORMAT)]
     Format(String),
+    /// Its layers do not fit together.
+    #[error(transparent)]
+    Layers(#[from] LayerFault),
+    /// What it expects to gain cannot be told.
+    #[error(transparent)]
+    ExpectedGain(#[from] ExpectedGainFault),
+    /// Its estimator of the driver cannot be used.
+    #[error(transparent)]
+    Estimator(#[from] EstimatorFault),
+    /// A number that cannot be.
+    #[error(transparent)]
+    Setting(#[from] SettingFault),
+    /// A single level, or holds that cannot be.
+    #[error("levels or holds_s cannot be used")]
+    LevelsOrHolds,
+}
+
+/// Why layers do not fit together.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LayerFault {
     /// A layer does not take what the one before it gives.
     #[error("layer {layer} has {inputs} inputs; what is before it gives {given}")]
-    LayerInputs {
+    Inputs {
         /// Which layer, from 0.
         layer: usize,
         /// How many inputs it has.
@@ -94,7 +118,7 @@ pub enum NetworkFault {
     },
     /// A row of weights has another length than the layer's outputs.
     #[error("layer {layer} has {outputs} outputs in a row of its weights and {biases} biases")]
-    LayerRow {
+    Row {
         /// Which layer, from 0.
         layer: usize,
         /// Length of the row.
@@ -105,23 +129,56 @@ pub enum NetworkFault {
     /// A weight or bias is infinite or no number.
     #[error("layer {0} holds a number that is not finite")]
     NotFinite(usize),
-    /// The network does not give an action, or not one number for each level.
-    #[error("the last layer has {outputs} outputs; these actions need {needed}")]
+    /// The last one does not give what is needed.
+    #[error("the last layer has {outputs} outputs; {needed} needed", needed = if *needed == 1 { "1 is".into() } else { format!("{needed} are") })]
     Outputs {
         /// How many it gives.
         outputs: usize,
         /// How many are needed.
         needed: usize,
     },
-    /// Its estimator of the driver cannot be used.
-    #[error(transparent)]
-    Estimator(#[from] EstimatorFault),
-    /// A number that cannot be.
-    #[error(transparent)]
-    Setting(#[from] SettingFault),
-    /// A single level, or holds that cannot be.
-    #[error("levels or holds_s cannot be used")]
-    LevelsOrHolds,
+}
+
+/// Checks that layers lead from so many inputs to so many outputs by finite numbers.
+pub(super) fn check_layers(layers: &[NetworkLayer], inputs: usize, needed: usize) -> Result<(), LayerFault> {
+    let mut size = inputs;
+    for (i, layer) in layers.iter().enumerate() {
+        if layer.weights.len() != size {
+            return Err(LayerFault::Inputs { layer: i, inputs: layer.weights.len(), given: size });
+        }
+        size = layer.bias.len();
+        if let Some(row) = layer.weights.iter().find(|row| row.len() != size) {
+            return Err(LayerFault::Row { layer: i, outputs: row.len(), biases: size });
+        }
+        if layer.weights.iter().flatten().chain(&layer.bias).any(|x| !x.is_finite()) {
+            return Err(LayerFault::NotFinite(i));
+        }
+    }
+    if size != needed || layers.is_empty() { Err(LayerFault::Outputs { outputs: size, needed }) } else { Ok(()) }
+}
+
+/// What `look` makes of the last layer's outputs where they are.
+pub(super) fn run_layers<T>(
+    layers: &[NetworkLayer],
+    inputs: impl Iterator<Item = f32>,
+    look: impl FnOnce(&[f32]) -> T,
+) -> T {
+    LAYERS.with_borrow_mut(|[x, y]| {
+        x.clear();
+        x.extend(inputs);
+        for (i, layer) in layers.iter().enumerate() {
+            y.clear();
+            y.extend_from_slice(&layer.bias);
+            for (x, weights) in x.iter().zip(&layer.weights) {
+                y.iter_mut().zip(weights).for_each(|(y, w)| *y += x * w);
+            }
+            if i + 1 < layers.len() {
+                y.iter_mut().for_each(|y| *y = y.tanh());
+            }
+            std::mem::swap(x, y);
+        }
+        look(x)
+    })
 }
 
 /// The text of a policy's file.
@@ -160,22 +217,7 @@ impl Network {
             return Err(NetworkFault::Format(self.format.clone()));
         }
         let outputs = if self.levels == 0 { 1 } else { self.levels as usize };
-        let mut size = self.inputs.len();
-        for (i, layer) in self.layers.iter().enumerate() {
-            if layer.weights.len() != size {
-                return Err(NetworkFault::LayerInputs { layer: i, inputs: layer.weights.len(), given: size });
-            }
-            size = layer.bias.len();
-            if let Some(row) = layer.weights.iter().find(|row| row.len() != size) {
-                return Err(NetworkFault::LayerRow { layer: i, outputs: row.len(), biases: size });
-            }
-            if layer.weights.iter().flatten().chain(&layer.bias).any(|x| !x.is_finite()) {
-                return Err(NetworkFault::NotFinite(i));
-            }
-        }
-        if size != outputs || self.layers.is_empty() {
-            return Err(NetworkFault::Outputs { outputs: size, needed: outputs });
-        }
+        check_layers(&self.layers, self.inputs.len(), outputs)?;
         let [low, high] = self.limits;
         if !(low.is_finite() && high.is_finite() && low < high) {
             return Err(SettingFault::Limits { low, high }.into());
@@ -194,14 +236,15 @@ impl Network {
             return Err(NetworkFault::LevelsOrHolds);
         }
         check_controller(self.controller.as_ref(), self.action)?;
-        self.estimator.as_ref().map_or(Ok(()), |estimator| Ok(estimator.check()?))
+        self.estimator.as_ref().map_or(Ok(()), DriverEstimator::check)?;
+        Ok(self.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?)
     }
 
     /// The file's text. Numbers are as short as they can be and still read back as the same bits.
     pub fn to_toml(&self) -> String {
         let mut text = String::from("# A policy trained by codrive; `codrive drive --policy THIS_FILE` uses it.\n");
         text.push_str("# Each layer is y = x W + b, then tanh on all but the last. Output -1..1 spans the limits.\n");
-        let head = Self { layers: Vec::new(), controller: None, estimator: None, ..self.clone() };
+        let head = Self { layers: Vec::new(), controller: None, estimator: None, expected_gain: None, ..self.clone() };
         let mut table = toml::Table::try_from(head).unwrap_or_default();
         table.remove("layer");
         table.remove("inputs");
@@ -225,15 +268,18 @@ impl Network {
         if let Some(estimator) = &self.estimator {
             estimator.write(&mut text);
         }
+        if let Some(expected_gain) = &self.expected_gain {
+            expected_gain.write(&mut text);
+        }
         text
     }
 
     /// A policy that is asked each `step_s` seconds, engaged now.
     pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
-        let (estimator, controller) = (self.estimator.clone(), self.controller);
-        match (&estimator, controller) {
-            (None, None) => Box::new(self),
-            _ => Box::new(AssistedPolicy::new(Box::new(self), estimator, controller, step_s)),
+        let (estimator, controller, gain) = (self.estimator.clone(), self.controller, self.expected_gain.clone());
+        match (&estimator, controller, &gain) {
+            (None, None, None) => Box::new(self),
+            _ => Box::new(AssistedPolicy::new(Box::new(self), estimator, controller, gain, step_s)),
         }
     }
 
@@ -247,22 +293,7 @@ impl Network {
     fn with_outputs<T>(&self, observation: &Observation, look: impl FnOnce(&[f32]) -> T) -> T {
         let hold_s = observation.hold_s.clamp(self.holds_s[0], self.holds_s[1]);
         let observation = &Observation { hold_s, ..*observation };
-        LAYERS.with_borrow_mut(|[x, y]| {
-            x.clear();
-            x.extend(self.inputs.iter().map(|input| input.scaled(observation)));
-            for (i, layer) in self.layers.iter().enumerate() {
-                y.clear();
-                y.extend_from_slice(&layer.bias);
-                for (x, weights) in x.iter().zip(&layer.weights) {
-                    y.iter_mut().zip(weights).for_each(|(y, w)| *y += x * w);
-                }
-                if i + 1 < self.layers.len() {
-                    y.iter_mut().for_each(|y| *y = y.tanh());
-                }
-                std::mem::swap(x, y);
-            }
-            look(x)
-        })
+        run_layers(&self.layers, self.inputs.iter().map(|input| input.scaled(observation)), look)
     }
 
     /// The action without noise.
@@ -338,8 +369,8 @@ impl Policy for Network {
         self.action(observation)
     }
 
-    fn abstains(&self, observation: &Observation) -> bool {
-        is_too_dense(observation, self.least_spacing_m)
+    fn abstains(&mut self, _time_s: f64, observation: &Observation) -> bool {
+        withholds_advice(observation, self.least_spacing_m)
     }
 
     fn must_be_told_who_drives(&self) -> bool {
@@ -354,7 +385,7 @@ impl Policy for Network {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::policy::FIELD_INPUTS;
+    use crate::policy::{FIELD_INPUTS, Feature};
 
     fn small(levels: u32, outputs: usize) -> Network {
         let weights = |n: usize, m: usize| -> Vec<Vec<f32>> {
@@ -375,14 +406,36 @@ mod tests {
             ],
             controller: None,
             estimator: None,
+            expected_gain: None,
         }
+    }
+
+    /// A gain that falls from `middle_mps` by 1 m/s with each unit of its input: 1 m of road more for each car.
+    fn gain(middle_mps: f32) -> ExpectedGain {
+        let layers = vec![NetworkLayer { bias: vec![middle_mps], weights: vec![vec![-1.0]] }];
+        let inputs = vec![NetworkInput { feature: Feature::Spacing, from: 9.0, to: 11.0 }];
+        ExpectedGain { silent_below_mps: 0.25, inputs, layers }
     }
 
     #[test]
     fn a_policy_survives_the_way_through_its_file() {
-        for network in [small(0, 1), small(5, 5)] {
+        let with_gain = Network { expected_gain: Some(gain(1.0 / 3.0)), ..small(0, 1) };
+        for network in [small(0, 1), small(5, 5), with_gain] {
             assert_eq!(Network::from_toml(&network.to_toml()).unwrap(), network);
         }
+    }
+
+    #[test]
+    fn a_policy_is_silent_where_it_expects_too_little() {
+        let network = Network { expected_gain: Some(gain(0.5)), least_spacing_m: 0.0, ..small(0, 1) };
+        let mut policy = network.policy(0.1);
+        // 22 cars: 10 m for each are the middle, where 0.5 m/s are expected; 10.5 m give 0 m/s.
+        let on =
+            |spacing_m: f64| Observation { circumference_m: 22.0 * spacing_m, vehicles: 22, ..Observation::default() };
+        assert!(!policy.abstains(0.0, &on(10.0)) && !policy.abstains(0.0, &on(10.24)));
+        // Silence stands for ten minutes.
+        assert!(policy.abstains(1.0, &on(10.26)) && policy.abstains(600.0, &on(10.0)));
+        assert!(!policy.abstains(601.0, &on(10.0)) && policy.abstains(602.0, &on(10.5)));
     }
 
     #[test]
@@ -403,10 +456,18 @@ mod tests {
             change(&mut network);
             Network::from_toml(&network.to_toml()).unwrap_err().to_string()
         };
-        assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; these actions need 3");
+        assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; 3 are needed");
         assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
         assert_eq!(fault(|n| n.least_spacing_m = -1.0), "least_spacing_m must be 0 or more");
         assert_eq!(fault(|n| n.inputs[2].to = 0.0), "input gap: `to` must be above `from`");
+        let wide = NetworkLayer { bias: vec![0.0; 2], weights: vec![vec![0.0; 2]] };
+        let two = ExpectedGain { layers: vec![wide], ..gain(0.0) };
+        let mut network = small(0, 1);
+        network.expected_gain = Some(two);
+        let told = Network::from_toml(&network.to_toml()).unwrap_err().to_string();
+        assert_eq!(told, "expected_gain: the last layer has 2 outputs; 1 is needed");
+        let told = fault(|n| n.expected_gain = Some(ExpectedGain { silent_below_mps: f64::INFINITY, ..gain(0.0) }));
+        assert_eq!(told, "expected_gain: silent_below_mps must be a finite number");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
         assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is no policy file"));

@@ -144,8 +144,22 @@ impl NetworkInput {
     }
 }
 
-/// True on a closed route with less than `least_spacing_m` of road for each car, where a policy withholds advice.
-pub fn is_too_dense(observation: &Observation, least_spacing_m: f64) -> bool {
+/// True where a policy with this bound withholds advice on the whole road, which is said once.
+pub fn withholds_advice(observation: &Observation, least_spacing_m: f64) -> bool {
+    // Once: an evaluation has hundreds of policies.
+    static SAID: std::sync::Once = std::sync::Once::new();
+    let is_withheld = is_too_dense(observation, least_spacing_m);
+    if is_withheld {
+        SAID.call_once(|| {
+            let (length_m, cars) = (observation.circumference_m, observation.vehicles);
+            log::warn!("the policy withholds advice on {length_m:.0} m with {cars} cars: advice would slow them")
+        });
+    }
+    is_withheld
+}
+
+/// True on a closed route with less than `least_spacing_m` of road for each car.
+fn is_too_dense(observation: &Observation, least_spacing_m: f64) -> bool {
     // A ring drawn just as long has been rounded since: a millimetre does not matter.
     Feature::Spacing.of(observation) < least_spacing_m - 1e-3
 }

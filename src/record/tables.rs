@@ -315,7 +315,9 @@ pub const ADVICE: &[TableColumn<AdviceRow>] = &[
     number("target_mps", "m/s", "advised speed", |r| Some(r.advice.target_mps)),
     number("range_low_mps", "m/s", "lower edge of the acceptable range", |r| Some(r.advice.band_mps().0)),
     number("range_high_mps", "m/s", "upper edge of the acceptable range", |r| Some(r.advice.band_mps().1)),
-    number("hold_s", "s", "how long it stands", |r| Some(r.advice.hold.seconds())),
+    number("hold_s", "s", "how long it stands; where no other follows at once, advice_withheld is an event", |r| {
+        Some(r.advice.hold.seconds())
+    }),
     number("speed_mps", "m/s", "the ego's speed at that tick", |r| Some(r.speed_mps)),
     column(
         "in_range",
@@ -432,7 +434,8 @@ pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events that the world makes; all others are made by people and windows.
-    pub(super) const KINDS_OF_WORLD: [&str; 5] = ["contact", "left_road", "back_on_road", PUT_BACK, "ended"];
+    pub(super) const KINDS_OF_WORLD: [&str; 6] =
+        ["advice_withheld", "contact", "left_road", "back_on_road", PUT_BACK, "ended"];
 
     /// The row of an event of the world; advice has a table of its own.
     pub fn of(event: &Event) -> Option<Self> {
@@ -441,6 +444,7 @@ impl EventRow {
         };
         match event.kind {
             EventKind::Advice(_) => None,
+            EventKind::AdviceWithheld => row("advice_withheld", String::new(), None, None),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
                 let detail = format!("ego at {ego_speed_mps:.3} m/s, car at {car_speed_mps:.3} m/s");
                 row("contact", detail, Some(car.0), Some(closing_mps))
@@ -461,7 +465,7 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
     column(
         "event",
         "",
-        "contact, left_road, back_on_road, put_back, ended, mark, note, pause, ...",
+        "advice_withheld, contact, left_road, back_on_road, put_back, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),

@@ -16,6 +16,8 @@ pub struct Event {
 pub enum EventKind {
     /// A new advice stands on the speedometer.
     Advice(Advice),
+    /// The advice that stood is gone: the policy withholds advice from now on.
+    AdviceWithheld,
     /// The ego began to touch another car.
     Contact {
         /// Which car.

@@ -148,7 +148,7 @@ impl SummaryAccumulator {
         match event.kind {
             EventKind::Advice(_) => self.advices += 1,
             EventKind::LeftRoad { .. } => self.left_road += 1,
-            EventKind::BackOnRoad | EventKind::PutBack { .. } => {}
+            EventKind::AdviceWithheld | EventKind::BackOnRoad | EventKind::PutBack { .. } => {}
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
                 self.contact_count += 1;

@@ -132,6 +132,9 @@ impl World {
         if let Some(advice) = self.advice.issue() {
             self.snapshot.advice = Some(advice);
             self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::Advice(advice) });
+        } else if self.snapshot.advice.is_some() && !self.advice.stands() {
+            self.snapshot.advice = None;
+            self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::AdviceWithheld });
         }
         self.traffic.begin_step();
     }

@@ -148,6 +148,7 @@ pub fn derived(title: &str) -> String {
 pub fn events(recording: &Path) -> Result<TsvTable, RecordError> {
     let words = [
         ("advice", "a new target stands on the speedometer"),
+        ("advice_withheld", "the target is gone: the policy advises nothing from now on"),
         ("contact", "the car began to touch another one"),
         ("left_road", "the middle of the car left its lane"),
         ("back_on_road", "the middle of the car is back in the lane"),

@@ -208,6 +208,15 @@ flat_settings! {
             #[schemars(range(min = 0, max = 1000000))]
             student_iterations: u32 = 0,
         }
+        /// Where nothing is advised: learned at the end, from drives with the policy's advice and without any.
+        group silence: SilenceConfig {
+            /// Rings that are driven twice, a multiple of 16, to learn where advice would slow them; 0: advice always stands
+            #[schemars(range(min = 0, max = 1000000))]
+            silence_rings: u32 = 0,
+            /// Expected gain of advice below which nothing is advised
+            #[schemars(range(min = -10.0, max = 10.0), extend("unit" = "m/s"))]
+            silent_below_mps: f64 = 0.0,
+        }
         /// How it is learned: TRPO for the policy, Adam for the value.
         group optimiser: OptimiserConfig {
             /// Time after which a reward counts 1/e: the paper's gamma of 0.999 a step of 0.1 s is 100 s

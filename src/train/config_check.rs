@@ -74,6 +74,17 @@ impl Settings for TrainConfig {
         if !self.run.rings.is_multiple_of(super::simd::LANES as u32) {
             return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.run.rings)));
         }
+        let silence_rings = self.silence.silence_rings;
+        if !silence_rings.is_multiple_of(super::simd::LANES as u32) {
+            return Err(("silence_rings", format!("silence_rings is {silence_rings}; allowed: a multiple of 16")));
+        }
+        if silence_rings > 0 && self.lasting_inputs().is_empty() {
+            let text = format!(
+                "silence_rings is {silence_rings}; allowed: 0 where sees names nothing that lasts: circumference, spacing, log_hold, or \
+                 something of the driver"
+            );
+            return Err(("silence_rings", text));
+        }
         if self.student.estimator_rounds > 0 && !self.inputs().iter().any(|input| input.feature.is_of_driver()) {
             let text = format!(
                 "estimator_rounds is {}; allowed: 0 where sees names nothing of the driver ({})",

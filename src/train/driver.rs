@@ -32,6 +32,8 @@ const SAFE_GAP_M: f32 = 1.0;
 enum StandingAdvice {
     /// The ego's model drives.
     Model,
+    /// Nothing is advised any more, which a driver notices as late as an advice.
+    Silence,
     /// An acceleration, m/s2.
     Acceleration,
     /// A speed, m/s.
@@ -268,11 +270,16 @@ impl AdviceFollower {
         self.sit_down(l);
     }
 
-    /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold`.
-    pub fn advise(&mut self, l: usize, action: Action, ego_mps: f32, hold: Hold) {
+    /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold`; `None` advises nothing.
+    pub fn advise(&mut self, l: usize, action: Option<Action>, ego_mps: f32, hold: Hold) {
         if self.ignores {
             return;
         }
+        let Some(action) = action else {
+            let has_been_advised = self.is_driver && self.mode[l] != StandingAdvice::Model;
+            self.mode[l] = if has_been_advised { StandingAdvice::Silence } else { StandingAdvice::Model };
+            return;
+        };
         let before = (self.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.advised[l]));
         (self.mode[l], self.advised[l]) = match action {
             Action::Speed(speed) => (StandingAdvice::Speed, speed.max(0.0) as f32),
@@ -316,7 +323,8 @@ impl AdviceFollower {
         let dt = self.step_s;
         let mut driven_by = [DrivenBy::Advice; LANES];
         let driven = lane(|l| {
-            let is_free = self.mode[l] == StandingAdvice::Model || !self.follows[l];
+            let has_nothing_in_mind = self.is_driver && wanted[l] == f32::INFINITY;
+            let is_free = self.mode[l] == StandingAdvice::Model || has_nothing_in_mind || !self.follows[l];
             let keeps_distance = self.is_driver && model[l] < wanted[l];
             if is_free || keeps_distance {
                 driven_by[l] = if is_free { DrivenBy::Model } else { DrivenBy::Distance };
@@ -391,18 +399,19 @@ impl AdviceFollower {
         let size = self.shown_mps.len();
         self.newest = (self.newest + 1) % size;
         for l in 0..LANES {
-            if self.looks[l] || self.in_mind_mps[l] < 0.0 {
+            let is_advised = self.mode[l] == StandingAdvice::Speed;
+            if is_advised && (self.looks[l] || self.in_mind_mps[l] < 0.0) {
                 self.in_mind_mps[l] = self.advised[l];
             }
+            self.shown_mps[self.newest][l] = if is_advised { self.in_mind_mps[l] } else { -1.0 };
         }
-        self.shown_mps[self.newest] = self.in_mind_mps;
         let (fresh, _) = self.rng.normal_pair();
         lane(|l| {
             self.error_mps[l] = self.error_mps[l] * self.keep + self.fresh_mps[l] * fresh[l];
             let seen = self.shown_mps[(self.newest + size - self.delay[l] as usize) % size][l];
-            // Until the first advice is perceived the ego is driven by its model alone.
+            // Until an advice is perceived, and once silence is, the ego is driven by its model alone.
             if seen < 0.0 {
-                return self.accel_mps2;
+                return f32::INFINITY;
             }
             // Bias and error fade below 1 m/s: nobody errs about a standstill.
             let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);

@@ -196,9 +196,9 @@ impl VecEnv {
         &self.ring
     }
 
-    /// New advice for the ego of ring `l`, to stand for `hold`: what is advised, no correction of anything. Before the first its
-    /// model drives it.
-    pub fn advise(&mut self, l: usize, action: Action, hold: Hold) {
+    /// New advice for the ego of ring `l`, to stand for `hold`: what is advised, no correction of anything. Before the first, and
+    /// where there is none, its model drives it.
+    pub fn advise(&mut self, l: usize, action: Option<Action>, hold: Hold) {
         self.follower.advise(l, action, self.ring.ego_mps()[l], hold);
     }
 
@@ -215,7 +215,7 @@ impl VecEnv {
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
         let (steps, hold) = (self.hold_steps, self.hold_length());
         for (l, action) in actions.iter().enumerate() {
-            self.advise(l, residual(self.observe(l).controller_mps, *action), hold);
+            self.advise(l, Some(residual(self.observe(l).controller_mps, *action)), hold);
         }
         let range_mps = self.config.reward.range_mps as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;

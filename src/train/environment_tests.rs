@@ -6,6 +6,7 @@ use super::{
     simd::LANES,
 };
 use crate::{
+    metrics::DrivenBy,
     policy::{Action, Advisor, Controller, ControllerKind, Hold, TwoPhase},
     time::Tick,
 };
@@ -95,7 +96,7 @@ fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a
                     let now = Tick((decision * 20 + step) * 10);
                     if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
                         assert_eq!(training.observe(l).controller_mps, Some(advice.target_mps), "{kind:?}, {decision}");
-                        drive.advise(l, Action::Speed(advice.target_mps), config.hold());
+                        drive.advise(l, Some(Action::Speed(advice.target_mps)), config.hold());
                     }
                 }
                 drive.step();
@@ -207,6 +208,38 @@ fn a_simulated_driver_responds_after_the_reaction_time() {
     let fastest = speeds.iter().position(|v| *v >= speeds[14] - 1e-9).unwrap();
     assert_eq!(fastest, 14, "{:?}", &speeds[..20]);
     assert!(speeds[15] < speeds[14] && speeds[399] < 1e-3);
+}
+
+#[test]
+fn a_simulated_driver_notices_silence_after_the_reaction_time_and_drives_on_as_without_advice() {
+    let config = TrainConfig {
+        ring: RingConfig { warm_up_s: 0.0, horizon_s: 3000.0, ..config().ring },
+        advice: AdviceConfig { action: ActionKind::Speed, hold_s: 0.1, ..config().advice },
+        driver: DriverConfig {
+            follow: FollowKind::Driver,
+            random_driver: false,
+            reaction_s: 1.5,
+            error_mps: 0.0,
+            ..config().driver
+        },
+        ..config()
+    };
+    let mut block = block(&config);
+    let hold = config.hold();
+    (0..LANES).for_each(|l| block.advise(l, Some(Action::Speed(0.0)), hold));
+    (0..600).for_each(|_| block.step());
+    assert!(block.observe(0).speed_mps < 1e-3 && block.observe(0).advised_mps == Some(0.0));
+    let speeds: Vec<f64> = (0..20)
+        .map(|_| {
+            block.advise(0, None, hold);
+            block.step();
+            block.observe(0).speed_mps
+        })
+        .collect();
+    assert_eq!(block.observe(0).advised_mps, None);
+    // The car stands with open road ahead: for 15 steps as advised, then with about the model's 1 m/s2.
+    assert!(speeds[14] < 1e-3 && (speeds[15] - 0.1).abs() < 0.03, "{speeds:?}");
+    assert!(block.driven_by()[0] == DrivenBy::Model);
 }
 
 #[test]

@@ -88,7 +88,7 @@ pub fn identified(
             block.step();
         }
         let of = |(l, truth): (usize, DriverTraits)| {
-            let estimate = drivers.of[l].driver_estimate()?;
+            let estimate = drivers.driver_estimate(l)?;
             Some(IdentifiedDriver { truth, estimate })
         };
         block.drivers().into_iter().enumerate().map(of).collect::<Vec<_>>()
@@ -102,14 +102,15 @@ fn steps(config: &TrainConfig, time_s: f64) -> u64 {
 }
 
 /// An advisor for each ring of a block.
-struct Advisors {
+pub(super) struct Advisors {
     of: Vec<Advisor>,
     ticks: u64,
     limit_mps: f64,
 }
 
 impl Advisors {
-    fn new(config: &TrainConfig, hold: Hold, make: &impl Fn() -> Option<Box<dyn Policy>>) -> Self {
+    /// Each with a policy of its own from `make`, which is asked every `hold`.
+    pub fn new(config: &TrainConfig, hold: Hold, make: &impl Fn() -> Option<Box<dyn Policy>>) -> Self {
         let advisor = |_| Advisor::new(make(), hold, config.reward.range_mps);
         Self {
             of: (0..LANES).map(advisor).collect(),
@@ -118,7 +119,13 @@ impl Advisors {
         }
     }
 
-    fn advise(&mut self, block: &mut VecEnv, step: u64) {
+    /// What the policy of ring `l` makes of the driver now, if it asks.
+    pub fn driver_estimate(&self, l: usize) -> Option<DriverEstimate> {
+        self.of[l].driver_estimate()
+    }
+
+    /// Step number `step` begins: what is due is advised.
+    pub fn advise(&mut self, block: &mut VecEnv, step: u64) {
         for (l, advisor) in self.of.iter_mut().enumerate() {
             let seen = block.observe(l);
             if let Some(advice) = advisor.step(Tick(step * self.ticks), &seen, self.limit_mps) {
@@ -126,7 +133,9 @@ impl Advisors {
                     Action::Speed(_) => Action::Speed(advice.target_mps),
                     acceleration => acceleration,
                 };
-                block.advise(l, within, block.hold_length());
+                block.advise(l, Some(within), block.hold_length());
+            } else if advisor.standing().is_none() {
+                block.advise(l, None, block.hold_length());
             }
         }
     }

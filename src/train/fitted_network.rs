@@ -1,8 +1,8 @@
-//! The value of a state: a network fitted to returns by Adam. In: observations and the returns that
-//! followed. Out: estimates, in the learner's own unit (see [`super::learner`]).
+//! A network fitted to numbers by Adam: the value of a state to returns, the gain of advice to what it gained. In: observations and
+//! what followed. Out: estimates, in the learner's own unit (see [`super::learner`]).
 
 use super::{adam::Adam, net::Shape, trpo::CHUNK};
-use crate::rng::Stream;
+use crate::{policy::NetworkLayer, rng::Stream};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +38,11 @@ impl FittedNetwork {
             .map(|inputs| shape.forward(&self.theta, inputs).output().to_vec())
             .collect();
         parts.concat()
+    }
+
+    /// Its layers, as a policy's file has them.
+    pub fn layers(&self, shape: &Shape) -> Vec<NetworkLayer> {
+        shape.network_layers(&self.theta)
     }
 
     /// Fits the value to `returns`; `stream` shuffles. Returns the mean square error before the last pass's steps.

@@ -13,12 +13,13 @@ use super::{
     identification::{EstimatorLearner, Seconds},
     net::Shape,
     rollout::{Means, Rollout, RolloutWorker},
+    silence::{self, LearnedSilence},
     simd::LANES,
     trpo::{Batch, Decision, PolicyShape, TrustRegion, advantages},
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{Controller, FORMAT, Network, NetworkLayer, NetworkOutput},
+    policy::{Controller, ExpectedGain, FORMAT, Network, NetworkOutput},
     rng,
 };
 use rayon::prelude::*;
@@ -88,6 +89,9 @@ pub struct Learner {
     /// What the policy corrects, where its configuration says so.
     #[serde(default)]
     controller: Option<Controller>,
+    /// What advice is expected to gain, once that was learned.
+    #[serde(default)]
+    expected_gain: Option<ExpectedGain>,
 }
 
 impl Learner {
@@ -113,8 +117,8 @@ impl Learner {
         };
         let blocks = (0..count).into_par_iter().map(worker).collect();
         let config = config.clone();
-        let (centre_mps, best, curve, student) = (None, None, Vec::new(), None);
-        Self { config, theta, value, blocks, centre_mps, best, curve, student, controller }
+        let (centre_mps, best, curve, student, expected_gain) = (None, None, Vec::new(), None, None);
+        Self { config, theta, value, blocks, centre_mps, best, curve, student, controller, expected_gain }
     }
 
     /// Its configuration.
@@ -138,6 +142,8 @@ impl Learner {
         if self.student.is_some() {
             return;
         }
+        // Another policy has other gains.
+        self.expected_gain = None;
         self.config.run.iterations = iterations;
         self.blocks.iter_mut().for_each(|actor| actor.env.set_iterations(iterations));
     }
@@ -287,8 +293,20 @@ impl Learner {
         Network {
             estimator: self.student.as_ref().map(EstimatorLearner::estimator),
             controller: self.controller,
+            expected_gain: self.expected_gain.clone(),
             ..network(&self.config, theta)
         }
+    }
+
+    /// Learns where the best policy is to be silent, once all updates are done and if the configuration says so.
+    pub fn learn_silence(&mut self) -> Option<LearnedSilence> {
+        let is_over = self.iteration() >= self.config.all_iterations();
+        if self.config.silence.silence_rings == 0 || self.expected_gain.is_some() || !is_over {
+            return None;
+        }
+        let learned = silence::learn(&self.config, &self.best().0);
+        self.expected_gain = Some(learned.expected_gain.clone());
+        Some(learned)
     }
 
     fn collect(&mut self, shape: &PolicyShape) -> Vec<Rollout> {
@@ -377,10 +395,6 @@ fn value_inputs(config: &TrainConfig, seen: &[f32], states: &[WholeState]) -> Ve
 /// A policy's parameters as the drive uses them.
 fn network(config: &TrainConfig, theta: &[f32]) -> Network {
     let shape = policy_shape(config);
-    let layers = shape.net.parts(shape.split(theta).0).into_iter().map(|(weights, bias, outputs)| NetworkLayer {
-        bias: bias.to_vec(),
-        weights: weights.chunks_exact(outputs).map(<[f32]>::to_vec).collect(),
-    });
     Network {
         format: FORMAT.into(),
         action: match config.advice.action {
@@ -393,9 +407,10 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
         least_spacing_m: config.ring.least_spacing_m,
         holds_s: config.holds_s(),
         inputs: config.inputs(),
-        layers: layers.collect(),
+        layers: shape.net.network_layers(shape.split(theta).0),
         controller: None,
         estimator: None,
+        expected_gain: None,
     }
 }
 

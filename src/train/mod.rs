@@ -4,7 +4,7 @@
 //! [`ring`] moves sixteen rings at once; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
 //! advice; [`net`] is the network, [`distribution`] the randomness of its actions, [`trpo`] the update, [`learner`] the
 //! loop around them; [`evaluate()`] drives any policy over the horizon and says how fast all cars went; `tuning` searches the
-//! parameters of a controller (feature `tune`).
+//! parameters of a controller (feature `tune`); [`silence`] learns where a policy had better advise nothing.
 
 pub mod adam;
 pub mod config;
@@ -25,6 +25,7 @@ pub mod net;
 pub mod ring;
 pub mod rollout;
 pub mod scalar;
+pub mod silence;
 pub mod simd;
 pub mod trpo;
 #[cfg(feature = "tune")]
@@ -32,7 +33,7 @@ pub mod tuning;
 
 pub use config::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
-    RingConfig, RunConfig, StudentConfig, TrainConfig,
+    RingConfig, RunConfig, SilenceConfig, StudentConfig, TrainConfig,
 };
 pub use drawn_ring::drawn_ring;
 pub use evaluation::{IdentifiedDriver, evaluate, identified, trajectories};

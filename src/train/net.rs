@@ -8,7 +8,7 @@ use super::{
     matrix::{Matrix, add_product},
     scalar::Real,
 };
-use crate::rng::Stream;
+use crate::{policy::NetworkLayer, rng::Stream};
 
 /// The shape of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,6 +68,15 @@ impl Shape {
     /// Weights and biases of each layer, one row of weights for each input.
     pub fn parts<'a, T>(&self, theta: &'a [T]) -> Vec<(&'a [T], &'a [T], usize)> {
         self.layers().map(|(n, m, at)| (&theta[at..at + n * m], &theta[at + n * m..at + n * m + m], m)).collect()
+    }
+
+    /// The layers as a policy's file has them.
+    pub fn network_layers(&self, theta: &[f32]) -> Vec<NetworkLayer> {
+        let layers = self.parts(theta).into_iter().map(|(weights, bias, outputs)| NetworkLayer {
+            bias: bias.to_vec(),
+            weights: weights.chunks_exact(outputs).map(<[f32]>::to_vec).collect(),
+        });
+        layers.collect()
     }
 
     /// Orthogonal weights, gain sqrt 2 in hidden layers and `last_gain` in the last, no biases (Saxe et al. 2014; the

@@ -40,6 +40,7 @@ fn network(levels: u32) -> Network {
         layers: vec![layer(4, 64), layer(64, 64), layer(64, if levels == 0 { 1 } else { levels as usize })],
         controller: None,
         estimator: None,
+        expected_gain: None,
     }
 }
 

@@ -3,7 +3,7 @@
 use codrive::{
     controls::Controls,
     driver::{SimulatedDriver, preset},
-    policy::{self, Network},
+    policy::{self, ExpectedGain, Feature, Network, NetworkInput, NetworkLayer},
     scenario::{DisplaySettings, OnContact, Scenario},
     sim::{EndReason, EventKind, NotPutBack, Snapshot, World},
     space::CAR_LENGTH_M,
@@ -176,6 +176,40 @@ fn traffic_is_where_the_engine_wants_it_at_each_step_and_moves_evenly_between() 
             }
         }
     }
+}
+
+#[test]
+fn where_a_policy_falls_silent_the_dial_shows_no_advice_and_an_event_says_so() {
+    // One that expects to gain 2 m/s at a standstill and 1 m/s less with each m/s that is driven.
+    let mut network = Network::from_file(&policy::file_of("ring-250-speed").unwrap()).unwrap();
+    network.expected_gain = Some(ExpectedGain {
+        silent_below_mps: 0.0,
+        inputs: vec![NetworkInput { feature: Feature::Speed, from: 1.0, to: 3.0 }],
+        layers: vec![NetworkLayer { bias: vec![0.0], weights: vec![vec![-1.0]] }],
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("policy.toml");
+    fs::write(&file, network.to_toml()).unwrap();
+    let scenario = Scenario { policy: file.display().to_string(), ..scenario("native") };
+    let mut world = World::new(&scenario).unwrap();
+    let mut driver = SimulatedDriver::new(&preset("perfect").unwrap(), world.ego_params(), 1).unwrap();
+    let (mut withheld, mut issued) = (Vec::new(), Vec::new());
+    for _ in 0..3000 {
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls).unwrap();
+        for event in world.events() {
+            match event.kind {
+                EventKind::Advice(_) => issued.push(event.tick),
+                EventKind::AdviceWithheld => withheld.push((event.tick, world.snapshot().ego.speed_mps)),
+                _ => {}
+            }
+        }
+        assert_eq!(world.snapshot().advice.is_some(), withheld.is_empty() && !issued.is_empty());
+    }
+    // Once, at the first second at which it drives faster than 2 m/s; silence stands for ten minutes.
+    let [(tick, speed_mps)] = withheld[..] else { panic!("{withheld:?}") };
+    assert!(tick.0.is_multiple_of(100) && (2.0..3.6).contains(&speed_mps), "{withheld:?}");
+    assert!(issued.iter().all(|issued| *issued < tick) && issued.len() > 1);
 }
 
 #[test]

@@ -32,6 +32,7 @@ fn network() -> Network {
         layers: vec![layer(4, 16), layer(16, 1)],
         controller: None,
         estimator: None,
+        expected_gain: None,
     }
 }
 

@@ -9,7 +9,11 @@ use super::{
     },
     load::OPERATOR_SETS,
 };
-use crate::{file::size_text, policy::SettingFault, toml_text::TomlError};
+use crate::{
+    file::size_text,
+    policy::{ExpectedGainFault, SettingFault},
+    toml_text::TomlError,
+};
 use std::{io, path::PathBuf};
 use tract_onnx::prelude::TractError;
 
@@ -100,6 +104,9 @@ pub enum DescriptionFault {
     /// A number that cannot be.
     #[error(transparent)]
     Setting(#[from] SettingFault),
+    /// What it expects to gain cannot be told.
+    #[error(transparent)]
+    ExpectedGain(#[from] ExpectedGainFault),
     /// Holds that cannot be.
     #[error("holds_s are {shortest} to {longest}; they must be above 0, the first not above the second")]
     Holds {

@@ -10,7 +10,7 @@ use crate::{
     foreign::guarded,
     policy::{
         Action, AssistedPolicy, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, bounded,
-        observe::is_too_dense,
+        observe::withholds_advice,
     },
     rng,
     toml_text::did_you_mean_file,
@@ -61,9 +61,10 @@ impl OnnxPolicy {
     /// A policy that is asked each `step_s` seconds, engaged now.
     pub fn engaged(&self, step_s: f64) -> Box<dyn Policy> {
         let policy = Box::new(self.clone());
-        match self.description.controller {
-            None => policy,
-            controller => Box::new(AssistedPolicy::new(policy, None, controller, step_s)),
+        let (controller, gain) = (self.description.controller, self.description.expected_gain.clone());
+        match (controller, &gain) {
+            (None, None) => policy,
+            _ => Box::new(AssistedPolicy::new(policy, None, controller, gain, step_s)),
         }
     }
 
@@ -226,8 +227,8 @@ impl Policy for OnnxPolicy {
         self.action(&outputs, observation.hold_s)
     }
 
-    fn abstains(&self, observation: &Observation) -> bool {
-        is_too_dense(observation, self.description.least_spacing_m)
+    fn abstains(&mut self, _time_s: f64, observation: &Observation) -> bool {
+        withholds_advice(observation, self.description.least_spacing_m)
     }
 
     fn must_be_told_who_drives(&self) -> bool {

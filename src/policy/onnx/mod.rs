@@ -21,7 +21,7 @@ pub use write::write;
 pub use write_estimator::write_estimator;
 
 use super::{
-    Controller, NetworkInput, NetworkOutput, SettingFault,
+    Controller, ExpectedGain, NetworkInput, NetworkOutput, SettingFault,
     network::{check_controller, is_zero},
 };
 use crate::toml_text;
@@ -80,6 +80,9 @@ pub struct NetworkDescription {
     /// The controller whose speed it corrects, where it does: its action is then what is added, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<Controller>,
+    /// What tells it where to be silent, where it has learned that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected_gain: Option<ExpectedGain>,
 }
 
 /// A description as a person would write it, for messages.
@@ -120,6 +123,7 @@ impl NetworkDescription {
         if let Some((name, value)) = d.fixed.iter().find(|(_, value)| !value.is_finite()) {
             return Err(DescriptionFault::Fixed { name: name.clone(), value: *value });
         }
+        d.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?;
         check_controller(d.controller.as_ref(), d.action)?;
         match d.inputs.iter().find(|input| !input.is_sound()) {
             Some(input) => Err(SettingFault::Input(input.feature).into()),

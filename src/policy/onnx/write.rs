@@ -77,6 +77,7 @@ fn description(network: &Network) -> NetworkDescription {
         output_name: Some(OUTPUT.into()),
         inputs: network.inputs.clone(),
         controller: network.controller,
+        expected_gain: network.expected_gain.clone(),
     }
 }
 

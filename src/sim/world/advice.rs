@@ -69,6 +69,11 @@ impl AdviceSource {
     pub fn issue(&mut self) -> Option<Advice> {
         self.next.take()
     }
+
+    /// True while an advice stands.
+    pub fn stands(&self) -> bool {
+        self.advisor.standing().is_some()
+    }
 }
 
 /// The speed at which an even ring of this scenario's cars flows, m/s, and what else a policy is built from.
