@@ -2,8 +2,8 @@
 //! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
 use super::{
-    AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants, response::AdviceResponse,
-    totals::DriveTotals,
+    AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants, driver_moments::DriverStretches,
+    response::AdviceResponse, totals::DriveTotals,
 };
 use crate::file::{SETTINGS_BYTES, read_text};
 use crate::toml_text::did_you_mean;
@@ -193,6 +193,8 @@ pub struct AnalysedRecording {
     pub ended: String,
     /// How it was made.
     pub setup: DriveSetup,
+    /// What tells of its driver.
+    pub stretches: DriverStretches,
 }
 
 impl AnalysedRecording {
@@ -217,6 +219,7 @@ pub fn analyse(found: &[FoundRecording], done: &(impl Fn() + Sync)) -> Result<Ve
             per_second_mps: totals.per_second_mps,
             baseline_per_second_mps: baseline.map(|b| b.per_second_mps).unwrap_or_default(),
             duration_s: totals.duration_s,
+            stretches: DriverStretches::of(&trial)?,
             ended: trial.ended,
             setup: trial.setup,
             found: found.clone(),

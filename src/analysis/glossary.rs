@@ -103,6 +103,76 @@ const CONDITIONS: [ColumnTexts; 9] = [
     ("high", "Interval, upper end", "", "upper end of the same interval"),
 ];
 
+/// A number of a driver: name without its unit, quantity, unit at the end of the name, unit, definition.
+pub(super) struct DriverNumber {
+    name: &'static str,
+    title: &'static str,
+    suffix: &'static str,
+    unit: &'static str,
+    about: &'static str,
+}
+
+/// In the order of [`FoundDriver::numbers`](super::driver_fit::FoundDriver::numbers).
+pub(super) const DRIVER_NUMBERS: [DriverNumber; 4] = [
+    DriverNumber {
+        name: "reaction",
+        title: "Reaction time to advice",
+        suffix: "_s",
+        unit: "s",
+        about: "time from a change of the advice to the foot's movement; the delay of the advice that explains the wanted speed best",
+    },
+    DriverNumber {
+        name: "speed_bias",
+        title: "Bias",
+        suffix: "_mps",
+        unit: "m/s",
+        about: "by how much the wanted speed is above (positive) or below the advised one on average",
+    },
+    DriverNumber {
+        name: "error",
+        title: "Tracking error",
+        suffix: "_mps",
+        unit: "m/s",
+        about: "standard deviation of the wanted speed about the advised one and the bias",
+    },
+    DriverNumber {
+        name: "time_gap_factor",
+        title: "Time gap factor",
+        suffix: "",
+        unit: "",
+        about: "desired time gap to the leader (T of the Intelligent Driver Model) as a multiple of the other cars'",
+    },
+];
+
+impl DriverNumber {
+    /// In words, with its unit.
+    pub fn label(&self) -> String {
+        if self.unit.is_empty() { self.title.into() } else { format!("{}, {}", self.title, self.unit) }
+    }
+
+    /// Its four columns.
+    fn columns(&self) -> [ColumnDefinition; 4] {
+        let Self { name, title, suffix, unit, about } = self;
+        let column = |part: &str, title: String, about: String| ColumnDefinition {
+            name: format!("{name}{part}{suffix}"),
+            title,
+            unit,
+            about,
+        };
+        [
+            column("", (*title).into(), format!("{about}; empty where the drives do not tell")),
+            column("_low", format!("{title}, lower end"), "lower end of its 95 % interval".into()),
+            column("_high", format!("{title}, upper end"), "upper end of its 95 % interval".into()),
+            ColumnDefinition {
+                name: format!("{name}_rests_on_s"),
+                title: format!("{title}, basis"),
+                unit: "s",
+                about: "time in which it showed; of a long drive evenly spaced stretches are taken".into(),
+            },
+        ]
+    }
+}
+
 fn columns(words: &[ColumnTexts]) -> Vec<ColumnDefinition> {
     let column = |(name, title, unit, about): &ColumnTexts| ColumnDefinition {
         name: (*name).into(),
@@ -127,7 +197,7 @@ fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
 }
 
 /// All tables with their columns, as these drives have them.
-pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 4] {
+pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 5] {
     let measures = MEASURES.iter().map(|measure| ColumnDefinition {
         name: measure.name.into(),
         title: measure.title.into(),
@@ -145,6 +215,14 @@ pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 4] {
         },
         TableColumns { file: "speed.csv", row: "a second of a drive", columns: key().chain(columns(&SPEED)).collect() },
         TableColumns { file: "conditions.csv", row: "a measure in a condition", columns: columns(&CONDITIONS) },
+        TableColumns {
+            file: "drivers.csv",
+            row: "a participant as a driver",
+            columns: columns(&KEY[..1])
+                .into_iter()
+                .chain(DRIVER_NUMBERS.iter().flat_map(DriverNumber::columns))
+                .collect(),
+        },
     ]
 }
 
@@ -191,6 +269,7 @@ mod tests {
             ("advice.csv", csv::advice(&drives)),
             ("speed.csv", csv::speed(&drives)),
             ("conditions.csv", csv::by_condition(&drives)),
+            ("drivers.csv", csv::drivers(&drives, &[])),
         ];
         let dictionary: Value = serde_json::from_str(&dictionary(&drives)).unwrap();
         assert_eq!(dictionary.as_object().unwrap().len(), written.len());

@@ -3,6 +3,7 @@
 
 use super::{
     AnalysedRecording, MEASURES, StudyParticipants,
+    drivers::{self, ParticipantDriver},
     glossary::unit_text,
     people::STATES,
     report::{self, count},
@@ -26,7 +27,11 @@ fn thousands(n: usize) -> String {
 }
 
 /// The paragraphs.
-pub fn paragraphs(drives: &[AnalysedRecording], people: &StudyParticipants) -> Vec<String> {
+pub fn paragraphs(
+    drives: &[AnalysedRecording],
+    people: &StudyParticipants,
+    drivers: &[ParticipantDriver],
+) -> Vec<String> {
     let trials: Vec<&AnalysedRecording> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
     let all: Vec<&AnalysedRecording> = drives.iter().collect();
     // What is the same for everyone, such as practice, is told apart from the trials.
@@ -36,6 +41,7 @@ pub fn paragraphs(drives: &[AnalysedRecording], people: &StudyParticipants) -> V
     let mut text = vec![took_part(&all, people), apparatus(&all), traffic(main), advice(main)];
     text.push(design(drives, main, &others));
     text.push(measures(&all));
+    text.push(drivers::paragraph(drivers));
     text.push(statistics(drives, people));
     text.retain(|paragraph| !paragraph.is_empty());
     text
@@ -369,7 +375,7 @@ mod tests {
         let person =
             |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
         let all = vec![person("sub-P01", "complete"), person("sub-P02", "partial"), person("sub-P03", "excluded")];
-        let text = paragraphs(&made(), &StudyParticipants { all, scores: Vec::new() }).join("\n");
+        let text = paragraphs(&made(), &StudyParticipants { all, scores: Vec::new() }, &[]).join("\n");
         for part in [
             "4 drives of 2 simulated participants were analysed.",
             "no person took part",
@@ -395,7 +401,7 @@ mod tests {
         for (drive, place) in drives.iter_mut().zip(["1", "2", "2", "1"]) {
             drive.found.place = place.into();
         }
-        let text = paragraphs(&drives, &StudyParticipants::default()).join("\n");
+        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
         assert!(text.contains("They came in 2 different orders."), "{text}");
     }
 
@@ -405,7 +411,7 @@ mod tests {
         drives.truncate(1);
         drives[0].found = crate::analysis::FoundRecording::default();
         drives[0].setup.manifest.driver = "simulated: follow".into();
-        let text = paragraphs(&drives, &StudyParticipants::default()).join("\n");
+        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
         assert!(
             text.starts_with("1 drive was driven by a simulated driver (model follow); no person took part."),
             "{text}"
@@ -416,7 +422,7 @@ mod tests {
         );
         drives[0].setup.manifest.driver = "keyboard".into();
         drives[0].setup.manifest.policy.name = "none".into();
-        let text = paragraphs(&drives, &StudyParticipants::default()).join("\n");
+        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
         assert!(
             text.contains("the driver's controls were: keyboard.") && text.contains("No speed was advised."),
             "{text}"

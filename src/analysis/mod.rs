@@ -5,6 +5,7 @@
 //! * [`totals`]: one drive in sums.
 //! * [`response`]: what a driver does about each change of the advice (SAE J2944).
 //! * [`measures`]: one drive in numbers; every definition with its options is in [`measures::MEASURES`].
+//! * [`driver_moments`], [`driver_fit`], [`drivers`]: each participant in the numbers of the simulated driver.
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
 //! * [`people`]: who took part, and whose drives are left out.
 //! * [`trajectories`]: what a figure of one drive can show.
@@ -13,6 +14,9 @@
 //! * [`tables`], [`figures`], [`report`]: what is written; `page` counts figures and tables and has the page's style.
 
 pub mod collect;
+pub mod driver_fit;
+pub mod driver_moments;
+pub mod drivers;
 pub mod figures;
 pub mod glossary;
 pub mod measures;

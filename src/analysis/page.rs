@@ -1,7 +1,7 @@
 //! A page that is read on a screen and printed. In: headings, paragraphs, figures and tables. Out: HTML in which figures and tables
 //! are numbered in order and have captions, and whose style keeps them whole on paper.
 
-use crate::plot::escaped;
+use crate::plot::{escaped, minus};
 use std::fmt::Write;
 
 /// The style. A sheet of A4 leaves 183 mm between its margins: a figure as wide as a journal's page, or two as wide as a column.
@@ -139,4 +139,15 @@ fn links(kind: &str, name: &str, first: usize, count: usize) -> String {
         2 => format!("{} and {}", link(first, &format!("{name}s {first}")), link(last, &last.to_string())),
         _ => format!("{} to {}", link(first, &format!("{name}s {first}")), link(last, &last.to_string())),
     }
+}
+
+/// Three digits that count, and a true minus sign.
+pub(super) fn short(value: f64) -> String {
+    let text = match value.abs() {
+        v if v >= 100.0 => format!("{value:.0}"),
+        v if v >= 10.0 => format!("{value:.1}"),
+        v if v >= 1.0 => format!("{value:.2}"),
+        _ => format!("{value:.3}"),
+    };
+    if text.trim_start_matches('-').chars().all(|c| "0.".contains(c)) { "0".into() } else { minus(&text) }
 }

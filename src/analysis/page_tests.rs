@@ -1,10 +1,11 @@
 //! The page and its figures, of drives made up by hand.
 
 use super::{
-    AnalysedRecording, DriveMeasures, DriveSetup, FoundRecording, MEASURES, RecordedTrial, StudyParticipants, figures,
-    glossary,
-    page::{ReportFigure, ReportPage, STYLE},
-    report::{self, contacts, dictionary, every, index, report, scores, short, study, took_part},
+    AnalysedRecording, DriveMeasures, DriveSetup, FoundRecording, MEASURES, RecordedTrial, StudyParticipants,
+    driver_moments::DriverStretches,
+    figures, glossary,
+    page::{ReportFigure, ReportPage, STYLE, short},
+    report::{self, contacts, dictionary, every, index, report, scores, study, took_part},
     trajectories::DriveTrajectories,
 };
 
@@ -28,6 +29,7 @@ fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) ->
         duration_s: 12.0,
         ended,
         setup: DriveSetup::default(),
+        stretches: DriverStretches::default(),
     }
 }
 
@@ -134,7 +136,8 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
     drives[0].measures.values[index("speed_bias_mps")] = Some(-1.5);
     let score =
         super::people::ScoreColumn { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![-1.0, 3.0] };
-    let made = report("A study", &drives, &StudyParticipants { all: Vec::new(), scores: vec![score] }, &[]).unwrap();
+    let made =
+        report("A study", &drives, &StudyParticipants { all: Vec::new(), scores: vec![score] }, &[], &[]).unwrap();
     (made.html, made.figures, made.methods)
 }
 

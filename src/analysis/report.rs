@@ -2,17 +2,16 @@
 //! methods as plain text. Quantities are called by their words; names of columns stand in the data dictionary alone.
 
 use super::{
-    AnalysedRecording, AnalysisError, MEASURES, RecordedTrial, StudyParticipants, figures, glossary,
+    AnalysedRecording, AnalysisError, MEASURES, RecordedTrial, StudyParticipants,
+    drivers::{self, ParticipantDriver},
+    figures, glossary,
     methods::{self, interval},
-    page::{ReportFigure, ReportPage, STYLE, TableCells},
+    page::{ReportFigure, ReportPage, STYLE, TableCells, short},
     setup::joined_words,
     tables::{conditions, participants, per_participant, power, values},
     trajectories::DriveTrajectories,
 };
-use crate::{
-    metrics::Estimate,
-    plot::{escaped, minus},
-};
+use crate::{metrics::Estimate, plot::escaped};
 use std::path::PathBuf;
 
 /// Measures that are drawn by condition.
@@ -57,6 +56,7 @@ pub fn report(
     drives: &[AnalysedRecording],
     who: &StudyParticipants,
     changed: &[String],
+    drivers: &[ParticipantDriver],
 ) -> Result<StudyReport, AnalysisError> {
     let mut page = ReportPage::default();
     page.put(&format!(
@@ -89,8 +89,9 @@ pub fn report(
     }
     one_by_one(&mut page, drives, is_compared)?;
     scores(&mut page, who);
+    drivers::section(&mut page, drivers);
     every(&mut page, drives);
-    let methods = methods::paragraphs(drives, who);
+    let methods = methods::paragraphs(drives, who, drivers);
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
     page.paragraph("note lead", "The same text stands in the file methods.txt beside this page.");
     methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));
@@ -486,15 +487,4 @@ pub(super) fn estimate(numbers: &[f64]) -> Option<String> {
     } else {
         short(e.mean)
     })
-}
-
-/// Three digits that count, and a true minus sign.
-pub(super) fn short(value: f64) -> String {
-    let text = match value.abs() {
-        v if v >= 100.0 => format!("{value:.0}"),
-        v if v >= 10.0 => format!("{value:.1}"),
-        v if v >= 1.0 => format!("{value:.2}"),
-        _ => format!("{value:.3}"),
-    };
-    if text.trim_start_matches('-').chars().all(|c| "0.".contains(c)) { "0".into() } else { minus(&text) }
 }

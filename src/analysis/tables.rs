@@ -1,9 +1,10 @@
 //! What was measured, as CSV. In: analysed drives. Out: text: `trials.csv` (a row a drive), `advice.csv` (a row a change of
-//! the advice), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval). What each
-//! column is stands in [`glossary`](super::glossary).
+//! the advice), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval), `drivers.csv` (a row a
+//! participant). What each column is stands in [`glossary`](super::glossary).
 
 use super::{
     AnalysedRecording, MEASURES,
+    drivers::ParticipantDriver,
     glossary::names,
     measures::{deviation, median},
 };
@@ -74,6 +75,18 @@ pub fn speed(drives: &[AnalysedRecording]) -> String {
         }
     }
     text
+}
+
+/// A row a participant.
+pub fn drivers(drives: &[AnalysedRecording], drivers: &[ParticipantDriver]) -> String {
+    let row = |driver: &ParticipantDriver| {
+        let cells = driver.found.numbers().into_iter().flat_map(|number| {
+            let own = number.map(|n| [n.value, n.interval[0], n.interval[1], n.rests_on_s]);
+            (0..4).map(move |k| cell(own.map(|own| own[k])))
+        });
+        line([driver.participant.clone()].into_iter().chain(cells))
+    };
+    line(names(drives, "drivers.csv")) + &drivers.iter().map(row).collect::<String>()
 }
 
 /// Conditions in the study's order; drives without one are left out.
@@ -187,7 +200,7 @@ pub fn power(drives: &[AnalysedRecording], measure: usize) -> Vec<StatisticalPow
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{DriveMeasures, DriveSetup, FoundRecording};
+    use crate::analysis::{DriveMeasures, DriveSetup, FoundRecording, driver_moments::DriverStretches};
 
     /// A trial with a mean speed, which is the first measure.
     fn drive(participant: &str, condition: &str, rank: usize, mean_speed_mps: f64) -> AnalysedRecording {
@@ -208,6 +221,7 @@ mod tests {
             duration_s: 1.0,
             ended: "duration".into(),
             setup: DriveSetup::default(),
+            stretches: DriverStretches::default(),
         }
     }
 

@@ -3,6 +3,7 @@
 
 use super::{
     AnalysisError, DriveSetup,
+    driver_moments::FollowingSample,
     response::{AdviceChange, ChangeFinder},
 };
 use crate::{
@@ -36,6 +37,8 @@ const EGO: [&str; 13] = [
     "mean_speed_mps",
 ];
 const LANE_OFFSET: &str = "lane_offset_m";
+/// Columns of the ego that tell how it follows advice and leader.
+const FOLLOWING: [&str; 6] = ["tick", "speed_mps", "s_m", "target_mps", "gap_m", "leader_speed_mps"];
 
 /// A drive: what is short of it, and where its rows are.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -201,6 +204,19 @@ impl RecordedTrial {
         Ok(self.parts(Table::Ego, &[LANE_OFFSET])?.flat_map(values))
     }
 
+    /// How the ego follows advice and leader, at every tick.
+    ///
+    /// # Errors
+    /// As [`RecordedTrial::ego`].
+    pub fn following(&self) -> Result<impl Iterator<Item = Result<FollowingSample, RecordError>>, RecordError> {
+        let values = |part: Result<TableReader, RecordError>| {
+            let (samples, error) =
+                part.map_or_else(|error| (Vec::new(), Some(Err(error))), |part| (following_samples(&part), None));
+            samples.into_iter().map(Ok).chain(error)
+        };
+        Ok(self.parts(Table::Ego, &FOLLOWING)?.flat_map(values))
+    }
+
     /// All cars at every step, in order.
     ///
     /// # Errors
@@ -356,6 +372,22 @@ fn samples(part: &TableReader) -> Result<Vec<EgoSample>, &'static str> {
         mean_speed_mps: mean_speed_mps[i],
     };
     Ok((0..part.rows()).map(sample).collect())
+}
+
+/// The rows of a part of the ego's table that have a speed and a place.
+fn following_samples(part: &TableReader) -> Vec<FollowingSample> {
+    let ticks = part.wholes("tick");
+    let [speeds, places, targets, gaps, leaders] = [1, 2, 3, 4, 5].map(|k| part.numbers(FOLLOWING[k]));
+    let sample = |i: usize| {
+        Some(FollowingSample {
+            tick: ticks[i],
+            speed_mps: (*speeds.get(i)?)?,
+            s_m: (*places.get(i)?)?,
+            advised_mps: targets.get(i).copied().flatten(),
+            leader: gaps.get(i).copied().flatten().zip(leaders.get(i).copied().flatten()).map(<[f64; 2]>::from),
+        })
+    };
+    (0..ticks.len()).filter_map(sample).collect()
 }
 
 /// All cars, step by step: rows of one tick stand one after the other in the table.

@@ -5,7 +5,7 @@ use crate::{
     analysis::{
         AnalysisError,
         collect::{self, FolderContents},
-        find, glossary, report, tables,
+        drivers, find, glossary, report, tables,
     },
     drive_loop::RunError,
     record,
@@ -23,8 +23,9 @@ pub(super) fn command() -> Command {
         ))
         .after_help(
             "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page (183 mm), PNG \
-             files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section to copy. To \
-             have the report as a PDF, print it from a browser. A drive of days takes no more memory than one of hours: figures \
+             files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section to copy; \
+             drivers.csv has each participant's reaction time, bias, error and time gap, and drivers.toml, of the folder of a study, takes \
+             them into a rehearsal (codrive study FILE --rehearse --drivers drivers.toml). To have the report as a PDF, print it from a browser. A drive of days takes no more memory than one of hours: figures \
              show the ways of its first hour, and speeds of evenly spaced steps. A drive whose advice changes more than 500,000 \
              times is refused.",
         )
@@ -57,16 +58,19 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let drives = collect::analyse(&holdings.found, &|| bar.inc(1));
     bar.finish_and_clear();
     let drives = drives?;
-    let made = report::report(&holdings.title, &drives, &holdings.people, &changed)?;
+    let fitted = drivers::drivers(&drives);
+    let made = report::report(&holdings.title, &drives, &holdings.people, &changed, &fitted)?;
     let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
     put("advice.csv", &tables::advice(&drives))?;
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
+    put("drivers.csv", &tables::drivers(&drives, &fitted))?;
     put("columns.json", &glossary::dictionary(&drives))?;
     if holdings.is_whole {
         put("dataset_description.json", &bids::derived(&holdings.title))?;
+        put("drivers.toml", &drivers::drivers_toml(&holdings.title, &fitted))?;
     }
     made.figures.par_iter().try_for_each(|(name, svg)| {
         put(&format!("figures/{name}"), svg)?;

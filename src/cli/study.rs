@@ -3,6 +3,7 @@
 use super::{CliError, desktop::session as desktop, out, stop_on_ctrl_c};
 use crate::{
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
+    driver::{DriversFile, FittedDriver},
     study::{Completion, DataSet, ParticipantCode, Study, StudyError},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
@@ -30,6 +31,17 @@ pub(super) fn command() -> Command {
                 "Take simulated participants through the whole plan at full speed, questions and baselines included; \
                  Ctrl-C stops it; run the same command to resume",
             ),
+        )
+        .arg(
+            Arg::new("drivers")
+                .long("drivers")
+                .value_name("FILE.toml")
+                .requires("rehearse")
+                .value_parser(value_parser!(PathBuf))
+                .help(
+                    "Drivers of the rehearsal, as `codrive analyse` found them in a study (drivers.toml), in turn; numbers that are \
+                     not in it are drawn",
+                ),
         )
         .arg(
             Arg::new("exclude")
@@ -80,6 +92,8 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
     let study = Study::load(file)?;
+    let drivers = matches.get_one::<PathBuf>("drivers").map(|path| DriversFile::load(path)).transpose();
+    let drivers = drivers.map_err(|why| CliError::Input(why.0))?.map_or(Vec::new(), |file| file.driver);
     if let Some(code) = matches.get_one::<String>("participant") {
         let root = matches.get_one::<PathBuf>("out").map_or(Path::new(""), PathBuf::as_path);
         let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
@@ -91,7 +105,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let participants = matches.get_one::<u32>("participants").copied().unwrap_or(study.file.participants);
     match matches.get_one::<PathBuf>("out") {
-        Some(root) if matches.get_flag("rehearse") => rehearse(&study, root, participants as usize),
+        Some(root) if matches.get_flag("rehearse") => rehearse(&study, root, participants as usize, drivers),
         _ => {
             out::text(study.table(participants as usize))?;
             Ok(())
@@ -112,8 +126,8 @@ fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), C
     Ok(())
 }
 
-fn rehearse(study: &Study, root: &Path, participants: usize) -> Result<(), CliError> {
-    let rehearsal = Rehearsal::open(study, root, participants)?;
+fn rehearse(study: &Study, root: &Path, participants: usize, drivers: Vec<FittedDriver>) -> Result<(), CliError> {
+    let rehearsal = Rehearsal::open(study, root, participants)?.with_drivers(drivers);
     let bar = super::progress(rehearsal.ticks(), format!("{participants} participants"));
     let found = rehearsal.run(&stop_on_ctrl_c(), &|ticks| bar.inc(ticks));
     bar.finish_and_clear();

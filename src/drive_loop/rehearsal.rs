@@ -4,7 +4,7 @@
 
 use super::{RunError, offline::OfflineDrive, recording_manifest};
 use crate::{
-    driver,
+    driver::{self, FittedDriver},
     record::{self, RecordError},
     scenario::Scenario,
     study::{
@@ -25,11 +25,18 @@ use std::{
 /// What stands in the log where a drive was broken off.
 const STOPPED: &str = "stopped by Ctrl-C";
 
+/// Numbers of a driver by which a participant is known again, and how far they may be apart as shares: a file keeps all digits but
+/// the last.
+const DRIVER_NUMBERS: [&str; 4] = ["reaction_s", "error_mps", "overspeed_mps", "time_gap_factor"];
+const SAME_NUMBER: f64 = 1e-12;
+
 /// Simulated participants of a study.
 pub struct Rehearsal<'a> {
     study: &'a Study,
     data: DataSet,
     participants: usize,
+    /// What the participants drive like, in turn; of none it is drawn.
+    drivers: Vec<FittedDriver>,
 }
 
 /// How far it came.
@@ -56,7 +63,44 @@ impl<'a> Rehearsal<'a> {
             ))
             .into());
         }
-        Ok(Self { study, data, participants })
+        Ok(Self { study, data, participants, drivers: Vec::new() })
+    }
+
+    /// The same with these drivers: participant `i` drives as driver `i` modulo their number.
+    pub fn with_drivers(self, drivers: Vec<FittedDriver>) -> Self {
+        Self { drivers, ..self }
+    }
+
+    /// Participant number `index`.
+    fn simulated(&self, index: usize) -> SimulatedParticipant {
+        let drawn = SimulatedParticipant::draw(self.study.file.seed, index);
+        match self.drivers.get(index % self.drivers.len().max(1)) {
+            Some(known) => drawn.who_drives_as(known),
+            None => drawn,
+        }
+    }
+
+    /// Whoever has begun must go on as the same driver: half a data set of other drivers would be of nobody.
+    fn check_same_drivers(&self) -> Result<(), RunError> {
+        for log in self.data.logs()?.iter().filter(|log| !log.traits.is_empty()) {
+            let now = self.simulated(log.index).parameters();
+            let is_other = |name: &&&str| match (log.traits.get(**name), now.get(**name)) {
+                (Some(was), Some(is)) => (was - is).abs() > SAME_NUMBER * was.abs(),
+                (was, is) => was != is,
+            };
+            let Some(name) = DRIVER_NUMBERS.iter().find(is_other) else { continue };
+            let said = |number: Option<&f64>| number.map_or("not given".into(), ToString::to_string);
+            return Err(SessionError::Refused(format!(
+                "{}: participant {} began as another driver: {name} was {} and is {} now\n  remedy: give the same --drivers as \
+                 before, or none if there was none, or rehearse in a new folder",
+                self.data.root().display(),
+                log.participant,
+                said(log.traits.get(*name)),
+                said(now.get(*name)),
+            ))
+            .into());
+        }
+        Ok(())
     }
 
     /// The code of participant number `index`.
@@ -74,8 +118,9 @@ impl<'a> Rehearsal<'a> {
     /// when `stop` is set; a later call goes on there.
     ///
     /// # Errors
-    /// A drive cannot start or go on, or the disk refuses. What was done is kept.
+    /// Those who have begun drove otherwise; a drive cannot start or go on, or the disk refuses. What was done is kept.
     pub fn run(&self, stop: &AtomicBool, driven: &(impl Fn(u64) + Sync)) -> Result<RehearsalProgress, RunError> {
+        self.check_same_drivers()?;
         let one = |index: usize| self.participant(index, stop, driven);
         let native = self.study.plan(0).items.iter().all(|planned| match &planned.item {
             PlanItem::Drive { scenario, .. } => scenario.traffic == EngineChoice::Native,
@@ -104,7 +149,7 @@ impl<'a> Rehearsal<'a> {
             self.data.publish(self.study, &code)?;
             return Ok(true);
         }
-        let participant = SimulatedParticipant::draw(self.study.file.seed, index);
+        let participant = self.simulated(index);
         let mut session = Session::open(
             &self.data,
             self.study,
@@ -129,7 +174,8 @@ impl<'a> Rehearsal<'a> {
                     session.end_answered(answers, &recording_manifest::now())?;
                 }
                 PlanItem::Drive { scenario, until_in_range_s, .. } => {
-                    let mut run = OfflineDrive::by(&participant.driver, scenario, [0.0, f64::INFINITY])?;
+                    let driver = participant.driver_among(scenario.idm.t);
+                    let mut run = OfflineDrive::by(&driver, scenario, [0.0, f64::INFINITY])?;
                     run.record_of(&folder, "simulated participant".into(), Some(&code))?;
                     let mut whole = drive(&mut run, *until_in_range_s, stop, driven)?;
                     // Two worlds at a time are one too many for SUMO.

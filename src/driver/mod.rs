@@ -6,6 +6,7 @@
 //! into pedals (`feet`), two hands the lane into an angle of the wheel (`hands`).
 
 mod compliance;
+mod fitted;
 mod named;
 mod params;
 mod pedals;
@@ -14,6 +15,7 @@ mod population;
 mod steering;
 
 pub use compliance::{Compliance, HELD_BACK_S};
+pub use fitted::{DriversFile, DriversFileError, FORMAT as DRIVERS_FORMAT, FittedDriver};
 pub use named::{NamedDriver, named};
 pub use params::{DriverError, DriverParams, LeaderRule, MACHINES, PRESETS, preset};
 pub use population::{LONGEST_REACTION_S, Population};
@@ -131,7 +133,7 @@ impl SimulatedDriver {
             offset_m: here.offset_m,
             heading_error_rad: wrap_angle(pose.yaw_rad - route.yaw_at(here.s_m)),
             aim: dvec2(to_aim.dot(pose.forward()), to_aim.dot(pose.left())),
-            bend_speed_mps: self.bend_speed_mps(route, here.s_m, ego.speed_mps),
+            bend_speed_mps: bend_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
         }
     }
 
@@ -176,21 +178,22 @@ impl SimulatedDriver {
         });
         behind.min(advised).min(bend)
     }
+}
 
-    /// Looks as far as the car needs to slow down at half the comfortable deceleration.
-    fn bend_speed_mps(&self, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
-        const LOOK_EVERY_M: f64 = 5.0;
-        let decel = self.params.decel_mps2 / 2.0;
-        let far_m = 10.0 + speed_mps * speed_mps / (2.0 * decel);
-        let looks = (far_m / LOOK_EVERY_M).ceil() as usize;
-        (0..=looks)
-            .map(|i| {
-                let ahead_m = i as f64 * LOOK_EVERY_M;
-                let bend = route.curvature_at(s_m + ahead_m, 2.0 * LOOK_EVERY_M).abs().max(1e-6);
-                (self.params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt()
-            })
-            .fold(f64::INFINITY, f64::min)
-    }
+/// The highest speed at `s_m` of a route from which every bend ahead is still comfortable for this driver, m/s. Looks as far as the
+/// car needs to slow down at half the comfortable deceleration.
+pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
+    const LOOK_EVERY_M: f64 = 5.0;
+    let decel = params.decel_mps2 / 2.0;
+    let far_m = 10.0 + speed_mps * speed_mps / (2.0 * decel);
+    let looks = (far_m / LOOK_EVERY_M).ceil() as usize;
+    (0..=looks)
+        .map(|i| {
+            let ahead_m = i as f64 * LOOK_EVERY_M;
+            let bend = route.curvature_at(s_m + ahead_m, 2.0 * LOOK_EVERY_M).abs().max(1e-6);
+            (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt()
+        })
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// The most that may be accelerated without a collision in sight, m/s2: the safe speed of Krauss (1998), from which the car

@@ -3,7 +3,7 @@
 //!
 //! Driving (`driver`), each number drawn for the participant: reaction to advice uniform in 0.6 to 1.6 s, to the leader 0.7
 //! of that; tracking error uniform in 0.1 to 0.6 m/s; steady over- or under-speeding normal with 0.25 m/s, at most 0.6;
-//! wander in the lane uniform in 0.03 to 0.10 m.
+//! wander in the lane uniform in 0.03 to 0.10 m. Numbers that were found of a person ([`FittedDriver`]) take the place of drawn ones.
 //!
 //! Answers: a participant has a level u, uniform in 0 to 1. A rating is the scale's nearest point to u with a normal error
 //! of 0.15 of the scale; an answer of a matrix the column at 0.5 u^2 with an error of 0.12, so that most symptoms are none;
@@ -15,7 +15,7 @@ use super::{
     session::{TimedAnswer, as_map},
 };
 use crate::{
-    driver::DriverParams,
+    driver::{DriverParams, FittedDriver},
     rng::{self, Stream},
 };
 use serde_json::{Value, json};
@@ -24,8 +24,9 @@ use std::collections::BTreeMap;
 /// A simulated participant.
 #[derive(Clone, Debug)]
 pub struct SimulatedParticipant {
-    /// How they drive.
+    /// How they drive where the other cars' time gap is the model's own.
     pub driver: DriverParams,
+    known: FittedDriver,
     level: f64,
     seed: u64,
     index: usize,
@@ -44,7 +45,19 @@ impl SimulatedParticipant {
             lane_error_m: stream.uniform(0.03, 0.10),
             ..DriverParams::default()
         };
-        Self { driver, level: stream.uniform(0.0, 1.0), seed, index }
+        Self { driver, known: FittedDriver::default(), level: stream.uniform(0.0, 1.0), seed, index }
+    }
+
+    /// The same who drives as somebody was found to drive: what was found takes the place of what was drawn.
+    pub fn who_drives_as(mut self, known: &FittedDriver) -> Self {
+        self.known = known.clone();
+        self.driver = known.applied_to(&self.driver, self.driver.idm.t);
+        self
+    }
+
+    /// How they drive among cars whose desired time gap is `usual_time_gap_s`.
+    pub fn driver_among(&self, usual_time_gap_s: f64) -> DriverParams {
+        self.known.applied_to(&self.driver, usual_time_gap_s)
     }
 
     /// The numbers that were drawn, by name with unit.
@@ -57,7 +70,8 @@ impl SimulatedParticipant {
             ("lane_error_m", d.lane_error_m),
             ("level", self.level),
         ];
-        list.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+        let list = list.map(|(name, value)| (name.to_owned(), value)).into_iter();
+        list.chain(self.known.time_gap_factor.map(|factor| ("time_gap_factor".to_owned(), factor))).collect()
     }
 
     /// Answers to a questionnaire that comes under this name: every question that is to be seen, page by page.

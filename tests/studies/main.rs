@@ -3,5 +3,6 @@
 
 mod bids;
 mod common;
+mod drivers;
 mod session;
 mod study;

@@ -1,0 +1,202 @@
+//! What the fit of a driver rests on. In: a recorded drive, row by row. Out: [`DriverStretches`]: ten moments a second in stretches of
+//! 20 s, evenly spaced over the drive and never more than half an hour of it, so that a drive of days takes no more memory than
+//! one of hours. SI units.
+
+use super::{AnalysisError, RecordedTrial, trial::ThinnedValues};
+use crate::{
+    driver::{DriverParams, bend_speed_mps},
+    map::RoadMap,
+    space::CAR_LENGTH_M,
+    time::TICK_S,
+};
+use std::collections::VecDeque;
+
+/// Ticks from one moment to the next: a tenth of a second is a third of what reaction times can be told to.
+const MOMENT_TICKS: u64 = 10;
+/// Time from one moment to the next, s.
+pub(super) const MOMENT_S: f64 = MOMENT_TICKS as f64 * TICK_S;
+/// Moments before a stretch in which a driver may have seen what he does in it: 3 s.
+pub(super) const BEFORE: usize = 30;
+/// Moments after it in which the car does what its driver wanted at its end: 0.4 s.
+pub(super) const AFTER: usize = 4;
+/// Moments of a stretch: 20 s, four time constants of the wander, so that stretches are nearly independent.
+pub(super) const STRETCH: usize = 200;
+/// Fewer are no stretch: 5 s.
+const LEAST: usize = 50;
+/// Stretches of one drive at the most.
+const MOST_STRETCHES: usize = 90;
+/// Where nobody is ahead: metres that the car-following model does not mind.
+const NOBODY_M: f64 = 1e6;
+
+/// The drive at a moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Moment {
+    /// Own speed, m/s.
+    pub speed_mps: f32,
+    /// Advised speed, m/s.
+    pub advised_mps: Option<f32>,
+    /// Gap to the leader, metres.
+    pub gap_m: f32,
+    /// The leader's speed, m/s; the own one where there is none.
+    pub leader_mps: f32,
+    /// Speed limit of the road, m/s.
+    pub limit_mps: f32,
+    /// Highest speed from which every bend ahead is comfortable, m/s.
+    pub bend_mps: f32,
+}
+
+/// A row of the ego's table, as far as the fit needs it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FollowingSample {
+    /// When.
+    pub tick: u64,
+    /// Own speed, m/s.
+    pub speed_mps: f64,
+    /// Place of the front bumper along the route, metres.
+    pub s_m: f64,
+    /// Advised speed, m/s.
+    pub advised_mps: Option<f64>,
+    /// Gap to the leader, metres, and the leader's speed, m/s.
+    pub leader: Option<[f64; 2]>,
+}
+
+/// Stretches of one drive.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DriverStretches {
+    /// Desired time gap of the other cars, s.
+    pub(super) usual_time_gap_s: f64,
+    /// Each with the moments before and after it.
+    pub(super) stretches: Vec<Vec<Moment>>,
+}
+
+/// Cuts a drive into stretches.
+struct StretchCutter {
+    kept: ThinnedValues<Vec<Moment>>,
+    recent: VecDeque<Moment>,
+    last_tick: Option<u64>,
+}
+
+impl DriverStretches {
+    /// Reads a drive.
+    ///
+    /// # Errors
+    /// The table cannot be read, or is not as this program writes it.
+    pub fn of(trial: &RecordedTrial) -> Result<Self, AnalysisError> {
+        // A road that is gone from this machine has no bends: its drives are taken as if on a straight one.
+        let map = RoadMap::load(&trial.setup.scenario.map).ok();
+        let usual = DriverParams::default();
+        let mut cutter = StretchCutter::new();
+        for sample in trial.following()? {
+            let sample = sample?;
+            if !sample.tick.is_multiple_of(MOMENT_TICKS) {
+                continue;
+            }
+            let route = map.as_ref().map(|map| &map.route);
+            // The driver looks from the middle of the car, not from its bumper.
+            let middle_m = sample.s_m - CAR_LENGTH_M / 2.0;
+            let moment = Moment {
+                limit_mps: route.map_or(f32::INFINITY, |route| route.speed_limit_mps(sample.s_m) as f32),
+                bend_mps: route
+                    .map_or(f32::INFINITY, |route| bend_speed_mps(&usual, route, middle_m, sample.speed_mps) as f32),
+                ..moment(&sample)
+            };
+            cutter.add(sample.tick, moment);
+        }
+        Ok(Self { usual_time_gap_s: trial.setup.scenario.idm.t, stretches: cutter.finish() })
+    }
+
+    /// From moments one after the other: of a drive that was made up.
+    #[cfg(test)]
+    pub(super) fn of_moments(usual_time_gap_s: f64, moments: &[Moment]) -> Self {
+        let mut cutter = StretchCutter::new();
+        moments.iter().zip(0_u64..).for_each(|(moment, i)| cutter.add(i * MOMENT_TICKS, *moment));
+        Self { usual_time_gap_s, stretches: cutter.finish() }
+    }
+}
+
+fn moment(sample: &FollowingSample) -> Moment {
+    let [gap_m, leader_mps] = sample.leader.unwrap_or([NOBODY_M, sample.speed_mps]);
+    Moment {
+        speed_mps: sample.speed_mps as f32,
+        advised_mps: sample.advised_mps.map(|mps| mps as f32),
+        gap_m: gap_m as f32,
+        leader_mps: leader_mps as f32,
+        ..Moment::default()
+    }
+}
+
+impl StretchCutter {
+    fn new() -> Self {
+        Self { kept: ThinnedValues::new(MOST_STRETCHES), recent: VecDeque::new(), last_tick: None }
+    }
+
+    fn add(&mut self, tick: u64, moment: Moment) {
+        let goes_on = self.last_tick.is_none_or(|last| last + MOMENT_TICKS == tick);
+        self.last_tick = Some(tick);
+        if !goes_on {
+            self.end_part();
+        }
+        self.recent.push_back(moment);
+        if self.recent.len() == BEFORE + STRETCH + AFTER {
+            self.keep();
+            // What is at its end is before the next one.
+            self.recent.drain(..STRETCH);
+        }
+    }
+
+    fn keep(&mut self) {
+        let takes = self.kept.takes_next();
+        self.kept.push(if takes { self.recent.iter().copied().collect() } else { Vec::new() });
+    }
+
+    /// What has come together since the last whole stretch.
+    fn end_part(&mut self) {
+        if self.recent.len() >= BEFORE + LEAST + AFTER {
+            self.keep();
+        }
+        self.recent.clear();
+    }
+
+    fn finish(mut self) -> Vec<Vec<Moment>> {
+        self.end_part();
+        self.kept.values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cut(moments: usize) -> Vec<Vec<Moment>> {
+        let at = |i: usize| Moment { speed_mps: i as f32, ..Moment::default() };
+        DriverStretches::of_moments(1.0, &(0..moments).map(at).collect::<Vec<_>>()).stretches
+    }
+
+    #[test]
+    fn a_drive_is_cut_without_a_moment_lost_but_at_its_start_and_end() {
+        // 3 s before, three stretches of 20 s, one of 7 s, 0.4 s after.
+        let stretches = cut(BEFORE + 3 * STRETCH + 70 + AFTER);
+        let own: Vec<f32> =
+            stretches.iter().flat_map(|s| &s[BEFORE..s.len() - AFTER]).map(|moment| moment.speed_mps).collect();
+        assert_eq!(own, (BEFORE..BEFORE + 3 * STRETCH + 70).map(|i| i as f32).collect::<Vec<_>>());
+        assert_eq!(cut(BEFORE + LEAST + AFTER - 1).len(), 0);
+    }
+
+    #[test]
+    fn a_long_drive_keeps_as_much_as_a_short_one_and_from_all_of_it() {
+        let stretches = cut(100_000 * 10);
+        assert!((MOST_STRETCHES / 2..=MOST_STRETCHES).contains(&stretches.len()), "{}", stretches.len());
+        assert!(stretches.iter().all(|stretch| stretch.len() == BEFORE + STRETCH + AFTER));
+        assert!(stretches[stretches.len() - 1][0].speed_mps > 900_000.0, "to the end");
+    }
+
+    #[test]
+    fn a_hole_in_the_time_ends_a_stretch() {
+        let mut cutter = StretchCutter::new();
+        let ticks = (0..150).chain(400..550).map(|i| i * MOMENT_TICKS);
+        ticks.for_each(|tick| cutter.add(tick, Moment { speed_mps: tick as f32, ..Moment::default() }));
+        let stretches = cutter.finish();
+        assert_eq!(stretches.iter().map(Vec::len).collect::<Vec<_>>(), [150, 150]);
+        assert_eq!(stretches[1][0].speed_mps, 4000.0);
+    }
+}
