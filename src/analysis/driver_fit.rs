@@ -13,8 +13,8 @@
 //!   foretells) are smallest, over the moments that the leader did not decide. Interval: bootstrap over the stretches.
 //!
 //! What this cannot tell: a reaction time where the advice did not change while the driver followed it, or changed too little to stand
-//! out; a time gap where the leader decided for less than [`LEAST_S`]; an error below about 0.15 m/s, which is what foot and car err
-//! by themselves. Somebody who ignores the advice looks like one with a large error. The numbers are those with which the simulated
+//! out; a time gap where the leader decided for less than [`LEAST_S`]; an error below 0.15 m/s to better than half of itself, for foot
+//! and car err, too. Somebody who ignores the advice looks like one with a large error. The numbers are those with which the simulated
 //! driver would drive alike; of people they say what they do, not how they think.
 
 use super::driver_moments::{AFTER, BEFORE, DriverStretches, MOMENT_S, Moment};
@@ -22,7 +22,7 @@ use crate::{driver::DriverParams, rng};
 
 /// Time in which the simulated driver closes a difference of speed, s.
 const RELAX_S: f64 = 1.5;
-/// The acceleration is taken so many moments after the wish: with 0.3 s the wander's innovations are smallest.
+/// The acceleration is taken so many moments after the wish: foot, engine and tyres answer within 0.1 to 0.4 s.
 const CAR_LAG: usize = 3;
 /// From a change of the wish to the car's acceleration, s: foot, engine and tyres. In the median of 20 rehearsed participants, whose
 /// reaction times are known.
@@ -43,7 +43,7 @@ const ROOM_MPS: f64 = 1.0;
 const NOT_FLOORED: f64 = 0.92;
 /// The driver is free of the leader where he is this far below the speed that the leader allows, m/s.
 const FREE_MPS: f64 = 0.3;
-/// What a stretch says by the leader or by the advice counts from this on, s.
+/// Time in which the advice, or the leader, has to decide before anything is told of it, s.
 pub const LEAST_S: f64 = 30.0;
 /// Changes of the advice of at least [`CHANGE_MPS`] from which on a reaction is told.
 const LEAST_CHANGES: usize = 5;
@@ -59,8 +59,6 @@ const FACTOR_ERROR: f64 = 0.03;
 /// Parts of the time for the jackknife, at the most and at the least.
 pub const GROUPS: usize = 20;
 const LEAST_GROUPS: usize = 5;
-/// Student's t for 19 degrees of freedom, two-sided 95 %.
-const T_95: f64 = 2.09;
 /// Moments of the likelihood at the most, and at least so far apart: two a second.
 const MOST_MOMENTS: usize = 7200;
 const THINNED: usize = 5;
@@ -175,7 +173,8 @@ fn of_numbers(numbers: &Numbers, wanted: &WantedSpeeds) -> FoundDriver {
     let spread = |k: usize| {
         let n = without.len() as f64;
         let mean = without.iter().map(|other| other[k]).sum::<f64>() / n;
-        T_95 * ((n - 1.0) / n * without.iter().map(|other| (other[k] - mean).powi(2)).sum::<f64>()).sqrt()
+        student_95(n - 1.0)
+            * ((n - 1.0) / n * without.iter().map(|other| (other[k] - mean).powi(2)).sum::<f64>()).sqrt()
     };
     let [free_s, behind_s] = wanted.seconds(numbers);
     let number = |k: usize, rests_on_s: f64, of: fn(f64) -> f64, more: f64| {
@@ -190,6 +189,11 @@ fn of_numbers(numbers: &Numbers, wanted: &WantedSpeeds) -> FoundDriver {
         time_gap_factor: number(2, behind_s, same, FACTOR_ERROR)
             .filter(|n| n.interval[1] - n.interval[0] <= WIDEST_FACTOR),
     }
+}
+
+/// Student's t, two-sided 95 %, of four degrees of freedom or more: within 2 %, by its series in the inverse of these.
+fn student_95(degrees: f64) -> f64 {
+    1.96 + 2.37 / degrees + 2.82 / degrees.powi(2)
 }
 
 /// What the driver wanted, two moments a second or fewer; he acts on advice of `delay_s` ago.

@@ -4,6 +4,7 @@
 
 use super::mutate;
 use codrive::{
+    driver::{DriverParams, DriversFile},
     input::{WheelProfile, profiles},
     map::{RoadMap, circuit},
     policy::{Network, Observation, OnnxPolicy, Policy},
@@ -39,6 +40,10 @@ pub struct Reader {
     /// Reads; true if there was nothing to refuse.
     pub read: Read,
 }
+
+/// Drivers as an analysis writes them.
+const DRIVERS: &str = "format = \"codrive drivers 1\"\nstudy = \"A study\"\n\n[[driver]]\nparticipant = \"sub-P01\"\nreaction_s = 1.2\n\
+                       error_mps = 0.3\nspeed_bias_mps = -0.1\ntime_gap_factor = 1.1\n\n[[driver]]\nspeed_bias_mps = 0.2\n";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -198,6 +203,22 @@ fn settings(folder: &Path) -> Vec<Reader> {
                 profiles::load(file).is_ok_and(|profile: WheelProfile| {
                     for raw in [i32::MIN, -1, 0, 1, 32_768, 65_535, i32::MAX] {
                         assert!(profile.steering.wheel_rad(raw).is_finite(), "{raw}");
+                    }
+                    true
+                })
+            }),
+        },
+        Reader {
+            name: "drivers",
+            good: vec![DRIVERS.as_bytes().to_vec()],
+            change: mutate::text,
+            share: 450,
+            read: Box::new(|bytes| {
+                let read = text(bytes).and_then(|text| DriversFile::parse(text, "fuzz").ok());
+                read.is_some_and(|file| {
+                    let base = DriverParams::default();
+                    for driver in &file.driver {
+                        assert_eq!(driver.applied_to(&base, base.idm.t).check(), Ok(()), "{driver:?}");
                     }
                     true
                 })
