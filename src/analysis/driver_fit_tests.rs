@@ -19,17 +19,19 @@ const USUAL_S: f64 = 1.1;
 /// Advice of this time, and the speed of a leader if there is one.
 type Plan = fn(f64) -> (Option<f64>, Option<f64>);
 
-/// A drive of so many seconds: the model's equations on a grid of 0.1 s, with a car that answers as late as the fit takes it to.
+/// A drive of so many seconds: the model's equations tick by tick, with a car that answers a wish as late as the fit takes it to.
 fn driven(truth: Truth, seconds: usize, plan: Plan) -> DriverStretches {
+    const TICKS_A_MOMENT: usize = 10;
+    let tick_s = MOMENT_S / TICKS_A_MOMENT as f64;
     let mut stream = rng::stream(5, "made up");
     let usual = DriverParams::default().idm;
     let idm = crate::idm::IdmParams { t: truth.factor * USUAL_S, v0: 30.0, ..usual };
     let (mut speed_mps, mut gap_m, mut wander) = (4.0_f64, 12.0_f64, 0.0);
-    let keeps = (-MOMENT_S / WANDER_S).exp();
+    let keeps = (-tick_s / WANDER_S).exp();
     let mut moments: Vec<Moment> = Vec::new();
-    let mut wishes = vec![0.0; CAR_LAG];
-    for i in 0..10 * seconds {
-        let at_s = i as f64 * MOMENT_S;
+    let mut wishes = vec![0.0; CAR_LAG * TICKS_A_MOMENT];
+    for i in 0..seconds * 10 * TICKS_A_MOMENT {
+        let at_s = i as f64 * tick_s;
         let (advised, leader) = plan(at_s);
         // As late as the model has it, less what the fit takes off for foot and car.
         let seen_s = at_s - truth.reaction_s + CAR_LAG as f64 * MOMENT_S - ANSWER_LAG_S;
@@ -38,17 +40,19 @@ fn driven(truth: Truth, seconds: usize, plan: Plan) -> DriverStretches {
             .0
             .map_or(f64::INFINITY, |advised_mps| (advised_mps + truth.bias_mps + wander - speed_mps) / RELAX_S);
         let behind = leader.map_or(f64::INFINITY, |leader_mps| idm.acceleration(speed_mps, leader_mps, gap_m));
-        moments.push(Moment {
-            speed_mps: speed_mps as f32,
-            advised_mps: advised.map(|mps| mps as f32),
-            gap_m: if leader.is_some() { gap_m as f32 } else { 1e6 },
-            leader_mps: leader.unwrap_or(speed_mps) as f32,
-            limit_mps: 30.0,
-            bend_mps: f32::INFINITY,
-        });
+        if i.is_multiple_of(TICKS_A_MOMENT) {
+            moments.push(Moment {
+                speed_mps: speed_mps as f32,
+                advised_mps: advised.map(|mps| mps as f32),
+                gap_m: if leader.is_some() { gap_m as f32 } else { 1e6 },
+                leader_mps: leader.unwrap_or(speed_mps) as f32,
+                limit_mps: 30.0,
+                bend_mps: f32::INFINITY,
+            });
+        }
         wishes.push(reach.min(behind).min(1.0));
-        speed_mps = (speed_mps + wishes[i] * MOMENT_S).max(0.0);
-        gap_m += leader.map_or(0.0, |leader_mps| (leader_mps - speed_mps) * MOMENT_S);
+        speed_mps = (speed_mps + wishes[i] * tick_s).max(0.0);
+        gap_m += leader.map_or(0.0, |leader_mps| (leader_mps - speed_mps) * tick_s);
     }
     DriverStretches::of_moments(USUAL_S, &moments)
 }
@@ -72,7 +76,7 @@ fn changing_advice_on_a_free_road_tells_all_but_the_time_gap() {
     let drive = driven(SOMEBODY, 900, changing);
     let found = fit(&[&drive]);
     let reaction = found.reaction_s.unwrap();
-    // Half a moment, and what the wander hides of changes of 0.4 to 1 m/s.
+    // A moment: what lies between is guessed by a parabola.
     assert!((reaction.value - 1.2).abs() < 0.1, "{reaction:?}");
     // 900 s are 90 independent pieces of a wander of 5 s: standard errors of 0.03 m/s and 7 %, three of them.
     let (bias, error) = (found.speed_bias_mps.unwrap(), found.error_mps.unwrap());

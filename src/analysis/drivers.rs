@@ -7,6 +7,7 @@ use super::{
     driver_moments::DriverStretches,
     glossary,
     page::{ReportPage, TableCells, short},
+    report,
 };
 use crate::driver::{DRIVERS_FORMAT, DriversFile, FittedDriver};
 use rayon::prelude::*;
@@ -89,7 +90,10 @@ pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
     let head =
         ["Participant".to_owned()].into_iter().chain(glossary::DRIVER_NUMBERS.map(|number| number.label())).collect();
     page.table(
-        "Drivers as found from advice and driving: value [95 % interval].",
+        &format!(
+            "Drivers as found from advice and driving: value [95 % interval]. N = {}.",
+            report::people(told.len())
+        ),
         &head,
         &told.iter().map(row).collect::<Vec<TableCells>>(),
         &[],

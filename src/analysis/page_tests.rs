@@ -2,10 +2,13 @@
 
 use super::{
     AnalysedRecording, DriveMeasures, DriveSetup, FoundRecording, MEASURES, RecordedTrial, StudyParticipants,
+    driver_fit::{FoundDriver, FoundNumber},
     driver_moments::DriverStretches,
+    drivers::{self, ParticipantDriver},
     figures, glossary,
     page::{ReportFigure, ReportPage, STYLE, short},
     report::{self, contacts, dictionary, every, index, report, scores, study, took_part},
+    tables,
     trajectories::DriveTrajectories,
 };
 
@@ -129,6 +132,33 @@ fn read(html: &str) -> String {
     text
 }
 
+/// Somebody of whom a bias alone is told.
+fn driver() -> ParticipantDriver {
+    let bias = FoundNumber { value: -0.2, interval: [-0.3, -0.1], rests_on_s: 120.0 };
+    let found = FoundDriver { speed_bias_mps: Some(bias), ..FoundDriver::default() };
+    ParticipantDriver { participant: "sub-P01".into(), found }
+}
+
+#[test]
+fn a_driver_has_what_is_told_of_him_and_no_more() {
+    let (html, _, methods) = whole_page();
+    let row = "<tr><td>sub-P01</td><td>–</td><td>−0.200 [−0.300, −0.100]</td><td>–</td><td>–</td></tr>";
+    assert!(html.contains(row) && html.contains("N = 1 participant."), "{html}");
+    assert!(methods.contains("Each participant was described by the numbers of codrive's simulated driver"));
+    let csv = tables::drivers(&drives(), &[driver()]);
+    assert!(csv.ends_with("\nsub-P01,,,,,-0.2,-0.3,-0.1,120,,,,,,,,\n"), "{csv}");
+    let file = drivers::drivers_toml("A study", &[driver()]);
+    assert!(
+        file.contains("participant = \"sub-P01\"\nspeed_bias_mps = -0.2\n") && !file.contains("reaction_s"),
+        "{file}"
+    );
+    // Nothing is said of nobody.
+    let nobody = ParticipantDriver { found: FoundDriver::default(), ..driver() };
+    let mut page = ReportPage::default();
+    drivers::section(&mut page, std::slice::from_ref(&nobody));
+    assert_eq!((page.html.as_str(), drivers::paragraph(&[nobody]).as_str()), ("", ""));
+}
+
 /// A study of two participants with negative numbers, and a questionnaire.
 fn whole_page() -> (String, Vec<(String, String)>, String) {
     let mut drives = drives();
@@ -136,8 +166,8 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
     drives[0].measures.values[index("speed_bias_mps")] = Some(-1.5);
     let score =
         super::people::ScoreColumn { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![-1.0, 3.0] };
-    let made =
-        report("A study", &drives, &StudyParticipants { all: Vec::new(), scores: vec![score] }, &[], &[]).unwrap();
+    let who = StudyParticipants { all: Vec::new(), scores: vec![score] };
+    let made = report("A study", &drives, &who, &[], &[driver()]).unwrap();
     (made.html, made.figures, made.methods)
 }
 
@@ -145,7 +175,7 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
 fn figures_and_tables_are_numbered_in_order_captioned_with_their_n_and_referred_to() {
     let (html, figures, _) = whole_page();
     let [n_figures, n_tables] = ["<figure ", "<table "].map(|tag| html.matches(tag).count());
-    assert!(n_figures == figures.len() && n_figures > 8 && n_tables == 7, "{n_figures} {n_tables}");
+    assert!(n_figures == figures.len() && n_figures > 8 && n_tables == 9, "{n_figures} {n_tables}");
     for (kind, name, n) in [("figure", "Figure", n_figures), ("table", "Table", n_tables)] {
         let mut from = 0;
         for i in 1..=n {

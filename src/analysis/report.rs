@@ -112,7 +112,7 @@ pub fn count(drives: usize) -> String {
 }
 
 /// So many participants, in words.
-fn people(n: usize) -> String {
+pub(super) fn people(n: usize) -> String {
     if n == 1 { "1 participant".into() } else { format!("{n} participants") }
 }
 
