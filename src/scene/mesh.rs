@@ -1,7 +1,7 @@
 //! Building meshes. In: loose triangles with a finish ([`TriangleSoup`]). Out: a [`Mesh`] with shared corners and smooth
 //! normals, sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
 
-use super::{Material, Mesh, Vertex};
+use super::{Material, Mesh, Vertex, point_key::PointKey};
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -33,7 +33,7 @@ pub(super) struct TriangleSoup {
 }
 
 /// What makes two corners one: place, normal, colour and material.
-type MeshCornerKey = ([i32; 3], [i32; 3], [u32; 4]);
+type MeshCornerKey = (PointKey, PointKey, [u32; 4]);
 
 /// Corners closer than this are one corner, metres.
 const WELD_M: f32 = 1e-4;
@@ -142,7 +142,7 @@ impl TriangleSoup {
     pub fn into_mesh(self, crease_rad: f32) -> Mesh {
         let faces: Vec<Vec3> =
             self.triangles.iter().map(|([a, b, c], _)| (*b - *a).cross(*c - *a).normalize_or_zero()).collect();
-        let mut around: BTreeMap<[i32; 3], Vec<(usize, f32)>> = BTreeMap::new();
+        let mut around: BTreeMap<PointKey, Vec<(usize, f32)>> = BTreeMap::new();
         for (index, (corners, _)) in self.triangles.iter().enumerate() {
             for k in 0..3 {
                 let to = |j: usize| (corners[(k + j) % 3] - corners[k]).normalize_or_zero();
@@ -168,10 +168,11 @@ impl TriangleSoup {
                 let normal = normal.try_normalize().unwrap_or(faces[index]);
                 let [r, g, b] = finish.colour.map(f32::to_bits);
                 let look = [r, g, b, finish.material as u32];
-                let number =
-                    *shared.entry((key(corner), (normal * 1000.0).round().as_ivec3().to_array(), look)).or_insert_with(
-                        || mesh.vertex(Vertex::new(corner, normal, finish.colour, Vec2::ZERO, finish.material)),
-                    );
+                let number = *shared
+                    .entry((key(corner), PointKey::cell((normal * 1000.0).round().as_ivec3()), look))
+                    .or_insert_with(|| {
+                        mesh.vertex(Vertex::new(corner, normal, finish.colour, Vec2::ZERO, finish.material))
+                    });
                 mesh.indices.push(number);
             }
         }
@@ -180,8 +181,8 @@ impl TriangleSoup {
 }
 
 /// A position on the welding lattice.
-fn key(p: Vec3) -> [i32; 3] {
-    (p / WELD_M).round().as_ivec3().to_array()
+fn key(p: Vec3) -> PointKey {
+    PointKey::cell((p / WELD_M).round().as_ivec3())
 }
 
 impl Vertex {
@@ -288,19 +289,19 @@ pub(super) mod tests {
     }
 
     fn open(mesh: &Mesh) -> Vec<[Vec3; 2]> {
-        let mut count: BTreeMap<[[i32; 3]; 2], i32> = BTreeMap::new();
+        let mut count: BTreeMap<[PointKey; 2], (i32, [Vec3; 2])> = BTreeMap::new();
         for (corners, _) in faces(mesh) {
-            let keys = corners.map(|v| super::key(v.position.into()));
+            let places = corners.map(|v| Vec3::from(v.position));
             for k in 0..3 {
-                let (a, b) = (keys[k], keys[(k + 1) % 3]);
+                let edge = [places[k], places[(k + 1) % 3]];
+                let [a, b] = edge.map(super::key);
                 // Closer than the lattice: no edge.
                 if a != b {
-                    *count.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+                    count.entry([a.min(b), a.max(b)]).or_insert((0, edge)).0 += if a < b { 1 } else { -1 };
                 }
             }
         }
-        let place = |key: [i32; 3]| Vec3::from_array(key.map(|v| v as f32 * WELD_M));
-        count.into_iter().filter(|(_, c)| *c != 0).map(|(edge, _)| edge.map(place)).collect()
+        count.into_values().filter(|(count, _)| *count != 0).map(|(_, edge)| edge).collect()
     }
 
     #[test]

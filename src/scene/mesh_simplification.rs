@@ -5,8 +5,8 @@
 //! is furthest out, so that nothing shrinks, or furthest in, so that nothing sticks out of the mesh. What faces down is left
 //! out.
 
-use super::{Mesh, Vertex};
-use glam::{IVec3, Vec3};
+use super::{Mesh, Vertex, point_key::PointKey};
+use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Triangles that face down more than this are left out: the height of their unit normal.
@@ -16,7 +16,7 @@ const DOWNWARDS: f32 = -0.3;
 const REACHING: f32 = 0.004;
 
 /// What makes two corners of the coarse mesh one: box, material, colour.
-type BoxKey = ([i32; 3], u32, [u32; 3]);
+type BoxKey = (PointKey, u32, PointKey);
 
 /// Which corner of a box stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,30 +31,30 @@ pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: KeptCorner) -> Mesh {
     let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(Vec3::splat(1e-3)));
     let place = |i: u32| Vec3::from(mesh.vertices[i as usize].position);
     // Boxes lie evenly about the middle, so that both sides of a car are alike.
-    let cell = |p: Vec3| ((p - middle) / cell_m).round().as_ivec3();
+    let cell = |p: Vec3| PointKey::cell(((p - middle) / cell_m).round().as_ivec3());
     // What reaches furthest along an axis first: without it the whole would be smaller.
     let out = |p: Vec3| {
         let share = ((p - middle) / half).abs();
         (share.max_element() > 1.0 - REACHING, share.length_squared())
     };
-    let mut kept: BTreeMap<[i32; 3], Vec3> = BTreeMap::new();
+    let mut kept: BTreeMap<PointKey, Vec3> = BTreeMap::new();
     for &i in &mesh.indices {
         let p = place(i);
-        let kept = kept.entry(cell(p).to_array()).or_insert(p);
+        let kept = kept.entry(cell(p)).or_insert(p);
         if (out(p) > out(*kept)) == (which == KeptCorner::Outermost) {
             *kept = p;
         }
     }
     let mut result = Mesh::default();
     let mut numbers: BTreeMap<BoxKey, u32> = BTreeMap::new();
-    let mut made: BTreeSet<[[i32; 3]; 3]> = BTreeSet::new();
+    let mut made: BTreeSet<[PointKey; 3]> = BTreeSet::new();
     // Large triangles first: where two become one, it looks like the larger.
     let face = |t: &[u32; 3]| (place(t[1]) - place(t[0])).cross(place(t[2]) - place(t[0]));
     let mut triangles: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
     triangles.sort_by(|a, b| face(b).length_squared().total_cmp(&face(a).length_squared()));
     for triangle in triangles {
-        let cells: [IVec3; 3] = triangle.map(|i| cell(place(i)));
-        let [a, b, c] = cells.map(|c| c.to_array());
+        let cells = triangle.map(|i| cell(place(i)));
+        let [a, b, c] = cells;
         if a == b || b == c || c == a || face(&triangle).normalize_or_zero().z < DOWNWARDS {
             continue;
         }
@@ -65,7 +65,7 @@ pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: KeptCorner) -> Mesh {
         }
         let corners = [0, 1, 2].map(|k| {
             let vertex = &mesh.vertices[triangle[k] as usize];
-            let key = (cells[k].to_array(), vertex.material, vertex.colour.map(f32::to_bits));
+            let key = (cells[k], vertex.material, PointKey::exact(Vec3::from(vertex.colour)));
             let number = *numbers.entry(key).or_insert_with(|| {
                 let position = kept[&key.0].to_array();
                 result.vertex(Vertex { position, normal: [0.0; 3], ..*vertex })

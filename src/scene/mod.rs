@@ -8,6 +8,7 @@ mod land;
 mod mesh;
 mod mesh_simplification;
 mod options;
+mod point_key;
 mod scenario_options;
 mod static_scene;
 mod trees;

@@ -196,7 +196,8 @@ fn smooth_between(picture: &[Vec3], p: Vec2) -> Vec3 {
     let cell = p.floor();
     let weights = |t: f32| {
         let (u, t2) = (1.0 - t, t * t);
-        [u * u * u, 4.0 - 6.0 * t2 + 3.0 * t2 * t, 4.0 - 6.0 * u * u + 3.0 * u * u * u, t2 * t].map(|w| w / 6.0)
+        let (second, third) = (4.0 - 6.0 * t2 + 3.0 * t2 * t, 4.0 - 6.0 * u * u + 3.0 * u * u * u);
+        [u * u * u / 6.0, second / 6.0, third / 6.0, t2 * t / 6.0]
     };
     let (across, down) = (weights(p.x - cell.x), weights(p.y - cell.y));
     let at = |i: f32| (i.max(0.0) as usize).min(atmosphere::SIZE - 1);
@@ -208,6 +209,7 @@ fn smooth_between(picture: &[Vec3], p: Vec2) -> Vec3 {
 }
 
 /// A periodic lattice of `n` by `n`, smoothly interpolated at a place in cells.
+#[inline]
 fn plane(lattice: &[f32], n: usize, p: Vec2) -> f32 {
     let cell = p.floor();
     let f = p - cell;

@@ -62,9 +62,13 @@ pub fn paint(trees: &[Mesh]) -> Vec<Vec<u8>> {
         let mut bytes = Vec::with_capacity(8 * pictures.len() * (SIZE >> level).pow(2));
         for picture in &pictures {
             let texels = &picture[level];
-            bytes.extend(texels.iter().flat_map(|t| [t[1].sqrt(), t[2].sqrt(), t[3].sqrt(), t[0]].map(byte)));
+            bytes.extend(
+                texels.iter().flat_map(|t| [byte(t[1].sqrt()), byte(t[2].sqrt()), byte(t[3].sqrt()), byte(t[0])]),
+            );
             let towards = |v: f32| 0.5 + 0.5 * v;
-            bytes.extend(texels.iter().flat_map(|t| [towards(t[4]), towards(t[5]), towards(t[6]), t[7]].map(byte)));
+            bytes.extend(
+                texels.iter().flat_map(|t| [byte(towards(t[4])), byte(towards(t[5])), byte(towards(t[6])), byte(t[7])]),
+            );
         }
         bytes
     };
@@ -98,8 +102,9 @@ fn picture(mesh: &Mesh, layers: &LeafLayers, view: usize) -> Vec<ImpostorTexel> 
     let mut depth = vec![f32::MIN; SIZE * SIZE];
     let mut texels = vec![[0.0; 8]; SIZE * SIZE];
     for t in mesh.indices.chunks_exact(3) {
-        let corners = [0, 1, 2].map(|k| &mesh.vertices[t[k] as usize]);
-        let [a, b, c] = corners.map(place);
+        let corner = |k: usize| &mesh.vertices[t[k] as usize];
+        let corners = [corner(0), corner(1), corner(2)];
+        let (a, b, c) = (place(corners[0]), place(corners[1]), place(corners[2]));
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         if area.abs() < 1e-6 {
             continue;
@@ -109,10 +114,9 @@ fn picture(mesh: &Mesh, layers: &LeafLayers, view: usize) -> Vec<ImpostorTexel> 
         for y in low.y as usize..=high.y.max(0.0) as usize {
             for x in low.x as usize..=high.x.max(0.0) as usize {
                 let p = vec2(x as f32 + 0.5, y as f32 + 0.5);
-                let [u, v] = [c, a].map(|from| {
-                    let to = if from == c { a } else { b };
-                    (to.truncate() - from.truncate()).perp_dot(p - from.truncate()) / area
-                });
+                let share =
+                    |from: Vec3, to: Vec3| (to.truncate() - from.truncate()).perp_dot(p - from.truncate()) / area;
+                let (u, v) = (share(c, a), share(a, b));
                 let weights = [1.0 - u - v, u, v];
                 if weights.iter().any(|w| *w < 0.0) {
                     continue;
@@ -133,7 +137,9 @@ fn picture(mesh: &Mesh, layers: &LeafLayers, view: usize) -> Vec<ImpostorTexel> 
 
 /// What is at a place of a triangle; nothing between leaves.
 fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &LeafLayers) -> Option<ImpostorTexel> {
-    let mean = |of: &dyn Fn(&Vertex) -> f32| -> f32 { corners.iter().zip(weights).map(|(v, w)| of(v) * w).sum() };
+    let mean = |of: &dyn Fn(&Vertex) -> f32| {
+        of(corners[0]) * weights[0] + of(corners[1]) * weights[1] + of(corners[2]) * weights[2]
+    };
     let uv = vec2(mean(&|v| v.uv[0]), mean(&|v| v.uv[1]));
     let normal = Vec3::new(mean(&|v| v.normal[0]), mean(&|v| v.normal[1]), mean(&|v| v.normal[2]));
     let leafy = corners[0].material == Material::Leaves as u32;
@@ -149,7 +155,8 @@ fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &LeafLayers) -> Optio
         lean = 0.6 * flat.extend(0.5 * (flat.x - flat.y));
     }
     let normal = (normal.normalize_or(Vec3::Z) + lean).normalize_or(Vec3::Z);
-    let [r, g, b] = [0, 1, 2].map(|i| mean(&|v| v.colour[i]) * tone);
+    let colour = |i: usize| mean(&|v| v.colour[i]) * tone;
+    let (r, g, b) = (colour(0), colour(1), colour(2));
     Some([1.0, r, g, b, normal.x, normal.y, normal.z, f32::from(u8::from(leafy))])
 }
 
@@ -159,7 +166,8 @@ fn halve(texels: &[ImpostorTexel], side: usize) -> Vec<ImpostorTexel> {
     let mut out = Vec::with_capacity(half * half);
     for i in 0..half * half {
         let (x, y) = (i % half, i / half);
-        let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| texels[(2 * y + dy) * side + 2 * x + dx]);
+        let at = |dx: usize, dy: usize| texels[(2 * y + dy) * side + 2 * x + dx];
+        let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
         let cover: f32 = four.iter().map(|t| t[0]).sum();
         let mut mean = [0.0; 8];
         for t in &four {

@@ -59,9 +59,11 @@ pub fn layers() -> &'static LeafLayers {
 }
 
 /// What is at a place, 0..1, of the card with the variant `x` and the cut `y`.
+#[inline]
 pub fn at(layers: &LeafLayers, card: Vec2, place: Vec2) -> LeafTexel {
     let layer = card.y as usize * VARIANTS + card.x as usize;
-    let [x, y] = [place.x, place.y].map(|v| ((v * SIZE as f32) as usize).min(SIZE - 1));
+    let texel = |v: f32| ((v * SIZE as f32) as usize).min(SIZE - 1);
+    let (x, y) = (texel(place.x), texel(place.y));
     layers[layer][0][y * SIZE + x]
 }
 
@@ -274,7 +276,8 @@ fn halve(texels: &[LeafTexel], side: usize) -> Vec<LeafTexel> {
     let mut out = Vec::with_capacity(half * half);
     for y in 0..half {
         for x in 0..half {
-            let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| texels[(2 * y + dy) * side + 2 * x + dx]);
+            let at = |dx: usize, dy: usize| texels[(2 * y + dy) * side + 2 * x + dx];
+            let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
             let cover: f32 = four.iter().map(|t| t[0]).sum();
             let mean = |i: usize| four.iter().map(|t| t[i] * (t[0] + 1e-3)).sum::<f32>() / (cover + 4e-3);
             out.push([cover / 4.0, mean(1), mean(2), mean(3)]);
@@ -292,10 +295,11 @@ fn bark() -> Vec<LeafTexel> {
     let layers = [(7, 3), (13, 5), (29, 17), (61, 53)].map(|(nx, ny)| lattice(&mut random, nx, ny));
     let at = |x: usize, y: usize| {
         let (u, v) = ((x % SIZE) as f32 / SIZE as f32, (y % SIZE) as f32 / SIZE as f32);
-        let [broad, plates, fine, grit] = [0, 1, 2, 3].map(|i| {
-            let (nx, ny, values) = &layers[i];
+        let noise = |i: usize| {
+            let (nx, ny, values): &(usize, usize, Vec<f32>) = &layers[i];
             smooth(values, *nx, *ny, u, v)
-        });
+        };
+        let (broad, plates, fine, grit) = (noise(0), noise(1), noise(2), noise(3));
         let furrow = (1.0 - (plates - 0.5).abs() * 5.0).max(0.0).max((0.8 - (broad - 0.5).abs() * 6.0).max(0.0));
         0.62 - 0.34 * furrow + 0.22 * (fine - 0.5) + 0.14 * (grit - 0.5)
     };

@@ -107,6 +107,7 @@ fn blades() -> Vec<f32> {
 }
 
 /// A random lattice of `nx` by `ny` points, smoothly interpolated; tiles over 0..1.
+#[inline]
 pub(in crate::render) fn smooth(lattice: &[f32], nx: usize, ny: usize, u: f32, v: f32) -> f32 {
     let (x, y) = (u * nx as f32, v * ny as f32);
     let (ix, iy) = (x as usize, y as usize);
@@ -126,7 +127,8 @@ fn halve(texels: &[[f32; 4]], side: usize) -> Vec<[f32; 4]> {
         for x in 0..half {
             let at = |dx: usize, dy: usize| texels[(2 * y + dy) * side + 2 * x + dx];
             let (a, b, c, d) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1));
-            out.push(std::array::from_fn(|i| (a[i] + b[i] + c[i] + d[i]) / 4.0));
+            let mean = |i: usize| (a[i] + b[i] + c[i] + d[i]) / 4.0;
+            out.push([mean(0), mean(1), mean(2), mean(3)]);
         }
     }
     out

@@ -15,6 +15,7 @@ pub struct PaintedTexture<'a> {
 }
 
 /// A share, 0..1, as a byte.
+#[inline]
 pub fn byte(share: f32) -> u8 {
     (share.clamp(0.0, 1.0) * 255.0).round() as u8
 }

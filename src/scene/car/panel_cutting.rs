@@ -2,8 +2,8 @@
 //! pass through. In: quads with the place they have before bending. Out: loose triangles with smooth normals, or a closed
 //! [`Mesh`]. Metres in the body's frame.
 
-use crate::scene::{Mesh, Vertex, mesh::SurfaceFinish};
-use glam::{Vec2, Vec3};
+use crate::scene::{Mesh, Vertex, mesh::SurfaceFinish, point_key::PointKey};
+use glam::{IVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// A corner of a face.
@@ -39,13 +39,21 @@ pub(in crate::scene) struct BodyFace {
 impl BodyFace {
     /// True if it is more than a line.
     fn is_real(&self) -> bool {
-        let [a, b, c] = self.corners.map(|corner| corner.at);
+        let [a, b, c] = self.places();
         let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
         self.cross().length() > 2e-4 * longest
     }
 
+    /// Where its corners are. By name and not by a map over the array, which would be a call.
+    #[inline]
+    fn places(&self) -> [Vec3; 3] {
+        let [a, b, c] = &self.corners;
+        [a.at, b.at, c.at]
+    }
+
+    #[inline]
     fn cross(&self) -> Vec3 {
-        let [a, b, c] = self.corners.map(|corner| corner.at);
+        let [a, b, c] = self.places();
         (b - a).cross(c - a)
     }
 }
@@ -114,7 +122,7 @@ impl PanelSkin {
             [[b, c, d], [b, d, a]]
         };
         for corners in halves {
-            let [p, q, r] = corners.map(|c| c.at);
+            let [p, q, r] = [corners[0].at, corners[1].at, corners[2].at];
             if p.distance(q).min(q.distance(r)).min(r.distance(p)) > 1e-5 {
                 self.faces.push(BodyFace { corners, finish });
             }
@@ -123,9 +131,9 @@ impl PanelSkin {
 
     /// Gives every corner the mean normal of the faces around it that bend by less than `crease_rad`.
     pub fn smooth(&mut self, crease_rad: f32) {
-        let key = |p: Vec3| (p * 1e4).round().as_ivec3().to_array();
+        let key = |p: Vec3| PointKey::cell((p * 1e4).round().as_ivec3());
         let normals: Vec<Vec3> = self.faces.iter().map(|face| face.cross().normalize_or_zero()).collect();
-        let mut around: BTreeMap<[i32; 3], Vec<(usize, f32)>> = BTreeMap::new();
+        let mut around: BTreeMap<PointKey, Vec<(usize, f32)>> = BTreeMap::new();
         for (i, face) in self.faces.iter().enumerate() {
             for k in 0..3 {
                 let to = |j: usize| (face.corners[(k + j) % 3].at - face.corners[k].at).normalize_or_zero();
@@ -197,13 +205,13 @@ impl PanelSkin {
         wall: SurfaceFinish,
     ) -> Vec<BodyFace> {
         let inside = self.cut(cell);
-        let mut open: BTreeMap<[[i32; 3]; 2], (i32, [FaceCorner; 2])> = BTreeMap::new();
-        let key = |p: Vec3| (p * 2e4).round().as_ivec3().to_array();
+        let mut open: BTreeMap<(PointKey, PointKey), (i32, [FaceCorner; 2])> = BTreeMap::new();
+        let key = |p: Vec3| PointKey::cell((p * 2e4).round().as_ivec3());
         for face in &inside {
             for k in 0..3 {
                 let (a, b) = (face.corners[k], face.corners[(k + 1) % 3]);
                 let (i, j) = (key(a.at), key(b.at));
-                open.entry([i.min(j), i.max(j)]).or_insert((0, [a, b])).0 += if i < j { 1 } else { -1 };
+                open.entry((i.min(j), i.max(j))).or_insert((0, [a, b])).0 += if i < j { 1 } else { -1 };
             }
         }
         let mut walls = Self::default();
@@ -264,23 +272,27 @@ impl PanelSkin {
     /// corner of that face.
     pub fn close_seams(&mut self) {
         self.weld();
-        let key = |p: Vec3| p.to_array().map(f32::to_bits);
-        let mut edges: BTreeMap<[[u32; 3]; 2], i32> = BTreeMap::new();
-        let ends = |face: &BodyFace, k: usize| [face.corners[k].at, face.corners[(k + 1) % 3].at];
+        let mut edges: BTreeMap<(PointKey, PointKey), i32> = BTreeMap::new();
+        let ends = |face: &BodyFace, k: usize| (face.corners[k].at, face.corners[(k + 1) % 3].at);
+        let keys = |face: &BodyFace, k: usize| {
+            let (a, b) = ends(face, k);
+            (PointKey::exact(a), PointKey::exact(b))
+        };
         for face in &self.faces {
             for k in 0..3 {
-                let [a, b] = ends(face, k).map(key);
-                *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+                let (a, b) = keys(face, k);
+                *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
             }
         }
         let open = |face: &BodyFace, k: usize| {
-            let [a, b] = ends(face, k).map(key);
-            edges.get(&[a.min(b), a.max(b)]).is_some_and(|count| *count != 0)
+            let (a, b) = keys(face, k);
+            edges.get(&(a.min(b), a.max(b))).is_some_and(|count| *count != 0)
         };
-        let mut loose: BTreeMap<[u32; 3], Vec3> = BTreeMap::new();
+        let mut loose: BTreeMap<PointKey, Vec3> = BTreeMap::new();
         for face in &self.faces {
             for k in (0..3).filter(|&k| open(face, k)) {
-                loose.extend(ends(face, k).map(|p| (key(p), p)));
+                let (a, b) = ends(face, k);
+                loose.extend([(PointKey::exact(a), a), (PointKey::exact(b), b)]);
             }
         }
         // By x, so that an edge looks only at the corners beside it.
@@ -328,18 +340,21 @@ impl PanelSkin {
     /// Makes corners that are nearly one exactly one, and drops faces that have lost a side.
     fn weld(&mut self) {
         const CELL_M: f32 = 0.01;
-        let mut cells: BTreeMap<[i32; 3], Vec<Vec3>> = BTreeMap::new();
+        let mut cells: BTreeMap<PointKey, Vec<Vec3>> = BTreeMap::new();
         for face in &mut self.faces {
             for corner in &mut face.corners {
                 let p = corner.at;
-                let place = |p: Vec3| (p / CELL_M).floor().as_ivec3().to_array();
+                let place = |p: Vec3| (p / CELL_M).floor().as_ivec3();
                 let (low, high) = (place(p - WELD_M), place(p + WELD_M));
                 let mut found = None;
-                'search: for x in low[0]..=high[0] {
-                    for y in low[1]..=high[1] {
-                        for z in low[2]..=high[2] {
+                'search: for x in low.x..=high.x {
+                    for y in low.y..=high.y {
+                        for z in low.z..=high.z {
                             let near = |q: &&Vec3| q.distance_squared(p) < WELD_M * WELD_M;
-                            found = cells.get(&[x, y, z]).and_then(|list| list.iter().find(near)).copied();
+                            found = cells
+                                .get(&PointKey::cell(IVec3::new(x, y, z)))
+                                .and_then(|list| list.iter().find(near))
+                                .copied();
                             if found.is_some() {
                                 break 'search;
                             }
@@ -347,18 +362,18 @@ impl PanelSkin {
                     }
                 }
                 corner.at = found.unwrap_or_else(|| {
-                    cells.entry(place(p)).or_default().push(p);
+                    cells.entry(PointKey::cell(place(p))).or_default().push(p);
                     p
                 });
             }
         }
         self.faces.retain(|face| {
-            let [a, b, c] = face.corners.map(|corner| corner.at);
+            let [a, b, c] = face.places();
             a != b && b != c && c != a
         });
     }
 
-    /// A mesh with shared corners; call [`PanelSkin::heal`] before.
+    /// A mesh with shared corners; call [`PanelSkin::close_seams`] before.
     pub fn mesh(&self) -> Mesh {
         let mut mesh = Mesh::default();
         let mut shared: BTreeMap<CornerKey, u32> = BTreeMap::new();
@@ -366,8 +381,8 @@ impl PanelSkin {
             let [r, g, b] = face.finish.colour;
             let look = [r.to_bits(), g.to_bits(), b.to_bits(), face.finish.material as u32];
             for corner in &face.corners {
-                let normal = (corner.normal * 500.0).round().as_ivec3().to_array();
-                let key = (corner.at.to_array().map(f32::to_bits), normal, look);
+                let normal = PointKey::cell((corner.normal * 500.0).round().as_ivec3());
+                let key = (PointKey::exact(corner.at), normal, look);
                 let number = *shared.entry(key).or_insert_with(|| {
                     let (finish, zero) = (face.finish, Vec2::ZERO);
                     mesh.vertex(Vertex::new(corner.at, corner.normal, finish.colour, zero, finish.material))
@@ -380,7 +395,7 @@ impl PanelSkin {
 }
 
 /// What makes two corners of a mesh one: place, normal, colour and material.
-type CornerKey = ([u32; 3], [i32; 3], [u32; 4]);
+type CornerKey = (PointKey, PointKey, [u32; 4]);
 
 /// Corners closer than this are one, metres.
 const WELD_M: f32 = 6e-5;
@@ -405,7 +420,7 @@ fn part(polygon: &[FaceCorner], normal: Vec3, reach: f32) -> (Vec<FaceCorner>, V
         }
         if s * t < 0.0 {
             // The same bits from both faces of an edge.
-            let first = a.at.to_array() < b.at.to_array();
+            let first = (a.at.x, a.at.y, a.at.z) < (b.at.x, b.at.y, b.at.z);
             let cut = if first { a.mix(b, s / (s - t)) } else { b.mix(a, t / (t - s)) };
             within.push(cut);
             beyond.push(cut);
