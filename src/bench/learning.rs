@@ -1,5 +1,6 @@
-//! Measurements of training on this machine. In: nothing. Out: [`LearningTimes`]: the fast ring on one core, and an update
-//! of TRPO and an iteration of training at the sizes that peers are measured with (`benches/peers`).
+//! Measurements of training on this machine. In: nothing. Out: [`LearningTimes`]: the fast ring on one core, bare, under a policy
+//! and under one that asks who drives, and an update of TRPO and an iteration of training at the sizes that peers are measured
+//! with (`benches/peers`).
 
 use super::{TimeStatistics, now};
 use crate::{
@@ -9,8 +10,10 @@ use crate::{
         Learner, TrainConfig,
         distribution::Family,
         fitted_network::{Fit, FittedNetwork},
+        identification::EstimatorLearner,
         net::Shape,
         ring::{RingStart, VectorizedRing},
+        rollout::{Means, Rollout, RolloutWorker},
         simd::LANES,
         trpo::{Batch, PolicyShape, TrustRegion},
     },
@@ -24,6 +27,10 @@ pub struct LearningTimes {
     pub ring_steps_per_s: f64,
     /// The same times 22.
     pub vehicle_updates_per_s: f64,
+    /// Vehicle updates a second on one core in rollouts of a policy of 64-64 that decides each second.
+    pub rollout_updates_per_s: f64,
+    /// The same of a policy that asks who drives: a gated recurrent unit watches each driver.
+    pub asking_rollout_updates_per_s: f64,
     /// An update at batch 16,000, nets 64-64, policy and value, on one core.
     pub update_one_core: TimeStatistics,
     /// The same on all cores.
@@ -47,6 +54,8 @@ pub fn learning() -> LearningTimes {
     LearningTimes {
         ring_steps_per_s,
         vehicle_updates_per_s: ring_steps_per_s * CARS as f64,
+        rollout_updates_per_s: rollouts(false),
+        asking_rollout_updates_per_s: rollouts(true),
         update_one_core: match pool {
             Ok(pool) => pool.install(|| update(5)),
             Err(_) => update(5),
@@ -74,6 +83,33 @@ fn rings() -> f64 {
         times.push(begin.elapsed());
     }
     (BLOCKS * LANES * STEPS) as f64 / (TimeStatistics::of(times).median_us * 1e-6)
+}
+
+/// Rollouts of blocks of sixteen rings as training runs them, vehicle updates a second; the median of nine runs.
+fn rollouts(asks: bool) -> f64 {
+    const DECISIONS: usize = 50;
+    let mut config = TrainConfig::default();
+    let (cars, metres) = (CARS as u32, 250.0);
+    (config.ring.vehicles_min, config.ring.vehicles_max) = (cars, cars);
+    (config.ring.circumference_min_m, config.ring.circumference_max_m) = (metres, metres);
+    let inputs = config.inputs().len();
+    let shape = PolicyShape { net: Shape::new(&[inputs, 64, 64, 1]), family: Family::Normal };
+    let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut rng::stream(1, "bench"));
+    theta.resize(shape.parameters(), 0.0);
+    let mut blocks: Vec<RolloutWorker> = (0..BLOCKS).map(|i| RolloutWorker::new(&config, i, BLOCKS)).collect();
+    if asks {
+        let estimator = EstimatorLearner::new(&config);
+        blocks.iter_mut().for_each(|block| block.is_watched_by(&estimator));
+    }
+    let (mut times, mut steps) = (Vec::new(), 0.0);
+    for _ in 0..9 {
+        let begin = now();
+        let lived: Vec<Rollout> =
+            blocks.iter_mut().map(|block| block.live(&config, &shape, &theta, DECISIONS, None)).collect();
+        times.push(begin.elapsed());
+        steps = Means::of(&lived).steps;
+    }
+    steps * CARS as f64 / (TimeStatistics::of(times).median_us * 1e-6)
 }
 
 /// Policy and value, five passes over the batch as training makes them.

@@ -11,8 +11,8 @@ use super::{
     drawn_ring::{draw_ring, episode_stream},
     driver::AdviceFollower,
     identification::BlockSample,
-    ring::{VectorizedRing, wide},
-    simd::{LANES, SimdLanes, lane, splat},
+    ring::VectorizedRing,
+    simd::{LANES, SimdLanes, VectorWork, in_wide_vectors, lane, splat},
 };
 use crate::{
     metrics::DrivenBy,
@@ -204,10 +204,7 @@ impl VecEnv {
 
     /// One step under the advice that stands; no episode ends.
     pub fn step(&mut self) {
-        wide(self, |block| {
-            let ego_mps = block.follower.step(&block.ring);
-            block.ring.step(Some(&ego_mps));
-        });
+        in_wide_vectors(AdvisedStep(self));
     }
 
     /// One hold under these actions, which correct the controllers' speeds where there are controllers; rings whose episode ended
@@ -219,24 +216,7 @@ impl VecEnv {
         }
         let range_mps = self.config.reward.range_mps as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
-        let totals = wide(self, |block| {
-            let mut totals = Totals::default();
-            for _ in 0..steps {
-                let ego_mps = block.follower.step(&block.ring);
-                block.ring.step(Some(&ego_mps));
-                totals.add(&block.ring, &block.follower.missed_mps(&ego_mps, range_mps));
-                for (mean, now) in block.mean_ego_mps.iter_mut().zip(&ego_mps) {
-                    *mean += (now - *mean) * fresh;
-                }
-                if block.samples.is_some() {
-                    block.sample();
-                }
-                if block.corrected.is_some() {
-                    block.watch_controllers();
-                }
-            }
-            totals
-        });
+        let totals = in_wide_vectors(AdvisedHold { block: self, steps, range_mps, fresh });
         self.settle(actions, steps, &totals)
     }
 
@@ -357,6 +337,54 @@ struct Totals {
     least_gap_m: SimdLanes,
     short_headway: SimdLanes,
     missed_mps: SimdLanes,
+}
+
+/// One step of a block under the advice that stands.
+struct AdvisedStep<'a>(&'a mut VecEnv);
+
+impl VectorWork for AdvisedStep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let block = self.0;
+        let ego_mps = block.follower.step(&block.ring);
+        block.ring.step(Some(&ego_mps));
+    }
+}
+
+/// The steps of a hold, with what is counted in them.
+struct AdvisedHold<'a> {
+    block: &'a mut VecEnv,
+    steps: u32,
+    range_mps: f32,
+    /// Share of a step in the mean of the ego's speed.
+    fresh: f32,
+}
+
+impl VectorWork for AdvisedHold<'_> {
+    type Output = Totals;
+
+    #[inline(always)]
+    fn run(self) -> Totals {
+        let Self { block, steps, range_mps, fresh } = self;
+        let mut totals = Totals::default();
+        for _ in 0..steps {
+            let ego_mps = block.follower.step(&block.ring);
+            block.ring.step(Some(&ego_mps));
+            totals.add(&block.ring, &block.follower.missed_mps(&ego_mps, range_mps));
+            for (mean, now) in block.mean_ego_mps.iter_mut().zip(&ego_mps) {
+                *mean += (now - *mean) * fresh;
+            }
+            if block.samples.is_some() {
+                block.sample();
+            }
+            if block.corrected.is_some() {
+                block.watch_controllers();
+            }
+        }
+        totals
+    }
 }
 
 impl Default for Totals {

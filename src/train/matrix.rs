@@ -71,8 +71,8 @@ pub fn add_product<T: Real>(a: Matrix<'_, T>, b: Matrix<'_, T>, c: &mut [T]) {
     multiply_wide(a, right, b.columns, c);
 }
 
-/// [`multiply`] compiled for the widest vectors that this machine has. Not through [`super::ring::wide`]: the compiler
-/// does not inline a closure of this size, and then it has narrow vectors (four times slower, measured).
+/// [`multiply`] compiled for the widest vectors that this machine has. Not through [`super::simd::in_wide_vectors`], which knows
+/// no AVX-512.
 fn multiply_wide<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
     #[cfg(target_arch = "x86_64")]
     {
@@ -123,9 +123,9 @@ fn multiply<T: Real, const R: usize>(a: Matrix<'_, T>, b: &[T], columns: usize, 
 #[inline(always)]
 fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let mut sums = [[T::default(); COLUMNS]; R];
-    // Indices, not iterators: whether `zip` is inlined here is for the compiler to say, and without it this takes ten times as
-    // long (measured without link-time optimisation between the parts of a package). Slices are cut to their length outside of
-    // the loop: an index that is checked for each row in it takes as long as the sums.
+    // Indices, neither iterators nor functions over arrays: whether `zip` or `from_fn` is inlined here is for the compiler to say,
+    // and without it this takes six to ten times as long (measured without link-time optimisation between the parts of a
+    // package). Slices are cut to their length outside of the loop: an index that is checked in it takes as long as the sums.
     if a.transposed {
         for k in 0..a.columns {
             let row: &[T; COLUMNS] = b[k * columns + j..].first_chunk().expect("a whole block of columns");
@@ -137,7 +137,10 @@ fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: 
             }
         }
     } else {
-        let rows: [&[T]; R] = std::array::from_fn(|r| &a.data[(i + r) * a.columns..][..a.columns]);
+        let mut rows: [&[T]; R] = [&[]; R];
+        for (r, row) in rows.iter_mut().enumerate() {
+            *row = &a.data[(i + r) * a.columns..][..a.columns];
+        }
         for k in 0..a.columns {
             let row: &[T; COLUMNS] = b[k * columns + j..].first_chunk().expect("a whole block of columns");
             for r in 0..R {
@@ -148,10 +151,10 @@ fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: 
             }
         }
     }
-    for (r, sums) in sums.iter().enumerate() {
+    for r in 0..R {
         let out: &mut [T; COLUMNS] = c[(i + r) * columns + j..].first_chunk_mut().expect("a whole block of columns");
         for l in 0..COLUMNS {
-            out[l] += sums[l];
+            out[l] += sums[r][l];
         }
     }
 }

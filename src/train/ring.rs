@@ -6,7 +6,7 @@
 //! keeps its digits. Slot 0 is the ego and slot `k` the `k`-th car **behind** it, so that rings of different numbers of
 //! cars share one loop: slots beyond a ring's last car hold ghosts that follow it and that nobody sees.
 
-use super::simd::{LANES, LaneRng, SimdLanes, lane, splat};
+use super::simd::{LANES, LaneRng, SimdLanes, VectorWork, in_wide_vectors, lane, splat};
 use crate::{idm::IdmParams, space::CAR_LENGTH_M, traffic};
 use serde::{Deserialize, Serialize};
 
@@ -271,11 +271,7 @@ impl VectorizedRing {
 
     /// `steps` steps in which the model drives every car, the ego too: the warm-up, and the road without advice.
     pub fn run(&mut self, steps: usize) {
-        wide(self, |ring| {
-            for _ in 0..steps {
-                ring.step(None);
-            }
-        });
+        in_wide_vectors(UndisturbedSteps { ring: self, steps });
     }
 
     /// One step. At its end the ego has the speed `ego_mps`; without one its own model drives it.
@@ -348,6 +344,23 @@ impl VectorizedRing {
     }
 }
 
+/// Steps in which the model drives every car.
+struct UndisturbedSteps<'a> {
+    ring: &'a mut VectorizedRing,
+    steps: usize,
+}
+
+impl VectorWork for UndisturbedSteps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for _ in 0..self.steps {
+            self.ring.step(None);
+        }
+    }
+}
+
 /// The IDM (see [`crate::idm`]) in lane `l`.
 #[inline(always)]
 fn accel<const FOURTH: bool>(m: &Model, l: usize, speed: f32, leader: f32, gap: f32) -> f32 {
@@ -363,22 +376,4 @@ fn accel_at<const FOURTH: bool>(m: &Model, l: usize, [speed, leader, gap, time_g
     let share = speed * m.inverse_v0[l];
     let free = if FOURTH { (share * share) * (share * share) } else { share.powf(m.delta[l]) };
     (m.accel[l] * (1.0 - free - interaction * interaction)).max(-EMERGENCY_BRAKING_MPS2)
-}
-
-/// Runs `work` compiled for the widest vectors that this machine has. The bits are the same on all: nothing is fused
-/// or reordered.
-#[inline]
-pub(super) fn wide<T: ?Sized, R>(on: &mut T, work: impl FnOnce(&mut T) -> R) -> R {
-    #[cfg(target_arch = "x86_64")]
-    {
-        #[target_feature(enable = "avx2")]
-        fn avx2<T: ?Sized, R>(on: &mut T, work: impl FnOnce(&mut T) -> R) -> R {
-            work(on)
-        }
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the machine has just been asked whether it has AVX2.
-            return unsafe { avx2(on, work) };
-        }
-    }
-    work(on)
 }

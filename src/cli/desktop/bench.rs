@@ -130,10 +130,14 @@ fn learning_words(times: &LearningTimes) -> String {
     let ms = |times: &TimeStatistics| times.median_us / 1e3;
     format!(
         "fast ring, one core      {:.1} million ring steps/s, {:.0} million vehicle updates/s\n\
+         in rollouts, one core    {:.0} million vehicle updates/s, of a policy that asks who drives {:.0}: ratio {:.2}\n\
          TRPO update, batch 16000 {:.0} ms on one core, {:.0} ms on {cores}\n\
          iteration of training    {:.0} ms on {cores}: 500 in {:.0} s\n",
         times.ring_steps_per_s / 1e6,
         times.vehicle_updates_per_s / 1e6,
+        times.rollout_updates_per_s / 1e6,
+        times.asking_rollout_updates_per_s / 1e6,
+        times.asking_rollout_updates_per_s / times.rollout_updates_per_s,
         ms(&times.update_one_core),
         ms(&times.update),
         ms(&times.iteration),
