@@ -164,7 +164,7 @@ pub fn monitors() -> Result<Vec<MonitorInfo>, RunError> {
     }
 
     let mut look = MonitorQuery::default();
-    event_loop::event_loop()?.run_app(&mut look).map_err(|error| no_display(&error))?;
+    event_loop::run_application(event_loop::event_loop()?, &mut look)?;
     Ok(look.0)
 }
 

@@ -53,6 +53,18 @@ pub fn event_loop() -> Result<EventLoop<()>, RunError> {
     Ok(event_loop)
 }
 
+/// Runs an application until it ends the loop. By reference to whatever it is: winit's loop, half a megabyte, is compiled once for all
+/// of them.
+///
+/// # Errors
+/// The display is gone.
+pub fn run_application(
+    event_loop: EventLoop<()>,
+    mut application: &mut dyn ApplicationHandler,
+) -> Result<(), RunError> {
+    event_loop.run_app(&mut application).map_err(|error| no_display(&error))
+}
+
 /// Runs `W` until it ends, fails, or `stop` becomes true. Returns it too, if it was opened: it may have things to finish.
 pub fn run<W: Windows>(
     event_loop: EventLoop<()>,
@@ -60,7 +72,7 @@ pub fn run<W: Windows>(
     stop: &AtomicBool,
 ) -> (Option<W>, Result<(), RunError>) {
     let mut windowed = WindowedLoop::<W> { stop, parts: Some(parts), windows: None, failure: None };
-    let ran = event_loop.run_app(&mut windowed).map_err(|error| no_display(&error));
+    let ran = run_application(event_loop, &mut windowed);
     (windowed.windows, windowed.failure.map_or(ran, Err))
 }
 

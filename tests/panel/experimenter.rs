@@ -439,7 +439,7 @@ struct Hand {
 
 #[test]
 fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
-    use codrive::panel::seek_bar::{SeekBarCommand, SeekBarEvent, SeekBarState, show};
+    use codrive::panel::seek_bar::{AdviceSince, SeekBarCommand, SeekBarEvent, SeekBarState, show};
     let speeds: Vec<[f64; 2]> = (0..=200).map(f64::from).map(|t| [t, 4.0 + (t * 0.1).sin()]).collect();
     let mut harness =
         Harness::builder().with_size([900.0, 300.0]).with_context_setup(theme::apply).wgpu().build_ui_state(
@@ -451,7 +451,8 @@ fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
                     playing: false,
                     speed: 0.5,
                     view: "From above",
-                    advice: &[[20.0, 2.5], [90.0, 4.3]],
+                    advice: &[(20.0, Some(2.5)), (90.0, Some(4.3)), (150.0, None)]
+                        .map(|(time_s, target_mps)| AdviceSince { time_s, target_mps }),
                     speeds: &speeds,
                     events: &[SeekBarEvent { time_s: 50.0, words: "mark: button".into() }],
                     proof: "proven to 120 s: the same to the bit",
@@ -491,7 +492,14 @@ fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
     let Some(SeekBarCommand::Seek(time_s)) = asked.first() else { panic!("{asked:?}") };
     assert!((time_s - 100.0).abs() < 1.0, "{time_s}");
     let picture = harness.render().unwrap();
-    let red = [theme::RED.r(), theme::RED.g(), theme::RED.b()];
-    assert!(picture.pixels().filter(|pixel| pixel.0[..3] == red).count() > 300, "advice is on the line");
     save(&picture, "timeline");
+    // Red, or half of it at the edge of a line; amber has three quarters as much green as red.
+    let red = |pixel: &image::Rgba<u8>| pixel.0[0] > 110 && f32::from(pixel.0[1]) < 0.6 * f32::from(pixel.0[0]);
+    let columns: Vec<u32> = picture.enumerate_pixels().filter(|(.., pixel)| red(pixel)).map(|(x, ..)| x).collect();
+    // 200 s are 864 points from 18 on; advice is from 20 to 150 s, and the speed crosses it now and then.
+    let x = |time_s: f64| 18.0 + time_s / 200.0 * 864.0;
+    let ends = [columns.iter().min(), columns.iter().max()].map(|end| f64::from(*end.unwrap()));
+    assert!((ends[0] - x(20.0)).abs() < 3.0 && (ends[1] - x(150.0)).abs() < 3.0, "{ends:?}");
+    let seen = (ends[0] as u32..ends[1] as u32).filter(|x| columns.contains(x)).count() as f64;
+    assert!(seen > 0.8 * (ends[1] - ends[0]), "advice is on {seen} points of the line");
 }

@@ -114,6 +114,7 @@ fn a_replay_proves_every_tick() {
     assert!(code == 2 && text.contains("holds no recording"), "{text}");
 }
 
+#[cfg(feature = "desktop")]
 #[test]
 fn the_sound_of_a_recording_is_as_long_as_the_drive_private_and_the_same_again() {
     let folder = tempfile::tempdir().unwrap();

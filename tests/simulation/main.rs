@@ -3,6 +3,7 @@
 
 mod driver;
 mod ego;
+#[cfg(feature = "onnx")]
 mod onnx;
 mod policies;
 mod train;

@@ -4,7 +4,7 @@
 use codrive::{
     driver::Population,
     metrics::EvaluationResult,
-    policy::{self, Network, Policy, PolicySettings, onnx},
+    policy::{self, Network, Policy, PolicySettings},
     settings::Settings,
     train::{AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, evaluate},
 };
@@ -123,22 +123,27 @@ fn shipped() -> Vec<PathBuf> {
     folders
 }
 
+/// The files that `CODRIVE_WRITE_ONNX` writes, for a policy that was trained before the format was what it is.
+#[cfg(feature = "onnx")]
+fn is_the_same_in_onnx(folder: &Path, network: &Network) {
+    use codrive::policy::onnx;
+    let mut files = vec![("policy.onnx", onnx::write(network))];
+    files.extend(network.estimator.as_ref().map(|estimator| ("estimator.onnx", onnx::write_estimator(estimator))));
+    for (name, bytes) in files {
+        let file = folder.join(name);
+        if std::env::var_os("CODRIVE_WRITE_ONNX").is_some() {
+            fs::write(&file, &bytes).unwrap();
+        }
+        assert!(fs::read(&file).unwrap() == bytes, "{}", file.display());
+    }
+}
+
 #[test]
 fn shipped_policies_are_the_same_in_both_formats_and_bring_their_configuration() {
     for folder in shipped() {
         let network = Network::from_file(&folder.join("policy.toml")).unwrap();
-        let file = folder.join("policy.onnx");
-        // For a policy that was trained before this format was what it is.
-        if std::env::var_os("CODRIVE_WRITE_ONNX").is_some() {
-            fs::write(&file, onnx::write(&network)).unwrap();
-        }
-        assert!(fs::read(&file).unwrap() == onnx::write(&network), "{}", file.display());
-        if let Some(estimator) = &network.estimator {
-            if std::env::var_os("CODRIVE_WRITE_ONNX").is_some() {
-                fs::write(folder.join("estimator.onnx"), onnx::write_estimator(estimator)).unwrap();
-            }
-            assert!(fs::read(folder.join("estimator.onnx")).unwrap() == onnx::write_estimator(estimator), "{folder:?}");
-        }
+        #[cfg(feature = "onnx")]
+        is_the_same_in_onnx(&folder, &network);
         let config: TrainConfig = toml::from_str(&fs::read_to_string(folder.join("train.toml")).unwrap()).unwrap();
         config.check().unwrap();
         assert_eq!((network.holds_s, &network.inputs), (config.holds_s(), &config.inputs()));

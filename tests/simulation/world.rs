@@ -370,6 +370,7 @@ fn every_shipped_map_can_be_driven_a_lap_by_the_simulated_driver() {
     }
 }
 
+#[cfg(feature = "desktop")]
 #[test]
 fn a_person_with_four_keys_and_slow_thumbs_holds_4_mps_in_the_lane() {
     use codrive::input::{DriveKey, Keyboard};

@@ -142,6 +142,7 @@ rest_s = 30
     }
 }
 
+#[cfg(feature = "desktop")]
 #[test]
 fn a_font_beside_the_study_is_read_with_it() {
     let folder = tempfile::tempdir().unwrap();
