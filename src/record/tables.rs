@@ -429,13 +429,15 @@ pub struct EventRow {
     pub value: Option<f64>,
 }
 
+/// The event of a policy that falls silent: what was advised stands no longer.
+pub const ADVICE_WITHHELD: &str = "advice_withheld";
 /// The event of an ego that was put back on its lane: a replay obeys it.
 pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events that the world makes; all others are made by people and windows.
     pub(super) const KINDS_OF_WORLD: [&str; 6] =
-        ["advice_withheld", "contact", "left_road", "back_on_road", PUT_BACK, "ended"];
+        [ADVICE_WITHHELD, "contact", "left_road", "back_on_road", PUT_BACK, "ended"];
 
     /// The row of an event of the world; advice has a table of its own.
     pub fn of(event: &Event) -> Option<Self> {
@@ -444,7 +446,7 @@ impl EventRow {
         };
         match event.kind {
             EventKind::Advice(_) => None,
-            EventKind::AdviceWithheld => row("advice_withheld", String::new(), None, None),
+            EventKind::AdviceWithheld => row(ADVICE_WITHHELD, String::new(), None, None),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
                 let detail = format!("ego at {ego_speed_mps:.3} m/s, car at {car_speed_mps:.3} m/s");
                 row("contact", detail, Some(car.0), Some(closing_mps))

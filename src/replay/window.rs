@@ -16,10 +16,10 @@ use crate::{
     hud::Speedometer,
     panel::{
         key_list,
-        seek_bar::{self, SeekBarCommand, SeekBarEvent, SeekBarState},
+        seek_bar::{self, AdviceSince, SeekBarCommand, SeekBarEvent, SeekBarState},
         theme,
     },
-    record::{self, Table, TableReader},
+    record::{self, Table, TableReader, tables::ADVICE_WITHHELD},
     scenario::Scenario,
     scene::{self, StaticScene, View, ViewKind, ViewOptions, view_options},
     time::{TICK_S, Tick},
@@ -71,7 +71,7 @@ const COLUMNS: u64 = 1000;
 /// What stands on the line: times in seconds, speeds in m/s.
 #[derive(Debug, Default, PartialEq)]
 pub struct SeekBarMarks {
-    advice: Vec<[f64; 2]>,
+    advice: Vec<AdviceSince>,
     speeds: Vec<[f64; 2]>,
     events: Vec<SeekBarEvent>,
 }
@@ -85,17 +85,16 @@ impl SeekBarMarks {
         let parts = |table: Table, columns: &[&str]| TableReader::parts(&table.parquet(recording), columns);
         // As many as a screen has columns.
         let stride = (record::count(recording, Table::Ego)? / COLUMNS).max(1);
-        let (mut advice, mut speeds, mut events) = (Vec::<[f64; 2]>::new(), Vec::new(), Vec::new());
+        let (mut advice, mut speeds, mut events) = (Vec::<AdviceSince>::new(), Vec::new(), Vec::new());
         let mut column = None;
         for part in parts(Table::Advice, &["tick", "target_mps"])? {
             let part = part?;
             for (tick, target) in part.wholes("tick").into_iter().zip(part.numbers("target_mps")) {
-                let target_mps = target.unwrap_or_default();
                 let is_same_column = column.replace(tick / stride) == Some(tick / stride);
                 // What was advised in one column of the screen replaces what was before it.
                 match advice.last_mut() {
-                    Some(last) if is_same_column => last[1] = target_mps,
-                    _ => advice.push([Tick(tick).seconds(), target_mps]),
+                    Some(last) if is_same_column => last.target_mps = target,
+                    _ => advice.push(AdviceSince { time_s: Tick(tick).seconds(), target_mps: target }),
                 }
             }
         }
@@ -109,11 +108,15 @@ impl SeekBarMarks {
             let part = part?;
             let kinds = part.words("event").into_iter().zip(part.words("detail"));
             events.extend(part.wholes("tick").into_iter().zip(kinds).map(|(tick, (kind, detail))| {
+                if kind == ADVICE_WITHHELD {
+                    advice.push(AdviceSince { time_s: Tick(tick).seconds(), target_mps: None });
+                }
                 let detail = detail.lines().next().unwrap_or_default();
                 let words = if detail.is_empty() { kind } else { format!("{kind}: {detail}") };
                 SeekBarEvent { time_s: Tick(tick).seconds(), words }
             }));
         }
+        advice.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
         Ok(Self { advice, speeds, events })
     }
 }

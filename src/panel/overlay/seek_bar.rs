@@ -13,6 +13,15 @@ pub struct SeekBarEvent {
     pub words: String,
 }
 
+/// What is advised from a time on, until the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdviceSince {
+    /// From when on, seconds.
+    pub time_s: f64,
+    /// The advised speed, m/s; `None` where nothing is advised any more.
+    pub target_mps: Option<f64>,
+}
+
 /// What there is to show.
 #[derive(Clone, Copy, Debug)]
 pub struct SeekBarState<'a> {
@@ -28,8 +37,8 @@ pub struct SeekBarState<'a> {
     pub speed: f64,
     /// Name of the view.
     pub view: &'a str,
-    /// Advised speeds: from when on, and how much.
-    pub advice: &'a [[f64; 2]],
+    /// What was advised, in order of time.
+    pub advice: &'a [AdviceSince],
     /// The ego's speed: when, and how much.
     pub speeds: &'a [[f64; 2]],
     /// What happened.
@@ -105,12 +114,13 @@ fn line(ui: &mut Ui, state: &SeekBarState<'_>, commands: &mut Vec<SeekBarCommand
     painter.rect_filled(field, 2.0, Color32::from_rgb(14, 16, 20));
     let known = Rect::from_min_max(field.min, pos2(x(state.known_s.min(end_s)), field.bottom()));
     painter.rect_filled(known, 2.0, Color32::from_rgb(36, 42, 50));
-    let curves = state.advice.iter().chain(state.speeds).map(|point| point[1]);
-    let top_mps = curves.fold(4.0, f64::max) * 1.1;
+    let advised = state.advice.iter().filter_map(|advice| advice.target_mps);
+    let top_mps = advised.chain(state.speeds.iter().map(|[_, v]| *v)).fold(4.0, f64::max) * 1.1;
     let y = |speed_mps: f64| field.bottom() - (speed_mps / top_mps) as f32 * field.height();
-    for (i, [from_s, target]) in state.advice.iter().enumerate() {
-        let to_s = state.advice.get(i + 1).map_or(end_s, |next| next[0]);
-        painter.hline(x(*from_s)..=x(to_s), y(*target), Stroke::new(1.2, theme::RED));
+    for (i, advice) in state.advice.iter().enumerate() {
+        let Some(target_mps) = advice.target_mps else { continue };
+        let to_s = state.advice.get(i + 1).map_or(end_s, |next| next.time_s);
+        painter.hline(x(advice.time_s)..=x(to_s), y(target_mps), Stroke::new(1.2, theme::RED));
     }
     let speeds: Vec<_> = state.speeds.iter().map(|[t, v]| pos2(x(*t), y(*v))).collect();
     painter.add(Shape::line(speeds, Stroke::new(1.2, theme::AMBER)));
@@ -140,8 +150,9 @@ fn line(ui: &mut Ui, state: &SeekBarState<'_>, commands: &mut Vec<SeekBarCommand
         for event in state.events.iter().filter(|event| (x(event.time_s) - x(at_s)).abs() < 5.0) {
             ui.label(&event.words);
         }
-        if let Some([_, target]) = state.advice.iter().rev().find(|[from_s, _]| *from_s <= at_s) {
-            ui.label(RichText::new(format!("advice {target:.2} m/s")).color(theme::RED));
+        let advice = state.advice.iter().rev().find(|advice| advice.time_s <= at_s);
+        if let Some(target_mps) = advice.and_then(|advice| advice.target_mps) {
+            ui.label(RichText::new(format!("advice {target_mps:.2} m/s")).color(theme::RED));
         }
     });
 }
