@@ -133,8 +133,9 @@ fn row(ui: &mut Ui, name: &str, value: &str, colour: Color32) {
     ui.end_row();
 }
 
-/// `9.8 mph   4.36 m/s`.
+/// `9.8 mph   4.36 m/s`. A car that stands on its springs moves back by less than can be read: 0, not -0.
 fn speed(speed_mps: f64, unit: SpeedUnit) -> String {
+    let speed_mps = if speed_mps.abs() < 0.005 { 0.0 } else { speed_mps };
     format!("{:5.1} {}  {speed_mps:6.2} m/s", unit.from_mps(speed_mps), unit.label())
 }
 
@@ -223,6 +224,13 @@ mod tests {
         assert_eq!(time(0.0), "0:00.0");
         assert_eq!(time(0.1 + 0.2), "0:00.3");
         assert_eq!(time(125.99), "2:05.9");
+    }
+
+    #[test]
+    fn a_car_that_stands_has_no_sign() {
+        assert_eq!(speed(-0.004, SpeedUnit::Mph), "  0.0 mph    0.00 m/s");
+        assert_eq!(speed(-0.5, SpeedUnit::Mph), " -1.1 mph   -0.50 m/s");
+        assert_eq!(speed(4.362, SpeedUnit::Mph), "  9.8 mph    4.36 m/s");
     }
 
     #[test]
