@@ -114,6 +114,22 @@ impl Shape {
 
     /// Vector-Jacobian product: given the derivative of a number by the outputs, its derivative by the parameters.
     pub fn vjp<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, by_output: &[T]) -> Vec<T> {
+        self.backward(theta, at_rows, by_output, false).0
+    }
+
+    /// The same, and the derivative by the inputs, row by row.
+    pub fn vjp_with_inputs<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, by_output: &[T]) -> (Vec<T>, Vec<T>) {
+        self.backward(theta, at_rows, by_output, true)
+    }
+
+    /// Derivatives by the parameters and, if they are asked for, by the inputs.
+    fn backward<T: Real>(
+        &self,
+        theta: &[T],
+        at_rows: &Activations<T>,
+        by_output: &[T],
+        asks_for_inputs: bool,
+    ) -> (Vec<T>, Vec<T>) {
         let mut gradient = vec![T::default(); self.parameters()];
         let mut delta = by_output.to_vec();
         for (i, (n, m, at)) in self.layers().enumerate().rev() {
@@ -123,15 +139,18 @@ impl Shape {
             for row in delta.chunks_exact(m) {
                 bias.iter_mut().zip(row).for_each(|(b, d)| *b += *d);
             }
+            if i == 0 && !asks_for_inputs {
+                break;
+            }
+            let mut below = vec![T::default(); input.len()];
+            add_product(Matrix::new(&delta, m), Matrix::new(&theta[at..at + n * m], m).t(), &mut below);
             if i > 0 {
-                let mut below = vec![T::default(); input.len()];
-                add_product(Matrix::new(&delta, m), Matrix::new(&theta[at..at + n * m], m).t(), &mut below);
                 // d tanh = 1 - tanh^2.
                 below.iter_mut().zip(input).for_each(|(d, a)| *d = *d * (T::of(1.0) - *a * *a));
-                delta = below;
             }
+            delta = below;
         }
-        gradient
+        (gradient, delta)
     }
 
     /// Jacobian-vector product: how the outputs change as the parameters move along `direction`.

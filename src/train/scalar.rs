@@ -27,6 +27,8 @@ pub trait Real:
     fn of(x: f64) -> Self;
     /// This number as `f64`.
     fn f64(self) -> f64;
+    /// The exponential function.
+    fn exp(self) -> Self;
     /// tanh of every number.
     fn tanh_all(xs: &mut [Self]);
 }
@@ -38,6 +40,10 @@ impl Real for f32 {
 
     fn f64(self) -> f64 {
         f64::from(self)
+    }
+
+    fn exp(self) -> Self {
+        self.exp()
     }
 
     fn tanh_all(xs: &mut [Self]) {
@@ -52,6 +58,10 @@ impl Real for f64 {
 
     fn f64(self) -> f64 {
         self
+    }
+
+    fn exp(self) -> Self {
+        self.exp()
     }
 
     fn tanh_all(xs: &mut [Self]) {
