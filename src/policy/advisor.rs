@@ -1,6 +1,6 @@
 //! Who asks the policy. In: an observation each step. Out: each hold the advice that stands from now on.
 
-use super::{Action, Advice, DriverEstimate, Hold, MeanSpeed, Observation, Policy};
+use super::{Action, Advice, Hold, MeanSpeed, Observation, Policy, WhoDrives};
 use crate::time::Tick;
 
 /// The shown speed goes no further than this beyond what the driver has reached, m/s, before another hold adds to it.
@@ -92,8 +92,8 @@ impl Advisor {
     }
 
     /// What the policy makes of the driver now, if it asks.
-    pub fn driver_estimate(&self) -> Option<DriverEstimate> {
-        self.policy.as_ref()?.driver_estimate()
+    pub fn who_drives(&self) -> Option<WhoDrives> {
+        self.policy.as_ref()?.who_drives()
     }
 
     /// The advice that stands now.

@@ -5,7 +5,7 @@
 //! output is added to the controller's speed, so that a network that has learned nothing is as good as the controller.
 
 use super::{
-    Action, Controller, DriverEstimate, DriverEstimator, EngagedController, ExpectedGain, Observation, Policy,
+    Action, Controller, DriverEstimator, EngagedController, ExpectedGain, Observation, Policy, WhoDrives,
     identification::Identification,
 };
 
@@ -46,8 +46,8 @@ impl AssistedPolicy {
     /// What the network sees.
     fn assisted(&self, time_s: f64, observation: &Observation) -> Observation {
         let controller_mps = self.controller.as_ref().map(|c| c.command_mps(time_s, observation));
-        let driver = self.driver.as_ref().map_or(observation.driver, |driver| Some(driver.estimate().mean));
-        Observation { driver, controller_mps, ..*observation }
+        let seen = self.who_drives().map_or(*observation, |who| who.told(observation));
+        Observation { controller_mps, ..seen }
     }
 }
 
@@ -86,8 +86,8 @@ impl Policy for AssistedPolicy {
         self.network.trained_holds_s()
     }
 
-    fn driver_estimate(&self) -> Option<DriverEstimate> {
-        self.driver.as_ref().map(Identification::estimate)
+    fn who_drives(&self) -> Option<WhoDrives> {
+        self.driver.as_ref().map(Identification::who_drives)
     }
 }
 

@@ -30,10 +30,10 @@ pub use error::{PolicyFileError, PolicyFileFault, SettingFault};
 pub use expected_gain::{ExpectedGain, ExpectedGainFault};
 pub use follower_stopper::FollowerStopper;
 pub use hold::{Hold, HoldError};
-pub use identification::{DriverEstimate, DriverEstimator, DriverTraits};
+pub use identification::{DriverEstimate, DriverEstimator, DriverTraits, LatentEstimate, WhoDrives};
 pub use linear_feedback::LinearFeedback;
 pub use network::{FORMAT, LayerFault, Network, NetworkFault, NetworkLayer, NetworkOutput, bounded};
-pub use observe::{FEATURES, FIELD_INPUTS, Feature, MeanSpeed, NetworkInput};
+pub use observe::{FEATURES, FIELD_INPUTS, Feature, LATENTS, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
 pub use parameters::{Order, Parameter, SearchScale};
@@ -68,6 +68,8 @@ pub struct Observation {
     pub advised_mps: Option<f64>,
     /// Who drives, where that is known or has been estimated.
     pub driver: Option<DriverTraits>,
+    /// What a variational encoder made out of him, without a unit; 0 where nothing is known.
+    pub latents: [f64; identification::MOST_LATENTS],
     /// The speed of the controller that the policy corrects, if it does, m/s.
     pub controller_mps: Option<f64>,
 }
@@ -131,8 +133,13 @@ pub trait Policy: Send {
     }
 
     /// What it has found out about the driver, if it asks.
-    fn driver_estimate(&self) -> Option<DriverEstimate> {
+    fn who_drives(&self) -> Option<WhoDrives> {
         None
+    }
+
+    /// The driver's traits as it makes them out, if it asks for traits.
+    fn driver_estimate(&self) -> Option<DriverEstimate> {
+        self.who_drives().and_then(|told| told.traits())
     }
 
     /// True where it must be told who drives and does not find out by itself.

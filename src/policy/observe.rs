@@ -2,7 +2,7 @@
 //! [`Observation`], SI. Out: one number for each [`NetworkInput`], usually of about -1 to 1. HC22's four are own speed,
 //! leader's speed, gap and circumference, scaled as docs/references.md: learning lists them.
 
-use super::Observation;
+use super::{Observation, identification::MOST_LATENTS};
 use crate::space::CAR_LENGTH_M;
 use serde::{Deserialize, Serialize};
 
@@ -44,10 +44,22 @@ pub enum Feature {
     TimeGapFactor,
     /// Share of the time in which the driver follows the advice.
     Willingness,
+    /// What a variational encoder made out of the driver, the first number of up to four; 0 where nothing is known.
+    #[serde(rename = "latent_1")]
+    Latent1,
+    /// The second.
+    #[serde(rename = "latent_2")]
+    Latent2,
+    /// The third.
+    #[serde(rename = "latent_3")]
+    Latent3,
+    /// The fourth.
+    #[serde(rename = "latent_4")]
+    Latent4,
 }
 
 /// All features, as a training's configuration names them.
-pub const FEATURES: [Feature; 15] = [
+pub const FEATURES: [Feature; 19] = [
     Feature::Speed,
     Feature::LeaderSpeed,
     Feature::RelativeSpeed,
@@ -63,7 +75,14 @@ pub const FEATURES: [Feature; 15] = [
     Feature::TrackingError,
     Feature::TimeGapFactor,
     Feature::Willingness,
+    Feature::Latent1,
+    Feature::Latent2,
+    Feature::Latent3,
+    Feature::Latent4,
 ];
+
+/// Those of a variational encoder, in order.
+pub const LATENTS: [Feature; MOST_LATENTS] = [Feature::Latent1, Feature::Latent2, Feature::Latent3, Feature::Latent4];
 
 impl Feature {
     /// Its name in files.
@@ -84,6 +103,10 @@ impl Feature {
             Self::TrackingError => "tracking_error",
             Self::TimeGapFactor => "time_gap_factor",
             Self::Willingness => "willingness",
+            Self::Latent1 => "latent_1",
+            Self::Latent2 => "latent_2",
+            Self::Latent3 => "latent_3",
+            Self::Latent4 => "latent_4",
         }
     }
 
@@ -95,7 +118,12 @@ impl Feature {
     /// True of what only a teacher knows, and an estimator finds out: who drives.
     pub fn is_of_driver(self) -> bool {
         use Feature::{Reaction, SpeedBias, TimeGapFactor, TrackingError, Willingness};
-        matches!(self, Reaction | SpeedBias | TrackingError | TimeGapFactor | Willingness)
+        matches!(self, Reaction | SpeedBias | TrackingError | TimeGapFactor | Willingness) || self.is_latent()
+    }
+
+    /// True of what a variational encoder says of the driver.
+    pub fn is_latent(self) -> bool {
+        LATENTS.contains(&self)
     }
 
     fn of(self, o: &Observation) -> f64 {
@@ -115,6 +143,10 @@ impl Feature {
             Self::TrackingError => o.driver.unwrap_or_default().error_mps,
             Self::TimeGapFactor => o.driver.unwrap_or_default().time_gap_factor,
             Self::Willingness => o.driver.unwrap_or_default().willingness,
+            Self::Latent1 => o.latents[0],
+            Self::Latent2 => o.latents[1],
+            Self::Latent3 => o.latents[2],
+            Self::Latent4 => o.latents[3],
         }
     }
 }
@@ -222,9 +254,11 @@ mod tests {
             mean_speed_mps: 2.5,
             advised_mps: Some(4.0),
             driver: Some(DriverTraits::of([1.2, -0.5, 0.4, 1.1, 0.8])),
+            latents: [0.3, -1.3, 0.7, 2.1],
             controller_mps: Some(3.5),
         };
-        let expected = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln(), 3.5, 1.2, -0.5, 0.4, 1.1, 0.8];
+        let of_traffic = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln(), 3.5];
+        let expected = [&of_traffic[..], &[1.2, -0.5, 0.4, 1.1, 0.8, 0.3, -1.3, 0.7, 2.1]].concat();
         assert_eq!(FEATURES.len(), expected.len());
         for (feature, expected) in FEATURES.into_iter().zip(expected) {
             assert_eq!(feature.of(&seen), expected, "{}", feature.name());

@@ -1,6 +1,7 @@
 //! Everything that makes one training. This struct **is** the file, the flags and their help: doc comments are the
 //! help, the ranges the limits. Defaults are those of the field (docs/references.md: learning) where the field agrees.
 
+use super::lessons::EstimatorKind;
 use crate::{
     driver::{LONGEST_REACTION_S, Population},
     idm::IdmParams,
@@ -167,7 +168,8 @@ flat_settings! {
         /// What the policy sees, and the network that it is.
         group network: NetworkConfig {
             /// What the policy sees, of speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
-            /// log_hold, controller_speed, and of who drives: reaction, speed_bias, tracking_error, time_gap_factor, willingness
+            /// log_hold, controller_speed, and of who drives: reaction, speed_bias, tracking_error, time_gap_factor, willingness, or
+            /// latent_1 to latent_4 (estimator "variational")
             sees: String = "speed,leader_speed,gap,circumference".into(),
             /// How it is scaled
             scaling: Scaling = Scaling::default(),
@@ -190,8 +192,11 @@ flat_settings! {
             #[schemars(range(min = 16, max = 65536))]
             rings: u32 = 64,
         }
-        /// Who tells the policy who drives: a student that watches the driver, after the policy has learned from a teacher who knows.
+        /// Who tells the policy who drives: a student that watches the driver, after the policy has learned from a teacher who knows,
+        /// or, if he tells latents that no teacher has names for, after it has learned without asking.
         group student: StudentConfig {
+            /// What the estimator of the driver learns to tell
+            estimator: EstimatorKind = EstimatorKind::Traits,
             /// Rounds in which an estimator of the driver learns; 0: none, and what the policy sees of the driver is the truth
             #[schemars(range(min = 0, max = 100000))]
             estimator_rounds: u32 = 0,
@@ -204,6 +209,16 @@ flat_settings! {
             /// Length of a round, each of the rings
             #[schemars(range(min = 10.0, max = 3600.0), extend("unit" = "s"))]
             estimator_round_s: f64 = 100.0,
+            /// Latents of a variational estimator
+            #[schemars(range(min = 1, max = 4))]
+            latents: u32 = 2,
+            /// What a nat of the latents' KL divergence from N(0, 1) counts beside a nat of what one second of driving surprises
+            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
+            // A latent speaks for about 20 s, the window of docs/references.md: perp.
+            kl_weight: f64 = 0.05,
+            /// How often rounds of the estimator and updates on it begin anew; the numbers of both are shared among these turns
+            #[schemars(range(min = 0, max = 100))]
+            estimator_refits: u32 = 0,
             /// Updates of the policy after that, on what the estimator says
             #[schemars(range(min = 0, max = 1000000))]
             student_iterations: u32 = 0,
@@ -432,17 +447,12 @@ impl TrainConfig {
                 Feature::SpeedBias => (-2.0, 2.0),
                 Feature::TrackingError | Feature::Willingness => (0.0, 1.0),
                 Feature::TimeGapFactor => (0.5, 1.5),
+                // 19 of 20 drivers: latents are spread about as N(0, 1).
+                Feature::Latent1 | Feature::Latent2 | Feature::Latent3 | Feature::Latent4 => (-2.0, 2.0),
             };
             NetworkInput { feature, from, to }
         };
         self.network.sees.split(',').filter_map(|name| Feature::named(name.trim())).map(input).collect()
-    }
-
-    /// Updates and rounds of all lessons together.
-    pub fn all_iterations(&self) -> u32 {
-        let student = &self.student;
-        self.run.iterations
-            + if student.estimator_rounds > 0 { student.estimator_rounds + student.student_iterations } else { 0 }
     }
 
     /// Sizes of a network's layers with `outputs` outputs.

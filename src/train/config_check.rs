@@ -85,21 +85,39 @@ impl Settings for TrainConfig {
             );
             return Err(("silence_rings", text));
         }
-        if self.student.estimator_rounds > 0 && !self.inputs().iter().any(|input| input.feature.is_of_driver()) {
-            let text = format!(
-                "estimator_rounds is {}; allowed: 0 where sees names nothing of the driver ({})",
-                self.student.estimator_rounds,
-                crate::policy::FEATURES
-                    .iter()
-                    .filter(|f| f.is_of_driver())
-                    .map(|f| f.name())
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            );
-            return Err(("estimator_rounds", text));
-        }
+        self.check_of_driver()?;
         if !self.inputs().iter().all(NetworkInput::is_sound) {
             return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
+        }
+        Ok(())
+    }
+}
+
+impl TrainConfig {
+    /// What the policy sees of the driver must be something that its estimator tells.
+    fn check_of_driver(&self) -> Result<(), (&'static str, String)> {
+        let known = self.known_of_driver();
+        let names = known.iter().map(|feature| feature.name()).collect::<Vec<_>>().join(", ");
+        let seen = self.inputs().into_iter().map(|input| input.feature).find(|feature| feature.is_of_driver());
+        let rounds = self.student.estimator_rounds;
+        if rounds > 0 && seen.is_none() {
+            let text =
+                format!("estimator_rounds is {rounds}; allowed: 0 where sees names nothing of the driver ({names})");
+            return Err(("estimator_rounds", text));
+        }
+        let is_foreign = |input: &NetworkInput| input.feature.is_of_driver() && !known.contains(&input.feature);
+        if let Some(input) = self.inputs().iter().find(|input| is_foreign(input)) {
+            let text = format!(
+                "sees names `{}`, which this estimator does not tell; allowed of the driver: {names}",
+                input.feature.name()
+            );
+            return Err(("sees", text));
+        }
+        if rounds == 0 && seen.is_some_and(Feature::is_latent) {
+            return Err((
+                "estimator_rounds",
+                "estimator_rounds is 0; allowed: at least 1 where sees names latents".into(),
+            ));
         }
         Ok(())
     }

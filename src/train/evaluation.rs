@@ -5,11 +5,12 @@
 use super::{
     config::{RingConfig, TrainConfig},
     environment::VecEnv,
+    latent_traits::LatentTraits,
     simd::LANES,
 };
 use crate::{
     metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, Trajectories},
-    policy::{Action, Advisor, DriverEstimate, DriverTraits, Hold, Policy},
+    policy::{Action, Advisor, DriverEstimate, DriverTraits, Hold, Policy, WhoDrives},
     space::CAR_LENGTH_M,
     time::Tick,
 };
@@ -66,11 +67,12 @@ fn evaluate_block(
 pub struct IdentifiedDriver {
     /// Who drives.
     pub truth: DriverTraits,
-    /// Who the policy thinks drives.
+    /// Who the policy thinks drives, or what its latents say of him.
     pub estimate: DriverEstimate,
 }
 
-/// Drives the rings of [`evaluate`] for `after_s` and asks each policy who drives; empty where it does not say.
+/// Drives the rings of [`evaluate`] for `after_s` and asks each policy who drives; empty where it does not say. What latents say of
+/// traits is learned from as many other rings, named `stream` and `/latents`, by [`LatentTraits`].
 pub fn identified(
     config: &TrainConfig,
     stream: &str,
@@ -78,22 +80,43 @@ pub fn identified(
     after_s: f64,
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<IdentifiedDriver> {
+    let told = told(config, stream, rings, after_s, &make);
+    let latents = |(truth, who): &(DriverTraits, WhoDrives)| Some((*truth, who.latents()?));
+    let fit = told.iter().any(|driver| latents(driver).is_some()).then(|| {
+        let others = self::told(config, &format!("{stream}/latents"), rings, after_s, &make);
+        LatentTraits::of(&others.iter().filter_map(latents).collect::<Vec<_>>())
+    });
+    let of = |(truth, who): (DriverTraits, WhoDrives)| {
+        let estimate = match who {
+            WhoDrives::Traits(estimate) => estimate,
+            WhoDrives::Latents(latents) => fit?.traits(&latents),
+        };
+        Some(IdentifiedDriver { truth, estimate })
+    };
+    told.into_iter().filter_map(of).collect()
+}
+
+/// Who drives each of these rings, and what its policy says of him after `after_s`.
+fn told(
+    config: &TrainConfig,
+    stream: &str,
+    rings: usize,
+    after_s: f64,
+    make: &(impl Fn() -> Option<Box<dyn Policy>> + Sync),
+) -> Vec<(DriverTraits, WhoDrives)> {
     let blocks = rings.div_ceil(LANES);
     let of_block = |index| {
         let hold = config.hold_of(index, blocks);
         let mut block = VecEnv::new(config, stream, index, hold);
-        let mut drivers = Advisors::new(config, hold, &make);
+        let mut drivers = Advisors::new(config, hold, make);
         for step in 0..=steps(config, after_s) {
             drivers.advise(&mut block, step);
             block.step();
         }
-        let of = |(l, truth): (usize, DriverTraits)| {
-            let estimate = drivers.driver_estimate(l)?;
-            Some(IdentifiedDriver { truth, estimate })
-        };
+        let of = |(l, truth): (usize, DriverTraits)| Some((truth, drivers.who_drives(l)?));
         block.drivers().into_iter().enumerate().map(of).collect::<Vec<_>>()
     };
-    let drivers: Vec<Vec<Option<IdentifiedDriver>>> = (0..blocks).into_par_iter().map(of_block).collect();
+    let drivers: Vec<Vec<Option<(DriverTraits, WhoDrives)>>> = (0..blocks).into_par_iter().map(of_block).collect();
     drivers.into_iter().flatten().take(rings).flatten().collect()
 }
 
@@ -120,8 +143,8 @@ impl Advisors {
     }
 
     /// What the policy of ring `l` makes of the driver now, if it asks.
-    pub fn driver_estimate(&self, l: usize) -> Option<DriverEstimate> {
-        self.of[l].driver_estimate()
+    pub fn who_drives(&self, l: usize) -> Option<WhoDrives> {
+        self.of[l].who_drives()
     }
 
     /// Step number `step` begins: what is due is advised.

@@ -11,6 +11,7 @@ use super::{
     evaluation::evaluate,
     fitted_network::{Fit, FittedNetwork},
     identification::{EstimatorLearner, Seconds},
+    lessons::Lesson,
     net::Shape,
     rollout::{Means, Rollout, RolloutWorker},
     silence::{self, LearnedSilence},
@@ -54,17 +55,6 @@ pub struct LearningCurveRow {
     pub estimator_loss: Option<f64>,
 }
 
-/// What an iteration is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Lesson {
-    /// The policy learns; a teacher tells it who drives.
-    Teacher,
-    /// A student learns to tell who drives.
-    Estimator,
-    /// The policy learns; the student tells it who drives.
-    Student,
-}
-
 /// The best policy so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct BestPolicy {
@@ -106,6 +96,7 @@ impl Learner {
         let mut stream = rng::stream(config.seed, "train/first weights");
         let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
         theta.resize(shape.parameters(), config.optimiser.first_sd.ln() as f32);
+        ignore_latents(config, &mut theta);
         let value = FittedNetwork::new(&value_shape(config), &mut stream);
         let count = config.run.rings as usize / LANES;
         let worker = |index| {
@@ -148,19 +139,9 @@ impl Learner {
         self.blocks.iter_mut().for_each(|actor| actor.env.set_iterations(iterations));
     }
 
-    fn lesson(&self) -> Lesson {
-        let (done, config) = (self.iteration(), &self.config);
-        match done.checked_sub(config.run.iterations) {
-            None => Lesson::Teacher,
-            _ if config.student.estimator_rounds == 0 => Lesson::Teacher,
-            Some(done) if done < config.student.estimator_rounds => Lesson::Estimator,
-            Some(_) => Lesson::Student,
-        }
-    }
-
     /// One batch and one update of what is learned now.
     pub fn iterate(&mut self) -> LearningCurveRow {
-        let row = match self.lesson() {
+        let row = match self.config.lesson_after(self.iteration()).0 {
             Lesson::Teacher | Lesson::Student => self.update_policy(),
             Lesson::Estimator => self.update_estimator(),
         };
@@ -170,18 +151,18 @@ impl Learner {
 
     /// True where the policy is to be judged after this iteration.
     fn is_judged(&self, iteration: u32) -> bool {
-        let c = &self.config;
-        let ends = [c.run.iterations, c.run.iterations + c.student.estimator_rounds, c.all_iterations()];
-        iteration.is_multiple_of(c.judge_every) || ends.contains(&iteration)
+        iteration.is_multiple_of(self.config.judge_every) || self.config.ends_lesson(iteration)
     }
 
     /// The estimator learns from what the drivers do under the policy that the teacher made.
     fn update_estimator(&mut self) -> LearningCurveRow {
         let config = self.config.clone();
+        if config.lesson_after(self.iteration()).1
+            && let Some(best) = self.best.take()
+        {
+            self.theta = best.theta;
+        }
         if self.student.is_none() {
-            if let Some(best) = self.best.take() {
-                self.theta = best.theta;
-            }
             let student = EstimatorLearner::new(&config);
             self.blocks.iter_mut().for_each(|worker| worker.is_watched_by(&student));
             self.student = Some(student);
@@ -201,7 +182,8 @@ impl Learner {
         };
         let lived: Vec<(Rollout, Seconds)> = self.blocks.par_iter_mut().map(live).collect();
         let (rollouts, seconds): (Vec<Rollout>, Vec<Seconds>) = lived.into_iter().unzip();
-        let done = f64::from(self.iteration() - config.run.iterations) / f64::from(config.student.estimator_rounds);
+        let rounds = config.done_of(Lesson::Estimator, self.iteration());
+        let done = f64::from(rounds) / f64::from(config.student.estimator_rounds);
         let loss = student.fit(&seconds, config.student.estimator_rate * 0.1_f64.powf(done));
         self.blocks.iter_mut().filter_map(|worker| worker.watcher.as_mut()).for_each(|watcher| watcher.learn(&student));
         self.student = Some(student);
@@ -209,7 +191,7 @@ impl Learner {
         let iteration = self.iteration() + 1;
         let row = LearningCurveRow { estimator_loss: Some(loss), ..self.row(&means) };
         // Only what the finished estimator makes of the policy can be compared with what comes after.
-        if iteration == config.run.iterations + config.student.estimator_rounds {
+        if config.ends_lesson(iteration) {
             self.keep_best(&row);
         }
         row
@@ -258,10 +240,9 @@ impl Learner {
         row
     }
 
-    /// What is left of the bound on the KL divergence: the student goes on with what the teacher ended with.
+    /// What is left of the bound on the KL divergence.
     fn share_of_kl(&self) -> f64 {
-        let done = f64::from(self.iteration()) / f64::from(self.config.run.iterations);
-        self.config.optimiser.max_kl_falls_to.powf(done.min(1.0))
+        self.config.optimiser.max_kl_falls_to.powf(self.config.share_of_updates(self.iteration()))
     }
 
     fn keep_best(&mut self, row: &LearningCurveRow) {
@@ -373,6 +354,13 @@ impl Learner {
 pub fn policy_shape(config: &TrainConfig) -> PolicyShape {
     let family = if config.advice.levels == 0 { Family::Normal } else { Family::Levels(config.advice.levels as usize) };
     PolicyShape { net: Shape::new(&config.layers(family.outputs())), family }
+}
+
+/// Latents come to a policy that has learned without them: at first it makes nothing of them.
+fn ignore_latents(config: &TrainConfig, theta: &mut [f32]) {
+    let rows = theta.chunks_exact_mut(config.network.hidden_width as usize);
+    let seen = config.inputs();
+    rows.zip(seen).filter(|(_, input)| input.feature.is_latent()).for_each(|(row, _)| row.fill(0.0));
 }
 
 fn value_shape(config: &TrainConfig) -> Shape {

@@ -1,12 +1,13 @@
 //! The loop: it learns, its bits depend on nothing but the seed, and a copy through a file goes on alike.
 
 use super::{
-    ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, OptimiserConfig, RewardConfig,
-    RingConfig, RunConfig, StudentConfig, TrainConfig, evaluation::evaluate,
+    ActionKind, AdviceConfig, DriverConfig, EstimatorKind, FollowKind, Learner, NetworkConfig, OptimiserConfig,
+    RewardConfig, RingConfig, RunConfig, StudentConfig, TrainConfig, evaluation::evaluate,
 };
 use crate::{
     metrics::mean_and_interval,
     policy::{self, Controller, ControllerKind, PolicySettings},
+    settings::Settings,
 };
 
 /// A training small enough for a test: rings of 8 cars on 100 m, episodes of a minute.
@@ -43,6 +44,21 @@ fn taught() -> TrainConfig {
         },
         run: RunConfig { iterations: 2, ..small().run },
         ..small()
+    }
+}
+
+/// The same with latents that nobody is told: two lessons without any, then twice one of the student alone and one of both.
+fn encoded() -> TrainConfig {
+    let student = StudentConfig {
+        estimator: EstimatorKind::Variational,
+        estimator_refits: 1,
+        student_iterations: 2,
+        ..taught().student
+    };
+    TrainConfig {
+        network: NetworkConfig { sees: "speed,gap,latent_1,latent_2".into(), ..small().network },
+        student,
+        ..taught()
     }
 }
 
@@ -92,6 +108,7 @@ fn a_training_resumed_from_its_file_goes_on_with_the_same_bits() {
             ..small()
         },
         taught(),
+        encoded(),
         residual(),
     ] {
         for done in [2, 3, 4] {
@@ -120,6 +137,59 @@ fn a_teacher_comes_before_the_student_and_the_policy_takes_the_student_along() {
     assert_eq!(best_mps, since.reduce(f64::max));
     let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
     assert_eq!(file, network);
+}
+
+#[test]
+fn a_policy_makes_nothing_of_latents_before_there_are_any_and_something_afterwards() {
+    let config = encoded();
+    let bits_on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| bits(&trained(&config, 6)))
+    };
+    assert_eq!(bits_on(1), bits_on(3));
+    // Rows 2 and 3 of the first layer, of 16 units.
+    let of_latents = |learner: &Learner| -> Vec<f64> {
+        let theta = serde_json::to_value(learner).unwrap()["theta"].clone();
+        serde_json::from_value::<Vec<f64>>(theta).unwrap()[32..64].to_vec()
+    };
+    assert!(of_latents(&trained(&config, 3)).iter().all(|weight| *weight == 0.0));
+    let learner = trained(&config, 6);
+    let losses: Vec<bool> = learner.curve().iter().map(|row| row.estimator_loss.is_some()).collect();
+    assert_eq!(losses, [false, false, true, false, true, false]);
+    assert!(learner.curve().iter().all(|row| row.kl <= 0.01 && row.mean_mps.is_finite()));
+    assert!(of_latents(&learner).iter().all(|weight| *weight != 0.0));
+    let (network, ..) = learner.best();
+    assert!(network.estimator.as_ref().is_some_and(|estimator| estimator.is_of_latents()));
+    let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
+    assert_eq!(file, network);
+}
+
+#[test]
+fn what_a_policy_sees_of_the_driver_must_be_told_by_its_estimator() {
+    let refused = |config: TrainConfig| config.check().expect_err("it does not fit");
+    let seeing = |sees: &str| NetworkConfig { sees: sees.into(), ..small().network };
+    assert_eq!(encoded().check(), Ok(()));
+    let (key, why) = refused(TrainConfig { network: seeing("speed,latent_1,reaction"), ..encoded() });
+    assert_eq!(
+        (key, why.as_str()),
+        (
+            "sees",
+            "sees names `reaction`, which this estimator does not tell; allowed of the driver: latent_1, latent_2"
+        )
+    );
+    let (key, why) = refused(TrainConfig { network: seeing("speed,latent_3"), ..encoded() });
+    assert!(key == "sees" && why.starts_with("sees names `latent_3`"), "{why}");
+    let (key, why) = refused(TrainConfig { network: seeing("speed,latent_1"), ..taught() });
+    assert!(
+        key == "sees" && why.ends_with("reaction, speed_bias, tracking_error, time_gap_factor, willingness"),
+        "{why}"
+    );
+    let none = StudentConfig { estimator_rounds: 0, ..encoded().student };
+    let (key, why) = refused(TrainConfig { student: none, ..encoded() });
+    assert_eq!(
+        (key, why.as_str()),
+        ("estimator_rounds", "estimator_rounds is 0; allowed: at least 1 where sees names latents")
+    );
 }
 
 #[test]

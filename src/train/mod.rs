@@ -18,8 +18,10 @@ pub mod evaluation;
 pub mod fitted_network;
 pub mod identification;
 mod late_view;
+mod latent_traits;
 pub mod learner;
 pub mod learning_curve;
+pub mod lessons;
 pub mod matrix;
 pub mod net;
 pub mod ring;
@@ -38,6 +40,7 @@ pub use config::{
 pub use drawn_ring::drawn_ring;
 pub use evaluation::{IdentifiedDriver, evaluate, identified, trajectories};
 pub use learner::{Learner, LearningCurveRow};
+pub use lessons::EstimatorKind;
 
 #[cfg(test)]
 mod driver_tests;

@@ -135,7 +135,7 @@ impl RolloutWorker {
         let Some(watcher) = &mut self.watcher else { return };
         watcher.watch(&self.env.take_samples(), drivers, log);
         for (l, outcome) in outcomes.iter_mut().enumerate() {
-            outcome.last_seen.driver = Some(watcher.mean(l));
+            outcome.last_seen = watcher.who_drives(l).told(&outcome.last_seen);
             if outcome.ending != Ending::None {
                 watcher.begin(l);
             }
@@ -147,7 +147,7 @@ impl RolloutWorker {
         let seen = |l| {
             let mut observation = self.env.observe(l);
             if let Some(watcher) = &self.watcher {
-                observation.driver = Some(watcher.mean(l));
+                observation = watcher.who_drives(l).told(&observation);
             }
             inputs.iter().map(move |input| input.scaled(&observation))
         };

@@ -14,7 +14,7 @@ use super::{
     simd::LANES,
 };
 use crate::{
-    policy::{ExpectedGain, Feature, Network, NetworkInput, Observation},
+    policy::{ExpectedGain, Feature, Network, NetworkInput},
     rng,
 };
 use rayon::prelude::*;
@@ -110,8 +110,8 @@ fn drive_pair(config: &TrainConfig, network: &Network, inputs: &[NetworkInput], 
     let mut pair = PairedDrives::default();
     for l in 0..LANES {
         let truth = advised.observe(l);
-        let driver = advisors.driver_estimate(l).map_or(truth.driver, |estimate| Some(estimate.mean));
-        pair.seen.extend(inputs.iter().map(|input| input.scaled(&Observation { driver, ..truth })));
+        let known = advisors.who_drives(l).map_or(truth, |who| who.told(&truth));
+        pair.seen.extend(inputs.iter().map(|input| input.scaled(&known)));
     }
     let mut silent = advised.clone();
     (0..LANES).for_each(|l| silent.advise(l, None, hold));
@@ -157,7 +157,7 @@ impl MeanSpeeds {
 mod tests {
     use super::*;
     use crate::{
-        policy::NetworkLayer,
+        policy::{NetworkLayer, Observation},
         train::{
             ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, RingConfig, SilenceConfig,
         },

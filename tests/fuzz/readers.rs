@@ -140,6 +140,7 @@ const MOMENT: Observation = Observation {
     mean_speed_mps: 4.0,
     advised_mps: None,
     driver: None,
+    latents: [0.0; 4],
     controller_mps: None,
 };
 

@@ -411,7 +411,8 @@ fn a_policy_that_was_told_who_drives_is_refused_where_nobody_can_tell_it() {
     fs::write(&file, teacher.to_toml()).unwrap();
     let asked = |policy: String| World::new(&Scenario { policy, ..scenario("native") }).map_err(|e| e.to_string());
     let Err(said) = asked(file.display().to_string()) else { panic!("it drives") };
-    let words = "must be told who drives (reaction, speed_bias, tracking_error, time_gap_factor, willingness)";
+    let words =
+        "must be told who drives (reaction, speed_bias, tracking_error, time_gap_factor, willingness, latent_1, ";
     assert!(said.contains("teacher.toml") && said.contains(words) && said.contains("remedy: "), "{said}");
     // With its estimator it finds out by itself.
     assert!(asked("ring-250-personal".into()).is_ok());

@@ -1,7 +1,7 @@
 //! The estimator's parameters, as they stand in a policy's file, and its arithmetic. In: the samples of a second. Out: the
 //! state of the recurrent unit, and what is read from it.
 
-use super::{DriverEstimate, DriverTraits, INPUTS, TRAITS};
+use super::{DriverEstimate, DriverTraits, INPUTS, LatentEstimate, MOST_LATENTS, WhoDrives, latent_name};
 use crate::policy::{NetworkLayer, network::row};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -29,7 +29,8 @@ pub struct EstimatedTrait {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriverEstimator {
-    /// The traits in the order of the readout: first all means, then the logarithms of all standard deviations.
+    /// The traits in the order of the readout: first all means, then the logarithms of all standard deviations. All of
+    /// [`DriverTraits::NAMES`], or up to [`MOST_LATENTS`] latents.
     pub traits: Vec<EstimatedTrait>,
     /// Bias of each gate's units: reset, update, candidate.
     pub bias: Vec<f32>,
@@ -47,7 +48,10 @@ pub struct DriverEstimator {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EstimatorFault {
     /// Other traits, or in another order.
-    #[error("the estimator's traits are {found}; known are {}", DriverTraits::NAMES.join(", "))]
+    #[error(
+        "the estimator's traits are {found}; known are {}, or {} to at most {}",
+        DriverTraits::NAMES.join(", "), latent_name(0), latent_name(MOST_LATENTS - 1)
+    )]
     Traits {
         /// Those of the file.
         found: String,
@@ -101,13 +105,24 @@ impl DriverEstimator {
         self.state_weights.len()
     }
 
+    /// Numbers that are read out: a mean and the logarithm of a standard deviation for each trait or latent.
+    pub fn outputs(&self) -> usize {
+        2 * self.traits.len()
+    }
+
+    /// True where it tells latents, in order from the first, instead of traits.
+    pub fn is_of_latents(&self) -> bool {
+        let is_named = |(k, of): (usize, &EstimatedTrait)| of.name == latent_name(k);
+        (1..=MOST_LATENTS).contains(&self.traits.len()) && self.traits.iter().enumerate().all(is_named)
+    }
+
     /// Checks that the parts fit together.
     ///
     /// # Errors
     /// Names the first part that does not.
     pub fn check(&self) -> Result<(), EstimatorFault> {
         let names: Vec<&str> = self.traits.iter().map(|t| t.name.as_str()).collect();
-        if names != DriverTraits::NAMES {
+        if names != DriverTraits::NAMES && !self.is_of_latents() {
             return Err(EstimatorFault::Traits { found: names.join(", ") });
         }
         if let Some(t) = self.traits.iter().find(|t| !(t.centre.is_finite() && t.spread > 0.0 && t.spread.is_finite()))
@@ -121,8 +136,8 @@ impl DriverEstimator {
             ("state_bias", biases(&self.state_bias), 1, GATES * units),
             ("weights", self.weights.clone(), INPUTS, GATES * units),
             ("state_weights", self.state_weights.clone(), units.max(1), GATES * units),
-            ("readout.bias", biases(&self.readout.bias), 1, 2 * TRAITS),
-            ("readout.weights", self.readout.weights.clone(), units, 2 * TRAITS),
+            ("readout.bias", biases(&self.readout.bias), 1, self.outputs()),
+            ("readout.weights", self.readout.weights.clone(), units, self.outputs()),
         ] {
             let odd = rows.iter().find(|row| row.len() != needed_columns);
             if rows.len() != needed_rows || odd.is_some() {
@@ -156,26 +171,31 @@ impl DriverEstimator {
         }
     }
 
-    /// What the state says.
-    pub fn estimate(&self, unit: &Recurrent) -> DriverEstimate {
-        self.of_readout(&self.read(&unit.state))
-    }
-
     /// What is read out of a state.
-    pub fn read(&self, state: &[f32]) -> [f32; 2 * TRAITS] {
-        let mut read = [0.0; 2 * TRAITS];
-        affine(state, &self.readout.weights, &self.readout.bias, &mut read);
+    pub fn read(&self, state: &[f32]) -> Vec<f32> {
+        let mut read = vec![0.0; self.outputs()];
+        self.read_into(state, &mut read);
         read
     }
 
-    /// The estimate that a readout stands for.
-    pub fn of_readout(&self, read: &[f32]) -> DriverEstimate {
+    /// The same where there is room for it already: [`Self::outputs`] numbers.
+    pub fn read_into(&self, state: &[f32], read: &mut [f32]) {
+        affine(state, &self.readout.weights, &self.readout.bias, read);
+    }
+
+    /// What a readout says of the driver.
+    pub fn of_readout(&self, read: &[f32]) -> WhoDrives {
+        let count = self.traits.len();
         let mean = |k: usize| self.traits[k].centre + self.traits[k].spread * f64::from(read[k]);
-        let sd = |k: usize| self.traits[k].spread * f64::from(read[TRAITS + k].clamp(LOG_SD[0], LOG_SD[1]).exp());
-        DriverEstimate {
+        let sd = |k: usize| self.traits[k].spread * f64::from(read[count + k].clamp(LOG_SD[0], LOG_SD[1]).exp());
+        if self.is_of_latents() {
+            let of_each = |of: &dyn Fn(usize) -> f64| std::array::from_fn(|k| if k < count { of(k) } else { 0.0 });
+            return WhoDrives::Latents(LatentEstimate { count, mean: of_each(&mean), sd: of_each(&sd) });
+        }
+        WhoDrives::Traits(DriverEstimate {
             mean: DriverTraits::of(std::array::from_fn(mean)).possible(),
             sd: DriverTraits::of(std::array::from_fn(sd)),
-        }
+        })
     }
 }
 

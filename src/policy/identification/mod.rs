@@ -1,14 +1,16 @@
-//! Who drives, told from what was advised and what was done. In: an [`Observation`] each step. Out: a [`DriverEstimate`] of the
-//! driver's traits, each with its uncertainty, once a second.
+//! Who drives, told from what was advised and what was done. In: an [`Observation`] each step. Out: a [`WhoDrives`] once a second:
+//! the driver's traits or his latents, each with its uncertainty.
 //!
 //! The estimator is a gated recurrent unit (Cho 2014, in the form of cuDNN: the reset gate acts on the product) with a
-//! linear readout of a mean and a logarithm of a standard deviation for each trait. `train::identification` fits it to drivers
-//! whose traits are known.
+//! linear readout of a mean and a logarithm of a standard deviation for each trait or latent. `train::identification` fits it: to
+//! drivers whose traits are known, or, without being told anything of them, to what they do next.
 
 mod estimator;
+mod latents;
 mod traits;
 
 pub use estimator::{DriverEstimator, EstimatedTrait, EstimatorFault, GATES, LOG_SD, Recurrent};
+pub use latents::{LatentEstimate, MOST_LATENTS, WhoDrives, latent_name};
 pub use traits::{DriverTraits, TRAITS};
 
 use super::Observation;
@@ -47,15 +49,17 @@ pub struct Identification {
     steps: u64,
     inputs: Vec<f32>,
     unit: Recurrent,
-    estimate: DriverEstimate,
+    read: Vec<f32>,
+    who_drives: WhoDrives,
 }
 
 impl Identification {
     /// Nothing is known yet but what is known of all drivers.
     pub fn new(estimator: DriverEstimator) -> Self {
         let unit = estimator.begin();
-        let estimate = estimator.estimate(&unit);
-        Self { estimator, steps: 0, inputs: Vec::with_capacity(INPUTS), unit, estimate }
+        let read = estimator.read(unit.state());
+        let who_drives = estimator.of_readout(&read);
+        Self { estimator, steps: 0, inputs: Vec::with_capacity(INPUTS), unit, read, who_drives }
     }
 
     /// One step of `step_s` has passed.
@@ -74,12 +78,13 @@ impl Identification {
         self.inputs.push(f32::from(u8::from(advised.is_some())));
         self.estimator.step(&self.inputs, &mut self.unit);
         self.inputs.clear();
-        self.estimate = self.estimator.estimate(&self.unit);
+        self.estimator.read_into(self.unit.state(), &mut self.read);
+        self.who_drives = self.estimator.of_readout(&self.read);
     }
 
     /// What is known now.
-    pub fn estimate(&self) -> DriverEstimate {
-        self.estimate
+    pub fn who_drives(&self) -> WhoDrives {
+        self.who_drives
     }
 }
 

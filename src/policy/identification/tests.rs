@@ -53,10 +53,10 @@ fn it_thinks_once_a_second_whatever_the_step() {
         let speed = |k: u64| 3.0 + (k as f64 * step_s).sin();
         for k in 0..steps_per_s {
             driver.watch(&seen(speed(k)), step_s);
-            assert_eq!(driver.estimate(), begin.estimate(), "not before a second has passed");
+            assert_eq!(driver.who_drives(), begin.who_drives(), "not before a second has passed");
         }
         driver.watch(&seen(speed(steps_per_s)), step_s);
-        assert_ne!(driver.estimate(), begin.estimate());
+        assert_ne!(driver.who_drives(), begin.who_drives());
     }
 }
 
@@ -92,4 +92,27 @@ fn what_does_not_fit_together_is_named() {
         "the estimator's readout.bias hold a number that is not finite"
     );
     assert!(fault(|e| e.state_weights.clear()).starts_with("the estimator's bias are 1 x"));
+}
+
+#[test]
+fn latents_are_told_as_they_are_read_and_only_a_policy_that_names_them_sees_them() {
+    let mut estimator = small(3);
+    estimator.traits = vec![EstimatedTrait::latent(0), EstimatedTrait::latent(1)];
+    let fault = estimator.check().unwrap_err().to_string();
+    assert_eq!(fault, "the estimator's readout.bias are 1 x 10 numbers; 1 x 4 are needed");
+    estimator.readout = NetworkLayer { bias: vec![0.5, -2.0, 0.0, -9.0], weights: vec![vec![0.0; 4]; 3] };
+    assert_eq!(estimator.check(), Ok(()));
+    let told = Identification::new(estimator.clone()).who_drives();
+    let latents = told.latents().expect("latents");
+    assert_eq!((latents.count, latents.mean), (2, [0.5, -2.0, 0.0, 0.0]));
+    // The logarithm of a standard deviation stays within its bounds, here -3.
+    assert!((latents.sd[0] - 1.0).abs() < 1e-6 && (latents.sd[1] - (-3.0_f64).exp()).abs() < 1e-6, "{latents:?}");
+    assert_eq!(told.traits(), None);
+    let truth = DriverTraits::default();
+    let seen = told.told(&Observation { driver: Some(truth), ..seen(3.0) });
+    assert_eq!((seen.latents, seen.driver), ([0.5, -2.0, 0.0, 0.0], Some(truth)));
+    estimator.traits.swap(0, 1);
+    let fault = estimator.check().unwrap_err().to_string();
+    assert!(fault.starts_with("the estimator's traits are latent_2, latent_1; known are reaction_s, "), "{fault}");
+    assert!(fault.ends_with("willingness, or latent_1 to at most latent_4"), "{fault}");
 }

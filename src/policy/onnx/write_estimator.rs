@@ -4,7 +4,7 @@
 use super::write::{file, node, rows_of, tensor};
 use crate::policy::{
     DriverEstimator,
-    identification::{GATES, INPUTS, SAMPLE_S, SAMPLES, TRAITS},
+    identification::{GATES, INPUTS, SAMPLE_S, SAMPLES},
 };
 use serde::Serialize;
 use tract_onnx::pb::GraphProto;
@@ -26,7 +26,7 @@ struct Description<'a> {
     sample: [&'static str; 4],
     /// What follows the samples.
     last: &'static str,
-    /// The readout: first the mean of each trait, then the logarithm of its standard deviation, both in units of its spread.
+    /// The readout: first the mean of each trait or latent, then the logarithm of its standard deviation, both in units of its spread.
     traits: &'a [crate::policy::identification::EstimatedTrait],
 }
 
@@ -69,7 +69,7 @@ pub fn write_estimator(estimator: &DriverEstimator) -> Vec<u8> {
     }
     product(&mut graph, NEXT, &estimator.readout.weights, &estimator.readout.bias, READ);
     graph.input = vec![rows_of(SECOND, INPUTS), rows_of(STATE, units)];
-    graph.output = vec![rows_of(READ, 2 * TRAITS), rows_of(NEXT, units)];
+    graph.output = vec![rows_of(READ, estimator.outputs()), rows_of(NEXT, units)];
     let description = Description {
         sample_s: SAMPLE_S,
         samples: SAMPLES,

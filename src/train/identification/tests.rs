@@ -5,12 +5,12 @@ use crate::{
     driver::Population,
     metrics::correlation,
     policy::{
-        Observation,
+        DriverTraits, LatentEstimate, Observation,
         identification::{Identification, SAMPLES},
     },
     train::{
         ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, RingConfig, RunConfig, StudentConfig,
-        learner::policy_shape, rollout::RolloutWorker,
+        latent_traits::LatentTraits, learner::policy_shape, rollout::RolloutWorker, simd::LANES,
     },
 };
 
@@ -50,6 +50,10 @@ fn blocks(config: &TrainConfig, first: usize, learner: &EstimatorLearner) -> Vec
     blocks
 }
 
+fn mean(watcher: &Watcher, l: usize) -> DriverTraits {
+    watcher.who_drives(l).traits().expect("traits").mean
+}
+
 fn live(config: &TrainConfig, blocks: &mut [RolloutWorker]) -> Vec<Seconds> {
     let shape = policy_shape(config);
     let mut theta = vec![0.0; shape.parameters()];
@@ -83,7 +87,7 @@ fn after_a_minute_strangers_are_told_apart_by_their_bias() {
         .iter()
         .flat_map(|worker| {
             let (watcher, drivers) = (worker.watcher.as_ref().expect("a student"), worker.env.drivers());
-            (0..LANES).map(move |l| (watcher.mean(l).speed_bias_mps, drivers[l].speed_bias_mps))
+            (0..LANES).map(move |l| (mean(watcher, l).speed_bias_mps, drivers[l].speed_bias_mps))
         })
         .collect();
     let found = correlation(&pairs).expect("they differ");
@@ -115,12 +119,46 @@ fn the_student_beside_the_rings_and_the_one_in_a_drive_say_the_same() {
             ..Observation::default()
         };
         alone.watch(&observation, 0.2);
-        for (beside, drive) in watcher.mean(3).numbers().into_iter().zip(alone.estimate().mean.numbers()) {
+        let drive = alone.who_drives().traits().expect("traits");
+        for (beside, drive) in mean(&watcher, 3).numbers().into_iter().zip(drive.mean.numbers()) {
             assert!((beside - drive).abs() < 1e-5, "{k}: {beside} {drive}");
         }
     }
-    assert_ne!(watcher.mean(3), Watcher::new(&learner).mean(3));
+    assert_ne!(mean(&watcher, 3), mean(&Watcher::new(&learner), 3));
     // A stranger is nobody yet.
     watcher.begin(3);
-    assert_eq!(watcher.mean(3), Watcher::new(&learner).mean(3));
+    assert_eq!(mean(&watcher, 3), mean(&Watcher::new(&learner), 3));
+}
+
+#[test]
+fn latents_that_nobody_named_tell_strangers_apart_by_their_bias() {
+    let mut config = biased();
+    config.network.sees = "speed,gap,latent_1,latent_2".into();
+    config.student.estimator = EstimatorKind::Variational;
+    let mut learner = EstimatorLearner::new(&config);
+    let mut known = blocks(&config, 0, &learner);
+    let mut losses = Vec::new();
+    for _ in 0..40 {
+        let seconds = live(&config, &mut known);
+        losses.push(learner.fit(&seconds, 5e-3));
+        (0..4).for_each(|_| _ = learner.fit(&seconds, 5e-3));
+        known.iter_mut().filter_map(|worker| worker.watcher.as_mut()).for_each(|watcher| watcher.learn(&learner));
+    }
+    assert!(losses[39] < losses[0] - 0.1, "{losses:?}");
+    let told = |first: usize| -> Vec<(DriverTraits, LatentEstimate)> {
+        let mut strangers = blocks(&config, first, &learner);
+        live(&config, &mut strangers);
+        let of = |worker: &RolloutWorker| {
+            let (watcher, drivers) = (worker.watcher.clone().expect("a student"), worker.env.drivers());
+            (0..LANES).map(move |l| (drivers[l], watcher.who_drives(l).latents().expect("latents")))
+        };
+        strangers.iter().flat_map(of).collect()
+    };
+    let fit = LatentTraits::of(&told(50));
+    let pair = |(traits, latents): &(DriverTraits, LatentEstimate)| {
+        (traits.speed_bias_mps, fit.traits(latents).mean.speed_bias_mps)
+    };
+    let pairs: Vec<(f64, f64)> = told(60).iter().map(pair).collect();
+    let found = correlation(&pairs).expect("they differ");
+    assert!(found > 0.8, "{found} {pairs:?}");
 }

@@ -4,8 +4,8 @@
 use super::{EstimatorLearner, GruShape};
 use crate::{
     policy::{
-        DriverEstimator, DriverTraits,
-        identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES, TRAITS, sample},
+        DriverEstimator, DriverTraits, WhoDrives,
+        identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES, sample},
     },
     train::simd::{LANES, SimdLanes},
 };
@@ -22,7 +22,7 @@ pub struct Seconds {
     /// Inputs of each second, a row for each ring.
     pub inputs: Vec<Vec<f32>>,
     /// Which rings begin anew in it.
-    pub begins: Vec<[bool; LANES]>,
+    pub begins: Vec<Vec<bool>>,
     /// Who drives.
     pub truths: Vec<[DriverTraits; LANES]>,
 }
@@ -76,17 +76,18 @@ impl Watcher {
     }
 
     /// Who he thinks drives ring `l`.
-    pub fn mean(&self, l: usize) -> DriverTraits {
-        self.estimator.of_readout(&self.read[l * 2 * TRAITS..][..2 * TRAITS]).mean
+    pub fn who_drives(&self, l: usize) -> WhoDrives {
+        let outputs = self.shape.2;
+        self.estimator.of_readout(&self.read[l * outputs..][..outputs])
     }
 
     /// Ring `l` has another driver from now on.
     pub fn begin(&mut self, l: usize) {
-        let units = self.shape.1;
-        self.state[l * units..][..units].fill(0.0);
+        let (_, units, outputs) = self.shape;
+        let state = &mut self.state[l * units..][..units];
+        state.fill(0.0);
         self.begins[l] = true;
-        let read = self.estimator.read(&self.state[l * units..][..units]);
-        self.read[l * 2 * TRAITS..][..2 * TRAITS].copy_from_slice(&read);
+        self.estimator.read_into(state, &mut self.read[l * outputs..][..outputs]);
         // What is left of a second that the one before him drove.
         for sample in &mut self.partial {
             sample.iter_mut().for_each(|numbers| numbers[l] = 0.0);
@@ -105,7 +106,7 @@ impl Watcher {
                         log.state.clone_from(&self.state);
                     }
                     log.inputs.push(inputs.clone());
-                    log.begins.push(self.begins);
+                    log.begins.push(self.begins.to_vec());
                     log.truths.push(*truths);
                 }
                 let step = self.shape().step(&self.theta, &inputs, &self.state);

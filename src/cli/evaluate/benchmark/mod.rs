@@ -214,7 +214,7 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
         let source = PolicySource::read(&name, &settings).map_err(|e| CliError::Input(e.to_string()))?;
         let make = || source.engage();
         let results = evaluate(&config, SEALED_STREAM, benchmark.rings, make);
-        let asks = make().is_some_and(|policy| policy.driver_estimate().is_some());
+        let asks = make().is_some_and(|policy| policy.who_drives().is_some());
         let drivers = match asks {
             true => identified(&config, SEALED_STREAM, benchmark.rings, IDENTIFIED_AFTER_S, make),
             false => Vec::new(),

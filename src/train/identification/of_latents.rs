@@ -1,0 +1,86 @@
+//! Fits a variational encoder to drivers of whom nothing is told. In: what was advised and done on the rings of a block. Out: an
+//! estimator of latents; its decoder is of use only here.
+
+use super::{
+    BLOCKS_A_STEP, GruShape, PASSES, Seconds, TrainConfig, estimator,
+    variational::{Seen, VariationalLoss, VariationalShape},
+};
+use crate::{
+    policy::{DriverEstimator, identification::EstimatedTrait},
+    rng,
+    train::{adam::Adam, simd::LANES},
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// A variational encoder in training.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct LatentLearner {
+    seed: u64,
+    units: usize,
+    latents: usize,
+    kl_weight: f64,
+    /// Passes over seconds so far: each has random numbers of its own.
+    passes: u64,
+    /// Encoder and decoder.
+    theta: Vec<f32>,
+    adam: Adam,
+}
+
+impl LatentLearner {
+    /// Nothing is known yet.
+    pub fn new(config: &TrainConfig) -> Self {
+        let (units, latents) = (config.student.estimator_units as usize, config.student.latents as usize);
+        let shape = VariationalShape::new(units, latents);
+        let theta: Vec<f32> = shape.first(&mut rng::stream(config.seed, "train/latents"));
+        let kl_weight = config.student.kl_weight;
+        Self { seed: config.seed, units, latents, kl_weight, passes: 0, adam: Adam::new(theta.len()), theta }
+    }
+
+    fn variational(&self) -> VariationalShape {
+        VariationalShape::new(self.units, self.latents)
+    }
+
+    /// The shape of the encoder's unit.
+    pub fn shape(&self) -> GruShape {
+        self.variational().encoder()
+    }
+
+    /// The encoder's parameters.
+    pub fn theta(&self) -> &[f32] {
+        &self.theta[..self.shape().parameters()]
+    }
+
+    /// Learns from the seconds of all blocks by steps of `rate`. Returns the mean loss of a second before the last pass's steps, nats.
+    pub fn fit(&mut self, blocks: &[Seconds], rate: f64) -> f64 {
+        let shape = self.variational();
+        let mut loss = (0.0, 0.0);
+        for _ in 0..PASSES {
+            loss = (0.0, 0.0);
+            for (k, blocks) in blocks.chunks(BLOCKS_A_STEP).enumerate() {
+                let of_block = |(i, block)| self.of_block(&shape, k * BLOCKS_A_STEP + i, block);
+                let parts: Vec<VariationalLoss<f32>> = blocks.par_iter().enumerate().map(of_block).collect();
+                let seconds: f64 = parts.iter().map(|part| part.seconds).sum();
+                loss = parts.iter().fold(loss, |(sum, n), part| (sum + part.nats, n + part.seconds));
+                let gradients = parts.iter().map(|part| part.gradient.as_slice());
+                self.adam.step(&mut self.theta, gradients, 1.0 / seconds.max(1.0), rate);
+            }
+            self.passes += 1;
+        }
+        loss.0 / f64::max(loss.1, 1.0)
+    }
+
+    /// What one block comes to, with the random numbers of this pass.
+    fn of_block(&self, shape: &VariationalShape, index: usize, block: &Seconds) -> VariationalLoss<f32> {
+        let mut stream = rng::stream(self.seed, &format!("train/latents/{}/{index}", self.passes));
+        let noise: Vec<f32> = (0..shape.noise(block.inputs.len(), LANES)).map(|_| stream.normal() as f32).collect();
+        let seen = Seen { state: &block.state, inputs: &block.inputs, begins: &block.begins };
+        shape.loss(&self.theta, &seen, &noise, self.kl_weight)
+    }
+
+    /// The estimator as it stands: the encoder.
+    pub fn estimator(&self) -> DriverEstimator {
+        let latents: Vec<EstimatedTrait> = (0..self.latents).map(EstimatedTrait::latent).collect();
+        estimator(self.shape(), self.theta(), &latents)
+    }
+}

@@ -1,0 +1,116 @@
+//! Fits an estimator to drivers whose traits are known. In: what was advised and done on the rings of a block, and who drove. Out:
+//! means and standard deviations of the traits.
+//!
+//! The loss is that of a normal distribution: a mean and a standard deviation for each trait (Nix 1994).
+
+use super::{BLOCKS_A_STEP, GruShape, GruStep, PASSES, Seconds, TrainConfig, estimator, forward, surprise};
+use crate::{
+    policy::{
+        DriverEstimator,
+        identification::{DriverTraits, EstimatedTrait, INPUTS, TRAITS},
+    },
+    rng,
+    train::{adam::Adam, simd::LANES},
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Drivers that are drawn to see how far each trait spreads.
+const DRAWN: usize = 4000;
+
+/// The least spread of a trait, in its unit: where all drivers are alike, there is nothing to tell apart.
+const LEAST_SPREAD: f64 = 0.05;
+
+/// An estimator of traits in training.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct TraitLearner {
+    units: usize,
+    traits: Vec<EstimatedTrait>,
+    theta: Vec<f32>,
+    adam: Adam,
+}
+
+impl TraitLearner {
+    /// Nothing is known yet but how the traits of the configuration's drivers spread.
+    pub fn new(config: &TrainConfig) -> Self {
+        let units = config.student.estimator_units as usize;
+        let mut stream = rng::stream(config.seed, "train/estimator");
+        let theta: Vec<f32> = shape(units).first(&mut stream);
+        Self { units, traits: traits(config), adam: Adam::new(theta.len()), theta }
+    }
+
+    /// The shape of its unit.
+    pub fn shape(&self) -> GruShape {
+        shape(self.units)
+    }
+
+    /// Its parameters.
+    pub fn theta(&self) -> &[f32] {
+        &self.theta
+    }
+
+    /// Learns from the seconds of all blocks by steps of `rate`. Returns the mean loss of a trait and second before the last
+    /// pass's steps, nats.
+    pub fn fit(&mut self, blocks: &[Seconds], rate: f64) -> f64 {
+        let shape = self.shape();
+        let mut loss = (0.0, 0.0);
+        for _ in 0..PASSES {
+            loss = (0.0, 0.0);
+            for blocks in blocks.chunks(BLOCKS_A_STEP) {
+                let of_block = |block: &Seconds| self.of_block(shape, block);
+                let parts: Vec<(f64, f64, Vec<f32>)> = blocks.par_iter().map(of_block).collect();
+                let numbers: f64 = parts.iter().map(|(_, numbers, _)| numbers).sum();
+                loss = parts.iter().fold(loss, |(sum, n), (loss, numbers, _)| (sum + loss, n + numbers));
+                let gradients = parts.iter().map(|(_, _, gradient)| gradient.as_slice());
+                self.adam.step(&mut self.theta, gradients, 1.0 / numbers.max(1.0), rate);
+            }
+        }
+        loss.0 / f64::max(loss.1, 1.0)
+    }
+
+    /// Loss, numbers that it is the sum over, and gradient of one block.
+    fn of_block(&self, shape: GruShape, block: &Seconds) -> (f64, f64, Vec<f32>) {
+        let mut by_read = Vec::with_capacity(block.inputs.len());
+        let mut loss = 0.0;
+        let steps: Vec<GruStep<f32>> = forward(shape, &self.theta, &block.state, &block.inputs, &block.begins);
+        for (step, truths) in steps.iter().zip(&block.truths) {
+            let mut by = vec![0.0; step.read.len()];
+            for ((read, by), truth) in
+                step.read.chunks_exact(2 * TRAITS).zip(by.chunks_exact_mut(2 * TRAITS)).zip(truths)
+            {
+                for (k, truth) in truth.numbers().into_iter().enumerate() {
+                    let scaled = ((truth - self.traits[k].centre) / self.traits[k].spread) as f32;
+                    let (nats, [by_mean, by_log_sd]) = surprise(read[k], read[TRAITS + k], scaled);
+                    loss += f64::from(nats);
+                    (by[k], by[TRAITS + k]) = (by_mean, by_log_sd);
+                }
+            }
+            by_read.push(by);
+        }
+        let numbers = (block.inputs.len() * LANES * TRAITS) as f64;
+        (loss, numbers, shape.gradient(&self.theta, &steps, &by_read, &block.begins))
+    }
+
+    /// The estimator as it stands.
+    pub fn estimator(&self) -> DriverEstimator {
+        estimator(self.shape(), &self.theta, &self.traits)
+    }
+}
+
+fn shape(units: usize) -> GruShape {
+    GruShape { inputs: INPUTS, units, outputs: 2 * TRAITS }
+}
+
+/// Centre and spread of each trait among the drivers of a configuration.
+fn traits(config: &TrainConfig) -> Vec<EstimatedTrait> {
+    let mut stream = rng::stream(config.seed, "train/estimator/drivers");
+    let drawn: Vec<[f64; TRAITS]> =
+        (0..DRAWN).map(|_| config.draw_driver(&mut stream).traits(config.ring.idm.t).numbers()).collect();
+    let of = |k: usize| {
+        let n = drawn.len() as f64;
+        let centre = drawn.iter().map(|x| x[k]).sum::<f64>() / n;
+        let spread = (drawn.iter().map(|x| (x[k] - centre).powi(2)).sum::<f64>() / n).sqrt();
+        EstimatedTrait { name: DriverTraits::NAMES[k].into(), centre, spread: spread.max(LEAST_SPREAD) }
+    };
+    (0..TRAITS).map(of).collect()
+}

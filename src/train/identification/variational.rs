@@ -1,0 +1,276 @@
+//! A variational encoder of drivers (Kingma and Welling 2014; PeRP 2023 has one), its loss and the gradient. In: seconds of some
+//! rings, and numbers drawn from N(0, 1). Out: the loss in nats, and its derivative by the parameters of encoder and decoder. Generic
+//! over `f32`, which trains, and `f64`, in which the tests compare with finite differences.
+//!
+//! The encoder is the recurrent unit that a drive has: after each second it reads out a mean and the logarithm of a standard
+//! deviation for each latent. The decoder is told a draw of the latents, the state in which a later second begins and what was advised
+//! and done ahead in it, and says by how much the driver changes his speed in that second. What it is told is the same for all
+//! drivers, so that a latent has only who drives to tell. One draw must do for seconds near and far: a driver lasts.
+
+use super::{GruShape, GruStep, bounded, by_unbounded, forward, surprise};
+use crate::{
+    policy::identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES},
+    rng::Stream,
+    train::{net::Shape, scalar::Real},
+};
+
+/// How far ahead the seconds lie that a draw must do for, s.
+const AHEAD: [usize; 5] = [1, 2, 4, 8, 16];
+/// What the decoder is told beside the latents; see [`Seen::condition`].
+const CONDITION: usize = 8;
+/// Units of each of the decoder's two hidden layers.
+const UNITS: usize = 32;
+/// What the decoder says: a mean and the logarithm of a standard deviation of a change of speed, m/s.
+const SAID: usize = 2;
+
+/// Sizes of encoder and decoder, whose parameters lie one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VariationalShape {
+    latents: usize,
+    encoder: GruShape,
+    decoder: Shape,
+}
+
+/// Consecutive seconds of some rings.
+pub struct Seen<'a, T> {
+    /// States before the first, a row for each ring.
+    pub state: &'a [T],
+    /// Inputs of each second, a row for each ring.
+    pub inputs: &'a [Vec<T>],
+    /// Which rings begin anew in it.
+    pub begins: &'a [Vec<bool>],
+}
+
+/// What a block of seconds came to.
+pub struct VariationalLoss<T> {
+    /// Sum of the loss over seconds, nats.
+    pub nats: f64,
+    /// How many seconds of rings it is the sum over.
+    pub seconds: f64,
+    /// Its derivative by all parameters.
+    pub gradient: Vec<T>,
+}
+
+/// A second that the latents of an earlier one must do for.
+struct Look {
+    /// Second in which the latents are read.
+    now: usize,
+    /// Second that the decoder tells of.
+    then: usize,
+    /// Which ring.
+    row: usize,
+    /// 1 over the number of looks from `now`.
+    share: f64,
+}
+
+impl<T: Real> Seen<'_, T> {
+    fn rows(&self) -> usize {
+        self.begins.first().map_or(0, Vec::len)
+    }
+
+    /// The inputs of a ring in a second: those of the last sample, and 1 where an advice stands.
+    fn last(&self, second: usize, row: usize) -> (&[T], T) {
+        let inputs = &self.inputs[second][row * INPUTS..][..INPUTS];
+        (&inputs[(SAMPLES - 1) * SAMPLE_NUMBERS..][..SAMPLE_NUMBERS], inputs[INPUTS - 1])
+    }
+
+    /// Own speed at the end of a second, m/s; `policy::identification::sample` has the scaling.
+    fn speed_mps(&self, second: usize, row: usize) -> T {
+        (self.last(second, row).0[1] + T::of(1.0)) * T::of(5.0)
+    }
+
+    /// Change of the own speed in a second, m/s.
+    fn change_mps(&self, second: usize, row: usize) -> T {
+        self.speed_mps(second, row) - self.speed_mps(second - 1, row)
+    }
+
+    /// What is given of a second: the state at its beginning, and the advice and the leader's speed at its end, both beside the
+    /// own speed at the beginning.
+    fn condition(&self, second: usize, row: usize) -> [T; CONDITION] {
+        let (before, was_advised) = self.last(second - 1, row);
+        let (after, is_advised) = self.last(second, row);
+        let change = self.change_mps(second, row) * T::of(0.5);
+        let advised = (after[0] + change) * is_advised;
+        [before[0], before[1], before[2], before[3], was_advised, advised, after[2] + change, is_advised]
+    }
+
+    /// All looks ahead that stay in one drive.
+    fn looks(&self) -> Vec<Look> {
+        let mut looks = Vec::new();
+        for now in 0..self.inputs.len() {
+            for row in 0..self.rows() {
+                let goes_on = |then: usize| then < self.inputs.len() && !(now + 1..=then).any(|t| self.begins[t][row]);
+                let first = looks.len();
+                let ahead = AHEAD.iter().map(|ahead| now + ahead).take_while(|then| goes_on(*then));
+                looks.extend(ahead.map(|then| Look { now, then, row, share: 1.0 }));
+                let share = 1.0 / (looks.len() - first).max(1) as f64;
+                looks[first..].iter_mut().for_each(|look| look.share = share);
+            }
+        }
+        looks
+    }
+}
+
+/// KL divergence of a normal distribution from N(0, 1), nats, and its derivatives by mean and logarithm of the standard deviation.
+fn divergence<T: Real>(mean: T, log_sd: T) -> (T, [T; 2]) {
+    let variance = (T::of(2.0) * log_sd).exp();
+    let nats = T::of(0.5) * (mean * mean + variance - T::of(1.0)) - log_sd;
+    (nats, [mean, variance - T::of(1.0)])
+}
+
+impl VariationalShape {
+    /// An encoder with so many units and latents, and its decoder.
+    pub fn new(units: usize, latents: usize) -> Self {
+        let encoder = GruShape { inputs: INPUTS, units, outputs: 2 * latents };
+        Self { latents, encoder, decoder: Shape::new(&[latents + CONDITION, UNITS, UNITS, SAID]) }
+    }
+
+    /// The encoder's own.
+    pub fn encoder(&self) -> GruShape {
+        self.encoder
+    }
+
+    /// First parameters of both: latents as N(0, 1), and a decoder that makes little of anything.
+    pub fn first<T: Real>(&self, stream: &mut Stream) -> Vec<T> {
+        [self.encoder.first(stream), self.decoder.orthogonal(0.1, stream)].concat()
+    }
+
+    /// Numbers to be drawn from N(0, 1) for so many seconds of so many rings.
+    pub fn noise(&self, seconds: usize, rows: usize) -> usize {
+        seconds * rows * self.latents
+    }
+
+    /// The loss: over all seconds the mean surprise at the seconds ahead, and `kl_weight` times the divergence of the latents.
+    pub fn loss<T: Real>(&self, theta: &[T], seen: &Seen<'_, T>, noise: &[T], kl_weight: f64) -> VariationalLoss<T> {
+        let n = self.latents;
+        let (of_encoder, of_decoder) = theta.split_at(self.encoder.parameters());
+        let steps: Vec<GruStep<T>> = forward(self.encoder, of_encoder, seen.state, seen.inputs, seen.begins);
+        let looks = seen.looks();
+        let posterior = |look: &Look| &steps[look.now].read[look.row * 2 * n..][..2 * n];
+        let drawn = |look: &Look| &noise[(look.now * seen.rows() + look.row) * n..][..n];
+        let mut told = Vec::with_capacity(looks.len() * self.decoder.inputs());
+        for look in &looks {
+            let (read, drawn) = (posterior(look), drawn(look));
+            told.extend((0..n).map(|k| read[k] + bounded(read[n + k]).exp() * drawn[k]));
+            told.extend(seen.condition(look.then, look.row));
+        }
+        let decoded = self.decoder.forward(of_decoder, &told);
+        let mut nats = 0.0;
+        let mut by_said = Vec::with_capacity(looks.len() * SAID);
+        for (look, said) in looks.iter().zip(decoded.output().chunks_exact(SAID)) {
+            let (surprise, by) = surprise(said[0], said[1], seen.change_mps(look.then, look.row));
+            nats += look.share * surprise.f64();
+            by_said.extend(by.map(|by| T::of(look.share) * by));
+        }
+        let (by_decoder, by_told) = self.decoder.vjp_with_inputs(of_decoder, &decoded, &by_said);
+        let mut by_read: Vec<Vec<T>> = steps.iter().map(|step| vec![T::default(); step.read.len()]).collect();
+        let mut seconds = 0.0;
+        let weight = T::of(kl_weight);
+        for (i, (look, by)) in looks.iter().zip(by_told.chunks_exact(self.decoder.inputs())).enumerate() {
+            let (read, drawn) = (posterior(look), drawn(look));
+            let of = &mut by_read[look.now][look.row * 2 * n..][..2 * n];
+            for k in 0..n {
+                of[k] += by[k];
+                of[n + k] += by[k] * bounded(read[n + k]).exp() * drawn[k];
+            }
+            let is_last = looks.get(i + 1).is_none_or(|next| (next.now, next.row) != (look.now, look.row));
+            if is_last {
+                seconds += 1.0;
+                for k in 0..n {
+                    let (divergence, by) = divergence(read[k], bounded(read[n + k]));
+                    nats += kl_weight * divergence.f64();
+                    of[k] += weight * by[0];
+                    of[n + k] = by_unbounded(read[n + k], of[n + k] + weight * by[1]);
+                }
+            }
+        }
+        let by_encoder = self.encoder.gradient(of_encoder, &steps, &by_read, seen.begins);
+        VariationalLoss { nats, seconds, gradient: [by_encoder, by_decoder].concat() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng;
+
+    const ROWS: usize = 2;
+    const SECONDS: usize = 6;
+
+    /// Two rings of which the second begins anew in second 3, as [`Seen`] has them but for the state, which is 0.
+    struct Drives {
+        inputs: Vec<Vec<f64>>,
+        begins: Vec<Vec<bool>>,
+    }
+
+    fn drives(stream: &mut Stream) -> Drives {
+        let second =
+            |_| (0..ROWS * INPUTS).map(|i| if i % INPUTS == INPUTS - 1 { 1.0 } else { stream.normal() }).collect();
+        let inputs = (0..SECONDS).map(second).collect();
+        Drives { inputs, begins: (0..SECONDS).map(|t| vec![t == 0, t == 0 || t == 3]).collect() }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_finite_differences() {
+        let shape = VariationalShape::new(3, 2);
+        let mut stream = rng::stream(4, "variational");
+        let Drives { inputs, begins } = drives(&mut stream);
+        let state = vec![0.0; ROWS * 3];
+        let seen = Seen { state: &state, inputs: &inputs, begins: &begins };
+        let mut theta: Vec<f64> = shape.first(&mut stream);
+        theta.iter_mut().for_each(|x| *x += 0.1 * stream.normal());
+        let noise: Vec<f64> = (0..shape.noise(SECONDS, ROWS)).map(|_| stream.normal()).collect();
+        let found = shape.loss(&theta, &seen, &noise, 0.3);
+        assert_eq!(found.gradient.len(), theta.len());
+        // Nothing follows the last second of a drive: ring 0 has one such, ring 1 two.
+        assert_eq!(found.seconds, (ROWS * SECONDS - 3) as f64);
+        for i in 0..theta.len() {
+            let at = |d: f64| {
+                let mut moved = theta.clone();
+                moved[i] += d;
+                shape.loss(&moved, &seen, &noise, 0.3).nats
+            };
+            let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
+            let off = (found.gradient[i] - difference).abs();
+            assert!(off < 1e-6 * difference.abs().max(1.0), "{i}: {} {difference}", found.gradient[i]);
+        }
+    }
+
+    #[test]
+    fn the_divergence_is_what_its_integral_comes_to() {
+        for (mean, log_sd) in [(0.0, 0.0), (1.5, -1.0), (-0.4, 0.6)] {
+            let sd = f64::exp(log_sd);
+            let step = 1e-3 * sd;
+            // q ln (q / p) over ten standard deviations either way.
+            let integral: f64 = (-10_000..10_000)
+                .map(|i| {
+                    let z = (f64::from(i) + 0.5) * 1e-3;
+                    let x = mean + sd * z;
+                    let q = (-0.5 * z * z).exp() / (sd * std::f64::consts::TAU.sqrt());
+                    q * (0.5 * x * x - 0.5 * z * z - log_sd) * step
+                })
+                .sum();
+            let (nats, _) = divergence(mean, log_sd);
+            assert!((nats - integral).abs() < 1e-6, "{mean} {log_sd}: {nats} {integral}");
+        }
+    }
+
+    #[test]
+    fn the_divergence_counts_once_a_second_whatever_the_number_of_looks() {
+        let shape = VariationalShape::new(3, 2);
+        let mut stream = rng::stream(5, "variational");
+        let Drives { inputs, begins } = drives(&mut stream);
+        let state = vec![0.0; ROWS * 3];
+        let seen = Seen { state: &state, inputs: &inputs, begins: &begins };
+        let mut theta: Vec<f64> = shape.first(&mut stream);
+        // Latents that say the same at all times: mean 0.5 and -1, standard deviations e^0.2 and e^-0.3.
+        let readout = shape.encoder.parameters() - 3 * 4 - 4;
+        theta[readout..][..12].fill(0.0);
+        theta[readout + 12..][..4].copy_from_slice(&[0.5, -1.0, 0.2, -0.3]);
+        let noise = vec![0.0; shape.noise(SECONDS, ROWS)];
+        let nats = |weight: f64| shape.loss(&theta, &seen, &noise, weight).nats;
+        let of = |mean: f64, log_sd: f64| 0.5 * (mean * mean + (2.0 * log_sd).exp() - 1.0) - log_sd;
+        let expected = 9.0 * (of(0.5, 0.2) + of(-1.0, -0.3));
+        assert!((nats(1.0) - nats(0.0) - expected).abs() < 1e-9, "{} {expected}", nats(1.0) - nats(0.0));
+    }
+}
