@@ -4,7 +4,8 @@
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     file::read_text,
-    policy, private,
+    policy::{CorrectedAdvice, NetworkOutput},
+    private,
     settings::{self, fields_of},
     train::{Learner, LearningCurveRow, TrainConfig, learning_curve},
 };
@@ -105,9 +106,7 @@ fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliErr
 /// A new training in a folder that holds none.
 fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let config = config(matches, TrainConfig::default())?;
-    let named = || policy::controller(&config.advice.residual_over, &config.policy_settings(0.0));
-    let controller = config.is_residual().then(named).transpose();
-    let controller = controller.map_err(|e| CliError::Input(format!("residual_over: {e}")))?;
+    let corrected = corrected(&config)?;
     private::folder(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
     if let Some(name) = [POLICY, ONNX, CHECKPOINT, CURVE_CSV].iter().find(|name| dir.join(name).exists()) {
         let text = format!(
@@ -117,7 +116,20 @@ fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
         return Err(CliError::Input(text));
     }
     write(dir, CONFIG, toml::to_string(&config).unwrap_or_default().as_bytes())?;
-    Ok(Learner::beside(&config, controller))
+    Ok(Learner::beside(&config, corrected))
+}
+
+/// What the policy is to correct, if anything.
+fn corrected(config: &TrainConfig) -> Result<Option<CorrectedAdvice>, CliError> {
+    if !config.is_residual() {
+        return Ok(None);
+    }
+    let refused = |why: &dyn std::fmt::Display| CliError::Input(format!("residual_over: {why}"));
+    let settings = config.policy_settings(0.0);
+    let advice = CorrectedAdvice::read(&config.advice.residual_over, &settings).map_err(|why| refused(&why))?;
+    // The configuration has been checked: the policy's action is a speed.
+    advice.check(NetworkOutput::Speed, config.ring.least_spacing_m).map_err(|why| refused(&why))?;
+    Ok(Some(advice))
 }
 
 /// The training of the checkpoint in `dir`, with the iterations that the command line may ask for.
@@ -171,9 +183,9 @@ fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
     write(dir, POLICY, network.to_toml().as_bytes())?;
     #[cfg(feature = "onnx")]
     {
-        write(dir, ONNX, &policy::onnx::write(&network))?;
+        write(dir, ONNX, &crate::policy::onnx::write(&network))?;
         if let Some(estimator) = &network.estimator {
-            write(dir, ESTIMATOR_ONNX, &policy::onnx::write_estimator(estimator))?;
+            write(dir, ESTIMATOR_ONNX, &crate::policy::onnx::write_estimator(estimator))?;
         }
     }
     write(dir, CURVE_CSV, learning_curve::csv(rows).as_bytes())?;

@@ -1,11 +1,12 @@
-//! A network that is helped: by an estimator that tells it who drives, by a controller whose speed it corrects, by an expectation
+//! A network that is helped: by an estimator that tells it who drives, by an advice that it corrects, by an expectation
 //! that tells it where to be silent. In: an [`Observation`] each step. Out: an [`Action`] each hold.
 //!
-//! A network beside a controller is a residual policy (Silver 2018; PeRP 2023 has one over a piecewise-constant policy): its
-//! output is added to the controller's speed, so that a network that has learned nothing is as good as the controller.
+//! A network beside a controller, or beside a network, is a residual policy (Silver 2018; PeRP 2023 has one over a
+//! piecewise-constant policy): its output is added to the other's speed, so that a network that has learned nothing is as good as
+//! what it corrects.
 
 use super::{
-    Action, Controller, DriverEstimator, EngagedController, ExpectedGain, Observation, Policy, WhoDrives,
+    Action, CorrectedAdvice, DriverEstimator, EngagedAdvice, ExpectedGain, Observation, Policy, WhoDrives,
     identification::Identification,
 };
 
@@ -17,7 +18,7 @@ const SILENCE_STANDS_S: f64 = 600.0;
 pub struct AssistedPolicy {
     network: Box<dyn Policy>,
     driver: Option<Identification>,
-    controller: Option<EngagedController>,
+    corrected: Option<EngagedAdvice>,
     expected_gain: Option<ExpectedGain>,
     silent_until_s: f64,
     step_s: f64,
@@ -28,15 +29,15 @@ impl AssistedPolicy {
     pub fn new(
         network: Box<dyn Policy>,
         estimator: Option<DriverEstimator>,
-        controller: Option<Controller>,
+        corrected: Option<CorrectedAdvice>,
         expected_gain: Option<ExpectedGain>,
         step_s: f64,
     ) -> Self {
-        let controller = controller.map(|controller| EngagedController::new(&controller, step_s));
+        let corrected = corrected.map(|advice| EngagedAdvice::new(&advice, step_s));
         Self {
             network,
             driver: estimator.map(Identification::new),
-            controller,
+            corrected,
             expected_gain,
             silent_until_s: 0.0,
             step_s,
@@ -45,9 +46,9 @@ impl AssistedPolicy {
 
     /// What the network sees.
     fn assisted(&self, time_s: f64, observation: &Observation) -> Observation {
-        let controller_mps = self.controller.as_ref().map(|c| c.command_mps(time_s, observation));
+        let corrected_mps = self.corrected.as_ref().map(|advice| advice.speed_mps(time_s, observation));
         let seen = self.who_drives().map_or(*observation, |who| who.told(observation));
-        Observation { controller_mps, ..seen }
+        Observation { corrected_mps, ..seen }
     }
 }
 
@@ -56,14 +57,14 @@ impl Policy for AssistedPolicy {
         if let Some(driver) = &mut self.driver {
             driver.watch(observation, self.step_s);
         }
-        if let Some(controller) = &mut self.controller {
-            controller.watch(observation);
+        if let Some(advice) = &mut self.corrected {
+            advice.watch(observation);
         }
     }
 
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action {
         let seen = self.assisted(time_s, observation);
-        residual(seen.controller_mps, self.network.act(time_s, &seen))
+        residual(seen.corrected_mps, self.network.act(time_s, &seen))
     }
 
     fn abstains(&mut self, time_s: f64, observation: &Observation) -> bool {
@@ -91,10 +92,10 @@ impl Policy for AssistedPolicy {
     }
 }
 
-/// What a policy's action comes to where it corrects a controller: the sum of both speeds, never below 0.
-pub fn residual(controller_mps: Option<f64>, action: Action) -> Action {
-    match (controller_mps, action) {
-        (Some(command_mps), Action::Speed(correction_mps)) => Action::Speed((command_mps + correction_mps).max(0.0)),
+/// What a policy's action comes to where it corrects an advised speed: the sum of both, never below 0.
+pub fn residual(corrected_mps: Option<f64>, action: Action) -> Action {
+    match (corrected_mps, action) {
+        (Some(advised_mps), Action::Speed(correction_mps)) => Action::Speed((advised_mps + correction_mps).max(0.0)),
         _ => action,
     }
 }

@@ -78,17 +78,4 @@ pub enum SettingFault {
     /// An input has no range.
     #[error("input {}: `to` must be above `from`", .0.name())]
     Input(Feature),
-    /// A number of the controller that it corrects cannot be.
-    #[error("the controller's {key} is {value}; allowed: {allowed}")]
-    Controller {
-        /// The parameter.
-        key: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        allowed: String,
-    },
-    /// An acceleration cannot be added to a controller's speed.
-    #[error("only a policy whose action is \"speed\" can correct a controller")]
-    ControllerAndAcceleration,
 }

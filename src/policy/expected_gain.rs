@@ -4,7 +4,8 @@
 
 use super::{
     NetworkInput, NetworkLayer, Observation, SettingFault,
-    network::{LayerFault, check_layers, row, run_layers},
+    network::{LayerFault, check_layers, run_layers},
+    network_file::row,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;

@@ -4,6 +4,7 @@
 mod advisor;
 mod assisted;
 mod controller;
+mod corrected;
 mod error;
 mod expected_gain;
 mod follower_stopper;
@@ -11,6 +12,7 @@ mod hold;
 pub mod identification;
 mod linear_feedback;
 mod network;
+mod network_file;
 mod observe;
 #[cfg(feature = "onnx")]
 pub mod onnx;
@@ -26,6 +28,7 @@ pub use assisted::{AssistedPolicy, residual};
 pub use controller::{
     CONTROLLERS, Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController,
 };
+pub use corrected::{CorrectedAdvice, CorrectionFault, EngagedAdvice, NotCorrectable};
 pub use error::{PolicyFileError, PolicyFileFault, SettingFault};
 pub use expected_gain::{ExpectedGain, ExpectedGainFault};
 pub use follower_stopper::FollowerStopper;
@@ -70,8 +73,8 @@ pub struct Observation {
     pub driver: Option<DriverTraits>,
     /// What a variational encoder made out of him, without a unit; 0 where nothing is known.
     pub latents: [f64; identification::MOST_LATENTS],
-    /// The speed of the controller that the policy corrects, if it does, m/s.
-    pub controller_mps: Option<f64>,
+    /// The speed that the policy corrects, if it corrects one, m/s.
+    pub corrected_mps: Option<f64>,
 }
 
 /// What a policy puts out.
@@ -199,6 +202,29 @@ pub enum PolicyError {
         /// The name as given.
         name: String,
     },
+    /// Nothing that could be corrected has this name.
+    #[error(
+        "controller or policy `{name}` is unknown{}; known are {}, or the FILE.toml of a controller or of a trained policy",
+        did_you_mean(name, &correctable_names()), correctable_names().join(", ")
+    )]
+    UnknownCorrected {
+        /// The name as given.
+        name: String,
+    },
+    /// A network in another program's format cannot be built into a policy's file.
+    #[error("policy {name} cannot be corrected: it is no policy file of this program\n  remedy: name its policy.toml")]
+    CorrectedOnnx {
+        /// The name as given.
+        name: String,
+    },
+    /// It is no advice that can be corrected.
+    #[error("policy {name} {fault}")]
+    NotCorrectable {
+        /// The name as given.
+        name: String,
+        /// Why.
+        fault: NotCorrectable,
+    },
     /// It was told in training who drives, which nobody can tell it in a drive.
     #[error(
         "policy {name} must be told who drives ({}), and has no estimator that finds out\n  remedy: train it with \
@@ -232,6 +258,11 @@ pub fn shipped() -> Vec<String> {
 /// All names: of [`AUTO`], of [`NAMES`], and of the shipped ones.
 fn all_names() -> Vec<String> {
     std::iter::once(AUTO).chain(NAMES).map(str::to_owned).chain(shipped()).collect()
+}
+
+/// Names of what can be corrected: of controllers, and of the shipped policies.
+fn correctable_names() -> Vec<String> {
+    NAMES[1..].iter().map(|name| (*name).to_owned()).chain(shipped()).collect()
 }
 
 /// Where the shipped policies lie, below the project's root.

@@ -2,13 +2,13 @@
 //! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
 
 use super::{
-    Action, AssistedPolicy, Controller, DriverEstimator, ExpectedGain, NetworkInput, Observation, Policy,
-    PolicyFileError, PolicyFileFault, SettingFault, expected_gain::ExpectedGainFault, identification::EstimatorFault,
-    observe::withholds_advice,
+    Action, AssistedPolicy, CorrectedAdvice, CorrectionFault, DriverEstimator, ExpectedGain, NetworkInput, Observation,
+    Policy, PolicyFileError, PolicyFileFault, SettingFault, expected_gain::ExpectedGainFault,
+    identification::EstimatorFault, network_file, observe::withholds_advice,
 };
 use crate::{file::read_text, toml_text::did_you_mean_file};
 use serde::{Deserialize, Serialize};
-use std::{cell::RefCell, fmt::Write, path::Path};
+use std::{cell::RefCell, path::Path};
 
 thread_local! {
     /// Values of a layer and of the one before it, kept so that a drive asks for no memory while it runs.
@@ -49,7 +49,7 @@ pub struct Network {
     /// drawn in ([`bounded`]).
     pub speed_change_mps: f64,
     /// Road for each car, metres, below which it withholds advice; 0 is nowhere.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "network_file::is_zero")]
     pub least_spacing_m: f64,
     /// Number of levels; 0 is continuous.
     pub levels: u32,
@@ -60,9 +60,9 @@ pub struct Network {
     /// From the observation to the action.
     #[serde(rename = "layer")]
     pub layers: Vec<NetworkLayer>,
-    /// The controller whose speed it corrects, where it does: its action is then what is added, m/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub controller: Option<Controller>,
+    /// What it corrects, where it does: its action is then what is added to that speed, m/s.
+    #[serde(default, rename = "controller", skip_serializing_if = "Option::is_none")]
+    pub corrected: Option<CorrectedAdvice>,
     /// What tells it who drives, where it asks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimator: Option<DriverEstimator>,
@@ -95,6 +95,9 @@ pub enum NetworkFault {
     /// Its estimator of the driver cannot be used.
     #[error(transparent)]
     Estimator(#[from] EstimatorFault),
+    /// It cannot correct what it says that it corrects.
+    #[error(transparent)]
+    Correction(#[from] CorrectionFault),
     /// A number that cannot be.
     #[error(transparent)]
     Setting(#[from] SettingFault),
@@ -212,7 +215,8 @@ impl Network {
         Ok(network)
     }
 
-    fn check(&self) -> Result<(), NetworkFault> {
+    /// Fails where a number of it cannot be.
+    pub(super) fn check(&self) -> Result<(), NetworkFault> {
         if self.format != FORMAT {
             return Err(NetworkFault::Format(self.format.clone()));
         }
@@ -235,51 +239,20 @@ impl Network {
         if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
             return Err(NetworkFault::LevelsOrHolds);
         }
-        check_controller(self.controller.as_ref(), self.action)?;
+        self.corrected.as_ref().map_or(Ok(()), |advice| advice.check(self.action, self.least_spacing_m))?;
         self.estimator.as_ref().map_or(Ok(()), DriverEstimator::check)?;
         Ok(self.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?)
     }
 
-    /// The file's text. Numbers are as short as they can be and still read back as the same bits.
-    pub fn to_toml(&self) -> String {
-        let mut text = String::from("# A policy trained by codrive; `codrive drive --policy THIS_FILE` uses it.\n");
-        text.push_str("# Each layer is y = x W + b, then tanh on all but the last. Output -1..1 spans the limits.\n");
-        let head = Self { layers: Vec::new(), controller: None, estimator: None, expected_gain: None, ..self.clone() };
-        let mut table = toml::Table::try_from(head).unwrap_or_default();
-        table.remove("layer");
-        table.remove("inputs");
-        text.push_str(&toml::to_string(&table).unwrap_or_default());
-        text.push_str("# `from` is seen as -1 and `to` as 1.\ninputs = [\n");
-        for NetworkInput { feature, from, to } in &self.inputs {
-            let _ = writeln!(text, "  {{ feature = \"{}\", from = {from:?}, to = {to:?} }},", feature.name());
-        }
-        text.push_str("]\n");
-        for layer in &self.layers {
-            let _ = writeln!(text, "\n[[layer]]\nbias = {}\nweights = [", row(&layer.bias));
-            for weights in &layer.weights {
-                let _ = writeln!(text, "  {},", row(weights));
-            }
-            text.push_str("]\n");
-        }
-        if let Some(controller) = &self.controller {
-            let table = toml::to_string(controller).unwrap_or_default();
-            let _ = write!(text, "\n# The output is added to the speed of this controller.\n[controller]\n{table}");
-        }
-        if let Some(estimator) = &self.estimator {
-            estimator.write(&mut text);
-        }
-        if let Some(expected_gain) = &self.expected_gain {
-            expected_gain.write(&mut text);
-        }
-        text
-    }
-
     /// A policy that is asked each `step_s` seconds, engaged now.
     pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
-        let (estimator, controller, gain) = (self.estimator.clone(), self.controller, self.expected_gain.clone());
-        match (&estimator, controller, &gain) {
+        let (estimator, gain) = (self.estimator.clone(), self.expected_gain.clone());
+        match (&estimator, &self.corrected, &gain) {
             (None, None, None) => Box::new(self),
-            _ => Box::new(AssistedPolicy::new(Box::new(self), estimator, controller, gain, step_s)),
+            (_, corrected, _) => {
+                let corrected = corrected.clone();
+                Box::new(AssistedPolicy::new(Box::new(self), estimator, corrected, gain, step_s))
+            }
         }
     }
 
@@ -299,6 +272,12 @@ impl Network {
     /// The action without noise.
     pub fn action(&self, observation: &Observation) -> Action {
         self.with_outputs(observation, |outputs| self.chosen(outputs, observation))
+    }
+
+    /// The speed that it advises, m/s, where its action is one.
+    pub fn speed_mps(&self, observation: &Observation) -> f64 {
+        let (Action::Speed(value) | Action::Acceleration(value)) = self.action(observation);
+        value
     }
 
     fn chosen(&self, outputs: &[f32], observation: &Observation) -> Action {
@@ -331,37 +310,6 @@ pub fn bounded(limits: [f64; 2], speed_change_mps: f64, hold_s: f64) -> [f64; 2]
     }
     let most = speed_change_mps / hold_s;
     [limits[0].max(-most), limits[1].min(most)]
-}
-
-/// Checks the controller that a policy of such actions corrects.
-pub(super) fn check_controller(controller: Option<&Controller>, action: NetworkOutput) -> Result<(), SettingFault> {
-    let Some(controller) = controller else { return Ok(()) };
-    if action != NetworkOutput::Speed {
-        return Err(SettingFault::ControllerAndAcceleration);
-    }
-    match controller.fault() {
-        Some((parameter, value, allowed)) => Err(SettingFault::Controller { key: parameter.key, value, allowed }),
-        None => Ok(()),
-    }
-}
-
-/// For keys that files have only where they say something.
-pub(super) fn is_zero(x: &f64) -> bool {
-    *x == 0.0
-}
-
-/// Numbers as a TOML array.
-pub(super) fn row(numbers: &[f32]) -> String {
-    let words: Vec<String> = numbers.iter().map(|x| number(*x)).collect();
-    format!("[{}]", words.join(", "))
-}
-
-fn number(x: f32) -> String {
-    // TOML spells `nan` in small letters.
-    let short = format!("{x:?}").to_lowercase();
-    // The reader goes through f64, which in rare cases lands on the neighbour.
-    let same = short.parse::<f64>().is_ok_and(|y| (y as f32).to_bits() == x.to_bits());
-    if same { short } else { format!("{:?}", f64::from(x)) }
 }
 
 impl Policy for Network {
@@ -404,7 +352,7 @@ mod tests {
                 NetworkLayer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
                 NetworkLayer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
             ],
-            controller: None,
+            corrected: None,
             estimator: None,
             expected_gain: None,
         }

@@ -137,7 +137,7 @@ impl Feature {
             Self::Spacing => o.circumference_m / f64::from(o.vehicles.max(1)),
             Self::MeanSpeed => o.mean_speed_mps,
             Self::LogHold => o.hold_s.max(1e-3).ln(),
-            Self::ControllerSpeed => o.controller_mps.unwrap_or(o.speed_mps),
+            Self::ControllerSpeed => o.corrected_mps.unwrap_or(o.speed_mps),
             Self::Reaction => o.driver.unwrap_or_default().reaction_s,
             Self::SpeedBias => o.driver.unwrap_or_default().speed_bias_mps,
             Self::TrackingError => o.driver.unwrap_or_default().error_mps,
@@ -255,7 +255,7 @@ mod tests {
             advised_mps: Some(4.0),
             driver: Some(DriverTraits::of([1.2, -0.5, 0.4, 1.1, 0.8])),
             latents: [0.3, -1.3, 0.7, 2.1],
-            controller_mps: Some(3.5),
+            corrected_mps: Some(3.5),
         };
         let of_traffic = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln(), 3.5];
         let expected = [&of_traffic[..], &[1.2, -0.5, 0.4, 1.1, 0.8, 0.3, -1.3, 0.7, 2.1]].concat();

@@ -23,7 +23,7 @@ flat_settings! {
             /// Number of levels between the limits of the action; 0 is continuous
             #[schemars(range(min = 0, max = 1000))]
             levels: u32 = 0,
-            /// Controller whose speed the policy corrects: the name of one, or its FILE.toml; empty: the policy's own speed
+            /// Advice that the policy corrects: a controller or a speed policy, by name or by its FILE.toml; empty: none
             residual_over: String = String::new(),
             /// Largest correction, either way
             #[schemars(range(min = 0.1, max = 20.0), extend("unit" = "m/s"))]
@@ -414,7 +414,7 @@ impl TrainConfig {
         (-hold.seconds() / self.optimiser.discount_s).exp()
     }
 
-    /// True where the policy corrects a controller.
+    /// True where the policy corrects another advice.
     pub fn is_residual(&self) -> bool {
         !self.advice.residual_over.is_empty()
     }

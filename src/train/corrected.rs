@@ -1,13 +1,29 @@
-//! Controllers whose speeds a policy in training corrects, one for each ring of a block. In: an observation a step. Out: the speed
-//! of each, as the drive has it.
+//! What a policy in training corrects, in each ring of a block. In: an observation a step. Out: at each decision the speed that is
+//! corrected, as the drive has it.
 
 use super::simd::LANES;
-use crate::policy::{Controller, EngagedController, Observation, Policy};
+use crate::policy::{Controller, CorrectedAdvice, EngagedController, Network, Observation, Policy};
 use serde::{Deserialize, Serialize};
 
-/// The controllers of sixteen rings.
+/// The corrected advice of sixteen rings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct CorrectedControllers {
+pub struct CorrectedLanes {
+    advisors: LaneAdvisors,
+    /// What each advised at its last decision, m/s; it stands until the next.
+    advised_mps: [f64; LANES],
+}
+
+/// Who advises.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum LaneAdvisors {
+    /// A controller for each ring, with its memory.
+    Controllers(LaneControllers),
+    /// A network has no memory: one serves all rings.
+    Network(Box<Network>),
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct LaneControllers {
     controller: Controller,
     step_s: f64,
     engaged: Vec<EngagedController>,
@@ -15,28 +31,56 @@ pub struct CorrectedControllers {
     steps: [u32; LANES],
 }
 
-impl CorrectedControllers {
-    /// Sixteen of this one, asked each `step_s` seconds; each is to be engaged before it is asked.
-    pub fn new(controller: &Controller, step_s: f64) -> Self {
-        let engaged = vec![EngagedController::new(controller, step_s); LANES];
-        Self { controller: *controller, step_s, engaged, steps: [0; LANES] }
+impl CorrectedLanes {
+    /// Sixteen of this one, shown an observation each `step_s` seconds; each is to be engaged before it is asked.
+    pub fn new(advice: &CorrectedAdvice, step_s: f64) -> Self {
+        let advisors = match advice {
+            CorrectedAdvice::Controller(controller) => LaneAdvisors::Controllers(LaneControllers {
+                controller: *controller,
+                step_s,
+                engaged: vec![EngagedController::new(controller, step_s); LANES],
+                steps: [0; LANES],
+            }),
+            CorrectedAdvice::Network(network) => LaneAdvisors::Network(network.clone()),
+        };
+        Self { advisors, advised_mps: [0.0; LANES] }
     }
 
-    /// A fresh one for lane `l`, which begins with this observation.
+    /// A fresh one for lane `l`, which begins and advises with this observation.
     pub fn engage(&mut self, l: usize, seen: &Observation) {
-        self.engaged[l] = EngagedController::new(&self.controller, self.step_s);
-        self.steps[l] = 0;
-        self.engaged[l].watch(seen);
+        if let LaneAdvisors::Controllers(lanes) = &mut self.advisors {
+            lanes.engaged[l] = EngagedController::new(&lanes.controller, lanes.step_s);
+            lanes.engaged[l].watch(seen);
+            lanes.steps[l] = 0;
+        }
+        self.decide(l, seen);
+    }
+
+    /// True where it must see every step, and not only those in which it decides.
+    pub fn watches(&self) -> bool {
+        matches!(self.advisors, LaneAdvisors::Controllers(_))
     }
 
     /// A step has passed in lane `l`.
     pub fn watch(&mut self, l: usize, seen: &Observation) {
-        self.steps[l] += 1;
-        self.engaged[l].watch(seen);
+        if let LaneAdvisors::Controllers(lanes) = &mut self.advisors {
+            lanes.steps[l] += 1;
+            lanes.engaged[l].watch(seen);
+        }
     }
 
-    /// What it commands in lane `l` now, m/s.
-    pub fn command_mps(&self, l: usize, seen: &Observation) -> f64 {
-        self.engaged[l].command_mps(f64::from(self.steps[l]) * self.step_s, seen)
+    /// Lane `l` decides anew.
+    pub fn decide(&mut self, l: usize, seen: &Observation) {
+        self.advised_mps[l] = match &self.advisors {
+            LaneAdvisors::Controllers(lanes) => {
+                lanes.engaged[l].command_mps(f64::from(lanes.steps[l]) * lanes.step_s, seen)
+            }
+            LaneAdvisors::Network(network) => network.speed_mps(seen),
+        };
+    }
+
+    /// What it advised in lane `l` at its last decision, m/s.
+    pub fn advised_mps(&self, l: usize) -> f64 {
+        self.advised_mps[l]
     }
 }

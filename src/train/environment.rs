@@ -7,7 +7,7 @@
 
 use super::{
     config::{RewardKind, TrainConfig},
-    corrected::CorrectedControllers,
+    corrected::CorrectedLanes,
     drawn_ring::{draw_ring, episode_stream},
     driver::AdviceFollower,
     identification::BlockSample,
@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     metrics::DrivenBy,
-    policy::{Action, Controller, DriverTraits, Hold, MeanSpeed, Observation, identification::SAMPLE_S, residual},
+    policy::{Action, CorrectedAdvice, DriverTraits, Hold, MeanSpeed, Observation, identification::SAMPLE_S, residual},
     rng::{self, Stream},
 };
 use serde::{Deserialize, Serialize};
@@ -83,7 +83,7 @@ pub struct VecEnv {
     unsampled_steps: u32,
     /// What the policy corrects, where it does.
     #[serde(default)]
-    corrected: Option<CorrectedControllers>,
+    corrected: Option<CorrectedLanes>,
 }
 
 impl VecEnv {
@@ -128,9 +128,8 @@ impl VecEnv {
     /// What the policy of ring `l` may know now.
     #[inline(always)]
     pub fn observe(&self, l: usize) -> Observation {
-        let mut seen = Observation { driver: Some(self.follower.traits(l)), ..self.traffic(l) };
-        seen.controller_mps = self.corrected.as_ref().map(|controllers| controllers.command_mps(l, &seen));
-        seen
+        let corrected_mps = self.corrected.as_ref().map(|lanes| lanes.advised_mps(l));
+        Observation { driver: Some(self.follower.traits(l)), corrected_mps, ..self.traffic(l) }
     }
 
     /// What it sees of the traffic.
@@ -149,16 +148,17 @@ impl VecEnv {
         }
     }
 
-    /// From now on actions correct this controller's speed.
-    pub fn correct(&mut self, controller: &Controller) {
-        self.corrected = Some(CorrectedControllers::new(controller, self.config.ring.step_s));
-        (0..LANES).for_each(|l| self.engage_controller(l));
+    /// From now on actions correct this advice.
+    pub fn correct(&mut self, advice: &CorrectedAdvice) {
+        self.corrected = Some(CorrectedLanes::new(advice, self.config.ring.step_s));
+        (0..LANES).for_each(|l| self.tell_corrected(l, CorrectedLanes::engage));
     }
 
-    fn engage_controller(&mut self, l: usize) {
-        let seen = self.traffic(l);
-        if let Some(controllers) = &mut self.corrected {
-            controllers.engage(l, &seen);
+    /// Shows ring `l` to what is corrected in it.
+    fn tell_corrected(&mut self, l: usize, tell: fn(&mut CorrectedLanes, usize, &Observation)) {
+        if self.corrected.is_some() {
+            let seen = self.traffic(l);
+            self.corrected.iter_mut().for_each(|lanes| tell(lanes, l, &seen));
         }
     }
 
@@ -207,26 +207,17 @@ impl VecEnv {
         in_wide_vectors(AdvisedStep(self));
     }
 
-    /// One hold under these actions, which correct the controllers' speeds where there are controllers; rings whose episode ended
+    /// One hold under these actions, which correct an advice where one is corrected; rings whose episode ended
     /// begin another.
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
         let (steps, hold) = (self.hold_steps, self.hold_length());
         for (l, action) in actions.iter().enumerate() {
-            self.advise(l, Some(residual(self.observe(l).controller_mps, *action)), hold);
+            self.advise(l, Some(residual(self.observe(l).corrected_mps, *action)), hold);
         }
         let range_mps = self.config.reward.range_mps as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
         let totals = in_wide_vectors(AdvisedHold { block: self, steps, range_mps, fresh });
         self.settle(actions, steps, &totals)
-    }
-
-    fn watch_controllers(&mut self) {
-        for l in 0..LANES {
-            let seen = self.traffic(l);
-            if let Some(controllers) = &mut self.corrected {
-                controllers.watch(l, &seen);
-            }
-        }
     }
 
     /// From now on what is seen of the drivers is kept; see [`VecEnv::take_samples`].
@@ -277,6 +268,7 @@ impl VecEnv {
             if ending == Ending::Crash {
                 reward -= self.config.reward.collision_penalty as f32;
             }
+            self.tell_corrected(l, CorrectedLanes::decide);
             let (last_seen, last_state) = (self.observe(l), self.whole_state(l));
             if ending != Ending::None {
                 self.renew(l);
@@ -304,7 +296,7 @@ impl VecEnv {
         self.equilibrium_mps[l] = self.stock_equilibrium_mps[self.used];
         self.elapsed[l] = 0;
         self.mean_ego_mps[l] = self.ring.ego_mps()[l];
-        self.engage_controller(l);
+        self.tell_corrected(l, CorrectedLanes::engage);
         self.used += 1;
     }
 
@@ -379,8 +371,8 @@ impl VectorWork for AdvisedHold<'_> {
             if block.samples.is_some() {
                 block.sample();
             }
-            if block.corrected.is_some() {
-                block.watch_controllers();
+            if block.corrected.as_ref().is_some_and(CorrectedLanes::watches) {
+                (0..LANES).for_each(|l| block.tell_corrected(l, CorrectedLanes::watch));
             }
         }
         totals

@@ -1,13 +1,14 @@
 //! Episodes, rewards and followers of advice.
 
 use super::{
-    ActionKind, AdviceConfig, DriverConfig, FollowKind, RewardConfig, RewardKind, RingConfig, TrainConfig,
+    ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, RewardConfig, RewardKind, RingConfig,
+    TrainConfig,
     environment::{Ending, Outcome, VecEnv},
     simd::LANES,
 };
 use crate::{
     metrics::DrivenBy,
-    policy::{Action, Advisor, Controller, ControllerKind, Hold, TwoPhase},
+    policy::{Action, Advisor, Controller, ControllerKind, CorrectedAdvice, Hold, Network, NetworkLayer, TwoPhase},
     time::Tick,
 };
 
@@ -86,7 +87,7 @@ fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a
     ] {
         let kind = controller.kind();
         let mut training = block(&config);
-        training.correct(&controller);
+        training.correct(&CorrectedAdvice::Controller(controller));
         let mut drive = block(&config);
         let advisor = |_| Advisor::new(Some(controller.policy(config.ring.step_s)), config.hold(), 0.4);
         let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
@@ -95,7 +96,7 @@ fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a
                 for (l, advisor) in advisors.iter_mut().enumerate() {
                     let now = Tick((decision * 20 + step) * 10);
                     if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
-                        assert_eq!(training.observe(l).controller_mps, Some(advice.target_mps), "{kind:?}, {decision}");
+                        assert_eq!(training.observe(l).corrected_mps, Some(advice.target_mps), "{kind:?}, {decision}");
                         drive.advise(l, Some(Action::Speed(advice.target_mps)), config.hold());
                     }
                 }
@@ -108,10 +109,82 @@ fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a
         let outcomes = training.hold(&all(Action::Speed(0.0)));
         assert_eq!(outcomes[0].ending, Ending::Horizon);
         if kind == ControllerKind::TwoPhase {
-            assert_eq!(outcomes[0].last_seen.controller_mps, Some(4.0));
-            assert_eq!(training.observe(0).controller_mps, Some(2.0));
+            assert_eq!(outcomes[0].last_seen.corrected_mps, Some(4.0));
+            assert_eq!(training.observe(0).corrected_mps, Some(2.0));
         }
     }
+}
+
+#[test]
+fn a_corrected_network_advises_in_training_as_it_does_in_a_drive() {
+    let config = TrainConfig {
+        advice: AdviceConfig { action: ActionKind::Speed, hold_s: 2.0, ..config().advice },
+        driver: DriverConfig { follow: FollowKind::Driver, ..config().driver },
+        ..config()
+    };
+    // What it advises depends on all that moves, on the hold, and on the mean speed, which the drive keeps itself.
+    let alone = TrainConfig {
+        network: NetworkConfig {
+            sees: "speed,leader_speed,gap,spacing,mean_speed,log_hold".into(),
+            ..NetworkConfig::default()
+        },
+        ..config.clone()
+    };
+    let mut corrected = Learner::new(&alone).best().0;
+    for (i, weights) in corrected.layers[2].weights.iter_mut().enumerate() {
+        // The first weights of the last layer are small: the advice would hardly move.
+        weights.iter_mut().for_each(|w| *w = if i % 2 == 0 { 0.15 } else { -0.1 });
+    }
+    let advice = CorrectedAdvice::Network(Box::new(corrected));
+    let correction = 0.3_f32;
+    let whole = Network { corrected: Some(advice.clone()), ..constant_correction(&config, correction) };
+    let mut training = block(&config);
+    training.correct(&advice);
+    let mut drive = block(&config);
+    let advisor = |_| Advisor::new(Some(whole.clone().policy(config.ring.step_s)), config.hold(), 0.4);
+    let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
+    let mut seen_mps = Vec::new();
+    for decision in 0..29 {
+        for step in 0..20 {
+            for (l, advisor) in advisors.iter_mut().enumerate() {
+                let now = Tick((decision * 20 + step) * 10);
+                if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
+                    let trained_mps = training.observe(l).corrected_mps.unwrap();
+                    // The drive keeps the mean speed in other bits.
+                    let apart_mps = trained_mps + f64::from(correction) - advice.target_mps;
+                    assert!(apart_mps.abs() < 1e-3, "{decision}: {trained_mps}, {}", advice.target_mps);
+                    seen_mps.push(trained_mps);
+                    drive.advise(l, Some(Action::Speed(advice.target_mps)), config.hold());
+                }
+            }
+            drive.step();
+        }
+        training.hold(&all(Action::Speed(f64::from(correction))));
+    }
+    let spread = seen_mps.iter().fold(0.0_f64, |a, v| a.max(*v)) - seen_mps.iter().fold(99.0_f64, |a, v| a.min(*v));
+    assert!(seen_mps.len() == 29 * LANES && spread > 0.5, "{spread}");
+    let apart = training.rings().ego_mps().iter().zip(drive.rings().ego_mps()).map(|(a, b)| (a - b).abs());
+    assert!(apart.clone().all(|apart| apart < 1e-3), "{:?}", apart.collect::<Vec<_>>());
+    // The minute is over: what is corrected in a ring that begins again is asked of that ring.
+    let CorrectedAdvice::Network(network) = &advice else { unreachable!("made above") };
+    let outcomes = training.hold(&all(Action::Speed(0.0)));
+    for (l, outcome) in outcomes.iter().enumerate() {
+        assert_eq!(outcome.ending, Ending::Horizon);
+        for seen in [outcome.last_seen, training.observe(l)] {
+            assert_eq!(seen.corrected_mps, Some(network.speed_mps(&seen)));
+        }
+    }
+    assert!((0..LANES).any(|l| outcomes[l].last_seen.corrected_mps != training.observe(l).corrected_mps));
+}
+
+/// A policy that always adds `correction_mps` to what it corrects.
+fn constant_correction(config: &TrainConfig, correction_mps: f32) -> Network {
+    let advice = AdviceConfig { residual_over: "set below".into(), ..config.advice.clone() };
+    let mut network = Learner::new(&TrainConfig { advice, ..config.clone() }).best().0;
+    let most = network.limits[1] as f32;
+    let weights = vec![vec![0.0]; network.inputs.len()];
+    network.layers = vec![NetworkLayer { bias: vec![correction_mps / most], weights }];
+    network
 }
 
 #[test]

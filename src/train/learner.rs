@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{Controller, ExpectedGain, FORMAT, Network, NetworkOutput},
+    policy::{CorrectedAdvice, ExpectedGain, FORMAT, Network, NetworkOutput},
     rng,
 };
 use rayon::prelude::*;
@@ -78,7 +78,7 @@ pub struct Learner {
     student: Option<EstimatorLearner>,
     /// What the policy corrects, where its configuration says so.
     #[serde(default)]
-    controller: Option<Controller>,
+    corrected: Option<CorrectedAdvice>,
     /// What advice is expected to gain, once that was learned.
     #[serde(default)]
     expected_gain: Option<ExpectedGain>,
@@ -90,8 +90,8 @@ impl Learner {
         Self::beside(config, None)
     }
 
-    /// A training from the beginning, of a policy that corrects this controller, which the configuration calls `residual_over`.
-    pub fn beside(config: &TrainConfig, controller: Option<Controller>) -> Self {
+    /// A training from the beginning, of a policy that corrects this advice, which the configuration calls `residual_over`.
+    pub fn beside(config: &TrainConfig, corrected: Option<CorrectedAdvice>) -> Self {
         let shape = policy_shape(config);
         let mut stream = rng::stream(config.seed, "train/first weights");
         let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
@@ -101,15 +101,15 @@ impl Learner {
         let count = config.run.rings as usize / LANES;
         let worker = |index| {
             let mut worker = RolloutWorker::new(config, index, count);
-            if let Some(controller) = &controller {
-                worker.env.correct(controller);
+            if let Some(advice) = &corrected {
+                worker.env.correct(advice);
             }
             worker
         };
         let blocks = (0..count).into_par_iter().map(worker).collect();
         let config = config.clone();
         let (centre_mps, best, curve, student, expected_gain) = (None, None, Vec::new(), None, None);
-        Self { config, theta, value, blocks, centre_mps, best, curve, student, controller, expected_gain }
+        Self { config, theta, value, blocks, centre_mps, best, curve, student, corrected, expected_gain }
     }
 
     /// Its configuration.
@@ -273,7 +273,7 @@ impl Learner {
     fn network(&self, theta: &[f32]) -> Network {
         Network {
             estimator: self.student.as_ref().map(EstimatorLearner::estimator),
-            controller: self.controller,
+            corrected: self.corrected.clone(),
             expected_gain: self.expected_gain.clone(),
             ..network(&self.config, theta)
         }
@@ -396,7 +396,7 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
         holds_s: config.holds_s(),
         inputs: config.inputs(),
         layers: shape.net.network_layers(shape.split(theta).0),
-        controller: None,
+        corrected: None,
         estimator: None,
         expected_gain: None,
     }

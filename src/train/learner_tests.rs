@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{self, Controller, ControllerKind, PolicySettings},
+    policy::{self, Controller, ControllerKind, CorrectedAdvice, PolicySettings},
     settings::Settings,
 };
 
@@ -78,9 +78,28 @@ fn bits(learner: &Learner) -> String {
     serde_json::to_string(learner).unwrap()
 }
 
+/// A policy that corrects a network that has learned for two updates.
+fn residual_over_network() -> TrainConfig {
+    let advice = AdviceConfig { residual_over: "network".into(), ..residual().advice };
+    TrainConfig { advice, ..residual() }
+}
+
+/// What a configuration calls `residual_over`.
+fn corrected(config: &TrainConfig) -> Option<CorrectedAdvice> {
+    match config.advice.residual_over.as_str() {
+        "" => None,
+        "network" => {
+            let advice = AdviceConfig { residual_over: String::new(), ..config.advice.clone() };
+            let network = NetworkConfig { sees: "speed,gap,mean_speed".into(), ..config.network.clone() };
+            let alone = TrainConfig { advice, network, ..config.clone() };
+            Some(CorrectedAdvice::Network(Box::new(trained(&alone, 2).best().0)))
+        }
+        _ => Some(CorrectedAdvice::Controller(Controller::by_name(ControllerKind::Pi, &config.policy_settings(0.0)))),
+    }
+}
+
 fn trained(config: &TrainConfig, iterations: u32) -> Learner {
-    let pi = Controller::by_name(ControllerKind::Pi, &config.policy_settings(0.0));
-    let mut learner = Learner::beside(config, config.is_residual().then_some(pi));
+    let mut learner = Learner::beside(config, corrected(config));
     (0..iterations).for_each(|_| _ = learner.iterate());
     learner
 }
@@ -110,6 +129,7 @@ fn a_training_resumed_from_its_file_goes_on_with_the_same_bits() {
         taught(),
         encoded(),
         residual(),
+        residual_over_network(),
     ] {
         for done in [2, 3, 4] {
             let mut through: Learner = serde_json::from_str(&bits(&trained(&config, done))).unwrap();
@@ -204,6 +224,21 @@ fn a_policy_that_has_learned_nothing_yet_is_as_good_as_the_controller_that_it_co
     let corrected = evaluate(&config, "judge", 32, || Some(network.clone().policy(config.ring.step_s)));
     let [pi, corrected] = [pi, corrected].map(|verdicts| mean_and_interval(&verdicts).0);
     assert!((pi - corrected).abs() < 0.05, "{pi} {corrected}");
+}
+
+#[test]
+fn a_policy_that_has_learned_nothing_yet_is_as_good_as_the_network_that_it_corrects() {
+    let config = residual_over_network();
+    let Some(CorrectedAdvice::Network(alone)) = corrected(&config) else { panic!("a network") };
+    let (network, ..) = trained(&config, 0).best();
+    let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
+    assert_eq!(file, network);
+    let speed = |network: &policy::Network| {
+        let verdicts = evaluate(&config, "judge", 32, || Some(network.clone().policy(config.ring.step_s)));
+        mean_and_interval(&verdicts).0
+    };
+    let [alone, corrected] = [speed(&alone), speed(&network)];
+    assert!((alone - corrected).abs() < 0.05, "{alone} {corrected}");
 }
 
 #[test]

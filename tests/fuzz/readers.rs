@@ -141,7 +141,7 @@ const MOMENT: Observation = Observation {
     advised_mps: None,
     driver: None,
     latents: [0.0; 4],
-    controller_mps: None,
+    corrected_mps: None,
 };
 
 /// All readers. Files that a reader wants on the disk go into `folder`.

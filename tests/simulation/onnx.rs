@@ -38,7 +38,7 @@ fn network(levels: u32) -> Network {
         holds_s: [1.0, 30.0],
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 64), layer(64, 64), layer(64, if levels == 0 { 1 } else { levels as usize })],
-        controller: None,
+        corrected: None,
         estimator: None,
         expected_gain: None,
     }

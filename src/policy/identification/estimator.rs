@@ -2,7 +2,7 @@
 //! state of the recurrent unit, and what is read from it.
 
 use super::{DriverEstimate, DriverTraits, INPUTS, LatentEstimate, MOST_LATENTS, WhoDrives, latent_name};
-use crate::policy::{NetworkLayer, network::row};
+use crate::policy::{NetworkLayer, network_file::row};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 

@@ -2,7 +2,7 @@
 
 use super::{NetworkDescription, OnnxFault, OnnxPolicy, write};
 use crate::{
-    policy::{FIELD_INPUTS, FORMAT, Network, NetworkLayer, NetworkOutput},
+    policy::{Action, CorrectedAdvice, FIELD_INPUTS, FORMAT, Network, NetworkLayer, NetworkOutput, Observation},
     rng,
 };
 use half::f16;
@@ -30,7 +30,7 @@ fn network() -> Network {
         holds_s: [1.0, 1.0],
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 16), layer(16, 1)],
-        controller: None,
+        corrected: None,
         estimator: None,
         expected_gain: None,
     }
@@ -286,6 +286,26 @@ fn a_network_with_a_memory_is_refused_in_plain_words() {
             "{said}"
         );
     }
+}
+
+#[test]
+fn a_network_that_corrects_another_advises_as_its_own_file_does() {
+    let whole =
+        Network { limits: [-2.0, 2.0], corrected: Some(CorrectedAdvice::Network(Box::new(network()))), ..network() };
+    let read = OnnxPolicy::from_bytes(&write(&whole), None).unwrap();
+    let [mut onnx, mut own] = [read.engaged(0.1), whole.policy(0.1)];
+    for speed_mps in [0.0, 3.3, 7.1] {
+        let seen = Observation { speed_mps, leader_speed_mps: 4.0, gap_m: 20.0, hold_s: 1.0, ..Observation::default() };
+        let [Action::Speed(onnx), Action::Speed(own)] = [&mut onnx, &mut own].map(|policy| policy.act(0.0, &seen))
+        else {
+            panic!("speed policies")
+        };
+        assert!((onnx - own).abs() < 1e-5, "{onnx} {own}");
+    }
+    let inner = Network { corrected: whole.corrected.clone(), ..network() };
+    let twice = Network { corrected: Some(CorrectedAdvice::Network(Box::new(inner))), ..whole };
+    let said = OnnxPolicy::from_bytes(&write(&twice), None).err().unwrap().to_string();
+    assert!(said.contains("corrects another advice itself\n  remedy:"), "{said}");
 }
 
 #[test]

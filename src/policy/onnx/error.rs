@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     file::size_text,
-    policy::{ExpectedGainFault, SettingFault},
+    policy::{CorrectionFault, ExpectedGainFault, SettingFault},
     toml_text::TomlError,
 };
 use std::{io, path::PathBuf};
@@ -104,6 +104,9 @@ pub enum DescriptionFault {
     /// A number that cannot be.
     #[error(transparent)]
     Setting(#[from] SettingFault),
+    /// It cannot correct what it says that it corrects.
+    #[error(transparent)]
+    Correction(#[from] CorrectionFault),
     /// What it expects to gain cannot be told.
     #[error(transparent)]
     ExpectedGain(#[from] ExpectedGainFault),

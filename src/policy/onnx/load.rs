@@ -61,10 +61,10 @@ impl OnnxPolicy {
     /// A policy that is asked each `step_s` seconds, engaged now.
     pub fn engaged(&self, step_s: f64) -> Box<dyn Policy> {
         let policy = Box::new(self.clone());
-        let (controller, gain) = (self.description.controller, self.description.expected_gain.clone());
-        match (controller, &gain) {
+        let (corrected, gain) = (self.description.corrected.clone(), self.description.expected_gain.clone());
+        match (&corrected, &gain) {
             (None, None) => policy,
-            _ => Box::new(AssistedPolicy::new(policy, None, controller, gain, step_s)),
+            _ => Box::new(AssistedPolicy::new(policy, None, corrected, gain, step_s)),
         }
     }
 

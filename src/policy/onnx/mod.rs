@@ -20,10 +20,7 @@ pub use load::OnnxPolicy;
 pub use write::write;
 pub use write_estimator::write_estimator;
 
-use super::{
-    Controller, ExpectedGain, NetworkInput, NetworkOutput, SettingFault,
-    network::{check_controller, is_zero},
-};
+use super::{CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, SettingFault, network_file::is_zero};
 use crate::toml_text;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -77,9 +74,9 @@ pub struct NetworkDescription {
     pub output_name: Option<String>,
     /// What the network sees, in order.
     pub inputs: Vec<NetworkInput>,
-    /// The controller whose speed it corrects, where it does: its action is then what is added, m/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub controller: Option<Controller>,
+    /// What it corrects, where it does: its action is then what is added to that speed, m/s.
+    #[serde(default, rename = "controller", skip_serializing_if = "Option::is_none")]
+    pub corrected: Option<CorrectedAdvice>,
     /// What tells it where to be silent, where it has learned that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_gain: Option<ExpectedGain>,
@@ -124,7 +121,7 @@ impl NetworkDescription {
             return Err(DescriptionFault::Fixed { name: name.clone(), value: *value });
         }
         d.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?;
-        check_controller(d.controller.as_ref(), d.action)?;
+        d.corrected.as_ref().map_or(Ok(()), |advice| advice.check(d.action, d.least_spacing_m))?;
         match d.inputs.iter().find(|input| !input.is_sound()) {
             Some(input) => Err(SettingFault::Input(input.feature).into()),
             None if d.inputs.is_empty() => Err(DescriptionFault::NoInputs),

@@ -76,7 +76,7 @@ fn description(network: &Network) -> NetworkDescription {
         input_name: Some(INPUT.into()),
         output_name: Some(OUTPUT.into()),
         inputs: network.inputs.clone(),
-        controller: network.controller,
+        corrected: network.corrected.clone(),
         expected_gain: network.expected_gain.clone(),
     }
 }

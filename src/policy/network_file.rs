@@ -1,0 +1,64 @@
+//! The file of a trained network as text. In: a [`Network`]. Out: TOML whose numbers are as short as they can be and still read back
+//! as the same bits.
+
+use super::{Network, NetworkInput};
+use std::fmt::Write;
+
+impl Network {
+    /// The file's text.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::from("# A policy trained by codrive; `codrive drive --policy THIS_FILE` uses it.\n");
+        text.push_str("# Each layer is y = x W + b, then tanh on all but the last. Output -1..1 spans the limits.\n");
+        self.write_alone(&mut text, "");
+        if let Some(corrected) = &self.corrected {
+            corrected.write(&mut text);
+        }
+        if let Some(estimator) = &self.estimator {
+            estimator.write(&mut text);
+        }
+        if let Some(expected_gain) = &self.expected_gain {
+            expected_gain.write(&mut text);
+        }
+        text
+    }
+
+    /// Appends the network alone, without what helps it. `path` is the table that it stands in, a dot behind it.
+    pub(super) fn write_alone(&self, text: &mut String, path: &str) {
+        let head = Self { layers: Vec::new(), corrected: None, estimator: None, expected_gain: None, ..self.clone() };
+        let mut table = toml::Table::try_from(head).unwrap_or_default();
+        table.remove("layer");
+        table.remove("inputs");
+        text.push_str(&toml::to_string(&table).unwrap_or_default());
+        text.push_str("# `from` is seen as -1 and `to` as 1.\ninputs = [\n");
+        for NetworkInput { feature, from, to } in &self.inputs {
+            let _ = writeln!(text, "  {{ feature = \"{}\", from = {from:?}, to = {to:?} }},", feature.name());
+        }
+        text.push_str("]\n");
+        for layer in &self.layers {
+            let _ = writeln!(text, "\n[[{path}layer]]\nbias = {}\nweights = [", row(&layer.bias));
+            for weights in &layer.weights {
+                let _ = writeln!(text, "  {},", row(weights));
+            }
+            text.push_str("]\n");
+        }
+    }
+}
+
+/// For keys that files have only where they say something.
+pub(super) fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
+/// Numbers as a TOML array.
+pub(super) fn row(numbers: &[f32]) -> String {
+    let words: Vec<String> = numbers.iter().map(|x| number(*x)).collect();
+    format!("[{}]", words.join(", "))
+}
+
+fn number(x: f32) -> String {
+    // TOML spells `nan` in small letters.
+    let short = format!("{x:?}").to_lowercase();
+    // The reader goes through f64, which in rare cases lands on the neighbour.
+    let same = short.parse::<f64>().is_ok_and(|y| (y as f32).to_bits() == x.to_bits());
+    if same { short } else { format!("{:?}", f64::from(x)) }
+}
