@@ -7,6 +7,7 @@ use crate::{
         evaluate::plan::{self, FollowingDriver, FollowingDriverError},
     },
     data_folders, file,
+    idm::IdmParams,
     policy::{self, Hold, PolicyError, PolicySettings},
     toml_text::{self, KeyPart, did_you_mean},
     train::{DriverConfig, RingConfig, TrainConfig},
@@ -71,6 +72,10 @@ pub struct Road {
     /// Share of trucks among the other cars.
     #[serde(default)]
     pub truck_share: f64,
+    /// Desired speed of the car-following model, which is the speed limit, too, m/s; without it that of the ring study.
+    pub desired_speed_mps: Option<f64>,
+    /// Time that traffic runs before advice begins, s; without it 120 s.
+    pub warm_up_s: Option<f64>,
 }
 
 /// A driver, or a population of them.
@@ -100,6 +105,8 @@ pub struct JudgedPolicy {
     pub name: String,
     /// Names, or paths from the folder of this file; `{road}`, `{driver}` and `{hold}` in one stand for those of the cell.
     pub policies: Vec<String>,
+    /// Roads that it is judged on, by their keys; without them all.
+    pub roads: Option<Vec<String>>,
     /// Drivers that it is judged with, by name; without them all but those that are only where they are named.
     pub drivers: Option<Vec<String>>,
     /// Holds that it is judged at, seconds; without them the benchmark's.
@@ -223,6 +230,14 @@ impl Benchmark {
                 );
                 return Err((format!("road.{i}.name"), message));
             }
+            for (key, value, [low, high]) in [
+                ("desired_speed_mps", road.desired_speed_mps, [1.0, 60.0]),
+                ("warm_up_s", road.warm_up_s, [0.0, 3600.0]),
+            ] {
+                if let Some(value) = value.filter(|value| !(low..=high).contains(value)) {
+                    return Err((format!("road.{i}.{key}"), format!("{key} is {value}; allowed: {low} to {high}")));
+                }
+            }
             if self.roads[..i].iter().any(|other| other.key() == road.key()) {
                 let message =
                     format!("two roads have the key `{}`\n  remedy: give one of them a key of its own", road.key());
@@ -236,6 +251,7 @@ impl Benchmark {
         for (i, row) in self.rows.iter().enumerate() {
             for (what, is_empty) in [
                 ("policies", row.policies.is_empty()),
+                ("roads", row.roads.as_ref().is_some_and(Vec::is_empty)),
                 ("drivers", row.drivers.as_ref().is_some_and(Vec::is_empty)),
                 ("holds_s", row.holds_s.as_ref().is_some_and(Vec::is_empty)),
             ] {
@@ -243,13 +259,16 @@ impl Benchmark {
                     return Err((format!("row.{i}.{what}"), format!("{what} is empty; name at least one")));
                 }
             }
-            for (k, name) in row.drivers.iter().flatten().enumerate() {
-                let known: Vec<&str> = self.drivers.iter().map(|driver| driver.name.as_str()).collect();
-                if !known.contains(&name.as_str()) {
-                    let near = did_you_mean(name, &known);
-                    let message =
-                        format!("no driver of this file is called `{name}`{near}; allowed: {}", known.join(", "));
-                    return Err((format!("row.{i}.drivers.{k}"), message));
+            let drivers: Vec<String> = self.drivers.iter().map(|driver| driver.name.clone()).collect();
+            let roads: Vec<String> = self.roads.iter().map(Road::key).collect();
+            for (what, key, named, known) in [
+                ("driver of this file is called", "drivers", &row.drivers, &drivers),
+                ("road of this file has the key", "roads", &row.roads, &roads),
+            ] {
+                for (k, name) in named.iter().flatten().enumerate().filter(|(_, name)| !known.contains(name)) {
+                    let near = did_you_mean(name, known);
+                    let message = format!("no {what} `{name}`{near}; allowed: {}", known.join(", "));
+                    return Err((format!("row.{i}.{key}.{k}"), message));
                 }
             }
             for (k, hold_s) in row.holds_s.iter().flatten().enumerate() {
@@ -305,7 +324,8 @@ impl Benchmark {
             Some(drivers) => drivers.contains(&place.driver.name),
             None => !place.driver.only_where_named,
         };
-        has_driver && row.holds_s.as_ref().unwrap_or(&self.holds_s).contains(&place.hold_s)
+        let has_road = row.roads.as_ref().is_none_or(|roads| roads.contains(&place.road.key()));
+        has_driver && has_road && row.holds_s.as_ref().unwrap_or(&self.holds_s).contains(&place.hold_s)
     }
 
     /// The name or path of a policy in a cell.
@@ -319,6 +339,8 @@ impl Benchmark {
     /// The rings of a place with its driver in each.
     pub fn config(&self, place: &Place<'_>) -> Result<TrainConfig, CliError> {
         let Place { road, hold_s, driver } = *place;
+        let usual = RingConfig::default();
+        let idm = IdmParams { v0: road.desired_speed_mps.unwrap_or(usual.idm.v0), ..usual.idm };
         let config = TrainConfig {
             seed: self.seed,
             ring: RingConfig {
@@ -330,7 +352,9 @@ impl Benchmark {
                 car_spread: road.car_spread,
                 truck_share: road.truck_share,
                 bunched_share: 1.0,
-                ..RingConfig::default()
+                idm,
+                warm_up_s: road.warm_up_s.unwrap_or(usual.warm_up_s),
+                ..usual
             },
             ..TrainConfig::default()
         };

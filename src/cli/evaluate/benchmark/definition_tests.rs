@@ -81,6 +81,13 @@ fn what_is_wrong_in_a_file_is_said_with_its_place() {
         ("drivers = [\"closing\"]", "drivers = []", "ring.toml:33:11: drivers is empty"),
         ("holds_s = [0.1]", "holds_s = [0.15]", "ring.toml:34:12"),
         ("[230.0, 250.5]", "[260.0, 260.0]", "two roads have the key `260`"),
+        (
+            "holds_s = [0.1]",
+            "roads = [\"261\"]",
+            "ring.toml:34:10: no road of this file has the key `261` (did you mean 260?)",
+        ),
+        ("holds_s = [0.1]", "roads = []", "ring.toml:34:9: roads is empty"),
+        ("vehicles = [22, 22]", "warm_up_s = -1.0\nvehicles = [22, 22]", "warm_up_s is -1; allowed: 0 to 3600"),
         ("name = \"closing\"", "name = \"people\"", "two drivers are called `people`"),
         ("ego_response_s = 0.5", "ego_response_s = 50", "ego_response_s is 50; allowed: 0.1 to 10"),
     ] {
@@ -123,6 +130,27 @@ fn a_row_is_judged_where_it_says_and_no_advice_beside_it() {
 }
 
 #[test]
+fn a_row_is_judged_on_its_own_roads_and_a_road_has_its_own_speed_limit_and_warm_up() {
+    let one_road = SMALL.replace("holds_s = [0.1]", "holds_s = [0.1]\nroads = [\"260\"]");
+    let benchmark =
+        parsed(&one_road.replace("name = \"long\"", "name = \"long\"\ndesired_speed_mps = 17.88\nwarm_up_s = 300.0"));
+    let places = benchmark.places();
+    let judged: Vec<String> = places
+        .iter()
+        .filter(|place| benchmark.judges(&benchmark.rows[2], place))
+        .map(|place| format!("{} {}", place.road.key(), place.hold_s))
+        .collect();
+    assert_eq!(judged, ["260 0.1"]);
+    assert_eq!(places.len(), 5, "without the machine's on the other road");
+    let ring = |road: usize| {
+        let place = Place { road: &benchmark.roads[road], hold_s: 1.0, driver: &benchmark.drivers[0] };
+        benchmark.config(&place).map_err(|e| e.to_string()).unwrap().ring
+    };
+    assert_eq!((ring(0).idm.v0, ring(0).warm_up_s), (17.88, 300.0));
+    assert_eq!((ring(1).idm.v0, ring(1).warm_up_s), (30.0, 120.0));
+}
+
+#[test]
 fn a_tuned_controller_is_judged_on_the_rings_at_the_hold_and_with_the_driver_that_it_was_tuned_for() {
     let benchmark = Benchmark::load("ring").map_err(|e| e.to_string()).unwrap();
     let mut tuned = 0;
@@ -151,5 +179,8 @@ fn a_tuned_controller_is_judged_on_the_rings_at_the_hold_and_with_the_driver_tha
 #[test]
 fn an_unknown_benchmark_is_told_which_there_are() {
     let Err(CliError::Input(message)) = Benchmark::load("rign") else { panic!("there is none") };
-    assert!(message.contains("did you mean ring") && message.contains("name one of corners, mixed, ring"), "{message}");
+    assert!(
+        message.contains("did you mean ring") && message.contains("name one of corners, mixed, published, ring"),
+        "{message}"
+    );
 }

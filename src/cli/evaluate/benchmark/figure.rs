@@ -20,6 +20,10 @@ pub fn figures(result: &BenchmarkResult<'_>) -> Vec<(String, String)> {
         for hold_s in result.benchmark.all_holds_s() {
             let is_here = |cell: &&Cell<'_>| std::ptr::eq(cell.place.road, road) && cell.place.hold_s == hold_s;
             let cells: Vec<&Cell<'_>> = result.cells.iter().filter(is_here).collect();
+            // Rows may name their roads and holds.
+            if cells.is_empty() {
+                continue;
+            }
             let name = format!("mean-speed-{}-hold-{hold_s}.svg", road.key());
             figures.push((name, figure(result, road, state.equilibrium_mps, hold_s, &cells)));
         }

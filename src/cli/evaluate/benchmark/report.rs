@@ -205,7 +205,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
         "policies": policies,
         "roads": benchmark.roads.iter().zip(&result.roads).map(|(road, state)| json!({
             "name": road.name, "circumference_m": road.circumference_m, "vehicles": road.vehicles, "idm_spread": road.idm_spread, "car_spread": road.car_spread,
-            "truck_share": road.truck_share,
+            "truck_share": road.truck_share, "desired_speed_mps": road.desired_speed_mps, "warm_up_s": road.warm_up_s,
             "equilibrium_mps": state.equilibrium_mps, "rings_with_a_wave": state.unstable,
         })).collect::<Vec<_>>(),
         "cells": result.cells.iter().map(cell).collect::<Vec<_>>(),
