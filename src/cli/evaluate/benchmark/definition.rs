@@ -265,7 +265,8 @@ impl Benchmark {
                 ("driver of this file is called", "drivers", &row.drivers, &drivers),
                 ("road of this file has the key", "roads", &row.roads, &roads),
             ] {
-                for (k, name) in named.iter().flatten().enumerate().filter(|(_, name)| !known.contains(name)) {
+                let unknown = named.iter().flatten().enumerate().find(|(_, name)| !known.contains(name));
+                if let Some((k, name)) = unknown {
                     let near = did_you_mean(name, known);
                     let message = format!("no {what} `{name}`{near}; allowed: {}", known.join(", "));
                     return Err((format!("row.{i}.{key}.{k}"), message));
