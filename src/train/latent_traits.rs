@@ -63,9 +63,8 @@ fn solved(mut a: [[f64; MOST_LATENTS]; MOST_LATENTS], mut b: [f64; MOST_LATENTS]
     for i in 0..MOST_LATENTS {
         for j in i + 1..MOST_LATENTS {
             let share = a[j][i] / a[i][i];
-            for k in i..MOST_LATENTS {
-                a[j][k] -= share * a[i][k];
-            }
+            let above = a[i];
+            a[j].iter_mut().zip(above).for_each(|(below, above)| *below -= share * above);
             b[j] -= share * b[i];
         }
     }
