@@ -293,7 +293,7 @@ fn a_network_that_corrects_another_advises_as_its_own_file_does() {
     let whole =
         Network { limits: [-2.0, 2.0], corrected: Some(CorrectedAdvice::Network(Box::new(network()))), ..network() };
     let read = OnnxPolicy::from_bytes(&write(&whole), None).unwrap();
-    let [mut onnx, mut own] = [read.engaged(0.1), whole.policy(0.1)];
+    let [mut onnx, mut own] = [read.engaged(0.1), whole.clone().policy(0.1)];
     for speed_mps in [0.0, 3.3, 7.1] {
         let seen = Observation { speed_mps, leader_speed_mps: 4.0, gap_m: 20.0, hold_s: 1.0, ..Observation::default() };
         let [Action::Speed(onnx), Action::Speed(own)] = [&mut onnx, &mut own].map(|policy| policy.act(0.0, &seen))
