@@ -72,7 +72,7 @@ pub struct IdentifiedDriver {
 }
 
 /// Drives the rings of [`evaluate`] for `after_s` and asks each policy who drives; empty where it does not say. What latents say of
-/// traits is learned from as many other rings, named `stream` and `/latents`, by [`LatentTraits`].
+/// traits is learned from as many other rings, named `stream` and `/latents`, by `LatentTraits`.
 pub fn identified(
     config: &TrainConfig,
     stream: &str,

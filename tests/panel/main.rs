@@ -3,6 +3,7 @@
 mod drive;
 mod experimenter;
 mod screens;
+mod timeline;
 mod wheel;
 mod who_drives;
 
