@@ -125,6 +125,7 @@ fn update(n: usize) -> TimeStatistics {
         max_kl: config.optimiser.max_kl,
         cg_steps: config.optimiser.cg_steps,
         damping: config.optimiser.damping,
+        fisher_every: config.optimiser.fisher_every as usize,
         backtracks: config.optimiser.backtracks,
     };
     let how = Fit {

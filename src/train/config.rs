@@ -252,6 +252,9 @@ flat_settings! {
             /// Damping of the Fisher matrix
             #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ""))]
             damping: f64 = 0.1,
+            /// That matrix is taken from every so manieth decision; the step that it leads to is checked with all of them
+            #[schemars(range(min = 1, max = 1000))]
+            fisher_every: u32 = 5,
             /// Halvings that the line search tries
             #[schemars(range(min = 1, max = 50))]
             backtracks: u32 = 10,

@@ -226,6 +226,7 @@ impl Learner {
             max_kl: optimiser.max_kl * self.share_of_kl(),
             cg_steps: optimiser.cg_steps,
             damping: optimiser.damping,
+            fisher_every: optimiser.fisher_every as usize,
             backtracks: optimiser.backtracks,
         };
         let update = shape.update(&mut self.theta, &batch, &region);

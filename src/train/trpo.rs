@@ -62,6 +62,17 @@ pub struct Batch<T> {
     pub advantages: Vec<f64>,
 }
 
+impl<T: Real> Batch<T> {
+    /// Every `n`-th row, from the first on; `inputs` numbers make a row of observations.
+    fn every(&self, n: usize, inputs: usize) -> Self {
+        Self {
+            inputs: self.inputs.chunks_exact(inputs).step_by(n).flatten().copied().collect(),
+            actions: self.actions.iter().step_by(n).copied().collect(),
+            advantages: self.advantages.iter().step_by(n).copied().collect(),
+        }
+    }
+}
+
 /// How far and how carefully to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustRegion {
@@ -71,6 +82,8 @@ pub struct TrustRegion {
     pub cg_steps: u32,
     /// Added to the diagonal of the Fisher matrix.
     pub damping: f64,
+    /// The Fisher matrix is that of every so manieth row, from the first on (S15 appendix C takes a part of the data, too).
+    pub fisher_every: usize,
     /// Halvings that the line search tries.
     pub backtracks: u32,
 }
@@ -122,7 +135,10 @@ impl PolicyShape {
         let here = Region::new(self, &old, batch);
         let mut update = Update { entropy: here.entropy(), ..Update::default() };
         let gradient = here.gradient();
-        let fisher = |v: &[f64]| here.fisher_product(v, region.damping);
+        let part = (region.fisher_every > 1).then(|| batch.every(region.fisher_every, self.net.inputs()));
+        let part = part.as_ref().map(|part| Region::new(self, &old, part));
+        let metric = part.as_ref().unwrap_or(&here);
+        let fisher = |v: &[f64]| metric.fisher_product(v, region.damping);
         let direction = conjugate_gradient(fisher, &gradient, region.cg_steps);
         // S15 appendix C: beta = sqrt(2 delta / s^T A s), the longest step within the quadratic bound.
         let curvature = dot(&direction, &fisher(&direction));

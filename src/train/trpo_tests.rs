@@ -93,9 +93,10 @@ fn conjugate_gradients_solve_a_small_system_exactly() {
 fn every_accepted_step_keeps_the_bound_and_gains() {
     for family in [Family::Normal, Family::Levels(5)] {
         let (shape, mut theta, mut batch) = policy::<f32>(family);
-        let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, backtracks: 10 };
         let mut stream = rng::stream(4, "advantages");
-        for _ in 0..20 {
+        for round in 0..20 {
+            let fisher_every = 1 + round % 2 * 4;
+            let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every, backtracks: 10 };
             batch.advantages = (0..ROWS).map(|_| stream.normal()).collect();
             let before = theta.clone();
             let update = shape.update(&mut theta, &batch, &region);
@@ -108,12 +109,33 @@ fn every_accepted_step_keeps_the_bound_and_gains() {
 }
 
 #[test]
+fn a_part_of_the_batch_gives_the_fisher_matrix_where_it_says_all_that_the_batch_does() {
+    let (shape, theta, batch) = policy::<f64>(Family::Normal);
+    let three_times = Batch {
+        inputs: batch.inputs.chunks(4).flat_map(|row| row.repeat(3)).collect(),
+        actions: batch.actions.iter().flat_map(|a| [*a; 3]).collect(),
+        advantages: batch.advantages.iter().flat_map(|a| [*a; 3]).collect(),
+    };
+    let after = |batch: &Batch<f64>, fisher_every| {
+        let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every, backtracks: 10 };
+        let mut theta = theta.clone();
+        shape.update(&mut theta, batch, &region);
+        theta
+    };
+    let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let (whole, part) = (after(&batch, 1), after(&three_times, 3));
+    assert!(difference(&whole, &theta) > 1e-3, "the update moves");
+    assert!(difference(&whole, &part) < 1e-9, "{}", difference(&whole, &part));
+    assert!(difference(&whole, &after(&batch, 3)) > 1e-6, "a third of rows that differ says something else");
+}
+
+#[test]
 fn an_update_has_the_same_bits_whatever_the_number_of_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let (shape, mut theta, batch) = policy::<f32>(Family::Normal);
-            let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, backtracks: 10 };
+            let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every: 1, backtracks: 10 };
             shape.update(&mut theta, &batch, &region);
             theta.into_iter().map(f32::to_bits).collect::<Vec<_>>()
         })
