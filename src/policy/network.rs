@@ -240,7 +240,11 @@ impl Network {
             return Err(NetworkFault::LevelsOrHolds);
         }
         self.corrected.as_ref().map_or(Ok(()), |advice| advice.check(self.action, self.least_spacing_m))?;
-        self.estimator.as_ref().map_or(Ok(()), DriverEstimator::check)?;
+        if let Some(estimator) = &self.estimator {
+            estimator.check()?;
+            let expects = self.expected_gain.iter().flat_map(|gain| &gain.inputs);
+            estimator.check_tells(self.inputs.iter().chain(expects).map(|input| input.feature))?;
+        }
         Ok(self.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?)
     }
 

@@ -2,7 +2,7 @@
 //! state of the recurrent unit, and what is read from it.
 
 use super::{DriverEstimate, DriverTraits, INPUTS, LatentEstimate, MOST_LATENTS, WhoDrives, latent_name};
-use crate::policy::{NetworkLayer, network_file::row};
+use crate::policy::{Feature, NetworkLayer, network_file::row};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -76,6 +76,17 @@ pub enum EstimatorFault {
         /// Columns that are needed.
         needed_columns: usize,
     },
+    /// The policy wants to know what this estimator does not tell.
+    #[error(
+        "the policy sees {}, which its estimator does not tell: that tells {told}\n  remedy: train the policy with an \
+         estimator of the other kind", feature.name()
+    )]
+    NotTold {
+        /// What the policy sees.
+        feature: Feature,
+        /// What is told.
+        told: String,
+    },
     /// A number is infinite or none.
     #[error("the estimator's {part} hold a number that is not finite")]
     NotFinite {
@@ -114,6 +125,22 @@ impl DriverEstimator {
     pub fn is_of_latents(&self) -> bool {
         let is_named = |(k, of): (usize, &EstimatedTrait)| of.name == latent_name(k);
         (1..=MOST_LATENTS).contains(&self.traits.len()) && self.traits.iter().enumerate().all(is_named)
+    }
+
+    /// Fails where one of these is to be known of the driver and the estimator does not tell it: it would be seen as 0.
+    pub(in crate::policy) fn check_tells(
+        &self,
+        mut features: impl Iterator<Item = Feature>,
+    ) -> Result<(), EstimatorFault> {
+        let is_told = |feature: Feature| match feature.is_latent() {
+            true => self.traits.iter().any(|of| of.name == feature.name()),
+            false => !self.is_of_latents(),
+        };
+        let Some(feature) = features.find(|feature| feature.is_of_driver() && !is_told(*feature)) else {
+            return Ok(());
+        };
+        let told = self.traits.iter().map(|of| of.name.as_str()).collect::<Vec<_>>().join(", ");
+        Err(EstimatorFault::NotTold { feature, told })
     }
 
     /// Checks that the parts fit together.

@@ -1,7 +1,7 @@
 //! The estimator of a drive: its arithmetic by hand, its pace, its file, and what does not fit.
 
 use super::*;
-use crate::policy::NetworkLayer;
+use crate::policy::{Feature, Network, NetworkLayer};
 
 /// An estimator of `units` units with numbers that follow no pattern of the arithmetic.
 fn small(units: usize) -> DriverEstimator {
@@ -115,4 +115,31 @@ fn latents_are_told_as_they_are_read_and_only_a_policy_that_names_them_sees_them
     let fault = estimator.check().unwrap_err().to_string();
     assert!(fault.starts_with("the estimator's traits are latent_2, latent_1; known are reaction_s, "), "{fault}");
     assert!(fault.ends_with("willingness, or latent_1 to at most latent_4"), "{fault}");
+}
+
+#[test]
+fn a_policy_that_wants_to_know_what_its_estimator_does_not_tell_is_refused() {
+    let traits = small(3);
+    let mut latents = small(3);
+    latents.traits = vec![EstimatedTrait::latent(0), EstimatedTrait::latent(1)];
+    let fault = |estimator: &DriverEstimator, features: &[Feature]| {
+        estimator.check_tells(features.iter().copied()).map_err(|fault| fault.to_string())
+    };
+    assert_eq!(fault(&traits, &[Feature::Speed, Feature::Reaction, Feature::Willingness]), Ok(()));
+    assert_eq!(fault(&latents, &[Feature::Gap, Feature::Latent1, Feature::Latent2]), Ok(()));
+    let told = fault(&traits, &[Feature::Reaction, Feature::Latent1]).unwrap_err();
+    assert!(
+        told.starts_with("the policy sees latent_1, which its estimator does not tell: that tells reaction_s, "),
+        "{told}"
+    );
+    let told = fault(&latents, &[Feature::Latent2, Feature::Latent3]).unwrap_err();
+    assert!(
+        told.starts_with("the policy sees latent_3, which its estimator does not tell: that tells latent_1, latent_2")
+    );
+    assert!(fault(&latents, &[Feature::SpeedBias]).unwrap_err().starts_with("the policy sees speed_bias, "));
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/benchmarks/ring/variational/seed-1.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(Network::from_toml(&text).is_ok());
+    let told = Network::from_toml(&text.replacen("\"latent_2\"", "\"willingness\"", 1)).unwrap_err().to_string();
+    assert!(told.starts_with("the policy sees willingness, which its estimator does not tell"), "{told}");
 }
