@@ -163,8 +163,11 @@ impl VecEnv {
     }
 
     /// What the value may know and the policy may not: how all cars drive, how they could, and who the ego's driver is (an
-    /// asymmetric critic, Pinto 2018).
+    /// asymmetric critic, Pinto 2018). Nothing where the value sees what the policy does.
     pub fn whole_state(&self, l: usize) -> WholeState {
+        if !self.config.optimiser.value_sees_all {
+            return WholeState::default();
+        }
         let count = self.ring.cars(l) as f32;
         let mean = self.ring.speeds_mps(l).sum::<f32>() / count;
         let variance = self.ring.speeds_mps(l).map(|v| (v - mean) * (v - mean)).sum::<f32>() / count;

@@ -229,13 +229,17 @@ impl Learner {
             fisher_every: optimiser.fisher_every as usize,
             backtracks: optimiser.backtracks,
         };
-        let update = shape.update(&mut self.theta, &batch, &region);
         let how =
             Fit { rate: optimiser.value_rate, epochs: optimiser.value_epochs, batch: optimiser.value_batch as usize };
         let iteration = self.iteration() + 1;
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
-        let seen = self.value_rows(&rollouts);
-        let value_error = self.value.fit(&value_shape(c), &seen, &returns, &how, &mut stream);
+        let (seen, value_shape) = (self.value_rows(&rollouts), value_shape(c));
+        // Side by side: neither needs the other, and each has moments in which it keeps one thread busy.
+        let Self { theta, value, .. } = self;
+        let (update, value_error) = rayon::join(
+            || shape.update(theta, &batch, &region),
+            || value.fit(&value_shape, &seen, &returns, &how, &mut stream),
+        );
         let row = LearningCurveRow { kl: update.kl, entropy: update.entropy, value_error, ..self.row(&means) };
         self.keep_best(&row);
         row
