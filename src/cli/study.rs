@@ -92,6 +92,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
     let study = Study::load(file)?;
+    let begun = matches.get_one::<PathBuf>("out").is_some_and(|root| root.exists());
+    match study.check_ranges(&file.display().to_string()) {
+        Err(fault) if begun => log::warn!("{fault}\n  The data set has begun with it, so it goes on."),
+        checked => checked?,
+    }
     let drivers = matches.get_one::<PathBuf>("drivers").map(|path| DriversFile::load(path)).transpose();
     let drivers = drivers.map_err(|why| CliError::Input(why.0))?.map_or(Vec::new(), |file| file.driver);
     if let Some(code) = matches.get_one::<String>("participant") {

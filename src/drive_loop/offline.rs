@@ -40,8 +40,10 @@ impl OfflineDrive {
     /// The world cannot start or the driver cannot be simulated.
     pub fn by(params: &DriverParams, scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, RunError> {
         let drive = Drive::new(scenario, Pace::Paused)?;
+        let driver = SimulatedDriver::new(params, drive.world.ego_params(), scenario.seed)?;
+        let driver = if scenario.standing_start { driver.with_foot_on_brake() } else { driver };
         Ok(Self {
-            driver: SimulatedDriver::new(params, drive.world.ego_params(), scenario.seed)?,
+            driver,
             drive,
             tally: SummaryAccumulator::new(window_s),
             recorder: None,

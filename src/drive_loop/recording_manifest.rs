@@ -24,6 +24,7 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         policy: NamedHash::of(inputs::last(policy), policy::file_of(policy).as_deref()),
         policy_asked: world.policy().why.clone(),
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
+        hand_over: Some(world.hand_over()),
         driver,
         participant: None,
         began: now(),

@@ -117,6 +117,12 @@ impl SimulatedDriver {
         })
     }
 
+    /// The same with a foot on the brake, as where a drive begins at a standstill.
+    pub fn with_foot_on_brake(mut self) -> Self {
+        self.feet.hold();
+        self
+    }
+
     /// The driver's numbers.
     pub fn params(&self) -> &DriverParams {
         &self.params

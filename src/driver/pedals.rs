@@ -67,6 +67,11 @@ impl PedalModel {
         }
     }
 
+    /// The foot is on the brake, as it is where a car is held before it goes.
+    pub fn hold(&mut self) {
+        (self.foot, self.brake, self.holding) = (FootPlace::Brake, HOLD_PEDAL, true);
+    }
+
     /// Throttle and brake of this tick for a wanted acceleration in m/s2.
     pub fn press(&mut self, params: &DriverParams, speed_mps: f64, wanted_mps2: f64) -> (f32, f32) {
         let command = self.command(speed_mps, wanted_mps2);

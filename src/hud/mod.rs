@@ -8,7 +8,7 @@ mod palette;
 mod scale;
 mod speedometer;
 
-pub use number::NumberFilter;
+pub use number::{NumberFilter, RangeTooNarrow, check_range};
 pub use palette::{Palette, Rgb};
 pub use scale::{SpeedometerScale, expected_top_mps};
 pub use speedometer::Speedometer;

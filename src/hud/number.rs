@@ -1,9 +1,43 @@
 //! The number in the centre of the speedometer, without flicker. In: the speed each frame, in the dial's unit. Out: a whole
-//! number.
+//! number, and the narrowest range that such a number can be held in.
+
+use crate::{
+    scenario::Scenario,
+    units::{MPS_PER_MPH, SpeedUnit},
+};
 
 /// How far beyond the point of rounding the speed must go before the number changes, in the dial's unit: a foot that
 /// holds 9.5 mph to a tenth shows one number.
 const HYSTERESIS: f64 = 0.15;
+
+/// How far the shown number is from the speed at most, in the dial's unit.
+const MOST_OFF: f64 = 0.5 + HYSTERESIS;
+
+/// A range in which a driver cannot hold the number: it is in it and its colour says that the speed is not.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "range_mph is {range_mph}; allowed: {least_mph:.3} or more on a speedometer in {}, whose number may be {MOST_OFF} off the \
+     speed: in a narrower range it could stand on the advised speed and not be green", unit.label()
+)]
+pub struct RangeTooNarrow {
+    /// Half width that was asked for, mph.
+    pub range_mph: f64,
+    /// Least half width, mph.
+    pub least_mph: f64,
+    /// What the speedometer shows.
+    pub unit: SpeedUnit,
+}
+
+/// Fails where the range of the advice is narrower than what the speedometer's number tells apart.
+///
+/// # Errors
+/// [`RangeTooNarrow`].
+pub fn check_range(scenario: &Scenario) -> Result<(), RangeTooNarrow> {
+    let unit = scenario.display.units;
+    let least_mph = MOST_OFF * unit.mps_per_unit() / MPS_PER_MPH;
+    let range_mph = scenario.range_mph;
+    if range_mph < least_mph - 1e-9 { Err(RangeTooNarrow { range_mph, least_mph, unit }) } else { Ok(()) }
+}
 
 /// Rounds with hysteresis: the shown number is at most 0.65 away from the speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -15,7 +49,7 @@ impl NumberFilter {
     /// The number for `speed` (not negative).
     pub fn show(&mut self, speed: f64) -> u32 {
         let number = match self.shown {
-            Some(shown) if (speed - f64::from(shown)).abs() <= 0.5 + HYSTERESIS => shown,
+            Some(shown) if (speed - f64::from(shown)).abs() <= MOST_OFF => shown,
             _ => speed.round() as u32,
         };
         self.shown = Some(number);
@@ -40,8 +74,28 @@ mod tests {
         for i in 0..=3000 {
             let speed = f64::from(i) * 0.01;
             let off = (f64::from(filter.show(speed)) - speed).abs();
-            assert!(off <= 0.5 + HYSTERESIS + 1e-12, "{off} off at {speed}");
+            assert!(off <= MOST_OFF + 1e-12, "{off} off at {speed}");
         }
         assert_eq!(filter.show(0.0), 0);
+    }
+
+    #[test]
+    fn in_the_narrowest_range_the_advised_number_is_never_out_of_it() {
+        // The advised speed is a whole number; wherever the number stands on it, the speed is within 0.65 of it.
+        let mut filter = NumberFilter::default();
+        for i in 0..4000 {
+            let speed = 10.0 + 1.5 * (f64::from(i) * 0.01).sin();
+            assert!(filter.show(speed) != 10 || (speed - 10.0).abs() <= 0.65 + 1e-12, "{speed}");
+        }
+        let range = |range_mph: f64, units: SpeedUnit| {
+            let display = crate::scenario::DisplaySettings { units, ..Default::default() };
+            check_range(&Scenario { range_mph, display, ..Scenario::default() })
+        };
+        assert_eq!(range(0.65, SpeedUnit::Mph), Ok(()));
+        // 0.65 km/h are 0.404 mph.
+        assert_eq!(range(0.404, SpeedUnit::Kmh), Ok(()));
+        assert!(range(0.403, SpeedUnit::Kmh).is_err());
+        let told = range(0.5, SpeedUnit::Mph).unwrap_err().to_string();
+        assert!(told.starts_with("range_mph is 0.5; allowed: 0.650 or more on a speedometer in mph"), "{told}");
     }
 }

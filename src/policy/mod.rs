@@ -22,6 +22,7 @@ pub mod onnx;
 mod open_loop;
 mod parameters;
 mod pi_saturation;
+mod replayed;
 
 pub use advisor::{Advisor, shown_mps, untrained_hold};
 pub use assisted::{AssistedPolicy, residual};
@@ -41,6 +42,7 @@ pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
 pub use parameters::{Order, Parameter, SearchScale};
 pub use pi_saturation::{PiParameters, PiSaturation};
+pub use replayed::ReplayedAdvice;
 
 use crate::{
     data_folders,

@@ -2,7 +2,7 @@
 //! facts of the loop. Out: `manifest.json`.
 
 use super::{RecordError, checksums::file_sha256, files};
-use crate::file;
+use crate::{file, sim::HandOver};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
@@ -32,6 +32,9 @@ pub struct Manifest {
     /// Lateral acceleration that bounds the other cars' speed in bends, m/s2; `None` where nothing does.
     #[serde(skip_serializing_if = "Option::is_none", default, alias = "bend_mps2")]
     pub lateral_accel_mps2: Option<f64>,
+    /// How traffic was when the driver took over; `None` in a recording of an earlier version.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub hand_over: Option<HandOver>,
     /// Who drove: devices, or the name of a simulated driver.
     pub driver: String,
     /// Participant code, in a study; never a name.

@@ -52,7 +52,15 @@ flat_settings! {
             /// Traffic runs this long before the drive, the ego driven by the same model
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             warm_up_s: f64 = 0.0,
-            /// Length of a step of traffic and policy::{self, Hold}, a multiple of 0.01 s
+            /// Hand-over waits until speeds have differed this much among all cars (standard deviation) for 10 s; 0 does not wait
+            #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m/s"))]
+            wave_sd_mps: f64 = 0.0,
+            /// Hand-over waits until the ego stands, so that the drive begins with a foot on the brake
+            standing_start: bool = false,
+            /// Longest that hand-over waits after the warm-up; then the drive begins as traffic is, and the recording says so
+            #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
+            wave_wait_s: f64 = 600.0,
+            /// Length of a step of traffic and policy, a multiple of 0.01 s
             #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
             step_s: f64 = 0.1,
             /// Length of the drive, at most 7 days; 0 drives until the window is closed
@@ -71,6 +79,9 @@ flat_settings! {
             #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
             // HC22 holds for one step of 0.1 s; a person cannot follow ten new targets a second.
             hold_s: f64 = 1.0,
+            /// Advice is that of another drive, with these settings, another seed and a simulated driver: as often and as large, but
+            /// it has nothing to do with this traffic
+            sham_advice: bool = false,
             /// Half width of the acceptable range around the target
             #[schemars(range(min = 0.1, max = 50.0), extend("unit" = "mph"))]
             // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.

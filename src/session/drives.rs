@@ -25,6 +25,8 @@ pub struct SessionResources {
     navigation: WheelNavigation,
     code: ParticipantCode,
     in_range_s: f64,
+    /// How far the brake pedal was pressed in the last frame before the drive began, 0 to 1.
+    brake: f64,
     /// Time runs, or would if the wheel were not unplugged.
     began: bool,
     /// What the experimenter has to know of the devices and the drive.
@@ -43,6 +45,7 @@ impl SessionResources {
             navigation: WheelNavigation::default(),
             code: code.clone(),
             in_range_s: 0.0,
+            brake: 0.0,
             began: false,
             news: Vec::new(),
             contacts: Vec::new(),
@@ -72,7 +75,7 @@ impl SessionResources {
         elapsed: Duration,
         mut watch: impl FnMut(&World),
     ) -> Result<(DueTicks, Vec<FormInput>), RunError> {
-        let Self { live, devices, navigation, in_range_s, news, contacts, .. } = self;
+        let Self { live, devices, navigation, in_range_s, brake, began, news, contacts, .. } = self;
         let Some(live) = live else {
             let Some(devices) = devices else { return Ok((DueTicks::default(), Vec::new())) };
             return Ok((DueTicks::default(), at_a_screen(devices, navigation, news)));
@@ -86,6 +89,9 @@ impl SessionResources {
             contacts.extend(world.events().iter().filter_map(contacts::words));
             watch(world);
         })?;
+        if !*began {
+            *brake = f64::from(live.devices.controls(0.0, None).brake);
+        }
         news.extend(live.take_news());
         *navigation = WheelNavigation::default();
         Ok((due, live.take_pressed().into_iter().filter_map(WheelNavigation::pressed_driving).collect()))
@@ -143,7 +149,7 @@ impl DriveBackend for WindowBackend<'_> {
         let Some(started) = starting.wait(PATIENCE) else { return Ok(false) };
         resources.starting = None;
         let mut live = LiveDrive::led_from(started?, resources.devices.take().unwrap_or_else(Devices::open));
-        (resources.in_range_s, resources.began) = (0.0, false);
+        (resources.in_range_s, resources.brake, resources.began) = (0.0, 0.0, false);
         let view = live.view();
         let staged = self.picture.stage(&live.picture.stage, &view, scenario.display.quality);
         live.open_sound();
@@ -196,6 +202,7 @@ impl DriveBackend for WindowBackend<'_> {
             time_s: world.time_s(),
             duration_s: world.scenario().duration_s,
             in_range_s: self.resources.in_range_s,
+            brake: self.resources.brake,
             speed_mps: world.snapshot().ego.speed_mps,
             unit: world.scenario().display.units,
             ended: world.ended().is_some(),

@@ -26,6 +26,8 @@ use std::{path::Path, path::PathBuf, time::Duration};
 
 /// A page is seen for so long at least: who presses twice does not miss one. Seconds.
 const PAGE_S: f64 = 0.4;
+/// The brake is held from this share of its travel on: well above the play of a pedal, and enough against the creep.
+const BRAKE_HELD: f64 = 0.08;
 /// The most that counts of one frame in the countdown, seconds: it is seen to its end on a slow machine too.
 const MOST_FRAME_S: f64 = 0.25;
 
@@ -69,6 +71,8 @@ pub struct BackendStatus {
     pub duration_s: f64,
     /// How long the speed was in the range so far, seconds.
     pub in_range_s: f64,
+    /// How far the brake pedal is pressed, 0 to 1, while the drive has not begun.
+    pub brake: f64,
     /// Speed of the participant's car, m/s, and the unit that it is read in.
     pub speed_mps: f64,
     /// Unit of its speedometer.
@@ -181,6 +185,10 @@ impl LiveSession {
             return Ok(());
         }
         let frame_s = elapsed.as_secs_f64().min(MOST_FRAME_S);
+        if self.waits_for_brake(backend.now()) {
+            self.at = SessionState::Countdown(self.study.file.countdown_s, false);
+            return Ok(());
+        }
         match &mut self.at {
             SessionState::Loading(told @ false) => *told = true,
             SessionState::Loading(true) => {
@@ -207,6 +215,15 @@ impl LiveSession {
             _ => {}
         }
         Ok(())
+    }
+
+    /// True while a drive that begins at a standstill has no foot on the brake: the countdown begins anew with it.
+    fn waits_for_brake(&self, now: BackendStatus) -> bool {
+        let is_asked_for = match self.running().map(|planned| &planned.item) {
+            Some(PlanItem::Drive { scenario, .. }) => scenario.standing_start,
+            _ => false,
+        };
+        is_asked_for && matches!(self.at, SessionState::Countdown(_, false)) && now.brake < BRAKE_HELD
     }
 
     /// The drive: is its criterion met, is it over?

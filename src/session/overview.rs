@@ -42,6 +42,7 @@ impl LiveSession {
             SessionState::Text(text) | SessionState::Intro(text) => ParticipantScreen::Page(text),
             SessionState::Over => ParticipantScreen::Page(&texts.drive_over),
             SessionState::Countdown(_, true) => ParticipantScreen::Drive(Some(&texts.paused)),
+            SessionState::Countdown(..) if self.waits_for_brake(now) => ParticipantScreen::Drive(Some(&texts.brake)),
             SessionState::Countdown(left_s, false) => {
                 let speed = now.unit.from_mps(now.speed_mps.abs()).round() as u32;
                 ParticipantScreen::Countdown(left_s.ceil().max(1.0) as u32, speed, now.unit)

@@ -1,6 +1,6 @@
 //! Why a drive cannot start, and which settings decide on it.
 
-use crate::{ego::EgoError, map::MapError, policy::PolicyError, traffic::TrafficError};
+use crate::{driver::DriverError, ego::EgoError, map::MapError, policy::PolicyError, traffic::TrafficError};
 
 /// Why a drive cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -14,6 +14,9 @@ pub enum WorldError {
     /// The policy is unknown or its file cannot be used.
     #[error(transparent)]
     Policy(#[from] PolicyError),
+    /// The simulated driver whose advice is shown as a sham cannot drive.
+    #[error(transparent)]
+    Driver(#[from] DriverError),
     /// The ego cannot be built.
     #[error(transparent)]
     Ego(#[from] EgoError),
@@ -27,6 +30,7 @@ impl WorldError {
             Self::Policy(_) => &["policy"],
             Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
             Self::Traffic(_) => &["traffic"],
+            Self::Driver(_) => &["sham_advice"],
             Self::Ego(_) => &[],
         }
     }

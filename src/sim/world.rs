@@ -8,11 +8,14 @@
 mod advice;
 mod contacts;
 mod derived_state;
+mod hand_over;
 mod perception;
 mod put_back;
+mod sham;
 mod traffic_coupling;
 
 pub use advice::ExpectedSpeeds;
+pub use hand_over::HandOver;
 pub use put_back::NotPutBack;
 
 use super::{Event, EventKind, Snapshot, WorldError, event::EndReason, ground::RoadGround};
@@ -212,6 +215,11 @@ impl World {
     /// Speeds that this drive is about.
     pub fn expected_speeds(&self) -> ExpectedSpeeds {
         self.advice.expected
+    }
+
+    /// How traffic was when the driver took over.
+    pub fn hand_over(&self) -> HandOver {
+        self.traffic.hand_over
     }
 
     /// The ego's car.

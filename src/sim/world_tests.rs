@@ -3,9 +3,14 @@
 use super::{
     advice::{limited_idm, policy_settings},
     perception::LANE_HINT_SPAN_M,
+    sham::other_drive,
     *,
 };
-use crate::traffic::EngineChoice;
+use crate::{
+    driver::{DriverParams, SimulatedDriver},
+    scenario::StartLayout,
+    traffic::EngineChoice,
+};
 use std::f64::consts::{PI, TAU};
 
 fn ring() -> World {
@@ -133,4 +138,87 @@ fn cars_move_evenly_within_a_step_and_their_wheels_turn_by_the_way() {
         let speed = begin.speed_mps + fraction * (end.speed_mps - begin.speed_mps);
         assert!((car.speed_mps - speed).abs() < 1e-9, "{} and {speed} at {fraction} of the step", car.speed_mps);
     }
+}
+
+/// Every advice of a drive by the simulated driver: when it was issued, s, and its target, m/s.
+fn advised(scenario: &Scenario) -> Vec<(f64, f64)> {
+    let mut world = World::new(scenario).expect("the shipped ring");
+    let mut driver =
+        SimulatedDriver::new(&DriverParams::default(), world.ego_params(), scenario.seed).expect("a usual driver");
+    let mut list = Vec::new();
+    while world.ended().is_none() {
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls).expect("the native engine");
+        list.extend(world.events().iter().filter_map(|event| match event.kind {
+            EventKind::Advice(advice) => Some((event.tick.seconds(), advice.target_mps)),
+            _ => None,
+        }));
+    }
+    list
+}
+
+#[test]
+fn sham_advice_is_that_of_another_drive_whatever_this_traffic_does() {
+    let own = Scenario {
+        traffic: EngineChoice::Native,
+        policy: "follower-stopper".into(),
+        start: StartLayout::Bunched,
+        warm_up_s: 60.0,
+        duration_s: 30.0,
+        hold_s: 2.0,
+        ..Scenario::default()
+    };
+    let sham = Scenario { sham_advice: true, ..own.clone() };
+    let (with_own, with_sham) = (advised(&own), advised(&sham));
+    let times = |list: &[(f64, f64)]| list.iter().map(|(time_s, _)| *time_s).collect::<Vec<_>>();
+    assert_eq!((times(&with_own), with_own.len()), (times(&with_sham), 15), "as often, at the same times");
+    // The same targets as in the drive that it is taken from, from another moment on.
+    let targets = |list: &[(f64, f64)]| list.iter().map(|(_, target_mps)| *target_mps).collect::<Vec<_>>();
+    let (of_other, shown) = (targets(&advised(&other_drive(&sham))), targets(&with_sham));
+    let begins = (0..of_other.len()).find(|n| [&of_other[*n..], &of_other[..*n]].concat() == shown);
+    assert!(begins.is_some_and(|n| (4..=11).contains(&n)), "in the middle half of 15: {of_other:?} {shown:?}");
+    // A driver who stands still all the time is advised the same.
+    let mut world = World::new(&sham).expect("the shipped ring");
+    let mut standing = Vec::new();
+    while world.ended().is_none() {
+        world.tick(&Controls { brake: 1.0, ..Controls::default() }).expect("the native engine");
+        standing.extend(world.events().iter().filter_map(|event| match event.kind {
+            EventKind::Advice(advice) => Some((event.tick.seconds(), advice.target_mps)),
+            _ => None,
+        }));
+    }
+    assert_eq!(standing, with_sham);
+    assert_eq!(with_sham, advised(&sham), "the same bits again");
+}
+
+#[test]
+fn a_standing_start_hands_over_in_the_jam_and_the_foot_holds_the_car_until_the_leader_goes() {
+    let scenario = Scenario {
+        traffic: EngineChoice::Native,
+        policy: "none".into(),
+        start: StartLayout::Bunched,
+        warm_up_s: 200.0,
+        wave_sd_mps: 2.0,
+        standing_start: true,
+        duration_s: 60.0,
+        ..Scenario::default()
+    };
+    let mut world = World::new(&scenario).expect("the shipped ring");
+    let told = world.hand_over();
+    assert!(told.is_as_asked && told.speed_mps < 0.08 && told.speed_sd_mps >= 2.0, "{told:?}");
+    let driver = SimulatedDriver::new(&DriverParams::default(), world.ego_params(), 1).expect("a usual driver");
+    let mut driver = driver.with_foot_on_brake();
+    let first = driver.controls(&world.perceived_by(&driver));
+    assert!(first.brake >= 0.08 && first.throttle == 0.0, "{first:?}");
+    let (mut stood_s, mut top_mps) = (0.0, 0.0_f64);
+    while world.ended().is_none() {
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls).expect("the native engine");
+        let speed_mps = world.snapshot().ego.speed_mps;
+        top_mps = top_mps.max(speed_mps);
+        if top_mps < 0.3 {
+            stood_s += TICK_S;
+        }
+    }
+    assert!(stood_s > 0.3 && top_mps > 3.0, "it stands {stood_s} s, then drives up to {top_mps} m/s");
 }

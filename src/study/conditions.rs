@@ -102,7 +102,13 @@ impl Study {
     }
 
     /// A mistake in one of these settings, at the place that had the last word on one of them.
-    fn wrong(&self, segment: usize, condition: Option<&Condition>, keys: &[&str], message: String) -> WrongSetting {
+    pub(super) fn wrong(
+        &self,
+        segment: usize,
+        condition: Option<&Condition>,
+        keys: &[&str],
+        message: String,
+    ) -> WrongSetting {
         let own = (format!("segment.{segment}.set"), self.file.segment[segment].set.clone());
         let base = ("base".to_owned(), self.file.base.clone());
         let last_first = condition.iter().flat_map(|c| c.changes.iter().rev().cloned()).chain([own, base]);

@@ -1,9 +1,11 @@
-//! One scale of the speedometer for all trials of a study: one that followed each trial's traffic would be a second factor in
-//! a study of density. In: the highest speed to be expected in any trial. Out: a trial's scenario with that scale.
+//! What the speedometer does to a study. One scale for all trials: one that followed each trial's traffic would be a second factor in
+//! a study of density. And no range that is narrower than the number tells apart. In: the highest speed to be expected in any
+//! trial; the drives. Out: a trial's scenario with that scale; the range at fault, where it was set.
 
-use super::Study;
+use super::{Study, StudyError, file::SegmentKind};
 use crate::{
     hud::{self, DialView},
+    policy,
     scenario::{DisplaySettings, Scenario},
     sim::ExpectedSpeeds,
 };
@@ -14,6 +16,29 @@ pub(super) fn top_mps(expected: &ExpectedSpeeds) -> f64 {
 }
 
 impl Study {
+    /// Fails where a drive advises a range that the speedometer cannot show. A study that has begun may go on with one.
+    ///
+    /// # Errors
+    /// File, line, value and what is allowed; `name` is what the file is called.
+    pub fn check_ranges(&self, name: &str) -> Result<(), StudyError> {
+        for (i, segment) in self.file.segment.iter().enumerate() {
+            let conditions: Vec<_> = match segment.kind {
+                SegmentKind::Drive => vec![None],
+                SegmentKind::Trials => self.conditions.iter().map(Some).collect(),
+                _ => Vec::new(),
+            };
+            for condition in conditions {
+                let Ok(scenario) = self.drive(i, condition) else { continue };
+                if let (false, Err(fault)) = (scenario.policy == policy::NAMES[0], hud::check_range(&scenario)) {
+                    return Err(self
+                        .wrong(i, condition, &["range_mph"], fault.to_string())
+                        .located(&self.source, name));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// A trial with the scale of all trials, unless its own settings name one.
     pub(super) fn with_dial(&self, trial: Scenario) -> Scenario {
         if trial.display.dial_full > 0.0 {

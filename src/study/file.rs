@@ -136,6 +136,8 @@ pub struct ParticipantTexts {
     pub ready: String,
     /// Before one in flowing traffic; `{speed}` stands for the speed with its unit.
     pub rolling: String,
+    /// Before a drive that begins at a standstill, while the brake is not pressed.
+    pub brake: String,
     /// After a drive.
     pub drive_over: String,
     /// In a break.
@@ -186,6 +188,7 @@ impl Default for ParticipantTexts {
             go_on: "Press a button on the wheel to continue.".into(),
             ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
             rolling: "The drive begins soon, at {speed}. Hands on the wheel.".into(),
+            brake: "Press the brake pedal and hold it.".into(),
             drive_over: "This drive is over.".into(),
             rest: "Take a rest.".into(),
             rest_over: "The rest is over.".into(),

@@ -1,7 +1,7 @@
 //! `codrive drive`: the window.
 
 use crate::cli::{CliError, flags, out, stop_on_ctrl_c};
-use crate::{desktop::display::WindowPlacement, drive_window, input::profiles};
+use crate::{desktop::display::WindowPlacement, drive_window, hud, input::profiles, policy};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -62,9 +62,13 @@ pub(super) fn place(matches: &ArgMatches, fullscreen: bool) -> Result<WindowPlac
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let wheel = matches.get_one::<String>("wheel").map(|name| profiles::named(name));
+    let scenario = flags::scenario(matches)?;
+    if scenario.policy != policy::NAMES[0] {
+        hud::check_range(&scenario).map_err(|fault| CliError::Input(fault.to_string()))?;
+    }
     let options = drive_window::WindowOptions {
         wheel: wheel.transpose().map_err(|error| CliError::Input(error.to_string()))?,
-        scenario: flags::scenario(matches)?,
+        scenario,
         place: place(matches, matches.get_flag("fullscreen"))?,
         panel: matches.get_flag("panel"),
         experimenter: matches.get_flag("experimenter"),

@@ -1,7 +1,7 @@
 //! The policy of a drive and when its advice appears. In: what it observes, when the traffic is asked for a step. Out: the
 //! advice, when that step begins; and the speeds that the drive is about. m/s.
 
-use super::WorldError;
+use super::{WorldError, sham};
 use crate::{
     idm::IdmParams,
     map::{RoadMap, Route},
@@ -55,6 +55,10 @@ impl AdviceSource {
             equilibrium_mps: settings.equilibrium_mps,
             advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
             limit_mps: map.route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
+        };
+        let policy = match policy {
+            Some(_) if scenario.sham_advice => Some(Box::new(sham::advice(scenario)?) as Box<dyn Policy>),
+            policy => policy,
         };
         let advisor = Advisor::new(policy, scenario.hold(), scenario.range_mps());
         Ok(Self { policy: resolved, expected, advisor, next: None })

@@ -2,6 +2,7 @@
 //! a tick, how much of the step has passed. Out: the other cars' places at that tick, and the engine's answer to wait for.
 //! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
 
+use super::hand_over::{HandOver, HandOverGate};
 use crate::{
     ego::{EgoCar, Obstacle},
     map::{RoadMap, Route},
@@ -26,6 +27,8 @@ pub(super) struct TrafficCoupling {
     /// The other cars at this tick, as the ego can touch them.
     obstacles: Vec<Obstacle>,
     is_stopped: bool,
+    /// How traffic was when the driver took over.
+    pub hand_over: HandOver,
 }
 
 /// How far an engine is that was asked for a step.
@@ -36,7 +39,8 @@ enum Answer {
 }
 
 impl TrafficCoupling {
-    /// Starts the engine with all cars where the scenario has them, and lets it run for the scenario's warm-up.
+    /// Starts the engine with all cars where the scenario has them, and lets it run for the scenario's warm-up and until traffic
+    /// is as the scenario wants it at the hand-over.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, TrafficError> {
         let setup = TrafficSetup {
             cars: start_cars(scenario, &map.route)?,
@@ -52,9 +56,16 @@ impl TrafficCoupling {
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
             engine.step(None)?;
         }
+        let mut gate = HandOverGate::new(scenario);
+        let hand_over = loop {
+            if let Some(hand_over) = gate.look(engine.cars()) {
+                break hand_over;
+            }
+            engine.step(None)?;
+        };
         let to = engine.cars().to_vec();
         let obstacles = Vec::with_capacity(to.len() - 1);
-        Ok(Self { engine, from: to.clone(), to, asked: None, obstacles, is_stopped: false })
+        Ok(Self { engine, from: to.clone(), to, asked: None, obstacles, is_stopped: false, hand_over })
     }
 
     /// The ego's car and all others at the next step.

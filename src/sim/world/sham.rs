@@ -1,0 +1,54 @@
+//! Sham advice: that of another drive with the same settings, another seed and a simulated driver. In: a scenario. Out: its
+//! targets, hold by hold. Times and sizes are those of the policy; with the traffic that is there they have nothing to do.
+//!
+//! Another seed alone is not enough: from a bunched start the wave comes round at nearly the same time in every drive. So the
+//! advice begins somewhere in the middle half of that drive, and its beginning comes after its end.
+
+use super::{World, WorldError};
+use crate::{
+    driver::{DriverParams, SimulatedDriver},
+    policy::ReplayedAdvice,
+    rng,
+    scenario::Scenario,
+    traffic::{EngineChoice, FollowingModel},
+};
+
+/// How much is driven ahead for a drive without an end, seconds; then the advice comes again.
+const ENDLESS_S: f64 = 600.0;
+
+/// Seeds stay below this, so that every reader keeps them exactly.
+const MOST_SEED: usize = 1 << 53;
+
+/// The advice of the other drive. It takes about two seconds of computing for ten minutes.
+pub(super) fn advice(scenario: &Scenario) -> Result<ReplayedAdvice, WorldError> {
+    let other = other_drive(scenario);
+    let mut world = World::new(&other)?;
+    let driver = SimulatedDriver::new(&DriverParams::default(), world.ego_params(), other.seed)?;
+    let mut driver = if other.standing_start { driver.with_foot_on_brake() } else { driver };
+    let hold_ticks = u64::from(other.hold().steps()) * other.step_ticks();
+    let mut targets_mps = Vec::new();
+    while world.ended().is_none() {
+        let is_first = world.snapshot().tick.0.is_multiple_of(hold_ticks);
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls)?;
+        if is_first {
+            targets_mps.push(world.snapshot().advice.map(|advice| advice.target_mps));
+        }
+    }
+    let later = rng::stream(scenario.seed, "sham advice begins").uniform(0.25, 0.75) * targets_mps.len() as f64;
+    targets_mps.rotate_left(later.round() as usize);
+    Ok(ReplayedAdvice::new(targets_mps, other.hold().seconds()))
+}
+
+/// What is driven there: on the engine that this process may have twice.
+pub(super) fn other_drive(scenario: &Scenario) -> Scenario {
+    let duration_s = if scenario.duration_s > 0.0 { scenario.duration_s } else { ENDLESS_S };
+    Scenario {
+        sham_advice: false,
+        seed: rng::stream(scenario.seed, "sham advice").index(MOST_SEED) as u64,
+        traffic: EngineChoice::Native,
+        other_model: FollowingModel::Idm,
+        duration_s,
+        ..scenario.clone()
+    }
+}
