@@ -120,6 +120,8 @@ pub struct LiveSession {
     /// Folder for the recording of what runs.
     folder: PathBuf,
     asked: bool,
+    /// The countdown waits for a foot on the brake.
+    lacks_brake: bool,
     error: Option<String>,
     /// The time of day, UTC.
     utc: fn() -> String,
@@ -140,6 +142,7 @@ impl LiveSession {
             seen_s: 0.0,
             folder: PathBuf::new(),
             asked: false,
+            lacks_brake: false,
             error: None,
             utc,
         };
@@ -185,7 +188,8 @@ impl LiveSession {
             return Ok(());
         }
         let frame_s = elapsed.as_secs_f64().min(MOST_FRAME_S);
-        if self.waits_for_brake(backend.now()) {
+        self.lacks_brake = self.waits_for_brake(backend.now());
+        if self.lacks_brake {
             self.at = SessionState::Countdown(self.study.file.countdown_s, false);
             return Ok(());
         }

@@ -104,6 +104,7 @@ impl LiveSession {
             SessionState::Text(_) => format!("page {name}"),
             SessionState::Intro(_) => format!("words before {name}"),
             SessionState::Loading(_) => format!("{name} is being loaded"),
+            SessionState::Countdown(..) if self.lacks_brake => format!("{name} waits for a foot on the brake"),
             SessionState::Countdown(..) => format!("countdown to {name}"),
             SessionState::Driving => format!("drive {name}"),
             SessionState::Over => "the drive is over".into(),

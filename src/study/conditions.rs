@@ -97,7 +97,15 @@ impl Study {
     fn begin(&self, segment: usize, condition: Option<&Condition>, scenario: &Scenario) -> Result<World, WrongSetting> {
         let wrong = |keys: &[&str], message: String| self.wrong(segment, condition, keys, message);
         driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
-        let quiet = Scenario { traffic: EngineChoice::Native, warm_up_s: 0.0, ..scenario.clone() };
+        // What takes its time and cannot fail where the rest does not.
+        let quiet = Scenario {
+            traffic: EngineChoice::Native,
+            warm_up_s: 0.0,
+            wave_sd_mps: 0.0,
+            standing_start: false,
+            sham_advice: false,
+            ..scenario.clone()
+        };
         World::new(&quiet).map_err(|error| wrong(error.settings(), error.to_string()))
     }
 

@@ -2,7 +2,10 @@
 //! a complete scenario with a seed of its own.
 
 use super::{Study, conditions::Condition, file::SegmentKind};
-use crate::{policy::ResolvedPolicy, scenario::Scenario};
+use crate::{
+    policy::{self, ResolvedPolicy},
+    scenario::Scenario,
+};
 use std::{collections::BTreeMap, fmt::Write};
 
 /// What comes at one point of a session.
@@ -136,9 +139,10 @@ impl Study {
             serde_json::to_value(self.file.order).unwrap_or_default().as_str().unwrap_or_default()
         );
         let first = self.plan(0);
-        let _ = writeln!(out, "\nA session, about {:.0} min:", first.minutes());
+        let _ = writeln!(out, "\nA session, about {:.0} min:\n      minutes", first.minutes());
         for (i, planned) in first.items.iter().enumerate() {
-            let _ = writeln!(out, "  {:>2}  {:<32} {}", i + 1, planned.name, planned.item.words());
+            let minutes = planned.item.seconds() / 60.0;
+            let _ = writeln!(out, "  {:>2}  {minutes:>6.1}  {:<32} {}", i + 1, planned.name, planned.item.words());
         }
         let _ = writeln!(out, "\nparticipant   order of conditions");
         for index in 0..participants {
@@ -179,17 +183,24 @@ impl PlanItem {
             Self::Drive { scenario, policy, until_in_range_s, .. } => {
                 let sooner = until_in_range_s.map_or(String::new(), |s| format!(", sooner after {s} s in range"));
                 format!(
-                    "{} s on {}, {} cars, policy {}, hold {} s, range +-{} mph{sooner}",
+                    "{} s on {}, {} cars, {}{sooner}",
                     scenario.duration_s,
                     scenario.map,
                     scenario.vehicles,
-                    policy.words(),
-                    scenario.hold_s,
-                    scenario.range_mph
+                    advice_words(scenario, policy)
                 )
             }
         }
     }
+}
+
+/// What is advised in a drive.
+fn advice_words(scenario: &Scenario, policy: &ResolvedPolicy) -> String {
+    if policy.name == policy::NAMES[0] {
+        return "no advice".into();
+    }
+    let of = if scenario.sham_advice { "sham advice of" } else { "policy" };
+    format!("{of} {}, hold {} s, range +-{} mph", policy.words(), scenario.hold_s, scenario.range_mph)
 }
 
 #[cfg(test)]

@@ -119,9 +119,15 @@ pub struct Rig {
 
 impl Rig {
     pub fn new() -> Self {
+        Self::with("")
+    }
+
+    /// With these settings of every drive, too.
+    pub fn with(base: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("data");
-        let study = Study::parse(STUDY.into(), Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"));
+        let text = STUDY.replace("[base]\n", &format!("[base]\n{base}\n"));
+        let study = Study::parse(text, Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"));
         let mut rig = Self { _folder: folder, out, study, live_session: None, road: Counted::default() };
         rig.open();
         rig

@@ -22,7 +22,7 @@ warm_up_s = 5.0
 duration_s = {duration_s:?}
 hold_s = 2.0
 [factors]
-range = [{{ name = "narrow", set = {{ range_mph = 0.5 }} }}, {{ name = "middle" }}, {{ name = "wide", set = {{ range_mph = 2.0 }} }}]
+range = [{{ name = "narrow", set = {{ range_mph = 0.75 }} }}, {{ name = "middle" }}, {{ name = "wide", set = {{ range_mph = 2.0 }} }}]
 [[segment]]
 kind = "text"
 name = "welcome"

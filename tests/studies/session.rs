@@ -195,7 +195,7 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     let methods = fs::read_to_string(report.join("methods.txt")).unwrap();
     for part in [
         "24 drives of 6 simulated participants were analysed.",
-        "There were 3 conditions (narrow: half width of the advised range 0.5 mph; middle:",
+        "There were 3 conditions (narrow: half width of the advised range 0.75 mph; middle:",
         "They came in 6 different orders.",
         "no person took part",
         "an advice was held for 2 s",

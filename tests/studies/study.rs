@@ -12,7 +12,22 @@ fn root() -> &'static Path {
 }
 
 fn shipped() -> Study {
-    Study::load(&root().join("assets/studies/congestion.toml")).unwrap_or_else(|e| panic!("{e}"))
+    load("congestion")
+}
+
+fn load(name: &str) -> Study {
+    Study::load(&root().join(format!("assets/studies/{name}.toml"))).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Names and scenarios of the drives of the first participant.
+fn drives(study: &Study) -> Vec<(String, Scenario)> {
+    let items = study.plan(0).items.into_iter();
+    items
+        .filter_map(|planned| match planned.item {
+            PlanItem::Drive { scenario, .. } => Some((planned.name, *scenario)),
+            _ => None,
+        })
+        .collect()
 }
 
 fn questionnaire(name: &str) -> Questionnaire {
@@ -47,24 +62,54 @@ questionnaire = "raw-tlx"
 }
 
 #[test]
-fn the_shipped_study_is_that_of_the_paper() {
-    let study = shipped();
-    let plan = study.plan(0);
-    let drives: Vec<(&str, &Scenario)> = plan
-        .items
-        .iter()
-        .filter_map(|planned| match &planned.item {
-            PlanItem::Drive { scenario, .. } => Some((planned.name.as_str(), &**scenario)),
-            _ => None,
-        })
-        .collect();
+fn the_short_study_is_the_plan_of_the_paper_in_thirty_minutes() {
+    // HC22: thirty minutes, seven of them to get used to the car, three trials of five.
+    let study = load("congestion-short");
+    let drives = drives(&study);
     assert_eq!(drives.iter().map(|d| d.1.duration_s).collect::<Vec<_>>(), [420.0, 300.0, 300.0, 300.0]);
     assert_eq!(
         drives.iter().map(|d| d.1.map.as_str()).collect::<Vec<_>>(),
         ["practice", "ring-250", "ring-250", "ring-250"]
     );
-    assert_eq!(study.file.participants, 25);
-    assert!((25.0..40.0).contains(&plan.minutes()), "{} min", plan.minutes());
+    assert!(study.plan(0).minutes() <= 30.0, "{} min", study.plan(0).minutes());
+    assert!(study.file.participants.is_multiple_of(6), "every order of three as often");
+}
+
+/// HC22 varies range, density and the others' model; what counts is a person with advice against the same person without.
+#[test]
+fn the_shipped_study_compares_advice_with_none_and_with_a_sham_in_one_wave_from_a_standstill() {
+    let study = shipped();
+    let drives = drives(&study);
+    assert_eq!(drives.len(), 1 + 4 * 2 * 2);
+    let trials = &drives[1..];
+    let with = |level: &str| trials.iter().filter(|(name, _)| name.contains(level)).map(|(_, drive)| drive).collect();
+    let [none, sham, dense, hesitant]: [Vec<&Scenario>; 4] = ["none", "sham", "dense", "hesitant"].map(with);
+    assert!(none.len() == 4 && none.iter().all(|drive| drive.policy == "none"));
+    assert!(sham.len() == 4 && sham.iter().all(|drive| drive.sham_advice && drive.policy != "none"));
+    assert!(dense.len() == 8 && dense.iter().all(|drive| drive.vehicles == 24));
+    assert!(hesitant.len() == 8 && hesitant.iter().all(|drive| (drive.idm.t, drive.idm.a) == (1.2, 0.8)));
+    assert!(trials.iter().all(|(_, drive)| drive.standing_start && drive.wave_sd_mps >= 2.0));
+    assert!(study.file.participants.is_multiple_of(16), "every order as often");
+    assert!(study.plan(0).minutes() < 75.0, "{} min", study.plan(0).minutes());
+    for study in [study, load("congestion-short")] {
+        study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
+#[test]
+fn a_range_that_the_dial_cannot_tell_apart_is_refused_where_it_is_set() {
+    let text = "title = \"t\"\nparticipants = 2\n[base]\ntraffic = \"native\"\n[[condition]]\nname = \"none\"\nset = { policy = \
+                \"none\", range_mph = 0.5 }\n[[condition]]\nname = \"b\"\nset = { range_mph = 0.5 }\n[[segment]]\nkind = \
+                \"trials\"\nname = \"trial\"\n";
+    let check = |text: &str| Study::parse(text.into(), Path::new("t.toml")).unwrap().check_ranges("t.toml");
+    let told = check(text).unwrap_err().0;
+    assert!(
+        told.starts_with("t.toml:10:21: range_mph is 0.5; allowed: 0.650 or more on a speedometer in mph"),
+        "{told}"
+    );
+    // A dial in km/h has finer steps, and one without advice shows no range.
+    assert!(check(&text.replace("[base]", "[base]\nunits = \"kmh\"")).is_ok());
+    assert!(check(&text.replace("set = { range_mph = 0.5 }", "")).is_ok());
 }
 
 #[test]
@@ -72,7 +117,7 @@ fn every_condition_comes_as_often_at_every_place_and_every_drive_has_its_own_see
     let study = shipped();
     let mut places: BTreeMap<(usize, String), usize> = BTreeMap::new();
     let mut seeds = Vec::new();
-    for index in 0..24 {
+    for index in 0..32 {
         let plan = study.plan(index);
         for (place, name) in plan.order.iter().enumerate() {
             *places.entry((place, name.clone())).or_default() += 1;
@@ -83,7 +128,7 @@ fn every_condition_comes_as_often_at_every_place_and_every_drive_has_its_own_see
         }));
         assert_eq!(plan, study.plan(index), "the same number, the same plan");
     }
-    assert!(places.len() == 9 && places.values().all(|n| *n == 8), "{places:?}");
+    assert!(places.len() == 16 * 16 && places.values().all(|n| *n == 2), "{places:?}");
     let count = seeds.len();
     seeds.sort_unstable();
     seeds.dedup();
@@ -419,11 +464,12 @@ Two holds
 3 participants, 2 conditions, order full: balanced after every 2
 
 A session, about 6 min:
-   1  welcome                          a page to read
-   2  trial-1-short                    90 s on ring-250, 12 cars, policy pi, hold 2 s, range +-1.5 mph
-   3  trial-rest-1                     rest, 30 s
-   4  trial-2-long                     90 s on ring-250, 12 cars, policy pi, hold 20 s, range +-1.5 mph
-   5  tlx                              questions: raw-tlx
+      minutes
+   1     0.5  welcome                          a page to read
+   2     1.5  trial-1-short                    90 s on ring-250, 12 cars, policy pi, hold 2 s, range +-1.5 mph
+   3     0.5  trial-rest-1                     rest, 30 s
+   4     1.5  trial-2-long                     90 s on ring-250, 12 cars, policy pi, hold 20 s, range +-1.5 mph
+   5     2.0  tlx                              questions: raw-tlx
 
 participant   order of conditions
           1   short, long

@@ -35,7 +35,7 @@ trees = 0
 policy = "constant"
 [[condition]]
 name = "narrow"
-set = { range_mph = 0.5, duration_s = 120.0 }
+set = { range_mph = 0.75, duration_s = 120.0 }
 [[condition]]
 name = "wide"
 [[segment]]
