@@ -8,7 +8,7 @@ use crate::{
     record::{self, RecordError},
     scenario::Scenario,
     study::{
-        DataSet, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, Study,
+        DataSet, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, Study, UnbrokenTime,
         dataset::BASELINE,
         session::{ParticipantKind, Session, SessionLog},
         simulated::SimulatedParticipant,
@@ -256,18 +256,16 @@ fn drive(
 ) -> Result<bool, RunError> {
     let step_s = run.world().scenario().step_s;
     let all = ticks(run.world().scenario());
-    let mut in_range_s = 0.0;
+    let mut in_range = UnbrokenTime::default();
     let mut whole = true;
     while run.world().ended().is_none() {
         let before = run.world().snapshot().tick.0;
         run.step()?;
         let snapshot = run.world().snapshot();
         driven(snapshot.tick.0 - before);
-        if snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)) {
-            in_range_s += step_s;
-        }
-        if let Some(enough_s) = until_in_range_s.filter(|enough_s| in_range_s >= *enough_s - 1e-9) {
-            run.note("criterion", &format!("{enough_s} s in the range"));
+        in_range.add(snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)), step_s);
+        if let Some(enough_s) = until_in_range_s.filter(|enough_s| in_range.has_reached(*enough_s)) {
+            run.note("criterion", &format!("{enough_s} s in the range without a break"));
             driven(all.saturating_sub(run.world().snapshot().tick.0));
             break;
         }

@@ -9,7 +9,7 @@ use crate::{
     live_drive::{LiveDrive, contacts, start::PendingDrive},
     scenario::Scenario,
     sim::World,
-    study::{FormInput, ParticipantCode},
+    study::{FormInput, ParticipantCode, UnbrokenTime},
     time::{DueTicks, Pace},
 };
 use std::{path::Path, time::Duration};
@@ -24,7 +24,7 @@ pub struct SessionResources {
     devices: Option<Devices>,
     navigation: WheelNavigation,
     code: ParticipantCode,
-    in_range_s: f64,
+    in_range: UnbrokenTime,
     /// How far the brake pedal was pressed in the last frame before the drive began, 0 to 1.
     brake: f64,
     /// Time runs, or would if the wheel were not unplugged.
@@ -44,7 +44,7 @@ impl SessionResources {
             devices: Some(devices),
             navigation: WheelNavigation::default(),
             code: code.clone(),
-            in_range_s: 0.0,
+            in_range: UnbrokenTime::default(),
             brake: 0.0,
             began: false,
             news: Vec::new(),
@@ -75,16 +75,16 @@ impl SessionResources {
         elapsed: Duration,
         mut watch: impl FnMut(&World),
     ) -> Result<(DueTicks, Vec<FormInput>), RunError> {
-        let Self { live, devices, navigation, in_range_s, brake, began, news, contacts, .. } = self;
+        let Self { live, devices, navigation, in_range, brake, began, news, contacts, .. } = self;
         let Some(live) = live else {
             let Some(devices) = devices else { return Ok((DueTicks::default(), Vec::new())) };
             return Ok((DueTicks::default(), at_a_screen(devices, navigation, news)));
         };
         let due = live.advance(elapsed, |world| {
             let (snapshot, scenario) = (world.snapshot(), world.scenario());
-            let step = snapshot.tick.0.is_multiple_of(scenario.step_ticks());
-            if step && snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)) {
-                *in_range_s += scenario.step_s;
+            if snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
+                let is_in_range = snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps));
+                in_range.add(is_in_range, scenario.step_s);
             }
             contacts.extend(world.events().iter().filter_map(contacts::words));
             watch(world);
@@ -97,9 +97,9 @@ impl SessionResources {
         Ok((due, live.take_pressed().into_iter().filter_map(WheelNavigation::pressed_driving).collect()))
     }
 
-    /// How long the speed was in the range of the drive that is there, seconds: whole steps.
-    pub fn in_range_s(&self) -> f64 {
-        self.in_range_s
+    /// How long the speed was in the range without a break, in the drive that is there: whole steps.
+    pub fn in_range(&self) -> UnbrokenTime {
+        self.in_range
     }
 
     /// Contacts since the last call, in words.
@@ -149,7 +149,7 @@ impl DriveBackend for WindowBackend<'_> {
         let Some(started) = starting.wait(PATIENCE) else { return Ok(false) };
         resources.starting = None;
         let mut live = LiveDrive::led_from(started?, resources.devices.take().unwrap_or_else(Devices::open));
-        (resources.in_range_s, resources.brake, resources.began) = (0.0, 0.0, false);
+        (resources.in_range, resources.brake, resources.began) = (UnbrokenTime::default(), 0.0, false);
         let view = live.view();
         let staged = self.picture.stage(&live.picture.stage, &view, scenario.display.quality);
         live.open_sound();
@@ -201,7 +201,7 @@ impl DriveBackend for WindowBackend<'_> {
         BackendStatus {
             time_s: world.time_s(),
             duration_s: world.scenario().duration_s,
-            in_range_s: self.resources.in_range_s,
+            in_range: self.resources.in_range,
             brake: self.resources.brake,
             speed_mps: world.snapshot().ego.speed_mps,
             unit: world.scenario().display.units,

@@ -105,7 +105,9 @@ impl ExperimenterView {
             recorded_in: live.and_then(LiveDrive::recorded_in),
         };
         let snapshot = live.map(|live| live.drive.world.snapshot());
-        let (items, sees) = (live_session.items(), live_session.sees());
+        let items = live_session.items();
+        let sees = [Some(live_session.sees()), live_session.criterion(now)];
+        let sees = sees.into_iter().flatten().collect::<Vec<_>>().join(", ");
         let state = SessionPanelState {
             title: live_session.title(),
             code: live_session.session().log().participant.as_str(),

@@ -19,7 +19,9 @@ pub mod window;
 use crate::{
     drive_loop::RunError,
     scenario::Scenario,
-    study::{FormInput, ItemOutcome, PlanItem, PlannedItem, QuestionnaireForm, Session, SessionError, Study},
+    study::{
+        FormInput, ItemOutcome, PlanItem, PlannedItem, QuestionnaireForm, Session, SessionError, Study, UnbrokenTime,
+    },
     units::SpeedUnit,
 };
 use std::{path::Path, path::PathBuf, time::Duration};
@@ -69,8 +71,8 @@ pub struct BackendStatus {
     pub time_s: f64,
     /// When it ends, seconds.
     pub duration_s: f64,
-    /// How long the speed was in the range so far, seconds.
-    pub in_range_s: f64,
+    /// How long the speed was in the range without a break.
+    pub in_range: UnbrokenTime,
     /// How far the brake pedal is pressed, 0 to 1, while the drive has not begun.
     pub brake: f64,
     /// Speed of the participant's car, m/s, and the unit that it is read in.
@@ -233,9 +235,9 @@ impl LiveSession {
     /// The drive: is its criterion met, is it over?
     fn watch(&mut self, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         let now = backend.now();
-        let criterion_s = self.criterion_s().filter(|enough_s| now.in_range_s >= enough_s - 1e-9);
+        let criterion_s = self.criterion_s().filter(|enough_s| now.in_range.has_reached(*enough_s));
         if let Some(enough_s) = criterion_s {
-            backend.note("criterion", &format!("{enough_s} s in the range"));
+            backend.note("criterion", &format!("{enough_s} s in the range without a break"));
         }
         if criterion_s.is_none() && !now.ended {
             return Ok(());

@@ -118,6 +118,13 @@ impl LiveSession {
         }
     }
 
+    /// How far a drive of practice is from its criterion, in the experimenter's words; `None` where there is none.
+    pub fn criterion(&self, now: BackendStatus) -> Option<String> {
+        let enough_s = self.criterion_s().filter(|_| matches!(self.at, SessionState::Driving))?;
+        let [at_s, best_s] = [now.in_range.now_s(), now.in_range.longest_s()];
+        Some(format!("in the range without a break for {at_s:.1} s of {enough_s} s, at best {best_s:.1} s"))
+    }
+
     /// What the session waits for.
     pub fn phase(&self, now: BackendStatus) -> SessionPhase {
         match &self.at {

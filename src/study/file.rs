@@ -116,7 +116,7 @@ pub struct StudySegment {
     #[serde(default)]
     #[schemars(with = "Scenario")]
     pub set: SettingChanges,
-    /// A drive ends sooner once the speed was in the range for this long in all, seconds (drive).
+    /// A drive ends sooner once the speed was in the range for this long without a break, seconds (drive).
     #[schemars(range(min = 1.0, max = 3600.0))]
     pub until_in_range_s: Option<f64>,
     /// Rest between two trials (trials), or length of the break, seconds.

@@ -5,6 +5,7 @@
 //! * [`conditions`]: what a condition changes, and the drives that it makes.
 //! * [`order`]: who meets the conditions in which order.
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
+//! * [`practice`]: when a drive of practice has been enough.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`participant_code`]: what a participant is called in files.
@@ -29,6 +30,7 @@ pub mod lock;
 pub mod order;
 pub mod participant_code;
 pub mod plan;
+pub mod practice;
 mod question_fault;
 pub mod questionnaire_form;
 pub mod questions;
@@ -44,6 +46,7 @@ pub use dataset::DataSet;
 pub use file::{ParticipantTexts, Study};
 pub use participant_code::ParticipantCode;
 pub use plan::{PlanItem, PlannedItem, SessionPlan};
+pub use practice::UnbrokenTime;
 pub use questionnaire_form::{FormInput, QuestionnaireForm};
 pub use questions::Questionnaire;
 pub use session::Session;

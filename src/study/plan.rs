@@ -181,7 +181,8 @@ impl PlanItem {
             Self::Questions(word) => format!("questions: {word}"),
             Self::Break(seconds) => format!("rest, {seconds} s"),
             Self::Drive { scenario, policy, until_in_range_s, .. } => {
-                let sooner = until_in_range_s.map_or(String::new(), |s| format!(", sooner after {s} s in range"));
+                let sooner = until_in_range_s
+                    .map_or(String::new(), |s| format!(", sooner after {s} s in range without a break"));
                 format!(
                     "{} s on {}, {} cars, {}{sooner}",
                     scenario.duration_s,

@@ -89,7 +89,10 @@ fn a_session_is_as_long_as_its_parts() {
     assert_eq!(seconds, [60.0, 45.0, 60.0, 10.0, 60.0]);
     assert_eq!(plan.minutes(), 235.0 / 60.0);
     let words: Vec<String> = plan.items.iter().map(|planned| planned.item.words()).collect();
-    assert!(words[0].ends_with(", sooner after 20 s in range") && !words[2].contains("sooner"), "{words:?}");
+    assert!(
+        words[0].ends_with(", sooner after 20 s in range without a break") && !words[2].contains("sooner"),
+        "{words:?}"
+    );
     assert_eq!(words[1], "rest, 45 s");
     assert_eq!(PlanItem::Text(String::new()).words(), "a page to read");
     assert_eq!(PlanItem::Questions("tlx".into()).words(), "questions: tlx");

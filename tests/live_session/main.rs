@@ -82,13 +82,16 @@ fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk()
     assert_eq!(rig.road.folder, Some(rig.out.join("sourcedata/sub-P03/practice")));
     // The practice ends by its criterion, before its 30 s.
     rig.pass(3.0);
-    rig.road.now.in_range_s = 1.9;
+    // 1.9 s in the range, out of it, and 1.9 s again are no 2 s without a break.
+    (0..39).for_each(|k| rig.road.now.in_range.add(k != 19, 0.1));
     rig.pass(0.1);
     assert_eq!(rig.sees(), "drive practice");
-    rig.road.now.in_range_s = 2.0;
+    let said = rig.live_session().criterion(rig.road.now);
+    assert_eq!(said.as_deref(), Some("in the range without a break for 1.9 s of 2 s, at best 1.9 s"));
+    rig.road.now.in_range.add(true, 0.1);
     rig.pass(0.1);
     assert_eq!((rig.sees().as_str(), rig.running().as_str()), ("the drive is over", "nothing"));
-    assert_eq!(rig.road.said, ["criterion: 2 s in the range"]);
+    assert_eq!(rig.road.said, ["criterion: 2 s in the range without a break"]);
 
     rig.next();
     assert_eq!(rig.sees(), "rest rest");
@@ -364,7 +367,7 @@ fn a_request_to_stop_holds_whatever_is_on_the_screen_until_the_experimenter_deci
         ("countdown to practice", |rig| rig.pass(0.5)),
         ("rest rest", |rig| {
             rig.pass(4.0);
-            rig.road.now.in_range_s = 2.0;
+            (0..20).for_each(|_| rig.road.now.in_range.add(true, 0.1));
             rig.pass(0.1);
             rig.next();
         }),

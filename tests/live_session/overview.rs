@@ -41,7 +41,8 @@ fn each_point_of_the_plan_says_what_became_of_it_now_and_earlier() {
     let what: Vec<String> = rig.live_session().items().into_iter().map(|item| item.what).collect();
     assert_eq!(what[3], "rest, 10 s");
     assert!(
-        what[2].starts_with("30 s on ring-250, 22 cars") && what[2].ends_with("sooner after 2 s in range"),
+        what[2].starts_with("30 s on ring-250, 22 cars")
+            && what[2].ends_with("sooner after 2 s in range without a break"),
         "{what:?}"
     );
 }
