@@ -3,12 +3,13 @@
 
 use super::{
     AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants, driver_moments::DriverStretches,
-    response::AdviceResponse, totals::DriveTotals,
+    pedal_noise::PedalNoise, response::AdviceResponse, totals::DriveTotals,
 };
 use crate::file::{SETTINGS_BYTES, read_text};
 use crate::toml_text::did_you_mean;
 use rayon::prelude::*;
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
@@ -209,10 +210,12 @@ impl AnalysedRecording {
 /// # Errors
 /// One of them cannot be read.
 pub fn analyse(found: &[FoundRecording], done: &(impl Fn() + Sync)) -> Result<Vec<AnalysedRecording>, AnalysisError> {
+    let practice = practice(found)?;
     let one = |found: &FoundRecording| {
         let trial = RecordedTrial::open(&found.recording)?;
-        let (totals, responses) = DriveTotals::of(&trial)?;
-        let of_baseline = |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?)?.0);
+        let (totals, responses) = DriveTotals::of(&trial, practice.get(found.participant.as_str()))?;
+        let of_baseline =
+            |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None)?.0);
         let baseline = found.baseline.as_deref().map(of_baseline).transpose()?;
         let analysed = AnalysedRecording {
             measures: DriveMeasures::of(&trial, &totals, responses, baseline.as_ref()),
@@ -228,6 +231,22 @@ pub fn analyse(found: &[FoundRecording], done: &(impl Fn() + Sync)) -> Result<Ve
         Ok(analysed)
     };
     found.par_iter().map(one).collect()
+}
+
+/// How the pedals of each participant move in practice while nothing is asked: in the first drive without a condition that has
+/// enough such time. Whoever has none is not in the list.
+fn practice(found: &[FoundRecording]) -> Result<BTreeMap<&str, PedalNoise>, AnalysisError> {
+    let drives = found.iter().filter(|drive| !drive.participant.is_empty() && drive.condition.is_empty());
+    let drives: Vec<&FoundRecording> = drives.collect();
+    let noise = |drive: &&FoundRecording| Ok(RecordedTrial::open(&drive.recording)?.onsets()?.noise);
+    let noises: Vec<PedalNoise> = drives.par_iter().map(noise).collect::<Result<_, AnalysisError>>()?;
+    let mut list = BTreeMap::new();
+    for (drive, noise) in drives.into_iter().zip(noises) {
+        if noise.threshold().is_some() {
+            list.entry(drive.participant.as_str()).or_insert(noise);
+        }
+    }
+    Ok(list)
 }
 
 #[cfg(test)]

@@ -42,7 +42,15 @@ const DRIVE: [ColumnTexts; 2] = [
     ("duration_s", "Duration", "s", "length of the drive"),
     ("ended", "End", "", "how the drive ended: duration (its time was over), contact, or who or what stopped it"),
 ];
-const ADVICE: [ColumnTexts; 7] = [
+const ADVICE: [ColumnTexts; 14] = [
+    (
+        "kind",
+        "Kind",
+        "",
+        "event: the change asks something new, as the speed is outside of the new acceptable range and was in the range before or on its \
+         other side; change: any other; sham: the events of the drive shifted all by the same time to where none is pending, to \
+         see what is found by chance",
+    ),
     (
         "onset_s",
         "Onset",
@@ -51,20 +59,105 @@ const ADVICE: [ColumnTexts; 7] = [
     ),
     ("from_mps", "Target before", "m/s", "advised speed before the change"),
     ("to_mps", "Target after", "m/s", "advised speed after the change"),
+    ("speed_mps", "Speed at the onset", "m/s", "speed of the ego vehicle at the onset"),
+    ("asked", "Demand", "", "faster or slower: where the new range is; empty for a change that asks nothing new"),
     (
         "reaction_s",
         "Reaction time",
         "s",
-        "from the onset to 5 % of pedal travel towards the new target (SAE J2944); empty if there was no response within 0.15 to 5 s",
+        "perception-reaction time (reaction time, SAE J2944, 6.5.2): from the onset to the start of the first movement of the pedals in \
+         the direction asked that is larger than the person's idle movements; empty if there was none until the end of watching \
+         (censored there) or one was under way",
     ),
-    ("was_in_range", "In range at onset", "", "the speed was in the new acceptable range at the onset already"),
+    (
+        "under_way",
+        "Movement under way",
+        "",
+        "such a movement started before 0.15 s: it is no response, and the reaction time is not known",
+    ),
+    (
+        "movement_s",
+        "Movement time",
+        "s",
+        "from the reaction to pedals that are 5 % of travel beyond the idle movements; empty if that was not reached until the end \
+         of watching",
+    ),
     (
         "enter_range_s",
         "Time to enter the range",
         "s",
-        "from the onset to the speed being in the new range; empty if it was in it at the onset, or was not before the next change",
+        "compliance time: from the onset to the speed being in the new range; empty if it was not until the end of watching",
     ),
     ("enter_range_steps", "Steps to enter the range", "steps", "the time to enter the range in steps of the traffic"),
+    (
+        "watched_s",
+        "Time watched",
+        "s",
+        "from the onset to the next change of the advice (of a sham: or the next sham) or the end of the drive; what is empty is censored \
+         there",
+    ),
+    (
+        "idle_movement",
+        "Idle movement of the pedals",
+        "",
+        "95th percentile of the movements of the pedals within 1 s while no event is pending, as a share of travel, at least 0.01",
+    ),
+    (
+        "idle_from",
+        "Basis of the idle movement",
+        "",
+        "practice: the participant's first drive without a condition that has 20 s of idle pedals; drive: this drive; least: neither has \
+         20 s, so that 0.01 is taken",
+    ),
+];
+const REACTIONS: [ColumnTexts; 17] = [
+    ("participant", "Participant", "", "code of the participant; empty outside of a study"),
+    ("condition", "Condition", "", "condition of the drives; empty for drives that are the same for everyone"),
+    (
+        "time",
+        "Time",
+        "",
+        "reaction: perception-reaction time; movement; compliance: time to enter the range; chance: reaction time to shams",
+    ),
+    ("onsets", "Onsets", "", "events, or shams, of these drives"),
+    ("seen", "Times seen", "", "times that were not censored"),
+    ("censored", "Times censored", "", "times that were longer than the time watched"),
+    ("under_way", "Movements under way", "", "onsets that were left out as a movement was under way"),
+    (
+        "answered",
+        "Share answered",
+        "",
+        "share within 3 s, of those that came or were watched that long: what chance has is no response to advice",
+    ),
+    (
+        "median_s",
+        "Median",
+        "s",
+        "median of the lognormal distribution of greatest likelihood, which takes account of censored times",
+    ),
+    (
+        "low_s",
+        "Median, lower end",
+        "s",
+        "lower end of its 95 % interval (Student's t on the logarithm, from the observed information)",
+    ),
+    ("high_s", "Median, upper end", "s", "upper end of the same interval"),
+    ("log_mean", "Mean of the logarithm", "", "mu of the lognormal distribution of the time in seconds"),
+    ("log_sd", "Standard deviation of the logarithm", "", "sigma of the same"),
+    (
+        "normal_mean_s",
+        "Ex-Gaussian mu",
+        "s",
+        "mean of the normal part of the ex-Gaussian distribution; from 30 times seen on",
+    ),
+    ("normal_sd_s", "Ex-Gaussian sigma", "s", "standard deviation of the same part"),
+    ("exponential_mean_s", "Ex-Gaussian tau", "s", "mean of the exponential part of the same distribution"),
+    (
+        "idle_from",
+        "Basis of the idle movement",
+        "",
+        "where the size of idle movements of the pedals is from: practice, drive or least",
+    ),
 ];
 const SPEED: [ColumnTexts; 3] = [
     ("second", "Second", "s", "second of the drive; speeds are means over it"),
@@ -197,12 +290,12 @@ fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
 }
 
 /// All tables with their columns, as these drives have them.
-pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 5] {
+pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 6] {
     let measures = MEASURES.iter().map(|measure| ColumnDefinition {
         name: measure.name.into(),
         title: measure.title.into(),
         unit: measure.unit,
-        about: measure.about.into(),
+        about: measure.definition(),
     });
     let key = || key(drives).into_iter();
     let trials = key().chain(columns(&DRIVE)).chain(measures).collect();
@@ -210,8 +303,13 @@ pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 5] {
         TableColumns { file: "trials.csv", row: "a drive", columns: trials },
         TableColumns {
             file: "advice.csv",
-            row: "a change of the advice",
+            row: "a change of the advice, or a sham",
             columns: key().chain(columns(&ADVICE)).collect(),
+        },
+        TableColumns {
+            file: "reactions.csv",
+            row: "a kind of time of a participant in a condition",
+            columns: columns(&REACTIONS),
         },
         TableColumns { file: "speed.csv", row: "a second of a drive", columns: key().chain(columns(&SPEED)).collect() },
         TableColumns { file: "conditions.csv", row: "a measure in a condition", columns: columns(&CONDITIONS) },
@@ -259,7 +357,7 @@ pub fn unit_text(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{page_tests::drives, tables as csv};
+    use crate::analysis::{page_tests::drives, reactions, tables as csv};
 
     #[test]
     fn every_column_of_every_table_has_words_a_definition_and_its_place_in_the_dictionary() {
@@ -267,6 +365,7 @@ mod tests {
         let written = [
             ("trials.csv", csv::trials(&drives)),
             ("advice.csv", csv::advice(&drives)),
+            ("reactions.csv", reactions::table(&drives)),
             ("speed.csv", csv::speed(&drives)),
             ("conditions.csv", csv::by_condition(&drives)),
             ("drivers.csv", csv::drivers(&drives, &[])),

@@ -3,7 +3,8 @@
 use super::*;
 use crate::{
     analysis::{
-        response::ChangeFinder,
+        events::{ChangeFinder, OnsetFinder},
+        response::ResponseWatch,
         totals::SteeringReversals,
         trial::{EgoSample, IssuedAdvice, TrafficStep},
     },
@@ -15,6 +16,7 @@ struct Drive {
     ego: Vec<EgoSample>,
     steps: Vec<TrafficStep>,
     advice: Vec<IssuedAdvice>,
+    trial: RecordedTrial,
 }
 
 impl Drive {
@@ -33,17 +35,24 @@ impl Drive {
             ego: (1..=n).map(sample).collect(),
             steps: (1..=n).filter(|tick| tick.is_multiple_of(10)).map(step).collect(),
             advice: Vec::new(),
+            trial: RecordedTrial::default(),
         }
     }
 
     fn totals(&self) -> (DriveTotals, Vec<AdviceResponse>) {
         let mut finder = ChangeFinder::default();
         self.advice.iter().for_each(|advice| finder.add(advice).unwrap());
-        let mut totals = DriveTotals::new(0.1, finder.changes);
-        self.ego.iter().for_each(|row| totals.add(row));
+        let mut onsets = OnsetFinder::new(finder.changes);
+        self.ego.iter().for_each(|row| onsets.add(row));
+        let mut responses = ResponseWatch::new(0.1, onsets.finish(), None);
+        let mut totals = DriveTotals::new(0.1).on(&self.trial);
+        for row in &self.ego {
+            totals.add(row);
+            responses.add(row);
+        }
         self.steps.iter().for_each(|step| totals.add_step(step));
         self.ego.iter().for_each(|row| totals.add_lane_offset(row.lane_offset_m));
-        totals.finish()
+        (totals, responses.finish())
     }
 
     fn measures(&self) -> DriveMeasures {
@@ -53,7 +62,7 @@ impl Drive {
     fn measures_beside(&self, baseline: Option<&Self>) -> DriveMeasures {
         let (totals, responses) = self.totals();
         let baseline = baseline.map(|baseline| baseline.totals().0);
-        DriveMeasures::of(&RecordedTrial::default(), &totals, responses, baseline.as_ref())
+        DriveMeasures::of(&self.trial, &totals, responses, baseline.as_ref())
     }
 }
 
@@ -138,6 +147,88 @@ fn a_time_headway_is_headway_over_own_speed_where_the_ego_moves() {
 }
 
 #[test]
+fn a_time_gap_ends_at_the_rear_bumper_and_drac_is_closing_speed_squared_over_twice_the_gap() {
+    let mut drive = Drive::new(100, |t| if t < 0.5 { 4.0 } else { 0.5 }, |_| 4.0);
+    assert_eq!((drive.measures().get("time_gap_s"), drive.measures().get("max_drac_mps2")), (None, None));
+    for (row, gap_m) in [(3, 6.0), (7, 10.0), (80, 1.0)] {
+        drive.ego[row].gap_m = Some(gap_m);
+    }
+    near(&drive.measures(), "max_drac_mps2", 0.0);
+    // Closing at 3 m/s over 6 m and at 2 m/s over 10 m: 9 / 12 and 4 / 20.
+    (drive.ego[3].ttc_s, drive.ego[7].ttc_s) = (Some(2.0), Some(5.0));
+    let found = drive.measures();
+    near(&found, "time_gap_s", 2.0);
+    near(&found, "min_time_gap_s", 1.5);
+    near(&found, "max_drac_mps2", 0.75);
+}
+
+#[test]
+fn spread_over_time_stops_and_hard_brakings_are_those_by_hand() {
+    // The ego: 6 m/s, from 5 s on down by 4 m/s2 to a stand at 6.5 s, off again at 8 s with 6 m/s. The other: 2 m/s throughout.
+    let ego = |t: f64| {
+        if t < 5.0 {
+            6.0
+        } else if t < 8.0 {
+            (6.0 - 4.0 * (t - 5.0)).max(0.0)
+        } else {
+            6.0
+        }
+    };
+    let found = Drive::new(1000, ego, |_| 2.0).measures();
+    near(&found, "ego_stops", 1.0);
+    near(&found, "stops", 0.5);
+    near(&found, "ego_hard_brakings", 1.0);
+    near(&found, "hard_brakings", 0.5);
+    // Steps from 6.5 s to 7.9 s stand; those from 5.1 s to 6.5 s brake.
+    assert!((get(&found, "ego_stopped_s") - 1.5).abs() < 1e-9 && (get(&found, "stopped_s") - 0.75).abs() < 1e-9);
+    assert!((get(&found, "ego_hard_braking_s") - 1.5).abs() < 1e-9, "{}", get(&found, "ego_hard_braking_s"));
+    // Half the time at 2 and half at 6 m/s: 2 m/s about 4 (N); the other car has none.
+    let found = Drive::new(1000, |t| if t <= 5.0 { 2.0 } else { 6.0 }, |_| 2.0).measures();
+    assert!((get(&found, "ego_sd_mps") - 2.0).abs() < 1e-6 && (get(&found, "sd_in_time_mps") - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn throughput_counts_who_passes_the_start_of_the_route_and_takes_off_who_goes_back() {
+    let mut drive = Drive::new(6000, |_| 4.0, |_| 4.0);
+    assert_eq!(drive.measures().get("throughput_per_h"), None, "no route is known");
+    drive.trial.setup.route_m = 100.0;
+    // 60 s at 10 m/s from 0.5 m: six rounds of 100 m; the other goes back over the start once.
+    for (k, step) in drive.steps.iter_mut().enumerate() {
+        step.s_m = vec![(0.5 + k as f64) % 100.0, if k < 300 { 1.0 } else { 99.0 }];
+    }
+    // 599.5 m are five whole rounds and most of the sixth: 5 - 1 in a minute.
+    near(&drive.measures(), "throughput_per_h", 4.0 * 60.0);
+}
+
+#[test]
+fn pedal_reversals_are_of_five_percent_and_more() {
+    let mut drive = Drive::new(6000, |_| 4.0, |_| 4.0);
+    // A wave of +-3 % and 4 s on accelerator and brake turns at 1, 3, ... 59 s; the way to the first and from the last is 3 %.
+    for row in &mut drive.ego {
+        let pedals = 0.03 * (std::f64::consts::PI / 2.0 * Tick(row.tick).seconds()).sin();
+        (row.throttle, row.brake) = (pedals.max(0.0), (-pedals).max(0.0));
+    }
+    near(&drive.measures(), "pedal_reversals_per_min", 28.0);
+    drive.ego.iter_mut().for_each(|row| (row.throttle, row.brake) = (row.throttle * 0.8, row.brake * 0.8));
+    near(&drive.measures(), "pedal_reversals_per_min", 0.0);
+}
+
+#[test]
+fn time_in_range_is_the_drivers_but_after_a_collision() {
+    let mut drive = Drive::new(1000, |_| 4.0, |_| 4.0);
+    for (i, row) in drive.ego.iter_mut().enumerate() {
+        row.in_range = Some(i < 600);
+    }
+    // Contacts at 3 s and 4 s: to 6 s; 300 of the 600 ticks in range. One at 9 s finds the speed out of it.
+    [300, 400, 900].into_iter().for_each(|tick| drive.trial.collided(tick));
+    assert_eq!(drive.trial.after_contacts, [[300, 600], [900, 1100]]);
+    let found = drive.measures();
+    near(&found, "time_in_range", 0.6);
+    near(&found, "time_in_range_by_driver", 0.3);
+    near(&found, "time_in_range_by_collision", 0.3);
+}
+
+#[test]
 fn sdlp_is_that_of_a_sample() {
     let mut drive = Drive::new(4, |_| 4.0, |_| 4.0);
     for (row, offset_m) in drive.ego.iter_mut().zip([0.1, 0.2, 0.3, 0.4]) {
@@ -192,9 +283,14 @@ fn medians_of_responses_are_in_the_measures() {
     }
     let found = drive.measures();
     near(&found, "changes", 3.0);
+    // The range of 5 is the first that the speed of 4 is out of; 6 and 7 ask the same again.
+    near(&found, "events", 1.0);
     near(&found, "responded", 1.0);
-    near(&found, "reaction_s", 0.9);
-    assert_eq!(found.get("enter_range_s"), None);
+    assert_eq!(
+        (found.get("reaction_s"), found.get("enter_range_s")),
+        (None, None),
+        "of one event no distribution is told"
+    );
 }
 
 #[test]
@@ -207,7 +303,9 @@ fn every_measure_has_a_name_with_its_unit_and_a_definition() {
             "s" => "_s",
             "m" => "_m",
             "steps" => "_steps",
+            "m/s2" => "_mps2",
             "1/min" => "_per_min",
+            "1/h" => "_per_h",
             "l/100 km" => "_l_100km",
             _ => "",
         };
@@ -222,7 +320,7 @@ fn every_measure_has_a_name_with_its_unit_and_a_definition() {
 fn latency_is_median_and_nearest_rank_of_the_frames_that_have_one() {
     let of = |latencies_s: Vec<f64>| {
         let trial = RecordedTrial { latencies_s, ..RecordedTrial::default() };
-        DriveMeasures::of(&trial, &DriveTotals::new(0.1, Vec::new()), Vec::new(), None)
+        DriveMeasures::of(&trial, &DriveTotals::new(0.1), Vec::new(), None)
     };
     let measured = of((1..=200).map(|ms| f64::from(ms) / 1e3).collect());
     assert!((measured.get("latency_median_s").unwrap() - 0.1005).abs() < 1e-12);

@@ -317,7 +317,7 @@ fn measures(drives: &[&AnalysedRecording]) -> String {
     let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
     let each = |(k, measure): (usize, &super::measures::MeasureDefinition)| {
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", unit_text(measure.unit)) };
-        has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.about))
+        has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.definition()))
     };
     let defined: Vec<String> = MEASURES.iter().enumerate().filter_map(each).collect();
     if defined.is_empty() {

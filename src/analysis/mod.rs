@@ -3,7 +3,9 @@
 //!
 //! * [`trial`]: one recorded drive, row by row: nothing here reads a whole table, so that a drive of days fits into memory.
 //! * [`totals`]: one drive in sums.
-//! * [`response`]: what a driver does about each change of the advice (SAE J2944).
+//! * [`events`]: when advice asks something new; [`pedal_noise`]: how pedals move when it does not; [`response`]: what a driver does
+//!   about each change (SAE J2944).
+//! * [`latency_fit`]: distributions of censored times; [`reactions`]: those of each participant in each condition.
 //! * [`measures`]: one drive in numbers; every definition with its options is in [`measures::MEASURES`].
 //! * [`driver_moments`], [`driver_fit`], [`drivers`]: each participant in the numbers of the simulated driver.
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
@@ -17,12 +19,17 @@ pub mod collect;
 pub mod driver_fit;
 pub mod driver_moments;
 pub mod drivers;
+pub mod events;
 pub mod figures;
 pub mod glossary;
+pub mod latency_fit;
+mod measure_inputs;
 pub mod measures;
 pub mod methods;
 mod page;
+pub mod pedal_noise;
 pub mod people;
+pub mod reactions;
 pub mod report;
 pub mod response;
 pub mod setup;

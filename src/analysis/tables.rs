@@ -1,5 +1,5 @@
 //! What was measured, as CSV. In: analysed drives. Out: text: `trials.csv` (a row a drive), `advice.csv` (a row a change of
-//! the advice), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval), `drivers.csv` (a row a
+//! the advice and a sham), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval), `drivers.csv` (a row a
 //! participant). What each column is stands in [`glossary`](super::glossary).
 
 use super::{
@@ -12,11 +12,11 @@ use crate::metrics::Estimate;
 use std::collections::BTreeSet;
 
 /// A number, or nothing.
-fn cell(value: Option<f64>) -> String {
+pub(super) fn cell(value: Option<f64>) -> String {
     value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
 }
 
-fn line(cells: impl IntoIterator<Item = String>) -> String {
+pub(super) fn line(cells: impl IntoIterator<Item = String>) -> String {
     // RFC 4180: a quote within a cell is doubled.
     let quote = |c: String| format!("\"{}\"", c.replace('"', "\"\""));
     let quoted = cells.into_iter().map(|c| if c.contains([',', '"', '\n']) { quote(c) } else { c });
@@ -51,13 +51,20 @@ pub fn advice(drives: &[AnalysedRecording]) -> String {
     for drive in drives {
         for r in drive.responses() {
             let own = [
+                r.kind.word().into(),
                 cell(Some(r.onset_s)),
                 cell(Some(r.from_mps)),
                 cell(Some(r.to_mps)),
+                cell(Some(r.speed_mps)),
+                ["slower", "", "faster"][(r.direction + 1) as usize].into(),
                 cell(r.reaction_s),
-                r.was_in_range.to_string(),
+                r.is_under_way.to_string(),
+                cell(r.movement_s),
                 cell(r.enter_s),
                 cell(r.enter_steps.map(|n| n as f64)),
+                cell(Some(r.watched_s)),
+                cell(Some(r.threshold)),
+                r.noise_from.word().into(),
             ];
             text += &line(key(drive).into_iter().chain(own));
         }

@@ -2,20 +2,24 @@
 //! the measures are taken. SI units.
 //!
 //! What grows is one number a second of the drive and one response a change of the advice: 5 MB for the seven days that a drive
-//! may last, and at most 40 MB.
+//! may last, and at most 150 MB.
 
 use super::{
     AnalysisError, RecordedTrial,
-    response::{AdviceChange, AdviceResponse, ResponseDetector},
+    pedal_noise::PedalNoise,
+    response::{AdviceResponse, ResponseWatch},
     trial::{EgoSample, TrafficStep},
 };
 use crate::{
-    metrics::FlowTotals,
+    metrics::{Approach, FlowTotals, MotionTotals},
     sim::is_in_lane,
     time::{TICK_S, TICKS_PER_S, Tick},
 };
 
-/// Gap size of a steering reversal, degrees of the steering wheel (SAE J2944, 11.6).
+/// Gap size of a reversal of the pedals, share of travel: as much as ends a movement time.
+pub const PEDAL_REVERSAL: f64 = super::response::PEDAL;
+
+/// Gap size of a steering reversal, degrees of the steering wheel.
 pub const REVERSAL_DEG: f64 = 3.0;
 
 /// The least speed at which a headway in seconds is taken, m/s: at a standstill it has no end.
@@ -69,6 +73,8 @@ pub struct DriveTotals {
     pub ego_speed_mps: RunningMean,
     /// 1 for a tick in the range, 0 for one out of it.
     pub in_range: RunningMean,
+    /// Of the same ticks, 1 for one in the range at a speed that the driver chose; after a collision it is another's.
+    pub in_range_by_driver: RunningMean,
     /// Speed less target, m/s.
     pub error_mps: RunningMean,
     /// The same without its sign.
@@ -79,14 +85,28 @@ pub struct DriveTotals {
     pub headway_m: RunningMinimum,
     /// Time to collision, seconds.
     pub ttc_s: RunningMinimum,
+    /// Largest deceleration rate to avoid a crash, m/s2; 0 if a leader was there and the gap never closed.
+    pub most_drac_mps2: Option<f64>,
+    /// Gap over speed, seconds, while the ego moves at [`MOVING_MPS`] or more.
+    pub time_gap_s: RunningMean,
+    /// The smallest.
+    pub min_time_gap_s: RunningMinimum,
     /// Headway over speed, seconds, while the ego moves at [`MOVING_MPS`] or more.
     pub time_headway_s: RunningMean,
     /// The smallest.
     pub min_time_headway_s: RunningMinimum,
     /// Reversals of the steering wheel.
     pub reversals: SteeringReversals,
+    /// Reversals of the pedals, accelerator less brake.
+    pub pedal_reversals: SteeringReversals,
     /// Square of the jerk between steps, (m/s3)^2.
     pub square_jerk: RunningMean,
+    /// Stops and hard brakings of all cars.
+    pub all_motion: MotionTotals,
+    /// The same of the ego.
+    pub ego_motion: MotionTotals,
+    /// Cars past the start of the route, those that go back less.
+    pub passages: i64,
     /// Speeds of all cars.
     pub all_cars: FlowTotals,
     /// Speeds of the ego at the same steps.
@@ -96,53 +116,79 @@ pub struct DriveTotals {
     /// Length of the drive, seconds.
     pub duration_s: f64,
     step_s: f64,
+    route_m: f64,
+    after_contacts: std::iter::Peekable<std::vec::IntoIter<[u64; 2]>>,
+    places_m: Vec<f64>,
     lane_offset_m: RunningMean,
     /// Squares of the offsets about their mean, m2.
     lane_squares_m2: f64,
     second: RunningMean,
     step_accel_mps2: RunningMean,
     accel_before_mps2: Option<f64>,
-    responses: ResponseDetector,
 }
 
 impl DriveTotals {
-    /// Nothing yet of a drive with steps of `step_s` and these changes of the advice.
-    pub fn new(step_s: f64, changes: Vec<AdviceChange>) -> Self {
+    /// Nothing yet of a drive with steps of `step_s`.
+    pub fn new(step_s: f64) -> Self {
         Self {
             mean_speed_mps: RunningMean::default(),
             ego_speed_mps: RunningMean::default(),
             in_range: RunningMean::default(),
+            in_range_by_driver: RunningMean::default(),
             error_mps: RunningMean::default(),
             absolute_error_mps: RunningMean::default(),
             gap_m: RunningMinimum::default(),
             headway_m: RunningMinimum::default(),
             ttc_s: RunningMinimum::default(),
+            most_drac_mps2: None,
+            time_gap_s: RunningMean::default(),
+            min_time_gap_s: RunningMinimum::default(),
             time_headway_s: RunningMean::default(),
             min_time_headway_s: RunningMinimum::default(),
             reversals: SteeringReversals::new(REVERSAL_DEG),
+            pedal_reversals: SteeringReversals::new(PEDAL_REVERSAL),
+            all_motion: MotionTotals::default(),
+            ego_motion: MotionTotals::default(),
+            passages: 0,
             square_jerk: RunningMean::default(),
             all_cars: FlowTotals::new(step_s),
             ego_alone: FlowTotals::new(step_s),
             per_second_mps: Vec::new(),
             duration_s: 0.0,
             step_s,
+            route_m: 0.0,
+            after_contacts: Vec::new().into_iter().peekable(),
+            places_m: Vec::new(),
             lane_offset_m: RunningMean::default(),
             lane_squares_m2: 0.0,
             second: RunningMean::default(),
             step_accel_mps2: RunningMean::default(),
             accel_before_mps2: None,
-            responses: ResponseDetector::new(step_s, changes),
         }
     }
 
-    /// Reads a whole drive. Gives its responses, too.
+    /// The same of a drive on this one's route, with its collisions.
+    pub fn on(mut self, trial: &RecordedTrial) -> Self {
+        self.route_m = trial.setup.route_m;
+        self.after_contacts = trial.after_contacts.clone().into_iter().peekable();
+        self
+    }
+
+    /// Reads a whole drive. Gives its responses, too; `practice` is how the same person's pedals move when nothing is asked.
     ///
     /// # Errors
     /// A table cannot be read, or is not as this program writes it.
-    pub fn of(trial: &RecordedTrial) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
-        let mut totals = Self::new(trial.setup.scenario.step_s, trial.changes.clone());
+    pub fn of(
+        trial: &RecordedTrial,
+        practice: Option<&PedalNoise>,
+    ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
+        let step_s = trial.setup.scenario.step_s;
+        let mut totals = Self::new(step_s).on(trial);
+        let mut responses = ResponseWatch::new(step_s, trial.onsets()?, practice);
         for ego in trial.ego()? {
-            totals.add(&ego?);
+            let ego = ego?;
+            totals.add(&ego);
+            responses.add(&ego);
         }
         for step in trial.steps()? {
             totals.add_step(&step?);
@@ -151,7 +197,7 @@ impl DriveTotals {
         for offset_m in trial.lane_offsets_m()? {
             totals.add_lane_offset(offset_m?);
         }
-        Ok(totals.finish())
+        Ok((totals, responses.finish()))
     }
 
     /// The ego at the next tick.
@@ -160,6 +206,9 @@ impl DriveTotals {
         self.ego_speed_mps.add(ego.speed_mps);
         if let Some(is_in_range) = ego.in_range {
             self.in_range.add(f64::from(u8::from(is_in_range)));
+            while self.after_contacts.next_if(|span| span[1] <= ego.tick).is_some() {}
+            let by_driver = is_in_range && self.after_contacts.peek().is_none_or(|span| ego.tick < span[0]);
+            self.in_range_by_driver.add(f64::from(u8::from(by_driver)));
         }
         if let Some(target_mps) = ego.target_mps {
             self.error_mps.add(ego.speed_mps - target_mps);
@@ -169,17 +218,31 @@ impl DriveTotals {
             self.gap_m.add(ego.gap_m);
             self.headway_m.add(ego.headway_m);
             self.ttc_s.add(ego.ttc_s);
+            self.add_drac(ego);
+            if let Some(gap_m) = ego.gap_m.filter(|_| ego.speed_mps >= MOVING_MPS) {
+                self.time_gap_s.add(gap_m / ego.speed_mps);
+                self.min_time_gap_s.add(Some(gap_m / ego.speed_mps));
+            }
             if let Some(headway_m) = ego.headway_m.filter(|_| ego.speed_mps >= MOVING_MPS) {
                 self.time_headway_s.add(headway_m / ego.speed_mps);
                 self.min_time_headway_s.add(Some(headway_m / ego.speed_mps));
             }
         }
         self.reversals.add(ego.wheel_rad.to_degrees());
+        self.pedal_reversals.add(ego.throttle - ego.brake);
         self.lane_offset_m.add(ego.lane_offset_m);
         self.duration_s = Tick(ego.tick).seconds();
         self.add_accel(ego.accel_mps2);
         self.add_to_second(ego.mean_speed_mps);
-        self.responses.add(ego);
+    }
+
+    /// Closing speed squared over twice the gap.
+    fn add_drac(&mut self, ego: &EgoSample) {
+        let Some(gap_m) = ego.gap_m else { return };
+        // The recording has the gap over the closing speed, while it closes.
+        let closing_mps = ego.ttc_s.filter(|ttc_s| *ttc_s > 0.0).map_or(0.0, |ttc_s| gap_m / ttc_s);
+        let drac_mps2 = Approach { gap_m, closing_mps }.drac_mps2();
+        self.most_drac_mps2 = Some(self.most_drac_mps2.map_or(drac_mps2, |most| most.max(drac_mps2)));
     }
 
     /// The acceleration is averaged over a step before it is compared with that of the step before.
@@ -207,6 +270,14 @@ impl DriveTotals {
         let speeds = || step.speed_mps.iter().map(|v| v.max(0.0) as f32);
         self.all_cars.add(speeds());
         self.ego_alone.add(speeds().take(1));
+        self.all_motion.add(speeds(), self.step_s);
+        self.ego_motion.add(speeds().take(1), self.step_s);
+        // A step back by more than half the route is one past its start.
+        for (before_m, now_m) in self.places_m.iter().zip(&step.s_m) {
+            let way_m = now_m - before_m;
+            self.passages += i64::from(way_m < -0.5 * self.route_m) - i64::from(way_m > 0.5 * self.route_m);
+        }
+        self.places_m.clone_from(&step.s_m);
     }
 
     /// The offset from the lane's middle at each tick once more, when all ticks have been added.
@@ -215,10 +286,9 @@ impl DriveTotals {
         self.lane_squares_m2 += (offset_m - middle_m).powi(2);
     }
 
-    /// Everything was added.
-    pub fn finish(mut self) -> (Self, Vec<AdviceResponse>) {
-        let responses = std::mem::replace(&mut self.responses, ResponseDetector::new(self.step_s, Vec::new()));
-        (self, responses.finish())
+    /// Length of a step, seconds.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
     }
 
     /// Standard deviation of the offset from the lane's middle (N-1), metres.

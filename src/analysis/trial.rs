@@ -4,12 +4,12 @@
 use super::{
     AnalysisError, DriveSetup,
     driver_moments::FollowingSample,
-    response::{AdviceChange, ChangeFinder},
+    events::{AdviceChange, ChangeFinder, DriveOnsets, OnsetFinder},
 };
 use crate::{
     map::RoadMap,
-    record::{self, RecordError, Table, TableParts, TableReader},
-    time::Tick,
+    record::{self, RecordError, Table, TableParts, TableReader, tables::PUT_BACK},
+    time::{TICKS_PER_S, Tick},
 };
 use std::{
     path::{Path, PathBuf},
@@ -18,6 +18,8 @@ use std::{
 
 /// Latencies that are kept at the most: nine hours at 60 Hz. Of a longer drive every second, fourth, ... is.
 const MOST_LATENCIES: usize = 2_000_000;
+/// How long a contact, or being put back, is what made the speed, seconds: what a collision of two cars leaves is driven again by then.
+pub const AFTER_CONTACT_S: f64 = 2.0;
 /// Contacts, and marks, that are shown one by one at the most.
 const MOST_MOMENTS: usize = 100;
 /// Columns of the ego that are read.
@@ -57,6 +59,8 @@ pub struct RecordedTrial {
     pub contacts_at: Vec<[f64; 2]>,
     /// When moments were marked, seconds, for the first of them.
     pub marks_at: Vec<f64>,
+    /// From a contact, or from a car put back on its lane, to [`AFTER_CONTACT_S`] later, in order and apart, ticks.
+    pub after_contacts: Vec<[u64; 2]>,
     /// How often the middle of the car left its lane.
     pub left_road: usize,
     /// From an input to the frame that showed it, seconds, where the device told times; from the smallest on.
@@ -123,7 +127,7 @@ impl RecordedTrial {
     ///
     /// # Errors
     /// There is none, it was cut, it is not as this program writes it, or its advice changes more often than
-    /// [`MOST_CHANGES`](super::response::MOST_CHANGES).
+    /// [`MOST_CHANGES`](super::events::MOST_CHANGES).
     pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
@@ -144,6 +148,9 @@ impl RecordedTrial {
                 trial.contacts += usize::from(kind == "contact");
                 trial.left_road += usize::from(kind == "left_road");
                 let time_s = Tick(tick).seconds();
+                if kind == "contact" || kind == PUT_BACK {
+                    trial.collided(tick);
+                }
                 if kind == "contact" && trial.contacts_at.len() < MOST_MOMENTS {
                     trial.contacts_at.push([time_s, value.unwrap_or_default()]);
                 } else if kind == "mark" && trial.marks_at.len() < MOST_MOMENTS {
@@ -168,6 +175,15 @@ impl RecordedTrial {
         Ok(trial)
     }
 
+    /// A collision, not the driver, has set the speed from this tick on.
+    pub(super) fn collided(&mut self, tick: u64) {
+        let until = tick + (AFTER_CONTACT_S * f64::from(TICKS_PER_S)) as u64;
+        match self.after_contacts.last_mut().filter(|last| last[1] >= tick) {
+            Some(last) => last[1] = until,
+            None => self.after_contacts.push([tick, until]),
+        }
+    }
+
     fn parts(&self, table: Table, columns: &[&str]) -> Result<TableParts, RecordError> {
         TableReader::parts(&table.parquet(&self.recording), columns)
     }
@@ -189,6 +205,18 @@ impl RecordedTrial {
     pub fn ego(&self) -> Result<EgoSamples, RecordError> {
         let path = Table::Ego.parquet(&self.recording);
         Ok(EgoSamples { parts: TableReader::parts(&path, &EGO)?, path, samples: Vec::new().into_iter() })
+    }
+
+    /// When the advice asked something new, and the pedals while it did not.
+    ///
+    /// # Errors
+    /// As [`RecordedTrial::ego`].
+    pub fn onsets(&self) -> Result<DriveOnsets, RecordError> {
+        let mut finder = OnsetFinder::new(self.changes.clone());
+        for ego in self.ego()? {
+            finder.add(&ego?);
+        }
+        Ok(finder.finish())
     }
 
     /// The offset from the lane's middle at every tick, metres.

@@ -5,7 +5,7 @@ use crate::{
     analysis::{
         AnalysisError,
         collect::{self, FolderContents},
-        drivers, find, glossary, report, tables,
+        drivers, find, glossary, reactions, report, tables,
     },
     drive_loop::RunError,
     record,
@@ -24,7 +24,7 @@ pub(super) fn command() -> Command {
         .after_help(
             "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page \
              (183 mm), PNG files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section \
-             to copy. drivers.csv has each participant's reaction time, bias, error and time gap; drivers.toml, of the folder of a study, \
+             to copy. reactions.csv has each participant's reaction, movement and compliance times as distributions, beside what chance gives; drivers.csv has each participant's reaction time, bias, error and time gap; drivers.toml, of the folder of a study, \
              takes them into a rehearsal (codrive study FILE --rehearse --drivers drivers.toml). To have the report as a PDF, print it \
              from a browser. A drive of days takes no more memory than one of hours: figures show the ways of its first hour, and \
              speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.",
@@ -64,6 +64,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
     put("advice.csv", &tables::advice(&drives))?;
+    put("reactions.csv", &reactions::table(&drives))?;
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
     put("drivers.csv", &tables::drivers(&drives, &fitted))?;

@@ -1,14 +1,11 @@
 //! How near cars came to a crash, how hard they braked, how often they stopped. In: gaps and closing speeds of the ego with its
 //! neighbours, speeds of all cars, step by step. Out: [`Conflicts`]. Measures as in docs/references.md (surrogate safety). SI.
 
+use super::motion_phases::MotionPhase;
 use serde::{Deserialize, Serialize};
 
 /// Time to collision below which an approach is a near miss, s.
 const NEAR_MISS_S: f64 = 1.5;
-/// Deceleration from which on a car brakes hard, m/s2.
-const HARD_MPS2: f32 = 3.0;
-/// A car stops below the first, and has gone again above the second, m/s.
-const STOPPED_MPS: [f32; 2] = [0.1, 1.0];
 
 /// What an ego's speed came from in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,8 +73,7 @@ pub struct ConflictTotals {
     least_ttc_s: Option<f64>,
     most_drac_mps2: f64,
     near_misses: u32,
-    /// Speed before, braking hard, standing.
-    cars: Vec<(f32, bool, bool)>,
+    cars: Vec<MotionPhase>,
     hard_brakings: u32,
     stops: u32,
     way_m: f64,
@@ -122,20 +118,13 @@ impl ConflictTotals {
     #[inline]
     pub fn car(&mut self, k: usize, speed_mps: f32) {
         self.way_m += f64::from(speed_mps * self.step_s);
-        let Some((before, is_hard, is_standing)) = self.cars.get_mut(k) else {
-            self.cars.push((speed_mps, false, speed_mps < STOPPED_MPS[0]));
+        let Some(car) = self.cars.get_mut(k) else {
+            self.cars.push(MotionPhase::new(speed_mps));
             return;
         };
-        let hard = *before - speed_mps > HARD_MPS2 * self.step_s;
-        self.hard_brakings += u32::from(hard && !*is_hard);
-        *is_hard = hard;
-        if *is_standing {
-            *is_standing = speed_mps < STOPPED_MPS[1];
-        } else if speed_mps < STOPPED_MPS[0] {
-            *is_standing = true;
-            self.stops += 1;
-        }
-        *before = speed_mps;
+        let begun = car.add(speed_mps, self.step_s);
+        self.hard_brakings += u32::from(begun.hard);
+        self.stops += u32::from(begun.stop);
     }
 
     /// What it comes to.

@@ -157,7 +157,7 @@ impl FlowTotals {
     }
 
     /// Standard deviation of a car's speed in time, mean over cars, m/s.
-    fn sd_in_time_mps(&self) -> f64 {
+    pub fn sd_in_time_mps(&self) -> f64 {
         let steps = self.some_steps();
         let sd = |[sum, square]: &[f64; 2]| (square / steps - (sum / steps).powi(2)).max(0.0).sqrt();
         self.sums.iter().map(sd).sum::<f64>() / (self.sums.len() as f64).max(1.0)

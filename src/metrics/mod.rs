@@ -7,10 +7,12 @@ mod episode_metrics;
 mod estimate;
 pub mod figures;
 pub mod fuel;
+mod motion_phases;
 mod trajectories;
 
 pub use conflicts::{Approach, ConflictTotals, Conflicts, DrivenBy};
 pub use correlation::correlation;
 pub use episode_metrics::{EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
 pub use estimate::Estimate;
+pub use motion_phases::MotionTotals;
 pub use trajectories::Trajectories;

@@ -1,0 +1,280 @@
+//! When advice asks something new of the driver. In: advices, then the ego's rows, in order. Out: the [`Onset`]s of a drive, sham
+//! onsets beside them, and how the pedals move while nothing is asked ([`PedalNoise`]).
+//!
+//! * **change**: target or range differ by at least [`CHANGE_MPS`] from those that counted last, so that small changes add up
+//!   until they count: less is not to be seen on the dial. The first advice of a drive replaces nothing and is no change.
+//! * **demand**: faster where the speed is below the range, slower where it is above, none within it.
+//! * **event**: a change whose demand at its onset is one (the speed is outside of the new range) and is not what was demanded
+//!   before: the driver was in the old range, or on its other side. A change that asks the same again, or nothing, is no event.
+//! * **onset**: the first frame that shows the change (its tick); without a screen, the tick of its issue.
+//! * **pending**: from an event's onset until the speed enters the range, at most [`PENDING_S`].
+//! * **sham**: the onsets of the events, shifted all by the same time (round the drive's end), with their directions. The shift
+//!   is that of a fixed grid which leaves most of them where no event is pending; those that fall into one are left out.
+//!   What the detector finds there is found by chance.
+
+use super::{
+    pedal_noise::{MovementWindow, PedalNoise},
+    trial::{EgoSample, IssuedAdvice},
+};
+use crate::time::TICKS_PER_S;
+
+/// Smallest change of target or range that counts, m/s (0.2 mph: a needle's width on the dial).
+pub const CHANGE_MPS: f64 = 0.1;
+/// How long an event is pending at the most, seconds.
+pub const PENDING_S: f64 = 5.0;
+/// Changes of one drive that are taken at the most: one a second for nearly six days. Each is a row of `advice.csv`.
+pub const MOST_CHANGES: usize = 500_000;
+/// Shifts that are tried for sham onsets, at the most, and how far they are apart at least, ticks.
+const SHIFTS: [u64; 2] = [600, 50];
+
+/// A change of the advice.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AdviceChange {
+    /// When it was seen.
+    pub seen_tick: u64,
+    /// The target before, m/s.
+    pub from_mps: f64,
+    /// The new target, m/s.
+    pub to_mps: f64,
+    /// Edges of the range before, m/s.
+    pub before_mps: [f64; 2],
+    /// Edges of the new acceptable range, m/s.
+    pub range_mps: [f64; 2],
+}
+
+/// Finds the changes among advices.
+#[derive(Clone, Debug, Default)]
+pub struct ChangeFinder {
+    /// The changes so far.
+    pub changes: Vec<AdviceChange>,
+    /// Many small steps add up to a change: what stands is what was last counted.
+    standing: Option<IssuedAdvice>,
+}
+
+/// The advice of a drive changes more often than is analysed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the advice changes more than {} times, the most that is analysed of one drive\n  remedy: drive in parts, or with a \
+     longer --hold",
+    MOST_CHANGES
+)]
+pub struct TooManyChanges;
+
+impl ChangeFinder {
+    /// The next advice.
+    ///
+    /// # Errors
+    /// More than [`MOST_CHANGES`].
+    pub fn add(&mut self, advice: &IssuedAdvice) -> Result<(), TooManyChanges> {
+        let before = *self.standing.get_or_insert(*advice);
+        let moved = |a: f64, b: f64| (a - b).abs() >= CHANGE_MPS;
+        let [low, high] = advice.range_mps;
+        if moved(advice.target_mps, before.target_mps)
+            || moved(low, before.range_mps[0])
+            || moved(high, before.range_mps[1])
+        {
+            if self.changes.len() == MOST_CHANGES {
+                return Err(TooManyChanges);
+            }
+            self.changes.push(AdviceChange {
+                seen_tick: advice.seen_tick,
+                from_mps: before.target_mps,
+                to_mps: advice.target_mps,
+                before_mps: before.range_mps,
+                range_mps: advice.range_mps,
+            });
+            self.standing = Some(*advice);
+        }
+        Ok(())
+    }
+}
+
+/// What a range asks of this speed: 1 faster, -1 slower, 0 nothing.
+fn demand(speed_mps: f64, [low, high]: [f64; 2]) -> i8 {
+    i8::from(speed_mps < low) - i8::from(speed_mps > high)
+}
+
+/// What begins at an onset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnsetKind {
+    /// A change that asks nothing new.
+    #[default]
+    Change,
+    /// A change that asks something new.
+    Event,
+    /// Nothing: a moment to see what the detector finds by chance.
+    Sham,
+}
+
+impl OnsetKind {
+    /// As the table says it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Change => "change",
+            Self::Event => "event",
+            Self::Sham => "sham",
+        }
+    }
+}
+
+/// A moment from which the pedals are watched.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Onset {
+    /// What it is.
+    pub kind: OnsetKind,
+    /// When.
+    pub tick: u64,
+    /// The first tick that is not watched any more: that of the next change; `None` to the end of the drive.
+    pub until_tick: Option<u64>,
+    /// What is asked: 1 faster, -1 slower, 0 nothing.
+    pub direction: i8,
+    /// The ego's speed, m/s.
+    pub speed_mps: f64,
+    /// The change.
+    pub change: AdviceChange,
+}
+
+/// The onsets of a drive, and its pedals while no event is pending.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DriveOnsets {
+    /// Changes and events, in order.
+    pub onsets: Vec<Onset>,
+    /// Shams, in order.
+    pub shams: Vec<Onset>,
+    /// Of this drive.
+    pub noise: PedalNoise,
+}
+
+/// Finds onsets. All rows of the ego are added in order.
+#[derive(Clone, Debug)]
+pub struct OnsetFinder {
+    ahead: std::vec::IntoIter<AdviceChange>,
+    onsets: Vec<Onset>,
+    /// From an event's onset to the tick at which it is pending no more.
+    pending: Vec<[u64; 2]>,
+    is_pending: bool,
+    window: MovementWindow,
+    noise: PedalNoise,
+    last_tick: u64,
+}
+
+impl OnsetFinder {
+    /// Of these changes, in order.
+    pub fn new(changes: Vec<AdviceChange>) -> Self {
+        Self {
+            ahead: changes.into_iter(),
+            onsets: Vec::new(),
+            pending: Vec::new(),
+            is_pending: false,
+            window: MovementWindow::default(),
+            noise: PedalNoise::default(),
+            last_tick: 0,
+        }
+    }
+
+    /// The next row of the ego.
+    pub fn add(&mut self, ego: &EgoSample) {
+        self.last_tick = ego.tick;
+        while self.ahead.as_slice().first().is_some_and(|change| change.seen_tick <= ego.tick) {
+            let Some(change) = self.ahead.next() else { break };
+            self.begin(change, ego.speed_mps);
+        }
+        if self.is_pending
+            && let (Some(pending), Some(onset)) = (self.pending.last_mut(), self.onsets.last())
+        {
+            let is_met = demand(ego.speed_mps, onset.change.range_mps) != onset.direction;
+            let is_late = ego.tick >= pending[0] + (PENDING_S * f64::from(TICKS_PER_S)) as u64;
+            pending[1] = ego.tick;
+            self.is_pending = !(is_met || is_late);
+            self.window = MovementWindow::default();
+        }
+        if !self.is_pending {
+            self.window.add(ego.throttle - ego.brake);
+            self.noise.add(&self.window);
+        }
+    }
+
+    fn begin(&mut self, change: AdviceChange, speed_mps: f64) {
+        let now = demand(speed_mps, change.range_mps);
+        let is_event = now != 0 && now != demand(speed_mps, change.before_mps);
+        if let Some(before) = self.onsets.last_mut() {
+            before.until_tick = Some(change.seen_tick);
+        }
+        let kind = if is_event { OnsetKind::Event } else { OnsetKind::Change };
+        let direction = if is_event { now } else { 0 };
+        self.onsets.push(Onset { kind, tick: change.seen_tick, until_tick: None, direction, speed_mps, change });
+        // A change that asks the same again leaves pending what is pending, towards the new range.
+        if is_event {
+            self.pending.push([change.seen_tick, change.seen_tick]);
+            self.is_pending = true;
+        } else if let (true, Some(last)) = (self.is_pending, self.onsets.last_mut()) {
+            last.direction = now;
+            self.is_pending = now != 0;
+        }
+    }
+
+    /// All rows were added: what there is. A change after the last row was not seen by the driver and is left with no time.
+    pub fn finish(mut self) -> DriveOnsets {
+        for change in self.ahead.by_ref() {
+            if let Some(before) = self.onsets.last_mut() {
+                before.until_tick.get_or_insert(change.seen_tick);
+            }
+            self.onsets.push(Onset {
+                tick: change.seen_tick,
+                until_tick: Some(change.seen_tick),
+                change,
+                ..Onset::default()
+            });
+        }
+        let shams = shams(&self.onsets, &self.pending, self.last_tick);
+        DriveOnsets { onsets: self.onsets, shams, noise: self.noise }
+    }
+}
+
+/// The events, shifted to where most of them are not pending.
+fn shams(onsets: &[Onset], pending: &[[u64; 2]], last_tick: u64) -> Vec<Onset> {
+    let events: Vec<&Onset> = onsets.iter().filter(|onset| onset.kind == OnsetKind::Event).collect();
+    if events.is_empty() || last_tick < 2 {
+        return Vec::new();
+    }
+    let most = u64::from(TICKS_PER_S) * PENDING_S as u64;
+    let shifted = |event: &Onset, shift: u64| (event.tick + shift - 1) % last_tick + 1;
+    // Ticks from here to the next change, at most those of a pending event; `None` where one is pending.
+    let free = |tick: u64| {
+        let before = pending.partition_point(|span| span[0] <= tick);
+        if before > 0 && tick <= pending[before - 1][1] {
+            return None;
+        }
+        let next = onsets.partition_point(|onset| onset.tick <= tick);
+        let end = onsets.get(next).map_or(last_tick, |onset| onset.tick);
+        Some(end.saturating_sub(tick).min(most)).filter(|ticks| *ticks > 0)
+    };
+    let [tried, step] = SHIFTS;
+    let step = step.max(last_tick / tried);
+    // Most shams first, then most time to watch them; of equals the smallest shift.
+    let score = |shift: u64| {
+        let spans: Vec<u64> = events.iter().filter_map(|event| free(shifted(event, shift))).collect();
+        (spans.len(), spans.iter().sum::<u64>(), std::cmp::Reverse(shift))
+    };
+    let Some(shift) = (1..).map(|k| k * step).take_while(|shift| *shift < last_tick).max_by_key(|shift| score(*shift))
+    else {
+        return Vec::new();
+    };
+    let mut found: Vec<Onset> = events
+        .iter()
+        .filter(|event| free(shifted(event, shift)).is_some())
+        .map(|event| Onset { kind: OnsetKind::Sham, tick: shifted(event, shift), ..**event })
+        .collect();
+    found.sort_by_key(|sham| sham.tick);
+    for i in 0..found.len() {
+        let tick = found[i].tick;
+        let change = onsets.get(onsets.partition_point(|onset| onset.tick <= tick)).map(|onset| onset.tick);
+        let sham = found.get(i + 1).map(|sham| sham.tick);
+        found[i].until_tick = [change, sham].into_iter().flatten().min();
+    }
+    found
+}
+
+#[cfg(test)]
+#[path = "events_tests.rs"]
+mod tests;

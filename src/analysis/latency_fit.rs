@@ -1,0 +1,279 @@
+//! Distributions of times that are partly censored. In: [`Latency`]s: times that were seen, and times until which nothing was. Out: the
+//! lognormal of the greatest likelihood with the 95 % interval of its median ([`LognormalFit`]), and the ex-Gaussian
+//! ([`ExGaussianFit`]). Seconds.
+//!
+//! * **Lognormal**: ln t is normal with mu and sigma; a censored time adds the chance of a longer one. The median is e^mu. Its interval is
+//!   mu +- t SE(mu), SE from the observed information of mu and sigma, with n/(n-1) for the variance and Student's t of n-1, n the times
+//!   that were seen. Without censored times that is the exact interval of a normal mean.
+//! * **Ex-Gaussian**: the sum of a normal and an exponential time (mean mu + tau), by the simplex of Nelder and Mead, from
+//!   [`ENOUGH_FOR_EX_GAUSSIAN`] times that were seen.
+
+/// Times that were seen from which on a lognormal is fitted: of two the interval of the median is wider than any use of it.
+pub const ENOUGH: usize = 3;
+/// Times that were seen from which on an ex-Gaussian is fitted.
+pub const ENOUGH_FOR_EX_GAUSSIAN: usize = 30;
+/// A time is one tick at the least: the logarithm of none has no end.
+const LEAST_S: f64 = 0.01;
+
+/// A time, or what is known of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Latency {
+    /// It was this long.
+    Seen(f64),
+    /// It was longer than this.
+    LongerThan(f64),
+}
+
+impl Latency {
+    /// What was seen, or the time until which it was watched; `None` where nothing was watched.
+    pub fn of(seen_s: Option<f64>, watched_s: f64) -> Option<Self> {
+        seen_s.map(Self::Seen).or((watched_s > 0.0).then_some(Self::LongerThan(watched_s)))
+    }
+
+    /// The time, and whether it was seen.
+    fn parts(self) -> (f64, bool) {
+        match self {
+            Self::Seen(s) => (s.max(LEAST_S), true),
+            Self::LongerThan(s) => (s.max(LEAST_S), false),
+        }
+    }
+}
+
+/// A lognormal distribution of times.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LognormalFit {
+    /// Mean of ln t.
+    pub mu: f64,
+    /// Standard deviation of ln t.
+    pub sigma: f64,
+    /// 95 % interval of the median, seconds.
+    pub interval_s: [f64; 2],
+    /// Times that were seen.
+    pub seen: usize,
+    /// Times that were not.
+    pub censored: usize,
+}
+
+impl LognormalFit {
+    /// Of these times; `None` if fewer than [`ENOUGH`] were seen or all of those are the same.
+    pub fn of(times: &[Latency]) -> Option<Self> {
+        let logs: Vec<(f64, bool)> =
+            times.iter().map(|time| time.parts()).map(|(s, is_seen)| (s.ln(), is_seen)).collect();
+        let seen: Vec<f64> = logs.iter().filter(|log| log.1).map(|log| log.0).collect();
+        let n = seen.len();
+        let mean = seen.iter().sum::<f64>() / n as f64;
+        let variance = seen.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / n as f64;
+        if n < ENOUGH || variance < 1e-12 {
+            return None;
+        }
+        // Olsen 1978: in mu / sigma and 1 / sigma the likelihood has one maximum and is concave.
+        let (mut at, mut value) = ([mean / variance.sqrt(), 1.0 / variance.sqrt()], f64::NEG_INFINITY);
+        for _ in 0..100 {
+            let (now, slope, curve) = olsen(&logs, at);
+            value = value.max(now);
+            let det = curve[0] * curve[2] - curve[1] * curve[1];
+            let step =
+                [(curve[1] * slope[1] - curve[2] * slope[0]) / det, (curve[1] * slope[0] - curve[0] * slope[1]) / det];
+            let halved = (0..40).map(|k| 0.5_f64.powi(k)).find_map(|part| {
+                let next = [at[0] + part * step[0], at[1] + part * step[1]];
+                (next[1] > 0.0 && olsen(&logs, next).0 >= value - 1e-13 * value.abs()).then_some(next)
+            });
+            let Some(next) = halved else { break };
+            let moved = (next[0] - at[0]).abs() + (next[1] - at[1]).abs();
+            at = next;
+            if moved < 1e-12 * (1.0 + at[0].abs() + at[1]) {
+                break;
+            }
+        }
+        let (mu, sigma) = (at[0] / at[1], 1.0 / at[1]);
+        // Variance of mu = gamma / theta from that of both (delta method).
+        let (_, _, curve) = olsen(&logs, at);
+        let det = curve[0] * curve[2] - curve[1] * curve[1];
+        let [gg, gt, tt] = [-curve[2] / det, curve[1] / det, -curve[0] / det];
+        let variance = sigma * sigma * (gg - 2.0 * mu * gt + mu * mu * tt);
+        let error = (variance * n as f64 / (n - 1) as f64).sqrt() * student_975(n - 1);
+        let interval_s = [(mu - error).exp(), (mu + error).exp()];
+        Some(Self { mu, sigma, interval_s, seen: n, censored: logs.len() - n })
+    }
+
+    /// Median, seconds.
+    pub fn median_s(&self) -> f64 {
+        self.mu.exp()
+    }
+}
+
+/// Logarithm of the likelihood at gamma = mu / sigma and theta = 1 / sigma, its slope, and its curvature (gg, gt, tt).
+fn olsen(logs: &[(f64, bool)], [gamma, theta]: [f64; 2]) -> (f64, [f64; 2], [f64; 3]) {
+    let (mut value, mut slope, mut curve) = (0.0, [0.0; 2], [0.0; 3]);
+    for (y, is_seen) in logs {
+        let z = theta * y - gamma;
+        if *is_seen {
+            value += theta.ln() - 0.5 * z * z - LN_ROOT_TAU;
+            slope = [slope[0] + z, slope[1] + 1.0 / theta - z * y];
+            curve = [curve[0] - 1.0, curve[1] + y, curve[2] - 1.0 / (theta * theta) - y * y];
+        } else {
+            // The hazard h of a normal: d ln Q / dz = -h, dh/dz = h (h - z).
+            let tail = ln_upper_tail(z);
+            let h = (-0.5 * z * z - LN_ROOT_TAU - tail).exp();
+            let bend = h * (h - z);
+            value += tail;
+            slope = [slope[0] + h, slope[1] - h * y];
+            curve = [curve[0] - bend, curve[1] + bend * y, curve[2] - bend * y * y];
+        }
+    }
+    (value, slope, curve)
+}
+
+/// ln sqrt(2 pi).
+const LN_ROOT_TAU: f64 = 0.918_938_533_204_672_7;
+
+/// Logarithm of the chance that a standard normal number is above z.
+fn ln_upper_tail(z: f64) -> f64 {
+    let ln_density = -0.5 * z * z - LN_ROOT_TAU;
+    if z > 3.0 {
+        // Laplace's continued fraction, from its end.
+        let fraction = (1..=60).rev().fold(z, |below, k| z + f64::from(k) / below);
+        return ln_density - fraction.ln();
+    }
+    if z < -8.0 {
+        return -(ln_density - (-z).ln()).exp();
+    }
+    // The series of the lower half: all terms have one sign.
+    let mut term = z;
+    let mut sum = z;
+    for k in 1..200 {
+        term *= z * z / f64::from(2 * k + 1);
+        sum += term;
+        if term.abs() < 1e-17 * sum.abs() {
+            break;
+        }
+    }
+    (0.5 - sum * ln_density.exp()).max(f64::MIN_POSITIVE).ln()
+}
+
+/// 97.5 % point of Student's t: exact for one to four degrees of freedom, then the expansion in their inverse (Abramowitz and
+/// Stegun 26.7.5), within 0.001 of the tables.
+pub fn student_975(freedom: usize) -> f64 {
+    match freedom {
+        0 => f64::INFINITY,
+        1 => 12.706_204_736,
+        2 => 4.302_652_73,
+        3 => 3.182_446_305,
+        4 => 2.776_445_105,
+        _ => {
+            let z: f64 = 1.959_963_984_540_054;
+            let power = |k: i32| z.powi(k);
+            let n = freedom as f64;
+            z + (power(3) + z) / (4.0 * n)
+                + (5.0 * power(5) + 16.0 * power(3) + 3.0 * z) / (96.0 * n.powi(2))
+                + (3.0 * power(7) + 19.0 * power(5) + 17.0 * power(3) - 15.0 * z) / (384.0 * n.powi(3))
+                + (79.0 * power(9) + 776.0 * power(7) + 1482.0 * power(5) - 1920.0 * power(3) - 945.0 * z)
+                    / (92160.0 * n.powi(4))
+        }
+    }
+}
+
+/// An ex-Gaussian distribution of times.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExGaussianFit {
+    /// Mean of the normal part, seconds.
+    pub mu_s: f64,
+    /// Its standard deviation, seconds.
+    pub sigma_s: f64,
+    /// Mean of the exponential part, seconds.
+    pub tau_s: f64,
+}
+
+impl ExGaussianFit {
+    /// Of these times; `None` if fewer than [`ENOUGH_FOR_EX_GAUSSIAN`] were seen.
+    pub fn of(times: &[Latency]) -> Option<Self> {
+        let times: Vec<(f64, bool)> = times.iter().map(|time| time.parts()).collect();
+        let seen: Vec<f64> = times.iter().filter(|time| time.1).map(|time| time.0).collect();
+        let n = seen.len() as f64;
+        let mean = seen.iter().sum::<f64>() / n;
+        let sd = (seen.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / n).sqrt();
+        if seen.len() < ENOUGH_FOR_EX_GAUSSIAN || sd < 1e-9 {
+            return None;
+        }
+        let cost = |at: &[f64; 3]| -Self::at(at).ln_likelihood(&times);
+        // Skewed and nearly normal: of two starts the better one.
+        let starts = [0.8_f64, 0.2].map(|share| {
+            let sigma = sd * (1.0 - share * share).sqrt();
+            simplex(cost, [mean - share * sd, sigma.ln(), (share * sd).ln()], sd)
+        });
+        let best = if cost(&starts[0]) <= cost(&starts[1]) { starts[0] } else { starts[1] };
+        Some(Self::at(&best))
+    }
+
+    fn at([mu_s, ln_sigma, ln_tau]: &[f64; 3]) -> Self {
+        Self { mu_s: *mu_s, sigma_s: ln_sigma.exp(), tau_s: ln_tau.exp() }
+    }
+
+    /// Mean, seconds.
+    pub fn mean_s(&self) -> f64 {
+        self.mu_s + self.tau_s
+    }
+
+    fn ln_likelihood(&self, times: &[(f64, bool)]) -> f64 {
+        let Self { mu_s, sigma_s, tau_s } = *self;
+        let of = |(t, is_seen): &(f64, bool)| {
+            let (z, ratio) = ((t - mu_s) / sigma_s, sigma_s / tau_s);
+            let exponential = 0.5 * ratio * ratio - (t - mu_s) / tau_s + ln_upper_tail(ratio - z);
+            if *is_seen {
+                return exponential - tau_s.ln();
+            }
+            let normal = ln_upper_tail(z);
+            let most = normal.max(exponential);
+            most + ((normal - most).exp() + (exponential - most).exp()).ln()
+        };
+        times.iter().map(of).sum()
+    }
+}
+
+/// The least of a function of three numbers from a start: the simplex of Nelder and Mead.
+fn simplex(cost: impl Fn(&[f64; 3]) -> f64, start: [f64; 3], size: f64) -> [f64; 3] {
+    let corner = |k: usize| {
+        let mut at = start;
+        if k > 0 {
+            at[k - 1] += if k == 1 { 0.5 * size } else { 0.5 };
+        }
+        (cost(&at), at)
+    };
+    let mut corners: [(f64, [f64; 3]); 4] = std::array::from_fn(corner);
+    for _ in 0..2000 {
+        corners.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if corners[3].0 - corners[0].0 < 1e-11 * (1.0 + corners[0].0.abs()) {
+            break;
+        }
+        let middle: [f64; 3] = std::array::from_fn(|k| corners[..3].iter().map(|c| c.1[k]).sum::<f64>() / 3.0);
+        let beyond = |way: f64| {
+            let at: [f64; 3] = std::array::from_fn(|k| middle[k] + way * (middle[k] - corners[3].1[k]));
+            (cost(&at), at)
+        };
+        let reflected = beyond(1.0);
+        let next = if reflected.0 < corners[0].0 {
+            Some(beyond(2.0)).filter(|far| far.0 < reflected.0).or(Some(reflected))
+        } else if reflected.0 < corners[2].0 {
+            Some(reflected)
+        } else {
+            let inner = beyond(if reflected.0 < corners[3].0 { 0.5 } else { -0.5 });
+            Some(inner).filter(|inner| inner.0 < corners[3].0.min(reflected.0))
+        };
+        match next {
+            Some(next) => corners[3] = next,
+            None => {
+                let best = corners[0].1;
+                for corner in &mut corners[1..] {
+                    corner.1 = std::array::from_fn(|k| 0.5 * (best[k] + corner.1[k]));
+                    corner.0 = cost(&corner.1);
+                }
+            }
+        }
+    }
+    corners.sort_by(|a, b| a.0.total_cmp(&b.0));
+    corners[0].1
+}
+
+#[cfg(test)]
+#[path = "latency_fit_tests.rs"]
+mod tests;

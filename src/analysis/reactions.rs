@@ -1,0 +1,149 @@
+//! How long each participant takes in each condition. In: analysed drives. Out: `reactions.csv`: perception-reaction, movement and compliance
+//! times as censored distributions, and beside them what the detector finds by chance. What each column is stands in
+//! [`glossary`](super::glossary).
+
+use super::{
+    AnalysedRecording,
+    events::OnsetKind,
+    glossary::names,
+    latency_fit::{ExGaussianFit, Latency, LognormalFit},
+    response::AdviceResponse,
+    tables::{cell, line},
+};
+
+/// An answer within this time counts as one where answers are compared with chance, seconds: with more time to watch, any pedal moves.
+pub const WITHIN_S: f64 = 3.0;
+
+/// The kinds of times, in the order of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResponseTime {
+    /// Perception-reaction time.
+    Reaction,
+    /// From there to a deliberate position of the pedals.
+    Movement,
+    /// From the onset to the speed in the range.
+    Compliance,
+    /// Reaction time to shams.
+    Chance,
+}
+
+impl ResponseTime {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Reaction, Self::Movement, Self::Compliance, Self::Chance];
+
+    /// As the table says it.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Reaction => "reaction",
+            Self::Movement => "movement",
+            Self::Compliance => "compliance",
+            Self::Chance => "chance",
+        }
+    }
+
+    /// Its onsets among these.
+    pub fn onsets(self, responses: &[AdviceResponse]) -> impl Iterator<Item = &AdviceResponse> {
+        let kind = if self == Self::Chance { OnsetKind::Sham } else { OnsetKind::Event };
+        responses.iter().filter(move |response| response.kind == kind)
+    }
+
+    /// The time of one onset; `None` where there is nothing to tell.
+    fn of(self, response: &AdviceResponse) -> Option<Latency> {
+        let watched_s = response.watched_s;
+        match self {
+            Self::Compliance => Latency::of(response.enter_s, watched_s),
+            _ if response.is_under_way => None,
+            Self::Movement => Latency::of(response.movement_s, watched_s - response.reaction_s?),
+            Self::Reaction | Self::Chance => Latency::of(response.reaction_s, watched_s),
+        }
+    }
+
+    /// The times of these.
+    pub fn latencies(self, responses: &[AdviceResponse]) -> Vec<Latency> {
+        self.onsets(responses).filter_map(|response| self.of(response)).collect()
+    }
+
+    /// Their lognormal, where there are enough.
+    pub fn fit(self, responses: &[AdviceResponse]) -> Option<LognormalFit> {
+        LognormalFit::of(&self.latencies(responses))
+    }
+
+    /// Share that came within [`WITHIN_S`], of those that came or were watched that long.
+    pub fn share_answered(self, responses: &[AdviceResponse]) -> Option<f64> {
+        let answers: Vec<bool> = self
+            .latencies(responses)
+            .into_iter()
+            .filter_map(|time| match time {
+                Latency::Seen(s) => Some(s <= WITHIN_S),
+                Latency::LongerThan(s) => (s >= WITHIN_S).then_some(false),
+            })
+            .collect();
+        let count = answers.iter().filter(|answer| **answer).count();
+        (!answers.is_empty()).then(|| count as f64 / answers.len() as f64)
+    }
+}
+
+/// Responses of a participant in a condition.
+struct Group<'a> {
+    participant: &'a str,
+    condition: &'a str,
+    rank: usize,
+    responses: Vec<AdviceResponse>,
+}
+
+/// A row a participant, condition and kind of time.
+pub fn table(drives: &[AnalysedRecording]) -> String {
+    let mut groups: Vec<Group> = Vec::new();
+    for drive in drives {
+        let (participant, condition) = (drive.found.participant.as_str(), drive.found.condition.as_str());
+        let known = groups.iter_mut().find(|g| (g.participant, g.condition) == (participant, condition));
+        match known {
+            Some(group) => group.responses.extend(drive.responses()),
+            None => {
+                let responses = drive.responses().to_vec();
+                groups.push(Group { participant, condition, rank: drive.found.rank, responses });
+            }
+        }
+    }
+    groups.sort_by_key(|group| (group.participant, group.rank));
+    let mut text = line(names(drives, "reactions.csv"));
+    for group in &groups {
+        for time in ResponseTime::ALL {
+            text += &row(group, time);
+        }
+    }
+    text
+}
+
+fn row(group: &Group, time: ResponseTime) -> String {
+    let responses = &group.responses;
+    let times = time.latencies(responses);
+    let seen = times.iter().filter(|time| matches!(time, Latency::Seen(_))).count();
+    let left_out = match time {
+        ResponseTime::Compliance => 0,
+        _ => time.onsets(responses).filter(|response| response.is_under_way).count(),
+    };
+    let whole = |n: usize| n.to_string();
+    let fit = LognormalFit::of(&times);
+    let numbers = |of: fn(&LognormalFit) -> f64| cell(fit.as_ref().map(of));
+    let ex_gaussian = ExGaussianFit::of(&times);
+    line([
+        group.participant.into(),
+        group.condition.into(),
+        time.word().into(),
+        whole(time.onsets(responses).count()),
+        whole(seen),
+        whole(times.len() - seen),
+        whole(left_out),
+        cell(time.share_answered(responses)),
+        numbers(LognormalFit::median_s),
+        numbers(|fit| fit.interval_s[0]),
+        numbers(|fit| fit.interval_s[1]),
+        numbers(|fit| fit.mu),
+        numbers(|fit| fit.sigma),
+        cell(ex_gaussian.map(|fit| fit.mu_s)),
+        cell(ex_gaussian.map(|fit| fit.sigma_s)),
+        cell(ex_gaussian.map(|fit| fit.tau_s)),
+        time.onsets(responses).next().map_or(String::new(), |response| response.noise_from.word().into()),
+    ])
+}

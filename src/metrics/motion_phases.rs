@@ -1,0 +1,103 @@
+//! Stops and hard brakings of a car. In: its speed, step by step, m/s. Out: when one begins, and how long they last. The same rules for
+//! the evaluation of policies and the analysis of recorded drives.
+
+/// Deceleration from which on a car brakes hard, m/s2.
+pub const HARD_MPS2: f32 = 3.0;
+/// A car stops below the first, and has gone again above the second, m/s.
+pub const STOPPED_MPS: [f32; 2] = [0.1, 1.0];
+
+/// What a car does now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotionPhase {
+    before_mps: f32,
+    /// It brakes harder than [`HARD_MPS2`].
+    pub is_hard: bool,
+    /// It stands, or creeps after a stop.
+    pub is_standing: bool,
+}
+
+/// What has begun in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Begun {
+    /// A hard braking.
+    pub hard: bool,
+    /// A stop.
+    pub stop: bool,
+}
+
+impl MotionPhase {
+    /// A car that is first seen at this speed: one that stands has not stopped.
+    pub fn new(speed_mps: f32) -> Self {
+        Self { before_mps: speed_mps, is_hard: false, is_standing: speed_mps < STOPPED_MPS[0] }
+    }
+
+    /// The next step of `step_s`.
+    #[inline]
+    pub fn add(&mut self, speed_mps: f32, step_s: f32) -> Begun {
+        let is_hard = self.before_mps - speed_mps > HARD_MPS2 * step_s;
+        let hard = is_hard && !self.is_hard;
+        self.is_hard = is_hard;
+        let stop = !self.is_standing && speed_mps < STOPPED_MPS[0];
+        self.is_standing = if self.is_standing { speed_mps < STOPPED_MPS[1] } else { stop };
+        self.before_mps = speed_mps;
+        Begun { hard, stop }
+    }
+}
+
+/// Stops and hard brakings of some cars.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotionTotals {
+    cars: Vec<MotionPhase>,
+    /// Stops that began.
+    pub stops: u64,
+    /// Time of all cars at a stop, seconds.
+    pub stopped_s: f64,
+    /// Hard brakings that began.
+    pub hard_brakings: u64,
+    /// Time of all cars in them, seconds.
+    pub hard_braking_s: f64,
+}
+
+impl MotionTotals {
+    /// The next step of `step_s`: speeds of the cars in a fixed order.
+    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, step_s: f64) {
+        for (k, speed_mps) in speeds_mps.enumerate() {
+            match self.cars.get_mut(k) {
+                None => self.cars.push(MotionPhase::new(speed_mps)),
+                Some(car) => {
+                    let begun = car.add(speed_mps, step_s as f32);
+                    self.stops += u64::from(begun.stop);
+                    self.hard_brakings += u64::from(begun.hard);
+                }
+            }
+            let car = self.cars[k];
+            self.stopped_s += if car.is_standing { step_s } else { 0.0 };
+            self.hard_braking_s += if car.is_hard { step_s } else { 0.0 };
+        }
+    }
+
+    /// How many cars there are.
+    pub fn cars(&self) -> usize {
+        self.cars.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_and_their_times_are_those_by_hand() {
+        let mut totals = MotionTotals::default();
+        // Car 0: 4 m/s2 for 2.5 s to a stand of 1 s, then off. Car 1 stands for 1 s from the start, which is no stop, and goes.
+        let braked = (0..=25).map(|k| 10.0 - 0.4 * k as f32);
+        let first: Vec<f32> = braked.chain([0.0; 9]).chain([2.0; 10]).collect();
+        for (k, speed) in first.iter().enumerate() {
+            totals.add([speed.max(0.0), if k < 10 { 0.0 } else { 3.0 }].into_iter(), 0.1);
+        }
+        assert_eq!((totals.stops, totals.hard_brakings, totals.cars()), (1, 1, 2));
+        // Ten steps of a stand each; 25 steps of braking.
+        assert!((totals.stopped_s - 2.0).abs() < 1e-9, "{totals:?}");
+        assert!((totals.hard_braking_s - 2.5).abs() < 1e-9, "{totals:?}");
+    }
+}
