@@ -86,7 +86,8 @@ fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk()
     (0..39).for_each(|k| rig.road.now.in_range.add(k != 19, 0.1));
     rig.pass(0.1);
     assert_eq!(rig.sees(), "drive practice");
-    let said = rig.live_session().criterion(rig.road.now);
+    let now = rig.road.now;
+    let said = rig.live_session().criterion(now);
     assert_eq!(said.as_deref(), Some("in the range without a break for 1.9 s of 2 s, at best 1.9 s"));
     rig.road.now.in_range.add(true, 0.1);
     rig.pass(0.1);
