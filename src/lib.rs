@@ -37,8 +37,8 @@
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot / TRPO on the fast ring
 //! hud                          the dial as data
 //! scene  record  audio         what is to be seen, on the CPU / every tick on disk: journal, tables, manifest / sound
-//! render  study  analysis      wgpu passes / study files, orders, sessions, questionnaires, data set / measures,
-//!                              figures, report
+//! render  analysis             wgpu passes / plan of the analysis, measures, mixed models, power, figures, report
+//! study                        study files, orders, sessions, questionnaires, data set, preregistration
 //! panel  doctor  drive_loop    egui: panels and pages / is this rig fit for a study / the one loop without a window:
 //!                              off-line drives, rehearsals
 //! live_drive                   a drive with a person in it: devices in, what is seen and heard out

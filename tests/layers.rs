@@ -8,7 +8,7 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 15] = [
+const ROWS: [&[&str]; 16] = [
     &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text"],
     &["data_folders", "settings"],
     &["map"],
@@ -18,7 +18,8 @@ const ROWS: [&[&str]; 15] = [
     &["sim", "train"],
     &["hud"],
     &["scene", "record", "audio"],
-    &["render", "study", "analysis"],
+    &["render", "analysis"],
+    &["study"],
     &["panel", "doctor", "drive_loop"],
     &["live_drive"],
     &["desktop"],
@@ -27,7 +28,7 @@ const ROWS: [&[&str]; 15] = [
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("wgpu", &["render", "desktop", "replay", "bench", "cli"]),
     ("winit", &["desktop", "drive_window", "session", "replay"]),
     ("egui", &["render", "panel", "desktop", "drive_window", "session", "replay", "plot"]),
@@ -37,6 +38,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
     ("evdev", &["input"]),
     ("libloading", &["traffic", "input"]),
     ("rapier3d", &["ego"]),
+    ("nalgebra", &["analysis"]),
     ("clap", &["cli"]),
     ("arrow_array", &["record"]),
     ("parquet", &["record"]),

@@ -52,6 +52,44 @@ for (measure in measures) {
   }
 }
 
+# What the study planned, as codrive analyse fitted it (models.csv): the same models, in models_r.csv beside it.
+models <- file.path(tables, "models.csv")
+if (file.exists(models) && requireNamespace("lmerTest", quietly = TRUE)) {
+  planned <- read.csv(models, na.strings = "", stringsAsFactors = FALSE)
+  left_out <- read.csv(file.path(tables, "left_out.csv"), na.strings = "", stringsAsFactors = FALSE)
+  key <- function(table) paste(table$participant, table$segment, table$place)
+  whole <- left_out$participant[is.na(left_out$segment)]
+  kept <- trials[!(trials$participant %in% whole) & !(key(trials) %in% key(left_out)), ]
+  found <- data.frame()
+  for (outcome in unique(planned$outcome)) {
+    observed <- kept[!is.na(kept[[outcome]]), ]
+    observed$condition <- droplevels(observed$condition)
+    of <- planned[planned$outcome == outcome, ]
+    place <- if (any(of$kind == "place")) " + place" else ""
+    model <- lmerTest::lmer(as.formula(paste0(outcome, " ~ 0 + condition", place, " + (1 | participant)")), data = observed)
+    names <- names(lme4::fixef(model))
+    for (i in seq_len(nrow(of))) {
+      weights <- if (of$kind[i] == "place") as.numeric(names == "place") else
+        (names == paste0("condition", of$condition[i])) - (names == paste0("condition", of$reference[i]))
+      row <- lmerTest::contest1D(model, weights, confint = TRUE)
+      deviations <- as.data.frame(lme4::VarCorr(model))$sdcor
+      found <- rbind(found, data.frame(outcome = outcome, kind = of$kind[i], condition = of$condition[i],
+        reference = of$reference[i], participants = nlevels(droplevels(observed$participant)), trials = nrow(observed),
+        estimate = row[["Estimate"]], se = row[["Std. Error"]], df = row[["df"]], t = row[["t value"]],
+        p = row[["Pr(>|t|)"]], low = row[["lower"]], high = row[["upper"]],
+        sd_participant = deviations[1], sd_residual = deviations[2],
+        residual_w = shapiro.test(residuals(model))$statistic,
+        residual_w_p = shapiro.test(residuals(model))$p.value))
+    }
+  }
+  contrasts <- found$kind == "contrast"
+  found$p_holm <- NA
+  found$p_holm[contrasts] <- p.adjust(found$p[contrasts], "holm")
+  write.csv(found, file.path(tables, "models_r.csv"), row.names = FALSE, na = "")
+  cat("\n== planned ==\n")
+  print(found[c("outcome", "condition", "reference", "estimate", "se", "df", "p", "p_holm")])
+}
+
 # Reaction times, event by event (SAE J2944, 6.5.2): skewed, hence their logarithm. Times that were censored are left out here, which
 # makes slow people faster than they are: reactions.csv has distributions that take account of them.
 advice <- read.csv(file.path(tables, "advice.csv"), na.strings = "", stringsAsFactors = FALSE)

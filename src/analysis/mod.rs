@@ -11,11 +11,14 @@
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
 //! * [`people`]: who took part, and whose drives are left out.
 //! * [`trajectories`]: what a figure of one drive can show.
+//! * [`plan`], [`planned`]: the analysis that the study's file plans, and how it came out; [`mixed_model`], [`normality`],
+//!   [`distributions`] are its statistics, `models_page` its part of the report; [`power`]: how often a plan finds an effect.
 //! * [`glossary`]: what each column of the tables is, in words.
 //! * [`setup`], [`methods`]: what the drives have in common, and the paragraphs that say how they were made.
 //! * [`tables`], [`figures`], [`report`]: what is written; `page` counts figures and tables and has the page's style.
 
 pub mod collect;
+pub mod distributions;
 pub mod driver_fit;
 pub mod driver_moments;
 pub mod drivers;
@@ -26,9 +29,15 @@ pub mod latency_fit;
 mod measure_inputs;
 pub mod measures;
 pub mod methods;
+pub mod mixed_model;
+mod models_page;
+pub mod normality;
 mod page;
 pub mod pedal_noise;
 pub mod people;
+pub mod plan;
+pub mod planned;
+pub mod power;
 pub mod reactions;
 pub mod report;
 pub mod response;

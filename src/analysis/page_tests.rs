@@ -167,7 +167,7 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
     let score =
         super::people::ScoreColumn { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![-1.0, 3.0] };
     let who = StudyParticipants { all: Vec::new(), scores: vec![score] };
-    let made = report("A study", &drives, &who, &[], &[driver()]).unwrap();
+    let made = report("A study", &drives, &who, &[], &[driver()], None).unwrap();
     (made.html, made.figures, made.methods)
 }
 

@@ -6,7 +6,9 @@ use super::{
     drivers::{self, ParticipantDriver},
     figures, glossary,
     methods::{self, interval},
+    models_page,
     page::{ReportFigure, ReportPage, STYLE, TableCells, short},
+    planned::PlannedAnalysis,
     setup::joined_words,
     tables::{conditions, participants, per_participant, power, values},
     trajectories::DriveTrajectories,
@@ -57,6 +59,7 @@ pub fn report(
     who: &StudyParticipants,
     changed: &[String],
     drivers: &[ParticipantDriver],
+    planned: Option<&PlannedAnalysis>,
 ) -> Result<StudyReport, AnalysisError> {
     let mut page = ReportPage::default();
     page.put(&format!(
@@ -83,6 +86,9 @@ pub fn report(
         changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
         page.put("</ul>");
     }
+    if let Some(planned) = planned {
+        models_page::section(&mut page, planned);
+    }
     let is_compared = is_study && !conditions(drives).is_empty();
     if is_compared {
         study(&mut page, drives);
@@ -91,7 +97,8 @@ pub fn report(
     scores(&mut page, who);
     drivers::section(&mut page, drivers);
     every(&mut page, drives);
-    let methods = methods::paragraphs(drives, who, drivers);
+    let mut methods = methods::paragraphs(drives, who, drivers);
+    methods.extend(planned.map(models_page::paragraph));
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
     page.paragraph("note lead", "The same text stands in the file methods.txt beside this page.");
     methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));

@@ -5,7 +5,10 @@ use crate::{
     analysis::{
         AnalysisError,
         collect::{self, FolderContents},
-        drivers, find, glossary, reactions, report, tables,
+        drivers, find, glossary,
+        plan::PlanHistory,
+        planned::{self, PlannedAnalysis},
+        reactions, report, tables,
     },
     drive_loop::RunError,
     record,
@@ -41,6 +44,12 @@ pub(super) fn command() -> Command {
                 "Where to write [default: analysis/ in a recording, derivatives/codrive/ in the folder of a study]",
             ),
         )
+        .arg(
+            Arg::new("study").long("study").value_name("FILE.toml").value_parser(value_parser!(PathBuf)).help(
+                "The study's file as it is now: its [analysis] is carried out, and the report says what is not as at the first session \
+                 [default: what the data set keeps]",
+            ),
+        )
         .arg(Arg::new("accept-changes").long("accept-changes").action(ArgAction::SetTrue).help(
             "Analyse recordings and data sets whose files were changed since they were written; the report names them",
         ))
@@ -59,7 +68,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     bar.finish_and_clear();
     let drives = drives?;
     let fitted = drivers::drivers(&drives);
-    let made = report::report(&holdings.title, &drives, &holdings.people, &changed, &fitted)?;
+    let planned = match &holdings.root {
+        Some(root) if holdings.is_whole => {
+            let history = PlanHistory::of(root, matches.get_one::<PathBuf>("study").map(PathBuf::as_path))?;
+            PlannedAnalysis::of(&history, &drives, &holdings.people)
+        }
+        _ => None,
+    };
+    let made = report::report(&holdings.title, &drives, &holdings.people, &changed, &fitted, planned.as_ref())?;
     let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
@@ -72,6 +88,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if holdings.is_whole {
         put("dataset_description.json", &bids::derived(&holdings.title))?;
         put("drivers.toml", &drivers::drivers_toml(&holdings.title, &fitted))?;
+    }
+    if let Some(planned) = &planned {
+        put("models.csv", &planned.models_csv())?;
+        put("models.json", &planned::models_json())?;
+        put("left_out.csv", &planned.left_out_csv())?;
     }
     made.figures.par_iter().try_for_each(|(name, svg)| {
         put(&format!("figures/{name}"), svg)?;

@@ -2,9 +2,14 @@
 
 use super::{CliError, desktop::session as desktop, out, stop_on_ctrl_c};
 use crate::{
+    analysis::{collect, find},
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
-    driver::{DriversFile, FittedDriver},
-    study::{Completion, DataSet, ParticipantCode, Study, StudyError},
+    driver::{DriversFile, FittedDriver, Population},
+    record,
+    study::{
+        Completion, DataSet, ParticipantCode, Study, StudyError,
+        preregistration::{self, OutcomeSpread, PreregistrationError},
+    },
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
 use std::path::{Path, PathBuf};
@@ -42,6 +47,35 @@ pub(super) fn command() -> Command {
                     "Drivers of the rehearsal, as `codrive analyse` found them in a study (drivers.toml), in turn; numbers that are \
                      not in it are drawn",
                 ),
+        )
+        .arg(
+            Arg::new("population")
+                .long("population")
+                .value_name("NAME")
+                .requires("rehearse")
+                .conflicts_with("drivers")
+                .help(
+                    "Draw each participant of the rehearsal from this population: people (reaction, error, bias, time gap and \
+                     compliance as in docs/references.md: drivers), perp or anyone",
+                ),
+        )
+        .arg(
+            Arg::new("plan")
+                .long("plan")
+                .action(ArgAction::SetTrue)
+                .conflicts_with_all(["check", "rehearse", "exclude"])
+                .help(
+                    "Write a preregistration (Markdown) of the study and of its [analysis], with the power against the number of \
+                     participants; to the file --out or the standard output",
+                ),
+        )
+        .arg(
+            Arg::new("rehearsed")
+                .long("rehearsed")
+                .value_name("DIR")
+                .requires("plan")
+                .value_parser(value_parser!(PathBuf))
+                .help("Data set of a rehearsal (or pilot) whose deviations between and within participants the power takes"),
         )
         .arg(
             Arg::new("exclude")
@@ -109,8 +143,15 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return exclude(&study, code, root, reason);
     }
     let participants = matches.get_one::<u32>("participants").copied().unwrap_or(study.file.participants);
+    if matches.get_flag("plan") {
+        return plan(&study, participants as usize, matches);
+    }
     match matches.get_one::<PathBuf>("out") {
-        Some(root) if matches.get_flag("rehearse") => rehearse(&study, root, participants as usize, drivers),
+        Some(root) if matches.get_flag("rehearse") => {
+            let population = matches.get_one::<String>("population").map(|name| Population::named(name)).transpose();
+            let population = population.map_err(|why| CliError::Input(why.to_string()))?.unwrap_or_default();
+            rehearse(&study, root, participants as usize, drivers, population)
+        }
         _ => {
             out::text(study.table(participants as usize))?;
             Ok(())
@@ -131,8 +172,14 @@ fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), C
     Ok(())
 }
 
-fn rehearse(study: &Study, root: &Path, participants: usize, drivers: Vec<FittedDriver>) -> Result<(), CliError> {
-    let rehearsal = Rehearsal::open(study, root, participants)?.with_drivers(drivers);
+fn rehearse(
+    study: &Study,
+    root: &Path,
+    participants: usize,
+    drivers: Vec<FittedDriver>,
+    population: Population,
+) -> Result<(), CliError> {
+    let rehearsal = Rehearsal::open(study, root, participants)?.with_drivers(drivers).out_of(population);
     let bar = super::progress(rehearsal.ticks(), format!("{participants} participants"));
     let found = rehearsal.run(&stop_on_ctrl_c(), &|ticks| bar.inc(ticks));
     bar.finish_and_clear();
@@ -148,6 +195,42 @@ fn rehearse(study: &Study, root: &Path, participants: usize, drivers: Vec<Fitted
     }
     out::line(format_args!("look at it with: codrive analyse {}", root.display()))?;
     Ok(())
+}
+
+/// Writes the preregistration.
+fn plan(study: &Study, participants: usize, matches: &ArgMatches) -> Result<(), CliError> {
+    let spread = match matches.get_one::<PathBuf>("rehearsed") {
+        Some(folder) => {
+            let found = find(folder)?;
+            let bar = super::progress(found.found.len() as u64, "drives".into());
+            let drives = collect::analyse(&found.found, &|| bar.inc(1));
+            bar.finish_and_clear();
+            OutcomeSpread::rehearsed(study, &found.title, &drives?, &found.people)?
+        }
+        None => OutcomeSpread::Unknown,
+    };
+    let text = preregistration::text(study, participants, &spread)?;
+    let period = study.file.order.period(study.conditions.len());
+    if !participants.is_multiple_of(period) {
+        log::warn!(
+            "{participants} participants do not balance the orders, which repeat after {period}; with {} they do",
+            participants.next_multiple_of(period)
+        );
+    }
+    match matches.get_one::<PathBuf>("out") {
+        Some(path) if path.exists() => Err(CliError::Input(format!(
+            "{}: there is such a file already\n  remedy: name another one; a registered plan is not overwritten",
+            path.display()
+        ))),
+        Some(path) => Ok(record::replace(path, text.as_bytes())?),
+        None => out::text(text),
+    }
+}
+
+impl From<PreregistrationError> for CliError {
+    fn from(error: PreregistrationError) -> Self {
+        Self::Input(error.to_string())
+    }
 }
 
 impl From<StudyError> for CliError {

@@ -4,7 +4,7 @@
 
 use super::{RunError, offline::OfflineDrive, recording_manifest};
 use crate::{
-    driver::{self, FittedDriver},
+    driver::{self, FittedDriver, Population},
     record::{self, RecordError},
     scenario::Scenario,
     study::{
@@ -37,6 +37,8 @@ pub struct Rehearsal<'a> {
     participants: usize,
     /// What the participants drive like, in turn; of none it is drawn.
     drivers: Vec<FittedDriver>,
+    /// Whom the participants are drawn from.
+    population: Population,
 }
 
 /// How far it came.
@@ -63,7 +65,7 @@ impl<'a> Rehearsal<'a> {
             ))
             .into());
         }
-        Ok(Self { study, data, participants, drivers: Vec::new() })
+        Ok(Self { study, data, participants, drivers: Vec::new(), population: Population::None })
     }
 
     /// The same with these drivers: participant `i` drives as driver `i` modulo their number.
@@ -71,9 +73,14 @@ impl<'a> Rehearsal<'a> {
         Self { drivers, ..self }
     }
 
+    /// The same with participants out of a population, each drawn anew.
+    pub fn out_of(self, population: Population) -> Self {
+        Self { population, ..self }
+    }
+
     /// Participant number `index`.
     fn simulated(&self, index: usize) -> SimulatedParticipant {
-        let drawn = SimulatedParticipant::draw(self.study.file.seed, index);
+        let drawn = SimulatedParticipant::draw(self.study.file.seed, index).out_of(self.population);
         match self.drivers.get(index % self.drivers.len().max(1)) {
             Some(known) => drawn.who_drives_as(known),
             None => drawn,
@@ -91,8 +98,8 @@ impl<'a> Rehearsal<'a> {
             let Some(name) = DRIVER_NUMBERS.iter().find(is_other) else { continue };
             let said = |number: Option<&f64>| number.map_or("not given".into(), ToString::to_string);
             return Err(SessionError::Refused(format!(
-                "{}: participant {} began as another driver: {name} was {} and is {} now\n  remedy: give the same --drivers as \
-                 before, or none if there was none, or rehearse in a new folder",
+                "{}: participant {} began as another driver: {name} was {} and is {} now\n  remedy: give the same --drivers and --population as \
+                 before, or none if there were none, or rehearse in a new folder",
                 self.data.root().display(),
                 log.participant,
                 said(log.traits.get(*name)),

@@ -6,6 +6,7 @@
 
 use super::SessionError;
 use crate::{
+    analysis::plan::CHANGED,
     file::read_text,
     record::{self, AlteredFile, RecordError},
 };
@@ -43,10 +44,11 @@ pub(super) fn list(root: &Path, subject: &str, is_over: bool) -> Result<(), Sess
     write(root, &list)
 }
 
-/// Takes a folder off the list, if there is one: what is in it is about to be made anew. `folder` is its name from the top.
+/// Takes a file, or a folder with all in it, off the list, if there is one: it is about to be made anew. `folder` is its name from the
+/// top.
 pub(super) fn forget(root: &Path, folder: &str) -> Result<(), SessionError> {
     let Some(mut list) = read(root)? else { return Ok(()) };
-    list.retain(|name, _| !name.strip_prefix(folder).is_some_and(|rest| rest.starts_with('/')));
+    list.retain(|name, _| !name.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/')));
     write(root, &list)
 }
 
@@ -110,7 +112,7 @@ fn files(root: &Path) -> Result<Vec<String>, SessionError> {
             let name = folder.join(entry.file_name());
             let kind = entry.file_type().map_err(|why| RecordError::File { path: entry.path(), why })?;
             let text = name.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
-            let is_skipped = [LOCK, FILE].iter().any(|skipped| entry.file_name() == *skipped)
+            let is_skipped = [LOCK, FILE, CHANGED].iter().any(|skipped| entry.file_name() == *skipped)
                 || name.extension().is_some_and(|ending| ending == record::BESIDE)
                 || MADE_AGAIN.iter().any(|folder| entry.file_name() == *folder);
             match kind {

@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! dataset_description.json  README.md  .bidsignore  study.toml (a copy of the study's file)
+//! study-changed.toml        the same of now, where the plan of the analysis was changed after the first session
 //! participants.tsv          one row a participant: number, order, complete, partial, withdrawn or excluded
 //! phenotype/SEGMENT.tsv     one row a participant: answers and scores of one questionnaire
 //! sub-CODE/sub-CODE_scans.tsv          its drives: condition, levels, where the recording lies
@@ -22,6 +23,7 @@ use super::{
     source,
 };
 use crate::{
+    analysis::plan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     record::{self, RecordError, inputs},
 };
@@ -37,7 +39,7 @@ pub const BASELINE: &str = "-baseline";
 const STUDY: &str = "study.toml";
 
 /// What a validator of BIDS is not to look at.
-const BIDSIGNORE: &str = "study.toml\nSHA256SUMS\nreport/\nanalysis/\n";
+const BIDSIGNORE: &str = "study.toml\nstudy-changed.toml\nSHA256SUMS\nreport/\nanalysis/\n";
 
 /// One of `files`, whole or as a cut left it while the data set was made.
 fn is_begun(path: &Path, files: &[(&str, String)]) -> bool {
@@ -67,12 +69,13 @@ impl DataSet {
         let copy = root.join(STUDY);
         if copy.exists() {
             let was = read_text(&copy, SETTINGS_BYTES).map_err(|why| RecordError::File { path: copy.clone(), why })?;
-            if source::portable(&was) != source::portable(&study.source) {
+            if !source::is_same_study(&was, &study.source) {
                 return Err(SessionError::Refused(format!(
                     "{} is not the study that this data set was begun with; name a new folder, or put the file back as it was",
                     copy.display()
                 )));
             }
+            data.keep_plan(&was, study)?;
             return Ok(data);
         }
         let files = [
@@ -94,6 +97,22 @@ impl DataSet {
             data.put(name, text)?;
         }
         Ok(data)
+    }
+
+    /// Keeps the file of now beside that of the first session where the plan of the analysis is another one.
+    fn keep_plan(&self, was: &str, study: &Study) -> Result<(), SessionError> {
+        let now = source::portable(&study.source);
+        let path = self.root.join(plan::CHANGED);
+        if now != source::portable(was) {
+            log::warn!(
+                "the plan of the analysis is not that of the first session; the report will say what was changed"
+            );
+            return self.put(plan::CHANGED, &now);
+        }
+        if path.exists() {
+            fs::remove_file(&path).map_err(|why| RecordError::File { path, why })?;
+        }
+        Ok(())
     }
 
     /// Its folder.
@@ -159,13 +178,15 @@ impl DataSet {
         Ok(logs)
     }
 
-    /// The lowest number that no participant has: the next order of the balanced design.
+    /// The lowest number that no participant has whose data count: the next order of the balanced design. Who comes in the place
+    /// of somebody excluded or withdrawn takes the same order, so that the design stays balanced.
     ///
     /// # Errors
     /// A session cannot be read.
     pub fn next_index(&self) -> Result<usize, SessionError> {
         let logs = self.logs()?;
-        Ok((0..).find(|index| logs.iter().all(|log| log.index != *index)).unwrap_or(0))
+        let counts = |log: &SessionLog| !matches!(Completion::of(log), Completion::Excluded | Completion::Withdrawn);
+        Ok((0..).find(|index| logs.iter().all(|log| log.index != *index || !counts(log))).unwrap_or(0))
     }
 
     fn put(&self, name: &str, text: &str) -> Result<(), SessionError> {

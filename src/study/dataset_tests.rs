@@ -194,6 +194,14 @@ fn the_lowest_free_number_is_next_and_sessions_come_by_number() {
     let order: Vec<(&str, usize)> = logs.iter().map(|log| (log.participant.as_str(), log.index)).collect();
     assert_eq!(order, [("Z9", 0), ("B2", 1), ("C3", 1), ("A1", 3)]);
     assert_eq!(data.next_index().unwrap(), 2, "nobody has it");
+    // Who replaces somebody that does not count has the same order.
+    let end = |complete: bool| json!({ "end": { "at": "t1", "complete": complete, "reason": "" } });
+    let mut excluded = end(true);
+    excluded["end"]["excluded"] = "fell asleep".into();
+    for (more, next) in [(json!({}), 2), (excluded, 0), (end(false), 0), (end(true), 2)] {
+        save(&data, &log("Z9", 0, more));
+        assert_eq!(data.next_index().unwrap(), next);
+    }
     // Two codes that are one folder where capitals do not count.
     let refused = |code: &str| data.check_new_code(&ParticipantCode::new(code).unwrap()).map_err(|e| e.to_string());
     assert_eq!(refused("Z9"), Ok(()), "the same participant goes on");

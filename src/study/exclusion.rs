@@ -3,7 +3,7 @@
 
 use crate::toml_text::did_you_mean;
 
-use super::{DataSet, ParticipantCode, Session, SessionError, Study};
+use super::{DataSet, ParticipantCode, Session, SessionError, Study, checksums, session};
 
 impl DataSet {
     /// Excludes the data of a participant; a session that is not over ends by that. `now` is the time, UTC.
@@ -26,6 +26,8 @@ impl DataSet {
             session.stop(reason, now)?;
         }
         session.exclude(reason)?;
+        // The log was listed as it was when the session ended.
+        checksums::forget(self.root(), &format!("sourcedata/{}/{}", code.subject(), session::FILE))?;
         self.publish(study, code)
     }
 }

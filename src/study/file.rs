@@ -7,6 +7,7 @@ use super::{
     order,
 };
 use crate::{
+    analysis::plan::AnalysisPlan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     plot,
     scenario::Scenario,
@@ -60,6 +61,9 @@ pub struct StudyFile {
     /// Conditions one by one, instead of factors.
     #[serde(default)]
     pub condition: Vec<ConditionLevel>,
+    /// What is analysed and how, written before the first participant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub analysis: Option<AnalysisPlan>,
     /// What comes one after the other.
     pub segment: Vec<StudySegment>,
     /// Sentences that the program says, in any language; what is not here is said in English.
@@ -302,6 +306,10 @@ impl Study {
         study.font = font.map_err(|e| fault("font", e.to_string()))?;
         study.base = base;
         study.conditions = conditions;
+        if let Some(plan) = &study.file.analysis {
+            let names: Vec<&str> = study.conditions.iter().map(|condition| condition.name.as_str()).collect();
+            plan.check(&names).map_err(|wrong| fault(&wrong.key, wrong.message))?;
+        }
         study.questionnaires = questionnaires;
         study.expected = study.check_drives(&name)?;
         Ok(study)

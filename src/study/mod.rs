@@ -16,6 +16,7 @@
 //! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
 //! * `source`: what a data set keeps of the study's file.
 //! * [`checksums`]: the list of a data set's files with their SHA-256.
+//! * [`preregistration`]: the plan of study and analysis as a text to register, with the power.
 //! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
 
 pub mod bids;
@@ -31,6 +32,7 @@ pub mod order;
 pub mod participant_code;
 pub mod plan;
 pub mod practice;
+pub mod preregistration;
 mod question_fault;
 pub mod questionnaire_form;
 pub mod questions;

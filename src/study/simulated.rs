@@ -3,7 +3,8 @@
 //!
 //! Driving (`driver`), each number drawn for the participant: reaction to advice uniform in 0.6 to 1.6 s, to the leader 0.7
 //! of that; tracking error uniform in 0.1 to 0.6 m/s; steady over- or under-speeding normal with 0.25 m/s, at most 0.6;
-//! wander in the lane uniform in 0.03 to 0.10 m. Numbers that were found of a person ([`FittedDriver`]) take the place of drawn ones.
+//! wander in the lane uniform in 0.03 to 0.10 m. Numbers that were found of a person ([`FittedDriver`]) take the place of drawn ones,
+//! or all of the driver is drawn from a [`Population`]: then reaction, error, bias, time gap and compliance differ as its do.
 //!
 //! Answers: a participant has a level u, uniform in 0 to 1. A rating is the scale's nearest point to u with a normal error
 //! of 0.15 of the scale; an answer of a matrix the column at 0.5 u^2 with an error of 0.12, so that most symptoms are none;
@@ -15,7 +16,7 @@ use super::{
     session::{TimedAnswer, as_map},
 };
 use crate::{
-    driver::{DriverParams, FittedDriver},
+    driver::{DriverParams, FittedDriver, Population},
     rng::{self, Stream},
 };
 use serde_json::{Value, json};
@@ -28,6 +29,7 @@ pub struct SimulatedParticipant {
     pub driver: DriverParams,
     known: FittedDriver,
     level: f64,
+    population: Population,
     seed: u64,
     index: usize,
 }
@@ -45,7 +47,26 @@ impl SimulatedParticipant {
             lane_error_m: stream.uniform(0.03, 0.10),
             ..DriverParams::default()
         };
-        Self { driver, known: FittedDriver::default(), level: stream.uniform(0.0, 1.0), seed, index }
+        Self {
+            driver,
+            known: FittedDriver::default(),
+            level: stream.uniform(0.0, 1.0),
+            population: Population::None,
+            seed,
+            index,
+        }
+    }
+
+    /// The same whose driving is drawn from a population, anew for each seed and number.
+    pub fn out_of(mut self, population: Population) -> Self {
+        let mut stream = rng::stream(self.seed, &format!("{} {}", population.name(), self.index));
+        let usual_time_gap_s = self.driver.idm.t;
+        self.driver = population.draw(&self.driver, &mut stream);
+        self.population = population;
+        if population != Population::None {
+            self.known.time_gap_factor = Some(self.driver.idm.t / usual_time_gap_s);
+        }
+        self
     }
 
     /// The same who drives as somebody was found to drive: what was found takes the place of what was drawn.
@@ -71,7 +92,17 @@ impl SimulatedParticipant {
             ("level", self.level),
         ];
         let list = list.map(|(name, value)| (name.to_owned(), value)).into_iter();
-        list.chain(self.known.time_gap_factor.map(|factor| ("time_gap_factor".to_owned(), factor))).collect()
+        let of_population = [
+            ("compliance", d.compliance),
+            ("compliance_fade_s", d.compliance_fade_s),
+            ("patience_mps", d.patience_mps),
+            ("inattention_per_min", d.inattention_per_min),
+        ];
+        let of_population = of_population.into_iter().filter(|_| self.population != Population::None);
+        let of_population = of_population.map(|(name, value)| (name.to_owned(), value));
+        list.chain(of_population)
+            .chain(self.known.time_gap_factor.map(|factor| ("time_gap_factor".to_owned(), factor)))
+            .collect()
     }
 
     /// Answers to a questionnaire that comes under this name: every question that is to be seen, page by page.

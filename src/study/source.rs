@@ -19,6 +19,19 @@ pub fn portable(text: &str) -> String {
     out + &text[at..]
 }
 
+/// True if two files are of one study: they may differ in the plan of the analysis alone, which a data set keeps both of.
+pub fn is_same_study(was: &str, now: &str) -> bool {
+    let (was, now) = (portable(was), portable(now));
+    let rest = |text: &str| -> Option<toml::Table> {
+        let mut table: toml::Table = text.parse().ok()?;
+        table.remove("analysis");
+        Some(table)
+    };
+    // Without a plan a file is kept to the letter, as ever.
+    let has_plan = |text: &str| text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("analysis"));
+    was == now || ((has_plan(&was) || has_plan(&now)) && rest(&was).is_some() && rest(&was) == rest(&now))
+}
+
 /// Where absolute paths begin and end, with their names.
 fn absolute(value: &Spanned<DeValue>, places: &mut Vec<(usize, usize, String)>) {
     match value.get_ref() {
@@ -50,6 +63,20 @@ mod tests {
         assert_eq!(portable(text), kept);
         assert_eq!(portable(kept), kept);
         assert_eq!(portable("no = toml = /home"), "no = toml = /home");
+    }
+
+    #[test]
+    fn files_of_one_study_differ_in_the_plan_of_the_analysis_alone() {
+        let study = "title = \"a\"\nseed = 1\n";
+        let plan = |effect: &str| format!("{study}[analysis]\nsmallest_effect = {effect}\n");
+        assert!(
+            is_same_study(study, study) && is_same_study(&plan("1"), &plan("2")) && is_same_study(study, &plan("1"))
+        );
+        for other in
+            ["title = \"a\"\nseed = 2\n".to_owned(), plan("1").replace("seed = 1", "seed = 2"), format!("{study}# x")]
+        {
+            assert!(!is_same_study(study, &other), "{other}");
+        }
     }
 
     #[test]

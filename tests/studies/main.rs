@@ -4,5 +4,6 @@
 mod bids;
 mod common;
 mod drivers;
+mod models;
 mod session;
 mod study;

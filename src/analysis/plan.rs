@@ -1,0 +1,343 @@
+//! What a study plans to analyse, before the first participant. In: the table `[analysis]` of a study's file. Out: an
+//! [`AnalysisPlan`], checked, and how the plan of now differs from that with which a data set was begun.
+
+use super::{AnalysisError, MEASURES};
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    toml_text::{self, KeyPart, did_you_mean},
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::{collections::BTreeMap, path::Path};
+
+/// The copy of a study's file with which its data set was begun.
+const BEGUN: &str = "study.toml";
+/// The study's file as it was at the last session, where its plan of the analysis is another one.
+pub const CHANGED: &str = "study-changed.toml";
+
+/// The plan: one model an outcome, response = condition + place + participant as random intercept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AnalysisPlan {
+    /// The measure that decides, by its name in the table of trials.
+    pub primary: String,
+    /// The smallest difference between two conditions that would matter, in the unit of the primary measure, above 0.
+    pub smallest_effect: f64,
+    /// Differences that are tested: a condition less its reference.
+    pub contrasts: Vec<PlannedContrast>,
+    /// Further measures, by their names.
+    #[serde(default)]
+    pub secondary: Vec<String>,
+    /// Level of significance on two sides, over all tests of the plan (Holm's correction).
+    #[serde(default = "alpha")]
+    #[schemars(range(min = 0.001, max = 0.2))]
+    pub alpha: f64,
+    /// Which trials and participants are left out of the models.
+    #[serde(default)]
+    pub exclude: ExclusionRules,
+}
+
+fn alpha() -> f64 {
+    0.05
+}
+
+/// A difference: `condition` less `reference`, each by its name (levels joined by `+`).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlannedContrast {
+    /// The condition.
+    pub condition: String,
+    /// What it is compared with.
+    pub reference: String,
+}
+
+impl PlannedContrast {
+    /// `wide − narrow`.
+    pub fn label(&self) -> String {
+        format!("{} − {}", self.condition, self.reference)
+    }
+}
+
+/// Who and what is left out; a rule that is not given leaves nobody out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ExclusionRules {
+    /// A trial is left out of which a smaller share of its planned length was recorded, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub least_recorded_share: Option<f64>,
+    /// A trial is left out with more contacts with other vehicles than this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most_contacts: Option<u32>,
+    /// A participant is left out of whom fewer trials remain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_trials: Option<u32>,
+    /// A participant is left out whose session was not completed.
+    pub only_complete_sessions: bool,
+}
+
+impl ExclusionRules {
+    /// In sentences.
+    pub fn words(&self) -> Vec<String> {
+        let share = self.least_recorded_share.map(|share| {
+            format!("A trial is left out if less than {} % of its planned length was recorded.", 100.0 * share)
+        });
+        let contacts = self.most_contacts.map(|most| match most {
+            0 => "A trial is left out if there was a contact with another vehicle.".into(),
+            most => format!("A trial is left out if there were more than {most} contacts with other vehicles."),
+        });
+        let trials = self
+            .least_trials
+            .map(|least| format!("A participant is left out if fewer than {least} trials remain after these rules."));
+        let complete = self
+            .only_complete_sessions
+            .then(|| "A participant is left out if the session was not completed.".to_owned());
+        [share, contacts, complete, trials].into_iter().flatten().collect()
+    }
+}
+
+/// A mistake in a plan: the key below `[analysis]`, and what is wrong.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct PlanFault {
+    /// The key, such as `analysis.primary`.
+    pub key: String,
+    /// Value, what is allowed, and the remedy.
+    pub message: String,
+}
+
+impl AnalysisPlan {
+    /// Checks it for a study with these conditions.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn check(&self, conditions: &[&str]) -> Result<(), PlanFault> {
+        let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
+        self.check_outcomes()?;
+        if !(self.smallest_effect.is_finite() && self.smallest_effect > 0.0) {
+            let text = format!("smallest_effect is {}; allowed: a number above 0", self.smallest_effect);
+            return fault("smallest_effect".into(), text);
+        }
+        if !(0.001..=0.2).contains(&self.alpha) {
+            return fault("alpha".into(), format!("alpha is {}; allowed: a number from 0.001 to 0.2", self.alpha));
+        }
+        if self.contrasts.is_empty() {
+            let text = "there is no contrast; name one or more: { condition = \"...\", reference = \"...\" }";
+            return fault("contrasts".into(), text.into());
+        }
+        for (i, contrast) in self.contrasts.iter().enumerate() {
+            for (key, name) in [("condition", &contrast.condition), ("reference", &contrast.reference)] {
+                if !conditions.contains(&name.as_str()) {
+                    let near = did_you_mean(name, conditions);
+                    let known = if conditions.is_empty() {
+                        "none, as there are no conditions".into()
+                    } else {
+                        conditions.join(", ")
+                    };
+                    let text = format!("there is no condition \"{name}\"{near}; allowed: {known}");
+                    return fault(format!("contrasts.{i}.{key}"), text);
+                }
+            }
+            if contrast.condition == contrast.reference {
+                let text = format!("\"{}\" is compared with itself; name another condition", contrast.condition);
+                return fault(format!("contrasts.{i}.reference"), text);
+            }
+            let same = |other: &PlannedContrast| {
+                other == contrast || (other.condition == contrast.reference && other.reference == contrast.condition)
+            };
+            if self.contrasts[..i].iter().any(same) {
+                return fault(format!("contrasts.{i}"), format!("{} comes twice; name it once", contrast.label()));
+            }
+        }
+        if let Some(share) = self.exclude.least_recorded_share.filter(|share| !(0.0..=1.0).contains(share)) {
+            let text = format!("least_recorded_share is {share}; allowed: a number from 0 to 1");
+            return fault("exclude.least_recorded_share".into(), text);
+        }
+        if let Some(least) = self.exclude.least_trials.filter(|least| *least as usize > conditions.len()) {
+            let text = format!("least_trials is {least}; allowed: at most the {} conditions", conditions.len());
+            return fault("exclude.least_trials".into(), text);
+        }
+        Ok(())
+    }
+
+    /// Checks that the outcomes are measures.
+    fn check_outcomes(&self) -> Result<(), PlanFault> {
+        let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
+        let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
+        let outcomes = self.outcomes();
+        for (i, name) in outcomes.iter().enumerate() {
+            let key = if i == 0 { "primary".into() } else { format!("secondary.{}", i - 1) };
+            if !names.contains(name) {
+                let near = did_you_mean(name, &names);
+                return fault(
+                    key,
+                    format!(
+                        "there is no measure \"{name}\"{near}; allowed: a column of measures of trials.csv: {}",
+                        names.join(", ")
+                    ),
+                );
+            }
+            if outcomes[..i].contains(name) {
+                return fault(key, format!("the measure \"{name}\" comes twice; name it once"));
+            }
+        }
+        Ok(())
+    }
+
+    /// All measures, the primary one first.
+    pub fn outcomes(&self) -> Vec<&str> {
+        [self.primary.as_str()].into_iter().chain(self.secondary.iter().map(String::as_str)).collect()
+    }
+
+    /// How many tests it has: outcomes times contrasts.
+    pub fn tests(&self) -> usize {
+        self.outcomes().len() * self.contrasts.len()
+    }
+
+    /// The plan in a study's file that may hold anything else; `name` is the file in messages.
+    ///
+    /// # Errors
+    /// The file is no TOML, or its plan is not as this program reads it.
+    pub fn in_study(text: &str, name: &str) -> Result<Option<Self>, AnalysisError> {
+        #[derive(Deserialize)]
+        struct StudyPart {
+            analysis: Option<AnalysisPlan>,
+        }
+        let part: StudyPart = toml_text::parse(text, name).map_err(|why| AnalysisError::Input(why.to_string()))?;
+        Ok(part.analysis)
+    }
+}
+
+/// The plan of a data set: at its first session, and now.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlanHistory {
+    /// With which it was begun.
+    pub begun: Option<AnalysisPlan>,
+    /// That of now.
+    pub now: Option<AnalysisPlan>,
+}
+
+impl PlanHistory {
+    /// Of the data set in `root`; now counts `study`, a file, or what the last session left.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn of(root: &Path, study: Option<&Path>) -> Result<Self, AnalysisError> {
+        let read = |path: &Path| -> Result<Option<AnalysisPlan>, AnalysisError> {
+            let name = path.display().to_string();
+            let text = read_text(path, SETTINGS_BYTES)
+                .map_err(|why| AnalysisError::Input(format!("{name}: cannot be read: {why}")))?;
+            let plan = AnalysisPlan::in_study(&text, &name)?;
+            let fault = |wrong: PlanFault| {
+                AnalysisError::Input(toml_text::at(&text, &name, &wrong.key, KeyPart::Value, &wrong.message))
+            };
+            plan.as_ref().map_or(Ok(()), AnalysisPlan::check_outcomes).map_err(fault)?;
+            Ok(plan)
+        };
+        let begun = root.join(BEGUN);
+        let begun = if begun.exists() { read(&begun)? } else { None };
+        let changed = root.join(CHANGED);
+        let now = match study {
+            Some(path) => read(path)?,
+            None if changed.exists() => read(&changed)?,
+            None => begun.clone(),
+        };
+        Ok(Self { begun, now })
+    }
+
+    /// What was changed after the first session, a sentence each: key, planned and present value.
+    pub fn changes(&self) -> Vec<String> {
+        match (&self.begun, &self.now) {
+            (None, Some(_)) => {
+                vec!["There was no plan of the analysis at the first session; it was written later.".into()]
+            }
+            (Some(_), None) => vec!["The plan of the analysis was taken out after the first session.".into()],
+            (begun, now) => {
+                let [was, is] = [begun, now].map(|plan| flat(&serde_json::to_value(plan).unwrap_or_default()));
+                let keys: std::collections::BTreeSet<&String> = was.keys().chain(is.keys()).collect();
+                let said = |value: Option<&String>| value.map_or("not given".to_owned(), Clone::clone);
+                let changed = keys.into_iter().filter(|key| was.get(*key) != is.get(*key));
+                changed
+                    .map(|key| format!("{key}: planned {}, now {}.", said(was.get(key)), said(is.get(key))))
+                    .collect()
+            }
+        }
+    }
+}
+
+/// Values by their keys, those of tables within joined by a dot; lists as they are.
+fn flat(value: &Value) -> BTreeMap<String, String> {
+    let mut all = BTreeMap::new();
+    let Value::Object(table) = value else { return all };
+    for (key, value) in table {
+        if value.is_object() {
+            all.extend(flat(value).into_iter().map(|(inner, text)| (format!("{key}.{inner}"), text)));
+        } else {
+            all.insert(key.clone(), value.to_string());
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(text: &str) -> AnalysisPlan {
+        AnalysisPlan::in_study(text, "x.toml").unwrap().unwrap()
+    }
+
+    const GOOD: &str = "title = \"any\"\n[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 0.2\nsecondary = \
+                        [\"reaction_s\"]\ncontrasts = [{ condition = \"wide\", reference = \"narrow\" }]\n[analysis.exclude]\n\
+                        most_contacts = 0\n";
+
+    #[test]
+    fn every_mistake_has_its_key_and_says_what_is_allowed() {
+        let conditions = ["narrow", "wide"];
+        plan(GOOD).check(&conditions).unwrap();
+        for (from, to, key, has) in [
+            ("\"mean_speed_mps\"", "\"mean_sped_mps\"", "analysis.primary", "did you mean mean_speed_mps"),
+            ("\"reaction_s\"", "\"mean_speed_mps\"", "analysis.secondary.0", "comes twice"),
+            ("= 0.2", "= 0.0", "analysis.smallest_effect", "a number above 0"),
+            ("= 0.2", "= 0.2\nalpha = 0.5", "analysis.alpha", "allowed: a number from 0.001 to 0.2"),
+            (
+                "reference = \"narrow\"",
+                "reference = \"narow\"",
+                "analysis.contrasts.0.reference",
+                "did you mean narrow",
+            ),
+            ("reference = \"narrow\"", "reference = \"wide\"", "analysis.contrasts.0.reference", "with itself"),
+            (
+                "}]",
+                "}, { condition = \"narrow\", reference = \"wide\" }]",
+                "analysis.contrasts.1",
+                "narrow − wide comes twice",
+            ),
+            ("most_contacts = 0", "least_trials = 3", "analysis.exclude.least_trials", "at most the 2 conditions"),
+            ("most_contacts = 0", "least_recorded_share = 1.5", "analysis.exclude.least_recorded_share", "from 0 to 1"),
+        ] {
+            assert!(GOOD.contains(from), "{from}");
+            let fault = plan(&GOOD.replacen(from, to, 1)).check(&conditions).unwrap_err();
+            assert!(fault.key == key && fault.message.contains(has), "{fault:?}");
+        }
+    }
+
+    #[test]
+    fn what_changed_after_the_first_session_is_told_key_by_key() {
+        let begun = Some(plan(GOOD));
+        let now = Some(plan(&GOOD.replace("= 0.2", "= 0.3").replace("most_contacts = 0", "least_trials = 2")));
+        let history = PlanHistory { begun: begun.clone(), now };
+        assert_eq!(
+            history.changes(),
+            [
+                "exclude.least_trials: planned not given, now 2.",
+                "exclude.most_contacts: planned 0, now not given.",
+                "smallest_effect: planned 0.2, now 0.3."
+            ]
+        );
+        assert!(PlanHistory { begun: begun.clone(), now: begun.clone() }.changes().is_empty());
+        assert!(PlanHistory { begun: None, now: begun }.changes()[0].contains("no plan"));
+        assert!(PlanHistory::default().changes().is_empty());
+    }
+}

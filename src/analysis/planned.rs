@@ -1,0 +1,359 @@
+//! The analysis that a study planned, of the drives that there are. In: a plan, analysed drives, who took part. Out: one mixed
+//! model an outcome with its contrasts, corrected by Holm over all tests; who was left out and why; the table `models.csv`.
+//!
+//! Model: measure = intercept + condition + place + participant's intercept + residual. Place, from 1, counts as a number; it
+//! is left out where it cannot be told from the conditions (a fixed order).
+
+use super::{
+    AnalysedRecording, MEASURES, StudyParticipants,
+    mixed_model::{ContrastEstimate, MixedModel, ModelFault, holm},
+    normality::{NormalityTest, shapiro_wilk},
+    plan::{AnalysisPlan, PlanHistory, PlannedContrast},
+    tables::{cell, line},
+};
+use serde_json::{Map, Value, json};
+
+/// Something that a rule left out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The participant.
+    pub participant: String,
+    /// Segment and place of the trial; empty for a whole participant.
+    pub segment: String,
+    /// Place among the trials.
+    pub place: String,
+    /// Its condition.
+    pub condition: String,
+    /// Why, with the number that was found.
+    pub reason: String,
+}
+
+/// A planned difference as it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TestedContrast {
+    /// Which.
+    pub contrast: PlannedContrast,
+    /// The numbers; `None` where one of the conditions has no observation.
+    pub found: Option<ContrastEstimate>,
+    /// p by Holm's correction over all tests of the plan that could be made.
+    pub p_holm: f64,
+}
+
+/// A model that was fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedOutcome {
+    /// The model: intercept, conditions after the first, place if it has one.
+    pub model: MixedModel,
+    /// Conditions with observations, in the study's order.
+    pub conditions: Vec<String>,
+    /// Participants, in the order of the model's intercepts.
+    pub participants: Vec<String>,
+    /// Observations: participant, condition (both from 0), value.
+    pub observations: Vec<(usize, usize, f64)>,
+    /// Each condition's mean by the model at the mean place.
+    pub means: Vec<ContrastEstimate>,
+    /// The change from place to place.
+    pub place: Option<ContrastEstimate>,
+    /// The planned differences.
+    pub contrasts: Vec<TestedContrast>,
+    /// Normality of residuals, and of participants' intercepts.
+    pub normality: [Option<NormalityTest>; 2],
+}
+
+/// One outcome.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedOutcome {
+    /// Its measure, a place in [`MEASURES`].
+    pub measure: usize,
+    /// The one that decides.
+    pub is_primary: bool,
+    /// Its model, or why there is none.
+    pub fitted: Result<FittedOutcome, ModelFault>,
+}
+
+/// All of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedAnalysis {
+    /// The plan that was carried out: that of now.
+    pub plan: AnalysisPlan,
+    /// What was changed after the first session.
+    pub changes: Vec<String>,
+    /// Who and what the rules left out.
+    pub left_out: Vec<LeftOut>,
+    /// The primary outcome, then the others.
+    pub outcomes: Vec<PlannedOutcome>,
+}
+
+impl PlannedAnalysis {
+    /// Carries the plan of now out; `None` where there is none.
+    pub fn of(history: &PlanHistory, drives: &[AnalysedRecording], people: &StudyParticipants) -> Option<Self> {
+        let plan = history.now.clone()?;
+        let (kept, left_out) = sorted_out(&plan, drives, people);
+        let mut outcomes: Vec<PlannedOutcome> = plan
+            .outcomes()
+            .into_iter()
+            .enumerate()
+            .filter_map(|(i, name)| {
+                let measure = MEASURES.iter().position(|measure| measure.name == name)?;
+                Some(PlannedOutcome { measure, is_primary: i == 0, fitted: fit(&plan, &kept, measure) })
+            })
+            .collect();
+        correct(&mut outcomes);
+        Some(Self { plan, changes: history.changes(), left_out, outcomes })
+    }
+
+    /// A row a contrast of each outcome, and one for the change from place to place.
+    pub fn models_csv(&self) -> String {
+        let mut text = line(COLUMNS.map(|column| column.0.to_owned()));
+        for outcome in &self.outcomes {
+            let Ok(fitted) = &outcome.fitted else { continue };
+            let model = &fitted.model;
+            let mut row = |kind: &str, term: [&str; 2], found: &ContrastEstimate, p_holm: Option<f64>| {
+                let [low, high] = found.interval(0.05);
+                let words =
+                    [MEASURES[outcome.measure].name, if outcome.is_primary { "primary" } else { "secondary" }, kind];
+                let counts = [fitted.participants.len(), fitted.observations.len()].map(|n| n.to_string());
+                let [residuals, intercepts] = fitted.normality;
+                let numbers = [
+                    Some(found.estimate),
+                    Some(found.se),
+                    Some(found.df),
+                    Some(found.t),
+                    Some(found.p),
+                    p_holm,
+                    Some(low),
+                    Some(high),
+                    Some(model.sd_participant),
+                    Some(model.sd_residual),
+                    residuals.map(|test| test.w),
+                    residuals.map(|test| test.p),
+                    intercepts.map(|test| test.w),
+                    intercepts.map(|test| test.p),
+                ];
+                text += &line(words.into_iter().chain(term).map(str::to_owned).chain(counts).chain(numbers.map(cell)));
+            };
+            for tested in &fitted.contrasts {
+                let Some(found) = &tested.found else { continue };
+                row("contrast", [&tested.contrast.condition, &tested.contrast.reference], found, Some(tested.p_holm));
+            }
+            if let Some(place) = &fitted.place {
+                row("place", ["", ""], place, None);
+            }
+        }
+        text
+    }
+
+    /// A row for each trial or participant that a rule left out.
+    pub fn left_out_csv(&self) -> String {
+        let head = ["participant", "segment", "place", "condition", "reason"].map(str::to_owned);
+        let row = |one: &LeftOut| {
+            line([&one.participant, &one.segment, &one.place, &one.condition, &one.reason].map(String::clone))
+        };
+        line(head) + &self.left_out.iter().map(row).collect::<String>()
+    }
+}
+
+/// Columns of `models.csv`: name, quantity, unit, definition.
+pub const COLUMNS: [(&str, &str, &str, &str); 21] = [
+    ("outcome", "Outcome", "", "name of the measure, as the column of the table of trials"),
+    ("role", "Role", "", "primary or secondary, as planned"),
+    (
+        "kind",
+        "Kind of row",
+        "",
+        "contrast: a planned difference; place: the change from one place among the trials to the next",
+    ),
+    ("condition", "Condition", "", "condition of the contrast"),
+    ("reference", "Reference", "", "condition that it is compared with"),
+    ("participants", "Participants", "", "participants in the model"),
+    ("trials", "Trials", "", "trials in the model"),
+    ("estimate", "Estimate", "", "condition less reference, in the unit of the measure"),
+    ("se", "Standard error", "", "standard error of the estimate"),
+    ("df", "Degrees of freedom", "", "Satterthwaite's degrees of freedom"),
+    ("t", "t", "", "estimate over standard error"),
+    ("p", "p", "", "two-sided probability of such a t without a difference"),
+    (
+        "p_holm",
+        "p by Holm",
+        "",
+        "the same by Holm's correction over all tests of the plan; empty for what is not tested",
+    ),
+    ("low", "Interval, lower end", "", "lower end of the 95 % confidence interval (t), not corrected"),
+    ("high", "Interval, upper end", "", "upper end of the same interval"),
+    (
+        "sd_participant",
+        "Deviation between participants",
+        "",
+        "standard deviation of the random intercepts, in the unit of the measure",
+    ),
+    ("sd_residual", "Deviation within participants", "", "residual standard deviation, in the unit of the measure"),
+    ("residual_w", "W of residuals", "", "Shapiro and Wilk's W of the residuals"),
+    ("residual_w_p", "p of W of residuals", "", "its probability in normal samples"),
+    ("participant_w", "W of intercepts", "", "Shapiro and Wilk's W of the participants' predicted intercepts"),
+    ("participant_w_p", "p of W of intercepts", "", "its probability in normal samples"),
+];
+
+/// Trials that the rules keep, and what they leave out.
+fn sorted_out<'a>(
+    plan: &AnalysisPlan,
+    drives: &'a [AnalysedRecording],
+    people: &StudyParticipants,
+) -> (Vec<&'a AnalysedRecording>, Vec<LeftOut>) {
+    let rules = &plan.exclude;
+    let mut left_out: Vec<LeftOut> = Vec::new();
+    let participant = |id: &str, reason: String| LeftOut {
+        participant: id.into(),
+        segment: String::new(),
+        place: String::new(),
+        condition: String::new(),
+        reason,
+    };
+    for person in people.all.iter().filter(|person| person.is_excluded()) {
+        left_out.push(participant(&person.id, "excluded by the experimenter".into()));
+    }
+    let unfinished = |id: &str| people.all.iter().find(|person| person.id == id && person.state != "complete");
+    let mut kept: Vec<&AnalysedRecording> = Vec::new();
+    for drive in drives.iter().filter(|drive| !drive.found.condition.is_empty()) {
+        let found = &drive.found;
+        if rules.only_complete_sessions
+            && let Some(person) = unfinished(&found.participant)
+        {
+            let one = participant(&person.id, format!("the session is {}", person.state));
+            if !left_out.contains(&one) {
+                left_out.push(one);
+            }
+            continue;
+        }
+        let share = drive.duration_s / drive.setup.scenario.duration_s;
+        let contacts = drive.measures.get("contacts").unwrap_or(0.0);
+        // A step of rounding is no cut.
+        let reason = if rules.least_recorded_share.is_some_and(|least| share < least - 1e-6) {
+            format!("{:.1} % of the planned length was recorded", 100.0 * share)
+        } else if rules.most_contacts.is_some_and(|most| contacts > f64::from(most)) {
+            format!("{contacts:.0} contacts with other vehicles")
+        } else {
+            kept.push(drive);
+            continue;
+        };
+        left_out.push(LeftOut {
+            segment: found.segment.clone(),
+            place: found.place.clone(),
+            condition: found.condition.clone(),
+            ..participant(&found.participant, reason)
+        });
+    }
+    let Some(least) = rules.least_trials.map(|least| least as usize) else { return (kept, left_out) };
+    let mut ids: Vec<&str> = drives.iter().map(|drive| drive.found.participant.as_str()).collect();
+    ids.dedup();
+    for id in ids {
+        let n = kept.iter().filter(|drive| drive.found.participant == id).count();
+        if n < least && !left_out.iter().any(|one| one.participant == id && one.segment.is_empty()) {
+            kept.retain(|drive| drive.found.participant != id);
+            left_out.push(participant(id, format!("{n} trials remain")));
+        }
+    }
+    (kept, left_out)
+}
+
+/// Fits one outcome.
+fn fit(plan: &AnalysisPlan, kept: &[&AnalysedRecording], measure: usize) -> Result<FittedOutcome, ModelFault> {
+    let owned: Vec<&AnalysedRecording> =
+        kept.iter().filter(|drive| drive.measures.values[measure].is_some_and(f64::is_finite)).copied().collect();
+    let mut names: Vec<(usize, &str)> =
+        owned.iter().map(|drive| (drive.found.rank, drive.found.condition.as_str())).collect();
+    names.sort_unstable();
+    names.dedup();
+    let names: Vec<String> = names.into_iter().map(|(_, name)| name.to_owned()).collect();
+    let mut participants: Vec<String> = owned.iter().map(|drive| drive.found.participant.clone()).collect();
+    participants.sort();
+    participants.dedup();
+    let at = |list: &[String], name: &str| list.iter().position(|one| one == name).unwrap_or_default();
+    let observations: Vec<(usize, usize, f64)> = owned
+        .iter()
+        .map(|drive| {
+            let value = drive.measures.values[measure].unwrap_or_default();
+            (at(&participants, &drive.found.participant), at(&names, &drive.found.condition), value)
+        })
+        .collect();
+    if names.len() < 2 {
+        return Err(ModelFault::TooFew { rows: observations.len(), participants: participants.len() });
+    }
+    let who: Vec<usize> = observations.iter().map(|row| row.0).collect();
+    let response: Vec<f64> = observations.iter().map(|row| row.2).collect();
+    let mut terms: Vec<Vec<f64>> =
+        (1..names.len()).map(|k| observations.iter().map(|row| f64::from(u8::from(row.1 == k))).collect()).collect();
+    terms.push(owned.iter().map(|drive| drive.found.place.parse().unwrap_or(1.0)).collect());
+    let mean_place = terms.last().map_or(0.0, |places| places.iter().sum::<f64>() / places.len() as f64);
+    let mut has_place = true;
+    let model = match MixedModel::fit(&who, &terms, &response) {
+        Err(ModelFault::Aliased { term }) if term + 1 == terms.len() => {
+            has_place = false;
+            terms.pop();
+            MixedModel::fit(&who, &terms, &response)?
+        }
+        found => found?,
+    };
+    let weights = |condition: usize, intercept: f64| {
+        let mut weights = vec![0.0; model.estimates.len()];
+        weights[0] = intercept;
+        if condition > 0 {
+            weights[condition] = 1.0;
+        }
+        weights
+    };
+    let mean = |condition: usize| {
+        let mut weights = weights(condition, 1.0);
+        if has_place {
+            weights[names.len()] = mean_place;
+        }
+        model.contrast(&weights)
+    };
+    let tested = |contrast: &PlannedContrast| {
+        let place = |name: &str| names.iter().position(|one| one == name);
+        let pair = place(&contrast.condition).zip(place(&contrast.reference));
+        let found = pair.map(|(one, other)| {
+            let (one, other) = (weights(one, 0.0), weights(other, 0.0));
+            model.contrast(&one.iter().zip(&other).map(|(a, b)| a - b).collect::<Vec<_>>())
+        });
+        TestedContrast { contrast: contrast.clone(), found, p_holm: 1.0 }
+    };
+    Ok(FittedOutcome {
+        means: (0..names.len()).map(mean).collect(),
+        place: has_place.then(|| model.term(names.len())),
+        contrasts: plan.contrasts.iter().map(tested).collect(),
+        normality: [shapiro_wilk(&model.residuals), shapiro_wilk(&model.intercepts)],
+        conditions: names,
+        participants,
+        observations,
+        model,
+    })
+}
+
+/// Holm's correction over all tests.
+fn correct(outcomes: &mut [PlannedOutcome]) {
+    let mut tested: Vec<(&mut f64, f64)> = outcomes
+        .iter_mut()
+        .filter_map(|outcome| outcome.fitted.as_mut().ok())
+        .flat_map(|fitted| &mut fitted.contrasts)
+        .filter_map(|tested| Some((&mut tested.p_holm, tested.found?.p)))
+        .collect();
+    let corrected = holm(&tested.iter().map(|test| test.1).collect::<Vec<_>>());
+    tested.iter_mut().zip(corrected).for_each(|(test, p)| *test.0 = p);
+}
+
+/// What the columns of `models.csv` are, in the words of BIDS.
+pub fn models_json() -> String {
+    let entry = |(name, title, unit, about): (&str, &str, &str, &str)| {
+        let mut text = json!({ "LongName": title, "Description": about });
+        if !unit.is_empty() {
+            text["Units"] = unit.into();
+        }
+        (name.to_owned(), text)
+    };
+    let all: Map<String, Value> = COLUMNS.into_iter().map(entry).collect();
+    format!("{:#}\n", Value::Object(all))
+}
+
+#[cfg(test)]
+#[path = "planned_tests.rs"]
+mod tests;

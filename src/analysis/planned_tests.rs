@@ -1,0 +1,166 @@
+//! A planned analysis of trials made up by hand: who is left out, what is tested, what the page says.
+
+use super::*;
+use crate::{
+    analysis::{
+        DriveMeasures, DriveSetup, FoundRecording, driver_moments::DriverStretches, models_page, page::ReportPage,
+        people::StudyParticipant, report::index,
+    },
+    rng,
+};
+
+const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 0.2\nsecondary = [\"speed_error_mps\", \"reaction_s\"]\n\
+                    contrasts = [{ condition = \"b\", reference = \"a\" }, { condition = \"c\", reference = \"a\" }]\n[analysis.exclude]\n\
+                    least_recorded_share = 0.9\nmost_contacts = 0\nleast_trials = 2\nonly_complete_sessions = true\n";
+
+fn history(text: &str) -> PlanHistory {
+    let plan = AnalysisPlan::in_study(text, "x").unwrap();
+    PlanHistory { begun: plan.clone(), now: plan }
+}
+
+/// Twelve participants in three conditions: speeds of 5 m/s, 0.5 faster in b, with 0.8 between and 0.2 m/s within them; the error is
+/// noise, and nobody has a reaction time.
+fn drives() -> Vec<AnalysedRecording> {
+    let mut stream = rng::stream(4, "planned");
+    let mut all = Vec::new();
+    for person in 0..12 {
+        let own = 0.8 * stream.normal();
+        for (rank, condition) in ["a", "b", "c"].into_iter().enumerate() {
+            let mut values = vec![None; MEASURES.len()];
+            let effect = if condition == "b" { 0.5 } else { 0.0 };
+            values[index("mean_speed_mps")] = Some(5.0 + own + effect + 0.2 * stream.normal());
+            values[index("speed_error_mps")] = Some(1.0 + 0.1 * stream.normal());
+            values[index("contacts")] = Some(0.0);
+            let mut setup = DriveSetup::default();
+            setup.scenario.duration_s = 60.0;
+            all.push(AnalysedRecording {
+                found: FoundRecording {
+                    participant: format!("sub-P{person:02}"),
+                    segment: "trial".into(),
+                    place: ((rank + person) % 3 + 1).to_string(),
+                    condition: condition.into(),
+                    rank,
+                    ..FoundRecording::default()
+                },
+                measures: DriveMeasures { values, responses: Vec::new() },
+                per_second_mps: Vec::new(),
+                baseline_per_second_mps: Vec::new(),
+                duration_s: 60.0,
+                ended: "duration".into(),
+                setup,
+                stretches: DriverStretches::default(),
+            });
+        }
+    }
+    all
+}
+
+#[test]
+fn a_known_difference_is_found_and_all_tests_are_corrected_together() {
+    let found = PlannedAnalysis::of(&history(PLAN), &drives(), &StudyParticipants::default()).unwrap();
+    let roles: Vec<(&str, bool)> =
+        found.outcomes.iter().map(|outcome| (MEASURES[outcome.measure].name, outcome.is_primary)).collect();
+    assert_eq!(roles, [("mean_speed_mps", true), ("speed_error_mps", false), ("reaction_s", false)]);
+    let primary = found.outcomes[0].fitted.as_ref().unwrap();
+    let [b, c] = [0, 1].map(|k| primary.contrasts[k].found.unwrap());
+    let [low, high] = b.interval(0.05);
+    assert!(low < 0.5 && 0.5 < high && b.p < 1e-4, "{b:?}");
+    assert!(c.p > 0.05, "{c:?}");
+    assert!((0.4..1.6).contains(&primary.model.sd_participant), "{}", primary.model.sd_participant);
+    // Two outcomes with numbers and two contrasts each: the smallest p counts four times.
+    assert!((primary.contrasts[0].p_holm - 4.0 * b.p).abs() < 1e-12);
+    assert_eq!(found.outcomes[2].fitted, Err(ModelFault::TooFew { rows: 0, participants: 0 }));
+    assert!(found.left_out.is_empty() && found.changes.is_empty());
+    let table = found.models_csv();
+    assert_eq!(table.lines().count(), 1 + 2 * 3, "two contrasts and the place, of two outcomes: {table}");
+    let row = table.lines().nth(1).unwrap();
+    assert!(row.starts_with("mean_speed_mps,primary,contrast,b,a,12,36,"), "{row}");
+    assert!(PlannedAnalysis::of(&PlanHistory::default(), &drives(), &StudyParticipants::default()).is_none());
+}
+
+#[test]
+fn each_rule_leaves_out_what_it_says_with_the_number_found() {
+    let mut drives = drives();
+    // Of the first two of three trials are bad, so that the participant goes; of the second one.
+    drives[0].duration_s = 30.0;
+    drives[1].measures.values[index("contacts")] = Some(2.0);
+    drives[4].measures.values[index("contacts")] = Some(1.0);
+    let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: false, state: state.into() };
+    let all = vec![person("sub-P02", "withdrawn"), person("sub-P03", "complete"), person("sub-P99", "excluded")];
+    let people = StudyParticipants { all, scores: Vec::new() };
+    let found = PlannedAnalysis::of(&history(PLAN), &drives, &people).unwrap();
+    let said: Vec<(&str, &str, &str)> = found
+        .left_out
+        .iter()
+        .map(|one| (one.participant.as_str(), one.condition.as_str(), one.reason.as_str()))
+        .collect();
+    assert_eq!(
+        said,
+        [
+            ("sub-P99", "", "excluded by the experimenter"),
+            ("sub-P00", "a", "50.0 % of the planned length was recorded"),
+            ("sub-P00", "b", "2 contacts with other vehicles"),
+            ("sub-P01", "b", "1 contacts with other vehicles"),
+            ("sub-P02", "", "the session is withdrawn"),
+            ("sub-P00", "", "1 trials remain"),
+        ]
+    );
+    let primary = found.outcomes[0].fitted.as_ref().unwrap();
+    assert_eq!((primary.participants.len(), primary.observations.len()), (10, 29));
+    assert!(
+        found.left_out_csv().contains("sub-P00,trial,2,b,2 contacts with other vehicles\n"),
+        "{}",
+        found.left_out_csv()
+    );
+}
+
+#[test]
+fn a_fixed_order_has_no_place_and_a_condition_without_a_number_no_test() {
+    let mut drives = drives();
+    for drive in &mut drives {
+        drive.found.place = (drive.found.rank + 1).to_string();
+        if drive.found.condition == "c" {
+            drive.measures.values[index("mean_speed_mps")] = None;
+        }
+    }
+    let found = PlannedAnalysis::of(&history(PLAN), &drives, &StudyParticipants::default()).unwrap();
+    let primary = found.outcomes[0].fitted.as_ref().unwrap();
+    assert!(primary.place.is_none() && primary.contrasts[0].found.is_some() && primary.contrasts[1].found.is_none());
+    assert_eq!(primary.conditions, ["a", "b"]);
+}
+
+#[test]
+fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
+    let mut drives = drives();
+    drives[4].measures.values[index("contacts")] = Some(1.0);
+    let begun = history(PLAN).begun;
+    let now = history(&PLAN.replace("= 0.2", "= 0.3")).now;
+    let found = PlannedAnalysis::of(&PlanHistory { begun, now }, &drives, &StudyParticipants::default()).unwrap();
+    let mut page = ReportPage::default();
+    models_page::section(&mut page, &found);
+    for part in [
+        "primary outcome Mean speed of all vehicles, m/s",
+        "The plan was changed after the first session:",
+        "smallest_effect: planned 0.2, now 0.3.",
+        "<td class=\"t\">1 contacts with other vehicles</td>",
+        "<td class=\"t\">b − a</td>",
+        "&lt;0.001 *",
+        "No model of Reaction time",
+        "Shapiro and Wilk",
+    ] {
+        assert!(page.html.contains(part), "{part}\n{}", page.html);
+    }
+    let names: Vec<&str> = page.figures.iter().map(|figure| figure.0.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "model-mean-speed-mps.svg",
+            "normal-mean-speed-mps.svg",
+            "model-speed-error-mps.svg",
+            "normal-speed-error-mps.svg"
+        ]
+    );
+    // A dot a participant and condition, but for the trial that is left out; a mean a condition.
+    let svg = &page.figures[0].1;
+    assert_eq!((svg.matches("r=\"2.4\"").count(), svg.matches("r=\"4.2\"").count()), (35, 3));
+}

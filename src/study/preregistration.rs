@@ -1,0 +1,417 @@
+//! What a study plans, as a text to register before the first participant. In: a study with its `[analysis]`, how many take part,
+//! and the spread of the primary outcome, of a rehearsal or unknown. Out: Markdown. The same file gives the same text.
+
+use super::{PlanItem, Study, order::OrderDesign};
+use crate::{
+    analysis::{
+        AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
+        mixed_model::ModelFault,
+        plan::{AnalysisPlan, PlanHistory},
+        planned::PlannedAnalysis,
+        power::SimulatedDesign,
+    },
+    plot::minus,
+};
+use std::fmt::Write;
+
+/// Simulated studies for each number of participants: the share has an error of 1.3 points at 80 %.
+const STUDIES: usize = 1000;
+/// Smallest effects in residual standard deviations, where no rehearsal is given (Cohen 1988).
+const CONVENTIONAL: [f64; 3] = [0.2, 0.5, 0.8];
+/// Whole squares of orders up to which the power is reckoned, at least, and the participants.
+const MOST_SQUARES: usize = 8;
+const MOST_PARTICIPANTS: usize = 96;
+
+/// Why there is no text.
+#[derive(Debug, thiserror::Error)]
+pub enum PreregistrationError {
+    /// The file has no plan of the analysis.
+    #[error(
+        "the study \"{0}\" has no [analysis]\n  remedy: write one into its file: primary, smallest_effect and contrasts (docs/studies.md)"
+    )]
+    NoPlan(String),
+    /// The rehearsal's data cannot be read.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// The rehearsal tells no spread.
+    #[error(
+        "the rehearsal tells nothing of {measure}: {why}\n  remedy: rehearse with more participants (codrive study FILE --rehearse)"
+    )]
+    NoSpread {
+        /// The primary outcome.
+        measure: String,
+        /// Why.
+        why: ModelFault,
+    },
+}
+
+/// What is known of the primary outcome's spread.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OutcomeSpread {
+    /// Nothing: the power is given for effects in residual standard deviations.
+    Unknown,
+    /// That of a data set.
+    Rehearsed {
+        /// Its title.
+        title: String,
+        /// Participants and trials in the model.
+        counts: [usize; 2],
+        /// Nobody drove.
+        is_simulated: bool,
+        /// Standard deviations between and within participants.
+        deviations: [f64; 2],
+        /// The change from place to place.
+        per_place: f64,
+    },
+}
+
+impl OutcomeSpread {
+    /// Of the drives of a rehearsal or a pilot, by the model that the study plans.
+    ///
+    /// # Errors
+    /// There is no plan, or no model can be fitted.
+    pub fn rehearsed(
+        study: &Study,
+        title: &str,
+        drives: &[AnalysedRecording],
+        people: &StudyParticipants,
+    ) -> Result<Self, PreregistrationError> {
+        let plan = planned(study)?;
+        let now = Some(plan.clone());
+        let no_spread = |why| PreregistrationError::NoSpread { measure: plan.primary.clone(), why };
+        let history = PlanHistory { begun: now.clone(), now };
+        let carried_out = PlannedAnalysis::of(&history, drives, people);
+        let primary = carried_out.and_then(|all| all.outcomes.into_iter().next());
+        let fitted = match primary.map(|outcome| outcome.fitted) {
+            Some(Ok(fitted)) => fitted,
+            Some(Err(why)) => return Err(no_spread(why)),
+            None => return Err(no_spread(ModelFault::TooFew { rows: 0, participants: 0 })),
+        };
+        Ok(Self::Rehearsed {
+            title: title.into(),
+            counts: [fitted.participants.len(), fitted.observations.len()],
+            is_simulated: people.is_rehearsal(),
+            deviations: [fitted.model.sd_participant, fitted.model.sd_residual],
+            per_place: fitted.place.map_or(0.0, |place| place.estimate),
+        })
+    }
+}
+
+fn planned(study: &Study) -> Result<&AnalysisPlan, PreregistrationError> {
+    study.file.analysis.as_ref().ok_or_else(|| PreregistrationError::NoPlan(study.file.title.clone()))
+}
+
+/// The text, for so many participants.
+///
+/// # Errors
+/// The study has no plan of its analysis.
+pub fn text(study: &Study, participants: usize, spread: &OutcomeSpread) -> Result<String, PreregistrationError> {
+    written(study, participants, spread, STUDIES)
+}
+
+fn written(
+    study: &Study,
+    participants: usize,
+    spread: &OutcomeSpread,
+    studies: usize,
+) -> Result<String, PreregistrationError> {
+    let plan = planned(study)?;
+    let mut out = format!("# Preregistration: {}\n\n", study.file.title);
+    let _ =
+        writeln!(out, "Written by codrive {} from the study's file. {}\n", env!("CARGO_PKG_VERSION"), who_leads(study));
+    design(&mut out, study, participants);
+    conditions(&mut out, study);
+    orders(&mut out, study, participants);
+    exclusion(&mut out, plan);
+    outcomes(&mut out, plan);
+    model(&mut out, plan);
+    power(&mut out, study, participants, spread, studies);
+    Ok(out)
+}
+
+fn who_leads(study: &Study) -> String {
+    let authors = (!study.file.authors.is_empty()).then(|| format!("Led by {}.", study.file.authors.join(", ")));
+    let place = study.file.institution.as_ref().map(|place| format!("At {place}."));
+    authors.into_iter().chain(place).collect::<Vec<_>>().join(" ")
+}
+
+fn design(out: &mut String, study: &Study, participants: usize) {
+    let plan = study.plan(0);
+    let trials = plan.items.iter().filter(|item| item.run.is_some()).count();
+    let _ = writeln!(
+        out,
+        "## Design\n\nWithin participants: {participants} participants, each with {trials} trials, one in each of {} conditions per \
+         segment of trials. A session takes about {:.0} min.\n",
+        study.conditions.len(),
+        plan.minutes()
+    );
+    for (i, planned) in plan.items.iter().enumerate() {
+        let _ = writeln!(out, "{}. `{}`: {}", i + 1, planned.segment, item_words(&planned.item, planned.run));
+    }
+    out.push('\n');
+}
+
+/// What an item is, without what differs between participants.
+fn item_words(item: &PlanItem, run: Option<usize>) -> String {
+    match (item, run) {
+        (PlanItem::Drive { scenario, .. }, Some(place)) => {
+            format!("trial at place {place}, {} s on {}", scenario.duration_s, scenario.map)
+        }
+        _ => item.words(),
+    }
+}
+
+fn conditions(out: &mut String, study: &Study) {
+    out.push_str("## Factors and conditions\n\n");
+    for (factor, levels) in &study.file.factors {
+        let names: Vec<&str> = levels.iter().map(|level| level.name.as_str()).collect();
+        let _ = writeln!(out, "* Factor `{factor}`: {}", names.join(", "));
+    }
+    let listed =
+        study.file.factors.iter().flat_map(|(name, levels)| levels.iter().map(move |level| (Some(name), level)));
+    for (factor, level) in listed.chain(study.file.condition.iter().map(|level| (None, level))) {
+        let set: Vec<String> = level.set.iter().map(|(key, value)| format!("`{key}` = {value}")).collect();
+        let set = if set.is_empty() { "as the base of the study".into() } else { set.join(", ") };
+        let of = factor.map_or(String::new(), |factor| format!(" of `{factor}`"));
+        let _ = writeln!(out, "* `{}`{of}: {set}", level.name);
+    }
+    out.push('\n');
+}
+
+fn orders(out: &mut String, study: &Study, participants: usize) {
+    let n = study.conditions.len();
+    let period = study.file.order.period(n);
+    let design = match study.file.order {
+        OrderDesign::Williams => {
+            "balanced Latin squares (Williams 1949): every condition comes as often at every place and as often right after every other"
+        }
+        OrderDesign::Full => "all orders in turn (full counterbalance)",
+        OrderDesign::Block => "blocks in which every condition comes once at every place, drawn anew for each block",
+        OrderDesign::Fixed => {
+            "the same order for everyone: effects of conditions cannot be told from those of their places"
+        }
+    };
+    let _ = writeln!(
+        out,
+        "## Order\n\nOrders are {design}. The seed is {}. They repeat after {period} participants.\n",
+        study.file.seed
+    );
+    for index in 0..period.min(24).min(participants) {
+        let _ = writeln!(out, "{}. {}", index + 1, study.plan(index).order.join(", "));
+    }
+    out.push('\n');
+    if participants.is_multiple_of(period) {
+        let _ = writeln!(out, "Every order comes {} times with {participants} participants.", participants / period);
+    } else {
+        let _ = writeln!(
+            out,
+            "**Not every order comes equally often with {participants} participants; with {} it does.**",
+            participants.next_multiple_of(period)
+        );
+    }
+    out.push_str(
+        "A participant who is excluded or withdraws is replaced by one with the same order, so that the balance is kept.\n\n",
+    );
+}
+
+fn exclusion(out: &mut String, plan: &AnalysisPlan) {
+    out.push_str("## Exclusion\n\n");
+    let rules = plan.exclude.words();
+    if rules.is_empty() {
+        out.push_str("* No rule leaves anything out.\n");
+    }
+    rules.iter().for_each(|rule| {
+        let _ = writeln!(out, "* {rule}");
+    });
+    out.push_str(
+        "* The experimenter may exclude a participant; the data set keeps the reason, and the report names who was excluded.\n\n",
+    );
+}
+
+fn outcomes(out: &mut String, plan: &AnalysisPlan) {
+    out.push_str("## Outcomes\n\n");
+    for (i, name) in plan.outcomes().into_iter().enumerate() {
+        let Some(measure) = MEASURES.iter().find(|measure| measure.name == name) else { continue };
+        let role = if i == 0 { "Primary" } else { "Secondary" };
+        let _ = writeln!(out, "* {role}: {} (`{name}`): {}.", measure.label(), measure.about);
+    }
+    out.push('\n');
+}
+
+fn model(out: &mut String, plan: &AnalysisPlan) {
+    let contrasts: Vec<String> = plan.contrasts.iter().map(|contrast| contrast.label()).collect();
+    let unit = unit(plan);
+    let _ = writeln!(
+        out,
+        "## Model and tests\n\nOne linear mixed model an outcome, by restricted maximum likelihood:\n\n    measure ~ condition + place + (1 | \
+         participant)\n\nThe condition is a factor, the place among the trials (from 1) a number, the participant a random intercept. \
+         Contrasts: {}. Each has its estimate, a 95 % interval and a two-sided p by Satterthwaite's degrees of freedom.\n\n\
+         * Level: alpha = {} over all {} tests of the plan (outcomes times contrasts), by Holm's correction.\n\
+         * Smallest effect of interest: {}{unit} of the primary outcome.\n\
+         * Normality of residuals and of participants' intercepts is looked at in quantile-quantile plots and told by Shapiro and \
+         Wilk's test; it decides nothing.\n",
+        contrasts.join("; "),
+        plan.alpha,
+        plan.tests(),
+        plan.smallest_effect,
+    );
+}
+
+fn unit(plan: &AnalysisPlan) -> String {
+    let unit = MEASURES.iter().find(|measure| measure.name == plan.primary).map_or("", |measure| measure.unit);
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}
+
+fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeSpread, studies: usize) {
+    let Some(plan) = &study.file.analysis else { return };
+    out.push_str("## Power\n\n");
+    let unit = unit(plan);
+    let first = &plan.contrasts[0];
+    let strict = plan.alpha / plan.tests() as f64;
+    let (effects, deviations, per_place) = match spread {
+        OutcomeSpread::Unknown => {
+            let _ = writeln!(
+                out,
+                "No rehearsal was given, so that the spread within participants is not known: the effect is given in residual standard \
+                 deviations, at the conventional 0.2 (small), 0.5 (medium) and 0.8 (large) of Cohen (1988). Participants differ by as \
+                 much as their trials, and there is no effect of the place; neither bears on a contrast within participants."
+            );
+            (CONVENTIONAL.to_vec(), [1.0, 1.0], 0.0)
+        }
+        OutcomeSpread::Rehearsed { title, counts: [people, trials], is_simulated, deviations, per_place } => {
+            let kind = if *is_simulated {
+                "simulated participants, whose spread is not that of people"
+            } else {
+                "participants"
+            };
+            let _ = writeln!(
+                out,
+                "Standard deviations are those of the data set \"{title}\" ({people} {kind}; {trials} trials): {}{unit} between and \
+                 {}{unit} within participants, and {}{unit} from place to place.",
+                figures(deviations[0]),
+                figures(deviations[1]),
+                figures(*per_place)
+            );
+            (vec![plan.smallest_effect], *deviations, *per_place)
+        }
+    };
+    let _ = writeln!(
+        out,
+        "Share of {studies} simulated studies, each with participants drawn anew, in which the contrast {} has p below the level, with \
+         its 95 % interval (Clopper and Pearson): at {} as a single test, and at {strict:.4} as the strictest step of Holm's \
+         correction.\n",
+        first.label(),
+        plan.alpha
+    );
+    let shown = |effect: f64| match spread {
+        OutcomeSpread::Unknown => format!("{effect} residual SD"),
+        OutcomeSpread::Rehearsed { .. } => format!("{effect}{unit}"),
+    };
+    let _ =
+        writeln!(out, "| participants | effect | power at {} | power at {strict:.4} |\n|---|---|---|---|", plan.alpha);
+    let place = |name: &str| study.conditions.iter().position(|condition| condition.name == name).unwrap_or_default();
+    for n in numbers(study, participants) {
+        for effect in &effects {
+            let design = SimulatedDesign {
+                orders: (0..n).map(|i| study.file.order.order(study.conditions.len(), i, study.file.seed)).collect(),
+                contrast: [place(&first.condition), place(&first.reference)],
+                effect: *effect,
+                per_place,
+                sd_participant: deviations[0],
+                sd_residual: deviations[1],
+            };
+            let cells = design.simulate(studies, [plan.alpha, strict], study.file.seed).map(|found| {
+                let (share, [low, high]) = found.power();
+                format!("{:.0} % [{:.0}, {:.0}]", 100.0 * share, 100.0 * low, 100.0 * high)
+            });
+            let mark = if n == participants { "**" } else { "" };
+            let _ = writeln!(out, "| {mark}{n}{mark} | {} | {} | {} |", shown(*effect), cells[0], cells[1]);
+        }
+    }
+}
+
+/// Numbers of participants of the curve: whole squares of orders, and the planned one.
+fn numbers(study: &Study, participants: usize) -> Vec<usize> {
+    let period = study.file.order.period(study.conditions.len());
+    let step = period.max(6usize.next_multiple_of(period.max(1)));
+    let mut all: Vec<usize> =
+        (1..=MOST_SQUARES).map(|k| k * step).filter(|n| *n == step || *n <= MOST_PARTICIPANTS).collect();
+    all.retain(|n| *n >= 2);
+    all.push(participants.max(2));
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Three digits that count.
+fn figures(value: f64) -> String {
+    minus(&format!("{value:.3}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn study(more: &str) -> Study {
+        let text = format!(
+            "title = \"Ranges\"\nparticipants = 12\n[base]\ntraffic = \"native\"\nduration_s = 60.0\n{more}\n[factors]\nrange = [{{ name = \
+             \"narrow\", set = {{ range_mph = 0.5 }} }}, {{ name = \"middle\" }}, {{ name = \"wide\", set = {{ range_mph = 2.0 }} }}]\n\
+             [[segment]]\nkind = \"trials\"\nname = \"trial\"\n"
+        );
+        Study::parse(text, Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 0.3\nsecondary = [\"reaction_s\"]\ncontrasts = [{ \
+                        condition = \"wide\", reference = \"narrow\" }, { condition = \"middle\", reference = \"narrow\" }]\n\
+                        [analysis.exclude]\nmost_contacts = 0\n";
+
+    #[test]
+    fn the_text_says_design_order_rules_model_and_power() {
+        let study = study(PLAN);
+        let spread = OutcomeSpread::Rehearsed {
+            title: "Rehearsed".into(),
+            counts: [12, 36],
+            is_simulated: true,
+            deviations: [0.2, 0.4],
+            per_place: -0.01,
+        };
+        let text = written(&study, 12, &spread, 200).unwrap();
+        for part in [
+            "12 participants, each with 3 trials, one in each of 3 conditions",
+            "* `narrow` of `range`: `range_mph` = 0.5",
+            "They repeat after 6 participants.",
+            "1. narrow, middle, wide",
+            "Every order comes 2 times with 12 participants.",
+            "replaced by one with the same order",
+            "A trial is left out if there was a contact",
+            "* Primary: Mean speed of all vehicles",
+            "measure ~ condition + place + (1 | participant)",
+            "alpha = 0.05 over all 4 tests",
+            "Smallest effect of interest: 0.3 m/s",
+            "0.200 m/s between and 0.400 m/s within participants, and \u{2212}0.010 m/s from place to place",
+            "at 0.0125 as the strictest step",
+            "| **12** | 0.3 m/s | ",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        assert_eq!(text, written(&study, 12, &spread, 200).unwrap());
+        // Theory (R: pt with noncentrality 0.3/0.4 sqrt(48/2), 93 degrees of freedom) has 0.953 for 48 participants; three errors of 200
+        // studies are 4.6 points.
+        let row = text.lines().find(|line| line.starts_with("| 48 |")).unwrap();
+        let share: f64 = row.split('|').nth(3).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
+        assert!((share - 95.3).abs() < 4.6, "{row}");
+    }
+
+    #[test]
+    fn an_unbalanced_number_is_told_with_the_next_and_without_a_rehearsal_effects_are_conventional() {
+        let text = written(&study(PLAN), 10, &OutcomeSpread::Unknown, 20).unwrap();
+        assert!(
+            text.contains("**Not every order comes equally often with 10 participants; with 12 it does.**"),
+            "{text}"
+        );
+        assert!(text.contains("Cohen (1988)") && text.contains("| **10** | 0.8 residual SD | "), "{text}");
+        let none = written(&study(""), 12, &OutcomeSpread::Unknown, 20).unwrap_err().to_string();
+        assert!(none.contains("has no [analysis]") && none.contains("remedy"), "{none}");
+    }
+}
