@@ -38,6 +38,19 @@ const KEY: [ColumnTexts; 4] = [
     ("place", "Place", "", "place among the trials of the segment, from 1"),
     ("condition", "Condition", "", "condition of the trial; empty for a drive that is the same for everyone"),
 ];
+const SCORES: [ColumnTexts; 6] = [
+    KEY[0],
+    ("questionnaire", "Questionnaire", "", "questionnaire of the plan, as its file in the data set is called"),
+    ("place", "Place", "", "place of the trial that it is about, from 1; empty for one that is about no trial"),
+    ("condition", "Condition", "", "condition of that trial; empty for one that is about no trial"),
+    ("score", "Score", "", "name of the score in its questionnaire"),
+    (
+        "value",
+        "Value",
+        "",
+        "the score in its own unit, by the rule of its questionnaire; empty where an answer is missing",
+    ),
+];
 const DRIVE: [ColumnTexts; 2] = [
     ("duration_s", "Duration", "s", "length of the drive"),
     ("ended", "End", "", "how the drive ended: duration (its time was over), contact, or who or what stopped it"),
@@ -321,6 +334,7 @@ pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 6] {
                 .chain(DRIVER_NUMBERS.iter().flat_map(DriverNumber::columns))
                 .collect(),
         },
+        TableColumns { file: "scores.csv", row: "a score of a participant", columns: columns(&SCORES) },
     ]
 }
 
@@ -357,7 +371,7 @@ pub fn unit_text(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{page_tests::drives, reactions, tables as csv};
+    use crate::analysis::{StudyParticipants, page_tests::drives, reactions, tables as csv};
 
     #[test]
     fn every_column_of_every_table_has_words_a_definition_and_its_place_in_the_dictionary() {
@@ -369,13 +383,14 @@ mod tests {
             ("speed.csv", csv::speed(&drives)),
             ("conditions.csv", csv::by_condition(&drives)),
             ("drivers.csv", csv::drivers(&drives, &[])),
+            ("scores.csv", csv::scores(&drives, &StudyParticipants::default())),
         ];
         let dictionary: Value = serde_json::from_str(&dictionary(&drives)).unwrap();
         assert_eq!(dictionary.as_object().unwrap().len(), written.len());
         let tables = tables(&drives);
         for (file, text) in written {
             let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-            assert!(head.len() > 6, "{file}: {head:?}");
+            assert!(head.len() >= 6, "{file}: {head:?}");
             let of = tables.iter().find(|table| table.file == file).unwrap();
             assert_eq!(of.columns.iter().map(|column| column.name.as_str()).collect::<Vec<_>>(), head, "{file}");
             for column in &of.columns {

@@ -86,7 +86,7 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
         .iter()
         .filter_map(|state| {
             let n = people.all.iter().filter(|person| person.state == *state).count();
-            (n > 0).then(|| format!("{n} {state}"))
+            (n > 0).then(|| format!("{n} {}", state.replace('_', " ")))
         })
         .collect();
     if !states.is_empty() {
@@ -375,7 +375,7 @@ mod tests {
         let person =
             |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
         let all = vec![person("sub-P01", "complete"), person("sub-P02", "partial"), person("sub-P03", "excluded")];
-        let text = paragraphs(&made(), &StudyParticipants { all, scores: Vec::new() }, &[]).join("\n");
+        let text = paragraphs(&made(), &StudyParticipants { all, ..StudyParticipants::default() }, &[]).join("\n");
         for part in [
             "4 drives of 2 simulated participants were analysed.",
             "no person took part",

@@ -164,9 +164,13 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
     let mut drives = drives();
     drives.iter_mut().for_each(|drive| drive.measures.values[index("speed_gain_mps")] = Some(-0.25));
     drives[0].measures.values[index("speed_bias_mps")] = Some(-1.5);
-    let score =
-        super::people::ScoreColumn { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![-1.0, 3.0] };
-    let who = StudyParticipants { all: Vec::new(), scores: vec![score] };
+    let score = super::people::ScoreColumn {
+        questionnaire: "ssq_after".into(),
+        name: "total".into(),
+        condition: String::new(),
+        values: vec![-1.0, 3.0],
+    };
+    let who = StudyParticipants { scores: vec![score], ..StudyParticipants::default() };
     let made = report("A study", &drives, &who, &[], &[driver()], None).unwrap();
     (made.html, made.figures, made.methods)
 }
@@ -318,9 +322,14 @@ fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
     use crate::analysis::people::{ScoreColumn, StudyParticipant};
     let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
     let all = vec![person("sub-R01", "complete"), person("sub-R02", "excluded")];
-    let score = ScoreColumn { questionnaire: "ssq_after".into(), name: "total".into(), values: vec![10.0, 30.0] };
+    let score = ScoreColumn {
+        questionnaire: "ssq_after".into(),
+        name: "total".into(),
+        condition: String::new(),
+        values: vec![10.0, 30.0],
+    };
     let mut page = ReportPage::default();
-    let people = StudyParticipants { all, scores: vec![score] };
+    let people = StudyParticipants { all, scores: vec![score], each: Vec::new() };
     took_part(&mut page, &people);
     scores(&mut page, &people);
     for part in [

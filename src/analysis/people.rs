@@ -10,7 +10,7 @@ use std::{
 };
 
 /// How far a session came, in the words of `participants.tsv` (`study::Completion`), in the order in which they are reported.
-pub const STATES: [&str; 5] = [COMPLETE, "partial", "withdrawn", "open", EXCLUDED];
+pub const STATES: [&str; 7] = [COMPLETE, "partial", "withdrawn", "declined", "not_eligible", "open", EXCLUDED];
 const COMPLETE: &str = "complete";
 const EXCLUDED: &str = "excluded";
 
@@ -39,8 +39,25 @@ pub struct ScoreColumn {
     pub questionnaire: String,
     /// The score's name.
     pub name: String,
+    /// Condition of the trials that it is about; empty where it is about no trial.
+    pub condition: String,
     /// Those of the participants who answered and are not excluded, in the table's own unit.
     pub values: Vec<f64>,
+}
+
+/// A score of one participant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParticipantScore {
+    /// `sub-P03`.
+    pub participant: String,
+    /// Questionnaire of the plan, as its file is called.
+    pub questionnaire: String,
+    /// Place of the trial that it is about, from 1, and its condition; empty where it is about no trial.
+    pub trial: [String; 2],
+    /// The score's name.
+    pub name: String,
+    /// Its value as the table has it; empty where an answer is missing.
+    pub value: String,
 }
 
 /// Participants of a study and their scores; empty outside of one.
@@ -48,8 +65,10 @@ pub struct ScoreColumn {
 pub struct StudyParticipants {
     /// In the table's order.
     pub all: Vec<StudyParticipant>,
-    /// In the order of files and columns.
+    /// In the order of files and columns, of one about trials in the order of conditions.
     pub scores: Vec<ScoreColumn>,
+    /// The same one by one, in the order of files, rows and columns.
+    pub each: Vec<ParticipantScore>,
 }
 
 impl StudyParticipants {
@@ -68,7 +87,7 @@ impl StudyParticipants {
                 state: row[state].clone(),
             }));
         }
-        let mut people = Self { all, scores: Vec::new() };
+        let mut people = Self { all, ..Self::default() };
         let entries = fs::read_dir(root.join("phenotype")).into_iter().flatten().flatten();
         let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
         files.retain(|path| path.extension().is_some_and(|ending| ending == "tsv"));
@@ -78,13 +97,44 @@ impl StudyParticipants {
             let id = table.column("participant_id")?;
             let rows: Vec<&Vec<String>> =
                 table.rows.iter().filter(|row| subjects.contains(&row[id]) && !people.is_excluded(&row[id])).collect();
-            for (at, name) in table.names.iter().enumerate() {
-                let Some(name) = name.strip_prefix("score_") else { continue };
-                people.scores.push(ScoreColumn {
-                    questionnaire: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            let mut questionnaire = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let trial = table.column("place").ok().zip(table.column("condition").ok());
+            let conditions = trial.map_or_else(|| vec![String::new()], |(_, at)| conditions(&path, &rows, at));
+            if trial.is_some() && rows.is_empty() {
+                continue;
+            }
+            if let (Some((at, _)), Some(row)) = (trial, rows.first()) {
+                // One table a place: together they are the questionnaire after every trial.
+                questionnaire = questionnaire.replacen(&format!("_{}_", row[at]), "_", 1);
+            }
+            let scores = || table.names.iter().enumerate().filter_map(|(i, n)| Some((i, n.strip_prefix("score_")?)));
+            for (at, name) in scores() {
+                for condition in &conditions {
+                    let of_it = rows.iter().filter(|row| trial.is_none_or(|(_, in_row)| row[in_row] == *condition));
+                    let values: Vec<f64> = of_it.filter_map(|row| row[at].parse().ok()).collect();
+                    let same = |known: &&mut ScoreColumn| {
+                        trial.is_some()
+                            && (&*known.questionnaire, &*known.name, &known.condition)
+                                == (&*questionnaire, name, condition)
+                    };
+                    if let Some(known) = people.scores.iter_mut().find(same) {
+                        known.values.extend(values);
+                        continue;
+                    }
+                    let (questionnaire, condition) = (questionnaire.clone(), condition.clone());
+                    people.scores.push(ScoreColumn { questionnaire, name: name.into(), condition, values });
+                }
+            }
+            for row in rows {
+                people.each.extend(scores().map(|(at, name)| ParticipantScore {
+                    participant: row[id].clone(),
+                    questionnaire: questionnaire.clone(),
+                    trial: trial.map_or_else(Default::default, |(place, condition)| {
+                        [&row[place], &row[condition]].map(Clone::clone)
+                    }),
                     name: name.into(),
-                    values: rows.iter().filter_map(|row| row[at].parse().ok()).collect(),
-                });
+                    value: if row[at] == MISSING { String::new() } else { row[at].clone() },
+                }));
             }
         }
         Ok(people)
@@ -106,10 +156,27 @@ impl StudyParticipants {
             let ids: Vec<&str> =
                 self.all.iter().filter(|person| person.state == state).map(|person| person.id.as_str()).collect();
             let names = if state == COMPLETE { String::new() } else { format!(" ({})", ids.join(", ")) };
-            (!ids.is_empty()).then(|| format!("{} {state}{names}", ids.len()))
+            (!ids.is_empty()).then(|| format!("{} {}{names}", ids.len(), state.replace('_', " ")))
         };
         STATES.into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// What BIDS writes for what is not there.
+const MISSING: &str = "n/a";
+
+/// Conditions of a study, in its order where the sidecar of a table tells it, and those that are in the table alone.
+fn conditions(table: &Path, rows: &[&Vec<String>], at: usize) -> Vec<String> {
+    let sidecar = read_text(&table.with_extension("json"), SETTINGS_BYTES).unwrap_or_default();
+    let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap_or_default();
+    let levels = sidecar["condition"]["Levels"].as_object();
+    let mut found: Vec<String> = levels.map(|levels| levels.keys().cloned().collect()).unwrap_or_default();
+    for row in rows {
+        if row[at] != MISSING && !found.contains(&row[at]) {
+            found.push(row[at].clone());
+        }
+    }
+    found
 }
 
 /// A table as BIDS has it.

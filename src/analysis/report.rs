@@ -163,7 +163,8 @@ pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
 pub(super) fn scores(page: &mut ReportPage, people: &StudyParticipants) {
     let row = |score: &super::people::ScoreColumn| {
         let [low, high] = [f64::min, f64::max].map(|f| score.values.iter().copied().reduce(f).unwrap_or_default());
-        let name = score.questionnaire.replace('_', " ");
+        let condition = if score.condition.is_empty() { String::new() } else { format!(", {}", score.condition) };
+        let name = score.questionnaire.replace('_', " ") + &condition;
         let n = score.values.len();
         Some(vec![name, score.name.clone(), n.to_string(), estimate(&score.values)?, short(low), short(high)])
     };
@@ -175,7 +176,8 @@ pub(super) fn scores(page: &mut ReportPage, people: &StudyParticipants) {
     page.paragraph("lead", &format!("{} gives the scores of the questionnaires.", page.table_links(1)));
     page.table(
         &format!(
-            "Scores of the questionnaires: mean [{}], lowest and highest; N is the number of participants.",
+            "Scores of the questionnaires, of one that comes after every trial by condition: mean [{}], lowest and highest; N is the \
+             number of participants.",
             interval()
         ),
         &cells(["Questionnaire", "Score", "N", "Mean", "Lowest", "Highest"]),

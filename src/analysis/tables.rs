@@ -1,12 +1,13 @@
 //! What was measured, as CSV. In: analysed drives. Out: text: `trials.csv` (a row a drive), `advice.csv` (a row a change of
 //! the advice and a sham), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval), `drivers.csv` (a row a
-//! participant). What each column is stands in [`glossary`](super::glossary).
+//! participant), `scores.csv` (a row a score of a participant). What each column is stands in [`glossary`](super::glossary).
 
 use super::{
     AnalysedRecording, MEASURES,
     drivers::ParticipantDriver,
     glossary::names,
     measures::{deviation, median},
+    people::{ParticipantScore, StudyParticipants},
 };
 use crate::metrics::Estimate;
 use std::collections::BTreeSet;
@@ -43,6 +44,15 @@ pub fn trials(drives: &[AnalysedRecording]) -> String {
         line(key(drive).into_iter().chain(facts).chain(drive.measures.values.iter().map(|v| cell(*v))))
     };
     line(names(drives, "trials.csv")) + &drives.iter().map(row).collect::<String>()
+}
+
+/// A row a score of a participant, of a questionnaire that comes after every trial a row a trial.
+pub fn scores(drives: &[AnalysedRecording], people: &StudyParticipants) -> String {
+    let row = |score: &ParticipantScore| {
+        let ParticipantScore { participant, questionnaire, trial: [place, condition], name, value } = score;
+        line([participant, questionnaire, place, condition, name, value].map(Clone::clone))
+    };
+    line(names(drives, "scores.csv")) + &people.each.iter().map(row).collect::<String>()
 }
 
 /// A row a change of the advice.

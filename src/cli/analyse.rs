@@ -12,7 +12,7 @@ use crate::{
     },
     drive_loop::RunError,
     record,
-    study::{bids, checksums},
+    study::{bids, checksums, erasure},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use rayon::prelude::*;
@@ -57,6 +57,7 @@ pub(super) fn command() -> Command {
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(folder) = matches.get_one::<PathBuf>("folder") else { return Ok(()) };
+    erasure::finish_around(folder).map_err(RunError::from)?;
     let holdings = find(folder)?;
     let out = matches.get_one::<PathBuf>("out").unwrap_or(&holdings.out);
     let changed = changes(&holdings)?;
@@ -84,6 +85,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
     put("drivers.csv", &tables::drivers(&drives, &fitted))?;
+    if !holdings.people.each.is_empty() {
+        put("scores.csv", &tables::scores(&drives, &holdings.people))?;
+    }
     put("columns.json", &glossary::dictionary(&drives))?;
     if holdings.is_whole {
         put("dataset_description.json", &bids::derived(&holdings.title))?;

@@ -11,7 +11,7 @@ use crate::{
         preregistration::{self, OutcomeSpread, PreregistrationError},
     },
 };
-use clap::{Arg, ArgAction, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
+use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
 use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
@@ -93,10 +93,40 @@ pub(super) fn command() -> Command {
             Arg::new("reason")
                 .long("reason")
                 .value_name("TEXT")
-                .requires("exclude")
+                .requires("without")
                 .value_parser(NonEmptyStringValueParser::new())
-                .help("Why the data are excluded; the data set keeps it"),
+                .help("Why the data are excluded or erased; the data set keeps it, so write nothing that says who it is"),
         )
+        .arg(
+            Arg::new("erase")
+                .long("erase")
+                .value_name("CODE")
+                .requires("out")
+                .requires("reason")
+                .conflicts_with_all(["check", "rehearse", "participants", "participant", "exclude"])
+                .help(
+                    "Erase everything of this participant for good: recordings, answers, log, rows of all tables, and all results of \
+                     codrive analyse in the data set; erased.tsv keeps code, reason and time",
+                ),
+        )
+        .arg(
+            Arg::new("export")
+                .long("export")
+                .value_name("CODE")
+                .requires("out")
+                .requires("to")
+                .conflicts_with_all(["check", "rehearse", "participants", "participant", "exclude", "erase"])
+                .help("Copy everything of this participant to a folder, to be given to them; nothing of anybody else is in it"),
+        )
+        .arg(
+            Arg::new("to")
+                .long("to")
+                .value_name("FOLDER")
+                .requires("export")
+                .value_parser(value_parser!(PathBuf))
+                .help("Where the copy goes: a new or an empty folder outside of the data set"),
+        )
+        .group(ArgGroup::new("without").args(["exclude", "erase"]))
         .arg(
             Arg::new("out")
                 .long("out")
@@ -142,6 +172,22 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         let reason = matches.get_one::<String>("reason").map_or("", String::as_str);
         return exclude(&study, code, root, reason);
     }
+    if let (Some(code), Some(root)) = (matches.get_one::<String>("erase"), matches.get_one::<PathBuf>("out")) {
+        let reason = matches.get_one::<String>("reason").map_or("", String::as_str);
+        return erase(&study, code, root, reason);
+    }
+    if let [Some(root), Some(to)] = ["out", "to"].map(|name| matches.get_one::<PathBuf>(name))
+        && let Some(code) = matches.get_one::<String>("export")
+    {
+        let (data, code) = there(&study, code, root)?;
+        let files = data.export(&code, to).map_err(RunError::from)?;
+        out::line(format_args!(
+            "{}: {files} files, all that {} holds of participant {code}",
+            to.display(),
+            root.display()
+        ))?;
+        return Ok(());
+    }
     let participants = matches.get_one::<u32>("participants").copied().unwrap_or(study.file.participants);
     if matches.get_flag("plan") {
         return plan(&study, participants as usize, matches);
@@ -159,14 +205,29 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
 }
 
-fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
+/// A code and the data set that it should be in.
+fn there(study: &Study, code: &str, root: &Path) -> Result<(DataSet, ParticipantCode), CliError> {
     let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
     if !root.exists() {
         return Err(CliError::Input(format!("{}: there is no such data set", root.display())));
     }
-    DataSet::open(root, study)
-        .and_then(|data| data.exclude(study, &code, reason, &recording_manifest::now()))
-        .map_err(RunError::from)?;
+    Ok((DataSet::open(root, study).map_err(RunError::from)?, code))
+}
+
+fn erase(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
+    let (data, code) = there(study, code, root)?;
+    data.erase(&code, reason, &recording_manifest::now()).map_err(RunError::from)?;
+    out::line(format_args!(
+        "{}: participant {code} erased, and all results of codrive analyse there; erased.tsv keeps code, reason and time\n  \
+         not erased: copies, backups and results elsewhere",
+        root.display()
+    ))?;
+    Ok(())
+}
+
+fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
+    let (data, code) = there(study, code, root)?;
+    data.exclude(study, &code, reason, &recording_manifest::now()).map_err(RunError::from)?;
     let meaning = Completion::Excluded.meaning();
     out::line(format_args!("{}: participant {code} excluded: {meaning}", root.display()))?;
     Ok(())
@@ -190,6 +251,12 @@ fn rehearse(
         found.complete,
         found.participants
     ))?;
+    if found.stopped > 0 {
+        out::line(format_args!(
+            "{} of them stopped by a rule of the study (ends_if or stop_above): see participants.tsv",
+            found.stopped
+        ))?;
+    }
     if found.complete < found.participants {
         return Err(CliError::Failed("stopped; all that was driven is kept: run the same command to resume".into()));
     }

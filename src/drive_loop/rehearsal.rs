@@ -10,7 +10,7 @@ use crate::{
     study::{
         DataSet, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, Study, UnbrokenTime,
         dataset::BASELINE,
-        session::{ParticipantKind, Session, SessionLog},
+        session::{ParticipantKind, Session, SessionLog, as_map},
         simulated::SimulatedParticipant,
     },
     time::Tick,
@@ -44,10 +44,12 @@ pub struct Rehearsal<'a> {
 /// How far it came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RehearsalProgress {
-    /// Participants that are through, those of earlier calls included.
+    /// Participants that are through, those of earlier calls included: to the end of the plan, or to an end by a rule of the study.
     pub complete: usize,
     /// All of them.
     pub participants: usize,
+    /// Participants whose session a rule of the study has ended.
+    pub stopped: usize,
 }
 
 impl<'a> Rehearsal<'a> {
@@ -139,7 +141,9 @@ impl<'a> Rehearsal<'a> {
             (0..self.participants).map(one).collect::<Result<_, _>>()?
         };
         let complete = complete.into_iter().filter(|is| *is).count();
-        Ok(RehearsalProgress { complete, participants: self.participants })
+        let ended = |log: &&SessionLog| log.end.as_ref().is_some_and(|end| !end.complete);
+        let stopped = self.data.logs()?.iter().filter(ended).count();
+        Ok(RehearsalProgress { complete, participants: self.participants, stopped })
     }
 
     /// One participant to the end of the plan. False if stopped before.
@@ -177,8 +181,14 @@ impl<'a> Rehearsal<'a> {
                     session.end(ItemOutcome::Done, "", &recording_manifest::now())?
                 }
                 PlanItem::Questions(word) => {
-                    let answers = participant.answer(&self.study.questionnaires[word], &planned.name);
-                    session.end_answered(answers, &recording_manifest::now())?;
+                    let answers = participant.answer_as_invited(self.study, word, &planned);
+                    let ending = self.study.ending(&planned, &as_map(&answers));
+                    session.end_answered(answers, ending.as_ref(), &recording_manifest::now())?;
+                    if ending.is_some() {
+                        let left = plan.items.iter().filter(|planned| !session.log().is_settled(&planned.name));
+                        left.for_each(|planned| driven(planned_ticks(planned)));
+                        break;
+                    }
                 }
                 PlanItem::Drive { scenario, until_in_range_s, .. } => {
                     let driver = participant.driver_among(scenario.idm.t);
@@ -200,7 +210,7 @@ impl<'a> Rehearsal<'a> {
                 break;
             }
         }
-        if complete {
+        if complete && session.log().end.is_none() {
             session.finish(&recording_manifest::now())?;
         }
         drop(session);

@@ -53,7 +53,7 @@ impl LiveSession {
                 self.leave("stopped", &reason, backend)?;
                 self.session.stop(&reason, &(self.utc)())?;
                 self.asked = false;
-                self.see(SessionState::Stopped);
+                self.see(SessionState::Stopped(self.study.file.texts.stopped.clone()));
                 Ok(())
             }
             SessionCommand::Exclude(reason) => {
@@ -61,7 +61,7 @@ impl LiveSession {
                     self.leave("excluded", &reason, backend)?;
                     self.session.stop(&reason, &(self.utc)())?;
                     self.asked = false;
-                    self.see(SessionState::Stopped);
+                    self.see(SessionState::Stopped(self.study.file.texts.stopped.clone()));
                 }
                 Ok(self.session.exclude(&reason)?)
             }
@@ -91,7 +91,7 @@ impl LiveSession {
                 let text = "the participant has to answer the questions first; Skip leaves them out";
                 return Err(CommandRefusal::Say(text.into()));
             }
-            SessionState::Loading(_) | SessionState::End | SessionState::Stopped => {}
+            SessionState::Loading(_) | SessionState::End | SessionState::Stopped(_) => {}
         }
         Ok(())
     }
@@ -140,6 +140,10 @@ impl LiveSession {
 
     fn skip(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
         self.not_over()?;
+        if self.session.next().is_some_and(|(_, planned)| self.study.is_consent(planned)) {
+            let text = "nobody takes part without consent; Stop ends the session";
+            return Err(CommandRefusal::Say(text.into()));
+        }
         let runs = self.session.log().running.is_some();
         let drove = self.leave("skipped", reason, backend)?;
         self.session.skip(reason, &(self.utc)())?;

@@ -21,6 +21,7 @@ use crate::{
     scenario::Scenario,
     study::{
         FormInput, ItemOutcome, PlanItem, PlannedItem, QuestionnaireForm, Session, SessionError, Study, UnbrokenTime,
+        session::as_map, stop_rule::SessionEnding,
     },
     units::SpeedUnit,
 };
@@ -106,8 +107,8 @@ enum SessionState {
     Questions(Box<QuestionnaireForm>),
     /// All is settled.
     End,
-    /// Stopped for good.
-    Stopped,
+    /// Stopped for good: the words that the participant reads.
+    Stopped(String),
 }
 
 /// A session as it goes.
@@ -166,7 +167,7 @@ impl LiveSession {
 
     /// True when nothing comes any more.
     pub fn is_over(&self) -> bool {
-        matches!(self.at, SessionState::End | SessionState::Stopped)
+        matches!(self.at, SessionState::End | SessionState::Stopped(_))
     }
 
     /// True while the picture of a drive is seen.
@@ -306,8 +307,13 @@ impl LiveSession {
                     self.session.keep(form.answered())?;
                 } else if form.is_over() {
                     let answers = form.answered();
-                    self.session.end_answered(answers, &(self.utc)())?;
-                    self.go_on()?;
+                    let planned = self.running();
+                    let ending = planned.and_then(|planned| self.study.ending(planned, &as_map(&answers)));
+                    self.session.end_answered(answers, ending.as_ref(), &(self.utc)())?;
+                    match ending {
+                        Some(ending) => self.stopped_by(ending),
+                        None => self.go_on()?,
+                    }
                 }
             }
             _ if !matches!(input, FormInput::Next | FormInput::PageOn) || seen_for_s < PAGE_S => {}
@@ -318,6 +324,13 @@ impl LiveSession {
             _ => {}
         }
         Ok(())
+    }
+
+    /// A rule of the study has ended the session.
+    fn stopped_by(&mut self, ending: SessionEnding) {
+        log::info!("the session ends by a rule: {}", ending.reason);
+        self.error = Some(format!("the session has ended by a rule of the study: {}", ending.reason));
+        self.see(SessionState::Stopped(ending.words));
     }
 
     /// What comes after a page, a rest or the end of a drive.

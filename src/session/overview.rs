@@ -52,7 +52,7 @@ impl LiveSession {
             SessionState::Rest(text, left_s) => ParticipantScreen::Rest(text, *left_s),
             SessionState::Questions(form) => ParticipantScreen::Questions(form),
             SessionState::End => ParticipantScreen::Wait(&texts.thanks),
-            SessionState::Stopped => ParticipantScreen::Wait(&texts.stopped),
+            SessionState::Stopped(words) => ParticipantScreen::Wait(words),
         }
     }
 
@@ -114,7 +114,7 @@ impl LiveSession {
                 format!("questions {name}, page {} of {pages}", page + 1)
             }
             SessionState::End => "thanks".into(),
-            SessionState::Stopped => "stopped, thanks".into(),
+            SessionState::Stopped(_) => "stopped, thanks".into(),
         }
     }
 
@@ -128,7 +128,7 @@ impl LiveSession {
     /// What the session waits for.
     pub fn phase(&self, now: BackendStatus) -> SessionPhase {
         match &self.at {
-            SessionState::End | SessionState::Stopped => SessionPhase::Over,
+            SessionState::End | SessionState::Stopped(_) => SessionPhase::Over,
             _ if self.asked => SessionPhase::Held,
             SessionState::Hold => SessionPhase::Experimenter,
             SessionState::Countdown(_, held) if *held => SessionPhase::Held,

@@ -2,7 +2,7 @@
 //! Out: `SHA256SUMS`, as `sha256sum --check` reads it; and what differs from it.
 //!
 //! A participant's files are listed when the session is over; what is published anew after every participant (`participants.tsv`,
-//! `phenotype/`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again.
+//! `phenotype/`, `erased.tsv`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again.
 
 use super::SessionError;
 use crate::{
@@ -25,6 +25,8 @@ const MADE_AGAIN: [&str; 3] = ["derivatives", "analysis", "report"];
 const MOST_BYTES: u64 = 64 << 20;
 /// Files that only hold a lock.
 const LOCK: &str = "lock";
+/// What is there while an erasure goes on.
+const ERASURE: &str = "erasure.json";
 
 /// SHA-256, hexadecimal, by the file's name from the top with slashes.
 type ChecksumList = BTreeMap<String, String>;
@@ -80,7 +82,7 @@ fn of_subject(name: &str) -> Option<&str> {
 }
 
 fn is_published_anew(name: &str) -> bool {
-    name.starts_with("participants.") || name.starts_with("phenotype/")
+    ["participants.", "phenotype/", "erased.", ".bidsignore"].iter().any(|begin| name.starts_with(begin))
 }
 
 fn read(root: &Path) -> Result<Option<ChecksumList>, SessionError> {
@@ -102,7 +104,7 @@ fn read(root: &Path) -> Result<Option<ChecksumList>, SessionError> {
 }
 
 /// All files of a data set that hold data, by their names from the top, in order.
-fn files(root: &Path) -> Result<Vec<String>, SessionError> {
+pub(super) fn files(root: &Path) -> Result<Vec<String>, SessionError> {
     let mut found = Vec::new();
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
@@ -112,7 +114,7 @@ fn files(root: &Path) -> Result<Vec<String>, SessionError> {
             let name = folder.join(entry.file_name());
             let kind = entry.file_type().map_err(|why| RecordError::File { path: entry.path(), why })?;
             let text = name.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
-            let is_skipped = [LOCK, FILE, CHANGED].iter().any(|skipped| entry.file_name() == *skipped)
+            let is_skipped = [LOCK, FILE, CHANGED, ERASURE].iter().any(|skipped| entry.file_name() == *skipped)
                 || name.extension().is_some_and(|ending| ending == record::BESIDE)
                 || MADE_AGAIN.iter().any(|folder| entry.file_name() == *folder);
             match kind {

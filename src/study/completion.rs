@@ -1,6 +1,6 @@
 //! How far a session came, as the data set says it. In: a session's log. Out: a [`Completion`].
 
-use super::session::{ItemOutcome, SessionLog};
+use super::session::{EndCause, ItemOutcome, SessionLog};
 
 /// How far a session came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,13 +13,18 @@ pub enum Completion {
     Partial,
     /// It was stopped for good before the end of the plan.
     Withdrawn,
+    /// The participant did not agree to take part.
+    Declined,
+    /// Answers with which nobody takes part ended it.
+    NotEligible,
     /// The experimenter excluded its data, however far it came.
     Excluded,
 }
 
 impl Completion {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Open, Self::Complete, Self::Partial, Self::Withdrawn, Self::Excluded];
+    pub const ALL: [Self; 7] =
+        [Self::Open, Self::Complete, Self::Partial, Self::Withdrawn, Self::Declined, Self::NotEligible, Self::Excluded];
 
     /// That of a session.
     pub fn of(log: &SessionLog) -> Self {
@@ -28,7 +33,11 @@ impl Completion {
         if end.excluded.is_some() {
             Self::Excluded
         } else if !end.complete {
-            Self::Withdrawn
+            match end.cause {
+                Some(EndCause::Declined) => Self::Declined,
+                Some(EndCause::NotEligible) => Self::NotEligible,
+                Some(EndCause::ScoreLimit) | None => Self::Withdrawn,
+            }
         } else if log.passages.iter().any(|passage| skipped(&passage.item)) {
             Self::Partial
         } else {
@@ -43,6 +52,8 @@ impl Completion {
             Self::Complete => "complete",
             Self::Partial => "partial",
             Self::Withdrawn => "withdrawn",
+            Self::Declined => "declined",
+            Self::NotEligible => "not_eligible",
             Self::Excluded => "excluded",
         }
     }
@@ -53,7 +64,9 @@ impl Completion {
             Self::Open => "the session is not over",
             Self::Complete => "every item of the plan was done to its end",
             Self::Partial => "the session came to its end, and at least one item was skipped",
-            Self::Withdrawn => "the session was stopped for good before its end",
+            Self::Withdrawn => "the session was stopped for good before its end, by the experimenter or by a rule",
+            Self::Declined => "the participant did not agree to take part",
+            Self::NotEligible => "the answers to a screening ended the session",
             Self::Excluded => "the experimenter excluded the data; codrive analyse leaves them out",
         }
     }

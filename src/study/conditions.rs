@@ -62,7 +62,7 @@ impl Study {
             let conditions: &[Option<&Condition>] = match segment.kind {
                 SegmentKind::Drive => &none,
                 SegmentKind::Trials => &all,
-                SegmentKind::Text | SegmentKind::Questions | SegmentKind::Break => &[],
+                SegmentKind::Text | SegmentKind::Consent | SegmentKind::Questions | SegmentKind::Break => &[],
             };
             for condition in conditions {
                 let begun = self.drive(i, *condition).and_then(|scenario| {

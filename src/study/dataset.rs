@@ -6,8 +6,10 @@
 //! study-changed.toml        the same of now, where the plan of the analysis was changed after the first session
 //! participants.tsv          one row a participant: number, order, complete, partial, withdrawn or excluded
 //! phenotype/SEGMENT.tsv     one row a participant: answers and scores of one questionnaire
+//! phenotype/SEGMENT_2_NAME.tsv the same of the questionnaire NAME after the second trial, with its condition
 //! sub-CODE/sub-CODE_scans.tsv          its drives: condition, levels, where the recording lies
 //! sub-CODE/beh/*_events.tsv, *_beh.tsv advice and events of a drive; answers with their times
+//! erased.tsv                who was erased, when and why: no data (see `erasure`)
 //! SHA256SUMS                all of it but what an analysis makes, for `sha256sum --check` and `codrive analyse`
 //! sourcedata/sub-CODE/session.json     what was when (see `session`)
 //! sourcedata/sub-CODE/ITEM/            the recording of a drive; ITEM-baseline the same without advice
@@ -16,10 +18,10 @@
 
 use super::{
     Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, Study,
+    answer_tables::{self, phenotype, phenotype_of_trial, timed},
     bids::{self, TsvColumn, TsvTable},
-    checksums, lock,
-    questions::{ElementKind, QuestionElement, Questionnaire},
-    session::{self, ParticipantKind, SessionLog, TimedAnswer},
+    checksums, erasure, lock,
+    session::{self, ParticipantKind, SessionLog},
     source,
 };
 use crate::{
@@ -66,6 +68,7 @@ impl DataSet {
         let data = Self { root: root.into() };
         record::new_private_dir(root)?;
         data.check_links()?;
+        erasure::finish(root)?;
         let copy = root.join(STUDY);
         if copy.exists() {
             let was = read_text(&copy, SETTINGS_BYTES).map_err(|why| RecordError::File { path: copy.clone(), why })?;
@@ -81,7 +84,7 @@ impl DataSet {
         let files = [
             ("dataset_description.json", description(study)),
             ("README.md", readme(study)),
-            (".bidsignore", BIDSIGNORE.into()),
+            (".bidsignore", BIDSIGNORE.to_owned() + erasure::BIDSIGNORE),
             // Last: with it the data set is there.
             (STUDY, source::portable(&study.source)),
         ];
@@ -128,6 +131,13 @@ impl DataSet {
     /// Codes that differ only by case would be one folder on some systems.
     pub(super) fn check_new_code(&self, code: &ParticipantCode) -> Result<(), SessionError> {
         let like = |other: &ParticipantCode| other != code && other.as_str().eq_ignore_ascii_case(code.as_str());
+        if let Some(was) = erasure::erased(&self.root)?.iter().find(|was| was.code.eq_ignore_ascii_case(code.as_str()))
+        {
+            return Err(SessionError::Refused(format!(
+                "participant {code} was erased ({}, {}); take another code",
+                was.reason, was.at
+            )));
+        }
         match self.codes().into_iter().find(like) {
             Some(other) => Err(SessionError::Refused(format!(
                 "participant {code} differs from {other} only by capital letters; take another code"
@@ -156,7 +166,8 @@ impl DataSet {
         Ok(())
     }
 
-    fn codes(&self) -> Vec<ParticipantCode> {
+    /// All who have data here, in order.
+    pub(super) fn codes(&self) -> Vec<ParticipantCode> {
         let entries = fs::read_dir(self.root.join("sourcedata")).into_iter().flatten().flatten();
         let mut codes: Vec<ParticipantCode> = entries
             .filter_map(|entry| ParticipantCode::new(entry.file_name().to_str()?.strip_prefix("sub-")?).ok())
@@ -219,11 +230,17 @@ impl DataSet {
         for planned in study.plan(0).items.iter() {
             let PlanItem::Questions(word) = &planned.item else { continue };
             let Some(questionnaire) = study.questionnaires.get(word) else { continue };
-            let table = phenotype(questionnaire, &planned.name, &logs);
+            let (name, table) = match planned.after.as_ref().zip(planned.run) {
+                Some((after, run)) => {
+                    let name = format!("{}-{run}-{}", planned.segment, after.questionnaire);
+                    (name, phenotype_of_trial(study, questionnaire, planned, &logs))
+                }
+                None => (planned.name.clone(), phenotype(questionnaire, &planned.name, &logs)),
+            };
             let stop = if questionnaire.title.ends_with(['.', '?', '!']) { "" } else { "." };
             let about = format!("{}{stop} {}", questionnaire.title, questionnaire.description);
             let more = json!({ "MeasurementToolMetadata": { "Description": about } });
-            self.put_table(&format!("phenotype/{}", planned.name.replace('-', "_")), &table, more)?;
+            self.put_table(&format!("phenotype/{}", name.replace('-', "_")), &table, more)?;
         }
         let is_over = logs.iter().any(|log| log.participant == *code && log.end.is_some());
         checksums::list(&self.root, &code.subject(), is_over)
@@ -273,8 +290,8 @@ impl DataSet {
                     else {
                         continue;
                     };
-                    let facts = bids::task(&bids::label(&planned.segment), &q.title, &planned.text, institution);
-                    self.put_table(&format!("{name}_beh"), &timed(answers), facts)?;
+                    let facts = bids::task(&task(planned), &q.title, &planned.text, institution);
+                    self.put_table(&format!("{name}_beh"), &timed(study, planned, answers), facts)?;
                 }
                 PlanItem::Text(_) | PlanItem::Break(_) => {}
             }
@@ -286,10 +303,18 @@ impl DataSet {
     }
 }
 
+/// The task as BIDS names it: `trial`, and `trialTrust` for the questionnaire after it.
+fn task(planned: &PlannedItem) -> String {
+    match &planned.after {
+        Some(after) => bids::label(&format!("{}-{}", planned.segment, after.questionnaire)),
+        None => bids::label(&planned.segment),
+    }
+}
+
 /// `sub-P03_task-trial_run-2`.
 fn file_name(subject: &str, planned: &PlannedItem) -> String {
     let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
-    format!("{subject}_task-{}{run}", bids::label(&planned.segment))
+    format!("{subject}_task-{}{run}", task(planned))
 }
 
 fn description(study: &Study) -> String {
@@ -311,7 +336,8 @@ fn readme(study: &Study) -> String {
     format!(
         "# {}\n\nDrives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`).\n\n\
          * `participants.tsv`: who took part (codes only), in which order of conditions, and how far each session came.\n\
-         * `phenotype/`: answers and scores of the questionnaires, one row a participant.\n\
+         * `phenotype/`: answers and scores of the questionnaires, one row a participant; of those that come after every trial \
+         one table a place (`trial_2_NAME.tsv`) with the condition.\n\
          * `sub-*/sub-*_scans.tsv`: drives with their condition, and where their recordings lie.\n\
          * `sub-*/beh/`: advice and events of every drive; answers with the time that each took.\n\
          * `sourcedata/`: recordings as Parquet tables (units in each column's metadata), and the log of every session.\n  \
@@ -331,9 +357,8 @@ fn scans(study: &Study) -> TsvTable {
     let mut columns = vec![
         TsvColumn::new("filename", "events of the drive", ""),
         TsvColumn::new("segment", "segment of the study", ""),
-        TsvColumn::new("place", "place among the trials of the segment, from 1", ""),
-        TsvColumn::new("condition", "condition of the trial: its levels joined by +", "")
-            .with(study.conditions.iter().map(|c| (c.name.clone(), format!("condition {} of the study", c.name)))),
+        answer_tables::place(),
+        answer_tables::condition(study),
     ];
     for (factor, levels) in &study.file.factors {
         let words = levels.iter().map(|level| {
@@ -390,83 +415,6 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
         row.extend(traits.iter().map(|name| bids::number(log.traits.get(*name).copied())));
         table.rows.push(row);
     }
-    table
-}
-
-/// Answers and scores of one questionnaire.
-fn phenotype(questionnaire: &Questionnaire, item: &str, logs: &[SessionLog]) -> TsvTable {
-    let mut table = TsvTable::new(vec![TsvColumn::new("participant_id", "code of the participant", "")]);
-    for element in questionnaire.pages.iter().flat_map(|page| &page.elements) {
-        table.columns.extend(columns(element));
-    }
-    for score in &questionnaire.scores {
-        let how = serde_json::to_value(score.method).unwrap_or_default();
-        let about = format!("score: {} times the {} of {}", score.weight, bids::value(&how), score.of.join(", "));
-        table.columns.push(TsvColumn::new(&format!("score_{}", score.name), &about, ""));
-    }
-    for log in logs {
-        let Some(answered) = log.answers.get(item).filter(|_| log.done(item).is_some()) else { continue };
-        let answers = session::as_map(answered);
-        let mut row = vec![log.participant.subject()];
-        for element in questionnaire.pages.iter().flat_map(|page| &page.elements) {
-            let cells =
-                element.answer_names().into_iter().map(|name| answers.get(&name).map_or(String::new(), bids::value));
-            row.extend(cells);
-        }
-        // Sums of decimal weights end in 3e-15 otherwise.
-        let round = |figure: f64| (figure * 1e6).round() / 1e6;
-        row.extend(questionnaire.scores(&answers).into_iter().map(|(_, figure)| bids::number(figure.map(round))));
-        table.rows.push(row);
-    }
-    table
-}
-
-/// The columns of a question: one, or one for each row of a matrix.
-fn columns(element: &QuestionElement) -> Vec<TsvColumn> {
-    let words = |list: &[super::questions::AnswerChoice]| {
-        list.iter().map(|choice| (bids::value(&choice.value), choice.text.clone())).collect::<Vec<_>>()
-    };
-    let mut title = [element.title.as_str(), element.description.as_str()].join(" ").trim().to_owned();
-    let levels = match element.kind {
-        ElementKind::Radiogroup => words(&element.choices),
-        ElementKind::Matrix => words(&element.columns),
-        ElementKind::Boolean => vec![("true".into(), "yes".into()), ("false".into(), "no".into())],
-        // Levels are all values that a cell may have: not the ends of a scale alone, nor the parts of a list.
-        ElementKind::Rating => {
-            let end = |word: &str| if word.is_empty() { String::new() } else { format!(" ({word})") };
-            let (low, high) = (end(&element.min_rate_description), end(&element.max_rate_description));
-            title += &format!(" From {}{low} to {}{high}", element.rate_min, element.rate_max);
-            Vec::new()
-        }
-        ElementKind::Checkbox => {
-            let list: Vec<String> =
-                words(&element.choices).into_iter().map(|(w, text)| format!("{w}: {text}")).collect();
-            title += &format!(" Any of these, joined by semicolons: {}", list.join("; "));
-            Vec::new()
-        }
-        _ => Vec::new(),
-    };
-    let mut names = element.answer_names().into_iter();
-    if element.kind == ElementKind::Matrix {
-        return names
-            .zip(&element.rows)
-            .map(|(name, row)| TsvColumn::new(&name, &format!("{title} {}", row.text), "").with(levels.clone()))
-            .collect();
-    }
-    names.next().map(|name| TsvColumn::new(&name, &title, "").with(levels)).into_iter().collect()
-}
-
-/// Answers with the time that each took.
-fn timed(answers: &[TimedAnswer]) -> TsvTable {
-    let mut table = TsvTable::new(vec![
-        TsvColumn::new("question", "name of the question", ""),
-        TsvColumn::new("answer", "the answer; several are joined by semicolons", ""),
-        TsvColumn::new("response_time", "from seeing the page to this answer", "s"),
-    ]);
-    table.rows = answers
-        .iter()
-        .map(|a| vec![a.question.clone(), bids::value(&a.answer), bids::number(Some(a.time_s))])
-        .collect();
     table
 }
 

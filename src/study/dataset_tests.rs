@@ -1,6 +1,7 @@
 //! The tables of a data set: their cells by hand; what is refused; what is listed anew.
 
 use super::*;
+use crate::study::{Questionnaire, session::TimedAnswer};
 
 const STUDY_TEXT: &str = r#"title = "Two ranges"
 participants = 2
@@ -134,7 +135,8 @@ fn every_answer_of_a_form_has_its_time() {
         .into_iter()
         .map(|one| serde_json::from_value(one).unwrap())
         .collect();
-    let table = timed(&list);
+    let study = study();
+    let table = timed(&study, &study.plan(0).items[0], &list);
     assert_eq!(table.text(), "question\tanswer\tresponse_time\ncar\tlarge\t2.25\nuses\tw;h\t13.5\n");
     assert_eq!(table.columns[2].unit, "s");
 }

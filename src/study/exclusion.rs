@@ -1,8 +1,6 @@
 //! Leaves a participant out of a study once the windows are closed. In: a data set, a code, a reason. Out: the reason in the
 //! participant's log, the word `excluded` in `participants.tsv`; nothing is deleted.
 
-use crate::toml_text::did_you_mean;
-
 use super::{DataSet, ParticipantCode, Session, SessionError, Study, checksums, session};
 
 impl DataSet {
@@ -11,16 +9,7 @@ impl DataSet {
     /// # Errors
     /// There is no such participant, the session is being run, the data are excluded already; the disk refuses.
     pub fn exclude(&self, study: &Study, code: &ParticipantCode, reason: &str, now: &str) -> Result<(), SessionError> {
-        let logs = self.logs()?;
-        if !logs.iter().any(|log| log.participant == *code) {
-            let codes: Vec<&str> = logs.iter().map(|log| log.participant.as_str()).collect();
-            let there = if codes.is_empty() { "none".into() } else { codes.join(", ") };
-            return Err(SessionError::Refused(format!(
-                "there is no participant {code} in {}{}; there are: {there}",
-                self.root().display(),
-                did_you_mean(code.as_str(), &codes)
-            )));
-        }
+        self.check_known(code)?;
         let mut session = Session::reopen(self, study, code, now)?;
         if session.log().end.is_none() {
             session.stop(reason, now)?;

@@ -1,6 +1,8 @@
 //! The file of a study. In: TOML (`assets/studies/`). Out: a [`Study`] in which every scenario can be driven, or a message
 //! that names file, line, column, value and what is allowed.
 
+pub use super::segment::{SegmentKind, StudySegment};
+
 use super::{
     Questionnaire, StudyError,
     conditions::{Condition, ExpectedDrives, changed, conditions},
@@ -89,47 +91,6 @@ pub struct ConditionLevel {
     pub set: SettingChanges,
 }
 
-/// Kinds of segments.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SegmentKind {
-    /// A page to read.
-    Text,
-    /// A drive that is the same for everyone: familiarisation, a baseline.
-    Drive,
-    /// A trial for each condition, in the participant's own order.
-    Trials,
-    /// A questionnaire.
-    Questions,
-    /// A rest with a timer.
-    Break,
-}
-
-/// One segment. Which keys it needs is by its kind.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StudySegment {
-    /// What it is.
-    pub kind: SegmentKind,
-    /// Its name, in data: small letters, digits, hyphens.
-    pub name: String,
-    /// Markdown that is shown (text, break) or shown before (drive, trials, questions).
-    #[serde(default)]
-    pub text: String,
-    /// Settings of its drives (drive, trials).
-    #[serde(default)]
-    #[schemars(with = "Scenario")]
-    pub set: SettingChanges,
-    /// A drive ends sooner once the speed was in the range for this long without a break, seconds (drive).
-    #[schemars(range(min = 1.0, max = 3600.0))]
-    pub until_in_range_s: Option<f64>,
-    /// Rest between two trials (trials), or length of the break, seconds.
-    #[schemars(range(min = 0.0, max = 3600.0))]
-    pub rest_s: Option<f64>,
-    /// Questionnaire: a file beside the study, or the name of one that is shipped.
-    pub questionnaire: Option<String>,
-}
-
 /// What the program says to a participant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -152,6 +113,12 @@ pub struct ParticipantTexts {
     pub thanks: String,
     /// After a session that was stopped before its end.
     pub stopped: String,
+    /// After a consent that was not given.
+    pub declined: String,
+    /// After answers with which nobody can take part.
+    pub not_eligible: String,
+    /// After a score above its limit.
+    pub score_limit: String,
     /// While the experimenter has something to do.
     pub wait: String,
     /// While a drive is held.
@@ -198,6 +165,14 @@ impl Default for ParticipantTexts {
             rest_over: "The rest is over.".into(),
             thanks: "You have finished. Thank you!".into(),
             stopped: "We stop here. Thank you for taking part!".into(),
+            declined: "You do not take part, and that is fine. Nothing more is asked. Thank you for coming!".into(),
+            not_eligible: "Thank you for your answers. The rules of this study do not let you drive today: we stop \
+                           here. The experimenter will tell you why. Thank you for coming!"
+                .into(),
+            score_limit:
+                "We stop here so that you stay well: your last answers are above the limit of this study. Please \
+                          tell the experimenter how you feel. Thank you for taking part!"
+                    .into(),
             wait: "Please wait a moment.".into(),
             paused: "A short pause. The drive will continue soon.".into(),
             asked: "You asked to stop. The experimenter will be with you in a moment.".into(),
@@ -296,10 +271,10 @@ impl Study {
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let mut questionnaires = BTreeMap::new();
         for (i, segment) in study.file.segment.iter().enumerate() {
-            if let Some(word) = &segment.questionnaire {
-                let found = Questionnaire::find(word, &folder)
-                    .map_err(|e| fault(&format!("segment.{i}.questionnaire"), e.0))?;
-                questionnaires.insert(word.clone(), found);
+            for (key, word) in segment.questionnaires() {
+                let found =
+                    Questionnaire::find(word, &folder).map_err(|e| fault(&format!("segment.{i}.{key}"), e.0))?;
+                questionnaires.insert(word.to_owned(), found);
             }
         }
         let font = study.file.font.as_ref().map(|font| read_font(&folder.join(font))).transpose();
@@ -311,6 +286,9 @@ impl Study {
             plan.check(&names).map_err(|wrong| fault(&wrong.key, wrong.message))?;
         }
         study.questionnaires = questionnaires;
+        study.check_rules().map_err(|(key, wrong)| {
+            StudyError(toml_text::at(&study.source, &name, &key, KeyPart::Value, &wrong.to_string()))
+        })?;
         study.expected = study.check_drives(&name)?;
         Ok(study)
     }
@@ -364,49 +342,9 @@ impl Study {
             if file.segment[..i].iter().any(|other| other.name == segment.name) {
                 return wrong(key("name"), format!("the name \"{}\" comes twice", segment.name));
             }
-            segment.check().map_err(|(at, message)| (key(at), message))?;
+            segment.check().map_err(|(at, message)| (key(&at), message))?;
         }
-        Ok(())
-    }
-}
-
-impl StudySegment {
-    /// Keys that its kind needs and those that it has no use for.
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        let drives = matches!(self.kind, SegmentKind::Drive | SegmentKind::Trials);
-        let kind = format!("{:?}", self.kind).to_lowercase();
-        let rules = [
-            ("set", !self.set.is_empty(), drives, false),
-            ("until_in_range_s", self.until_in_range_s.is_some(), self.kind == SegmentKind::Drive, false),
-            (
-                "rest_s",
-                self.rest_s.is_some(),
-                matches!(self.kind, SegmentKind::Trials | SegmentKind::Break),
-                self.kind == SegmentKind::Break,
-            ),
-            (
-                "questionnaire",
-                self.questionnaire.is_some(),
-                self.kind == SegmentKind::Questions,
-                self.kind == SegmentKind::Questions,
-            ),
-            ("text", !self.text.is_empty(), true, self.kind == SegmentKind::Text),
-        ];
-        for (key, is_there, allowed, needed) in rules {
-            if is_there && !allowed {
-                return Err((key, format!("a segment of kind \"{kind}\" has no `{key}`")));
-            }
-            if needed && !is_there {
-                return Err(("kind", format!("a segment of kind \"{kind}\" needs `{key}`")));
-            }
-        }
-        for (key, value, low) in [("until_in_range_s", self.until_in_range_s, 1.0), ("rest_s", self.rest_s, 0.0)] {
-            if value.is_some_and(|v| !(low..=3600.0).contains(&v)) {
-                let value = value.unwrap_or_default();
-                return Err((key, format!("{key} is {value}; allowed: a number from {low} to 3600 s")));
-            }
-        }
-        Ok(())
+        self.check_item_names()
     }
 }
 

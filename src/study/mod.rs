@@ -4,28 +4,33 @@
 //! * [`mod@file`]: what a person writes, and every mistake with its line.
 //! * [`conditions`]: what a condition changes, and the drives that it makes.
 //! * [`order`]: who meets the conditions in which order.
+//! * [`segment`]: one segment of that file. [`stop_rule`]: answers that end a session.
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
 //! * [`practice`]: when a drive of practice has been enough.
-//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers and scores.
+//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers. [`scores`]: what is computed from them.
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`participant_code`]: what a participant is called in files.
 //! * [`session`]: one participant's session as it goes: what comes next, what was done; on the disk after every step.
 //! * [`session_log`]: what that file holds.
 //! * [`completion`]: how far a session came. [`lock`]: one program a participant.
-//! * `exclusion`: leaves a participant out once the windows are closed.
-//! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars.
+//! * `exclusion`: leaves a participant out once the windows are closed. [`erasure`]: nothing of them stays. `export`: all of
+//!   it for themselves.
+//! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars; `answer_tables`: those of answers.
 //! * `source`: what a data set keeps of the study's file.
 //! * [`checksums`]: the list of a data set's files with their SHA-256.
 //! * [`preregistration`]: the plan of study and analysis as a text to register, with the power.
 //! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
 
+mod answer_tables;
 pub mod bids;
 pub mod checksums;
 pub mod completion;
 pub mod conditions;
 pub mod dataset;
 mod dial;
+pub mod erasure;
 mod exclusion;
+mod export;
 pub mod file;
 pub mod lock;
 pub mod order;
@@ -36,12 +41,15 @@ pub mod preregistration;
 mod question_fault;
 pub mod questionnaire_form;
 pub mod questions;
+pub mod scores;
+pub mod segment;
 pub mod session;
 pub mod session_log;
 #[cfg(test)]
 mod session_tests;
 pub mod simulated;
 mod source;
+pub mod stop_rule;
 
 pub use completion::Completion;
 pub use dataset::DataSet;

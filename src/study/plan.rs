@@ -1,7 +1,11 @@
 //! One participant's session, step by step. In: a study and the participant's number. Out: a [`SessionPlan`] in which each drive is
 //! a complete scenario with a seed of its own.
 
-use super::{Study, conditions::Condition, file::SegmentKind};
+use super::{
+    Study,
+    conditions::{Condition, conditions},
+    segment::{SegmentKind, short_name},
+};
 use crate::{
     policy::{self, ResolvedPolicy},
     scenario::Scenario,
@@ -41,10 +45,21 @@ pub struct PlannedItem {
     pub run: Option<usize>,
     /// Name of its condition, if it has one.
     pub condition: Option<String>,
+    /// The drive that it asks about, of a questionnaire that comes after one.
+    pub after: Option<AskedAfter>,
     /// What is shown before it, Markdown; may be empty.
     pub text: String,
     /// What it is.
     pub item: PlanItem,
+}
+
+/// Of a questionnaire that comes after a drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskedAfter {
+    /// Name of the drive in the plan: `trial-2-wide`.
+    pub drive: String,
+    /// The questionnaire's name in data: `trust`.
+    pub questionnaire: String,
 }
 
 /// A whole session.
@@ -71,8 +86,22 @@ impl Study {
         for (i, segment) in self.file.segment.iter().enumerate() {
             let mut add = |name: String, text: &str, item: PlanItem, trial: Option<(usize, &Condition)>| {
                 let (run, condition) = trial.map(|(run, condition)| (run, condition.name.clone())).unzip();
-                let segment = segment.name.clone();
-                items.push(PlannedItem { name, segment, run, condition, text: text.into(), item });
+                let drives = matches!(item, PlanItem::Drive { .. });
+                let planned = |name: String, text: &str, item: PlanItem, after: Option<AskedAfter>| PlannedItem {
+                    name,
+                    segment: segment.name.clone(),
+                    run,
+                    condition: condition.clone(),
+                    after,
+                    text: text.into(),
+                    item,
+                };
+                items.push(planned(name.clone(), text, item, None));
+                for word in segment.after.iter().filter(|_| drives) {
+                    let after = AskedAfter { drive: name.clone(), questionnaire: short_name(word) };
+                    let own = format!("{name}-{}", after.questionnaire);
+                    items.push(planned(own, "", PlanItem::Questions(word.clone()), Some(after)));
+                }
             };
             let mut drive = |condition: Option<&Condition>| {
                 let scenario = self.drive(i, condition).expect("checked when the study was read");
@@ -91,8 +120,8 @@ impl Study {
                 SegmentKind::Break => {
                     add(segment.name.clone(), &segment.text, PlanItem::Break(segment.rest_s.unwrap_or(0.0)), None);
                 }
-                SegmentKind::Questions => {
-                    let word = segment.questionnaire.clone().unwrap_or_default();
+                SegmentKind::Questions | SegmentKind::Consent => {
+                    let word = segment.own_questionnaire().unwrap_or_default().to_owned();
                     add(segment.name.clone(), &segment.text, PlanItem::Questions(word), None);
                 }
                 SegmentKind::Drive => {
@@ -122,6 +151,50 @@ impl Study {
         SessionPlan { index, order, items }
     }
 
+    /// No two items of anybody's plan, and no two tables of the data set, may have one name.
+    pub(super) fn check_item_names(&self) -> Result<(), (String, String)> {
+        let segments = &self.file.segment;
+        let conditions = conditions(&self.file);
+        for (i, segment) in segments.iter().enumerate() {
+            let short = segment.after.iter().map(|word| short_name(word));
+            let mut made: Vec<String> = short.map(|word| format!("{}-{word}", segment.name)).collect();
+            let mut tables: Vec<String> = Vec::new();
+            if segment.kind == SegmentKind::Trials {
+                let rests = segment.rest_s.is_some_and(|s| s > 0.0);
+                for place in 1..=conditions.len() {
+                    let words = segment.after.iter().map(|word| short_name(word));
+                    tables.extend(words.map(|word| format!("{}-{place}-{word}", segment.name)));
+                    made.extend(rests.then(|| format!("{}-rest-{place}", segment.name)));
+                    for condition in &conditions {
+                        let drive = format!("{}-{place}-{}", segment.name, condition.name);
+                        made.extend(segment.after.iter().map(|word| format!("{drive}-{}", short_name(word))));
+                        made.push(drive);
+                    }
+                }
+                let mut names = made.clone();
+                names.sort();
+                if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+                    let message = format!(
+                        "the name \"{}\" is that of a drive and of a questionnaire after one; give the condition or the \
+                         questionnaire another name",
+                        pair[0]
+                    );
+                    return Err((format!("segment.{i}.after"), message));
+                }
+            }
+            made.extend(tables);
+            let other = segments.iter().enumerate().find(|(k, other)| *k != i && made.contains(&other.name));
+            if let Some((k, other)) = other {
+                let message = format!(
+                    "the name \"{}\" is that of an item which the segment \"{}\" makes; take another name",
+                    other.name, segment.name
+                );
+                return Err((format!("segment.{k}.name"), message));
+            }
+        }
+        Ok(())
+    }
+
     /// A seed for each drive of each participant, below 2^53 so that every reader keeps it exactly.
     fn seed_of(&self, index: usize, drive: u64) -> u64 {
         (self.file.seed % 1_000_000) * 1_000_000 + (index as u64 % 10_000) * 100 + drive
@@ -139,10 +212,10 @@ impl Study {
             serde_json::to_value(self.file.order).unwrap_or_default().as_str().unwrap_or_default()
         );
         let first = self.plan(0);
-        let _ = writeln!(out, "\nA session, about {:.0} min:\n      minutes", first.minutes());
+        let _ = writeln!(out, "\nA session, about {:.0} min:", first.minutes());
         for (i, planned) in first.items.iter().enumerate() {
-            let minutes = planned.item.seconds() / 60.0;
-            let _ = writeln!(out, "  {:>2}  {minutes:>6.1}  {:<32} {}", i + 1, planned.name, planned.item.words());
+            let (minutes, words) = (planned.item.seconds() / 60.0, planned.item.words());
+            let _ = writeln!(out, "  {:>2}  {:<32} {minutes:>4.1} min  {words}", i + 1, planned.name);
         }
         let _ = writeln!(out, "\nparticipant   order of conditions");
         for index in 0..participants {

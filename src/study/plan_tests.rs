@@ -147,3 +147,38 @@ name = "trial"
     assert!(dense > 22.0, "{dense}");
     assert_eq!(scales(", dial_full = 100.0"), [0.0, dense, 100.0]);
 }
+
+#[test]
+fn questionnaires_come_after_every_trial_with_its_place_and_condition_and_before_the_rest() {
+    let plan = study(1, "rest_s = 10.0\nafter = [\"raw-tlx\", \"acceptance\"]").plan(0);
+    let after = |drive: &str| [format!("{drive}-raw-tlx"), format!("{drive}-acceptance")];
+    let [[a1, a2], [b1, b2]] = [after("trial-1-a"), after("trial-2-b")];
+    let wanted = ["practice", "pause", "trial-1-a", &a1, &a2, "trial-rest-1", "trial-2-b", &b1, &b2];
+    assert_eq!(names(&plan), wanted);
+    let asked = &plan.items[8];
+    assert_eq!((asked.run, asked.condition.as_deref(), asked.segment.as_str()), (Some(2), Some("b"), "trial"));
+    let about = AskedAfter { drive: "trial-2-b".into(), questionnaire: "acceptance".into() };
+    assert_eq!((&asked.after, &asked.item), (&Some(about), &PlanItem::Questions("acceptance".into())));
+    assert!(plan.items[6].after.is_none() && plan.items[5].after.is_none(), "the drive and the rest ask nothing");
+    // Four questionnaires of two minutes each more than without.
+    let without = study(1, "rest_s = 10.0").plan(0);
+    assert!((plan.minutes() - without.minutes() - 8.0).abs() < 1e-9);
+    assert_eq!(seeds(&plan), seeds(&without), "the drives stay as they were");
+}
+
+#[test]
+fn a_drive_that_is_the_same_for_everyone_is_asked_about_too() {
+    let text = r#"title = "One"
+participants = 1
+[base]
+traffic = "native"
+duration_s = 10.0
+[[segment]]
+kind = "drive"
+name = "practice"
+after = ["ssq"]
+"#;
+    let plan = Study::parse(text.to_owned(), Path::new("one.toml")).unwrap_or_else(|e| panic!("{e}")).plan(0);
+    assert_eq!(names(&plan), ["practice", "practice-ssq"]);
+    assert_eq!((plan.items[1].run, &plan.items[1].condition), (None, &None));
+}

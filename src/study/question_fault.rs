@@ -44,6 +44,19 @@ pub enum QuestionFault {
         /// The nearest that exists, as a question; empty where none is near.
         near: String,
     },
+    /// Weights that nothing asks for, or that are missing.
+    #[error("the score \"{0}\" has `by` where it is not weighted, or is weighted without `by`; they go together")]
+    Weights(String),
+    /// An answer whose scale cannot be turned.
+    #[error(
+        "the score \"{score}\" turns \"{name}\"; allowed: a rating or a row of a matrix of numbers that is in its `of`"
+    )]
+    Turned {
+        /// The score.
+        score: String,
+        /// The name in it.
+        name: String,
+    },
     /// A condition that is none.
     #[error("visibleIf has \"{0}\"; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains")]
     Comparison(String),

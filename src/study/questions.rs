@@ -7,6 +7,8 @@
 //! `<=`, `>`, `>=` or `contains`, joined by `and` or `or` (`and` binds stronger). One thing is our own: `scores`, sums and
 //! means of answers with a weight.
 
+pub use super::scores::{ScoreDefinition, ScoreMethod};
+
 use super::{StudyError, question_fault::QuestionFault};
 use crate::{
     data_folders,
@@ -106,7 +108,7 @@ pub struct QuestionElement {
     pub html: String,
 }
 
-fn one() -> f64 {
+pub(super) fn one() -> f64 {
     1.0
 }
 
@@ -169,31 +171,6 @@ impl<'de> Deserialize<'de> for AnswerChoice {
     }
 }
 
-/// A figure computed from answers: `weight * (sum or mean) of the answers to `of`; empty while one is missing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ScoreDefinition {
-    /// Its name in the data.
-    pub name: String,
-    /// Sum or mean.
-    pub method: ScoreMethod,
-    /// Names of questions, `name.row` for those of a matrix.
-    pub of: Vec<String>,
-    /// Factor.
-    #[serde(default = "one")]
-    pub weight: f64,
-}
-
-/// How answers make a score.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ScoreMethod {
-    /// All added.
-    Sum,
-    /// All added, over how many they are.
-    Mean,
-}
-
 /// `{name} = 'word' and {other} > 3`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibilityCondition {
@@ -217,12 +194,7 @@ impl Serialize for VisibilityCondition {
 
 impl<'de> Deserialize<'de> for VisibilityCondition {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        let any = text
-            .split(" or ")
-            .map(|all| all.split(" and ").map(comparison).collect())
-            .collect::<Result<_, QuestionFault>>();
-        any.map(|any| Self { text: text.clone(), any }).map_err(de::Error::custom)
+        Self::parse(&String::deserialize(deserializer)?).map_err(de::Error::custom)
     }
 }
 
@@ -246,12 +218,22 @@ fn comparison(text: &str) -> Result<AnswerComparison, QuestionFault> {
 }
 
 impl VisibilityCondition {
+    /// From its text.
+    ///
+    /// # Errors
+    /// A part of it is no comparison.
+    pub fn parse(text: &str) -> Result<Self, QuestionFault> {
+        let any = text.split(" or ").map(|all| all.split(" and ").map(comparison).collect());
+        Ok(Self { text: text.into(), any: any.collect::<Result<_, _>>()? })
+    }
+
     /// True if it holds; what is not answered equals nothing.
     pub fn holds(&self, answers: &Answers) -> bool {
         self.any.iter().any(|all| all.iter().all(|one| one.holds(answers)))
     }
 
-    fn names(&self) -> impl Iterator<Item = &str> {
+    /// Names of the questions that it asks for.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.any.iter().flatten().map(|one| one.name.as_str())
     }
 }
@@ -396,13 +378,23 @@ impl Questionnaire {
                 }
             }
         }
-        for score in &self.scores {
-            if let Some(missing) = score.of.iter().find(|name| !answers.contains(name)) {
-                let near = toml_text::did_you_mean(missing, &answers);
-                return Err(QuestionFault::UnknownScore { score: score.name.clone(), name: missing.clone(), near });
-            }
-        }
-        Ok(())
+        self.check_scores()
+    }
+
+    /// Names of all answers, in order.
+    pub fn answer_names(&self) -> Vec<String> {
+        self.pages.iter().flat_map(|page| &page.elements).flat_map(QuestionElement::answer_names).collect()
+    }
+
+    /// True if it has a yes-or-no question of this name that everybody is asked and has to answer.
+    pub(super) fn asks_agreement(&self, name: &str) -> bool {
+        let pages = self.pages.iter().filter(|page| page.visible_if.is_none());
+        pages.flat_map(|page| &page.elements).any(|element| {
+            element.name == name
+                && element.kind == ElementKind::Boolean
+                && element.is_required
+                && element.visible_if.is_none()
+        })
     }
 
     /// Pages that are to be seen with these answers.
@@ -410,23 +402,6 @@ impl Questionnaire {
         self.pages.iter().filter(move |page| {
             page.visible_if.as_ref().is_none_or(|c| c.holds(answers)) && page.visible_elements(answers).next().is_some()
         })
-    }
-
-    /// Figures from these answers; `None` while an answer is missing or no number.
-    pub fn scores(&self, answers: &Answers) -> Vec<(String, Option<f64>)> {
-        let number = |name: &String| answers.get(name).and_then(|v| v.as_f64().or_else(|| v.as_bool().map(f64::from)));
-        self.scores
-            .iter()
-            .map(|score| {
-                let values: Option<Vec<f64>> = score.of.iter().map(number).collect();
-                let figure = values.map(|values| {
-                    let sum: f64 = values.iter().sum();
-                    let over = if score.method == ScoreMethod::Mean { values.len().max(1) as f64 } else { 1.0 };
-                    score.weight * sum / over
-                });
-                (score.name.clone(), figure)
-            })
-            .collect()
     }
 }
 

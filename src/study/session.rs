@@ -7,10 +7,14 @@
 //! program away.
 
 pub use super::session_log::{
-    ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog, SessionNote, TimedAnswer,
+    EndCause, ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog, SessionNote,
+    TimedAnswer,
 };
 
-use super::{DataSet, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, lock, questions::Answers};
+use super::{
+    DataSet, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, lock, questions::Answers,
+    stop_rule::SessionEnding,
+};
 use crate::record::{self, RecordError};
 use fail::fail_point;
 use std::{
@@ -188,7 +192,16 @@ impl Session {
     /// # Errors
     /// The disk refuses.
     pub fn end(&mut self, outcome: ItemOutcome, reason: &str, now: &str) -> Result<(), SessionError> {
-        let Some(running) = self.log.running.take() else { return Ok(()) };
+        if self.pass(outcome, reason, now) {
+            self.save()?;
+            fail_point!("session.end");
+        }
+        Ok(())
+    }
+
+    /// The same in memory alone. False if nothing runs.
+    fn pass(&mut self, outcome: ItemOutcome, reason: &str, now: &str) -> bool {
+        let Some(running) = self.log.running.take() else { return false };
         let recording = self.folder.join(&running.recording).exists().then_some(running.recording);
         self.log.passages.push(SegmentRecord {
             item: running.item,
@@ -199,9 +212,7 @@ impl Session {
             recording,
             answers: running.answers,
         });
-        self.save()?;
-        fail_point!("session.end");
-        Ok(())
+        true
     }
 
     /// What has been answered of the running questionnaire; it is on the disk at once, if it is new.
@@ -221,19 +232,29 @@ impl Session {
         self.log.running.as_ref().map_or(&[], |running| &running.answers)
     }
 
-    /// The running questionnaire was answered.
+    /// The running questionnaire was answered; with an `ending` the session is over by that. Both are one step on the disk:
+    /// a cut between them would go on with somebody who is to stop.
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn end_answered(&mut self, answers: Vec<TimedAnswer>, now: &str) -> Result<(), SessionError> {
+    pub fn end_answered(
+        &mut self,
+        answers: Vec<TimedAnswer>,
+        ending: Option<&SessionEnding>,
+        now: &str,
+    ) -> Result<(), SessionError> {
         if let Some(running) = &mut self.log.running {
             running.answers.clear();
             self.log.answers.insert(running.item.clone(), answers);
         }
+        if let Some(SessionEnding { cause, reason, .. }) = ending {
+            self.pass(ItemOutcome::Done, "", now);
+            return self.close(false, reason, Some(*cause), now);
+        }
         self.end(ItemOutcome::Done, "", now)
     }
 
-    /// The experimenter leaves out what comes next, or what runs.
+    /// The experimenter leaves out what comes next, or what runs; with a drive also the questionnaires about it.
     ///
     /// # Errors
     /// Nothing is left to do, or the disk refuses.
@@ -241,10 +262,33 @@ impl Session {
         if self.log.running.is_none() {
             self.begin(now)?;
         }
+        let item = self.log.running.as_ref().map(|running| running.item.clone()).unwrap_or_default();
+        for about in self.asked_about(&item, false) {
+            self.settle(&about, ItemOutcome::Skipped, &format!("{item} was skipped"), now);
+        }
         self.end(ItemOutcome::Skipped, reason, now)
     }
 
-    /// The experimenter wants an item of the plan once more; it comes next.
+    /// Questionnaires about a drive, those that are settled or those that are not.
+    fn asked_about(&self, drive: &str, settled: bool) -> Vec<String> {
+        let about = self.plan.items.iter().filter(|planned| planned.after.as_ref().is_some_and(|a| a.drive == drive));
+        about.map(|planned| planned.name.clone()).filter(|name| self.log.is_settled(name) == settled).collect()
+    }
+
+    /// Notes a decision about an item that does not run; in memory alone.
+    fn settle(&mut self, item: &str, outcome: ItemOutcome, reason: &str, now: &str) {
+        self.log.passages.push(SegmentRecord {
+            item: item.into(),
+            outcome,
+            reason: reason.into(),
+            began: now.into(),
+            ended: now.into(),
+            recording: None,
+            answers: Vec::new(),
+        });
+    }
+
+    /// The experimenter wants an item of the plan once more; it comes next, and after a drive the questionnaires about it.
     ///
     /// # Errors
     /// There is no such item, it has not been yet, or the disk refuses.
@@ -255,15 +299,10 @@ impl Session {
             let list = if done.is_empty() { "nothing yet".into() } else { done.join(", ") };
             return Err(SessionError::Refused(format!("{item:?} cannot be repeated; what has been is {list}")));
         }
-        self.log.passages.push(SegmentRecord {
-            item: item.into(),
-            outcome: ItemOutcome::Repeat,
-            reason: reason.into(),
-            began: now.into(),
-            ended: now.into(),
-            recording: None,
-            answers: Vec::new(),
-        });
+        self.settle(item, ItemOutcome::Repeat, reason, now);
+        for about in self.asked_about(item, true) {
+            self.settle(&about, ItemOutcome::Repeat, &format!("{item} is repeated"), now);
+        }
         self.save()
     }
 
@@ -294,7 +333,7 @@ impl Session {
         if let Some((_, planned)) = self.next() {
             return Err(SessionError::Refused(format!("\"{}\" is left to do", planned.name)));
         }
-        self.close(true, "", now)
+        self.close(true, "", None, now)
     }
 
     /// The session is over before its end and cannot go on, as after sickness. What runs is aborted.
@@ -303,11 +342,11 @@ impl Session {
     /// The disk refuses.
     pub fn stop(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
         self.end(ItemOutcome::Aborted, reason, now)?;
-        self.close(false, reason, now)
+        self.close(false, reason, None, now)
     }
 
-    fn close(&mut self, complete: bool, reason: &str, now: &str) -> Result<(), SessionError> {
-        self.log.end = Some(SessionEnd { complete, reason: reason.into(), at: now.into(), excluded: None });
+    fn close(&mut self, complete: bool, reason: &str, cause: Option<EndCause>, now: &str) -> Result<(), SessionError> {
+        self.log.end = Some(SessionEnd { complete, reason: reason.into(), at: now.into(), cause, excluded: None });
         self.save()
     }
 

@@ -101,9 +101,24 @@ pub struct SessionEnd {
     pub reason: String,
     /// When, UTC.
     pub at: String,
+    /// The rule of the study that stopped it; none where the experimenter did, and in logs of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<EndCause>,
     /// Why its data are excluded from the study, where they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excluded: Option<String>,
+}
+
+/// Rules of a study that end a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndCause {
+    /// The participant did not agree to take part.
+    Declined,
+    /// Answers with which nobody takes part.
+    NotEligible,
+    /// A score was above its limit.
+    ScoreLimit,
 }
 
 /// Who drives.

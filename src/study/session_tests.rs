@@ -94,7 +94,7 @@ fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
     session.end(ItemOutcome::Aborted, "phone", "t3").unwrap();
     session.begin("t4").unwrap();
     assert!(session.kept().is_empty(), "they broke off themselves");
-    session.end_answered(answers(3), "t5").unwrap();
+    session.end_answered(answers(3), None, "t5").unwrap();
     let log = on_disk(&session);
     assert_eq!((log.answers["before"].clone(), log.done("before").unwrap().answers.len()), (answers(3), 0));
     assert_eq!(session.next().map(|(place, planned)| (place, planned.name.as_str())), Some((1, "thanks")));
@@ -194,6 +194,6 @@ fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_onc
         assert!(row.contains("\texcluded"), "{row}");
     }
     let words = Completion::ALL.map(Completion::word);
-    assert_eq!(words, ["open", "complete", "partial", "withdrawn", "excluded"]);
+    assert_eq!(words, ["open", "complete", "partial", "withdrawn", "declined", "not_eligible", "excluded"]);
     assert!(Completion::ALL.iter().all(|state| state.meaning().len() > 10));
 }

@@ -12,8 +12,9 @@
 //! 1.5 s and an exponential time of mean 2 s.
 
 use super::{
+    PlannedItem, Study,
     questions::{AnswerChoice, ElementKind, QuestionElement, Questionnaire},
-    session::{TimedAnswer, as_map},
+    session::{EndCause, TimedAnswer, as_map},
 };
 use crate::{
     driver::{DriverParams, FittedDriver, Population},
@@ -21,6 +22,9 @@ use crate::{
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+
+/// How often answers are drawn: a screening that one in a thousand would pass by chance is passed with 99 %.
+const MOST_DRAWS: usize = 5000;
 
 /// A simulated participant.
 #[derive(Clone, Debug)]
@@ -128,6 +132,21 @@ impl SimulatedParticipant {
             }
         }
         answered
+    }
+
+    /// Answers to an item of the plan as somebody gives them who was invited: who would be turned away by a consent or a screening
+    /// is not rehearsed, so the answers are drawn again until they let the session go on, at most [`MOST_DRAWS`] times.
+    pub fn answer_as_invited(&self, study: &Study, word: &str, planned: &PlannedItem) -> Vec<TimedAnswer> {
+        let questionnaire = &study.questionnaires[word];
+        let first = self.answer(questionnaire, &planned.name);
+        let is_turned_away = |answers: &[TimedAnswer]| {
+            study.ending(planned, &as_map(answers)).is_some_and(|ending| ending.cause != EndCause::ScoreLimit)
+        };
+        if !is_turned_away(&first) {
+            return first;
+        }
+        let again = (1..MOST_DRAWS).map(|i| self.answer(questionnaire, &format!("{} again {i}", planned.name)));
+        again.into_iter().find(|answers| !is_turned_away(answers)).unwrap_or(first)
     }
 
     fn choose(&self, element: &QuestionElement, stream: &mut Stream) -> Value {

@@ -4,6 +4,7 @@
 mod drive;
 mod force;
 mod overview;
+mod people;
 mod rig;
 mod wheel;
 

@@ -119,15 +119,19 @@ pub struct Rig {
 
 impl Rig {
     pub fn new() -> Self {
-        Self::with("")
+        Self::of(STUDY)
     }
 
     /// With these settings of every drive, too.
     pub fn with(base: &str) -> Self {
+        Self::of(&STUDY.replace("[base]\n", &format!("[base]\n{base}\n")))
+    }
+
+    /// A session of another study.
+    pub fn of(study: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("data");
-        let text = STUDY.replace("[base]\n", &format!("[base]\n{base}\n"));
-        let study = Study::parse(text, Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"));
+        let study = Study::parse(study.into(), Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"));
         let mut rig = Self { _folder: folder, out, study, live_session: None, road: Counted::default() };
         rig.open();
         rig

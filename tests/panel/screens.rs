@@ -315,6 +315,13 @@ fn every_screen_has_its_picture() {
     let mut tlx = harness(Desk::shipped("raw-tlx"), [1280.0, 720.0], 1.0);
     keys(&mut tlx, &[ArrowRight, Enter, ArrowRight, ArrowRight]);
     save(&mut tlx, "tlx");
+    for name in ["consent", "screening", "demographics", "trust", "nasa-tlx", "van-der-laan"] {
+        let mut asked = harness(Desk::shipped(name), [1280.0, 720.0], 1.0);
+        keys(&mut asked, &[ArrowRight, Enter].repeat(if name == "nasa-tlx" { 8 } else { 2 }));
+        save(&mut asked, name);
+    }
+    let stopped = ParticipantTexts::default().score_limit;
+    save(&mut harness(Desk { page: Some(stopped.leak()), ..Desk::new() }, size, 1.0), "stopped-by-limit");
     let mut every = harness(Desk::questions(EVERY_KIND), size, 1.5);
     keys(&mut every, &[ArrowRight, Enter, Key::PageDown]);
     save(&mut every, "every-one");

@@ -69,7 +69,7 @@ fn outside(program: &str) -> Command {
 }
 
 /// Errors that the validator finds in a data set; and how many participants and files it saw.
-fn errors(data: &Path) -> (Vec<String>, usize, u64) {
+pub fn errors(data: &Path) -> (Vec<String>, usize, u64) {
     let arguments = ["-c", "from bids_validator_deno import cli; cli()", "--format", "json", "--max-rows", "-1"];
     let output = outside("python3").args(arguments).arg(data).output().unwrap();
     let report: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output)));

@@ -5,5 +5,7 @@ mod bids;
 mod common;
 mod drivers;
 mod models;
+mod people;
+mod questionnaires;
 mod session;
 mod study;

@@ -230,7 +230,12 @@ fn every_mistake_is_named_with_its_place() {
         ("name = \"b\"", "name = \"B b\"", "trial.toml:10:8: ", "small letters"),
         ("kind = \"trials\"", "kind = \"trial\"", "trial.toml:13:8: ", "unknown value `trial`; did you mean `trials`?"),
         ("kind = \"trials\"", "kind = \"break\"", "trial.toml:13:8: ", "needs `rest_s`"),
-        ("\"raw-tlx\"", "\"tlx\"", "trial.toml:18:17: ", "one of acceptance, driving-experience, raw-tlx, ssq"),
+        (
+            "\"raw-tlx\"",
+            "\"tlx\"",
+            "trial.toml:18:17: ",
+            "one of acceptance, consent, demographics, driving-experience, nasa-tlx, raw-tlx, screening, ssq, trust, van-der-laan",
+        ),
         // What a drive cannot begin with is at the place that set it, whichever drive finds it.
         ("traffic = \"native\"", "map = \"nowhere\"", "trial.toml:4:7: ", "nowhere"),
         ("traffic = \"native\"", "vehicles = 900", "trial.toml:4:12: ", "do not fit"),
@@ -464,12 +469,11 @@ Two holds
 3 participants, 2 conditions, order full: balanced after every 2
 
 A session, about 6 min:
-      minutes
-   1     0.5  welcome                          a page to read
-   2     1.5  trial-1-short                    90 s on ring-250, 12 cars, policy pi, hold 2 s, range +-1.5 mph
-   3     0.5  trial-rest-1                     rest, 30 s
-   4     1.5  trial-2-long                     90 s on ring-250, 12 cars, policy pi, hold 20 s, range +-1.5 mph
-   5     2.0  tlx                              questions: raw-tlx
+   1  welcome                           0.5 min  a page to read
+   2  trial-1-short                     1.5 min  90 s on ring-250, 12 cars, policy pi, hold 2 s, range +-1.5 mph
+   3  trial-rest-1                      0.5 min  rest, 30 s
+   4  trial-2-long                      1.5 min  90 s on ring-250, 12 cars, policy pi, hold 20 s, range +-1.5 mph
+   5  tlx                               2.0 min  questions: raw-tlx
 
 participant   order of conditions
           1   short, long

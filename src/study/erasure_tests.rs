@@ -1,0 +1,148 @@
+//! A participant is erased: what is gone, what stays, and an erasure that was cut at any step is finished by the next start.
+
+use super::*;
+use crate::study::{Session, Study, session::ParticipantKind};
+use serde_json::json;
+
+const STUDY: &str = r#"title = "Load"
+participants = 2
+[base]
+traffic = "native"
+[[segment]]
+kind = "questions"
+name = "load"
+questionnaire = "raw-tlx"
+"#;
+
+struct Place {
+    folder: tempfile::TempDir,
+    study: Study,
+    data: DataSet,
+}
+
+fn code(text: &str) -> ParticipantCode {
+    ParticipantCode::new(text).unwrap()
+}
+
+/// P1 and P2 have answered; an analysis has been, and a folder of another program is there.
+fn place() -> Place {
+    let folder = tempfile::tempdir().unwrap();
+    let study = Study::parse(STUDY.to_owned(), Path::new("load.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
+    for (index, name) in ["P1", "P2"].into_iter().enumerate() {
+        let mut session = Session::open(&data, &study, &code(name), ParticipantKind::Person, index, "t0").unwrap();
+        session.begin("t1").unwrap();
+        let rated = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
+        let answer = |question: &&str| crate::study::session::TimedAnswer {
+            question: (*question).into(),
+            answer: json!(40),
+            time_s: 1.0,
+        };
+        session.end_answered(rated.iter().map(answer).collect(), None, "t2").unwrap();
+        session.finish("t3").unwrap();
+        drop(session);
+        data.publish(&study, &code(name)).unwrap();
+    }
+    for (name, text) in [
+        ("derivatives/codrive/trials.csv", "participant,value\nsub-P1,1\nsub-P2,2\n"),
+        ("derivatives/codrive/conditions.csv", "condition,mean\na,1.5\n"),
+        ("derivatives/other/sub-P1/x.txt", "P1"),
+        ("derivatives/other/sub-P2/x.txt", "P2"),
+        ("phenotype/load.new", "participant_id\nsub-P1"),
+    ] {
+        let path = data.root().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    Place { folder, study, data }
+}
+
+/// Every file of the data set with its text.
+fn all(root: &Path) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![root.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap().flatten() {
+            if entry.path().is_dir() {
+                folders.push(entry.path());
+            } else {
+                found.push((entry.path(), fs::read_to_string(entry.path()).unwrap()));
+            }
+        }
+    }
+    found
+}
+
+#[track_caller]
+fn assert_erased(place: &Place) {
+    let root = place.data.root();
+    for (path, text) in all(root) {
+        let is_ledger = path.file_name().is_some_and(|name| name == "erased.tsv");
+        assert!(is_ledger || !text.contains("P1"), "{}: {text}", path.display());
+        assert!(!path.to_string_lossy().contains("P1"), "{}", path.display());
+    }
+    assert!(!root.join(BEGUN).exists() && !root.join("derivatives/codrive").exists());
+    let ledger = fs::read_to_string(root.join("erased.tsv")).unwrap();
+    assert_eq!(ledger, "participant_id\treason\terased_at\nsub-P1\twithdrew consent\tt9\n");
+    // The other one is whole: log, answers, rows, and all that the list names is as listed.
+    assert!(
+        root.join("sourcedata/sub-P2/session.json").exists() && root.join("derivatives/other/sub-P2/x.txt").exists()
+    );
+    for table in ["participants.tsv", "phenotype/load.tsv"] {
+        let text = fs::read_to_string(root.join(table)).unwrap();
+        let rows: Vec<&str> = text.lines().map(|line| line.split('\t').next().unwrap()).collect();
+        assert_eq!(rows, ["participant_id", "sub-P2"], "{table}");
+    }
+    assert_eq!(checksums::changes(root).unwrap(), Some(Vec::new()));
+}
+
+#[test]
+fn nothing_of_who_is_erased_stays_but_a_line_and_nobody_else_changes() {
+    let place = place();
+    place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
+    assert_erased(&place);
+    let ignored = fs::read_to_string(place.data.root().join(".bidsignore")).unwrap();
+    assert!(ignored.contains("erased.tsv\n"), "{ignored}");
+    // The place in the balanced orders is free again; the code is not.
+    assert_eq!(place.data.next_index().unwrap(), 0);
+    let again = |name: &str| Session::open(&place.data, &place.study, &code(name), ParticipantKind::Person, 0, "t10");
+    for name in ["P1", "p1"] {
+        let said = again(name).unwrap_err().to_string();
+        assert!(said.contains("was erased (withdrew consent, t9); take another code"), "{said}");
+    }
+    again("P3").unwrap();
+    let said = place.data.erase(&code("P1"), "x", "t11").unwrap_err().to_string();
+    assert!(said.contains("participant P1 was erased (withdrew consent, t9); nothing of them is left"), "{said}");
+}
+
+#[test]
+fn an_erasure_that_was_cut_after_any_step_is_finished_by_the_next_start() {
+    for done in 0..STEPS.len() {
+        for by_analysis in [false, true] {
+            let place = place();
+            let root = place.data.root();
+            let erasure = Erasure { participant: code("P1"), reason: "withdrew consent".into(), at: "t9".into() };
+            fs::write(root.join(BEGUN), serde_json::to_string(&erasure).unwrap()).unwrap();
+            STEPS[..done].iter().for_each(|step| step(&erasure, root).unwrap());
+            if by_analysis {
+                finish_around(&root.join("sub-P2")).unwrap();
+            } else {
+                DataSet::open(root, &place.study).unwrap();
+            }
+            assert_erased(&place);
+        }
+    }
+}
+
+#[test]
+fn wrong_codes_are_refused_with_those_that_are_there_and_a_running_session_too() {
+    let place = place();
+    let said = place.data.erase(&code("P7"), "x", "t9").unwrap_err().to_string();
+    assert!(said.contains("there is no participant P7") && said.contains("there are: P1, P2"), "{said}");
+    let said = place.data.export(&code("P7"), &place.folder.path().join("to")).unwrap_err().to_string();
+    assert!(said.contains("there are: P1, P2"), "{said}");
+    let _session = Session::open(&place.data, &place.study, &code("P3"), ParticipantKind::Person, 2, "t0").unwrap();
+    let said = place.data.erase(&code("P3"), "x", "t9").unwrap_err().to_string();
+    assert!(said.contains("participant P3 is being run by another program"), "{said}");
+    assert!(!place.data.root().join(BEGUN).exists(), "what is refused is not begun");
+}

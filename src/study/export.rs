@@ -1,0 +1,177 @@
+//! Gives a participant all data that a data set holds of them. In: a data set, a code, a folder that is new or empty. Out: the folder
+//! with raw data, log, tables with their rows alone, results of an analysis, and a list of checksums; nothing of anybody else.
+//!
+//! It is made in a folder beside the one asked for, which takes its name when it is whole: a cut leaves nothing that looks like it,
+//! and the same command begins anew.
+
+use super::{
+    DataSet, ParticipantCode, SessionError, checksums,
+    erasure::{TABLE_BYTES, tables},
+    lock,
+};
+use crate::{
+    file::read_text,
+    record::{self, RecordError},
+};
+use std::{
+    fs::{self, File},
+    path::{Path, PathBuf},
+};
+
+/// Files at the top that are about nobody: they say what the rest is.
+const ABOUT: [&str; 3] = ["dataset_description.json", "study.toml", "participants.json"];
+/// In the folder while it is made.
+const BEGUN: &str = "export-is-not-whole";
+
+impl DataSet {
+    /// Copies everything of a participant to the folder `to`. Returns how many files.
+    ///
+    /// # Errors
+    /// There is no such participant, the session is being run, the folder holds something or is in the data set; the disk refuses.
+    pub fn export(&self, code: &ParticipantCode, to: &Path) -> Result<usize, SessionError> {
+        self.check_known(code)?;
+        let at = |path: &Path| std::path::absolute(path).map_err(|why| RecordError::File { path: path.into(), why });
+        let (to, root) = (at(to)?, at(self.root())?);
+        if to.starts_with(&root) {
+            let text = format!("{} is in the data set; name a folder outside of {}", to.display(), root.display());
+            return Err(SessionError::Refused(text));
+        }
+        if to.exists() && fs::read_dir(&to).map_or(true, |mut entries| entries.next().is_some()) {
+            return Err(SessionError::Refused(format!(
+                "{} is there already; name a new or an empty folder",
+                to.display()
+            )));
+        }
+        let folder = self.source(code);
+        let _lock = folder.is_dir().then(|| lock::lock(&folder, code)).transpose()?;
+        let part = begin(&to)?;
+        self.copy_all(code, &part)?;
+        fs::remove_file(part.join(BEGUN)).map_err(|why| RecordError::File { path: part.join(BEGUN), why })?;
+        checksums::list(&part, &code.subject(), true)?;
+        let count = checksums::files(&part)?.len();
+        if to.exists() {
+            fs::remove_dir(&to).map_err(|why| RecordError::File { path: to.clone(), why })?;
+        }
+        record::rename(&part, &to)?;
+        Ok(count)
+    }
+
+    fn copy_all(&self, code: &ParticipantCode, to: &Path) -> Result<(), SessionError> {
+        let (root, subject) = (self.root(), code.subject());
+        for name in ABOUT {
+            let path = root.join(name);
+            if path.is_file() {
+                copy(&path, &to.join(name))?;
+            }
+        }
+        let derived = Path::new("derivatives").join("codrive");
+        for folder in [Path::new("sourcedata").join(&subject), PathBuf::from(&subject), derived.join(&subject)] {
+            if root.join(&folder).is_dir() {
+                copy_folder(&root.join(&folder), &to.join(folder))?;
+            }
+        }
+        for path in tables(root) {
+            self.put_rows(&path, '\t', &subject, to)?;
+            let sidecar = path.with_extension("json");
+            if sidecar.is_file() && !sidecar.ends_with("participants.json") {
+                copy(&sidecar, &to.join(sidecar.strip_prefix(root).unwrap_or(&sidecar)))?;
+            }
+        }
+        let results = fs::read_dir(root.join(&derived)).into_iter().flatten().flatten().map(|entry| entry.path());
+        for path in results.filter(|path| path.extension().is_some_and(|ending| ending == "csv")) {
+            self.put_rows(&path, ',', &subject, to)?;
+        }
+        let columns = derived.join("columns.json");
+        if root.join(&columns).is_file() {
+            copy(&root.join(&columns), &to.join(&columns))?;
+        }
+        Ok(record::replace(&to.join("README.md"), readme(code).as_bytes())?)
+    }
+
+    /// The head of a table and the participant's rows; nothing of a table that has none, as one of means.
+    fn put_rows(&self, path: &Path, separator: char, subject: &str, to: &Path) -> Result<(), SessionError> {
+        let text = read_text(path, TABLE_BYTES).map_err(|why| RecordError::File { path: path.into(), why })?;
+        let mut rows = rows(&text, separator == ',').into_iter();
+        let head = rows.next().unwrap_or_default();
+        let own: String = rows.filter(|row| row.trim_end().split(separator).next() == Some(subject)).collect();
+        if own.is_empty() {
+            return Ok(());
+        }
+        let place = to.join(path.strip_prefix(self.root()).unwrap_or(path));
+        place.parent().map_or(Ok(()), record::new_private_dir)?;
+        Ok(record::replace(&place, (head.to_owned() + &own).as_bytes())?)
+    }
+}
+
+/// Rows of a table with their line ends; a line end between quotes is part of a CSV cell.
+fn rows(text: &str, quoted: bool) -> Vec<&str> {
+    let mut within = false;
+    let ends = text.bytes().enumerate().filter_map(|(i, byte)| {
+        within ^= quoted && byte == b'"';
+        (byte == b'\n' && !within).then_some(i + 1)
+    });
+    let mut begin = 0;
+    let mut rows: Vec<&str> = ends.map(|end| &text[std::mem::replace(&mut begin, end)..end]).collect();
+    if begin < text.len() {
+        rows.push(&text[begin..]);
+    }
+    rows
+}
+
+/// An empty folder beside `to`; what a cut left of an earlier one is removed.
+fn begin(to: &Path) -> Result<PathBuf, SessionError> {
+    let mut name = to.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = to.with_file_name(name);
+    if part.exists() {
+        if !part.join(BEGUN).exists() {
+            let text =
+                format!("{} is there already and is no export that was cut; name another folder", part.display());
+            return Err(SessionError::Refused(text));
+        }
+        fs::remove_dir_all(&part).map_err(|why| RecordError::File { path: part.clone(), why })?;
+    }
+    record::new_private_dir(&part)?;
+    record::write_new(&part.join(BEGUN), b"")?;
+    Ok(part)
+}
+
+fn copy_folder(from: &Path, to: &Path) -> Result<(), SessionError> {
+    record::new_private_dir(to)?;
+    let entries = fs::read_dir(from).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+    for entry in entries.map_err(|why| RecordError::File { path: from.into(), why })? {
+        let kind = entry.file_type().map_err(|why| RecordError::File { path: entry.path(), why })?;
+        let place = to.join(entry.file_name());
+        if kind.is_dir() {
+            copy_folder(&entry.path(), &place)?;
+        } else if kind.is_file() && entry.file_name() != lock::FILE {
+            copy(&entry.path(), &place)?;
+        }
+    }
+    Ok(())
+}
+
+/// Copies a file, private to the user, so that the disk has it.
+fn copy(from: &Path, to: &Path) -> Result<(), SessionError> {
+    to.parent().map_or(Ok(()), record::new_private_dir)?;
+    record::write_new(to, b"")?;
+    let copied = fs::copy(from, to).and_then(|_| File::open(to)?.sync_all());
+    Ok(copied.map_err(|why| RecordError::File { path: to.into(), why })?)
+}
+
+fn readme(code: &ParticipantCode) -> String {
+    format!(
+        "# All data of participant {code}\n\nThis is everything that the study holds of this participant, and nothing of anybody else.\n\n\
+         * `sourcedata/{0}/session.json`: what was when, answers and notes; the folders beside it are the recorded drives (Parquet tables).\n\
+         * `{0}/`: drives, events and answers as tables; the JSON file beside a table says what its columns are.\n\
+         * `participants.tsv`, `phenotype/`: the participant's rows of the study's tables.\n\
+         * `derivatives/codrive/`: the participant's rows of the analysis, where there was one; `columns.json` says what they are.\n\
+         * `study.toml`: the plan of the study.\n\
+         * `SHA256SUMS`: the files of the data, for `sha256sum --check`.\n",
+        code.subject()
+    )
+}
+
+#[cfg(test)]
+#[path = "export_tests.rs"]
+mod tests;

@@ -1,0 +1,146 @@
+//! One segment of a study's file. In: TOML tables. Out: a [`StudySegment`] whose keys fit its kind and their limits, or the key at
+//! fault and a message. What questionnaires and drives it names is checked where they are read (`file`, `conditions`).
+
+use super::{
+    file::{SettingChanges, check_word},
+    stop_rule::ScoreLimit,
+};
+use crate::scenario::Scenario;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The questionnaire of a consent where its segment names no other.
+pub const CONSENT: &str = "consent";
+
+/// Kinds of segments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SegmentKind {
+    /// A page to read.
+    Text,
+    /// What the participant must agree to; who declines is thanked, and the session ends.
+    Consent,
+    /// A drive that is the same for everyone: familiarisation, a baseline.
+    Drive,
+    /// A trial for each condition, in the participant's own order.
+    Trials,
+    /// A questionnaire.
+    Questions,
+    /// A rest with a timer.
+    Break,
+}
+
+/// One segment. Which keys it needs is by its kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StudySegment {
+    /// What it is.
+    pub kind: SegmentKind,
+    /// Its name, in data: small letters, digits, hyphens.
+    pub name: String,
+    /// Markdown that is shown (text, break) or shown before (consent, drive, trials, questions).
+    #[serde(default)]
+    pub text: String,
+    /// Settings of its drives (drive, trials).
+    #[serde(default)]
+    #[schemars(with = "Scenario")]
+    pub set: SettingChanges,
+    /// A drive ends sooner once the speed was in the range for this long without a break, seconds (drive).
+    #[schemars(range(min = 1.0, max = 3600.0))]
+    pub until_in_range_s: Option<f64>,
+    /// Rest between two trials (trials), or length of the break, seconds.
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    pub rest_s: Option<f64>,
+    /// Questionnaire: a file beside the study, or the name of one that is shipped (questions, consent).
+    pub questionnaire: Option<String>,
+    /// Questionnaires that come after every drive of it, named as in `questionnaire` (drive, trials).
+    #[serde(default)]
+    pub after: Vec<String>,
+    /// A score above its value ends the session (questions; drive and trials for the questionnaires in `after`, `"ssq.total"`).
+    pub stop_above: Option<ScoreLimit>,
+    /// Answers that end the session, each written as in a questionnaire's `visibleIf` (questions).
+    #[serde(default)]
+    pub ends_if: Vec<String>,
+    /// What the participant reads where this segment ends the session, instead of the program's own words.
+    pub stop_text: Option<String>,
+}
+
+/// The name in data of a questionnaire as a study's file names it: `trust` for `trust` and for `forms/trust.json`.
+pub fn short_name(questionnaire: &str) -> String {
+    Path::new(questionnaire).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+impl StudySegment {
+    /// True if it has drives.
+    pub fn has_drives(&self) -> bool {
+        matches!(self.kind, SegmentKind::Drive | SegmentKind::Trials)
+    }
+
+    /// The questionnaire of the segment itself, if it is one.
+    pub fn own_questionnaire(&self) -> Option<&str> {
+        match self.kind {
+            SegmentKind::Consent => Some(self.questionnaire.as_deref().unwrap_or(CONSENT)),
+            SegmentKind::Questions => self.questionnaire.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// Every questionnaire that it asks, with the key that names it, from the segment.
+    pub(super) fn questionnaires(&self) -> Vec<(String, &str)> {
+        let own = self.own_questionnaire().map(|word| ("questionnaire".to_owned(), word));
+        own.into_iter()
+            .chain(self.after.iter().enumerate().map(|(i, word)| (format!("after.{i}"), word.as_str())))
+            .collect()
+    }
+
+    /// Keys that its kind needs and those that it has no use for; the limits of their values.
+    pub(super) fn check(&self) -> Result<(), (String, String)> {
+        let drives = self.has_drives();
+        let asks = matches!(self.kind, SegmentKind::Questions | SegmentKind::Consent);
+        let kind = format!("{:?}", self.kind).to_lowercase();
+        let may_end = self.kind == SegmentKind::Consent || self.stop_above.is_some() || !self.ends_if.is_empty();
+        let rules = [
+            ("set", !self.set.is_empty(), drives, false),
+            ("until_in_range_s", self.until_in_range_s.is_some(), self.kind == SegmentKind::Drive, false),
+            (
+                "rest_s",
+                self.rest_s.is_some(),
+                matches!(self.kind, SegmentKind::Trials | SegmentKind::Break),
+                self.kind == SegmentKind::Break,
+            ),
+            ("questionnaire", self.questionnaire.is_some(), asks, self.kind == SegmentKind::Questions),
+            ("text", !self.text.is_empty(), true, matches!(self.kind, SegmentKind::Text | SegmentKind::Consent)),
+            ("after", !self.after.is_empty(), drives, false),
+            ("stop_above", self.stop_above.is_some(), drives || self.kind == SegmentKind::Questions, false),
+            ("ends_if", !self.ends_if.is_empty(), self.kind == SegmentKind::Questions, false),
+            ("stop_text", self.stop_text.is_some(), drives || asks, false),
+        ];
+        for (key, is_there, allowed, needed) in rules {
+            if is_there && !allowed {
+                return Err((key.into(), format!("a segment of kind \"{kind}\" has no `{key}`")));
+            }
+            if needed && !is_there {
+                return Err(("kind".into(), format!("a segment of kind \"{kind}\" needs `{key}`")));
+            }
+        }
+        if self.stop_text.is_some() && !may_end {
+            let text = "nothing ends the session here; `stop_text` goes with `stop_above` or `ends_if`";
+            return Err(("stop_text".into(), text.into()));
+        }
+        for (key, value, low) in [("until_in_range_s", self.until_in_range_s, 1.0), ("rest_s", self.rest_s, 0.0)] {
+            if value.is_some_and(|v| !(low..=3600.0).contains(&v)) {
+                let value = value.unwrap_or_default();
+                return Err((key.into(), format!("{key} is {value}; allowed: a number from {low} to 3600 s")));
+            }
+        }
+        for (i, word) in self.after.iter().enumerate() {
+            let (key, name) = (format!("after.{i}"), short_name(word));
+            check_word(&name).map_err(|fault| (key.clone(), fault.to_string()))?;
+            if self.after[..i].iter().any(|other| short_name(other) == name) {
+                return Err((key, format!("the questionnaire \"{name}\" comes twice")));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,163 @@
+//! Consent, screening, limits of scores, and questionnaires after every trial, as a participant meets them.
+
+use crate::rig::Rig;
+use codrive::{
+    panel::{ParticipantScreen, SessionCommand, SessionPhase},
+    session::BackendStatus,
+    study::{Completion, FormInput, ItemOutcome, session::EndCause},
+};
+
+const STUDY: &str = r#"title = "People"
+participants = 2
+order = "fixed"
+[base]
+traffic = "native"
+duration_s = 8.0
+[[condition]]
+name = "narrow"
+[[condition]]
+name = "wide"
+[[segment]]
+kind = "consent"
+name = "consent"
+text = "You will drive a car."
+[[segment]]
+kind = "questions"
+name = "screening"
+questionnaire = "screening"
+ends_if = ["{licence} = false", "{vision} = 'uncorrected'", "{seizures} = true"]
+[[segment]]
+kind = "trials"
+name = "trial"
+after = ["raw-tlx"]
+stop_above = { score = "raw-tlx.raw-tlx", value = 60.0 }
+stop_text = "That was too much. We stop here."
+[[segment]]
+kind = "questions"
+name = "end"
+questionnaire = "acceptance"
+"#;
+
+/// Takes the option of this number at the next stops, one after the other, and goes on.
+fn pick(rig: &mut Rig, options: &[usize]) {
+    for (stop, option) in options.iter().enumerate() {
+        rig.input(FormInput::Pick { stop, option: *option });
+    }
+    rig.input(FormInput::PageOn);
+}
+
+fn words(rig: &mut Rig) -> String {
+    match rig.live_session().screen(BackendStatus::default()) {
+        ParticipantScreen::Wait(words) => words.to_owned(),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Agrees, and passes the screening: yes, normal sight, never sick, and no to the rest.
+fn until_trials(rig: &mut Rig) {
+    rig.next();
+    pick(rig, &[0]);
+    pick(rig, &[0, 0, 0]);
+    pick(rig, &[1, 1, 1]);
+    assert_eq!(rig.running(), "trial-1-narrow");
+}
+
+#[test]
+fn who_declines_is_thanked_and_nothing_else_is_asked_or_kept() {
+    let mut rig = Rig::of(STUDY);
+    assert!(matches!(
+        rig.live_session().screen(BackendStatus::default()),
+        ParticipantScreen::Page("You will drive a car.")
+    ));
+    rig.refused(SessionCommand::Skip("hurry".into()), "nobody takes part without consent");
+    rig.next();
+    assert_eq!(rig.sees(), "questions consent, page 1 of 1");
+    rig.refused(SessionCommand::Skip("hurry".into()), "nobody takes part without consent");
+    pick(&mut rig, &[1]);
+    assert!(rig.live_session().is_over());
+    assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Over);
+    let declined = rig.study.file.texts.declined.clone();
+    assert_eq!(words(&mut rig), declined);
+    let said = rig.live_session().error().unwrap_or_default().to_owned();
+    assert!(said.contains("ended by a rule of the study: the participant did not agree"), "{said}");
+    let log = rig.log();
+    let end = log.end.as_ref().unwrap();
+    assert_eq!(
+        (end.complete, end.cause, Completion::of(&log)),
+        (false, Some(EndCause::Declined), Completion::Declined)
+    );
+    assert_eq!(log.answers.keys().collect::<Vec<_>>(), ["consent"], "that, and nothing of the person");
+    assert_eq!(rig.passages(), [("consent".into(), ItemOutcome::Done)]);
+    rig.refused(SessionCommand::Repeat { item: "consent".into(), reason: "again".into() }, "the session is over");
+}
+
+#[test]
+fn a_screening_ends_the_session_by_the_answer_that_its_file_names() {
+    let mut rig = Rig::of(STUDY);
+    rig.next();
+    pick(&mut rig, &[0]);
+    pick(&mut rig, &[0, 2, 0]);
+    pick(&mut rig, &[1, 1, 1]);
+    assert!(rig.live_session().is_over());
+    let log = rig.log();
+    let end = log.end.as_ref().unwrap();
+    assert_eq!((end.cause, Completion::of(&log)), (Some(EndCause::NotEligible), Completion::NotEligible));
+    assert_eq!(end.reason, "screening: {vision} = 'uncorrected' (ends_if)");
+    let not_eligible = rig.study.file.texts.not_eligible.clone();
+    assert_eq!(words(&mut rig), not_eligible);
+}
+
+#[test]
+fn after_every_trial_its_questions_come_and_a_score_above_the_limit_ends_the_session() {
+    let mut rig = Rig::of(STUDY);
+    until_trials(&mut rig);
+    rig.drive_off();
+    rig.pass(8.1);
+    rig.next();
+    assert_eq!(rig.sees(), "questions trial-1-narrow-raw-tlx, page 1 of 2");
+    // Twelve times five is sixty, the limit itself.
+    pick(&mut rig, &[12, 12, 12]);
+    pick(&mut rig, &[12, 12, 12]);
+    assert_eq!(rig.running(), "trial-2-wide");
+    rig.drive_off();
+    rig.pass(8.1);
+    rig.next();
+    pick(&mut rig, &[12, 12, 12]);
+    pick(&mut rig, &[12, 12, 13]);
+    assert!(rig.live_session().is_over());
+    assert_eq!(words(&mut rig), "That was too much. We stop here.");
+    let log = rig.log();
+    let end = log.end.as_ref().unwrap();
+    assert_eq!((end.cause, Completion::of(&log)), (Some(EndCause::ScoreLimit), Completion::Withdrawn));
+    assert_eq!(end.reason, "trial-2-wide-raw-tlx: raw-tlx.raw-tlx is 60.833333, above 60 (stop_above)");
+    assert_eq!(log.answers.len(), 4, "consent, screening, and two trials: {:?}", log.answers.keys());
+}
+
+#[test]
+fn a_trial_that_is_repeated_or_skipped_takes_its_questions_along() {
+    let mut rig = Rig::of(STUDY);
+    until_trials(&mut rig);
+    rig.drive_off();
+    rig.pass(8.1);
+    rig.next();
+    pick(&mut rig, &[1, 1, 1]);
+    pick(&mut rig, &[1, 1, 1]);
+    assert_eq!(rig.running(), "trial-2-wide");
+    rig.command(SessionCommand::Abort("the wheel slipped".into()));
+    rig.command(SessionCommand::Repeat { item: "trial-1-narrow".into(), reason: "the same".into() });
+    rig.command(SessionCommand::Go);
+    assert_eq!(rig.running(), "trial-1-narrow");
+    rig.drive_off();
+    rig.pass(8.1);
+    rig.next();
+    assert_eq!(rig.running(), "trial-1-narrow-raw-tlx", "what was said of the first drive is not of this one");
+    pick(&mut rig, &[2, 2, 2]);
+    pick(&mut rig, &[2, 2, 2]);
+    assert_eq!(rig.log().answers["trial-1-narrow-raw-tlx"][0].answer, 10);
+    // Nobody is asked about a drive that was not.
+    assert_eq!(rig.running(), "trial-2-wide");
+    rig.command(SessionCommand::Skip("no time".into()));
+    assert_eq!(rig.running(), "end");
+    let skipped = ("trial-2-wide-raw-tlx".into(), ItemOutcome::Skipped);
+    assert!(rig.passages().contains(&skipped), "{:?}", rig.passages());
+}

@@ -1,0 +1,159 @@
+//! A rehearsed study with consent, screening, a limit and questionnaires after every trial: what the plan, the data set and the
+//! analysis say of them; then one participant is given their data, and another is erased.
+
+use crate::common::{codrive, table, text};
+use std::{collections::BTreeSet, fs, path::Path};
+
+const STUDY: &str = r#"title = "People"
+participants = 3
+seed = 7
+[base]
+traffic = "native"
+warm_up_s = 0.0
+duration_s = 4.0
+hold_s = 2.0
+[factors]
+range = [{ name = "narrow", set = { range_mph = 0.5 } }, { name = "wide", set = { range_mph = 2.0 } }]
+[[segment]]
+kind = "consent"
+name = "consent"
+text = "You will drive a car."
+[[segment]]
+kind = "questions"
+name = "screening"
+questionnaire = "screening"
+ends_if = ["{licence} = false", "{vision} = 'uncorrected'", "{seizures} = true", "{medication} = true", "{unwell} = true"]
+[[segment]]
+kind = "questions"
+name = "about-you"
+questionnaire = "demographics"
+[[segment]]
+kind = "trials"
+name = "trial"
+rest_s = 10.0
+after = ["trust", "nasa-tlx"]
+[[segment]]
+kind = "questions"
+name = "acceptance"
+questionnaire = "van-der-laan"
+"#;
+
+fn study(folder: &Path, from: &str, to: &str) -> String {
+    assert!(STUDY.contains(from), "{from}");
+    let path = folder.join("people.toml");
+    fs::write(&path, STUDY.replacen(from, to, 1)).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// Runs the program; what it said.
+fn said(arguments: &[&str]) -> (i32, String) {
+    let output = codrive(arguments, "warn");
+    (output.status.code().unwrap_or(-1), text(&output))
+}
+
+#[test]
+fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_stand() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = study(folder.path(), "seed = 7", "seed = 7");
+    let data = folder.path().join("data");
+    let out = data.to_str().unwrap();
+
+    let (code, plan) = said(&["study", &file, "--check"]);
+    assert!(
+        code == 0 && plan.contains("trial-2-wide-nasa-tlx") && plan.contains(" 2.0 min  questions: trust"),
+        "{plan}"
+    );
+    let (code, words) = said(&["study", &file, "--rehearse", "--out", out]);
+    // Who is rehearsed was invited: they agree and pass the screening.
+    assert!(code == 0 && words.contains("3 of 3 participants completed the study"), "{words}");
+    assert!(table(&data.join("phenotype/consent.tsv")).iter().all(|row| row["agree"] == "true"));
+
+    // One table a place: each participant meets both conditions, at places 1 and 2.
+    let tlx: Vec<_> =
+        [1, 2].iter().flat_map(|i| table(&data.join(format!("phenotype/trial_{i}_nasa_tlx.tsv")))).collect();
+    let key: BTreeSet<[&str; 2]> = tlx.iter().map(|row| [&*row["participant_id"], &*row["condition"]]).collect();
+    assert_eq!((tlx.len(), key.len()), (6, 6));
+    let names = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
+    for row in &tlx {
+        // Weights are counted here from the pairs, and are 15 in all.
+        let count =
+            |name: &str| row.iter().filter(|(key, value)| key.contains("-or-") && *value == name).count() as f64;
+        let number = |name: &str| row[name].parse::<f64>().unwrap();
+        assert_eq!(names.iter().map(|name| count(name)).sum::<f64>(), 15.0);
+        let wanted = names.iter().map(|name| count(name) * number(name)).sum::<f64>() / 15.0;
+        assert!((number("score_weighted-tlx") - wanted).abs() < 1e-5, "{row:?}");
+    }
+    for scan in table(&data.join("sub-R02/sub-R02_scans.tsv")) {
+        let place = &scan["place"];
+        let answers = table(&data.join(format!("sub-R02/beh/sub-R02_task-trialTrust_run-{place}_beh.tsv")));
+        assert_eq!(answers.len(), 4);
+        assert!(
+            answers.iter().all(|row| row["place"] == *place && row["condition"] == scan["condition"]),
+            "{answers:?}"
+        );
+    }
+
+    let (code, words) = said(&["analyse", out]);
+    assert_eq!(code, 0, "{words}");
+    let scores = table(&data.join("derivatives/codrive/scores.csv"));
+    let trust = |row: &&std::collections::BTreeMap<String, String>| row["questionnaire"] == "trial_trust";
+    assert_eq!(scores.iter().filter(trust).count(), 6);
+    for row in scores.iter().filter(trust) {
+        let phenotype = table(&data.join(format!("phenotype/trial_{}_trust.tsv", row["place"])));
+        let same =
+            phenotype.iter().find(|p| p["participant_id"] == row["participant"] && p["place"] == row["place"]).unwrap();
+        assert_eq!((&same["score_trust"], &same["condition"]), (&row["value"], &row["condition"]));
+    }
+    let report = fs::read_to_string(data.join("derivatives/codrive/report.html")).unwrap();
+    for has in ["trial trust, narrow", "trial nasa tlx, wide", "<td>acceptance</td>"] {
+        assert!(report.contains(has), "{has}");
+    }
+
+    // One is given theirs; one is erased, and the analysis goes on with the others.
+    let mine = folder.path().join("mine");
+    let (code, words) = said(&["study", &file, "--out", out, "--export", "R02", "--to", mine.to_str().unwrap()]);
+    assert!(code == 0 && words.contains("all that"), "{words}");
+    assert_eq!(table(&mine.join("derivatives/codrive/trials.csv")).len(), 2);
+    assert!(
+        mine.join("sourcedata/sub-R02/trial-1-narrow/manifest.json").exists()
+            || mine.join("sourcedata/sub-R02/trial-1-wide/manifest.json").exists()
+    );
+    let (code, words) = said(&["study", &file, "--out", out, "--erase", "R01", "--reason", "withdrew consent"]);
+    assert!(code == 0 && words.contains("participant R01 erased"), "{words}");
+    assert!(!data.join("sub-R01").exists() && !data.join("sourcedata/sub-R01").exists());
+    assert_eq!(table(&data.join("erased.tsv"))[0]["reason"], "withdrew consent");
+    let (code, words) = said(&["analyse", out]);
+    assert!(code == 0 && words.contains("4 drives"), "{words}");
+    for wrong in [vec!["--erase", "R01", "--reason", "x"], vec!["--export", "P9", "--to", "nowhere"]] {
+        let (code, words) = said(&[&["study", &file, "--out", out], &wrong[..]].concat());
+        assert!(code != 0 && (words.contains("was erased") || words.contains("there are: R02, R03")), "{words}");
+    }
+    for (arguments, missing) in [(vec!["--erase", "R02"], "--reason"), (vec!["--export", "R02"], "--to")] {
+        let (code, words) = said(&[&["study", &file, "--out", out], &arguments[..]].concat());
+        assert!(code == 2 && words.contains(missing), "{words}");
+    }
+    let (found, subjects, _) = crate::bids::errors(&data);
+    assert!(found.is_empty() && subjects == 2, "{found:#?}");
+}
+
+#[test]
+fn a_rehearsal_is_stopped_by_a_limit_as_a_person_would_be() {
+    let folder = tempfile::tempdir().unwrap();
+    // No answer is below 1: the mean of four is above 0 for everybody.
+    let file = study(
+        folder.path(),
+        "after = [\"trust\", \"nasa-tlx\"]",
+        "after = [\"trust\"]\nstop_above = { score = \"trust.trust\", value = 0.0 }",
+    );
+    let data = folder.path().join("data");
+    let (code, words) = said(&["study", &file, "--rehearse", "--out", data.to_str().unwrap()]);
+    assert!(code == 0 && words.contains("3 of them stopped by a rule of the study"), "{words}");
+    let participants = table(&data.join("participants.tsv"));
+    assert!(participants.iter().all(|row| row["state"] == "withdrawn"), "{participants:?}");
+    assert!(
+        fs::read_to_string(data.join("sourcedata/sub-R01/session.json"))
+            .unwrap()
+            .contains("\"cause\": \"score_limit\"")
+    );
+    assert!(!data.join("sub-R01/beh/sub-R01_task-acceptance_beh.tsv").exists(), "nothing comes after the end");
+}
