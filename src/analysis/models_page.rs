@@ -237,11 +237,16 @@ fn normal(outcome: &PlannedOutcome, of: &FittedOutcome) -> ReportFigure {
     let measure = &MEASURES[outcome.measure];
     let chart = |title: &str, numbers: &[f64]| {
         let points = quantiles(numbers);
-        let far = points.iter().flatten().fold(2.0_f64, |far, v| far.max(v.abs())) * 1.06;
-        let line = PlotShape::Pieces { pieces: vec![[[-far, -far], [far, far]]], colour: "#999999".into(), width: 1.2 };
+        let reach = |k: usize| points.iter().fold(2.0_f64, |far, point| far.max(point[k].abs())) * 1.08;
+        let (wide, high) = (reach(0), reach(1));
+        let line =
+            PlotShape::Pieces { pieces: vec![[[-wide, -wide], [wide, wide]]], colour: "#999999".into(), width: 1.2 };
         let dots =
             points.into_iter().map(|at| PlotShape::Dot { at, radius: 2.4, colour: COLOURS[0].into(), has_edge: false });
-        let (x, y) = (Axis::even("expected of a normal sample, SD", [-far, far]), Axis::even("found, SD", [-far, far]));
+        let (x, y) = (
+            Axis::even("expected of a normal sample, SD", [-wide, wide]),
+            Axis::even("found, SD", [-high.max(wide), high.max(wide)]),
+        );
         Chart { shapes: [line].into_iter().chain(dots).collect(), ..Chart::new(title, x, y, 150.0) }
     };
     let mut charts = vec![chart("Residuals", &of.model.residuals)];

@@ -216,6 +216,8 @@ pub struct PlanHistory {
     pub begun: Option<AnalysisPlan>,
     /// That of now.
     pub now: Option<AnalysisPlan>,
+    /// Why the experimenter excluded somebody, by the participant's name in tables (`sub-P03`).
+    pub exclusions: BTreeMap<String, String>,
 }
 
 impl PlanHistory {
@@ -243,7 +245,7 @@ impl PlanHistory {
             None if changed.exists() => read(&changed)?,
             None => begun.clone(),
         };
-        Ok(Self { begun, now })
+        Ok(Self { begun, now, exclusions: exclusions(root) })
     }
 
     /// What was changed after the first session, a sentence each: key, planned and present value.
@@ -264,6 +266,18 @@ impl PlanHistory {
             }
         }
     }
+}
+
+/// Reasons in the logs of the sessions; a log that cannot be read has none.
+fn exclusions(root: &Path) -> BTreeMap<String, String> {
+    let entries = std::fs::read_dir(root.join("sourcedata")).into_iter().flatten().flatten();
+    let reason = |folder: std::fs::DirEntry| {
+        let text = read_text(&folder.path().join("session.json"), SETTINGS_BYTES).ok()?;
+        let log: Value = serde_json::from_str(&text).ok()?;
+        let why = log["end"]["excluded"].as_str()?.to_owned();
+        Some((folder.file_name().to_string_lossy().into_owned(), why))
+    };
+    entries.filter_map(reason).collect()
 }
 
 /// Values by their keys, those of tables within joined by a dot; lists as they are.
@@ -327,7 +341,7 @@ mod tests {
     fn what_changed_after_the_first_session_is_told_key_by_key() {
         let begun = Some(plan(GOOD));
         let now = Some(plan(&GOOD.replace("= 0.2", "= 0.3").replace("most_contacts = 0", "least_trials = 2")));
-        let history = PlanHistory { begun: begun.clone(), now };
+        let history = PlanHistory { begun: begun.clone(), now, ..PlanHistory::default() };
         assert_eq!(
             history.changes(),
             [
@@ -336,8 +350,10 @@ mod tests {
                 "smallest_effect: planned 0.2, now 0.3."
             ]
         );
-        assert!(PlanHistory { begun: begun.clone(), now: begun.clone() }.changes().is_empty());
-        assert!(PlanHistory { begun: None, now: begun }.changes()[0].contains("no plan"));
+        assert!(
+            PlanHistory { begun: begun.clone(), now: begun.clone(), ..PlanHistory::default() }.changes().is_empty()
+        );
+        assert!(PlanHistory { now: begun, ..PlanHistory::default() }.changes()[0].contains("no plan"));
         assert!(PlanHistory::default().changes().is_empty());
     }
 }

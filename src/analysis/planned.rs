@@ -12,6 +12,7 @@ use super::{
     tables::{cell, line},
 };
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 
 /// Something that a rule left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -88,7 +89,7 @@ impl PlannedAnalysis {
     /// Carries the plan of now out; `None` where there is none.
     pub fn of(history: &PlanHistory, drives: &[AnalysedRecording], people: &StudyParticipants) -> Option<Self> {
         let plan = history.now.clone()?;
-        let (kept, left_out) = sorted_out(&plan, drives, people);
+        let (kept, left_out) = sorted_out(&plan, drives, people, &history.exclusions);
         let mut outcomes: Vec<PlannedOutcome> = plan
             .outcomes()
             .into_iter()
@@ -198,6 +199,7 @@ fn sorted_out<'a>(
     plan: &AnalysisPlan,
     drives: &'a [AnalysedRecording],
     people: &StudyParticipants,
+    exclusions: &BTreeMap<String, String>,
 ) -> (Vec<&'a AnalysedRecording>, Vec<LeftOut>) {
     let rules = &plan.exclude;
     let mut left_out: Vec<LeftOut> = Vec::new();
@@ -209,7 +211,8 @@ fn sorted_out<'a>(
         reason,
     };
     for person in people.all.iter().filter(|person| person.is_excluded()) {
-        left_out.push(participant(&person.id, "excluded by the experimenter".into()));
+        let why = exclusions.get(&person.id).map_or(String::new(), |why| format!(": {why}"));
+        left_out.push(participant(&person.id, format!("excluded by the experimenter{why}")));
     }
     let unfinished = |id: &str| people.all.iter().find(|person| person.id == id && person.state != "complete");
     let mut kept: Vec<&AnalysedRecording> = Vec::new();

@@ -15,7 +15,8 @@ const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 
 
 fn history(text: &str) -> PlanHistory {
     let plan = AnalysisPlan::in_study(text, "x").unwrap();
-    PlanHistory { begun: plan.clone(), now: plan }
+    let exclusions = [("sub-P99".to_owned(), "fell asleep".to_owned())].into();
+    PlanHistory { begun: plan.clone(), now: plan, exclusions }
 }
 
 /// Twelve participants in three conditions: speeds of 5 m/s, 0.5 faster in b, with 0.8 between and 0.2 m/s within them; the error is
@@ -97,7 +98,7 @@ fn each_rule_leaves_out_what_it_says_with_the_number_found() {
     assert_eq!(
         said,
         [
-            ("sub-P99", "", "excluded by the experimenter"),
+            ("sub-P99", "", "excluded by the experimenter: fell asleep"),
             ("sub-P00", "a", "50.0 % of the planned length was recorded"),
             ("sub-P00", "b", "2 contacts with other vehicles"),
             ("sub-P01", "b", "1 contacts with other vehicles"),
@@ -135,7 +136,12 @@ fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
     drives[4].measures.values[index("contacts")] = Some(1.0);
     let begun = history(PLAN).begun;
     let now = history(&PLAN.replace("= 0.2", "= 0.3")).now;
-    let found = PlannedAnalysis::of(&PlanHistory { begun, now }, &drives, &StudyParticipants::default()).unwrap();
+    let found = PlannedAnalysis::of(
+        &PlanHistory { begun, now, ..PlanHistory::default() },
+        &drives,
+        &StudyParticipants::default(),
+    )
+    .unwrap();
     let mut page = ReportPage::default();
     models_page::section(&mut page, &found);
     for part in [

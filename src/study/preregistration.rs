@@ -79,7 +79,7 @@ impl OutcomeSpread {
         let plan = planned(study)?;
         let now = Some(plan.clone());
         let no_spread = |why| PreregistrationError::NoSpread { measure: plan.primary.clone(), why };
-        let history = PlanHistory { begun: now.clone(), now };
+        let history = PlanHistory { begun: now.clone(), now, ..PlanHistory::default() };
         let carried_out = PlannedAnalysis::of(&history, drives, people);
         let primary = carried_out.and_then(|all| all.outcomes.into_iter().next());
         let fitted = match primary.map(|outcome| outcome.fitted) {

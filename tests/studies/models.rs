@@ -158,7 +158,7 @@ fn a_study_is_planned_rehearsed_with_drawn_people_and_analysed_as_planned_and_as
     succeeded(&["study", &file, "--exclude", "R02", "--reason", "fell asleep", "--out", &data]);
     succeeded(&["analyse", &data]);
     let left_out = fs::read_to_string(at("data/derivatives/codrive/left_out.csv")).unwrap();
-    assert!(left_out.ends_with("\nsub-R02,,,,excluded by the experimenter\n"), "{left_out}");
+    assert!(left_out.ends_with("\nsub-R02,,,,excluded by the experimenter: fell asleep\n"), "{left_out}");
     assert!(fs::read_to_string(at("data/derivatives/codrive/models.csv")).unwrap().contains(",5,15,"));
     // Any other change is another study.
     fs::write(at("other.toml"), study(21.0, 2.0, ["workload", "raw-tlx"]) + PLAN).unwrap();
