@@ -64,7 +64,7 @@ fn analysed(path: &Path) -> (usize, usize, f64) {
     let drives = collect::analyse(&found, &|| ()).unwrap();
     let (_, measures) = memory::since(start);
     let start = memory::begin();
-    let page = report::report("long", &drives, &StudyParticipants::default(), &[], &[]).unwrap();
+    let page = report::report("long", &drives, &StudyParticipants::default(), &[], &[], None).unwrap();
     let (_, figures) = memory::since(start);
     assert!(page.html.contains("</html>") && tables::trials(&drives).lines().count() == 2);
     (measures, figures, drives[0].duration_s)

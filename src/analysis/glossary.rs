@@ -303,7 +303,7 @@ fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
 }
 
 /// All tables with their columns, as these drives have them.
-pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 6] {
+pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 7] {
     let measures = MEASURES.iter().map(|measure| ColumnDefinition {
         name: measure.name.into(),
         title: measure.title.into(),

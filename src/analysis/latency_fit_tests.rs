@@ -94,7 +94,6 @@ fn of_200_people_whose_median_is_known_the_interval_holds_it_for_as_many_as_it_s
     }
     let bias = errors.iter().sum::<f64>() / 200.0;
     let spread = (errors.iter().map(|e| (e - bias).powi(2)).sum::<f64>() / 199.0).sqrt();
-    println!("covered {covered}, censored {censored} of 4000, bias {bias:.4}, spread {spread:.4}");
     assert!((600..1400).contains(&censored), "{censored}");
     // 95 % of 200 with a standard error of 1.5 %: three of them on either side.
     assert!((181..=199).contains(&covered), "{covered}");

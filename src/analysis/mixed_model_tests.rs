@@ -72,7 +72,7 @@ fn without_a_spread_of_persons_it_is_a_regression() {
 fn what_cannot_be_fitted_is_refused() {
     let (who, mut terms, y) = balanced(4, 3, 1.0);
     assert!(matches!(MixedModel::fit(&who[..3], &[], &y[..3]), Err(ModelFault::TooFew { rows: 3, participants: 1 })));
-    assert_eq!(MixedModel::fit(&who, &terms, &vec![7.3; 12]), Err(ModelFault::NoVariation));
+    assert_eq!(MixedModel::fit(&who, &terms, &[7.3; 12]), Err(ModelFault::NoVariation));
     // Every row is what its person always does.
     let fixed: Vec<f64> = who.iter().map(|person| *person as f64).collect();
     assert_eq!(MixedModel::fit(&who, &terms, &fixed), Err(ModelFault::NoVariation));

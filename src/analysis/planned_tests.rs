@@ -88,7 +88,7 @@ fn each_rule_leaves_out_what_it_says_with_the_number_found() {
     drives[4].measures.values[index("contacts")] = Some(1.0);
     let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: false, state: state.into() };
     let all = vec![person("sub-P02", "withdrawn"), person("sub-P03", "complete"), person("sub-P99", "excluded")];
-    let people = StudyParticipants { all, scores: Vec::new() };
+    let people = StudyParticipants { all, ..StudyParticipants::default() };
     let found = PlannedAnalysis::of(&history(PLAN), &drives, &people).unwrap();
     let said: Vec<(&str, &str, &str)> = found
         .left_out

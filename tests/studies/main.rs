@@ -8,4 +8,5 @@ mod models;
 mod people;
 mod questionnaires;
 mod session;
+mod shipped;
 mod study;

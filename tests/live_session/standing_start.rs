@@ -1,0 +1,33 @@
+//! A drive that begins at a standstill waits for a foot on the brake.
+
+use super::rig::Rig;
+use codrive::panel::ParticipantScreen;
+
+#[test]
+fn a_drive_from_a_standstill_counts_down_only_with_a_foot_on_the_brake() {
+    let mut rig = Rig::with("standing_start = true");
+    rig.until_practice();
+    rig.next();
+    rig.pass(10.0);
+    assert_eq!(rig.sees(), "practice waits for a foot on the brake");
+    let now = rig.road.now;
+    let ParticipantScreen::Drive(Some(words)) = rig.live_session().screen(now) else {
+        panic!("words over the picture")
+    };
+    assert_eq!(words, "Press the brake pedal and hold it.");
+    // Two of three seconds, then the foot slips off: it counts anew.
+    rig.road.now.brake = 0.3;
+    rig.pass(2.0);
+    assert_eq!(rig.sees(), "countdown to practice");
+    rig.road.now.brake = 0.05;
+    rig.pass(1.0);
+    assert_eq!(rig.sees(), "practice waits for a foot on the brake");
+    rig.road.now.brake = 0.3;
+    rig.pass(2.5);
+    assert_eq!(rig.sees(), "countdown to practice");
+    rig.pass(1.0);
+    assert_eq!(rig.sees(), "drive practice");
+    rig.road.now.brake = 0.0;
+    rig.pass(1.0);
+    assert_eq!(rig.sees(), "drive practice", "from then on it is the driver's own");
+}
