@@ -135,7 +135,7 @@ impl SimulatedParticipant {
     }
 
     /// Answers to an item of the plan as somebody gives them who was invited: who would be turned away by a consent or a screening
-    /// is not rehearsed, so the answers are drawn again until they let the session go on, at most [`MOST_DRAWS`] times.
+    /// is not rehearsed, so the answers are drawn again until they let the session go on, at most `MOST_DRAWS` times.
     pub fn answer_as_invited(&self, study: &Study, word: &str, planned: &PlannedItem) -> Vec<TimedAnswer> {
         let questionnaire = &study.questionnaires[word];
         let first = self.answer(questionnaire, &planned.name);
