@@ -190,13 +190,16 @@ impl DataSet {
     }
 
     /// The lowest number that no participant has whose data count: the next order of the balanced design. Who comes in the place
-    /// of somebody excluded or withdrawn takes the same order, so that the design stays balanced.
+    /// of somebody whose data do not count (excluded, withdrawn, declined, not eligible) takes the same order, so that the design stays
+    /// balanced.
     ///
     /// # Errors
     /// A session cannot be read.
     pub fn next_index(&self) -> Result<usize, SessionError> {
         let logs = self.logs()?;
-        let counts = |log: &SessionLog| !matches!(Completion::of(log), Completion::Excluded | Completion::Withdrawn);
+        let counts = |log: &SessionLog| {
+            matches!(Completion::of(log), Completion::Open | Completion::Complete | Completion::Partial)
+        };
         Ok((0..).find(|index| logs.iter().all(|log| log.index != *index || !counts(log))).unwrap_or(0))
     }
 

@@ -13,7 +13,7 @@ warm_up_s = 0.0
 duration_s = 4.0
 hold_s = 2.0
 [factors]
-range = [{ name = "narrow", set = { range_mph = 0.5 } }, { name = "wide", set = { range_mph = 2.0 } }]
+range = [{ name = "narrow", set = { range_mph = 0.75 } }, { name = "wide", set = { range_mph = 2.0 } }]
 [[segment]]
 kind = "consent"
 name = "consent"
