@@ -19,7 +19,7 @@ const ENDLESS_S: f64 = 600.0;
 /// Seeds stay below this, so that every reader keeps them exactly.
 const MOST_SEED: usize = 1 << 53;
 
-/// The advice of the other drive. It takes about two seconds of computing for ten minutes.
+/// The advice of the other drive, which is driven whole.
 pub(super) fn advice(scenario: &Scenario) -> Result<ReplayedAdvice, WorldError> {
     let other = other_drive(scenario);
     let mut world = World::new(&other)?;
