@@ -62,14 +62,17 @@ if (file.exists(models) && requireNamespace("lmerTest", quietly = TRUE)) {
   kept <- trials[!(trials$participant %in% whole) & !(key(trials) %in% key(left_out)), ]
   found <- data.frame()
   for (outcome in unique(planned$outcome)) {
-    observed <- kept[!is.na(kept[[outcome]]), ]
-    observed$condition <- droplevels(observed$condition)
     of <- planned[planned$outcome == outcome, ]
-    place <- if (any(of$kind == "place")) " + place" else ""
-    model <- lmerTest::lmer(as.formula(paste0(outcome, " ~ 0 + condition", place, " + (1 | participant)")), data = observed)
+    covariates <- of$condition[of$kind == "covariate"]
+    observed <- kept[complete.cases(kept[c(outcome, covariates)]), ]
+    observed$condition <- droplevels(observed$condition)
+    beside <- paste0(" + ", c(if (any(of$kind == "place")) "place", covariates), collapse = "")
+    if (beside == " + ") beside <- ""
+    model <- lmerTest::lmer(as.formula(paste0(outcome, " ~ 0 + condition", beside, " + (1 | participant)")), data = observed)
     names <- names(lme4::fixef(model))
     for (i in seq_len(nrow(of))) {
       weights <- if (of$kind[i] == "place") as.numeric(names == "place") else
+        if (of$kind[i] == "covariate") as.numeric(names == of$condition[i]) else
         (names == paste0("condition", of$condition[i])) - (names == paste0("condition", of$reference[i]))
       row <- lmerTest::contest1D(model, weights, confint = TRUE)
       deviations <- as.data.frame(lme4::VarCorr(model))$sdcor

@@ -123,7 +123,7 @@ const ADVICE: [ColumnTexts; 14] = [
          20 s, so that 0.01 is taken",
     ),
 ];
-const REACTIONS: [ColumnTexts; 17] = [
+const REACTIONS: [ColumnTexts; 19] = [
     ("participant", "Participant", "", "code of the participant; empty outside of a study"),
     ("condition", "Condition", "", "condition of the drives; empty for drives that are the same for everyone"),
     (
@@ -142,17 +142,27 @@ const REACTIONS: [ColumnTexts; 17] = [
         "",
         "share within 3 s, of those that came or were watched that long: what chance has is no response to advice",
     ),
+    ("chance_per_s", "Chance movements", "1/s", "of shams: movements that were found, over the seconds watched"),
+    (
+        "answering",
+        "Share of events answered",
+        "",
+        "of reactions: share of the events that the driver answers at all, by the fit of the median; the others get a movement by chance or \
+         none",
+    ),
     (
         "median_s",
         "Median",
         "s",
-        "median of the lognormal distribution of greatest likelihood, which takes account of censored times",
+        "median of the lognormal distribution of greatest likelihood, which takes account of censored times; of reactions that of the \
+         answers, beside events that are never answered and movements by chance at the rate of the shams",
     ),
     (
         "low_s",
         "Median, lower end",
         "s",
-        "lower end of its 95 % interval (Student's t on the logarithm, from the observed information)",
+        "lower end of its 95 % interval (Student's t on the logarithm, from the observed information; of reactions by the profile of the \
+         likelihood)",
     ),
     ("high_s", "Median, upper end", "s", "upper end of the same interval"),
     ("log_mean", "Mean of the logarithm", "", "mu of the lognormal distribution of the time in seconds"),

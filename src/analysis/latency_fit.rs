@@ -8,6 +8,8 @@
 //! * **Ex-Gaussian**: the sum of a normal and an exponential time (mean mu + tau), by the simplex of Nelder and Mead, from
 //!   [`ENOUGH_FOR_EX_GAUSSIAN`] times that were seen.
 
+use super::simplex;
+
 /// Times that were seen from which on a lognormal is fitted: of two the interval of the median is wider than any use of it.
 pub const ENOUGH: usize = 3;
 /// Times that were seen from which on an ex-Gaussian is fitted.
@@ -31,7 +33,7 @@ impl Latency {
     }
 
     /// The time, and whether it was seen.
-    fn parts(self) -> (f64, bool) {
+    pub(super) fn parts(self) -> (f64, bool) {
         match self {
             Self::Seen(s) => (s.max(LEAST_S), true),
             Self::LongerThan(s) => (s.max(LEAST_S), false),
@@ -125,10 +127,10 @@ fn olsen(logs: &[(f64, bool)], [gamma, theta]: [f64; 2]) -> (f64, [f64; 2], [f64
 }
 
 /// ln sqrt(2 pi).
-const LN_ROOT_TAU: f64 = 0.918_938_533_204_672_7;
+pub(super) const LN_ROOT_TAU: f64 = 0.918_938_533_204_672_7;
 
 /// Logarithm of the chance that a standard normal number is above z.
-fn ln_upper_tail(z: f64) -> f64 {
+pub(super) fn ln_upper_tail(z: f64) -> f64 {
     let ln_density = -0.5 * z * z - LN_ROOT_TAU;
     if z > 3.0 {
         // Laplace's continued fraction, from its end.
@@ -199,7 +201,7 @@ impl ExGaussianFit {
         // Skewed and nearly normal: of two starts the better one.
         let starts = [0.8_f64, 0.2].map(|share| {
             let sigma = sd * (1.0 - share * share).sqrt();
-            simplex(cost, [mean - share * sd, sigma.ln(), (share * sd).ln()], sd)
+            simplex::least(cost, [mean - share * sd, sigma.ln(), (share * sd).ln()], [0.5 * sd, 0.5, 0.5]).0
         });
         let best = if cost(&starts[0]) <= cost(&starts[1]) { starts[0] } else { starts[1] };
         Some(Self::at(&best))
@@ -228,50 +230,6 @@ impl ExGaussianFit {
         };
         times.iter().map(of).sum()
     }
-}
-
-/// The least of a function of three numbers from a start: the simplex of Nelder and Mead.
-fn simplex(cost: impl Fn(&[f64; 3]) -> f64, start: [f64; 3], size: f64) -> [f64; 3] {
-    let corner = |k: usize| {
-        let mut at = start;
-        if k > 0 {
-            at[k - 1] += if k == 1 { 0.5 * size } else { 0.5 };
-        }
-        (cost(&at), at)
-    };
-    let mut corners: [(f64, [f64; 3]); 4] = std::array::from_fn(corner);
-    for _ in 0..2000 {
-        corners.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if corners[3].0 - corners[0].0 < 1e-11 * (1.0 + corners[0].0.abs()) {
-            break;
-        }
-        let middle: [f64; 3] = std::array::from_fn(|k| corners[..3].iter().map(|c| c.1[k]).sum::<f64>() / 3.0);
-        let beyond = |way: f64| {
-            let at: [f64; 3] = std::array::from_fn(|k| middle[k] + way * (middle[k] - corners[3].1[k]));
-            (cost(&at), at)
-        };
-        let reflected = beyond(1.0);
-        let next = if reflected.0 < corners[0].0 {
-            Some(beyond(2.0)).filter(|far| far.0 < reflected.0).or(Some(reflected))
-        } else if reflected.0 < corners[2].0 {
-            Some(reflected)
-        } else {
-            let inner = beyond(if reflected.0 < corners[3].0 { 0.5 } else { -0.5 });
-            Some(inner).filter(|inner| inner.0 < corners[3].0.min(reflected.0))
-        };
-        match next {
-            Some(next) => corners[3] = next,
-            None => {
-                let best = corners[0].1;
-                for corner in &mut corners[1..] {
-                    corner.1 = std::array::from_fn(|k| 0.5 * (best[k] + corner.1[k]));
-                    corner.0 = cost(&corner.1);
-                }
-            }
-        }
-    }
-    corners.sort_by(|a, b| a.0.total_cmp(&b.0));
-    corners[0].1
 }
 
 #[cfg(test)]

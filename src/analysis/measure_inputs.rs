@@ -19,7 +19,7 @@ pub(super) struct MeasureInputs<'a> {
 impl MeasureInputs<'_> {
     /// Median of a time of the events, censored times taken into account.
     pub fn median_s(&self, time: ResponseTime) -> Option<f64> {
-        Some(time.fit(self.responses)?.median_s())
+        Some(time.fit(self.responses)?.median_s)
     }
 
     /// Onsets of a kind.

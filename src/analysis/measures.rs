@@ -254,8 +254,9 @@ pub const MEASURES: &[MeasureDefinition] = &[
         "Reaction time",
         "s",
         "perception-reaction time, from the frame that shows an event to the start of the first movement of the pedals in the direction \
-         asked that is larger than the person's idle movements: median of the censored lognormal distribution over events, from three \
-         times on; censored at the next change of the advice and the end of the drive",
+         asked that is larger than the person's idle movements: median of the lognormal distribution of the answers, from three times on, \
+         beside events that are never answered and movements by chance at the rate of the shams; censored at the next change of the \
+         advice and the end of the drive",
         |s| s.median_s(ResponseTime::Reaction),
     )
     .in_j2944("reaction time, 6.5.2"),
@@ -408,6 +409,14 @@ pub const MEASURES: &[MeasureDefinition] = &[
         "l/100 km",
         "fuel of all vehicles in the drive from the same seed without advice less that in this one",
         |s| Some(all_cars(s.baseline?)?.fuel_l_100km()? - all_cars(s.totals)?.fuel_l_100km()?),
+    ),
+    measure(
+        "hand_over_sd_mps",
+        "Standard deviation of speed over vehicles at hand-over",
+        "m/s",
+        "standard deviation of speed over the vehicles (N) at the moment at which the driver takes the car over: the wave that the drive \
+         begins with",
+        |s| Some(s.trial.setup.manifest.hand_over?.speed_sd_mps),
     ),
     measure("contacts", "Contacts with other vehicles", "", "how often the ego vehicle touched another vehicle", |s| {
         Some(s.trial.contacts as f64)

@@ -17,6 +17,7 @@
 //! * [`setup`], [`methods`]: what the drives have in common, and the paragraphs that say how they were made.
 //! * [`tables`], [`figures`], [`report`]: what is written; `page` counts figures and tables and has the page's style.
 
+pub mod answer_fit;
 pub mod collect;
 pub mod distributions;
 pub mod driver_fit;
@@ -42,6 +43,7 @@ pub mod reactions;
 pub mod report;
 pub mod response;
 pub mod setup;
+mod simplex;
 pub mod tables;
 pub mod totals;
 pub mod trajectories;

@@ -4,6 +4,7 @@
 
 use super::{
     MEASURES,
+    mixed_model::ContrastEstimate,
     normality::{NormalityTest, quantiles},
     page::{ReportFigure, ReportPage, TableCells, short},
     plan::PlannedContrast,
@@ -29,7 +30,7 @@ pub(super) fn section(page: &mut ReportPage, planned: &PlannedAnalysis) {
     }
     if !fitted.is_empty() {
         contrasts(page, planned, &fitted);
-        checks(page, &fitted);
+        checks(page, &planned.plan.covariates, &fitted);
         for (outcome, of) in fitted {
             if let Some(figure) = persons(outcome, of) {
                 page.figure(figure);
@@ -117,10 +118,10 @@ fn contrasts(page: &mut ReportPage, planned: &PlannedAnalysis, fitted: &[(&Plann
     }
     page.table(
         &format!(
-            "Planned contrasts (condition less reference) by a linear mixed model an outcome, measure ~ condition + place + (1 | \
-             participant), by restricted maximum likelihood: estimate with its 95 % confidence interval (not corrected), standard error, \
+            "Planned contrasts (condition less reference) by a linear mixed model an outcome, {}, by restricted maximum likelihood: estimate with its 95 % confidence interval (not corrected), standard error, \
              Satterthwaite's degrees of freedom, two-sided p, and p by Holm's correction over all tests that were made. The first outcome \
              is the primary one. * below the planned level of {}. N is the number of participants.",
+            planned.plan.formula(),
             planned.plan.alpha
         ),
         &head.map(str::to_owned).to_vec(),
@@ -134,28 +135,32 @@ fn probability(p: f64) -> String {
     if p < 0.001 { "<0.001".into() } else { format!("{p:.3}") }
 }
 
-fn checks(page: &mut ReportPage, fitted: &[(&PlannedOutcome, &FittedOutcome)]) {
+fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutcome, &FittedOutcome)]) {
     page.paragraph("lead", &format!("{} gives the variances and checks of the models.", page.table_links(1)));
     let said =
         |test: Option<NormalityTest>| test.map_or(NONE.into(), |t| format!("{:.3} (p {})", t.w, probability(t.p)));
-    let row = |(outcome, of): &(&PlannedOutcome, &FittedOutcome)| {
-        let place =
-            of.place.map_or(NONE.into(), |place| format!("{} (p {})", short(place.estimate), probability(place.p)));
-        vec![
-            MEASURES[outcome.measure].label(),
-            short(of.model.sd_participant),
-            short(of.model.sd_residual),
-            place,
-            said(of.normality[0]),
-            said(of.normality[1]),
-        ]
+    let change = |of: &Option<ContrastEstimate>| {
+        of.map_or(NONE.into(), |found| format!("{} (p {})", short(found.estimate), probability(found.p)))
     };
-    let head = ["Outcome", "SD between", "SD within", "From place to place", "W of residuals", "W of intercepts"];
+    let row = |(outcome, of): &(&PlannedOutcome, &FittedOutcome)| {
+        let label = MEASURES[outcome.measure].label();
+        let mut row = vec![label, short(of.model.sd_participant), short(of.model.sd_residual), change(&of.place)];
+        row.extend(of.covariates.iter().map(|covariate| change(&covariate.1)));
+        row.extend(of.normality.map(said));
+        row
+    };
+    let of_covariates = covariates.iter().map(|name| format!("With {}", name.replace('_', " ")));
+    let head: Vec<String> = ["Outcome", "SD between", "SD within", "From place to place"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(of_covariates)
+        .chain(["W of residuals", "W of intercepts"].map(str::to_owned))
+        .collect();
     page.table(
-        "Standard deviations between and within participants, change from one place among the trials to the next, and Shapiro and Wilk's W \
-         of residuals and of the participants' intercepts. With few values the test of normality sees only gross departures, with many also \
+        "Standard deviations between and within participants, change from one place among the trials to the next and with one unit of each \
+         covariate (empty where it cannot be told from the rest), and Shapiro and Wilk's W of residuals and of the participants' intercepts. With few values the test of normality sees only gross departures, with many also \
          those that do no harm: look at the quantile-quantile plots. It decides nothing.",
-        &head.map(str::to_owned).to_vec(),
+        &head,
         &fitted.iter().map(row).collect::<Vec<_>>(),
         &[],
     );
@@ -275,15 +280,20 @@ pub(super) fn paragraph(planned: &PlannedAnalysis) -> String {
     } else {
         format!("The plan of the analysis was changed after the first session. {}", planned.changes.join(" "))
     };
-    let title = MEASURES.iter().find(|measure| measure.name == plan.primary).map_or("", |measure| measure.title);
+    let measure_title =
+        |name: &str| MEASURES.iter().find(|measure| measure.name == name).map_or("", |measure| measure.title);
+    let title = measure_title(&plan.primary);
     let contrasts: Vec<String> = plan.contrasts.iter().map(PlannedContrast::label).collect();
+    let covariates = plan.covariates.iter().map(|name| measure_title(name).to_lowercase());
+    let covariates: Vec<String> = std::iter::once("place among the trials".to_owned()).chain(covariates).collect();
     let rules = plan.exclude.words();
     let rules = if rules.is_empty() { String::new() } else { format!(" {}", rules.join(" ")) };
     format!(
         "{changed} The primary outcome was: {title}. Each outcome was fitted by a linear mixed model with the condition as a factor, the \
-         place among the trials as a covariate and the participant as a random intercept (restricted maximum likelihood). Contrasts ({}) \
+         {} as covariates and the participant as a random intercept (restricted maximum likelihood). Contrasts ({}) \
          have t tests with Satterthwaite's degrees of freedom; the two-sided level was {} over all tests by Holm's correction.{rules} {} \
          left out.",
+        covariates.join(" and the "),
         contrasts.join("; "),
         plan.alpha,
         match planned.left_out.len() {

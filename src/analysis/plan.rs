@@ -16,7 +16,7 @@ const BEGUN: &str = "study.toml";
 /// The study's file as it was at the last session, where its plan of the analysis is another one.
 pub const CHANGED: &str = "study-changed.toml";
 
-/// The plan: one model an outcome, response = condition + place + participant as random intercept.
+/// The plan: one model an outcome, response = condition + place + covariates + participant as random intercept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnalysisPlan {
@@ -29,6 +29,9 @@ pub struct AnalysisPlan {
     /// Further measures, by their names.
     #[serde(default)]
     pub secondary: Vec<String>,
+    /// Measures of what a trial began with, by their names: each is a number in every model, beside condition and place.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub covariates: Vec<String>,
     /// Level of significance on two sides, over all tests of the plan (Holm's correction).
     #[serde(default = "alpha")]
     #[schemars(range(min = 0.001, max = 0.2))]
@@ -161,13 +164,19 @@ impl AnalysisPlan {
         Ok(())
     }
 
-    /// Checks that the outcomes are measures.
+    /// Checks that outcomes and covariates are measures, each of them once.
     fn check_outcomes(&self) -> Result<(), PlanFault> {
         let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
         let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
-        let outcomes = self.outcomes();
-        for (i, name) in outcomes.iter().enumerate() {
-            let key = if i == 0 { "primary".into() } else { format!("secondary.{}", i - 1) };
+        let mut all = self.outcomes();
+        let outcomes = all.len();
+        all.extend(self.covariates.iter().map(String::as_str));
+        for (i, name) in all.iter().enumerate() {
+            let key = match i {
+                0 => "primary".into(),
+                i if i < outcomes => format!("secondary.{}", i - 1),
+                i => format!("covariates.{}", i - outcomes),
+            };
             if !names.contains(name) {
                 let near = did_you_mean(name, &names);
                 return fault(
@@ -178,14 +187,20 @@ impl AnalysisPlan {
                     ),
                 );
             }
-            if outcomes[..i].contains(name) {
+            if all[..i].contains(name) {
                 return fault(key, format!("the measure \"{name}\" comes twice; name it once"));
             }
         }
         Ok(())
     }
 
-    /// All measures, the primary one first.
+    /// The model in words: `measure ~ condition + place + (1 | participant)`, with the covariates.
+    pub fn formula(&self) -> String {
+        let covariates: String = self.covariates.iter().map(|name| format!(" + {name}")).collect();
+        format!("measure ~ condition + place{covariates} + (1 | participant)")
+    }
+
+    /// All outcomes, the primary one first.
     pub fn outcomes(&self) -> Vec<&str> {
         [self.primary.as_str()].into_iter().chain(self.secondary.iter().map(String::as_str)).collect()
     }
@@ -313,6 +328,13 @@ mod tests {
         for (from, to, key, has) in [
             ("\"mean_speed_mps\"", "\"mean_sped_mps\"", "analysis.primary", "did you mean mean_speed_mps"),
             ("\"reaction_s\"", "\"mean_speed_mps\"", "analysis.secondary.0", "comes twice"),
+            (
+                "= 0.2",
+                "= 0.2\ncovariates = [\"hand_over_sd\"]",
+                "analysis.covariates.0",
+                "did you mean hand_over_sd_mps",
+            ),
+            ("= 0.2", "= 0.2\ncovariates = [\"reaction_s\"]", "analysis.covariates.0", "comes twice"),
             ("= 0.2", "= 0.0", "analysis.smallest_effect", "a number above 0"),
             ("= 0.2", "= 0.2\nalpha = 0.5", "analysis.alpha", "allowed: a number from 0.001 to 0.2"),
             (

@@ -1,8 +1,8 @@
 //! The analysis that a study planned, of the drives that there are. In: a plan, analysed drives, who took part. Out: one mixed
 //! model an outcome with its contrasts, corrected by Holm over all tests; who was left out and why; the table `models.csv`.
 //!
-//! Model: measure = intercept + condition + place + participant's intercept + residual. Place, from 1, counts as a number; it
-//! is left out where it cannot be told from the conditions (a fixed order).
+//! Model: measure = intercept + condition + place + covariates + participant's intercept + residual. Place, from 1, counts as a number. Of
+//! place and covariates those are left out that cannot be told from the rest (a fixed order, a wave that is always the same).
 
 use super::{
     AnalysedRecording, MEASURES, StudyParticipants,
@@ -43,7 +43,7 @@ pub struct TestedContrast {
 /// A model that was fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedOutcome {
-    /// The model: intercept, conditions after the first, place if it has one.
+    /// The model: intercept, conditions after the first, then place and covariates as far as it has them.
     pub model: MixedModel,
     /// Conditions with observations, in the study's order.
     pub conditions: Vec<String>,
@@ -51,10 +51,12 @@ pub struct FittedOutcome {
     pub participants: Vec<String>,
     /// Observations: participant, condition (both from 0), value.
     pub observations: Vec<(usize, usize, f64)>,
-    /// Each condition's mean by the model at the mean place.
+    /// Each condition's mean by the model at the mean place and the means of the covariates.
     pub means: Vec<ContrastEstimate>,
     /// The change from place to place.
     pub place: Option<ContrastEstimate>,
+    /// The change with each planned covariate, for one unit of it, by its name; `None` where it cannot be told from the rest.
+    pub covariates: Vec<(String, Option<ContrastEstimate>)>,
     /// The planned differences.
     pub contrasts: Vec<TestedContrast>,
     /// Normality of residuals, and of participants' intercepts.
@@ -90,20 +92,22 @@ impl PlannedAnalysis {
     pub fn of(history: &PlanHistory, drives: &[AnalysedRecording], people: &StudyParticipants) -> Option<Self> {
         let plan = history.now.clone()?;
         let (kept, left_out) = sorted_out(&plan, drives, people, &history.exclusions);
+        let place = |name: &str| MEASURES.iter().position(|measure| measure.name == name);
+        let covariates: Vec<usize> = plan.covariates.iter().filter_map(|name| place(name)).collect();
         let mut outcomes: Vec<PlannedOutcome> = plan
             .outcomes()
             .into_iter()
             .enumerate()
             .filter_map(|(i, name)| {
-                let measure = MEASURES.iter().position(|measure| measure.name == name)?;
-                Some(PlannedOutcome { measure, is_primary: i == 0, fitted: fit(&plan, &kept, measure) })
+                let measure = place(name)?;
+                Some(PlannedOutcome { measure, is_primary: i == 0, fitted: fit(&plan, &covariates, &kept, measure) })
             })
             .collect();
         correct(&mut outcomes);
         Some(Self { plan, changes: history.changes(), left_out, outcomes })
     }
 
-    /// A row a contrast of each outcome, and one for the change from place to place.
+    /// A row a contrast of each outcome, and one for the change from place to place and for that with each covariate.
     pub fn models_csv(&self) -> String {
         let mut text = line(COLUMNS.map(|column| column.0.to_owned()));
         for outcome in &self.outcomes {
@@ -140,6 +144,10 @@ impl PlannedAnalysis {
             if let Some(place) = &fitted.place {
                 row("place", ["", ""], place, None);
             }
+            for (name, found) in &fitted.covariates {
+                let Some(found) = found else { continue };
+                row("covariate", [name, ""], found, None);
+            }
         }
         text
     }
@@ -162,9 +170,10 @@ pub const COLUMNS: [(&str, &str, &str, &str); 21] = [
         "kind",
         "Kind of row",
         "",
-        "contrast: a planned difference; place: the change from one place among the trials to the next",
+        "contrast: a planned difference; place: the change from one place among the trials to the next; covariate: the change \
+         with one unit of a planned covariate",
     ),
-    ("condition", "Condition", "", "condition of the contrast"),
+    ("condition", "Condition", "", "condition of the contrast; of a covariate its name"),
     ("reference", "Reference", "", "condition that it is compared with"),
     ("participants", "Participants", "", "participants in the model"),
     ("trials", "Trials", "", "trials in the model"),
@@ -258,10 +267,16 @@ fn sorted_out<'a>(
     (kept, left_out)
 }
 
-/// Fits one outcome.
-fn fit(plan: &AnalysisPlan, kept: &[&AnalysedRecording], measure: usize) -> Result<FittedOutcome, ModelFault> {
-    let owned: Vec<&AnalysedRecording> =
-        kept.iter().filter(|drive| drive.measures.values[measure].is_some_and(f64::is_finite)).copied().collect();
+/// Fits one outcome, of the trials that have it and every covariate.
+fn fit(
+    plan: &AnalysisPlan,
+    covariates: &[usize],
+    kept: &[&AnalysedRecording],
+    measure: usize,
+) -> Result<FittedOutcome, ModelFault> {
+    let has = |drive: &AnalysedRecording, one: usize| drive.measures.values[one].is_some_and(f64::is_finite);
+    let is_whole = |drive: &&&AnalysedRecording| has(drive, measure) && covariates.iter().all(|one| has(drive, *one));
+    let owned: Vec<&AnalysedRecording> = kept.iter().filter(is_whole).copied().collect();
     let mut names: Vec<(usize, &str)> =
         owned.iter().map(|drive| (drive.found.rank, drive.found.condition.as_str())).collect();
     names.sort_unstable();
@@ -286,15 +301,25 @@ fn fit(plan: &AnalysisPlan, kept: &[&AnalysedRecording], measure: usize) -> Resu
     let mut terms: Vec<Vec<f64>> =
         (1..names.len()).map(|k| observations.iter().map(|row| f64::from(u8::from(row.1 == k))).collect()).collect();
     terms.push(owned.iter().map(|drive| drive.found.place.parse().unwrap_or(1.0)).collect());
-    let mean_place = terms.last().map_or(0.0, |places| places.iter().sum::<f64>() / places.len() as f64);
-    let mut has_place = true;
-    let model = match MixedModel::fit(&who, &terms, &response) {
-        Err(ModelFault::Aliased { term }) if term + 1 == terms.len() => {
-            has_place = false;
-            terms.pop();
-            MixedModel::fit(&who, &terms, &response)?
+    for one in covariates {
+        terms.push(owned.iter().map(|drive| drive.measures.values[*one].unwrap_or_default()).collect());
+    }
+    // Which of the terms after the conditions the model has: place is 0, then the covariates.
+    let mut beside: Vec<usize> = (0..=covariates.len()).collect();
+    let model = loop {
+        match MixedModel::fit(&who, &terms, &response) {
+            Err(ModelFault::Aliased { term }) if term + 1 >= names.len() => {
+                terms.remove(term);
+                beside.remove(term + 1 - names.len());
+            }
+            found => break found?,
         }
-        found => found?,
+    };
+    let beside_means: Vec<f64> =
+        terms[names.len() - 1..].iter().map(|term| term.iter().sum::<f64>() / term.len() as f64).collect();
+    let change = |which: usize| {
+        let at = beside.iter().position(|one| *one == which)?;
+        Some(model.term(names.len() + at))
     };
     let weights = |condition: usize, intercept: f64| {
         let mut weights = vec![0.0; model.estimates.len()];
@@ -306,9 +331,7 @@ fn fit(plan: &AnalysisPlan, kept: &[&AnalysedRecording], measure: usize) -> Resu
     };
     let mean = |condition: usize| {
         let mut weights = weights(condition, 1.0);
-        if has_place {
-            weights[names.len()] = mean_place;
-        }
+        weights[names.len()..].copy_from_slice(&beside_means);
         model.contrast(&weights)
     };
     let tested = |contrast: &PlannedContrast| {
@@ -322,7 +345,8 @@ fn fit(plan: &AnalysisPlan, kept: &[&AnalysedRecording], measure: usize) -> Resu
     };
     Ok(FittedOutcome {
         means: (0..names.len()).map(mean).collect(),
-        place: has_place.then(|| model.term(names.len())),
+        place: change(0),
+        covariates: plan.covariates.iter().enumerate().map(|(i, name)| (name.clone(), change(i + 1))).collect(),
         contrasts: plan.contrasts.iter().map(tested).collect(),
         normality: [shapiro_wilk(&model.residuals), shapiro_wilk(&model.intercepts)],
         conditions: names,

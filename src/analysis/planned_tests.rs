@@ -131,6 +131,41 @@ fn a_fixed_order_has_no_place_and_a_condition_without_a_number_no_test() {
 }
 
 #[test]
+fn what_a_trial_began_with_is_held_out_and_what_is_always_the_same_is_left_out() {
+    let with = |name: &str| history(&PLAN.replace("= 0.2", &format!("= 0.2\ncovariates = [\"{name}\"]")));
+    let mut drives = drives();
+    let mut stream = rng::stream(9, "planned");
+    for drive in &mut drives {
+        // A strong wave, and stronger where it is condition b: without the covariate most of the effect would be taken for the wave's.
+        let wave = 2.5 + 0.3 * stream.normal() + if drive.found.condition == "b" { 0.6 } else { 0.0 };
+        drive.measures.values[index("hand_over_sd_mps")] = Some(wave);
+        *drive.measures.values[index("mean_speed_mps")].as_mut().unwrap() -= 0.7 * wave;
+    }
+    let without = PlannedAnalysis::of(&history(PLAN), &drives, &StudyParticipants::default()).unwrap();
+    let found = PlannedAnalysis::of(&with("hand_over_sd_mps"), &drives, &StudyParticipants::default()).unwrap();
+    let [b_without, b] =
+        [&without, &found].map(|all| all.outcomes[0].fitted.as_ref().unwrap().contrasts[0].found.unwrap());
+    assert!(b_without.estimate < 0.4, "0.5 - 0.7 x 0.6 = 0.08, within two standard errors: {b_without:?}");
+    assert!(b.interval(0.05)[0] < 0.5 && 0.5 < b.interval(0.05)[1], "{b:?}");
+    let primary = found.outcomes[0].fitted.as_ref().unwrap();
+    let (name, slope) = primary.covariates[0].clone();
+    let [low, high] = slope.unwrap().interval(0.05);
+    assert!(name == "hand_over_sd_mps" && low < -0.7 && -0.7 < high && high < 0.0, "{slope:?}");
+    assert!(primary.place.is_some());
+    let table = found.models_csv();
+    assert!(table.contains("mean_speed_mps,primary,covariate,hand_over_sd_mps,,12,36,"), "{table}");
+    // A trial without the number is in no model; a number that never varies is in none either, and the rest is as without it.
+    drives[0].measures.values[index("hand_over_sd_mps")] = None;
+    let found = PlannedAnalysis::of(&with("hand_over_sd_mps"), &drives, &StudyParticipants::default()).unwrap();
+    assert_eq!(found.outcomes[0].fitted.as_ref().unwrap().observations.len(), 35);
+    let found = PlannedAnalysis::of(&with("contacts"), &drives, &StudyParticipants::default()).unwrap();
+    let primary = found.outcomes[0].fitted.as_ref().unwrap();
+    assert_eq!(primary.covariates, [("contacts".to_owned(), None)]);
+    assert_eq!(primary.contrasts, without.outcomes[0].fitted.as_ref().unwrap().contrasts);
+    assert!(primary.place.is_some() && primary.means == without.outcomes[0].fitted.as_ref().unwrap().means);
+}
+
+#[test]
 fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
     let mut drives = drives();
     drives[4].measures.values[index("contacts")] = Some(1.0);

@@ -4,6 +4,7 @@
 
 use super::{
     AnalysedRecording,
+    answer_fit::{AnswerFit, chance_per_s},
     events::OnsetKind,
     glossary::names,
     latency_fit::{ExGaussianFit, Latency, LognormalFit},
@@ -63,9 +64,18 @@ impl ResponseTime {
         self.onsets(responses).filter_map(|response| self.of(response)).collect()
     }
 
-    /// Their lognormal, where there are enough.
-    pub fn fit(self, responses: &[AdviceResponse]) -> Option<LognormalFit> {
-        LognormalFit::of(&self.latencies(responses))
+    /// Their median with its interval, seconds, where there are enough: of reactions that of the answers, beside chance.
+    pub fn fit(self, responses: &[AdviceResponse]) -> Option<TimeFit> {
+        let times = self.latencies(responses);
+        if self == Self::Reaction {
+            let chance_per_s = chance_per_s(&Self::Chance.latencies(responses));
+            let fit = AnswerFit::of(&times, chance_per_s)?;
+            let AnswerFit { mu, sigma, share, interval_s } = fit;
+            return Some(TimeFit { median_s: fit.median_s(), mu, sigma, interval_s, answering: Some(share) });
+        }
+        let fit = LognormalFit::of(&times).filter(|_| self != Self::Chance)?;
+        let LognormalFit { mu, sigma, interval_s, .. } = fit;
+        Some(TimeFit { median_s: fit.median_s(), mu, sigma, interval_s, answering: None })
     }
 
     /// Share that came within [`WITHIN_S`], of those that came or were watched that long.
@@ -81,6 +91,21 @@ impl ResponseTime {
         let count = answers.iter().filter(|answer| **answer).count();
         (!answers.is_empty()).then(|| count as f64 / answers.len() as f64)
     }
+}
+
+/// The distribution of a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeFit {
+    /// Median, seconds.
+    pub median_s: f64,
+    /// Mean of the logarithm of the seconds.
+    pub mu: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// 95 % interval of the median, seconds.
+    pub interval_s: [f64; 2],
+    /// Share of the events that is answered at all; `None` where that is not asked.
+    pub answering: Option<f64>,
 }
 
 /// Responses of a participant in a condition.
@@ -124,8 +149,9 @@ fn row(group: &Group, time: ResponseTime) -> String {
         _ => time.onsets(responses).filter(|response| response.is_under_way).count(),
     };
     let whole = |n: usize| n.to_string();
-    let fit = LognormalFit::of(&times);
-    let numbers = |of: fn(&LognormalFit) -> f64| cell(fit.as_ref().map(of));
+    let fit = time.fit(responses);
+    let numbers = |of: fn(&TimeFit) -> f64| cell(fit.as_ref().map(of));
+    let chance = (time == ResponseTime::Chance && !times.is_empty()).then(|| chance_per_s(&times));
     let ex_gaussian = ExGaussianFit::of(&times);
     line([
         group.participant.into(),
@@ -136,7 +162,9 @@ fn row(group: &Group, time: ResponseTime) -> String {
         whole(times.len() - seen),
         whole(left_out),
         cell(time.share_answered(responses)),
-        numbers(LognormalFit::median_s),
+        cell(chance),
+        cell(fit.and_then(|fit| fit.answering)),
+        numbers(|fit| fit.median_s),
         numbers(|fit| fit.interval_s[0]),
         numbers(|fit| fit.interval_s[1]),
         numbers(|fit| fit.mu),

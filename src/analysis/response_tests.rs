@@ -142,7 +142,7 @@ fn of_200_people_whose_reaction_is_known_it_is_found_and_shams_find_next_to_noth
     for number in 0..200 {
         let (median_s, _, found) = person(number);
         let Some(fit) = ResponseTime::Reaction.fit(&found) else { continue };
-        errors.push(fit.median_s() / median_s - 1.0);
+        errors.push(fit.median_s / median_s - 1.0);
         chance.extend(ResponseTime::Chance.share_answered(&found));
         answered.extend(ResponseTime::Reaction.share_answered(&found));
     }

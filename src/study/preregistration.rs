@@ -243,18 +243,27 @@ fn model(out: &mut String, plan: &AnalysisPlan) {
     let unit = unit(plan);
     let _ = writeln!(
         out,
-        "## Model and tests\n\nOne linear mixed model an outcome, by restricted maximum likelihood:\n\n    measure ~ condition + place + (1 | \
-         participant)\n\nThe condition is a factor, the place among the trials (from 1) a number, the participant a random intercept. \
-         Contrasts: {}. Each has its estimate, a 95 % interval and a two-sided p by Satterthwaite's degrees of freedom.\n\n\
+        "## Model and tests\n\nOne linear mixed model an outcome, by restricted maximum likelihood:\n\n    {}\n\nThe condition is a factor, the \
+         place among the trials (from 1) a number, the participant a random intercept.{} Contrasts: {}. Each has its estimate, a 95 % interval and a two-sided p by Satterthwaite's degrees of freedom.\n\n\
          * Level: alpha = {} over all {} tests of the plan (outcomes times contrasts), by Holm's correction.\n\
          * Smallest effect of interest: {}{unit} of the primary outcome.\n\
          * Normality of residuals and of participants' intercepts is looked at in quantile-quantile plots and told by Shapiro and \
          Wilk's test; it decides nothing.\n",
+        plan.formula(),
+        covariates(plan),
         contrasts.join("; "),
         plan.alpha,
         plan.tests(),
         plan.smallest_effect,
     );
+}
+
+/// What each covariate is, in sentences.
+fn covariates(plan: &AnalysisPlan) -> String {
+    let measure = |name: &String| MEASURES.iter().find(|measure| measure.name == name);
+    let say = |name: &String| measure(name).map(|measure| format!(" `{name}` is a number: {}.", measure.about));
+    let all: String = plan.covariates.iter().filter_map(say).collect();
+    if all.is_empty() { all } else { all + " A covariate that is the same in all trials is left out." }
 }
 
 fn unit(plan: &AnalysisPlan) -> String {

@@ -80,6 +80,7 @@ const PLAN: &str = r#"
 primary = "mean_speed_mps"
 smallest_effect = 0.1
 secondary = ["speed_error_mps"]
+covariates = ["hand_over_sd_mps"]
 contrasts = [{ condition = "wide", reference = "narrow" }, { condition = "middle", reference = "narrow" }]
 [analysis.exclude]
 least_recorded_share = 0.9
@@ -131,7 +132,7 @@ fn a_study_is_planned_rehearsed_with_drawn_people_and_analysed_as_planned_and_as
     assert!(output.status.success(), "{}", text(&output));
     let [ours, theirs] =
         ["models.csv", "models_r.csv"].map(|name| unquoted(&Path::new(&at("data/derivatives/codrive")).join(name)));
-    assert_eq!((ours.len(), theirs.len()), (6, 6), "{}", text(&output));
+    assert_eq!((ours.len(), theirs.len()), (8, 8), "{}", text(&output));
     for (one, other) in ours.iter().zip(&theirs) {
         for column in ["outcome", "kind", "condition", "reference", "participants", "trials"] {
             assert_eq!(one[column], other[column], "{column}");
@@ -181,7 +182,7 @@ fn a_wrong_plan_is_refused_with_its_line_and_the_remedy() {
     for (plan, has) in [
         (
             PLAN.replace("\"wide\"", "\"wid\""),
-            ":38:28: there is no condition \"wid\" (did you mean wide?); allowed: narrow, middle, wide",
+            ":39:28: there is no condition \"wid\" (did you mean wide?); allowed: narrow, middle, wide",
         ),
         (PLAN.replace("mean_speed_mps", "mean_sped"), ":35:11: there is no measure \"mean_sped\""),
         (PLAN.replace("smallest_effect", "smalest_effect"), "did you mean `smallest_effect`?"),
