@@ -104,8 +104,10 @@ if (!is.null(model)) print(summary(model)$coefficients)
 if (requireNamespace("arrow", quietly = TRUE)) {
   subject <- as.character(trials$participant[1])
   scans <- read_tsv(file.path(root, subject, paste0(subject, "_scans.tsv")))
-  ego <- arrow::read_parquet(file.path(root, scans$recording[nrow(scans)], "ego.parquet"))
-  cat("\n", scans$recording[nrow(scans)], ": ", nrow(ego), " ticks, mean speed of all vehicles ",
+  # Answers are in the list, too, and have no recording.
+  recording <- tail(na.omit(scans$recording), 1)
+  ego <- arrow::read_parquet(file.path(root, recording, "ego.parquet"))
+  cat("\n", recording, ": ", nrow(ego), " ticks, mean speed of all vehicles ",
       round(mean(ego$mean_speed_mps), 3), " m/s\n", sep = "")
 } else {
   cat("(install arrow to read a recording tick by tick)\n")

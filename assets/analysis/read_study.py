@@ -86,7 +86,8 @@ def main() -> None:
             print(name, table[scores].mean().round(2).to_dict())
     mixed(trials)
     scans = pd.read_csv(next(iter(sorted(root.glob("sub-*/sub-*_scans.tsv")))), sep="\t")
-    recording = scans["recording"].iloc[-1]
+    # Answers are in the list, too, and have no recording.
+    recording = scans["recording"].dropna().iloc[-1]
     rows = ticks(root, recording)
     print(f"\n{recording}: {len(rows)} ticks, {rows['action'].notna().sum()} advices joined to theirs")
     if len(sys.argv) == 3:

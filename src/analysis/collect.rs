@@ -157,21 +157,25 @@ fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisErro
         sidecar["condition"]["Levels"].as_object().map(|l| l.keys().collect()).unwrap_or_default();
     lines
         .enumerate()
-        .map(|(i, cells)| {
+        .filter_map(|(i, cells)| {
             if cells.len() != names.len() {
-                return Err(fault(&format!("line {} has {} cells instead of {}", i + 2, cells.len(), names.len())));
+                let text = format!("line {} has {} cells instead of {}", i + 2, cells.len(), names.len());
+                return Some(Err(fault(&text)));
             }
             let cell = |at: usize| if cells[at] == "n/a" { String::new() } else { cells[at].to_owned() };
             let [segment, place, condition_cell, recording, baseline] = known.map(cell);
-            Ok(FoundRecording {
-                rank: order.iter().position(|name| **name == condition_cell).unwrap_or(order.len()),
-                participant: subject.into(),
-                segment,
-                place,
-                condition: condition_cell,
-                levels: (condition + 1..seed).map(|at| (names[at].to_owned(), cell(at))).collect(),
-                recording: root.join(recording),
-                baseline: (!baseline.is_empty()).then(|| root.join(baseline)),
+            // Answers are no drive.
+            (!recording.is_empty()).then(|| {
+                Ok(FoundRecording {
+                    rank: order.iter().position(|name| **name == condition_cell).unwrap_or(order.len()),
+                    participant: subject.into(),
+                    segment,
+                    place,
+                    condition: condition_cell,
+                    levels: (condition + 1..seed).map(|at| (names[at].to_owned(), cell(at))).collect(),
+                    recording: root.join(recording),
+                    baseline: (!baseline.is_empty()).then(|| root.join(baseline)),
+                })
             })
         })
         .collect()

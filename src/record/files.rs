@@ -79,6 +79,28 @@ pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     Ok(())
 }
 
+/// The same for a file that is too large to be held whole: `write` writes it part by part.
+///
+/// # Errors
+/// `write` fails, and the old file is as it was; the system refuses.
+pub fn replace_streaming(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), RecordError>,
+) -> Result<(), RecordError> {
+    let (beside, file) = new_beside(path)?;
+    let mut out = std::io::BufWriter::with_capacity(1 << 16, &file);
+    let written = write(&mut out).and_then(|()| out.flush().map_err(RecordError::file(&beside)));
+    drop(out);
+    if let Err(error) = written.and_then(|()| sync_file(&file, &beside)) {
+        let _ = fs::remove_file(&beside);
+        return Err(error);
+    }
+    fail_point!("replace.written");
+    rename(&beside, path)?;
+    fail_point!("replace.renamed");
+    Ok(())
+}
+
 /// A new file in which that at `path` is written, until it is whole and takes its place.
 ///
 /// # Errors

@@ -31,7 +31,9 @@ pub mod tables;
 
 pub use checksums::{AlteredFile, Checksums, changes, file_sha256};
 pub use compare::{CellDifference, TableComparison};
-pub use files::{BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, write_new};
+pub use files::{
+    BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, replace_streaming, write_new,
+};
 pub use journal_reader::LostRows;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Recorder, WriterStatus};

@@ -1,9 +1,7 @@
 //! Tables and sidecars as BIDS wants them (`beh`, version 1.10): tab-separated, `n/a` for what is not there, every column
-//! described in JSON with its unit and levels. In: rows. Out: text; events of a recorded drive.
+//! described in JSON with its unit, levels and tags. In: rows. Out: text; what a data set and its derivatives say of themselves.
 
-use crate::record::{RecordError, Table as Recorded, TableReader};
 use serde_json::{Map, Value, json};
-use std::path::Path;
 
 /// A column: name, meaning, unit (empty for none), words that stand in it with their meanings.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,18 +14,27 @@ pub struct TsvColumn {
     pub unit: String,
     /// Words and what they mean.
     pub levels: Vec<(String, String)>,
+    /// Tags of HED: a string with # for the value, or an object with a string a word; null for none.
+    pub tags: Value,
 }
 
 impl TsvColumn {
     /// A column without levels.
     pub fn new(name: &str, about: &str, unit: &str) -> Self {
-        Self { name: name.into(), about: about.into(), unit: unit.into(), levels: Vec::new() }
+        Self { name: name.into(), about: about.into(), unit: unit.into(), ..Self::default() }
     }
 
     /// The same with levels.
     #[must_use]
     pub fn with(mut self, levels: impl IntoIterator<Item = (String, String)>) -> Self {
         self.levels = levels.into_iter().collect();
+        self
+    }
+
+    /// The same with tags of HED.
+    #[must_use]
+    pub fn tagged(mut self, tags: Value) -> Self {
+        self.tags = tags;
         self
     }
 }
@@ -69,6 +76,9 @@ impl TsvTable {
             if !column.levels.is_empty() {
                 let levels = column.levels.iter().map(|(word, text)| (word.clone(), text.clone().into()));
                 about.insert("Levels".into(), Value::Object(levels.collect()));
+            }
+            if !column.tags.is_null() {
+                about.insert("HED".into(), column.tags.clone());
             }
             out.insert(column.name.clone(), about.into());
         }
@@ -141,64 +151,6 @@ pub fn derived(title: &str) -> String {
     format!("{about:#}\n")
 }
 
-/// Advice and events of a recorded drive as `_events.tsv`: onset from the start of the drive.
-///
-/// # Errors
-/// A table of it cannot be read.
-pub fn events(recording: &Path) -> Result<TsvTable, RecordError> {
-    let words = [
-        ("advice", "a new target stands on the speedometer"),
-        ("advice_withheld", "the target is gone: the policy advises nothing from now on"),
-        ("contact", "the car began to touch another one"),
-        ("left_road", "the middle of the car left its lane"),
-        ("back_on_road", "the middle of the car is back in the lane"),
-        ("put_back", "the car was put back on its lane"),
-        ("ended", "the drive is over"),
-        ("mark", "a mark by the experimenter or the participant"),
-        ("note", "a note by the experimenter"),
-        ("criterion", "the criterion of a practice drive is met"),
-        ("asked", "the participant asked to stop"),
-        ("paused", "the experimenter paused the drive"),
-        ("resumed", "the drive went on"),
-        ("extended", "the drive lasts longer"),
-    ];
-    let mut table = TsvTable::new(vec![
-        TsvColumn::new("onset", "time since the start of the drive, in simulation", "s"),
-        TsvColumn::new("duration", "how long an advice stands; n/a for what has no length", "s"),
-        TsvColumn::new("trial_type", "what happened", "").with(words.map(|(w, t)| (w.to_owned(), t.to_owned()))),
-        TsvColumn::new("tick", "tick of the recording, 10 ms each: joins to its tables", ""),
-        TsvColumn::new("target_speed", "advised speed", "m/s"),
-        TsvColumn::new("range_low", "lower edge of the acceptable range", "m/s"),
-        TsvColumn::new("range_high", "upper edge of the acceptable range", "m/s"),
-        TsvColumn::new("speed", "speed of the participant's car at that moment", "m/s"),
-        TsvColumn::new("value", "closing speed of a contact, or offset where the road was left", "m/s or m"),
-        TsvColumn::new("detail", "the rest in words", ""),
-    ]);
-    let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
-    let advice = TableReader::parquet(&Recorded::Advice.parquet(recording))?;
-    let columns = ["hold_s", "target_mps", "range_low_mps", "range_high_mps", "speed_mps"].map(|n| advice.numbers(n));
-    for (i, tick) in advice.wholes("tick").into_iter().enumerate() {
-        let [hold, target, low, high, speed] = [0, 1, 2, 3, 4].map(|k: usize| number(columns[k][i]));
-        let tick_cells = vec![onset(tick), hold, "advice".into(), tick.to_string(), target, low, high, speed];
-        rows.push((tick, tick_cells.into_iter().chain([String::new(), String::new()]).collect()));
-    }
-    let events = TableReader::parquet(&Recorded::Events.parquet(recording))?;
-    let (kinds, details, values) = (events.words("event"), events.words("detail"), events.numbers("value"));
-    for (i, tick) in events.wholes("tick").into_iter().enumerate() {
-        let mut cells = vec![onset(tick), String::new(), kinds[i].clone(), tick.to_string()];
-        cells.extend([const { String::new() }; 4]);
-        cells.extend([number(values[i]), details[i].clone()]);
-        rows.push((tick, cells));
-    }
-    rows.sort_by_key(|row| row.0);
-    table.rows = rows.into_iter().map(|row| row.1).collect();
-    Ok(table)
-}
-
-fn onset(tick: u64) -> String {
-    format!("{}.{:02}", tick / 100, tick % 100)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -215,7 +167,6 @@ mod tests {
         );
         assert_eq!((label("ssq-before"), label("trial")), ("ssqBefore".into(), "trial".into()));
         assert_eq!(value(&json!(["a", 2])), "a;2");
-        assert_eq!((onset(1205), onset(7)), ("12.05".into(), "0.07".into()));
     }
 
     #[test]
@@ -234,75 +185,5 @@ mod tests {
         assert!(told["InstitutionName"].is_null());
         assert_eq!(task("trial", "Driving", "", Some("A laboratory"))["InstitutionName"], "A laboratory");
         assert_eq!(told["StimulusPresentation"]["SoftwareName"], "codrive");
-    }
-
-    #[test]
-    fn advice_and_events_of_a_recording_are_rows_in_the_order_of_time() {
-        use crate::{
-            controls::Controls,
-            record::{Manifest, Recorder},
-            scenario::Scenario,
-            sim::{SummaryAccumulator, World},
-            time::Tick,
-            traffic::EngineChoice,
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let scenario = Scenario {
-            traffic: EngineChoice::Native,
-            policy: "constant".into(),
-            policy_speed_mps: 4.0,
-            range_mph: 1.0,
-            hold_s: 0.5,
-            duration_s: 1.2,
-            ..Scenario::default()
-        };
-        let mut world = World::new(&scenario).unwrap();
-        let mut recorder = Recorder::begin(&folder.path().join("drive"), &scenario, Manifest::default()).unwrap();
-        let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
-        for tick in 1..=120 {
-            world.tick(&Controls::default()).unwrap();
-            tally.add(world.snapshot(), world.events());
-            recorder.tick(&world, &Controls::default()).unwrap();
-            if tick == 33 {
-                recorder.event(Tick(tick), "note", "coughs");
-            }
-        }
-        let folder = recorder.finish(&tally.summary()).unwrap();
-        let table = events(&folder).unwrap();
-        assert!(table.rows.is_sorted_by_key(|row| row[3].parse::<u64>().unwrap()), "{:?}", table.rows);
-        let of = |kind: &str| table.rows.iter().filter(|row| row[2] == kind).cloned().collect::<Vec<_>>();
-        let none = String::new;
-        let text = |words: &str| words.to_owned();
-        assert_eq!(
-            of("note"),
-            [vec![
-                text("0.33"),
-                none(),
-                text("note"),
-                text("33"),
-                none(),
-                none(),
-                none(),
-                none(),
-                none(),
-                text("coughs")
-            ]]
-        );
-        let ended = of("ended");
-        assert_eq!((ended.len(), &ended[0][0], &ended[0][9]), (1, &text("1.20"), &text("duration")));
-        let advice = of("advice");
-        // Two or three holds of half a second begin within 1.2 s.
-        assert!((2..=3).contains(&advice.len()), "{advice:?}");
-        for row in &advice {
-            assert_eq!(row[1..3], ["0.5", "advice"]);
-            // A mile is 1609.344 m: the range is 0.44704 m/s to either side.
-            let [target, low, high] = [4, 5, 6].map(|i: usize| row[i].parse::<f64>().unwrap());
-            assert!(target == 4.0 && (low - 3.552_96).abs() < 1e-9 && (high - 4.447_04).abs() < 1e-9, "{row:?}");
-            assert_eq!((row[8].as_str(), row[9].as_str()), ("", ""), "an advice has no value and no words");
-        }
-        let ticks: Vec<u64> = advice.iter().map(|row| row[3].parse().unwrap()).collect();
-        assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] == 50), "{ticks:?}");
-        let text = table.text();
-        assert!(text.starts_with("onset\tduration\ttrial_type\ttick\ttarget_speed\t"), "{text}");
     }
 }

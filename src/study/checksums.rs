@@ -4,7 +4,7 @@
 //! A participant's files are listed when the session is over; what is published anew after every participant (`participants.tsv`,
 //! `phenotype/`, `erased.tsv`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again.
 
-use super::SessionError;
+use super::{SessionError, event_table, motion};
 use crate::{
     analysis::plan::CHANGED,
     file::read_text,
@@ -82,7 +82,8 @@ fn of_subject(name: &str) -> Option<&str> {
 }
 
 fn is_published_anew(name: &str) -> bool {
-    ["participants.", "phenotype/", "erased.", ".bidsignore"].iter().any(|begin| name.starts_with(begin))
+    let begins = ["participants.", "phenotype/", "erased.", ".bidsignore", event_table::SIDECAR, motion::CHANNELS_JSON];
+    begins.iter().any(|begin| name.starts_with(begin))
 }
 
 fn read(root: &Path) -> Result<Option<ChecksumList>, SessionError> {

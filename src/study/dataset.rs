@@ -7,27 +7,34 @@
 //! participants.tsv          one row a participant: number, order, complete, partial, withdrawn or excluded
 //! phenotype/SEGMENT.tsv     one row a participant: answers and scores of one questionnaire
 //! phenotype/SEGMENT_2_NAME.tsv the same of the questionnaire NAME after the second trial, with its condition
-//! sub-CODE/sub-CODE_scans.tsv          its drives: condition, levels, where the recording lies
+//! events.json               what columns and words of all tables of events mean, with tags of HED
+//! tracksys-codrive_channels.json       frames of reference of all motion
+//! sub-CODE/sub-CODE_scans.tsv          its drives and answers: when, condition, levels, where the recording lies
 //! sub-CODE/beh/*_events.tsv, *_beh.tsv advice and events of a drive; answers with their times
+//! sub-CODE/motion/*_motion.tsv         the car's motion and the pedals, 100 rows a second; its events, its channels
 //! erased.tsv                who was erased, when and why: no data (see `erasure`)
 //! SHA256SUMS                all of it but what an analysis makes, for `sha256sum --check` and `codrive analyse`
 //! sourcedata/sub-CODE/session.json     what was when (see `session`)
+//! sourcedata/sub-CODE/date-shift.json  by how many days the dates in its tables are moved (see `scans`)
 //! sourcedata/sub-CODE/ITEM/            the recording of a drive; ITEM-baseline the same without advice
 //! ```
 //! All but `sourcedata` can be made again from it, and is, after every participant. Files are the user's alone.
 
 use super::{
     Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, Study,
-    answer_tables::{self, phenotype, phenotype_of_trial, timed},
+    answer_tables::{phenotype, phenotype_of_trial, timed},
     bids::{self, TsvColumn, TsvTable},
-    checksums, erasure, lock,
+    checksums, erasure,
+    event_table::{self, DriveEvents},
+    lock, motion,
+    scans::{self, DateShift, ScannedDrive, ScannedFile},
     session::{self, ParticipantKind, SessionLog},
     source,
 };
 use crate::{
     analysis::plan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
-    record::{self, RecordError, inputs},
+    record::{self, Manifest, RecordError, inputs},
 };
 use serde_json::{Value, json};
 use std::{
@@ -37,6 +44,8 @@ use std::{
 
 /// The baseline of a drive lies beside it, under its name and this.
 pub const BASELINE: &str = "-baseline";
+/// What the data set is, by BIDS.
+const DESCRIPTION: &str = "dataset_description.json";
 /// The copy of the study's file.
 const STUDY: &str = "study.toml";
 
@@ -82,7 +91,7 @@ impl DataSet {
             return Ok(data);
         }
         let files = [
-            ("dataset_description.json", description(study)),
+            (DESCRIPTION, description(study)),
             ("README.md", readme(study)),
             (".bidsignore", BIDSIGNORE.to_owned() + erasure::BIDSIGNORE),
             // Last: with it the data set is there.
@@ -229,6 +238,7 @@ impl DataSet {
         if let Some(log) = logs.iter().find(|log| log.participant == *code) {
             self.publish_one(study, log)?;
         }
+        self.put_inherited()?;
         self.put_table("participants", &participants(&logs), json!({}))?;
         for planned in study.plan(0).items.iter() {
             let PlanItem::Questions(word) = &planned.item else { continue };
@@ -261,7 +271,8 @@ impl DataSet {
     fn publish_one(&self, study: &Study, log: &SessionLog) -> Result<(), SessionError> {
         let subject = log.participant.subject();
         let plan = study.plan(log.index);
-        let mut scans = scans(study);
+        let mut table = scans::table(study);
+        let shift = DateShift::of(&self.source(&log.participant), log)?;
         let institution = study.file.institution.as_deref();
         for planned in &plan.items {
             let Some(passage) = log.done(&planned.name) else { continue };
@@ -272,21 +283,19 @@ impl DataSet {
                     let about =
                         format!("Driving on {} in traffic of {} cars", inputs::last(&scenario.map), scenario.vehicles);
                     let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text, institution);
-                    self.put_table(
-                        &format!("{name}_events"),
-                        &bids::events(&self.source(&log.participant).join(folder))?,
-                        facts,
-                    )?;
+                    let place = self.source(&log.participant).join(folder);
+                    let events = DriveEvents::of(&place)?;
+                    self.put_events(&name, &events.since(0), &facts)?;
+                    let moved = self.put_motion(&subject, planned, &place, &events, facts)?;
                     let recording = format!("sourcedata/{subject}/{folder}");
                     let baseline = format!("{recording}{BASELINE}");
                     let baseline = if self.root.join(&baseline).exists() { baseline } else { String::new() };
-                    let file = format!("beh/{}_events.tsv", file_name(&subject, planned));
-                    let place = planned.run.map_or(String::new(), |run| run.to_string());
-                    let mut row =
-                        vec![file, planned.segment.clone(), place, planned.condition.clone().unwrap_or_default()];
-                    row.extend(factors(study).map(|factor| levels.get(factor).cloned().unwrap_or_default()));
-                    row.extend([scenario.seed.to_string(), recording, baseline]);
-                    scans.rows.push(row);
+                    let began = Manifest::load(&place)?.began;
+                    let began = if began.is_empty() { passage.began.as_str() } else { began.as_str() };
+                    let name = moved.unwrap_or(format!("beh/{}_events.tsv", file_name(&subject, planned)));
+                    let drive = ScannedDrive { levels, seed: scenario.seed, recording, baseline };
+                    let file = ScannedFile { name, began, planned, drive: Some(drive) };
+                    table.rows.push(scans::row(study, file, shift));
                 }
                 PlanItem::Questions(word) => {
                     let (Some(answers), Some(q)) = (log.answers.get(&planned.name), study.questionnaires.get(word))
@@ -295,14 +304,54 @@ impl DataSet {
                     };
                     let facts = bids::task(&task(planned), &q.title, &planned.text, institution);
                     self.put_table(&format!("{name}_beh"), &timed(study, planned, answers), facts)?;
+                    let name = format!("beh/{}_beh.tsv", file_name(&subject, planned));
+                    let file = ScannedFile { name, began: &passage.began, planned, drive: None };
+                    table.rows.push(scans::row(study, file, shift));
                 }
                 PlanItem::Text(_) | PlanItem::Break(_) => {}
             }
         }
-        if scans.rows.is_empty() {
+        if table.rows.is_empty() {
             return Ok(());
         }
-        self.put_table(&format!("{subject}/{subject}_scans"), &scans, json!({}))
+        self.put_table(&format!("{subject}/{subject}_scans"), &table, json!({}))
+    }
+
+    /// Writes a table of events; its columns are described at the top of the data set.
+    fn put_events(&self, name: &str, events: &TsvTable, facts: &Value) -> Result<(), SessionError> {
+        self.put(&format!("{name}_events.tsv"), &events.text())?;
+        self.put(&format!("{name}_events.json"), &format!("{facts:#}\n"))
+    }
+
+    /// Writes the motion of a drive, and its events counted from the first sample. Its name from the participant's folder; `None` of a
+    /// drive without a tick.
+    fn put_motion(
+        &self,
+        subject: &str,
+        planned: &PlannedItem,
+        recording: &Path,
+        events: &DriveEvents,
+        facts: Value,
+    ) -> Result<Option<String>, SessionError> {
+        let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
+        let stem = format!("{subject}_task-{}_tracksys-{}{run}", task(planned), motion::TRACKING_SYSTEM);
+        let (within, name) = (format!("motion/{stem}"), format!("{subject}/motion/{stem}"));
+        record::new_private_dir(&self.root.join(subject).join("motion"))?;
+        let table = format!("{within}_motion.tsv");
+        let Some(span) = motion::write(recording, &self.root.join(subject).join(&table))? else { return Ok(None) };
+        self.put_events(&name, &events.since(span.first), &facts)?;
+        self.put(&format!("{name}_channels.tsv"), &motion::channels())?;
+        self.put(&format!("{name}_motion.json"), &format!("{:#}\n", motion::sidecar(span, facts)))?;
+        Ok(Some(table))
+    }
+
+    /// Sidecars at the top, which tables of all participants inherit.
+    fn put_inherited(&self) -> Result<(), SessionError> {
+        let path = self.root.join(DESCRIPTION);
+        let about = read_text(&path, SETTINGS_BYTES).unwrap_or_default();
+        let about: Value = serde_json::from_str(&about).unwrap_or_default();
+        self.put(event_table::SIDECAR, &event_table::sidecar(about["HEDVersion"].is_string()))?;
+        self.put(motion::CHANNELS_JSON, &motion::reference_frames())
     }
 }
 
@@ -327,6 +376,8 @@ fn description(study: &Study) -> String {
         "DatasetType": "raw",
         // Also where there are none: some readers stop at a data set without this line.
         "Authors": study.file.authors,
+        "HEDVersion": event_table::HED_VERSION,
+        "SourceDatasets": [{ "URL": "bids::sourcedata" }],
         "GeneratedBy": [{ "Name": "codrive", "Version": env!("CARGO_PKG_VERSION") }],
     });
     if let Some(licence) = &study.file.licence {
@@ -337,12 +388,17 @@ fn description(study: &Study) -> String {
 
 fn readme(study: &Study) -> String {
     format!(
-        "# {}\n\nDrives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`).\n\n\
+        "# {}\n\nDrives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`, `motion`).\n\n\
          * `participants.tsv`: who took part (codes only), in which order of conditions, and how far each session came.\n\
          * `phenotype/`: answers and scores of the questionnaires, one row a participant; of those that come after every trial \
          one table a place (`trial_2_NAME.tsv`) with the condition.\n\
-         * `sub-*/sub-*_scans.tsv`: drives with their condition, and where their recordings lie.\n\
+         * `sub-*/sub-*_scans.tsv`: drives and answers with their condition, when they were, and where the recordings lie. All dates of \
+         a participant are moved by the same number of days to years before 1925; `sourcedata/` has the true ones.\n\
          * `sub-*/beh/`: advice and events of every drive; answers with the time that each took.\n\
+         * `sub-*/motion/`: the car's motion and the pedals, 100 rows a second, rounded to 0.1 mm, 0.1 mm/s and 1 urad; the recordings \
+         have all digits and the other cars. `*_channels.tsv` says what the columns are, `tracksys-codrive_channels.json` their frames \
+         of reference.\n\
+         * `events.json`: what the columns and words of all `*_events.tsv` mean, with tags of HED.\n\
          * `sourcedata/`: recordings as Parquet tables (units in each column's metadata), and the log of every session.\n  \
          A folder that ends in `{BASELINE}` is the same drive from the same seed without advice.\n\
          * `study.toml`: the study itself, to be run again.\n\n\
@@ -352,34 +408,8 @@ fn readme(study: &Study) -> String {
 }
 
 /// Names of the factors, or `condition` for none (left out: the condition has its own column).
-fn factors(study: &Study) -> impl Iterator<Item = &String> {
+pub(super) fn factors(study: &Study) -> impl Iterator<Item = &String> {
     study.file.factors.keys()
-}
-
-fn scans(study: &Study) -> TsvTable {
-    let mut columns = vec![
-        TsvColumn::new("filename", "events of the drive", ""),
-        TsvColumn::new("segment", "segment of the study", ""),
-        answer_tables::place(),
-        answer_tables::condition(study),
-    ];
-    for (factor, levels) in &study.file.factors {
-        let words = levels.iter().map(|level| {
-            let word = |value: &Value| match value {
-                Value::String(text) => format!("\"{}\"", inputs::last(text)),
-                other => other.to_string(),
-            };
-            let set: Vec<String> = level.set.iter().map(|(key, value)| format!("{key} = {}", word(value))).collect();
-            (level.name.clone(), if set.is_empty() { "as the base of the study".into() } else { set.join(", ") })
-        });
-        columns.push(TsvColumn::new(factor, &format!("level of the factor {factor}"), "").with(words));
-    }
-    columns.extend([
-        TsvColumn::new("seed", "seed of everything random in the drive", ""),
-        TsvColumn::new("recording", "folder of the recording", ""),
-        TsvColumn::new("baseline", "folder of the same drive without advice", ""),
-    ]);
-    TsvTable::new(columns)
 }
 
 fn participants(logs: &[SessionLog]) -> TsvTable {

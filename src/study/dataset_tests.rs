@@ -176,11 +176,14 @@ fn participants_stand_with_their_number_order_state_and_drawn_numbers_with_their
 fn the_levels_of_a_factor_are_told_by_what_they_set_without_folders() {
     let mut study = study();
     study.file = toml::from_str(STUDY_TEXT).unwrap();
-    let table = scans(&study);
+    let table = scans::table(&study);
     let names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
-    assert_eq!(names, ["filename", "segment", "place", "condition", "range", "seed", "recording", "baseline"]);
+    assert_eq!(
+        names,
+        ["filename", "acq_time", "segment", "place", "condition", "range", "seed", "recording", "baseline"]
+    );
     let told: Vec<(&str, &str)> =
-        table.columns[4].levels.iter().map(|(word, about)| (word.as_str(), about.as_str())).collect();
+        table.columns[5].levels.iter().map(|(word, about)| (word.as_str(), about.as_str())).collect();
     assert_eq!(told, [("narrow", "map = \"ring.net.xml\", range_mph = 0.5"), ("wide", "as the base of the study")]);
 }
 
@@ -308,8 +311,11 @@ fn answers_of_a_session_have_a_table_of_their_own_with_times_made_for_that_parti
     assert!(!table("P2").exists());
     let about: Value = serde_json::from_slice(&fs::read(table("P1").with_extension("json")).unwrap()).unwrap();
     assert_eq!(about["TaskName"], "ssqBefore");
-    // Nothing was driven: there is no list of drives.
-    assert!(!folder.path().join("sub-P1/sub-P1_scans.tsv").exists());
+    // Nothing was driven: the list has the answers alone. When they were asked is unknown here.
+    assert_eq!(
+        fs::read_to_string(folder.path().join("sub-P1/sub-P1_scans.tsv")).unwrap().lines().nth(1),
+        Some("beh/sub-P1_task-ssqBefore_beh.tsv\tn/a\tssq-before\tn/a\tn/a\tn/a\tn/a\tn/a\tn/a")
+    );
     // Both stand in the table of all.
     let all = fs::read_to_string(folder.path().join("phenotype/ssq_before.tsv")).unwrap();
     assert_eq!(

@@ -31,7 +31,7 @@ fn place() -> Place {
     let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
     for (index, name) in ["P1", "P2"].into_iter().enumerate() {
         let mut session = Session::open(&data, &study, &code(name), ParticipantKind::Person, index, "t0").unwrap();
-        session.begin("t1").unwrap();
+        session.begin("2026-05-03T10:00:00Z").unwrap();
         let rated = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
         let answer = |question: &&str| crate::study::session::TimedAnswer {
             question: (*question).into(),
@@ -79,7 +79,9 @@ fn assert_erased(place: &Place) {
     for (path, text) in all(root) {
         let is_ledger = path.file_name().is_some_and(|name| name == "erased.tsv");
         assert!(is_ledger || !text.contains("P1"), "{}: {text}", path.display());
-        assert!(!path.to_string_lossy().contains("P1"), "{}", path.display());
+        // Of the names below the data set: that of a scratch folder is drawn and may be anything.
+        let name = path.strip_prefix(root).unwrap();
+        assert!(!name.to_string_lossy().contains("P1"), "{}", name.display());
     }
     assert!(!root.join(BEGUN).exists() && !root.join("derivatives/codrive").exists());
     let ledger = fs::read_to_string(root.join("erased.tsv")).unwrap();
@@ -88,6 +90,9 @@ fn assert_erased(place: &Place) {
     assert!(
         root.join("sourcedata/sub-P2/session.json").exists() && root.join("derivatives/other/sub-P2/x.txt").exists()
     );
+    let shift = fs::read_to_string(root.join("sourcedata/sub-P2/date-shift.json")).unwrap();
+    assert!(shift.starts_with("{\"days\":-"), "{shift}");
+    assert!(root.join("sub-P2/sub-P2_scans.tsv").exists());
     for table in ["participants.tsv", "phenotype/load.tsv"] {
         let text = fs::read_to_string(root.join(table)).unwrap();
         let rows: Vec<&str> = text.lines().map(|line| line.split('\t').next().unwrap()).collect();

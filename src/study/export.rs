@@ -7,7 +7,7 @@
 use super::{
     DataSet, ParticipantCode, SessionError, checksums,
     erasure::{TABLE_BYTES, tables},
-    lock,
+    event_table, lock, motion,
 };
 use crate::{
     file::read_text,
@@ -19,7 +19,8 @@ use std::{
 };
 
 /// Files at the top that are about nobody: they say what the rest is.
-const ABOUT: [&str; 3] = ["dataset_description.json", "study.toml", "participants.json"];
+const ABOUT: [&str; 5] =
+    ["dataset_description.json", "study.toml", "participants.json", event_table::SIDECAR, motion::CHANNELS_JSON];
 /// In the folder while it is made.
 const BEGUN: &str = "export-is-not-whole";
 
@@ -163,7 +164,9 @@ fn readme(code: &ParticipantCode) -> String {
     format!(
         "# All data of participant {code}\n\nThis is everything that the study holds of this participant, and nothing of anybody else.\n\n\
          * `sourcedata/{0}/session.json`: what was when, answers and notes; the folders beside it are the recorded drives (Parquet tables).\n\
-         * `{0}/`: drives, events and answers as tables; the JSON file beside a table says what its columns are.\n\
+         * `{0}/`: drives, events, answers and the car's motion as tables; the JSON file beside a table says what its columns are, \
+         `events.json` and `*_channels.tsv` those of events and motion. Dates in `{0}_scans.tsv` are moved by the days in \
+         `sourcedata/{0}/date-shift.json`.\n\
          * `participants.tsv`, `phenotype/`: the participant's rows of the study's tables.\n\
          * `derivatives/codrive/`: the participant's rows of the analysis, where there was one; `columns.json` says what they are.\n\
          * `study.toml`: the plan of the study.\n\

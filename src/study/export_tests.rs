@@ -24,7 +24,7 @@ fn place() -> (tempfile::TempDir, DataSet) {
     let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
     for (index, name) in ["P1", "P2"].into_iter().enumerate() {
         let mut session = Session::open(&data, &study, &code(name), ParticipantKind::Person, index, "t0").unwrap();
-        session.begin("t1").unwrap();
+        session.begin("2026-05-03T10:00:00Z").unwrap();
         let answer = crate::study::session::TimedAnswer { question: "mental".into(), answer: 40.into(), time_s: 1.0 };
         session.end_answered(vec![answer], None, "t2").unwrap();
         session.finish("t3").unwrap();
@@ -50,21 +50,28 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
     let wanted = [
         "README.md",
         "dataset_description.json",
+        "events.json",
         "participants.json",
         "participants.tsv",
         "phenotype/load.json",
         "phenotype/load.tsv",
+        "sourcedata/sub-P1/date-shift.json",
         "sourcedata/sub-P1/session.json",
         "study.toml",
         "sub-P1/beh/sub-P1_task-load_beh.json",
         "sub-P1/beh/sub-P1_task-load_beh.tsv",
+        "sub-P1/sub-P1_scans.json",
+        "sub-P1/sub-P1_scans.tsv",
+        "tracksys-codrive_channels.json",
     ];
     assert_eq!((names(&to).as_slice(), count), (wanted.map(str::to_owned).as_slice(), wanted.len()));
     for name in &wanted[1..] {
         assert!(!fs::read_to_string(to.join(name)).unwrap().contains("P2"), "{name}");
     }
     let same = |name: &str| assert_eq!(fs::read(to.join(name)).unwrap(), fs::read(data.root().join(name)).unwrap());
-    same("sourcedata/sub-P1/session.json");
+    for name in ["sourcedata/sub-P1/session.json", "sub-P1/sub-P1_scans.tsv", "sourcedata/sub-P1/date-shift.json"] {
+        same(name);
+    }
     let rows = fs::read_to_string(to.join("phenotype/load.tsv")).unwrap();
     assert!(rows.lines().count() == 2 && rows.contains("\nsub-P1\t40\t"), "{rows}");
     let trials = fs::read_to_string(to.join("derivatives/codrive/trials.csv")).unwrap();

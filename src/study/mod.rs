@@ -15,7 +15,8 @@
 //! * [`completion`]: how far a session came. [`lock`]: one program a participant.
 //! * `exclusion`: leaves a participant out once the windows are closed. [`erasure`]: nothing of them stays. `export`: all of
 //!   it for themselves.
-//! * [`dataset`]: the folder of a study, as BIDS has it (`beh`); [`bids`]: its tables and sidecars; `answer_tables`: those of answers.
+//! * [`dataset`]: the folder of a study, as BIDS has it; [`bids`]: its tables and sidecars; `answer_tables`: those of answers,
+//!   `event_table` of events, `motion` of the car's motion, `scans` of all files with shifted dates.
 //! * `source`: what a data set keeps of the study's file.
 //! * [`checksums`]: the list of a data set's files with their SHA-256.
 //! * [`preregistration`]: the plan of study and analysis as a text to register, with the power.
@@ -29,10 +30,12 @@ pub mod conditions;
 pub mod dataset;
 mod dial;
 pub mod erasure;
+mod event_table;
 mod exclusion;
 mod export;
 pub mod file;
 pub mod lock;
+mod motion;
 pub mod order;
 pub mod participant_code;
 pub mod plan;
@@ -41,6 +44,7 @@ pub mod preregistration;
 mod question_fault;
 pub mod questionnaire_form;
 pub mod questions;
+mod scans;
 pub mod scores;
 pub mod segment;
 pub mod session;

@@ -1,0 +1,186 @@
+//! Advice and events of a drive as a table of BIDS (`_events.tsv`), and what its columns and words mean, in words and in HED
+//! (Hierarchical Event Descriptors, schema 8.4.0). In: a recording. Out: rows; the sidecar at the top of a data set, which all
+//! tables of events inherit.
+
+use super::bids::{TsvColumn, TsvTable, number};
+use crate::record::{RecordError, Table as Recorded, TableReader};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// The version of HED whose words the tags are of.
+pub const HED_VERSION: &str = "8.4.0";
+
+/// The sidecar of all tables of events, at the top of a data set.
+pub(super) const SIDECAR: &str = "events.json";
+
+/// What can happen in a drive: word, meaning, tags.
+const WORDS: [[&str; 3]; 26] = [
+    [
+        "advice",
+        "a new target stands on the speedometer",
+        "Sensory-event, Experimental-stimulus, Cue, Visual-presentation, Computer-screen, Label/Advice",
+    ],
+    [
+        "advice_withheld",
+        "the target is gone: the policy advises nothing from now on",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Computer-screen, Label/Advice-withheld",
+    ],
+    [
+        "contact",
+        "the car began to touch another one",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Car)), Label/Contact",
+    ],
+    [
+        "left_road",
+        "the middle of the car left its lane",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Left-road",
+    ],
+    [
+        "back_on_road",
+        "the middle of the car is back in the lane",
+        "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Back-on-road",
+    ],
+    [
+        "put_back",
+        "the car was put back on its lane",
+        "Experiment-control, (Controller-agent, (Move, Car)), Label/Put-back",
+    ],
+    ["ended", "the drive is over", "Experiment-structure, Label/Drive-ended"],
+    ["mark", "a mark by the experimenter or the participant", "Experiment-control, Label/Mark"],
+    ["note", "a note by the experimenter", "Experiment-control, Experimental-note, Label/Note"],
+    ["criterion", "the criterion of a practice drive is met", "Experiment-structure, Label/Criterion-met"],
+    [
+        "asked",
+        "the participant asked to stop",
+        "Agent-action, (Experiment-participant, Communicate), Label/Asked-to-stop",
+    ],
+    ["paused", "the experimenter paused the drive", "Experiment-control, (Experimenter, Halt), Label/Paused"],
+    ["resumed", "the drive went on", "Experiment-control, Label/Resumed"],
+    ["extended", "the drive lasts longer", "Experiment-control, (Experimenter, Modify), Label/Extended"],
+    ["aborted", "the experimenter broke the drive off", "Experiment-control, (Experimenter, Halt), Label/Aborted"],
+    [
+        "skipped",
+        "the experimenter left out the rest of the drive",
+        "Experiment-control, (Experimenter, Halt), Label/Skipped",
+    ],
+    ["excluded", "the experimenter excluded the data", "Experiment-control, (Experimenter, Halt), Label/Excluded"],
+    ["stopped", "the session was stopped", "Experiment-control, Halt, Label/Stopped"],
+    ["closed", "the windows were closed", "Experiment-control, Halt, Label/Closed"],
+    [
+        "abort asked for",
+        "the participant asked for the end of the drive, by a button of the wheel",
+        "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Abort-asked-for",
+    ],
+    [
+        "answer",
+        "the participant pressed the button for answers",
+        "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/Answer",
+    ],
+    ["horn", "the horn, on or off", "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Horn"],
+    [
+        "wheel profile",
+        "the profile of the steering wheel that drives from now on",
+        "Experiment-control, Label/Wheel-profile",
+    ],
+    ["wheel plugged in", "a steering wheel was plugged in", "Experiment-control, Input-device, Label/Wheel-plugged-in"],
+    [
+        "wheel unplugged",
+        "the steering wheel is gone",
+        "Experiment-control, Mishap, Input-device, Label/Wheel-unplugged",
+    ],
+    [
+        "wheel trouble",
+        "the steering wheel reports a fault",
+        "Experiment-control, Mishap, Input-device, Label/Wheel-trouble",
+    ],
+];
+
+/// Columns of the table.
+fn columns() -> Vec<TsvColumn> {
+    let speed = |name: &str, about: &str, label: &str| {
+        TsvColumn::new(name, about, "m/s").tagged(json!(format!("(Label/{label}, Speed/# m-per-s)")))
+    };
+    let tags = WORDS.iter().map(|[word, _, tags]| ((*word).to_owned(), Value::from(*tags))).collect();
+    vec![
+        TsvColumn::new(
+            "onset",
+            "time since the start of the drive, in simulation; in the table beside motion data since their first sample",
+            "s",
+        ),
+        TsvColumn::new("duration", "how long an advice stands; n/a for what has no length", "s"),
+        TsvColumn::new("trial_type", "what happened", "")
+            .with(WORDS.iter().map(|[word, about, _]| ((*word).to_owned(), (*about).to_owned())))
+            .tagged(Value::Object(tags)),
+        TsvColumn::new("tick", "tick of the recording, 10 ms each: joins to its tables", ""),
+        speed("target_speed", "advised speed", "Advised-speed"),
+        speed("range_low", "lower edge of the acceptable range", "Lowest-advised"),
+        speed("range_high", "upper edge of the acceptable range", "Highest-advised"),
+        speed("speed", "speed of the participant's car at that moment", "Own-speed"),
+        TsvColumn::new("value", "closing speed of a contact, or offset where the road was left", "m/s or m"),
+        TsvColumn::new("detail", "the rest in words", ""),
+    ]
+}
+
+/// The sidecar of all tables of events of a data set. Tags are left out where the data set's description does not name the
+/// version of their words, as in one of an earlier version: there they were a mistake.
+pub(super) fn sidecar(is_tagged: bool) -> String {
+    let mut columns = columns();
+    if !is_tagged {
+        columns.iter_mut().for_each(|column| column.tags = Value::Null);
+    }
+    TsvTable::new(columns).sidecar(Value::Null)
+}
+
+/// What happened in a drive, in the order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct DriveEvents {
+    /// Tick, and all cells but the onset.
+    rows: Vec<(u64, Vec<String>)>,
+}
+
+impl DriveEvents {
+    /// Reads them from a recording.
+    ///
+    /// # Errors
+    /// A table of it cannot be read.
+    pub fn of(recording: &Path) -> Result<Self, RecordError> {
+        let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
+        let advice = TableReader::parquet(&Recorded::Advice.parquet(recording))?;
+        let columns = ["hold_s", "target_mps", "range_low_mps", "range_high_mps", "speed_mps"];
+        let columns = columns.map(|name| advice.numbers(name));
+        for (i, tick) in advice.wholes("tick").into_iter().enumerate() {
+            let [hold, target, low, high, speed] = [0, 1, 2, 3, 4].map(|k: usize| number(columns[k][i]));
+            let cells =
+                [hold, "advice".into(), tick.to_string(), target, low, high, speed, String::new(), String::new()];
+            rows.push((tick, cells.into()));
+        }
+        let events = TableReader::parquet(&Recorded::Events.parquet(recording))?;
+        let (kinds, details, values) = (events.words("event"), events.words("detail"), events.numbers("value"));
+        for (i, tick) in events.wholes("tick").into_iter().enumerate() {
+            let mut cells = vec![String::new(), kinds[i].clone(), tick.to_string()];
+            cells.extend([const { String::new() }; 4]);
+            cells.extend([number(values[i]), details[i].clone()]);
+            rows.push((tick, cells));
+        }
+        rows.sort_by_key(|row| row.0);
+        Ok(Self { rows })
+    }
+
+    /// As a table whose onsets count from this tick.
+    pub fn since(&self, first: u64) -> TsvTable {
+        let mut table = TsvTable::new(columns());
+        let row = |(tick, cells): &(u64, Vec<String>)| [vec![onset(*tick, first)], cells.clone()].concat();
+        table.rows = self.rows.iter().map(row).collect();
+        table
+    }
+}
+
+/// Time from one tick to another, seconds: in hundredths, as ticks are. What is before has a minus.
+pub(super) fn onset(tick: u64, first: u64) -> String {
+    let (sign, ticks) = if tick < first { ("-", first - tick) } else { ("", tick - first) };
+    format!("{sign}{}.{:02}", ticks / 100, ticks % 100)
+}
+
+#[cfg(test)]
+#[path = "event_table_tests.rs"]
+mod tests;
