@@ -27,8 +27,9 @@
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
 //! controls  plot  file         / the car-following model / pedals, wheel, selector / figures as SVG and PNG / files read
 //! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
-//!                              alone / mistakes in TOML
-//! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets
+//! lsl                          alone / mistakes in TOML / Lab Streaming Layer: streams of this program and of other devices
+//! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
+//! triggers                     bytes on a serial port, for amplifiers
 //! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -50,8 +51,8 @@
 //! ```
 //! Nothing below `render` knows wgpu, winit or egui; nothing but `input` knows gilrs and evdev; nothing but
 //! `traffic::sumo` knows SUMO; nothing but `ego` knows rapier; nothing but `record` knows
-//! Arrow and Parquet; nothing but `plot` knows resvg and skrifa (and of egui the fonts); nothing but `audio` knows
-//! cpal, fundsp and hound.
+//! Arrow and Parquet; nothing but `lsl` knows liblsl; nothing but `plot` knows resvg and skrifa (and of egui the fonts);
+//! nothing but `audio` knows cpal, fundsp and hound.
 //!
 //! # Conventions
 //! World axes are SUMO's: x east, y north, z up, metres; angles in radians, counter-clockwise, yaw 0 = east. `f64` in
@@ -86,6 +87,7 @@ pub mod idm;
 pub mod input;
 #[cfg(feature = "desktop")]
 pub mod live_drive;
+pub mod lsl;
 pub mod map;
 pub mod metrics;
 #[cfg(feature = "desktop")]
@@ -111,4 +113,5 @@ pub mod time;
 pub mod toml_text;
 pub mod traffic;
 pub mod train;
+pub mod triggers;
 pub mod units;

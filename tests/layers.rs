@@ -9,8 +9,8 @@ use std::{
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 16] = [
-    &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text"],
-    &["data_folders", "settings"],
+    &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text", "lsl"],
+    &["data_folders", "settings", "triggers"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver", "metrics"],
@@ -36,7 +36,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("skrifa", &["plot"]),
     ("gilrs", &["input"]),
     ("evdev", &["input"]),
-    ("libloading", &["traffic", "input"]),
+    ("libloading", &["traffic", "input", "lsl"]),
     ("rapier3d", &["ego"]),
     ("nalgebra", &["analysis"]),
     ("clap", &["cli"]),

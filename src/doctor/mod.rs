@@ -1,6 +1,7 @@
 //! Checks whether this rig is fit for a study. In: the machine. Out: [`Finding`]s, each ok, a warning or a fault with its
 //! remedy. What cannot be found out is said, never assumed.
 
+mod lab;
 mod machine;
 mod picture;
 mod wheel;
@@ -107,6 +108,7 @@ pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
     lines.push(picture::display(&options.scenario));
     lines.extend(picture::monitors(&options.monitors));
     lines.extend(machine::examine(&options.recordings));
+    lines.push(lab::examine());
     lines
 }
 

@@ -40,6 +40,12 @@ pub enum RunError {
     /// A session of a study cannot begin or go on.
     #[error(transparent)]
     Session(#[from] crate::study::SessionError),
+    /// A stream of another device, or one for others, cannot be had.
+    #[error(transparent)]
+    Lsl(#[from] crate::lsl::LslError),
+    /// There are no triggers.
+    #[error(transparent)]
+    Trigger(#[from] crate::triggers::TriggerError),
     /// The simulated driver is unknown.
     #[error(transparent)]
     Driver(#[from] crate::driver::DriverError),

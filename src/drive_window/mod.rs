@@ -16,7 +16,10 @@ use crate::{
     },
     drive_loop::{RunError, drive::PATIENCE},
     input::{Devices, DriveKey, WheelProfile},
-    live_drive::LiveDrive,
+    live_drive::{
+        LiveDrive,
+        lab::{LabDevices, LabSettings},
+    },
     panel::{experimenter::ExperimenterCommand, theme},
     record::{self, RecordError},
     scenario::Scenario,
@@ -50,6 +53,8 @@ pub struct WindowOptions {
     pub out: Option<PathBuf>,
     /// Profile of the wheel; `None` takes the one for the wheel that is found.
     pub wheel: Option<WheelProfile>,
+    /// What it has to do with other devices.
+    pub lab: LabSettings,
     /// Becomes true when the program is to end (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
@@ -66,10 +71,13 @@ impl WindowOptions {
 /// # Errors
 /// No display, no graphics adapter, or a world that cannot start.
 pub fn run(options: WindowOptions) -> Result<(String, Result<(), RunError>), RunError> {
+    // A laboratory that is not ready is told of on a machine without a display too.
+    let lab = LabDevices::open(&options.lab, "drive")?;
     let event_loop = event_loop::event_loop()?;
     // The world first: what is wrong with a scenario is said before a window opens. A free drive waits for its driver.
     let pace = if options.paused || options.is_free() { Pace::Paused } else { Pace::RealTime };
-    let live = LiveDrive::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
+    let mut live = LiveDrive::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
+    live.set_lab(lab);
     let stop = Arc::clone(&options.stop);
     let (frame, ended) = event_loop::run::<DriveWindows>(event_loop, (options, live), &stop);
     let ended = ended.or_else(|error| if error.is_interruption() { Ok(()) } else { Err(error) });
@@ -124,6 +132,7 @@ impl Windows for DriveWindows {
         if let Some(folder) = recordings.next() {
             live.record(&folder, picture.gpu())?;
         }
+        live.begin_trial(&options.scenario.map)?;
         let experimenter = if options.experimenter {
             picture.keep_preview();
             let title = format!("Experimenter: {}", options.scenario.map);
@@ -249,7 +258,12 @@ impl DriveWindows {
             let begun = self.live.record(&folder, self.picture.gpu());
             self.or_cut(begun)?;
         }
-        Ok(())
+        if self.live.is_stopped() {
+            return Ok(());
+        }
+        let map = self.live.drive.world.scenario().map.clone();
+        let begun = self.live.begin_trial(&map);
+        self.or_cut(begun)
     }
 
     /// What came of a piece of the drive. Where the recording takes no more, the drive stands and the window says why, until
@@ -345,6 +359,7 @@ mod tests {
                 paused: false,
                 out: out.map(PathBuf::from),
                 wheel: None,
+                lab: LabSettings::default(),
                 stop: Arc::default(),
             };
             options.is_free()

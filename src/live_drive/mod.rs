@@ -4,6 +4,7 @@
 //! * [`start`]: a drive that begins beside the loop; `restart`: another one in the place of this.
 //! * `devices`: what the participant's devices do to the drive, and what the rig is told back.
 //! * `drive_picture`: what is to be seen; `flash_patch`: the square for a photodiode; [`sound`]: what is to be heard.
+//! * [`lab`]: other devices: streams of LSL, triggers.
 //! * `recording`: its files. [`latency`], `loop_health`, [`contacts`]: what the experimenter watches.
 //! * [`wheel_calibration`]: the page of wheel and pedals at work.
 
@@ -11,6 +12,7 @@ pub mod contacts;
 mod devices;
 mod drive_picture;
 mod flash_patch;
+pub mod lab;
 pub mod latency;
 mod loop_health;
 mod recording;
@@ -21,6 +23,7 @@ pub mod wheel_calibration;
 
 use self::{
     contacts::ContactCount,
+    lab::LabDevices,
     latency::{InputLatency, Latency},
     recording::DriveRecording,
     sound::DriveSound,
@@ -66,6 +69,7 @@ pub struct LiveDrive {
     contacts: ContactCount,
     lane_help: bool,
     recording: DriveRecording,
+    lab: LabDevices,
     latency: InputLatency,
     sound: DriveSound,
     /// True while the drive stands because the wheel was unplugged.
@@ -101,6 +105,7 @@ impl LiveDrive {
             refused: None,
             devices,
             recording: DriveRecording::default(),
+            lab: LabDevices::default(),
             latency: InputLatency::default(),
             sound,
             waiting: false,
@@ -131,6 +136,24 @@ impl LiveDrive {
     /// The devices, for what comes after the drive.
     pub fn into_devices(self) -> Devices {
         self.devices
+    }
+
+    /// The laboratory's devices that this drive has to do with.
+    pub fn set_lab(&mut self, lab: LabDevices) {
+        self.lab = lab;
+    }
+
+    /// They, for what comes after the drive.
+    pub fn take_lab(&mut self) -> LabDevices {
+        std::mem::take(&mut self.lab)
+    }
+
+    /// Says to them that the drive begins, in `words`; after [`LiveDrive::record`] where it is recorded.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn begin_trial(&mut self, words: &str) -> Result<(), RunError> {
+        Ok(self.lab.begin_trial(self.recording.folder(), words)?)
     }
 
     /// The drive lasts so many seconds longer.
@@ -173,7 +196,7 @@ impl LiveDrive {
     pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &DueTicks) {
         let patch = self.picture.shown();
         let [input_to_tick_s, latency_s] = self.latency.shown(elapsed);
-        self.recording.frame(FrameRow {
+        let row = FrameRow {
             frame: 0,
             tick: self.drive.world.snapshot().tick,
             fraction: self.drive.clock.fraction().into(),
@@ -183,7 +206,9 @@ impl LiveDrive {
             latency_s,
             input_to_tick_s,
             flash: patch,
-        });
+        };
+        let frame = self.recording.frame(row);
+        self.lab.shown(&FrameRow { frame, ..row });
     }
 
     /// How the recording does; `None` if the drive is not recorded.
@@ -207,6 +232,7 @@ impl LiveDrive {
     /// Notes something in the recording that the world does not know of.
     pub fn note(&mut self, kind: &str, detail: &str) {
         self.recording.note(self.drive.world.snapshot().tick, kind, detail);
+        self.lab.note(kind, detail);
     }
 
     /// Ends the recording, if there is one. Returns where it lies.
@@ -214,7 +240,9 @@ impl LiveDrive {
     /// # Errors
     /// The disk refuses; what was recorded can be recovered.
     pub fn finish_recording(&mut self) -> Result<Option<PathBuf>, RunError> {
-        self.recording.finish(&self.tally.summary())
+        let ended = self.lab.end_trial();
+        let finished = self.recording.finish(&self.tally.summary())?;
+        Ok(ended.map(|()| finished)?)
     }
 
     /// One frame of simulation. `watch` sees the world after each tick.
@@ -228,7 +256,8 @@ impl LiveDrive {
             self.update_rig();
             return Ok(DueTicks::default());
         }
-        let Self { drive, devices, tally, contacts, lane_help, recording, sound, picture, .. } = self;
+        let Self { drive, devices, tally, contacts, lane_help, recording, lab, sound, picture, .. } = self;
+        lab.begin_frame();
         drive.patience = PATIENCE;
         let mut recorded = Ok(());
         recording.force(devices.torque_nm());
@@ -241,6 +270,7 @@ impl LiveDrive {
                 contacts.tick(world);
                 sound.tick(world, controls);
                 picture.tick(world, controls);
+                lab.tick(world, controls);
                 watch(world);
                 if recorded.is_ok() {
                     recorded = recording.tick(world, controls);
@@ -249,6 +279,8 @@ impl LiveDrive {
         );
         let due = due.inspect_err(|error| note_failure(tally, error))?;
         recorded?;
+        self.lab.end_frame(self.drive.world.snapshot().tick, self.drive.clock.fraction().into())?;
+        self.news.extend(self.lab.take_news());
         self.news.extend(self.contacts.take_words());
         if due.ticks > 0 {
             self.latency.used(ticked);

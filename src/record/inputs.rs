@@ -2,7 +2,7 @@
 //! copies in `inputs/`, and the scenario with their place in the recording instead: it can be driven again on another
 //! machine, and does not tell where its author keeps things. Maps and policies that the program brings keep their names.
 
-use super::{RecordError, files};
+use super::{RecordError, files, streams};
 use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     map::{self, limits::MOST_BYTES},
@@ -68,11 +68,14 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Names of what a recording carries, from its folder on, in order.
+/// Names of what a recording carries, from its folder on, in order: its inputs, and what other devices gave.
 pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
-    let (mut names, mut folders) = (Vec::new(), vec![INPUTS.to_owned()]);
-    while let Some(folder) = folders.pop().filter(|_| recording.join(INPUTS).exists()) {
+    let (mut names, mut folders) = (Vec::new(), vec![INPUTS.to_owned(), streams::FOLDER.to_owned()]);
+    while let Some(folder) = folders.pop() {
         let path = recording.join(&folder);
+        if !path.exists() {
+            continue;
+        }
         for entry in fs::read_dir(&path).map_err(RecordError::file(&path))? {
             let entry = entry.map_err(RecordError::file(&path))?;
             let name = format!("{folder}/{}", entry.file_name().to_string_lossy());

@@ -148,7 +148,7 @@ fn hole(path: &Path, header: Option<&BlockHeader>, bytes: [u64; 2]) -> LostRows 
 
 /// Why bytes of a journal hold no rows.
 #[derive(Debug, thiserror::Error)]
-enum RowsFault {
+pub(super) enum RowsFault {
     /// They cannot be read or unpacked.
     #[error(transparent)]
     Io(#[from] io::Error),
@@ -185,7 +185,7 @@ enum RowsFault {
 }
 
 /// The rows of a payload.
-fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, RowsFault> {
+pub(super) fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, RowsFault> {
     let decoder = zstd::stream::read::Decoder::new(payload)?;
     let mut bytes = Vec::new();
     decoder.take(MOST_BYTES).read_to_end(&mut bytes)?;

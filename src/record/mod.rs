@@ -3,6 +3,7 @@
 //! ```text
 //! manifest.json   what was driven, on what, by which program; how it ended
 //! scenario.toml   the scenario, to be driven again
+//! streams/        other devices: tables of their streams, triggers, the drive's clock ([`streams`])
 //! inputs/         copies of a map and a policy that do not come with the program
 //! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
 //! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events
@@ -26,6 +27,7 @@ mod lock;
 pub mod manifest;
 mod recorder;
 pub mod recover;
+pub mod streams;
 pub mod table;
 pub mod tables;
 

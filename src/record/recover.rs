@@ -12,6 +12,7 @@ use super::{
     journal_reader::{self, LostRows},
     lock::{self, RecordingLock},
     manifest::{RecordingState, hex},
+    streams,
     table::{self, TableReader},
     tables,
 };
@@ -159,6 +160,7 @@ pub(super) fn write_tables(recording: &Path) -> Result<RecoveredJournal, RecordE
         all.rows.push((table, sums.rows));
         all.checksums.tables.insert(table.name().into(), sums);
     }
+    streams::settle(recording, &mut all.holes)?;
     files::sync_dir(&recording.join(JOURNAL))?;
     fail_point!("finish.tables");
     Ok(all)
@@ -182,7 +184,7 @@ fn sums_of(path: &Path) -> Result<TableSums, RecordError> {
 }
 
 /// A table on its way to the disk, beside its place.
-struct TableWriter {
+pub(super) struct TableWriter {
     path: PathBuf,
     beside: PathBuf,
     writer: ArrowWriter<HashedFile>,
@@ -192,15 +194,15 @@ struct TableWriter {
 }
 
 /// A table that the disk has, not yet at its place.
-struct FinishedTable {
-    path: PathBuf,
-    beside: PathBuf,
+pub(super) struct FinishedTable {
+    pub path: PathBuf,
+    pub beside: PathBuf,
     sums: TableSums,
     ticks: Option<[u64; 2]>,
 }
 
 impl TableWriter {
-    fn new(path: PathBuf, schema: Arc<Schema>) -> Result<Self, RecordError> {
+    pub fn new(path: PathBuf, schema: Arc<Schema>) -> Result<Self, RecordError> {
         // Each by its own name: the tables are beside their places at the same time.
         let (beside, file) = files::new_beside(&path)?;
         let properties = WriterProperties::builder()
@@ -212,7 +214,7 @@ impl TableWriter {
         Ok(Self { path, beside, writer, columns: ColumnSums::default(), rows: 0, ticks: None })
     }
 
-    fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
+    pub fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
         self.writer.write(batch).map_err(fault(&self.path))?;
         self.columns.push(batch);
         self.rows += batch.num_rows() as u64;
@@ -224,7 +226,7 @@ impl TableWriter {
         Ok(())
     }
 
-    fn finish(self) -> Result<FinishedTable, RecordError> {
+    pub fn finish(self) -> Result<FinishedTable, RecordError> {
         let Self { path, beside, writer, columns, rows, ticks } = self;
         let HashedFile { file, hash } = writer.into_inner().map_err(fault(&path))?;
         files::sync_file(&file, &beside)?;

@@ -6,7 +6,7 @@ use crate::{
     desktop::DriverWindow,
     drive_loop::{RunError, drive::PATIENCE},
     input::{ControlSource, Devices, RigEvent},
-    live_drive::{LiveDrive, contacts, start::PendingDrive},
+    live_drive::{LiveDrive, contacts, lab::LabDevices, start::PendingDrive},
     scenario::Scenario,
     sim::World,
     study::{FormInput, ParticipantCode, UnbrokenTime},
@@ -22,6 +22,8 @@ pub struct SessionResources {
     starting: Option<PendingDrive>,
     /// The devices while no drive has them.
     devices: Option<Devices>,
+    /// The laboratory's devices while no drive has them.
+    pub lab: LabDevices,
     navigation: WheelNavigation,
     code: ParticipantCode,
     in_range: UnbrokenTime,
@@ -42,6 +44,7 @@ impl SessionResources {
             live: None,
             starting: None,
             devices: Some(devices),
+            lab: LabDevices::default(),
             navigation: WheelNavigation::default(),
             code: code.clone(),
             in_range: UnbrokenTime::default(),
@@ -75,7 +78,8 @@ impl SessionResources {
         elapsed: Duration,
         mut watch: impl FnMut(&World),
     ) -> Result<(DueTicks, Vec<FormInput>), RunError> {
-        let Self { live, devices, navigation, in_range, brake, began, news, contacts, .. } = self;
+        let Self { live, devices, lab, navigation, in_range, brake, began, news, contacts, .. } = self;
+        news.extend(lab.take_news());
         let Some(live) = live else {
             let Some(devices) = devices else { return Ok((DueTicks::default(), Vec::new())) };
             return Ok((DueTicks::default(), at_a_screen(devices, navigation, news)));
@@ -154,6 +158,7 @@ impl DriveBackend for WindowBackend<'_> {
         let staged = self.picture.stage(&live.picture.stage, &view, scenario.display.quality);
         live.open_sound();
         live.set_screen(self.picture.screen());
+        live.set_lab(std::mem::take(&mut resources.lab));
         resources.live = Some(live);
         staged.map(|()| true)
     }
@@ -162,6 +167,8 @@ impl DriveBackend for WindowBackend<'_> {
         let resources = &mut *self.resources;
         if let Some(live) = &mut resources.live {
             live.record_of(folder, self.picture.gpu(), Some(&resources.code))?;
+            // The item of the plan, which has its condition in its name: trial-2-wide.
+            live.begin_trial(&folder.file_name().unwrap_or_default().to_string_lossy())?;
             live.drive.clock.set_pace(Pace::RealTime);
             resources.began = true;
         }
@@ -189,6 +196,7 @@ impl DriveBackend for WindowBackend<'_> {
         resources.starting = None;
         let Some(mut live) = resources.live.take() else { return Ok(()) };
         let finished = live.finish_recording();
+        resources.lab = live.take_lab();
         // SUMO lets go of its simulation, for the next drive of this process.
         live.drive.world.stop_traffic();
         resources.devices = Some(live.into_devices());

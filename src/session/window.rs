@@ -20,6 +20,7 @@ use crate::{
         recording_manifest,
     },
     input::{Devices, WheelProfile},
+    live_drive::lab::{LabDevices, LabSettings},
     panel::{ScreenPainter, ScreenState, SessionCommand, contact_flash, experimenter::WheelHealth, key_list, theme},
     record,
     study::{
@@ -78,10 +79,13 @@ pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
         // What is refused is refused without a display too, and before anything is made.
         look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
     }
+    // Nothing is written for a session that the laboratory is not ready for.
+    let lab = LabDevices::open(&LabSettings::of(&options.study.file), options.code.as_str())?;
     let event_loop = event_loop::event_loop()?;
     let data = DataSet::open(&options.out, &options.study)?;
     let session = open_session(&options, &data)?;
-    let resources = SessionResources::new(Devices::open_with(options.wheel.clone()), &options.code);
+    let mut resources = SessionResources::new(Devices::open_with(options.wheel.clone()), &options.code);
+    resources.lab = lab;
     let (frame, ended) = event_loop::run::<SessionWindows>(event_loop, (&options, session, resources), &options.stop);
     let left = frame.map(|mut frame| frame.leave(&data, &options)).transpose();
     ended?;

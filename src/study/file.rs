@@ -11,9 +11,11 @@ use super::{
 use crate::{
     analysis::plan::AnalysisPlan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
+    lsl::LslSettings,
     plot,
     scenario::Scenario,
     toml_text::{self, KeyPart},
+    triggers::TriggerSettings,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -66,6 +68,12 @@ pub struct StudyFile {
     /// What is analysed and how, written before the first participant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub analysis: Option<AnalysisPlan>,
+    /// Streams of other devices that are recorded, and of this program for others (Lab Streaming Layer).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lsl: LslSettings,
+    /// A byte on a serial port for each of named events.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub triggers: Option<TriggerSettings>,
     /// What comes one after the other.
     pub segment: Vec<StudySegment>,
     /// Sentences that the program says, in any language; what is not here is said in English.
@@ -73,6 +81,10 @@ pub struct StudyFile {
     pub texts: ParticipantTexts,
     /// A font (TTF, OTF) beside the study, for letters that the program's own have not: those know Latin, Greek and Cyrillic.
     pub font: Option<PathBuf>,
+}
+
+fn is_default(lsl: &LslSettings) -> bool {
+    *lsl == LslSettings::default()
 }
 
 fn countdown_s() -> f64 {
@@ -308,6 +320,10 @@ impl Study {
         if !(0.0..=60.0).contains(&file.countdown_s) {
             let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
             return wrong("countdown_s".into(), text);
+        }
+        file.lsl.check().map_err(|fault| ("lsl".to_owned(), fault.to_string()))?;
+        if let Some(triggers) = &file.triggers {
+            triggers.check().map_err(|fault| ("triggers".to_owned(), fault.to_string()))?;
         }
         if !file.factors.is_empty() && !file.condition.is_empty() {
             return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());

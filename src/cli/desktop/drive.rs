@@ -1,7 +1,9 @@
 //! `codrive drive`: the window.
 
 use crate::cli::{CliError, flags, out, stop_on_ctrl_c};
-use crate::{desktop::display::WindowPlacement, drive_window, hud, input::profiles, policy};
+use crate::{
+    desktop::display::WindowPlacement, drive_window, hud, input::profiles, live_drive::lab::LabSettings, policy,
+};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -30,9 +32,39 @@ pub(super) fn command() -> Command {
                 .value_name("NAME|FILE.toml")
                 .help("Profile of the steering wheel: one saved by codrive calibrate, or a shipped one [default: the one for the wheel that is found]"),
         )
+        .args(lab_arguments())
         .arg(
             Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or Up before the drive begins, as a drive that is neither recorded nor watched always does"),
         )
+}
+
+/// What a drive has to do with other devices.
+fn lab_arguments() -> [Arg; 3] {
+    let outlets = Arg::new("lsl")
+        .long("lsl")
+        .action(ArgAction::SetTrue)
+        .help("Send advice, events, controls, the car's state and frames as streams of the Lab Streaming Layer");
+    let record = Arg::new("lsl-record")
+        .long("lsl-record")
+        .value_name("PREDICATE")
+        .action(ArgAction::Append)
+        .requires("out")
+        .help(
+            "Record the LSL stream with this predicate, such as \"type='EEG'\", beside the drive; may be given again",
+        );
+    let lab = Arg::new("lab").long("lab").value_name("FILE.toml").value_parser(value_parser!(PathBuf)).help(
+        "Take LSL streams and triggers from the tables [lsl] and [triggers] of this file, as a study's file has them",
+    );
+    [outlets, record, lab]
+}
+
+fn lab(matches: &ArgMatches) -> Result<LabSettings, CliError> {
+    let file = matches.get_one::<PathBuf>("lab").map(|path| LabSettings::load(path)).transpose();
+    let mut lab = file.map_err(|error| CliError::Input(error.to_string()))?.unwrap_or_default();
+    lab.lsl.outlets |= matches.get_flag("lsl");
+    lab.lsl.record.extend(matches.get_many::<String>("lsl-record").into_iter().flatten().cloned());
+    lab.check().map_err(|error| CliError::Input(error.to_string()))?;
+    Ok(lab)
 }
 
 /// `--monitor N` and `--refresh HZ`.
@@ -68,6 +100,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let options = drive_window::WindowOptions {
         wheel: wheel.transpose().map_err(|error| CliError::Input(error.to_string()))?,
+        lab: lab(matches)?,
         scenario,
         place: place(matches, matches.get_flag("fullscreen"))?,
         panel: matches.get_flag("panel"),

@@ -1,0 +1,47 @@
+//! Triggers of a drive: what the amplifier reads, and the table of the recording. Streams are in `tests/lsl`, with other programs at
+//! their other ends.
+
+use super::*;
+use crate::record::{TableReader, streams::FOLDER};
+
+#[test]
+fn settings_are_the_tables_of_a_study() {
+    let text = "[lsl]\noutlets = true\nrecord = [\"type='EEG'\"]\n[triggers]\ndevice = '/dev/ttyUSB0'\n[triggers.codes]\nadvice = 1";
+    let settings: LabSettings = toml::from_str(text).unwrap();
+    assert!(settings.lsl.outlets && settings.triggers.unwrap().codes.advice == Some(1));
+    assert!(LabDevices::open(&LabSettings::default(), "x").unwrap().is_empty(), "nothing asked for, nothing needed");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_trial_has_its_triggers_on_the_wire_and_in_its_recording() {
+    use std::{io::Read, os::fd::AsRawFd};
+    let ends = nix::pty::openpty(None, None).unwrap();
+    let device = std::fs::read_link(format!("/proc/self/fd/{}", ends.slave.as_raw_fd())).unwrap();
+    let text = format!(
+        "[triggers]\ndevice = '{}'\n[triggers.codes]\ntrial_start = 16\ntrial_end = 32\nmark = 4",
+        device.display()
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let mut lab = LabDevices::open(&toml::from_str(&text).unwrap(), "P01").unwrap();
+    lab.begin_trial(Some(folder.path()), "trial-1-wide").unwrap();
+    lab.note("mark", "by the participant");
+    lab.note("horn", "on");
+    lab.begin_frame();
+    lab.end_frame(Tick(3), 0.5).unwrap();
+    lab.end_trial().unwrap();
+    lab.note("mark", "after the drive");
+    assert!(lab.take_news().is_empty());
+    let mut amplifier: std::fs::File = ends.master.try_clone().unwrap().into();
+    let mut bytes = [0; 4];
+    amplifier.read_exact(&mut bytes).unwrap();
+    assert_eq!(bytes, [16, 4, 32, 4]);
+    crate::record::streams::settle(folder.path(), &mut Vec::new()).unwrap();
+    let table = |name: &str| TableReader::parquet(&folder.path().join(FOLDER).join(name)).unwrap();
+    let triggers = table("triggers.parquet");
+    assert_eq!(triggers.words("event"), ["trial_start", "mark", "trial_end"]);
+    assert_eq!(triggers.numbers("code"), [16.0, 4.0, 32.0].map(Some));
+    let (due, written) = (triggers.numbers(STAMP), triggers.numbers("written_lsl_s"));
+    assert!(due.iter().zip(&written).all(|(due, written)| written.unwrap() >= due.unwrap()), "{due:?} {written:?}");
+    assert_eq!(table("drive-clock.parquet").numbers(TIME), [Some(0.035)]);
+}

@@ -1,0 +1,204 @@
+//! What a stream says of itself. In: names, channels and units; or the XML of another's stream. Out: a description of the library's,
+//! and back.
+
+use super::{
+    LslError,
+    library::{self, Handle, Library, c_text, text},
+};
+use serde::Serialize;
+
+/// What the values of a stream are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChannelFormat {
+    /// 64-bit floating-point numbers.
+    Numbers,
+    /// Texts.
+    Texts,
+}
+
+impl ChannelFormat {
+    /// Its number in lsl_c.h.
+    fn code(self) -> i32 {
+        match self {
+            Self::Numbers => 2,
+            Self::Texts => 3,
+        }
+    }
+}
+
+/// A channel.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Channel {
+    /// Its name.
+    pub label: String,
+    /// Its unit, empty where it has none or does not say it.
+    pub unit: String,
+    /// What it is, in a sentence.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub about: String,
+}
+
+/// A stream of this program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamDescription {
+    /// Its name.
+    pub name: String,
+    /// What kind of content it has (`type`).
+    pub content: String,
+    /// Samples a second; 0 where they come as things happen.
+    pub rate_hz: f64,
+    /// What its values are.
+    pub format: ChannelFormat,
+    /// The same for as long as it is the same device: a recorder finds it again by this.
+    pub source_id: String,
+    /// Its channels.
+    pub channels: Vec<Channel>,
+}
+
+/// A description in the library's hands.
+pub(super) struct Info {
+    pub library: &'static Library,
+    pub handle: Handle,
+}
+
+// SAFETY: a description is plain data; it is used by one thread at a time.
+unsafe impl Send for Info {}
+
+impl Drop for Info {
+    fn drop(&mut self) {
+        // SAFETY: made by the library and given back once.
+        unsafe { (self.library.destroy_info)(self.handle) }
+    }
+}
+
+impl Info {
+    pub fn xml(&self) -> String {
+        // SAFETY: the handle is valid; the text is ours until it is given back.
+        unsafe {
+            let xml = (self.library.info_xml)(self.handle);
+            let words = text(xml);
+            if !xml.is_null() {
+                (self.library.destroy_string)(xml);
+            }
+            words
+        }
+    }
+}
+
+impl StreamDescription {
+    pub(super) fn info(&self) -> Result<Info, LslError> {
+        let library = library::open()?;
+        let count = i32::try_from(self.channels.len()).unwrap_or(i32::MAX);
+        let (name, content, source) = (c_text(&self.name), c_text(&self.content), c_text(&self.source_id));
+        // SAFETY: texts are valid for the call, which copies them.
+        let handle = unsafe {
+            let [name, content, source] = [&name, &content, &source].map(|text| text.as_ptr());
+            (library.create_info)(name, content, count, self.rate_hz, self.format.code(), source)
+        };
+        if handle.is_null() {
+            return Err(library.refused(&format!("the stream {}", self.name)));
+        }
+        let info = Info { library, handle };
+        let add = |node: Handle, key: &str, value: &str| {
+            let (key, value) = (c_text(key), c_text(value));
+            // SAFETY: the node belongs to the description above.
+            unsafe { (library.append_value)(node, key.as_ptr(), value.as_ptr()) };
+        };
+        // SAFETY: as above; an element of a description is never null.
+        let desc = unsafe { (library.desc)(info.handle) };
+        add(desc, "manufacturer", "codrive");
+        add(desc, "version", env!("CARGO_PKG_VERSION"));
+        let channels = unsafe { (library.append_child)(desc, c"channels".as_ptr()) };
+        for channel in &self.channels {
+            let node = unsafe { (library.append_child)(channels, c"channel".as_ptr()) };
+            add(node, "label", &channel.label);
+            add(node, "unit", &channel.unit);
+            add(node, "type", &self.content);
+            add(node, "description", &channel.about);
+        }
+        Ok(info)
+    }
+}
+
+/// A stream of another device as it describes itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FoundStream {
+    /// Its name.
+    pub name: String,
+    /// What kind of content it has.
+    #[serde(rename = "type")]
+    pub content: String,
+    /// Samples a second; 0 where they come as things happen.
+    pub nominal_srate: f64,
+    /// What its values are, in LSL's word: float32, double64, string, int32, int16, int8, int64.
+    pub channel_format: String,
+    /// The device, as it names itself; may be empty.
+    pub source_id: String,
+    /// The computer that it comes from.
+    pub hostname: String,
+    /// This run of the device's program.
+    pub uid: String,
+    /// When the stream was made, by the clock of its computer.
+    pub created_at: f64,
+    /// Its channels; without names where the device gives none.
+    pub channels: Vec<Channel>,
+    /// All that it says of itself.
+    pub xml: String,
+}
+
+impl FoundStream {
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// It is no XML of a stream.
+    pub fn parse(xml: String) -> Result<Self, LslError> {
+        let bad = |why: String| LslError::Refused { what: "the description of a stream".into(), why };
+        let document = roxmltree::Document::parse(&xml).map_err(|error| bad(error.to_string()))?;
+        let root = document.root_element();
+        let child = |node: roxmltree::Node, key: &str| {
+            let found = node.children().find(|child| child.has_tag_name(key));
+            found.and_then(|child| child.text()).unwrap_or_default().trim().to_owned()
+        };
+        let field = |key: &str| child(root, key);
+        let count: usize = field("channel_count").parse().map_err(|_| bad("it has no channel_count".into()))?;
+        let named = root.descendants().find(|node| node.has_tag_name("channels"));
+        let mut channels: Vec<Channel> = named
+            .into_iter()
+            .flat_map(|node| node.children().filter(|child| child.has_tag_name("channel")))
+            .map(|node| Channel { label: child(node, "label"), unit: child(node, "unit"), about: String::new() })
+            .take(count)
+            .collect();
+        channels.resize_with(count, Channel::default);
+        let found = Self {
+            name: field("name"),
+            content: field("type"),
+            nominal_srate: field("nominal_srate").parse().unwrap_or(0.0),
+            channel_format: field("channel_format"),
+            source_id: field("source_id"),
+            hostname: field("hostname"),
+            uid: field("uid"),
+            created_at: field("created_at").parse().unwrap_or(0.0),
+            channels,
+            xml: String::new(),
+        };
+        Ok(Self { xml, ..found })
+    }
+
+    /// True where its values are texts.
+    pub fn is_text(&self) -> bool {
+        self.channel_format == "string"
+    }
+
+    /// In a few words, as a person finds it again.
+    pub fn words(&self) -> String {
+        let rate = if self.nominal_srate > 0.0 { format!("{} Hz", self.nominal_srate) } else { "irregular".into() };
+        format!(
+            "name='{}' type='{}' source_id='{}' ({} channels, {rate}, on {})",
+            self.name,
+            self.content,
+            self.source_id,
+            self.channels.len(),
+            self.hostname
+        )
+    }
+}

@@ -1,0 +1,59 @@
+//! The library from both sides: a stream of ours that we read ourselves; what is said where it is absent. Python's own outlets and
+//! recorders are in `tests/lsl`.
+
+use super::*;
+
+/// A description as liblsl 1.16 writes it, from its documentation's example of an EEG.
+const XML: &str = r#"<?xml version="1.0"?>
+<info>
+	<name>BioSemi</name><type>EEG</type><channel_count>2</channel_count><channel_format>float32</channel_format>
+	<source_id>myuid34234</source_id><nominal_srate>100.000000000000</nominal_srate><version>1.100000000000000</version>
+	<created_at>812.5</created_at><uid>c1</uid><session_id>default</session_id><hostname>lab</hostname>
+	<desc><channels><channel><label>C3</label><unit>microvolts</unit><type>EEG</type></channel></channels></desc>
+</info>"#;
+
+#[test]
+fn a_description_is_read_and_channels_without_names_are_there_too() {
+    let found = FoundStream::parse(XML.into()).unwrap();
+    assert_eq!((found.name.as_str(), found.content.as_str(), found.nominal_srate), ("BioSemi", "EEG", 100.0));
+    assert_eq!((found.source_id.as_str(), found.created_at, found.is_text()), ("myuid34234", 812.5, false));
+    let labels: Vec<_> = found.channels.iter().map(|c| (c.label.as_str(), c.unit.as_str())).collect();
+    assert_eq!(labels, [("C3", "microvolts"), ("", "")]);
+    assert_eq!(found.words(), "name='BioSemi' type='EEG' source_id='myuid34234' (2 channels, 100 Hz, on lab)");
+    assert!(FoundStream::parse("<info/>".into()).is_err() && FoundStream::parse("no".into()).is_err());
+}
+
+#[test]
+fn what_is_missing_is_told_with_its_remedy() {
+    let none = LslError::NotFound { predicate: "type='EEG'".into(), seconds: 2.0, seen: Vec::new() }.to_string();
+    assert!(none.contains("type='EEG' came within 2 s. No stream is there at all.\n  remedy: start"), "{none}");
+    let seen = vec!["name='eyes'".into(), "name='heart'".into()];
+    let some = LslError::NotFound { predicate: "x".into(), seconds: 2.0, seen }.to_string();
+    assert!(some.contains("Streams that are there: name='eyes'; name='heart'."), "{some}");
+    assert!(
+        LslError::Absent("nowhere".into())
+            .to_string()
+            .ends_with("scripts/setup --lsl, or set CODRIVE_LSL to the library's file")
+    );
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused() {
+    let with = |text: &str| toml::from_str::<LslSettings>(text).unwrap();
+    let full = with("outlets = true\nrecord = [\"type='EEG'\"]\nwait_s = 3.0");
+    assert!(full.is_wanted() && full.check().is_ok() && full.wait_s == 3.0);
+    assert!(!with("").is_wanted() && with("").check().is_ok());
+    assert_eq!(with("wait_s = 0").check(), Err(LslSettingsFault::Wait(0.0)));
+    assert_eq!(with("record = [' ']").check(), Err(LslSettingsFault::EmptyPredicate));
+    assert!(toml::from_str::<LslSettings>("outlet = true").is_err());
+}
+
+#[test]
+fn the_clock_is_the_systems_monotonic_one() {
+    let uptime =
+        || -> f64 { std::fs::read_to_string("/proc/uptime").unwrap().split(' ').next().unwrap().parse().unwrap() };
+    let (before, now) = (uptime(), local_clock_s());
+    // CLOCK_MONOTONIC stands while the machine sleeps, which uptime does not: it is never ahead of it by more than its last digit.
+    assert!(now > 0.0 && now < before + 60.0, "{now} {before}");
+    assert!(local_clock_s() >= now);
+}

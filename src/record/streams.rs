@@ -1,0 +1,316 @@
+//! Tables of other devices in a recording (`streams/`): streams of LSL, triggers, and the drive's own clock, by which a sample is
+//! found in the drive. In: rows with the time stamps of their device. Out: while the drive lasts a journal of blocks a stream, on
+//! the disk after every batch; at its end a Parquet file with the time of the drive beside each time stamp.
+
+use super::{
+    RecordError,
+    block::{self, BlockHeader, JournalBlocks, JournalPart},
+    files,
+    journal_reader::{LostRows, unpack},
+    recover::{FinishedTable, TableWriter},
+};
+use crate::file;
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray};
+use arrow_ipc::writer::StreamWriter;
+use arrow_schema::{DataType, Field, Schema};
+use std::{
+    fs::{self, File},
+    io::{self, BufReader, Write},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Folder of these tables, in that of the recording.
+pub const FOLDER: &str = "streams";
+/// Table of the drive's clock.
+pub const CLOCK: &str = "drive-clock";
+/// Column of a device's own time stamps, seconds.
+pub const STAMP: &str = "lsl_time_s";
+/// Column of what is added to them, seconds: this machine's clock less the device's, as it was measured last.
+pub const OFFSET: &str = "clock_offset_s";
+/// Column of the time of the drive, seconds.
+pub const TIME: &str = "time_s";
+/// Ending of a journal.
+const JOURNAL: &str = "blocks";
+/// Fast, as in the journal of the drive.
+const ZSTD_LEVEL: i32 = 1;
+
+/// A column of such a table.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct StreamColumn {
+    /// Its name.
+    pub name: String,
+    /// Its unit; empty where it has none.
+    pub unit: String,
+    /// What it is.
+    pub about: String,
+    /// Its values are texts, not numbers.
+    pub is_text: bool,
+}
+
+impl StreamColumn {
+    /// A column of numbers.
+    pub fn number(name: &str, unit: &str, about: &str) -> Self {
+        Self { name: name.into(), unit: unit.into(), about: about.into(), is_text: false }
+    }
+
+    /// A column of texts.
+    pub fn text(name: &str, about: &str) -> Self {
+        Self { name: name.into(), unit: String::new(), about: about.into(), is_text: true }
+    }
+
+    fn field(&self) -> Field {
+        let kind = if self.is_text { DataType::Utf8 } else { DataType::Float64 };
+        Field::new(&self.name, kind, true)
+            .with_metadata([("unit", self.unit.as_str()), ("description", self.about.as_str())])
+    }
+}
+
+/// Values of a column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StreamValues {
+    /// Numbers; NaN where there is none.
+    Numbers(Vec<f64>),
+    /// Texts.
+    Texts(Vec<String>),
+}
+
+/// A stream on its way to the disk.
+#[derive(Debug)]
+pub struct StreamJournal {
+    path: PathBuf,
+    file: File,
+    schema: Arc<Schema>,
+    rows: u64,
+    next: u64,
+}
+
+impl StreamJournal {
+    /// Begins a table in a recording, under `name` or, where that is taken, `name-2` and so on. Letters that a file's name cannot
+    /// have everywhere become hyphens; a column's name that comes twice gets a number.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn begin(recording: &Path, name: &str, columns: &[StreamColumn]) -> Result<Self, RecordError> {
+        let folder = recording.join(FOLDER);
+        files::new_private_dir(&folder)?;
+        let plain: String =
+            name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
+        let plain = if plain.trim_matches(['-', '.']).is_empty() { "stream".to_owned() } else { plain };
+        let names = (1..).map(|n| if n == 1 { plain.clone() } else { format!("{plain}-{n}") });
+        let path = names
+            .map(|name| folder.join(format!("{name}.{JOURNAL}")))
+            .find(|path| !path.exists() && !table_of(path).exists())
+            .expect("numbers do not end");
+        let mut fields: Vec<Field> = Vec::new();
+        for column in columns {
+            let field = column.field();
+            let taken =
+                |name: &str| fields.iter().any(|other| other.name() == name) || name == TIME && fields.len() > 1;
+            let names = (1..).map(|n| if n == 1 { column.name.clone() } else { format!("{}-{n}", column.name) });
+            let name = names.into_iter().find(|name| !taken(name)).expect("numbers do not end");
+            fields.push(field.with_name(name));
+        }
+        let file = files::new_file(&path)?;
+        files::sync_dir(&path)?;
+        let mut journal = Self { path, file, schema: Arc::new(Schema::new(fields)), rows: 0, next: 0 };
+        // A stream of which nothing came has a table with its columns.
+        let none = columns.iter().map(|column| match column.is_text {
+            true => StreamValues::Texts(Vec::new()),
+            false => StreamValues::Numbers(Vec::new()),
+        });
+        journal.append(none.collect())?;
+        Ok(journal)
+    }
+
+    /// The name that it has.
+    pub fn name(&self) -> String {
+        self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// A file beside it with this ending, which is written anew whenever there is more to say.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn describe(&self, ending: &str, text: &str) -> Result<(), RecordError> {
+        files::replace(&self.path.with_file_name(format!("{}.{ending}", self.name())), text.as_bytes())
+    }
+
+    /// Rows so far.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Appends rows, a list of values a column, and waits until the disk has them.
+    ///
+    /// # Errors
+    /// The disk refuses; everything before is kept. The columns are not those of the table or not equally long.
+    pub fn append(&mut self, columns: Vec<StreamValues>) -> Result<(), RecordError> {
+        let arrays: Vec<ArrayRef> = columns
+            .into_iter()
+            .map(|values| -> ArrayRef {
+                match values {
+                    StreamValues::Numbers(numbers) => {
+                        Arc::new(numbers.into_iter().map(|v| (!v.is_nan()).then_some(v)).collect::<Float64Array>())
+                    }
+                    StreamValues::Texts(texts) => Arc::new(StringArray::from_iter_values(texts)),
+                }
+            })
+            .collect();
+        let fault = |why: String| RecordError::Table { path: self.path.clone(), why };
+        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays).map_err(|e| fault(e.to_string()))?;
+        let rows = batch.num_rows();
+        let payload = payload(&batch).map_err(RecordError::file(&self.path))?;
+        let header = BlockHeader { table: u32::MAX, rows: rows as u32, number: self.next, ticks: [0, 0] };
+        let bytes = block::encode(&header, &payload);
+        self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(RecordError::file(&self.path))?;
+        self.next += 1;
+        self.rows += rows as u64;
+        Ok(())
+    }
+}
+
+fn payload(batch: &RecordBatch) -> io::Result<Vec<u8>> {
+    let mut stream = StreamWriter::try_new(Vec::new(), &batch.schema()).map_err(io::Error::other)?;
+    stream.write(batch).map_err(io::Error::other)?;
+    stream.finish().map_err(io::Error::other)?;
+    zstd::bulk::compress(stream.get_ref(), ZSTD_LEVEL)
+}
+
+/// The table that a journal becomes.
+fn table_of(journal: &Path) -> PathBuf {
+    journal.with_extension("parquet")
+}
+
+/// Makes tables of all journals of a recording, which go then; one of which something cannot be read stays. Adds to `holes` what
+/// that is. Called again after a cut, it goes on.
+///
+/// # Errors
+/// The disk refuses.
+pub fn settle(recording: &Path, holes: &mut Vec<LostRows>) -> Result<(), RecordError> {
+    let folder = recording.join(FOLDER);
+    if !folder.exists() {
+        return Ok(());
+    }
+    let mut journals = Vec::new();
+    for entry in fs::read_dir(&folder).map_err(RecordError::file(&folder))? {
+        let path = entry.map_err(RecordError::file(&folder))?.path();
+        if path.extension().is_some_and(|ending| ending == JOURNAL) {
+            journals.push(path);
+        }
+    }
+    journals.sort();
+    let clock = DriveClock::read(&folder.join(format!("{CLOCK}.{JOURNAL}")))?;
+    let mut whole = Vec::new();
+    for journal in journals {
+        let known = holes.len();
+        let mut writer: Option<TableWriter> = None;
+        each_batch(&journal, holes, &mut |batch| {
+            let batch = clock.with_time(&batch, &journal)?;
+            let writer = match &mut writer {
+                Some(writer) => writer,
+                empty => empty.insert(TableWriter::new(table_of(&journal), batch.schema())?),
+            };
+            writer.write(&batch)
+        })?;
+        if let Some(writer) = writer {
+            let FinishedTable { path, beside, .. } = writer.finish()?;
+            fs::rename(&beside, &path).map_err(RecordError::file(&path))?;
+        }
+        if holes.len() == known {
+            whole.push(journal);
+        }
+    }
+    files::sync_dir(&folder.join(CLOCK))?;
+    // The clock's own journal goes with the others, when every table that needs it is there.
+    for journal in whole {
+        fs::remove_file(&journal).map_err(RecordError::file(&journal))?;
+    }
+    files::sync_dir(&folder.join(CLOCK))
+}
+
+fn each_batch(
+    journal: &Path,
+    holes: &mut Vec<LostRows>,
+    put: &mut dyn FnMut(RecordBatch) -> Result<(), RecordError>,
+) -> Result<(), RecordError> {
+    let file = file::open_regular(journal).map_err(RecordError::file(journal))?;
+    let mut blocks = JournalBlocks::new(BufReader::new(file)).map_err(RecordError::file(journal))?;
+    let lost =
+        |bytes: [u64; 2], rows: Option<u32>| LostRows { file: journal.into(), bytes, table: None, rows, ticks: None };
+    let mut at = 0;
+    while let Some(part) = blocks.next().map_err(RecordError::file(journal))? {
+        match part {
+            JournalPart::Hole { header, bytes } => {
+                at = bytes[1];
+                holes.push(lost(bytes, header.map(|header| header.rows)));
+            }
+            JournalPart::Block(header, payload) => {
+                let bytes = [at, at + (block::HEADER + payload.len()) as u64];
+                at = bytes[1];
+                match unpack(&payload) {
+                    Ok(batches) => batches.into_iter().try_for_each(&mut *put)?,
+                    Err(_) => holes.push(lost(bytes, Some(header.rows))),
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// When the drive was where: pairs of a time of this machine's clock and the time of the drive, both seconds.
+#[derive(Debug, Default)]
+struct DriveClock(Vec<[f64; 2]>);
+
+impl DriveClock {
+    fn read(journal: &Path) -> Result<Self, RecordError> {
+        let mut pairs = Vec::new();
+        if journal.exists() {
+            // What is missing of it is told when it becomes a table.
+            each_batch(journal, &mut Vec::new(), &mut |batch| {
+                let [stamps, times] = [STAMP, TIME].map(|name| numbers(&batch, name));
+                pairs.extend(stamps.into_iter().zip(times).filter_map(|(stamp, time)| Some([stamp?, time?])));
+                Ok(())
+            })?;
+        }
+        Ok(Self(pairs))
+    }
+
+    /// The time of the drive at a time of this machine's clock: between two frames in proportion; none before the first or
+    /// after the last.
+    fn time_s(&self, lsl_s: f64) -> Option<f64> {
+        let after = self.0.partition_point(|[stamp, _]| *stamp <= lsl_s);
+        let [from, from_time] = *self.0.get(after.checked_sub(1)?)?;
+        let Some([to, to_time]) = self.0.get(after) else { return (from == lsl_s).then_some(from_time) };
+        Some(from_time + (to_time - from_time) * (lsl_s - from) / (to - from))
+    }
+
+    /// A batch with the time of the drive behind its time stamps and their offsets; one that has no stamps or that time already
+    /// stays as it is.
+    fn with_time(&self, batch: &RecordBatch, journal: &Path) -> Result<RecordBatch, RecordError> {
+        let schema = batch.schema();
+        let [stamp, time] = [STAMP, TIME].map(|name| schema.index_of(name).ok());
+        let (Some(stamp), None) = (stamp, time) else { return Ok(batch.clone()) };
+        let offset = schema.index_of(OFFSET).ok();
+        let offsets = offset.map_or_else(|| vec![Some(0.0); batch.num_rows()], |_| numbers(batch, OFFSET));
+        let stamps = numbers(batch, STAMP).into_iter().zip(offsets);
+        // An offset that was never measured is no zero.
+        let times: Float64Array = stamps.map(|(stamp, offset)| self.time_s(stamp? + offset?)).collect();
+        let place = offset.unwrap_or(stamp).max(stamp) + 1;
+        let (mut fields, mut columns) = (schema.fields().to_vec(), batch.columns().to_vec());
+        let about = "time of the drive at that moment; empty before its start and after its end";
+        fields.insert(place, Arc::new(StreamColumn::number(TIME, "s", about).field()));
+        columns.insert(place, Arc::new(times));
+        let made = RecordBatch::try_new(Arc::new(Schema::new(fields)), columns);
+        made.map_err(|e| RecordError::Table { path: journal.into(), why: e.to_string() })
+    }
+}
+
+fn numbers(batch: &RecordBatch, name: &str) -> Vec<Option<f64>> {
+    let column = batch.column_by_name(name).and_then(|column| column.as_any().downcast_ref::<Float64Array>());
+    column.map_or_else(|| vec![None; batch.num_rows()], |column| column.iter().collect())
+}
+
+#[cfg(test)]
+#[path = "streams_tests.rs"]
+mod tests;

@@ -1,0 +1,100 @@
+//! Tables of other devices: what was appended is in the Parquet file, with the time of the drive by hand, also after a cut.
+
+use super::*;
+use crate::record::TableReader;
+use std::fs::OpenOptions;
+
+fn stream(recording: &Path, name: &str) -> StreamJournal {
+    let columns = [
+        StreamColumn::number(STAMP, "s", "its own time stamp"),
+        StreamColumn::number(OFFSET, "s", "offset"),
+        StreamColumn::number("pupil", "mm", ""),
+        StreamColumn::text("eye", ""),
+        StreamColumn::number("pupil", "mm", "a name that comes twice"),
+        StreamColumn::number(TIME, "s", "a name that is the table's own"),
+    ];
+    StreamJournal::begin(recording, name, &columns).expect("room")
+}
+
+fn rows(stamps: &[f64], offset: f64) -> Vec<StreamValues> {
+    let n = stamps.len();
+    let numbers = |value: f64| StreamValues::Numbers(vec![value; n]);
+    vec![
+        StreamValues::Numbers(stamps.to_vec()),
+        numbers(offset),
+        numbers(3.5),
+        StreamValues::Texts(vec!["left".into(); n]),
+        numbers(f64::NAN),
+        numbers(7.0),
+    ]
+}
+
+/// A clock that began at 100 s, stood from 102 to 104 and went on.
+fn clock(recording: &Path) {
+    let columns = [StreamColumn::number(STAMP, "s", ""), StreamColumn::number(TIME, "s", "")];
+    let mut journal = StreamJournal::begin(recording, CLOCK, &columns).expect("room");
+    for (stamp, time) in [(100.0, 0.0), (102.0, 2.0), (104.0, 2.0), (105.0, 3.0)] {
+        journal.append(vec![StreamValues::Numbers(vec![stamp]), StreamValues::Numbers(vec![time])]).expect("room");
+    }
+}
+
+fn table(recording: &Path, name: &str) -> TableReader {
+    TableReader::parquet(&recording.join(FOLDER).join(format!("{name}.parquet"))).expect("a table")
+}
+
+#[test]
+fn samples_have_the_time_of_the_drive_at_which_they_were_taken() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path();
+    clock(recording);
+    let mut journal = stream(recording, "eyes/left");
+    // The device's clock is 50 s behind: 100, 101, 102 of this machine's; then a millisecond was measured more.
+    journal.append(rows(&[49.9, 50.0, 51.0, 52.0], 50.0)).expect("room");
+    journal.append(rows(&[52.999, 54.499, 55.1], 50.001)).expect("room");
+    journal.append(rows(&[50.0], f64::NAN)).expect("room");
+    assert_eq!((journal.name().as_str(), journal.rows()), ("eyes-left", 8));
+    drop(journal);
+    let mut holes = Vec::new();
+    settle(recording, &mut holes).expect("room");
+    assert!(holes.is_empty(), "{holes:?}");
+    let eyes = table(recording, "eyes-left");
+    let times: Vec<Option<f64>> = eyes.numbers(TIME).iter().map(|t| t.map(|t| (t * 1e6).round() / 1e6)).collect();
+    // Before the start, 0, 1, 2; standing at 103 s; half a second after it went on; after the end; no offset.
+    assert_eq!(times, [None, Some(0.0), Some(1.0), Some(2.0), Some(2.0), Some(2.5), None, None]);
+    assert_eq!(eyes.numbers("pupil"), vec![Some(3.5); 8]);
+    assert_eq!((eyes.words("eye"), eyes.numbers("pupil-2")), (vec!["left".to_owned(); 8], vec![None; 8]));
+    assert_eq!(eyes.numbers("time_s-2"), vec![Some(7.0); 8], "the device's own column of that name");
+    assert_eq!(table(recording, CLOCK).numbers(TIME), [0.0, 2.0, 2.0, 3.0].map(Some));
+    let left: Vec<_> =
+        fs::read_dir(recording.join(FOLDER)).expect("there").map(|e| e.expect("there").file_name()).collect();
+    assert_eq!(left.len(), 2, "no journals: {left:?}");
+}
+
+#[test]
+fn streams_of_one_name_have_a_table_each_and_one_without_samples_has_its_columns() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path();
+    let mut first = stream(recording, "eyes");
+    first.append(rows(&[1.0], 0.0)).expect("room");
+    assert_eq!(stream(recording, "eyes").name(), "eyes-2");
+    assert_eq!(stream(recording, "..").name(), "stream");
+    settle(recording, &mut Vec::new()).expect("room");
+    assert_eq!(["eyes", "eyes-2"].map(|name| table(recording, name).rows()), [1, 0]);
+    assert_eq!(stream(recording, "eyes").name(), "eyes-3", "a table is not written over");
+    assert!(first.append(vec![StreamValues::Numbers(vec![1.0])]).is_err(), "columns that are not the table's");
+}
+
+#[test]
+fn a_cut_costs_the_last_batch_and_no_more() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path();
+    let mut journal = stream(recording, "eeg");
+    (0..3).for_each(|k| journal.append(rows(&[f64::from(k)], 0.0)).expect("room"));
+    let path = journal.path.clone();
+    let length = fs::metadata(&path).expect("there").len();
+    OpenOptions::new().write(true).open(&path).and_then(|file| file.set_len(length - 5)).expect("cut");
+    let mut holes = Vec::new();
+    settle(recording, &mut holes).expect("room");
+    assert_eq!(table(recording, "eeg").numbers(STAMP), [Some(0.0), Some(1.0)]);
+    assert!(holes.len() == 1 && path.exists(), "what cannot be read is kept: {holes:?}");
+}

@@ -1,0 +1,124 @@
+//! Devices that are not there, that go and come back.
+
+use crate::{
+    drive,
+    programs::{self, Program},
+};
+use codrive::{
+    live_drive::lab::{LabDevices, LabSettings},
+    lsl::{self, Channel, ChannelFormat, Outlet, SampleValues, StreamDescription},
+    record::{TableReader, streams},
+};
+use serde_json::Value;
+
+fn settings(record: &str) -> LabSettings {
+    toml::from_str(&format!("[lsl]\nrecord = [\"{record}\"]\nwait_s = 0.5")).unwrap()
+}
+
+#[test]
+fn a_stream_that_does_not_come_is_named_with_those_that_are_there() {
+    programs::on_loopback();
+    let mut heart = Program::python("send.py", &["heart", "100", "heart-1"]);
+    heart.wait_for("READY", 1);
+    let told = LabDevices::open(&settings("type='EEG'"), "P08").err().unwrap().to_string();
+    assert!(told.starts_with("no LSL stream with type='EEG' came within 0.5 s. Streams that are there: "), "{told}");
+    assert!(told.contains("name='heart' type='Gaze' source_id='heart-1' (2 channels, 100 Hz, on "), "{told}");
+    let told = LabDevices::open(&settings("type='EEG"), "P08").err().unwrap().to_string();
+    assert!(told.contains("liblsl refused the predicate type='EEG"), "{told}");
+}
+
+#[test]
+fn a_device_that_goes_and_comes_back_leaves_a_gap_that_is_told() {
+    programs::on_loopback();
+    let place = tempfile::tempdir().unwrap();
+    let recording = place.path().join("drive");
+    let mut eyes = Program::python("send.py", &["tracker", "100", "tracker-1"]);
+    eyes.wait_for("READY", 1);
+    let lab = LabDevices::open(&settings("name='tracker'"), "P09").unwrap();
+    let again = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_millis(1_500));
+        eyes.kill();
+        Program::python("send.py", &["tracker", "100", "tracker-1"])
+    });
+    let (lab, news) = drive(7.0, lab, &recording);
+    drop(lab);
+    again.join().unwrap().end();
+    assert_eq!(news, ["the LSL stream tracker is gone; it is looked for", "the LSL stream tracker is back"]);
+    let text = std::fs::read_to_string(recording.join(streams::FOLDER).join("tracker.json")).unwrap();
+    let about: Value = serde_json::from_str(&text).unwrap();
+    let gaps = about["gaps"].as_array().unwrap();
+    let [lost, back] = ["lost_lsl_s", "back_lsl_s"].map(|key| gaps[0][key].as_f64().unwrap());
+    assert!(gaps.len() == 1 && back > lost, "{text}");
+    // One table, before and after; the second run counts from 0 again.
+    let table = TableReader::parquet(&recording.join(streams::FOLDER).join("tracker.parquet")).unwrap();
+    let numbers: Vec<f64> = table.numbers("sample").into_iter().flatten().collect();
+    assert_eq!(numbers.windows(2).filter(|pair| pair[1] != pair[0] + 1.0).count(), 1, "{numbers:?}");
+    assert!(numbers.len() > 200, "{}", numbers.len());
+}
+
+#[test]
+#[allow(clippy::disallowed_methods, reason = "the cost of a call is wall time")]
+fn a_push_costs_the_loop_a_tenth_of_a_millisecond_at_most_while_somebody_listens() {
+    programs::on_loopback();
+    let channels = (0..14).map(|k| Channel { label: format!("c{k}"), ..Channel::default() }).collect();
+    let description = StreamDescription {
+        name: "cost".into(),
+        content: "Test".into(),
+        rate_hz: 100.0,
+        format: ChannelFormat::Numbers,
+        source_id: "cost-1".into(),
+        channels,
+    };
+    let outlet = Outlet::open(description).unwrap();
+    let mut inlet = lsl::resolve("name='cost'", 10.0).unwrap();
+    assert!(
+        outlet.push(&[1.0], 1.0).is_err() && outlet.push_texts(&["a"; 14], 1.0).is_err(),
+        "the library would read on"
+    );
+    while !outlet.is_heard() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let (mut costs_us, mut got) = (Vec::new(), Vec::new());
+    let value = |k: usize, channel: usize| (k * 14 + channel) as f64 / 3.0;
+    for k in 0..500 {
+        let sample: Vec<f64> = (0..14).map(|channel| value(k, channel)).collect();
+        let begun = std::time::Instant::now();
+        outlet.push(&sample, 1000.0 + k as f64).unwrap();
+        costs_us.push(begun.elapsed().as_secs_f64() * 1e6);
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    while got.len() < 500 {
+        let chunk = inlet.pull().unwrap();
+        let SampleValues::Numbers(numbers) = chunk.values else { panic!("numbers were sent") };
+        got.extend(chunk.stamps_s.into_iter().zip(numbers.chunks(14).map(<[f64]>::to_vec).collect::<Vec<_>>()));
+    }
+    for (k, (stamp, sample)) in got.iter().enumerate() {
+        assert_eq!(*stamp, 1000.0 + k as f64);
+        assert!(sample.iter().enumerate().all(|(channel, got)| *got == value(k, channel)), "{sample:?}");
+    }
+    costs_us.sort_by(f64::total_cmp);
+    println!(
+        "a push of 14 numbers: median {:.1} us, 99 % below {:.1}, longest {:.0}",
+        costs_us[250], costs_us[495], costs_us[499]
+    );
+    // A hundredth of a tick: the median, for a machine that does other things has its own pauses.
+    assert!(costs_us[250] < 100.0, "{} us", costs_us[250]);
+}
+
+#[test]
+fn a_program_without_the_library_says_so_before_it_drives_and_needs_none_where_nothing_is_asked() {
+    let codrive = |arguments: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_codrive"));
+        let output = command.args(arguments).env("CODRIVE_LSL", "/nowhere/liblsl.so").output().unwrap();
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (is_well, said) = codrive(&["drive", "--lsl", "--traffic", "native"]);
+    assert!(!is_well && said.contains("liblsl is not here: /nowhere/liblsl.so"), "{said}");
+    assert!(said.contains("remedy: run scripts/setup --lsl, or set CODRIVE_LSL"), "{said}");
+    let (is_well, said) = codrive(&["run", "--duration", "1", "--traffic", "native"]);
+    assert!(is_well, "{said}");
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), "[triggers]\ndevice = '/dev/ttyUSB0'\nbaud = 12\n").unwrap();
+    let (is_well, said) = codrive(&["drive", "--lab", file.path().to_str().unwrap()]);
+    assert!(!is_well && said.contains("[triggers] baud is 12; allowed: 9600"), "{said}");
+}
