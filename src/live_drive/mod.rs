@@ -207,8 +207,8 @@ impl LiveDrive {
             input_to_tick_s,
             flash: patch,
         };
-        let frame = self.recording.frame(row);
-        self.lab.shown(&FrameRow { frame, ..row });
+        let number = self.recording.frame(row);
+        self.lab.shown(row, number);
     }
 
     /// How the recording does; `None` if the drive is not recorded.

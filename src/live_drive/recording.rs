@@ -56,13 +56,13 @@ impl DriveRecording {
         self.recorder.as_mut().map_or(Ok(()), |recorder| recorder.tick(world, controls))
     }
 
-    /// A frame was shown; returns its number, 0 where nothing is recorded.
-    pub(super) fn frame(&mut self, row: FrameRow) -> u64 {
-        let Some(recorder) = &mut self.recorder else { return 0 };
+    /// A frame was shown; returns its number, where it is recorded.
+    pub(super) fn frame(&mut self, row: FrameRow) -> Option<u64> {
+        let recorder = self.recorder.as_mut()?;
         let frame = self.frames;
         recorder.frame(FrameRow { frame, ..row });
         self.frames += 1;
-        frame
+        Some(frame)
     }
 
     pub(super) fn note(&mut self, tick: Tick, kind: &str, detail: &str) {

@@ -33,6 +33,16 @@ pub enum LslSettingsFault {
     EmptyPredicate,
 }
 
+impl LslSettingsFault {
+    /// The key of the setting.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Wait(_) => "wait_s",
+            Self::EmptyPredicate => "record",
+        }
+    }
+}
+
 impl LslSettings {
     /// True where something is asked for.
     pub fn is_wanted(&self) -> bool {

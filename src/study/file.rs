@@ -321,9 +321,9 @@ impl Study {
             let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
             return wrong("countdown_s".into(), text);
         }
-        file.lsl.check().map_err(|fault| ("lsl".to_owned(), fault.to_string()))?;
+        file.lsl.check().map_err(|fault| (format!("lsl.{}", fault.key()), fault.to_string()))?;
         if let Some(triggers) = &file.triggers {
-            triggers.check().map_err(|fault| ("triggers".to_owned(), fault.to_string()))?;
+            triggers.check().map_err(|fault| (format!("triggers.{}", fault.key()), fault.to_string()))?;
         }
         if !file.factors.is_empty() && !file.condition.is_empty() {
             return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());

@@ -176,3 +176,17 @@ fn the_schema_knows_every_key_with_its_limits_and_no_other() {
     assert_eq!([&participants["minimum"], &participants["maximum"]].map(Value::as_f64), [Some(1.0), Some(1000.0)]);
     assert_eq!(schema["additionalProperties"], false);
 }
+
+#[test]
+fn devices_of_a_laboratory_are_checked_with_the_study_and_change_nothing_of_its_drives() {
+    let [lsl, triggers] = ["[lsl]\nwait_s = 0.0\n[base]", "[triggers]\ndevice = \"/dev/ttyS0\"\nbaud = 12\n[base]"];
+    assert_refused("[base]", lsl, "wait_s is 0; allowed: a number from 0.1 to 600 s");
+    assert_refused("[base]", lsl, "t.toml:4:10");
+    assert_refused("[base]", triggers, "baud is 12; allowed: 9600");
+    assert_refused("[base]", triggers, "t.toml:5:8");
+    assert_refused("[base]", "[lsl]\noutlet = true\n[base]", "outlet");
+    let with = GOOD.replacen("[base]", "[lsl]\noutlets = true\nrecord = [\"type='EEG'\"]\n[base]", 1);
+    let [plain, with] = [GOOD.to_owned(), with].map(|text| Study::parse(text, Path::new("t.toml")).unwrap());
+    assert!(with.file.lsl.outlets && !plain.file.lsl.is_wanted() && plain.file.triggers.is_none());
+    assert_eq!(plain.base, with.base, "the scenario does not know of it");
+}

@@ -90,6 +90,17 @@ pub enum TriggerSettingsFault {
     Twice(&'static str, &'static str, u8),
 }
 
+impl TriggerSettingsFault {
+    /// The key of the setting.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Baud(_) => "baud",
+            Self::Return(_) => "return_to_zero_ms",
+            Self::Zero(_) | Self::Twice(..) => "codes",
+        }
+    }
+}
+
 impl TriggerSettings {
     /// Checks the values.
     ///

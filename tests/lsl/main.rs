@@ -5,6 +5,10 @@
 mod devices;
 mod outlets;
 mod programs;
+mod session;
+#[allow(dead_code, reason = "of the windows' tests, which use all of it")]
+#[path = "../window/xserver.rs"]
+mod xserver;
 
 use codrive::{
     input::{Devices, Rig},
@@ -22,7 +26,7 @@ use std::{
 
 /// How long the drive lasts, seconds.
 pub fn seconds() -> f64 {
-    std::env::var("CODRIVE_LSL_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(8.0)
+    std::env::var("CODRIVE_LSL_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(5.0)
 }
 
 /// A drive with a person in it who does nothing, in real time as a window of 60 Hz drives it, recorded in `folder`, with a mark each

@@ -101,6 +101,8 @@ pub struct LabDevices {
     triggers: Option<TriggerPort>,
     /// The words of the trial that runs.
     trial: Option<String>,
+    /// Frames of it so far.
+    frames: u64,
     recording: Option<LabRecording>,
     /// When the frame began, and the time stamp of its last tick.
     frame_s: f64,
@@ -167,7 +169,7 @@ impl LabDevices {
                 reader.begin(recording);
             }
         }
-        self.trial = Some(words.into());
+        (self.trial, self.frames) = (Some(words.into()), 0);
         self.announce("trial_start", words, local_clock_s());
         Ok(())
     }
@@ -258,11 +260,12 @@ impl LabDevices {
         }
     }
 
-    /// A frame was handed to the screen just now.
-    pub(super) fn shown(&mut self, row: &FrameRow) {
-        if let Some(outlets) = &mut self.outlets {
-            outlets.frame(row, local_clock_s());
-        }
+    /// A frame was handed to the screen just now; `number` is the recording's, where there is one.
+    pub(super) fn shown(&mut self, row: FrameRow, number: Option<u64>) {
+        // Of a drive that is held before its start nothing is to be analysed.
+        let Some(outlets) = self.outlets.as_mut().filter(|_| self.trial.is_some()) else { return };
+        outlets.frame(&FrameRow { frame: number.unwrap_or(self.frames), ..row }, local_clock_s());
+        self.frames += 1;
     }
 
     /// Something happened that the world does not know of.
