@@ -51,6 +51,21 @@ const SCORES: [ColumnTexts; 6] = [
         "the score in its own unit, by the rule of its questionnaire; empty where an answer is missing",
     ),
 ];
+const FMS: [ColumnTexts; 8] = [
+    KEY[0],
+    ("segment", "Segment", "", "segment of the study"),
+    KEY[2],
+    KEY[3],
+    ("recording", "Recording", "", "folder of the recording; a drive that came again has several"),
+    ("time_s", "Time", "s", "when the question appeared, since the start of the drive"),
+    (
+        "value",
+        "Sickness while driving",
+        "",
+        "rating on the fast motion sickness scale, 0 (no sickness at all) to 20 (frank sickness); empty where none came",
+    ),
+    ("answer_s", "Time to answer", "s", "from the question to the answer; empty where none came"),
+];
 const DRIVE: [ColumnTexts; 2] = [
     ("duration_s", "Duration", "s", "length of the drive"),
     ("ended", "End", "", "how the drive ended: duration (its time was over), contact, or who or what stopped it"),
@@ -313,7 +328,7 @@ fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
 }
 
 /// All tables with their columns, as these drives have them.
-pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 7] {
+pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
     let measures = MEASURES.iter().map(|measure| ColumnDefinition {
         name: measure.name.into(),
         title: measure.title.into(),
@@ -322,7 +337,7 @@ pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 7] {
     });
     let key = || key(drives).into_iter();
     let trials = key().chain(columns(&DRIVE)).chain(measures).collect();
-    [
+    vec![
         TableColumns { file: "trials.csv", row: "a drive", columns: trials },
         TableColumns {
             file: "advice.csv",
@@ -345,6 +360,7 @@ pub fn tables(drives: &[AnalysedRecording]) -> [TableColumns; 7] {
                 .collect(),
         },
         TableColumns { file: "scores.csv", row: "a score of a participant", columns: columns(&SCORES) },
+        TableColumns { file: "fms.csv", row: "a question about sickness while driving", columns: columns(&FMS) },
     ]
 }
 
@@ -381,7 +397,7 @@ pub fn unit_text(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{StudyParticipants, page_tests::drives, reactions, tables as csv};
+    use crate::analysis::{StudyParticipants, page_tests::drives, reactions, sickness, tables as csv};
 
     #[test]
     fn every_column_of_every_table_has_words_a_definition_and_its_place_in_the_dictionary() {
@@ -394,6 +410,7 @@ mod tests {
             ("conditions.csv", csv::by_condition(&drives)),
             ("drivers.csv", csv::drivers(&drives, &[])),
             ("scores.csv", csv::scores(&drives, &StudyParticipants::default())),
+            ("fms.csv", sickness::table(&StudyParticipants::default())),
         ];
         let dictionary: Value = serde_json::from_str(&dictionary(&drives)).unwrap();
         assert_eq!(dictionary.as_object().unwrap().len(), written.len());

@@ -8,6 +8,7 @@ use super::{
     people::STATES,
     report::{self, count},
     setup::{SetupValue, condition_differences, fact, joined_values, joined_words, number_text},
+    sickness,
     tables::conditions,
 };
 use crate::{metrics::Estimate, time::TICK_S, units::MPS_PER_MPH};
@@ -41,6 +42,7 @@ pub fn paragraphs(
     let mut text = vec![took_part(&all, people), apparatus(&all), traffic(main), advice(main)];
     text.push(design(drives, main, &others));
     text.push(measures(&all));
+    text.push(sickness::paragraph(people));
     text.push(drivers::paragraph(drivers));
     text.push(statistics(drives, people));
     text.retain(|paragraph| !paragraph.is_empty());

@@ -10,6 +10,7 @@
 //! * [`driver_moments`], [`driver_fit`], [`drivers`]: each participant in the numbers of the simulated driver.
 //! * [`collect`]: which recordings a folder holds, and which condition each is of.
 //! * [`people`]: who took part, and whose drives are left out.
+//! * [`sickness`]: ratings of sickness while driving.
 //! * [`trajectories`]: what a figure of one drive can show.
 //! * [`plan`], [`planned`]: the analysis that the study's file plans, and how it came out; [`mixed_model`], [`normality`],
 //!   [`distributions`] are its statistics, `models_page` its part of the report; [`power`]: how often a plan finds an effect.
@@ -43,6 +44,7 @@ pub mod reactions;
 pub mod report;
 pub mod response;
 pub mod setup;
+pub mod sickness;
 mod simplex;
 pub mod tables;
 pub mod totals;

@@ -8,6 +8,7 @@ use super::{
     figures, glossary,
     page::{ReportFigure, ReportPage, STYLE, short},
     report::{self, contacts, dictionary, every, index, report, scores, study, took_part},
+    sickness::SicknessRating,
     tables,
     trajectories::DriveTrajectories,
 };
@@ -170,7 +171,9 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
         condition: String::new(),
         values: vec![-1.0, 3.0],
     };
-    let who = StudyParticipants { scores: vec![score], ..StudyParticipants::default() };
+    let rating = SicknessRating { participant: "sub-P01".into(), time_s: 60.0, value: Some(3.0), ..Default::default() };
+    let ratings = vec![rating.clone(), SicknessRating { value: None, ..rating }];
+    let who = StudyParticipants { scores: vec![score], ratings, ..StudyParticipants::default() };
     let made = report("A study", &drives, &who, &[], &[driver()], None).unwrap();
     (made.html, made.figures, made.methods)
 }
@@ -179,7 +182,7 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
 fn figures_and_tables_are_numbered_in_order_captioned_with_their_n_and_referred_to() {
     let (html, figures, _) = whole_page();
     let [n_figures, n_tables] = ["<figure ", "<table "].map(|tag| html.matches(tag).count());
-    assert!(n_figures == figures.len() && n_figures > 8 && n_tables == 11, "{n_figures} {n_tables}");
+    assert!(n_figures == figures.len() && n_figures > 8 && n_tables == 13, "{n_figures} {n_tables}");
     for (kind, name, n) in [("figure", "Figure", n_figures), ("table", "Table", n_tables)] {
         let mut from = 0;
         for i in 1..=n {
@@ -329,7 +332,7 @@ fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
         values: vec![10.0, 30.0],
     };
     let mut page = ReportPage::default();
-    let people = StudyParticipants { all, scores: vec![score], each: Vec::new() };
+    let people = StudyParticipants { all, scores: vec![score], ..StudyParticipants::default() };
     took_part(&mut page, &people);
     scores(&mut page, &people);
     for part in [

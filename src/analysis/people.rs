@@ -1,7 +1,10 @@
 //! Who took part in a study, as its BIDS tables tell. In: `participants.tsv` and `phenotype/*.tsv` of a data set. Out: how far
 //! each session came, whether anybody drove at all, whose drives are left out, and the scores of the questionnaires.
 
-use super::AnalysisError;
+use super::{
+    AnalysisError,
+    sickness::{self, SicknessRating},
+};
 use crate::file::{SETTINGS_BYTES, read_text};
 use crate::toml_text::did_you_mean;
 use std::{
@@ -69,6 +72,8 @@ pub struct StudyParticipants {
     pub scores: Vec<ScoreColumn>,
     /// The same one by one, in the order of files, rows and columns.
     pub each: Vec<ParticipantScore>,
+    /// Ratings of sickness while driving, in the order of participants and questions.
+    pub ratings: Vec<SicknessRating>,
 }
 
 impl StudyParticipants {
@@ -88,6 +93,10 @@ impl StudyParticipants {
             }));
         }
         let mut people = Self { all, ..Self::default() };
+        let counted: Vec<&String> = subjects.iter().filter(|subject| !people.is_excluded(subject)).collect();
+        for subject in counted {
+            people.ratings.extend(sickness::ratings(root, subject)?);
+        }
         let entries = fs::read_dir(root.join("phenotype")).into_iter().flatten().flatten();
         let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
         files.retain(|path| path.extension().is_some_and(|ending| ending == "tsv"));
@@ -163,7 +172,7 @@ impl StudyParticipants {
 }
 
 /// What BIDS writes for what is not there.
-const MISSING: &str = "n/a";
+pub(super) const MISSING: &str = "n/a";
 
 /// Conditions of a study, in its order where the sidecar of a table tells it, and those that are in the table alone.
 fn conditions(table: &Path, rows: &[&Vec<String>], at: usize) -> Vec<String> {
@@ -180,15 +189,15 @@ fn conditions(table: &Path, rows: &[&Vec<String>], at: usize) -> Vec<String> {
 }
 
 /// A table as BIDS has it.
-struct TsvFile {
+pub(super) struct TsvFile {
     path: PathBuf,
     names: Vec<String>,
-    rows: Vec<Vec<String>>,
+    pub rows: Vec<Vec<String>>,
 }
 
 impl TsvFile {
     /// `None` where there is no such file.
-    fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
+    pub fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
         if !path.exists() {
             return Ok(None);
         }
@@ -209,7 +218,7 @@ impl TsvFile {
         Ok(Some(Self { path: path.into(), names, rows }))
     }
 
-    fn column(&self, name: &str) -> Result<usize, AnalysisError> {
+    pub fn column(&self, name: &str) -> Result<usize, AnalysisError> {
         let fault = || {
             AnalysisError::Input({
                 let near = did_you_mean(name, &self.names);

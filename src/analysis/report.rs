@@ -95,6 +95,7 @@ pub fn report(
     }
     one_by_one(&mut page, drives, is_compared)?;
     scores(&mut page, who);
+    super::sickness::section(&mut page, who);
     drivers::section(&mut page, drivers);
     every(&mut page, drives);
     let mut methods = methods::paragraphs(drives, who, drivers);

@@ -34,11 +34,12 @@ pub struct Mixer {
     horn: Horn,
     thump: ContactSound,
     tone: Tone,
+    question: Tone,
     master: SmoothedValue,
     speed_mps: SmoothedValue,
     grass: SmoothedValue,
-    /// Contacts and changed advices that have been heard; `None` before the first sample.
-    heard: Option<(u32, u32)>,
+    /// Contacts, changed advices and questions that have been heard; `None` before the first sample.
+    heard: Option<(u32, u32, u32)>,
 }
 
 /// Factors of the settings.
@@ -74,7 +75,8 @@ impl Mixer {
             others: std::array::from_fn(|index| OtherVoice::new(index, rate_hz)),
             horn: Horn::new(rate_hz),
             thump: ContactSound::new(rate_hz),
-            tone: Tone::new(rate_hz),
+            tone: Tone::of_advice(rate_hz),
+            question: Tone::of_question(rate_hz),
             master: SmoothedValue::new(0.0, FADE_S, rate_hz),
             speed_mps: SmoothedValue::new(0.0, SPEED_S, rate_hz),
             grass: SmoothedValue::new(0.0, SPEED_S, rate_hz),
@@ -84,7 +86,7 @@ impl Mixer {
 
     /// Fills `out` with what follows, while this is to be heard.
     pub fn render(&mut self, hear: &SoundScene, out: &mut [[f32; 2]]) {
-        let counts = (hear.contacts, hear.advices);
+        let counts = (hear.contacts, hear.advices, hear.questions);
         let heard = self.heard.replace(counts);
         match heard {
             None => {
@@ -93,12 +95,15 @@ impl Mixer {
                 self.speed_mps.jump(hear.speed_mps);
                 self.grass.jump(hear.grass);
             }
-            Some((contacts, advices)) => {
+            Some((contacts, advices, questions)) => {
                 if contacts != hear.contacts {
                     self.thump.hit(hear.contact_mps);
                 }
                 if advices != hear.advices {
                     self.tone.begin();
+                }
+                if questions != hear.questions {
+                    self.question.begin();
                 }
             }
         }
@@ -111,7 +116,7 @@ impl Mixer {
         let master = self.master.to(if hear.running { self.levels.master } else { 0.0 });
         let middle = self.levels.engine * self.engine.next(hear.engine_rpm, hear.throttle)
             + self.levels.horn * (self.horn.next(hear.horn) + self.thump.next())
-            + self.levels.tone * self.tone.next();
+            + self.levels.tone * (self.tone.next() + self.question.next());
         let speed_mps = self.speed_mps.to(hear.speed_mps).abs();
         let grass = self.grass.to(hear.grass).clamp(0.0, 1.0);
         let mut sides = [middle; 2];

@@ -81,20 +81,28 @@ impl ContactSound {
     }
 }
 
-/// A gentle tone, the same for every change: it says that the advice is another, not which.
+/// A gentle tone, the same every time: it says that the advice is another, not which, or that something is asked.
 pub struct Tone {
     rate_hz: f32,
+    note_hz: f32,
     at: Option<u32>,
 }
 
 impl Tone {
-    const NOTE_HZ: f32 = 740.0;
+    const ADVICE_HZ: f32 = 740.0;
+    /// A sixth below the other, so that nobody takes a question for advice.
+    const QUESTION_HZ: f32 = 440.0;
     const LENGTH_S: f32 = 0.35;
     const LEVEL: f32 = 0.075;
 
-    /// Silent.
-    pub fn new(rate_hz: f32) -> Self {
-        Self { rate_hz, at: None }
+    /// That of another advice; silent.
+    pub fn of_advice(rate_hz: f32) -> Self {
+        Self { rate_hz, note_hz: Self::ADVICE_HZ, at: None }
+    }
+
+    /// That of a question; silent.
+    pub fn of_question(rate_hz: f32) -> Self {
+        Self { note_hz: Self::QUESTION_HZ, ..Self::of_advice(rate_hz) }
     }
 
     /// Begins one; one that sounds goes on.
@@ -109,7 +117,7 @@ impl Tone {
         self.at = (t_s < Self::LENGTH_S).then_some(at + 1);
         // Up soon and slowly down, with level ends: a sine over the square root of time.
         let swell = (PI * (t_s / Self::LENGTH_S).min(1.0).sqrt()).sin().powi(2);
-        let turn = TAU * (Self::NOTE_HZ * t_s).fract();
+        let turn = TAU * (self.note_hz * t_s).fract();
         Self::LEVEL * swell * (turn.sin() + 0.18 * (2.0 * turn).sin())
     }
 }

@@ -52,17 +52,21 @@ pub struct SoundScene {
     pub contact_mps: f32,
     /// How often another speed has been advised, where that is to be heard.
     pub advices: u32,
+    /// How often something was asked.
+    pub questions: u32,
 }
 
 /// Numbers in a [`SoundScene`] written as words for the hand-over to another thread.
-pub(super) const WORDS: usize = 9 + 3 * NEAR;
+pub(super) const WORDS: usize = SINGLE + 3 * NEAR;
+/// Those that are not about another car.
+const SINGLE: usize = 10;
 
 impl SoundScene {
     /// As numbers in a row; a place without a car has no number.
     pub(super) fn to_words(self) -> [f32; WORDS] {
         let flag = |on: bool| f32::from(u8::from(on));
         let mut words = [f32::NAN; WORDS];
-        words[..9].copy_from_slice(&[
+        words[..SINGLE].copy_from_slice(&[
             flag(self.running),
             self.speed_mps,
             self.engine_rpm,
@@ -72,8 +76,9 @@ impl SoundScene {
             self.contacts as f32,
             self.contact_mps,
             self.advices as f32,
+            self.questions as f32,
         ]);
-        for (words, near) in words[9..].chunks_mut(3).zip(self.near) {
+        for (words, near) in words[SINGLE..].chunks_mut(3).zip(self.near) {
             if let Some(near) = near {
                 words.copy_from_slice(&[near.ahead_m, near.left_m, near.speed_mps]);
             }
@@ -84,7 +89,7 @@ impl SoundScene {
     /// Back from numbers in a row.
     pub(super) fn from_words(words: &[f32; WORDS]) -> Self {
         let near = |at: usize| {
-            let car = &words[9 + 3 * at..12 + 3 * at];
+            let car = &words[SINGLE + 3 * at..][..3];
             let there = car.iter().all(|number| number.is_finite());
             there.then(|| NearbyVehicle { ahead_m: car[0], left_m: car[1], speed_mps: car[2] })
         };
@@ -98,6 +103,7 @@ impl SoundScene {
             contacts: words[6] as u32,
             contact_mps: words[7],
             advices: words[8] as u32,
+            questions: words[9] as u32,
             near: std::array::from_fn(near),
         }
     }
@@ -136,6 +142,11 @@ impl Listener {
         }
         self.hear_advice(snapshot.advice.map(|advice| advice.target_mps));
         self.hear_cars(snapshot);
+    }
+
+    /// Something is asked.
+    pub fn chime(&mut self) {
+        self.hear.questions += 1;
     }
 
     fn hear_advice(&mut self, advised_mps: Option<f64>) {

@@ -262,6 +262,8 @@ fn a_contact_thumps_and_another_advice_rings_once() {
     assert!(amplitude(&rung, 740.0) > 0.01 && level(&rung[20_000..]) < 1e-4);
     let silent = after(&SoundScene { contacts: 9, advices: 4, ..driving(5.0, 0.0) });
     assert!(level(&silent) < 1e-6);
+    let asked = after(&SoundScene { contacts: 9, advices: 4, questions: 1, ..driving(5.0, 0.0) });
+    assert!(amplitude(&asked, 440.0) > 0.01 && amplitude(&asked, 740.0) < 1e-3, "another tone than that of advice");
 }
 
 /// A driven world: engine floored, then braked, with a listener.

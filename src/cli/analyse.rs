@@ -8,7 +8,7 @@ use crate::{
         drivers, find, glossary,
         plan::PlanHistory,
         planned::{self, PlannedAnalysis},
-        reactions, report, tables,
+        reactions, report, sickness, tables,
     },
     drive_loop::RunError,
     record,
@@ -87,6 +87,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     put("drivers.csv", &tables::drivers(&drives, &fitted))?;
     if !holdings.people.each.is_empty() {
         put("scores.csv", &tables::scores(&drives, &holdings.people))?;
+    }
+    if !holdings.people.ratings.is_empty() {
+        put("fms.csv", &sickness::table(&holdings.people))?;
     }
     put("columns.json", &glossary::dictionary(&drives))?;
     if holdings.is_whole {

@@ -85,6 +85,14 @@ impl OfflineDrive {
         }
     }
 
+    /// The same with a number.
+    pub fn note_value(&mut self, kind: &str, detail: &str, value: f64) {
+        let tick = self.drive.world.snapshot().tick;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event_with_value(tick, kind, detail, value);
+        }
+    }
+
     /// Ends the recording, if there is one: tables, summary, manifest.
     ///
     /// # Errors

@@ -8,10 +8,13 @@ use crate::{
     record::{self, RecordError},
     scenario::Scenario,
     study::{
-        DataSet, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, Study, UnbrokenTime,
+        DataSet, FmsRating, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
+        UnbrokenTime,
         dataset::BASELINE,
+        fms::{self, FmsEvent, FmsScale},
         session::{ParticipantKind, Session, SessionLog, as_map},
         simulated::SimulatedParticipant,
+        stop_rule::SessionEnding,
     },
     time::Tick,
     traffic::EngineChoice,
@@ -194,9 +197,31 @@ impl<'a> Rehearsal<'a> {
                     let driver = participant.driver_among(scenario.idm.t);
                     let mut run = OfflineDrive::by(&driver, scenario, [0.0, f64::INFINITY])?;
                     run.record_of(&folder, "simulated participant".into(), Some(&code))?;
-                    let mut whole = drive(&mut run, *until_in_range_s, stop, driven)?;
+                    let asks = self.study.segment_of(&planned).and_then(|segment| segment.fms_every_s);
+                    let last = session.log().fms.iter().rev().find_map(|rated| rated.rating.value);
+                    let mut rater = asks.map(|every_s| SimulatedRater {
+                        scale: FmsScale::new(every_s, last.unwrap_or(0)),
+                        pending: None,
+                        ratings: Vec::new(),
+                        participant: &participant,
+                        study: self.study,
+                        plan: &plan,
+                        planned: &planned,
+                    });
+                    let (mut whole, ending) = drive(&mut run, *until_in_range_s, rater.as_mut(), stop, driven)?;
                     // Two worlds at a time are one too many for SUMO.
                     drop(run);
+                    let mut ratings = rater.map_or(Vec::new(), |rater| rater.ratings);
+                    let above = ending.as_ref().and_then(|_| ratings.pop());
+                    for rating in ratings {
+                        session.rate(rating, None, &recording_manifest::now())?;
+                    }
+                    if let (Some(rating), Some(ending)) = (above, &ending) {
+                        session.rate(rating, Some(ending), &recording_manifest::now())?;
+                        let left = plan.items.iter().filter(|planned| !session.log().is_settled(&planned.name));
+                        left.for_each(|planned| driven(planned_ticks(planned)));
+                        break;
+                    }
                     if whole && planned.run.is_some() {
                         whole = baseline(&code, &folder, scenario, stop, driven)?;
                     }
@@ -216,6 +241,44 @@ impl<'a> Rehearsal<'a> {
         drop(session);
         self.data.publish(self.study, &code)?;
         Ok(complete)
+    }
+}
+
+/// Who rates their sickness in a rehearsed drive, as a person does by wheel or keys.
+struct SimulatedRater<'a> {
+    scale: FmsScale,
+    /// The answer to the question that stands.
+    pending: Option<FmsRating>,
+    ratings: Vec<FmsRating>,
+    participant: &'a SimulatedParticipant,
+    study: &'a Study,
+    plan: &'a SessionPlan,
+    planned: &'a PlannedItem,
+}
+
+impl SimulatedRater<'_> {
+    /// After a step of the drive. The ending that the rating means, if it means one.
+    fn step(&mut self, run: &mut OfflineDrive) -> Option<SessionEnding> {
+        let (now_s, end_s) = (run.world().time_s(), run.world().scenario().duration_s);
+        match self.scale.time(now_s, end_s) {
+            Some(FmsEvent::Asked) => {
+                run.note(fms::ASKED, "");
+                self.pending = Some(self.participant.rate(self.plan, &self.planned.name, now_s));
+            }
+            Some(FmsEvent::Unanswered(rating)) => {
+                run.note(fms::UNANSWERED, &rating.words());
+                self.ratings.push(rating);
+            }
+            None => {}
+        }
+        let answered = self.pending.filter(|rating| rating.answer_s.is_some_and(|s| now_s >= rating.time_s + s))?;
+        self.pending = None;
+        let prompt = self.scale.prompt(now_s)?;
+        self.scale.turn(i32::from(answered.value?) - i32::from(prompt.value));
+        let rating = self.scale.confirm(now_s)?;
+        run.note_value(fms::ANSWERED, &rating.words(), rating.value?.into());
+        self.ratings.push(rating);
+        self.study.ending_of_rating(self.planned, &rating)
     }
 }
 
@@ -257,30 +320,36 @@ pub fn baseline(
     let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
     let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
-    let driven = drive(&mut run, None, stop, driven)?;
+    let (driven, _) = drive(&mut run, None, None, stop, driven)?;
     if driven {
         record::rename(&folder, &whole)?;
     }
     Ok(driven)
 }
 
-/// Drives to the end, to the criterion, or until stopped (false); the recording is whole in any case.
+/// Drives to the end, to the criterion, to an ending by a rule, or until stopped (false); the recording is whole in any case.
 fn drive(
     run: &mut OfflineDrive,
     until_in_range_s: Option<f64>,
+    mut rater: Option<&mut SimulatedRater<'_>>,
     stop: &AtomicBool,
     driven: &impl Fn(u64),
-) -> Result<bool, RunError> {
+) -> Result<(bool, Option<SessionEnding>), RunError> {
     let step_s = run.world().scenario().step_s;
     let all = ticks(run.world().scenario());
     let mut in_range = UnbrokenTime::default();
-    let mut whole = true;
+    let (mut whole, mut ending) = (true, None);
     while run.world().ended().is_none() {
         let before = run.world().snapshot().tick.0;
         run.step()?;
         let snapshot = run.world().snapshot();
         driven(snapshot.tick.0 - before);
         in_range.add(snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)), step_s);
+        ending = rater.as_mut().and_then(|rater| rater.step(run));
+        if let Some(ending) = &ending {
+            run.note("stopped", &ending.reason);
+            break;
+        }
         if let Some(enough_s) = until_in_range_s.filter(|enough_s| in_range.has_reached(*enough_s)) {
             run.note("criterion", &format!("{enough_s} s in the range without a break"));
             driven(all.saturating_sub(run.world().snapshot().tick.0));
@@ -293,5 +362,5 @@ fn drive(
         }
     }
     run.finish_recording()?;
-    Ok(whole)
+    Ok((whole, ending))
 }

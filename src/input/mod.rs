@@ -79,6 +79,7 @@ impl Devices {
             self.source = ControlSource::Pad;
         }
         let (touched, mut news) = self.rig.poll();
+        news.extend(self.pads.take_pressed().into_iter().map(RigEvent::Pressed));
         news.extend(self.pads.take_troubles().into_iter().map(RigEvent::Trouble));
         if touched || news.iter().any(|news| matches!(news, RigEvent::Connected(_))) {
             self.source = ControlSource::Wheel;

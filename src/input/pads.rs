@@ -6,7 +6,7 @@ use super::{
     force::ForceInput,
     force_thread::{ForceDevice, ForceLoop, ForceThread, SharedAngle},
     other::{GilrsWheelState, WheelAxis, known_wheel},
-    profile::WheelProfile,
+    profile::{ButtonAction, WheelProfile},
     profiles::{self, DeviceKind},
     sdl_force::SdlForce,
 };
@@ -27,6 +27,8 @@ pub struct Pads {
     /// The profile that a person named; only its force matters here.
     asked: Option<WheelProfile>,
     force: Option<WheelForce>,
+    /// Buttons that were pressed since they were last asked for.
+    pressed: Vec<ButtonAction>,
     /// What a person has to know, each said once.
     troubles: Vec<String>,
     said: Vec<String>,
@@ -77,7 +79,7 @@ impl Pads {
 
     fn none() -> Self {
         let (devices, troubles, said) = (BTreeMap::new(), Vec::new(), Vec::new());
-        Self { gilrs: None, devices, active: None, asked: None, force: None, troubles, said }
+        Self { gilrs: None, devices, active: None, asked: None, force: None, pressed: Vec::new(), troubles, said }
     }
 
     /// Reads all events since the last call; true if a device was touched.
@@ -100,6 +102,7 @@ impl Pads {
     /// A hand or foot moved something of this device. True if it is known.
     fn touch(&mut self, key: usize, moved: PadEvent) -> bool {
         let Some(device) = self.devices.get_mut(&key) else { return false };
+        self.pressed.extend(moved.action());
         device.take(moved);
         self.active = Some(key);
         true
@@ -125,6 +128,11 @@ impl Pads {
     /// The torque that was last sent, N m, positive to the left; `None` where none is.
     pub fn torque_nm(&self) -> Option<f64> {
         Some(self.force.as_ref()?.thread.torque_nm())
+    }
+
+    /// Buttons that were pressed since the last call: the d-pad and the lower one of four.
+    pub fn take_pressed(&mut self) -> Vec<ButtonAction> {
+        std::mem::take(&mut self.pressed)
     }
 
     /// What a person has to know since the last call.
@@ -215,6 +223,25 @@ impl PadEvent {
             EventType::ButtonPressed(button, code) => Self::Press(*button, code.into_u32()),
             _ => return None,
         })
+    }
+}
+
+impl PadEvent {
+    /// What it asks for besides driving.
+    fn action(self) -> Option<ButtonAction> {
+        match self {
+            Self::Press(Button::DPadUp, _) => Some(ButtonAction::Up),
+            Self::Press(Button::DPadDown, _) => Some(ButtonAction::Down),
+            Self::Press(Button::DPadLeft, _) => Some(ButtonAction::Left),
+            Self::Press(Button::DPadRight, _) => Some(ButtonAction::Right),
+            Self::Press(Button::South, _) => Some(ButtonAction::Answer),
+            // A hat that gilrs calls an axis: right and up are positive.
+            Self::Axis(Axis::DPadX, value, _) if value > 0.5 => Some(ButtonAction::Right),
+            Self::Axis(Axis::DPadX, value, _) if value < -0.5 => Some(ButtonAction::Left),
+            Self::Axis(Axis::DPadY, value, _) if value > 0.5 => Some(ButtonAction::Up),
+            Self::Axis(Axis::DPadY, value, _) if value < -0.5 => Some(ButtonAction::Down),
+            _ => None,
+        }
     }
 }
 

@@ -82,7 +82,7 @@ pub struct Pedal {
 }
 
 /// Buttons by what they do, as evdev codes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Buttons {
     /// Drive to reverse and back.
@@ -99,6 +99,34 @@ pub struct Buttons {
     pub abort: Vec<u16>,
     /// Sound the horn for as long as it is held.
     pub horn: Vec<u16>,
+    /// The four ways of a d-pad that is made of buttons (evdev's BTN_DPAD where nothing is said); one that is a hat needs none.
+    pub dpad_up: Vec<u16>,
+    /// See `dpad_up`.
+    pub dpad_down: Vec<u16>,
+    /// See `dpad_up`.
+    pub dpad_left: Vec<u16>,
+    /// See `dpad_up`.
+    pub dpad_right: Vec<u16>,
+}
+
+impl Default for Buttons {
+    fn default() -> Self {
+        let none = Vec::new;
+        Self {
+            reverse: none(),
+            start: none(),
+            mark: none(),
+            answer: none(),
+            recentre: none(),
+            abort: none(),
+            horn: none(),
+            // BTN_DPAD_UP to BTN_DPAD_RIGHT of Linux's input-event-codes.h.
+            dpad_up: vec![544],
+            dpad_down: vec![545],
+            dpad_left: vec![546],
+            dpad_right: vec![547],
+        }
+    }
 }
 
 /// What the participant asks for with a button.
@@ -118,12 +146,34 @@ pub enum ButtonAction {
     Abort,
     /// Sound the horn for as long as it is held.
     Horn,
+    /// The d-pad upwards: more, or the choice above.
+    Up,
+    /// The d-pad downwards: less, or the choice below.
+    Down,
+    /// The d-pad to the left: less, or the choice before.
+    Left,
+    /// The d-pad to the right: more, or the choice after.
+    Right,
 }
 
 impl ButtonAction {
-    /// All of them.
+    /// Those that a person gives to buttons.
     pub const ALL: [Self; 7] =
         [Self::Start, Self::Reverse, Self::Horn, Self::Mark, Self::Answer, Self::Recentre, Self::Abort];
+    /// Those of the d-pad, which a wheel tells by itself.
+    pub const DPAD: [Self; 4] = [Self::Up, Self::Down, Self::Left, Self::Right];
+
+    /// What a movement of a hat means: evdev's ABS_HAT0X (16) and ABS_HAT0Y (17), -1 left and up. `None` for its way back, and for
+    /// any other axis.
+    pub fn of_hat(axis: u16, raw: i32) -> Option<Self> {
+        match (axis, raw.signum()) {
+            (16, -1) => Some(Self::Left),
+            (16, 1) => Some(Self::Right),
+            (17, -1) => Some(Self::Up),
+            (17, 1) => Some(Self::Down),
+            _ => None,
+        }
+    }
 
     /// What it does, in a few words.
     pub fn words(self) -> &'static str {
@@ -135,6 +185,10 @@ impl ButtonAction {
             Self::Recentre => "driver's view, back onto the lane",
             Self::Abort => "ask for the end",
             Self::Horn => "horn",
+            Self::Up => "up, more",
+            Self::Down => "down, less",
+            Self::Left => "left, less",
+            Self::Right => "right, more",
         }
     }
 }
@@ -260,12 +314,16 @@ impl Buttons {
             ButtonAction::Recentre => &mut self.recentre,
             ButtonAction::Abort => &mut self.abort,
             ButtonAction::Horn => &mut self.horn,
+            ButtonAction::Up => &mut self.dpad_up,
+            ButtonAction::Down => &mut self.dpad_down,
+            ButtonAction::Left => &mut self.dpad_left,
+            ButtonAction::Right => &mut self.dpad_right,
         }
     }
 
     /// Gives a button to an action, and takes it from any other.
     pub fn give(&mut self, code: u16, action: ButtonAction) {
-        for other in ButtonAction::ALL {
+        for other in ButtonAction::ALL.into_iter().chain(ButtonAction::DPAD) {
             self.of(other).retain(|taken| *taken != code);
         }
         *self.of(action) = vec![code];
@@ -281,6 +339,10 @@ impl Buttons {
             (&self.recentre, ButtonAction::Recentre),
             (&self.abort, ButtonAction::Abort),
             (&self.horn, ButtonAction::Horn),
+            (&self.dpad_up, ButtonAction::Up),
+            (&self.dpad_down, ButtonAction::Down),
+            (&self.dpad_left, ButtonAction::Left),
+            (&self.dpad_right, ButtonAction::Right),
         ];
         all.into_iter().find(|(codes, _)| codes.contains(&code)).map(|(_, action)| action)
     }

@@ -89,6 +89,9 @@ impl Rig {
                 WheelMessage::Axis { code, raw, at } => {
                     if let Some(wheel) = &mut self.wheel {
                         touched |= wheel.state.moved(code, raw);
+                        if let Some(action) = wheel.state.hat(code, raw) {
+                            news.push(RigEvent::Pressed(action));
+                        }
                         self.newest = self.newest.max(at);
                         if let Some((calibration, began)) = &mut self.calibration {
                             let at_s = began.until(at.unwrap_or_else(TimeStamp::now)).as_secs_f64();

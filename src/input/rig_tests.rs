@@ -226,3 +226,28 @@ fn a_thread_without_a_wheel_leaves_the_system_in_peace_for_half_a_second() {
     drop(thread);
     assert!((1..=2).contains(&seen), "{seen} looks in 0.4 s");
 }
+
+#[test]
+fn the_d_pad_asks_once_a_push_and_drives_nothing() {
+    let (to, told) = std::sync::mpsc::channel();
+    let mut rig = Rig::fed_by(told);
+    to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
+    rig.poll();
+    let before = rig.controls();
+    // The G29's d-pad is a hat: ABS_HAT0X and ABS_HAT0Y, -1 left and up, 0 let go. The kernel may tell a place twice.
+    for (code, raw) in [(16, -1), (16, -1), (16, 0), (16, 1), (16, 0), (17, -1), (17, 0), (17, 1), (17, 0)] {
+        to.send(WheelMessage::Axis { code, raw, at: None }).unwrap();
+    }
+    let (touched, news) = rig.poll();
+    use ButtonAction as B;
+    assert_eq!(news, [B::Left, B::Right, B::Up, B::Down].map(RigEvent::Pressed));
+    assert!(!touched, "whoever drives by keys goes on");
+    assert_eq!(rig.controls(), before);
+    // One that is made of buttons says the same.
+    for code in [546, 547, 544, 545] {
+        to.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
+        to.send(WheelMessage::Button { code, down: false, at: None }).unwrap();
+    }
+    assert_eq!(rig.poll().1, [B::Left, B::Right, B::Up, B::Down].map(RigEvent::Pressed));
+    assert_eq!(rig.controls(), before);
+}

@@ -68,6 +68,8 @@ pub struct WheelState {
     raw: BTreeMap<u16, i32>,
     /// Pedals that were seen at rest, by axis.
     armed: Vec<u16>,
+    /// Where each hat stands.
+    hats: BTreeMap<u16, i32>,
     /// Values at the last touch.
     touched: BTreeMap<u16, i32>,
     reverse: bool,
@@ -78,7 +80,8 @@ impl WheelState {
     /// A wheel with the values that were read when it was opened. If all of them are 0 the driver has not read any.
     pub fn new(profile: WheelProfile, values: BTreeMap<u16, i32>) -> Self {
         let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
-        let mut state = Self { profile, touched: raw.clone(), raw, armed: Vec::new(), reverse: false, horn: false };
+        let (touched, hats) = (raw.clone(), BTreeMap::new());
+        let mut state = Self { profile, touched, raw, hats, armed: Vec::new(), reverse: false, horn: false };
         state.arm();
         state
     }
@@ -103,6 +106,12 @@ impl WheelState {
             self.touched.insert(code, raw);
         }
         touched
+    }
+
+    /// A hat moved: what its way out of the middle asks for. A hat that is told twice at the same place asks once.
+    pub fn hat(&mut self, code: u16, raw: i32) -> Option<ButtonAction> {
+        let before = self.hats.insert(code, raw);
+        ButtonAction::of_hat(code, raw).filter(|_| before != Some(raw))
     }
 
     /// A button went down: what it does. Drive and reverse are changed here, and the horn begins.

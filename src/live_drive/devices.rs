@@ -106,6 +106,7 @@ impl LiveDrive {
         }
         match action {
             ButtonAction::Reverse | ButtonAction::Horn => {}
+            ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
             ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,
             ButtonAction::Mark => {

@@ -235,6 +235,16 @@ impl LiveDrive {
         self.lab.note(kind, detail);
     }
 
+    /// The same with a number.
+    pub fn note_value(&mut self, kind: &str, detail: &str, value: f64) {
+        self.recording.note_value(self.drive.world.snapshot().tick, kind, detail, value);
+    }
+
+    /// A gentle sound, where there is any: something is asked.
+    pub fn chime(&mut self) {
+        self.sound.chime();
+    }
+
     /// Ends the recording, if there is one. Returns where it lies.
     ///
     /// # Errors

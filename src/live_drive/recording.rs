@@ -71,6 +71,12 @@ impl DriveRecording {
         }
     }
 
+    pub(super) fn note_value(&mut self, tick: Tick, kind: &str, detail: &str, value: f64) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event_with_value(tick, kind, detail, value);
+        }
+    }
+
     pub(super) fn writer_status(&self) -> Option<&WriterStatus> {
         self.recorder.as_ref().map(Recorder::writer_status)
     }

@@ -55,6 +55,11 @@ impl DriveSound {
         std::mem::replace(&mut self.horn, horn) != horn
     }
 
+    /// Something is asked: a gentle tone, other than that of another advice.
+    pub fn chime(&mut self) {
+        self.listener.chime();
+    }
+
     /// What there is to be heard.
     pub fn scene(&self, running: bool, horn: bool) -> SoundScene {
         self.listener.scene(running, horn)

@@ -187,6 +187,12 @@ impl Recorder {
         self.batch.events.push(EventRow { tick, kind: kind.into(), detail: detail.into(), car: None, value: None });
     }
 
+    /// The same with a number: a rating.
+    pub fn event_with_value(&mut self, tick: Tick, kind: &str, detail: &str, value: f64) {
+        let (kind, detail) = (kind.into(), detail.into());
+        self.batch.events.push(EventRow { tick, kind, detail, car: None, value: Some(value) });
+    }
+
     /// Hands what was gathered to the writing thread; to be called every [`FLUSH_EVERY`] by whoever has a clock.
     ///
     /// # Errors

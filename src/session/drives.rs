@@ -187,6 +187,18 @@ impl DriveBackend for WindowBackend<'_> {
         }
     }
 
+    fn note_value(&mut self, kind: &str, detail: &str, value: f64) {
+        if let Some(live) = &mut self.resources.live {
+            live.note_value(kind, detail, value);
+        }
+    }
+
+    fn chime(&mut self) {
+        if let Some(live) = &mut self.resources.live {
+            live.chime();
+        }
+    }
+
     fn extend(&mut self, seconds: f64) -> Result<(), RunError> {
         self.resources.live.as_mut().map_or(Ok(()), |live| live.extend(seconds))
     }

@@ -48,6 +48,10 @@ impl DriveBackend for NoRoad {
 
     fn note(&mut self, _kind: &str, _detail: &str) {}
 
+    fn note_value(&mut self, _kind: &str, _detail: &str, _value: f64) {}
+
+    fn chime(&mut self) {}
+
     fn extend(&mut self, _seconds: f64) -> Result<(), crate::drive_loop::RunError> {
         Ok(())
     }

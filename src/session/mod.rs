@@ -6,6 +6,7 @@
 //! * `overview`: it as the windows show it.
 //! * [`wheel_navigation`]: wheel, pedals and buttons as inputs.
 //! * [`drives`]: drives as the window shows them.
+//! * `rating`: the sickness scale that is asked while driving.
 //! * `command`: what the experimenter decides. `experimenter_view`: what the experimenter sees.
 //! * [`window`]: the two windows, and the one place that reads the clock.
 
@@ -13,6 +14,7 @@ mod command;
 pub mod drives;
 mod experimenter_view;
 mod overview;
+mod rating;
 pub mod wheel_navigation;
 pub mod window;
 
@@ -21,7 +23,7 @@ use crate::{
     scenario::Scenario,
     study::{
         FormInput, ItemOutcome, PlanItem, PlannedItem, QuestionnaireForm, Session, SessionError, Study, UnbrokenTime,
-        session::as_map, stop_rule::SessionEnding,
+        fms::FmsScale, session::as_map, stop_rule::SessionEnding,
     },
     units::SpeedUnit,
 };
@@ -51,6 +53,10 @@ pub trait DriveBackend {
     fn hold(&mut self, held: bool);
     /// Notes something in the recording.
     fn note(&mut self, kind: &str, detail: &str);
+    /// The same with a number.
+    fn note_value(&mut self, kind: &str, detail: &str, value: f64);
+    /// A gentle sound, where there is any: something is asked.
+    fn chime(&mut self);
     /// The drive lasts so many seconds longer.
     ///
     /// # Errors
@@ -123,6 +129,8 @@ pub struct LiveSession {
     /// Folder for the recording of what runs.
     folder: PathBuf,
     asked: bool,
+    /// The sickness scale of the drive that runs, where its segment asks it.
+    fms: Option<FmsScale>,
     /// The countdown waits for a foot on the brake.
     lacks_brake: bool,
     error: Option<String>,
@@ -145,6 +153,7 @@ impl LiveSession {
             seen_s: 0.0,
             folder: PathBuf::new(),
             asked: false,
+            fms: None,
             lacks_brake: false,
             error: None,
             utc,
@@ -212,12 +221,18 @@ impl LiveSession {
                 *left_s -= frame_s;
                 if *left_s <= 0.0 {
                     match backend.begin(&self.folder) {
-                        Ok(()) => self.see(SessionState::Driving),
+                        Ok(()) => {
+                            self.begin_ratings();
+                            self.see(SessionState::Driving);
+                        }
                         Err(error) => self.fail(&error, backend),
                     }
                 }
             }
-            SessionState::Driving => self.watch(backend)?,
+            SessionState::Driving => {
+                self.ask_rating(backend)?;
+                self.watch(backend)?;
+            }
             SessionState::Rest(_, left_s) => *left_s = (*left_s - elapsed.as_secs_f64()).max(0.0),
             _ => {}
         }
@@ -316,6 +331,7 @@ impl LiveSession {
                     }
                 }
             }
+            SessionState::Driving => self.rate(&input, backend)?,
             _ if !matches!(input, FormInput::Next | FormInput::PageOn) || seen_for_s < PAGE_S => {}
             SessionState::Rest(_, left_s) if *left_s > 0.0 => {}
             SessionState::Text(_) | SessionState::Intro(_) | SessionState::Over | SessionState::Rest(..) => {

@@ -48,7 +48,10 @@ impl LiveSession {
                 ParticipantScreen::Countdown(left_s.ceil().max(1.0) as u32, speed, now.unit)
             }
             SessionState::Driving if now.held => ParticipantScreen::Drive(Some(&texts.paused)),
-            SessionState::Driving => ParticipantScreen::Drive(None),
+            SessionState::Driving => match self.rating_prompt(now) {
+                Some(prompt) => ParticipantScreen::Rating(prompt),
+                None => ParticipantScreen::Drive(None),
+            },
             SessionState::Rest(text, left_s) => ParticipantScreen::Rest(text, *left_s),
             SessionState::Questions(form) => ParticipantScreen::Questions(form),
             SessionState::End => ParticipantScreen::Wait(&texts.thanks),
@@ -66,7 +69,7 @@ impl LiveSession {
     pub fn to_come_s(&self) -> f64 {
         let left =
             self.session.plan().items.iter().filter(|p| !self.is_over() && !self.session.log().is_settled(&p.name));
-        left.map(|planned| planned.item.seconds()).sum()
+        left.map(|planned| planned.seconds).sum()
     }
 
     /// The plan with what has become of it.

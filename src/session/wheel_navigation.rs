@@ -35,20 +35,22 @@ impl WheelNavigation {
             ButtonAction::Reverse | ButtonAction::Recentre => Some(FormInput::Back),
             ButtonAction::Mark => Some(FormInput::Mark),
             ButtonAction::Abort => Some(FormInput::Stop),
+            ButtonAction::Left | ButtonAction::Up => Some(FormInput::Turn(-1)),
+            ButtonAction::Right | ButtonAction::Down => Some(FormInput::Turn(1)),
             ButtonAction::Horn => None,
         }
     }
 
-    /// What a button means while driving: only what does not steer the car or the view.
+    /// What a button means while driving: only what does not steer the car or the view. Up is more here: a number is asked, not a
+    /// choice out of a list.
     pub fn pressed_driving(action: ButtonAction) -> Option<FormInput> {
         match action {
             ButtonAction::Mark => Some(FormInput::Mark),
             ButtonAction::Abort => Some(FormInput::Stop),
-            ButtonAction::Answer
-            | ButtonAction::Start
-            | ButtonAction::Reverse
-            | ButtonAction::Recentre
-            | ButtonAction::Horn => None,
+            ButtonAction::Answer => Some(FormInput::Next),
+            ButtonAction::Right | ButtonAction::Up => Some(FormInput::Turn(1)),
+            ButtonAction::Left | ButtonAction::Down => Some(FormInput::Turn(-1)),
+            ButtonAction::Start | ButtonAction::Reverse | ButtonAction::Recentre | ButtonAction::Horn => None,
         }
     }
 
@@ -146,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn at_a_screen_buttons_answer_and_go_back_and_in_a_drive_they_only_mark_and_ask_for_the_end() {
+    fn at_a_screen_buttons_answer_and_go_back_and_in_a_drive_they_mark_rate_and_ask_for_the_end() {
         let meaning = |of: fn(ButtonAction) -> Option<FormInput>| ButtonAction::ALL.map(|action| (action, of(action)));
         assert_eq!(
             meaning(WheelNavigation::pressed),
@@ -160,12 +162,21 @@ mod tests {
                 (ButtonAction::Abort, Some(FormInput::Stop)),
             ]
         );
-        // The same hand drives: nothing that goes on, back or answers.
+        // The same hand drives: nothing that goes on or back; an answer is that of the scale in the picture.
         let driving =
             meaning(WheelNavigation::pressed_driving).into_iter().filter_map(|(action, input)| Some((action, input?)));
         assert_eq!(
             driving.collect::<Vec<_>>(),
-            [(ButtonAction::Mark, FormInput::Mark), (ButtonAction::Abort, FormInput::Stop)]
+            [
+                (ButtonAction::Mark, FormInput::Mark),
+                (ButtonAction::Answer, FormInput::Next),
+                (ButtonAction::Abort, FormInput::Stop)
+            ]
         );
+        // Right is on in a list and more on a scale; up is the choice above in a list and more on a scale.
+        let dpad = ButtonAction::DPAD.map(|way| (WheelNavigation::pressed(way), WheelNavigation::pressed_driving(way)));
+        let [back, on] = [Some(FormInput::Turn(-1)), Some(FormInput::Turn(1))];
+        let expected = [(&back, &on), (&on, &back), (&back, &back), (&on, &on)];
+        assert_eq!(dpad, expected.map(|(list, scale)| (list.clone(), scale.clone())));
     }
 }

@@ -21,12 +21,12 @@
 //! All but `sourcedata` can be made again from it, and is, after every participant. Files are the user's alone.
 
 use super::{
-    Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, Study,
+    Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
     answer_tables::{phenotype, phenotype_of_trial, timed},
     bids::{self, TsvColumn, TsvTable},
     checksums, erasure,
     event_table::{self, DriveEvents},
-    lock, motion,
+    fms_table, lock, motion,
     scans::{self, DateShift, ScannedDrive, ScannedFile},
     session::{self, ParticipantKind, SessionLog},
     source,
@@ -38,6 +38,7 @@ use crate::{
 };
 use serde_json::{Value, json};
 use std::{
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -240,15 +241,22 @@ impl DataSet {
         }
         self.put_inherited()?;
         self.put_table("participants", &participants(&logs), json!({}))?;
-        for planned in study.plan(0).items.iter() {
+        // Not everybody is asked the same at the same place: after a drive without advice nothing about it.
+        let plans: Vec<SessionPlan> = logs.iter().map(|log| study.plan(log.index)).chain([study.plan(0)]).collect();
+        let mut named = BTreeSet::new();
+        for planned in plans.iter().flat_map(|plan| &plan.items) {
             let PlanItem::Questions(word) = &planned.item else { continue };
             let Some(questionnaire) = study.questionnaires.get(word) else { continue };
-            let (name, table) = match planned.after.as_ref().zip(planned.run) {
-                Some((after, run)) => {
-                    let name = format!("{}-{run}-{}", planned.segment, after.questionnaire);
-                    (name, phenotype_of_trial(study, questionnaire, planned, &logs))
-                }
-                None => (planned.name.clone(), phenotype(questionnaire, &planned.name, &logs)),
+            let about_trial = planned.after.as_ref().zip(planned.run);
+            let name = about_trial.map_or(planned.name.clone(), |(after, run)| {
+                format!("{}-{run}-{}", planned.segment, after.questionnaire)
+            });
+            if !named.insert(name.clone()) {
+                continue;
+            }
+            let table = match about_trial {
+                Some(_) => phenotype_of_trial(study, questionnaire, planned, &logs),
+                None => phenotype(questionnaire, &planned.name, &logs),
             };
             let stop = if questionnaire.title.ends_with(['.', '?', '!']) { "" } else { "." };
             let about = format!("{}{stop} {}", questionnaire.title, questionnaire.description);
@@ -310,6 +318,11 @@ impl DataSet {
                 }
                 PlanItem::Text(_) | PlanItem::Break(_) => {}
             }
+        }
+        if !log.fms.is_empty() {
+            let facts = bids::task(fms_table::TASK, fms_table::ABOUT, &study.file.texts.fms, institution);
+            let name = format!("{subject}/beh/{subject}_task-{}_beh", fms_table::TASK);
+            self.put_table(&name, &fms_table::table(study, &plan, log), facts)?;
         }
         if table.rows.is_empty() {
             return Ok(());

@@ -14,7 +14,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// What can happen in a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 26] = [
+const WORDS: [[&str; 3]; 29] = [
     [
         "advice",
         "a new target stands on the speedometer",
@@ -56,6 +56,21 @@ const WORDS: [[&str; 3]; 26] = [
     ],
     ["paused", "the experimenter paused the drive", "Experiment-control, (Experimenter, Halt), Label/Paused"],
     ["resumed", "the drive went on", "Experiment-control, Label/Resumed"],
+    [
+        "fms_asked",
+        "the question of the fast motion sickness scale appeared",
+        "Sensory-event, Experimental-stimulus, Cue, Visual-presentation, Computer-screen, Label/FMS-asked",
+    ],
+    [
+        "fms",
+        "the answer to it, with its value",
+        "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/FMS-answered",
+    ],
+    [
+        "fms_unanswered",
+        "the question went away without an answer",
+        "Experiment-structure, Omitted-action, Label/FMS-unanswered",
+    ],
     ["extended", "the drive lasts longer", "Experiment-control, (Experimenter, Modify), Label/Extended"],
     ["aborted", "the experimenter broke the drive off", "Experiment-control, (Experimenter, Halt), Label/Aborted"],
     [
@@ -116,7 +131,11 @@ fn columns() -> Vec<TsvColumn> {
         speed("range_low", "lower edge of the acceptable range", "Lowest-advised"),
         speed("range_high", "upper edge of the acceptable range", "Highest-advised"),
         speed("speed", "speed of the participant's car at that moment", "Own-speed"),
-        TsvColumn::new("value", "closing speed of a contact, or offset where the road was left", "m/s or m"),
+        TsvColumn::new(
+            "value",
+            "closing speed of a contact, offset where the road was left, or rating of sickness (0 to 20)",
+            "m/s, m or none",
+        ),
         TsvColumn::new("detail", "the rest in words", ""),
     ]
 }

@@ -131,6 +131,12 @@ pub struct ParticipantTexts {
     pub not_eligible: String,
     /// After a score above its limit.
     pub score_limit: String,
+    /// The question of the sickness scale while driving, and what its ends mean.
+    pub fms: String,
+    /// Its lower end.
+    pub fms_low: String,
+    /// Its upper end.
+    pub fms_high: String,
     /// While the experimenter has something to do.
     pub wait: String,
     /// While a drive is held.
@@ -185,6 +191,9 @@ impl Default for ParticipantTexts {
                 "We stop here so that you stay well: your last answers are above the limit of this study. Please \
                           tell the experimenter how you feel. Thank you for taking part!"
                     .into(),
+            fms: "How sick do you feel now?".into(),
+            fms_low: "0 not at all".into(),
+            fms_high: "20 very sick".into(),
             wait: "Please wait a moment.".into(),
             paused: "A short pause. The drive will continue soon.".into(),
             asked: "You asked to stop. The experimenter will be with you in a moment.".into(),

@@ -5,7 +5,9 @@
 //! * [`conditions`]: what a condition changes, and the drives that it makes.
 //! * [`order`]: who meets the conditions in which order.
 //! * [`segment`]: one segment of that file. [`stop_rule`]: answers that end a session.
+//! * [`fms`]: the fast motion sickness scale, asked while driving.
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
+//! * `reckoning`: how long pages and questionnaires take.
 //! * [`practice`]: when a drive of practice has been enough.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers. [`scores`]: what is computed from them.
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
@@ -34,6 +36,8 @@ mod event_table;
 mod exclusion;
 mod export;
 pub mod file;
+pub mod fms;
+mod fms_table;
 pub mod lock;
 mod motion;
 pub mod order;
@@ -44,6 +48,7 @@ pub mod preregistration;
 mod question_fault;
 pub mod questionnaire_form;
 pub mod questions;
+mod reckoning;
 mod scans;
 pub mod scores;
 pub mod segment;
@@ -58,6 +63,7 @@ pub mod stop_rule;
 pub use completion::Completion;
 pub use dataset::DataSet;
 pub use file::{ParticipantTexts, Study};
+pub use fms::{FmsPrompt, FmsRating};
 pub use participant_code::ParticipantCode;
 pub use plan::{PlanItem, PlannedItem, SessionPlan};
 pub use practice::UnbrokenTime;

@@ -4,6 +4,7 @@
 use super::{
     Study,
     conditions::{Condition, conditions},
+    reckoning,
     segment::{SegmentKind, short_name},
 };
 use crate::{
@@ -51,6 +52,8 @@ pub struct PlannedItem {
     pub text: String,
     /// What it is.
     pub item: PlanItem,
+    /// How long it is reckoned to last, what is read before it included, seconds.
+    pub seconds: f64,
 }
 
 /// Of a questionnaire that comes after a drive.
@@ -73,10 +76,6 @@ pub struct SessionPlan {
     pub items: Vec<PlannedItem>,
 }
 
-/// Seconds that a questionnaire and a page are reckoned with.
-const QUESTIONS_S: f64 = 120.0;
-const PAGE_S: f64 = 30.0;
-
 impl Study {
     /// The session of participant number `index`, from 0. The same file and number give the same plan.
     pub fn plan(&self, index: usize) -> SessionPlan {
@@ -86,7 +85,10 @@ impl Study {
         for (i, segment) in self.file.segment.iter().enumerate() {
             let mut add = |name: String, text: &str, item: PlanItem, trial: Option<(usize, &Condition)>| {
                 let (run, condition) = trial.map(|(run, condition)| (run, condition.name.clone())).unzip();
-                let drives = matches!(item, PlanItem::Drive { .. });
+                let has_advice = match &item {
+                    PlanItem::Drive { policy, .. } => Some(policy.name != policy::NAMES[0]),
+                    _ => None,
+                };
                 let planned = |name: String, text: &str, item: PlanItem, after: Option<AskedAfter>| PlannedItem {
                     name,
                     segment: segment.name.clone(),
@@ -94,10 +96,11 @@ impl Study {
                     condition: condition.clone(),
                     after,
                     text: text.into(),
+                    seconds: self.seconds(&item, text),
                     item,
                 };
                 items.push(planned(name.clone(), text, item, None));
-                for word in segment.after.iter().filter(|_| drives) {
+                for word in has_advice.into_iter().flat_map(|has_advice| segment.after_drive(has_advice)) {
                     let after = AskedAfter { drive: name.clone(), questionnaire: short_name(word) };
                     let own = format!("{name}-{}", after.questionnaire);
                     items.push(planned(own, "", PlanItem::Questions(word.clone()), Some(after)));
@@ -151,23 +154,34 @@ impl Study {
         SessionPlan { index, order, items }
     }
 
+    /// How long an item is reckoned to last with the text before it, seconds; that of a break is read in the break.
+    fn seconds(&self, item: &PlanItem, text: &str) -> f64 {
+        let read_s = reckoning::page_s(text);
+        match item {
+            PlanItem::Text(page) => reckoning::page_s(page),
+            PlanItem::Questions(word) => read_s + self.questionnaires.get(word).map_or(0.0, reckoning::questionnaire_s),
+            PlanItem::Break(seconds) => *seconds,
+            PlanItem::Drive { scenario, .. } => read_s + scenario.duration_s,
+        }
+    }
+
     /// No two items of anybody's plan, and no two tables of the data set, may have one name.
     pub(super) fn check_item_names(&self) -> Result<(), (String, String)> {
         let segments = &self.file.segment;
         let conditions = conditions(&self.file);
         for (i, segment) in segments.iter().enumerate() {
-            let short = segment.after.iter().map(|word| short_name(word));
+            let short = segment.after_drive(true).map(|word| short_name(word));
             let mut made: Vec<String> = short.map(|word| format!("{}-{word}", segment.name)).collect();
             let mut tables: Vec<String> = Vec::new();
             if segment.kind == SegmentKind::Trials {
                 let rests = segment.rest_s.is_some_and(|s| s > 0.0);
                 for place in 1..=conditions.len() {
-                    let words = segment.after.iter().map(|word| short_name(word));
+                    let words = segment.after_drive(true).map(|word| short_name(word));
                     tables.extend(words.map(|word| format!("{}-{place}-{word}", segment.name)));
                     made.extend(rests.then(|| format!("{}-rest-{place}", segment.name)));
                     for condition in &conditions {
                         let drive = format!("{}-{place}-{}", segment.name, condition.name);
-                        made.extend(segment.after.iter().map(|word| format!("{drive}-{}", short_name(word))));
+                        made.extend(segment.after_drive(true).map(|word| format!("{drive}-{}", short_name(word))));
                         made.push(drive);
                     }
                 }
@@ -214,7 +228,7 @@ impl Study {
         let first = self.plan(0);
         let _ = writeln!(out, "\nA session, about {:.0} min:", first.minutes());
         for (i, planned) in first.items.iter().enumerate() {
-            let (minutes, words) = (planned.item.seconds() / 60.0, planned.item.words());
+            let (minutes, words) = (planned.seconds / 60.0, planned.item.words());
             let _ = writeln!(out, "  {:>2}  {:<32} {minutes:>4.1} min  {words}", i + 1, planned.name);
         }
         let _ = writeln!(out, "\nparticipant   order of conditions");
@@ -232,21 +246,11 @@ impl Study {
 impl SessionPlan {
     /// How long the session is reckoned to last, minutes.
     pub fn minutes(&self) -> f64 {
-        self.items.iter().map(|planned| planned.item.seconds()).sum::<f64>() / 60.0
+        self.items.iter().map(|planned| planned.seconds).sum::<f64>() / 60.0
     }
 }
 
 impl PlanItem {
-    /// How long it is reckoned to last, seconds.
-    pub fn seconds(&self) -> f64 {
-        match self {
-            Self::Text(_) => PAGE_S,
-            Self::Questions(_) => QUESTIONS_S,
-            Self::Break(seconds) => *seconds,
-            Self::Drive { scenario, .. } => scenario.duration_s,
-        }
-    }
-
     /// What it is, in words.
     pub fn words(&self) -> String {
         match self {

@@ -84,10 +84,11 @@ fn a_seed_is_the_studys_the_participants_and_the_drives_number_side_by_side() {
 #[test]
 fn a_session_is_as_long_as_its_parts() {
     let plan = study(1, "rest_s = 10.0").plan(0);
-    // Three drives of a minute, rests of 45 s and 10 s.
-    let seconds: Vec<f64> = plan.items.iter().map(|planned| planned.item.seconds()).collect();
-    assert_eq!(seconds, [60.0, 45.0, 60.0, 10.0, 60.0]);
-    assert_eq!(plan.minutes(), 235.0 / 60.0);
+    // Three drives of a minute, two words to read before the first (238 a minute, and 3 s for the page), rests of 45 s and 10 s.
+    let seconds: Vec<f64> = plan.items.iter().map(|planned| planned.seconds).collect();
+    let read_s = 3.0 + 2.0 * 60.0 / 238.0;
+    assert_eq!(seconds, [60.0 + read_s, 45.0, 60.0, 10.0, 60.0]);
+    assert!((plan.minutes() - (235.0 + read_s) / 60.0).abs() < 1e-9);
     let words: Vec<String> = plan.items.iter().map(|planned| planned.item.words()).collect();
     assert!(
         words[0].ends_with(", sooner after 20 s in range without a break") && !words[2].contains("sooner"),

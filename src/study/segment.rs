@@ -57,7 +57,14 @@ pub struct StudySegment {
     /// Questionnaires that come after every drive of it, named as in `questionnaire` (drive, trials).
     #[serde(default)]
     pub after: Vec<String>,
-    /// A score above its value ends the session (questions; drive and trials for the questionnaires in `after`, `"ssq.total"`).
+    /// The same after those of its drives alone that give advice, sham advice too (drive, trials).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub after_advice: Vec<String>,
+    /// Asks the fast motion sickness scale (0 to 20) every so many seconds of its drives (drive, trials).
+    #[schemars(range(min = 20.0, max = 3600.0))]
+    pub fms_every_s: Option<f64>,
+    /// A score above its value ends the session (questions; drive and trials for the questionnaires in `after`, `"ssq.total"`, and for
+    /// `"fms"`).
     pub stop_above: Option<ScoreLimit>,
     /// Answers that end the session, each written as in a questionnaire's `visibleIf` (questions).
     #[serde(default)]
@@ -89,9 +96,18 @@ impl StudySegment {
     /// Every questionnaire that it asks, with the key that names it, from the segment.
     pub(super) fn questionnaires(&self) -> Vec<(String, &str)> {
         let own = self.own_questionnaire().map(|word| ("questionnaire".to_owned(), word));
-        own.into_iter()
-            .chain(self.after.iter().enumerate().map(|(i, word)| (format!("after.{i}"), word.as_str())))
-            .collect()
+        own.into_iter().chain(self.asked_after().map(|(key, word)| (key, word.as_str()))).collect()
+    }
+
+    /// The questionnaires that come after its drives, those about advice last, with the key that names each, from the segment.
+    fn asked_after(&self) -> impl Iterator<Item = (String, &String)> {
+        let always = self.after.iter().enumerate().map(|(i, word)| (format!("after.{i}"), word));
+        always.chain(self.after_advice.iter().enumerate().map(|(i, word)| (format!("after_advice.{i}"), word)))
+    }
+
+    /// The questionnaires that come after a drive with advice or without.
+    pub(super) fn after_drive(&self, has_advice: bool) -> impl Iterator<Item = &String> {
+        self.after.iter().chain(self.after_advice.iter().filter(move |_| has_advice))
     }
 
     /// Keys that its kind needs and those that it has no use for; the limits of their values.
@@ -112,6 +128,8 @@ impl StudySegment {
             ("questionnaire", self.questionnaire.is_some(), asks, self.kind == SegmentKind::Questions),
             ("text", !self.text.is_empty(), true, matches!(self.kind, SegmentKind::Text | SegmentKind::Consent)),
             ("after", !self.after.is_empty(), drives, false),
+            ("after_advice", !self.after_advice.is_empty(), drives, false),
+            ("fms_every_s", self.fms_every_s.is_some(), drives, false),
             ("stop_above", self.stop_above.is_some(), drives || self.kind == SegmentKind::Questions, false),
             ("ends_if", !self.ends_if.is_empty(), self.kind == SegmentKind::Questions, false),
             ("stop_text", self.stop_text.is_some(), drives || asks, false),
@@ -128,18 +146,26 @@ impl StudySegment {
             let text = "nothing ends the session here; `stop_text` goes with `stop_above` or `ends_if`";
             return Err(("stop_text".into(), text.into()));
         }
-        for (key, value, low) in [("until_in_range_s", self.until_in_range_s, 1.0), ("rest_s", self.rest_s, 0.0)] {
+        let numbers = [
+            ("until_in_range_s", self.until_in_range_s, 1.0),
+            ("rest_s", self.rest_s, 0.0),
+            // A question stands for up to 15 s.
+            ("fms_every_s", self.fms_every_s, 20.0),
+        ];
+        for (key, value, low) in numbers {
             if value.is_some_and(|v| !(low..=3600.0).contains(&v)) {
                 let value = value.unwrap_or_default();
                 return Err((key.into(), format!("{key} is {value}; allowed: a number from {low} to 3600 s")));
             }
         }
-        for (i, word) in self.after.iter().enumerate() {
-            let (key, name) = (format!("after.{i}"), short_name(word));
+        let mut names: Vec<String> = Vec::new();
+        for (key, word) in self.asked_after() {
+            let name = short_name(word);
             check_word(&name).map_err(|fault| (key.clone(), fault.to_string()))?;
-            if self.after[..i].iter().any(|other| short_name(other) == name) {
+            if names.contains(&name) {
                 return Err((key, format!("the questionnaire \"{name}\" comes twice")));
             }
+            names.push(name);
         }
         Ok(())
     }

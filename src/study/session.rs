@@ -7,12 +7,12 @@
 //! program away.
 
 pub use super::session_log::{
-    EndCause, ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog, SessionNote,
-    TimedAnswer,
+    DriveRating, EndCause, ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog,
+    SessionNote, TimedAnswer,
 };
 
 use super::{
-    DataSet, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, lock, questions::Answers,
+    DataSet, FmsRating, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, lock, questions::Answers,
     stop_rule::SessionEnding,
 };
 use crate::record::{self, RecordError};
@@ -139,6 +139,7 @@ impl Session {
             passages: Vec::new(),
             notes: Vec::new(),
             answers: BTreeMap::new(),
+            fms: Vec::new(),
             end: None,
         })
     }
@@ -252,6 +253,21 @@ impl Session {
             return self.close(false, reason, Some(*cause), now);
         }
         self.end(ItemOutcome::Done, "", now)
+    }
+
+    /// A question of the running drive was answered, or gone without an answer. With an `ending` the drive is broken off and the session
+    /// over; both are one step on the disk, as in [`Session::end_answered`].
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn rate(&mut self, rating: FmsRating, ending: Option<&SessionEnding>, now: &str) -> Result<(), SessionError> {
+        let Some(RunningItem { item, recording, .. }) = self.log.running.clone() else { return Ok(()) };
+        self.log.fms.push(DriveRating { item, recording, rating });
+        if let Some(SessionEnding { cause, reason, .. }) = ending {
+            self.pass(ItemOutcome::Aborted, reason, now);
+            return self.close(false, reason, Some(*cause), now);
+        }
+        self.save()
     }
 
     /// The experimenter leaves out what comes next, or what runs; with a drive also the questionnaires about it.

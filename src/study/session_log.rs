@@ -1,7 +1,7 @@
 //! What a session's file holds, and how it is read. In: `session.json`. Out: what was done, answered and noted so far
 //! ([`SessionLog`]).
 
-use super::{ParticipantCode, SessionError};
+use super::{FmsRating, ParticipantCode, SessionError};
 use crate::file;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -92,6 +92,18 @@ pub struct TimedAnswer {
     pub time_s: f64,
 }
 
+/// A rating of sickness while driving.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DriveRating {
+    /// The drive's name in the plan.
+    pub item: String,
+    /// Folder of its recording, beside the file.
+    pub recording: String,
+    /// When it was asked, and the answer.
+    #[serde(flatten)]
+    pub rating: FmsRating,
+}
+
 /// How a session ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SessionEnd {
@@ -157,6 +169,9 @@ pub struct SessionLog {
     /// Answers by the item's name: of its last passage.
     #[serde(default)]
     pub answers: BTreeMap<String, Vec<TimedAnswer>>,
+    /// Ratings of sickness while driving, in order; also of drives that were broken off.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fms: Vec<DriveRating>,
     /// Set once the session is over for good.
     #[serde(default)]
     pub end: Option<SessionEnd>,

@@ -10,9 +10,12 @@
 //! of 0.15 of the scale; an answer of a matrix the column at 0.5 u^2 with an error of 0.12, so that most symptoms are none;
 //! a choice is uniform; each of several is taken with 0.3; yes with 0.7; lines say "rehearsed". Reading and answering takes
 //! 1.5 s and an exponential time of mean 2 s.
+//!
+//! Sickness: a rating rises with the minutes that were driven, by a slope drawn for the participant (exponential, mean 0.1 a minute),
+//! with a normal error of 0.5; an answer takes as long as above, and one that would take longer than the question stands does not come.
 
 use super::{
-    PlannedItem, Study,
+    FmsRating, PlanItem, PlannedItem, SessionPlan, Study, fms,
     questions::{AnswerChoice, ElementKind, QuestionElement, Questionnaire},
     session::{EndCause, TimedAnswer, as_map},
 };
@@ -107,6 +110,28 @@ impl SimulatedParticipant {
         list.chain(of_population)
             .chain(self.known.time_gap_factor.map(|factor| ("time_gap_factor".to_owned(), factor)))
             .collect()
+    }
+
+    /// The rating of sickness for a question that is asked at `time_s` of a drive of the plan. The minutes are those of the plan, so that a
+    /// rehearsal that was stopped goes on alike.
+    pub fn rate(&self, plan: &SessionPlan, drive: &str, time_s: f64) -> FmsRating {
+        let slope_per_min =
+            -0.1 * (1.0 - rng::stream(self.seed, &format!("fms {}", self.index)).uniform(0.0, 1.0)).ln();
+        let before = plan.items.iter().take_while(|planned| planned.name != drive);
+        let before_s: f64 = before
+            .map(|planned| match &planned.item {
+                PlanItem::Drive { scenario, .. } => scenario.duration_s,
+                _ => 0.0,
+            })
+            .sum();
+        let mut stream = rng::stream(self.seed, &format!("fms {} {drive} {time_s}", self.index));
+        let felt = slope_per_min * (before_s + time_s) / 60.0 + 0.5 * stream.normal();
+        let answer_s = 1.5 - 2.0 * (1.0 - stream.uniform(0.0, 1.0)).ln();
+        let value = felt.round().clamp(0.0, fms::HIGHEST.into()) as u8;
+        // To the step in which it comes.
+        let answer_s = (10.0 * answer_s).ceil() / 10.0;
+        let in_time = answer_s < fms::ANSWER_S;
+        FmsRating { time_s, value: in_time.then_some(value), answer_s: in_time.then_some(answer_s) }
     }
 
     /// Answers to a questionnaire that comes under this name: every question that is to be seen, page by page.

@@ -228,3 +228,29 @@ fn what_is_hidden_is_not_answered() {
     }
     assert!(seen[0] > 5 && seen[1] > 5, "both ways came: {seen:?}");
 }
+
+#[test]
+fn sickness_rises_slowly_with_the_minutes_and_is_the_same_for_the_same_seed() {
+    let text = "title = \"t\"\nparticipants = 2\n[base]\ntraffic = \"native\"\nduration_s = 600.0\n[[condition]]\nname = \"a\"\n\
+                [[condition]]\nname = \"b\"\n[[segment]]\nkind = \"trials\"\nname = \"trial\"\nfms_every_s = 60.0\n";
+    let study = Study::parse(text.into(), Path::new("t.toml")).unwrap();
+    let mean = |place: usize, time_s: f64| {
+        let value = |index: usize| {
+            let plan = study.plan(index);
+            let rating = SimulatedParticipant::draw(3, index).rate(&plan, &plan.items[place].name, time_s);
+            assert_eq!(rating, SimulatedParticipant::draw(3, index).rate(&plan, &plan.items[place].name, time_s));
+            assert_eq!((rating.time_s, rating.value.is_some()), (time_s, rating.answer_s.is_some()));
+            assert!(rating.answer_s.is_none_or(|s| (1.5..15.0).contains(&s)) && rating.value.is_none_or(|v| v <= 20));
+            rating.value
+        };
+        let values: Vec<f64> = (0..2000).filter_map(value).map(f64::from).collect();
+        // The answer takes 15 s or more with exp(-13.5 / 2) = 0.1 %.
+        assert!(values.len() > 1985, "{}", values.len());
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    // 0.1 a minute: 1 after ten minutes and 2 after twenty. What is below 0 counts as 0, which lifts the mean a little (at most
+    // by 0.5 / sqrt(2 pi) = 0.2); three standard errors of an exponential mean of 2000 are 0.067 of it.
+    let [one, ten, twenty] = [mean(0, 60.0), mean(0, 600.0), mean(1, 600.0)];
+    assert!((0.1..0.35).contains(&one), "{one}");
+    assert!((0.93..1.27).contains(&ten) && (1.86..2.34).contains(&twenty), "{ten} {twenty}");
+}

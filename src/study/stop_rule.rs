@@ -3,8 +3,9 @@
 //! mistake in a rule, when the study is read.
 
 use super::{
-    PlanItem, PlannedItem, Study,
+    FmsRating, PlanItem, PlannedItem, Study,
     file::ParticipantTexts,
+    fms,
     questions::{Answers, Questionnaire, VisibilityCondition},
     segment::{SegmentKind, StudySegment, short_name},
     session_log::EndCause,
@@ -17,7 +18,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScoreLimit {
-    /// The score's name in its questionnaire (questions), or `QUESTIONNAIRE.SCORE` for a questionnaire in `after` (drive, trials).
+    /// The score's name in its questionnaire (questions), `QUESTIONNAIRE.SCORE` for a questionnaire in `after` (drive, trials), or `fms`
+    /// for the scale that is asked while driving (`fms_every_s`).
     pub score: String,
     /// The highest value with which the session goes on, in the score's own unit.
     pub value: f64,
@@ -47,6 +49,14 @@ pub(super) enum RuleFault {
         /// The nearest that exists, as a question; empty where none is near.
         near: String,
     },
+    /// A limit of the scale that is asked while driving, which is not asked.
+    #[error(
+        "the score is \"fms\", and nothing asks for it here; give the segment fms_every_s = 60, or name another score"
+    )]
+    FmsNotAsked,
+    /// A limit that no answer of the scale is above.
+    #[error("value is {0}; allowed: a number from 0 to below {highest}, the upper end of the scale", highest = fms::HIGHEST)]
+    FmsValue(f64),
     /// A limit that is no number.
     #[error("value is {0}; allowed: a finite number")]
     Value(f64),
@@ -103,6 +113,15 @@ impl Study {
                     .iter()
                     .flat_map(|(word, questionnaire)| questionnaire.scores.iter().map(|s| named(word, &s.name)))
                     .collect();
+                let is_fms = segment.has_drives() && limit.score == fms::SCORE;
+                if is_fms && segment.fms_every_s.is_none() {
+                    return Err(fault("stop_above.score", RuleFault::FmsNotAsked));
+                }
+                if is_fms && !(0.0..f64::from(fms::HIGHEST)).contains(&limit.value) {
+                    return Err(fault("stop_above.value", RuleFault::FmsValue(limit.value)));
+                }
+                let known: Vec<String> =
+                    known.into_iter().chain(segment.fms_every_s.map(|_| fms::SCORE.to_owned())).collect();
                 if !known.contains(&limit.score) {
                     let near = toml_text::did_you_mean(&limit.score, &known);
                     return Err(fault(
@@ -142,6 +161,16 @@ impl Study {
     /// True if the item asks for consent: the experimenter cannot leave it out.
     pub fn is_consent(&self, planned: &PlannedItem) -> bool {
         self.segment_of(planned).is_some_and(|segment| segment.kind == SegmentKind::Consent)
+    }
+
+    /// The end of the session that an answer while driving means, if it means one.
+    pub fn ending_of_rating(&self, planned: &PlannedItem, rating: &FmsRating) -> Option<SessionEnding> {
+        let segment = self.segment_of(planned)?;
+        let limit = segment.stop_above.as_ref().filter(|limit| limit.score == fms::SCORE)?;
+        let value = rating.value.filter(|value| f64::from(*value) > limit.value)?;
+        let reason = format!("{}: {} is {value}, above {} (stop_above)", planned.name, limit.score, limit.value);
+        let words = segment.stop_text.clone().unwrap_or_else(|| self.file.texts.score_limit.clone());
+        Some(SessionEnding { cause: EndCause::ScoreLimit, reason, words })
     }
 
     /// The end of the session that these answers to an item mean, if they mean one.

@@ -128,3 +128,33 @@ fn a_mistake_in_a_rule_is_named_with_its_line() {
     let said = parsed(alone, "stop_text = \"x\"").expect_err("nothing stops");
     assert!(said.contains("nothing ends the session here"), "{said}");
 }
+
+const RATED: &str = "fms_every_s = 60\nstop_above = { score = \"fms\", value = 10.0 }";
+
+#[test]
+fn a_rating_while_driving_above_its_limit_ends_the_session_with_the_words_of_any_other_score() {
+    let study = parsed("stop_above = { score = \"ssq.total\", value = 30.0 }", RATED).unwrap();
+    let plan = study.plan(0);
+    let trial = plan.items.iter().find(|planned| planned.name == "trial-1-a").unwrap();
+    let answered = |study: &Study| ending(study, "trial-1-a-ssq", &symptoms(study, 3));
+    let ending = |value: Option<u8>| {
+        study.ending_of_rating(trial, &FmsRating { time_s: 60.0, value, answer_s: value.map(|_| 2.0) })
+    };
+    assert_eq!([ending(None), ending(Some(0)), ending(Some(10))], [None, None, None], "at the limit");
+    let above = ending(Some(11)).expect("11 is above 10");
+    assert_eq!((above.cause, &above.words), (EndCause::ScoreLimit, &study.file.texts.score_limit));
+    assert_eq!(above.reason, "trial-1-a: fms is 11, above 10 (stop_above)");
+    // The limit is not one of the questionnaires after the trial.
+    assert_eq!(answered(&study), None);
+    for (rule, line, has) in [
+        ("stop_above = { score = \"fms\", value = 10.0 }", 27, "give the segment fms_every_s = 60"),
+        ("fms_every_s = 60\nstop_above = { score = \"fms\", value = 20.0 }", 28, "from 0 to below 20"),
+        ("fms_every_s = 60\nstop_above = { score = \"fsm\", value = 10.0 }", 28, "(did you mean fms?)"),
+        ("fms_every_s = 5", 27, "fms_every_s is 5; allowed: a number from 20 to 3600 s"),
+    ] {
+        let said = parsed("stop_above = { score = \"ssq.total\", value = 30.0 }", rule).expect_err(rule);
+        assert!(said.starts_with(&format!("rules.toml:{line}:")) && said.contains(has), "{rule}: {said}");
+    }
+    let said = parsed("questionnaire = \"ssq\"", "questionnaire = \"ssq\"\nfms_every_s = 60").expect_err("no drive");
+    assert!(said.contains("a segment of kind \"questions\" has no `fms_every_s`"), "{said}");
+}

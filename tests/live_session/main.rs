@@ -5,6 +5,7 @@ mod drive;
 mod force;
 mod overview;
 mod people;
+mod rating;
 mod rig;
 mod standing_start;
 mod wheel;

@@ -93,6 +93,14 @@ impl DriveBackend for Counted {
         self.said.push(format!("{kind}: {detail}"));
     }
 
+    fn note_value(&mut self, kind: &str, detail: &str, value: f64) {
+        self.said.push(format!("{kind} {value}: {detail}"));
+    }
+
+    fn chime(&mut self) {
+        self.said.push("chime".into());
+    }
+
     fn extend(&mut self, seconds: f64) -> Result<(), RunError> {
         self.now.duration_s += seconds;
         Ok(())

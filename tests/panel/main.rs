@@ -2,6 +2,7 @@
 
 mod drive;
 mod experimenter;
+mod rating;
 mod screens;
 mod timeline;
 mod wheel;

@@ -280,7 +280,7 @@ fn a_page_of_symptoms_is_seen_whole_and_from_its_top_in_windows_of_16_to_9() {
     }
 }
 
-fn save<State>(harness: &mut Harness<'static, State>, name: &str) {
+pub fn save<State>(harness: &mut Harness<'static, State>, name: &str) {
     let picture = harness.render().expect("a picture");
     let first = *picture.get_pixel(0, 0);
     let other = picture.pixels().filter(|pixel| **pixel != first).count();

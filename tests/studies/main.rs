@@ -4,6 +4,7 @@
 mod bids;
 mod common;
 mod drivers;
+mod fms;
 mod models;
 mod people;
 mod questionnaires;

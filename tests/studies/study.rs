@@ -374,18 +374,21 @@ name = "tlx"
 questionnaire = "raw-tlx"
 "#;
     let study = Study::parse(text.to_owned(), Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"));
-    // A page is reckoned with 30 s, a drive with its 90 s, the rest with its 30 s, questions with 120 s.
-    assert_eq!(study.plan(0).minutes(), (30.0 + 90.0 + 30.0 + 90.0 + 120.0) / 60.0);
+    // A page of one word is read at 238 a minute and turned in 3 s; the drives and the rest have their lengths; the questionnaire has 86
+    // words, six questions of 4 s and 2 pages.
+    let questions_s = 86.0 * 60.0 / 238.0 + 6.0 * 4.0 + 2.0 * 3.0;
+    let expected = (60.0 / 238.0 + 3.0 + 90.0 + 30.0 + 90.0 + questions_s) / 60.0;
+    assert!((study.plan(0).minutes() - expected).abs() < 1e-9, "{}", study.plan(0).minutes());
     let expected = "\
 Two holds
 3 participants, 2 conditions, order full: balanced after every 2
 
-A session, about 6 min:
-   1  welcome                           0.5 min  a page to read
+A session, about 4 min:
+   1  welcome                           0.1 min  a page to read
    2  trial-1-short                     1.5 min  90 s on ring-250, 12 cars, policy pi, hold 2 s, range +-1.5 mph
    3  trial-rest-1                      0.5 min  rest, 30 s
    4  trial-2-long                      1.5 min  90 s on ring-250, 12 cars, policy pi, hold 20 s, range +-1.5 mph
-   5  tlx                               2.0 min  questions: raw-tlx
+   5  tlx                               0.9 min  questions: raw-tlx
 
 participant   order of conditions
           1   short, long

@@ -6,10 +6,11 @@
 
 mod page;
 mod questionnaire;
+mod rating;
 mod style;
 
 use crate::{
-    study::{FormInput, ParticipantTexts, QuestionnaireForm},
+    study::{FmsPrompt, FormInput, ParticipantTexts, QuestionnaireForm},
     units::SpeedUnit,
 };
 use egui::{Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
@@ -44,12 +45,14 @@ pub enum ParticipantScreen<'a> {
     Countdown(u32, u32, SpeedUnit),
     /// The drive, alone or with words over the picture.
     Drive(Option<&'a str>),
+    /// The drive, with the question of the sickness scale in a corner of the picture.
+    Rating(FmsPrompt),
 }
 
 impl ParticipantScreen<'_> {
     /// True if the picture of the drive is behind it.
     pub fn is_over_picture(&self) -> bool {
-        matches!(self, Self::Countdown(..) | Self::Drive(_))
+        matches!(self, Self::Countdown(..) | Self::Drive(_) | Self::Rating(_))
     }
 }
 
@@ -70,6 +73,10 @@ impl ScreenPainter {
             ParticipantScreen::Drive(None) => return inputs,
             ParticipantScreen::Drive(Some(words)) => {
                 page::words_over(ui, &look, words);
+                return inputs;
+            }
+            ParticipantScreen::Rating(prompt) => {
+                rating::prompt(ui, &look, state.texts, prompt, state.wheel);
                 return inputs;
             }
             ParticipantScreen::Countdown(left, speed, unit) => {
@@ -99,7 +106,7 @@ impl ScreenPainter {
                     inputs.extend(page::rest(ui, &look, &mut self.cache, text, left_s, state.texts));
                 }
                 ParticipantScreen::Questions(form) => inputs.extend(questionnaire::show(ui, &look, form, state.texts)),
-                ParticipantScreen::Countdown(..) | ParticipantScreen::Drive(_) => {}
+                ParticipantScreen::Countdown(..) | ParticipantScreen::Drive(_) | ParticipantScreen::Rating(_) => {}
             }
         });
         if let ParticipantScreen::Questions(form) = state.screen {
@@ -110,11 +117,12 @@ impl ScreenPainter {
 }
 
 /// Keys of the screens, and what they do.
-pub const SCREEN_KEYS: [(&str, &str); 6] = [
+pub const SCREEN_KEYS: [(&str, &str); 7] = [
     ("Enter, Space", "next"),
     ("Arrow keys", "choose an answer"),
     ("Tab", "next question"),
     ("Backspace", "back"),
+    ("Page Up, Page Down, Enter", "while driving: more, less, answer"),
     ("M", "mark this moment"),
     ("Esc", "ask to stop"),
 ];
@@ -128,12 +136,22 @@ fn keys(ui: &Ui, screen: &ParticipantScreen<'_>) -> Vec<FormInput> {
         stops.get(form.focus()).is_some_and(|stop| form.answer(&stop.name()).is_none())
     });
     let focus = form.map_or(0, QuestionnaireForm::focus);
+    // The arrows drive while the picture of a drive is seen.
+    let drives = matches!(screen, ParticipantScreen::Drive(_) | ParticipantScreen::Rating(_));
     ui.input_mut(|input| {
         let mut inputs = Vec::new();
         let mut on = |key: Key, made: &dyn Fn() -> FormInput| {
             inputs.extend((0..input.count_and_consume_key(Modifiers::NONE, key)).map(|_| made()));
         };
-        if !typing {
+        if drives {
+            for key in [Key::PageUp, Key::Plus] {
+                on(key, &|| FormInput::Turn(1));
+            }
+            for key in [Key::PageDown, Key::Minus] {
+                on(key, &|| FormInput::Turn(-1));
+            }
+            on(Key::M, &|| FormInput::Mark);
+        } else if !typing {
             on(Key::ArrowLeft, &|| FormInput::Turn(-1));
             on(Key::ArrowUp, &|| FormInput::Turn(-1));
             on(Key::ArrowRight, &|| FormInput::Turn(1));

@@ -1,0 +1,212 @@
+//! Ratings of sickness while driving (fast motion sickness scale). In: a participant's table of them in a data set. Out: `fms.csv`, a
+//! figure of each participant over the session, a paragraph of the methods. Ratings of drives that were broken off are among them:
+//! whoever was stopped by one is not to be missing where it was highest.
+
+use super::{
+    AnalysisError, StudyParticipants, glossary,
+    page::{ReportFigure, ReportPage, TableCells, short},
+    people::{MISSING, TsvFile},
+    report,
+    tables::line,
+};
+use crate::plot::{Axis, COLOURS, Chart, LineStyle, PlotLine, picture};
+use std::path::Path;
+
+/// Participants whose lines are told apart by colour; more are grey.
+const NAMED: usize = COLOURS.len();
+/// The upper end of the scale.
+const HIGHEST: f64 = 20.0;
+
+/// A question and its answer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SicknessRating {
+    /// `sub-P03`.
+    pub participant: String,
+    /// Segment, place and condition of the drive, and the folder of its recording.
+    pub drive: [String; 4],
+    /// When it was asked, seconds since the start of the drive.
+    pub time_s: f64,
+    /// The answer, 0 to 20.
+    pub value: Option<f64>,
+    /// From the question to the answer, seconds.
+    pub answer_s: Option<f64>,
+}
+
+/// The ratings of one participant of a data set; none where nothing was asked.
+pub(super) fn ratings(root: &Path, subject: &str) -> Result<Vec<SicknessRating>, AnalysisError> {
+    let path = root.join(subject).join("beh").join(format!("{subject}_task-fmsRatings_beh.tsv"));
+    let Some(table) = TsvFile::read(&path)? else { return Ok(Vec::new()) };
+    let names = ["segment", "place", "condition", "recording", "onset", "value", "response_time"];
+    let mut at = [0; 7];
+    for (at, name) in at.iter_mut().zip(names) {
+        *at = table.column(name)?;
+    }
+    let rating = |(i, row): (usize, &Vec<String>)| {
+        let word = |k: usize| if row[at[k]] == MISSING { String::new() } else { row[at[k]].clone() };
+        let number = |k: usize| match word(k) {
+            text if text.is_empty() => Ok(None),
+            text => text.parse::<f64>().map(Some).map_err(|_| {
+                let (path, line) = (path.display(), i + 2);
+                AnalysisError::Input(format!("{path}: line {line}: {} is \"{text}\" and no number", names[k]))
+            }),
+        };
+        Ok(SicknessRating {
+            participant: subject.into(),
+            drive: [0, 1, 2, 3].map(word),
+            time_s: number(4)?.unwrap_or_default(),
+            value: number(5)?,
+            answer_s: number(6)?,
+        })
+    };
+    table.rows.iter().enumerate().map(rating).collect()
+}
+
+/// `fms.csv`: a row a question.
+pub fn table(people: &StudyParticipants) -> String {
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+    let row = |rating: &SicknessRating| {
+        let own = [number(Some(rating.time_s)), number(rating.value), number(rating.answer_s)];
+        line([rating.participant.clone()].into_iter().chain(rating.drive.clone()).chain(own))
+    };
+    line(glossary::names(&[], "fms.csv")) + &people.ratings.iter().map(row).collect::<String>()
+}
+
+/// The ratings of each participant, in order.
+fn by_participant(people: &StudyParticipants) -> Vec<(&str, Vec<&SicknessRating>)> {
+    let mut list: Vec<(&str, Vec<&SicknessRating>)> = Vec::new();
+    for rating in &people.ratings {
+        match list.iter_mut().find(|(who, _)| *who == rating.participant) {
+            Some((_, of)) => of.push(rating),
+            None => list.push((&rating.participant, vec![rating])),
+        }
+    }
+    list
+}
+
+/// The section of the page; none where nothing was asked.
+pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
+    let list = by_participant(people);
+    if list.is_empty() {
+        return;
+    }
+    page.put("<h2>Sickness while driving</h2>");
+    page.paragraph(
+        "lead",
+        &format!(
+            "{} gives the ratings of each participant, {} shows them over the session; fms.csv has them one by one.",
+            page.table_links(1),
+            page.figure_links(0, 1)
+        ),
+    );
+    let row = |(who, of): &(&str, Vec<&SicknessRating>)| {
+        let values: Vec<f64> = of.iter().filter_map(|rating| rating.value).collect();
+        let highest = values.iter().copied().reduce(f64::max);
+        let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
+        let number = |value: Option<f64>| value.map_or("–".into(), short);
+        let counts = [of.len(), values.len()].map(|n| n.to_string());
+        let [asked, answered] = counts;
+        vec![(*who).to_owned(), asked, answered, number(mean), number(highest), number(values.last().copied())]
+    };
+    let head = ["Participant", "Asked", "Answered", "Mean", "Highest", "Last"].map(str::to_owned).to_vec();
+    page.table(
+        &format!(
+            "Ratings of sickness while driving, 0 (no sickness at all) to 20 (frank sickness), drives that were broken off included. \
+             N = {}.",
+            report::people(list.len())
+        ),
+        &head,
+        &list.iter().map(row).collect::<Vec<TableCells>>(),
+        &[],
+    );
+    page.figure(ReportFigure {
+        name: "sickness".into(),
+        svg: figure(&list),
+        caption: format!(
+            "Ratings of sickness while driving over the session, a line a participant: questions in the order in which they were asked. \
+             A gap in a line is a question without an answer. N = {}.",
+            report::people(list.len())
+        ),
+    });
+}
+
+/// A line for each stretch of answers without a gap.
+fn figure(list: &[(&str, Vec<&SicknessRating>)]) -> String {
+    let mut lines = Vec::new();
+    for (i, (who, of)) in list.iter().enumerate() {
+        let is_named = list.len() <= NAMED;
+        let colour = if is_named { COLOURS[i] } else { "#999999" };
+        let style = LineStyle { width: 1.2, dots: true, ..LineStyle::solid(colour) };
+        let points: Vec<Option<[f64; 2]>> =
+            of.iter().enumerate().map(|(k, rating)| Some([k as f64 + 1.0, rating.value?])).collect();
+        let stretches = points.split(Option::is_none).filter(|stretch| !stretch.is_empty());
+        lines.extend(stretches.enumerate().map(|(k, stretch)| PlotLine {
+            name: if is_named && k == 0 { (*who).to_owned() } else { String::new() },
+            style,
+            points: stretch.iter().flatten().copied().collect(),
+            band: Vec::new(),
+        }));
+    }
+    let most = list.iter().map(|(_, of)| of.len()).max().unwrap_or(1);
+    let x = Axis::even("question in the session", [0.5, most as f64 + 0.5]);
+    let y = Axis::even("rating of sickness, 0 to 20", [0.0, HIGHEST]);
+    picture(&[Chart { lines, ..Chart::new("", x, y, 180.0) }], "")
+}
+
+/// The paragraph of the methods; none where nothing was asked.
+pub(super) fn paragraph(people: &StudyParticipants) -> String {
+    if people.ratings.is_empty() {
+        return String::new();
+    }
+    let answered = people.ratings.iter().filter(|rating| rating.value.is_some()).count();
+    format!(
+        "While they drove, participants rated their sickness on the fast motion sickness scale (Keshavarz and Hecht, 2011, Human Factors \
+         53(4), 415–426) from 0 (no sickness at all) to 20 (frank sickness), by keys or buttons of the wheel; a question stood for up to \
+         15 s. {answered} of {} questions were answered.",
+        people.ratings.len()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TABLE: &str = "recording\tsegment\tplace\tcondition\tonset\tvalue\tresponse_time\n\
+                         trial-1-a\ttrial\t1\ta\t60\t0\t2.5\ntrial-1-a\ttrial\t1\ta\t120\tn/a\tn/a\n\
+                         trial-2-b\ttrial\t2\tb\t60\t11\t4.1\n";
+
+    fn read(table: &str) -> Result<Vec<SicknessRating>, AnalysisError> {
+        let root = tempfile::tempdir().unwrap();
+        let beh = root.path().join("sub-P03/beh");
+        std::fs::create_dir_all(&beh).unwrap();
+        std::fs::write(beh.join("sub-P03_task-fmsRatings_beh.tsv"), table).unwrap();
+        ratings(root.path(), "sub-P03")
+    }
+
+    #[test]
+    fn each_question_is_a_row_and_one_without_an_answer_has_no_value() {
+        let people = StudyParticipants { ratings: read(TABLE).unwrap(), ..StudyParticipants::default() };
+        assert_eq!(
+            table(&people),
+            "participant,segment,place,condition,recording,time_s,value,answer_s\n\
+             sub-P03,trial,1,a,trial-1-a,60,0,2.5\nsub-P03,trial,1,a,trial-1-a,120,,\nsub-P03,trial,2,b,trial-2-b,60,11,4.1\n"
+        );
+        let mut page = ReportPage::default();
+        section(&mut page, &people);
+        // Asked 3, answered 2: mean 5.5, highest and last 11.
+        assert!(page.html.contains("<td>3</td><td>2</td><td>5.50</td><td>11.0</td><td>11.0</td>"), "{}", page.html);
+        assert_eq!(page.figures.len(), 1);
+        assert!(paragraph(&people).contains("2 of 3 questions were answered"));
+        let none = StudyParticipants::default();
+        let mut page = ReportPage::default();
+        section(&mut page, &none);
+        assert_eq!((page.html.as_str(), paragraph(&none).as_str()), ("", ""));
+    }
+
+    #[test]
+    fn a_table_that_is_not_as_written_is_refused_with_its_line() {
+        let told = read(&TABLE.replace("\t11\t", "\thigh\t")).unwrap_err().to_string();
+        assert!(told.ends_with("line 4: value is \"high\" and no number"), "{told}");
+        let told = read(&TABLE.replace("\tvalue\t", "\tvalues\t")).unwrap_err().to_string();
+        assert!(told.contains("there is no column \"value\""), "{told}");
+    }
+}

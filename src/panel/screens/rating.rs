@@ -1,0 +1,43 @@
+//! The question of the sickness scale while driving: a small box in a corner of the picture. In: the number that stands and how long
+//! the question still does. Out: paint; keys and wheel move the number elsewhere.
+
+use super::style::{self, PageStyle};
+use crate::study::{FmsPrompt, ParticipantTexts, fms};
+use egui::{Align2, Color32, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+
+/// Share of the picture's height at which the middle of the box stands: below the horizon, above the dial.
+const MIDDLE: f32 = 0.5;
+
+/// Draws the question at the left edge: the road ahead is in the middle, the mirror above it, the dial below.
+pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPrompt, wheel: bool) {
+    let whole = ui.max_rect();
+    let painter = ui.painter();
+    let lay = |text: &str, size: f32, colour: Color32| {
+        painter.layout(text.to_owned(), look.font(size), colour, 9.0 * look.em)
+    };
+    let question = lay(&texts.fms, 0.8, style::TEXT);
+    let number = lay(&prompt.value.to_string(), 2.2, Color32::WHITE);
+    let ends = lay(&format!("{}, {}", texts.fms_low, texts.fms_high), 0.6, style::DIM);
+    let answer = if wheel { texts.answer_button.as_str() } else { "Enter" };
+    let hand = lay(&format!("{answer}: {}", texts.answer), 0.6, style::DIM);
+    let parts = [&question, &number, &ends, &hand];
+    let bar = 0.35 * look.em;
+    let width = parts.iter().map(|part| part.size().x).fold(8.0 * look.em, f32::max);
+    let height = parts.iter().map(|part| part.size().y).sum::<f32>() + 2.0 * bar;
+    let edge = 0.7 * look.em;
+    let at = pos2(whole.left() + 1.5 * edge, whole.top() + MIDDLE * whole.height());
+    let rect = Align2::LEFT_CENTER.anchor_size(at, vec2(width, height));
+    painter.rect_filled(rect.expand(edge), look.round(), Color32::from_black_alpha(185));
+    let mut y = rect.top();
+    for part in parts {
+        painter.galley(pos2(rect.center().x - 0.5 * part.size().x, y), part.clone(), style::TEXT);
+        y += part.size().y;
+    }
+    // How long it still stands.
+    let left = (prompt.left_s / fms::ANSWER_S) as f32;
+    let line = Rect::from_min_size(pos2(rect.left(), rect.bottom() - 0.5 * bar), vec2(rect.width() * left, 0.4 * bar));
+    painter.rect_filled(line, 0, style::CURSOR);
+    // Painted words say nothing to whoever cannot see them.
+    let spoken = ui.interact(rect, egui::Id::unique("rating"), Sense::hover());
+    spoken.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{} {}", texts.fms, prompt.value)));
+}

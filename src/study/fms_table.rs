@@ -1,0 +1,42 @@
+//! The table of a participant's ratings of sickness while driving, for `beh`. In: the session's log. Out: a row a question, also of
+//! drives that were broken off: whoever was stopped by a rating has the highest one there.
+
+use super::{
+    SessionPlan, Study, answer_tables,
+    bids::{self, TsvColumn, TsvTable},
+    session::{DriveRating, SessionLog},
+};
+
+/// The task as BIDS names it.
+pub(super) const TASK: &str = "fmsRatings";
+/// What was asked, for the sidecar.
+pub(super) const ABOUT: &str = "Fast motion sickness scale (Keshavarz and Hecht 2011, Human Factors 53(4), 415-426), asked while driving: \
+                                0 no sickness at all to 20 frank sickness";
+
+/// The ratings of one participant.
+pub(super) fn table(study: &Study, plan: &SessionPlan, log: &SessionLog) -> TsvTable {
+    let mut table = TsvTable::new(vec![
+        TsvColumn::new("recording", "folder of the recording in sourcedata; a drive that came again has several", ""),
+        TsvColumn::new("segment", "segment of the study", ""),
+        answer_tables::place(),
+        answer_tables::condition(study),
+        TsvColumn::new("onset", "when it was asked, since the start of the drive, in simulation", "s"),
+        TsvColumn::new("value", "the rating, 0 to 20; n/a where none came within 15 s", ""),
+        TsvColumn::new("response_time", "from the question to the answer", "s"),
+    ]);
+    let row = |rated: &DriveRating| {
+        let planned = plan.items.iter().find(|planned| planned.name == rated.item)?;
+        let DriveRating { recording, rating, .. } = rated;
+        Some(vec![
+            recording.clone(),
+            planned.segment.clone(),
+            planned.run.map_or(String::new(), |run| run.to_string()),
+            planned.condition.clone().unwrap_or_default(),
+            bids::number(Some(rating.time_s)),
+            bids::number(rating.value.map(f64::from)),
+            bids::number(rating.answer_s),
+        ])
+    };
+    table.rows = log.fms.iter().filter_map(row).collect();
+    table
+}
