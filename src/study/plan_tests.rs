@@ -161,9 +161,11 @@ fn questionnaires_come_after_every_trial_with_its_place_and_condition_and_before
     let about = AskedAfter { drive: "trial-2-b".into(), questionnaire: "acceptance".into() };
     assert_eq!((&asked.after, &asked.item), (&Some(about), &PlanItem::Questions("acceptance".into())));
     assert!(plan.items[6].after.is_none() && plan.items[5].after.is_none(), "the drive and the rest ask nothing");
-    // Four questionnaires of two minutes each more than without.
+    // Two questionnaires, twice each, more than without. The first has 86 words, six questions and two pages.
     let without = study(1, "rest_s = 10.0").plan(0);
-    assert!((plan.minutes() - without.minutes() - 8.0).abs() < 1e-9);
+    let [tlx_s, other_s] = [plan.items[3].seconds, plan.items[4].seconds];
+    assert!((tlx_s - (86.0 * 60.0 / 238.0 + 6.0 * 4.0 + 2.0 * 3.0)).abs() < 1e-9, "{tlx_s}");
+    assert!((plan.minutes() - without.minutes() - 2.0 * (tlx_s + other_s) / 60.0).abs() < 1e-9);
     assert_eq!(seeds(&plan), seeds(&without), "the drives stay as they were");
 }
 
@@ -182,4 +184,14 @@ after = ["ssq"]
     let plan = Study::parse(text.to_owned(), Path::new("one.toml")).unwrap_or_else(|e| panic!("{e}")).plan(0);
     assert_eq!(names(&plan), ["practice", "practice-ssq"]);
     assert_eq!((plan.items[1].run, &plan.items[1].condition), (None, &None));
+}
+
+#[test]
+fn questions_about_advice_come_after_drives_with_advice_alone() {
+    let plan = study(1, "rest_s = 10.0\nafter = [\"raw-tlx\"]\nafter_advice = [\"trust\"]").plan(0);
+    for drive in ["trial-1-a", "trial-2-b"] {
+        assert!(names(&plan).contains(&format!("{drive}-trust").as_str()), "{drive}");
+    }
+    let none = study(1, "set = { policy = \"none\" }\nafter = [\"raw-tlx\"]\nafter_advice = [\"trust\"]").plan(0);
+    assert_eq!(names(&none), ["practice", "pause", "trial-1-a", "trial-1-a-raw-tlx", "trial-2-b", "trial-2-b-raw-tlx"]);
 }
